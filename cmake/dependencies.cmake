@@ -1,0 +1,18 @@
+# The library needs Eigen only; everything else belongs to the examples, tests and benchmarks.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+
+if(ANTIPODE_BUILD_EXAMPLES OR ANTIPODE_BUILD_TESTS OR ANTIPODE_BUILD_BENCHMARKS)
+  find_package(Ceres 2.1 REQUIRED)
+  find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs features2d video calib3d)
+endif()
+if(ANTIPODE_BUILD_EXAMPLES)
+  find_package(CLI11 REQUIRED)
+  find_package(yaml-cpp REQUIRED)
+  find_package(spdlog REQUIRED)
+  find_package(fmt REQUIRED)
+  find_package(Threads REQUIRED)
+endif()
+if(ANTIPODE_BUILD_TESTS OR ANTIPODE_BUILD_BENCHMARKS)
+  find_package(Catch2 REQUIRED)
+  find_package(nlohmann_json REQUIRED)
+endif()

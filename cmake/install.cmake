@@ -1,0 +1,12 @@
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+install(DIRECTORY include/antipode DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS antipode EXPORT antipode-targets)
+install(EXPORT antipode-targets NAMESPACE antipode:: DESTINATION ${CMAKE_INSTALL_DATADIR}/cmake/antipode)
+configure_package_config_file(cmake/antipode-config.cmake.in ${PROJECT_BINARY_DIR}/antipode-config.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_DATADIR}/cmake/antipode)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/antipode-config-version.cmake
+  COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
+install(FILES ${PROJECT_BINARY_DIR}/antipode-config.cmake ${PROJECT_BINARY_DIR}/antipode-config-version.cmake
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/cmake/antipode)

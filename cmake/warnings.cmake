@@ -1,0 +1,12 @@
+# Warnings for antipode's own targets only: link antipode_warnings PRIVATE; nothing of it reaches a user.
+add_library(antipode_warnings INTERFACE)
+if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+  target_compile_options(antipode_warnings INTERFACE
+    -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wcast-align -Wunused -Woverloaded-virtual
+    -Wdouble-promotion -Wold-style-cast
+    $<$<BOOL:${ANTIPODE_WARNINGS_AS_ERRORS}>:-Werror>)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # GCC 12 reports false positives inside Eigen's fixed-size kernels at -O3.
+    target_compile_options(antipode_warnings INTERFACE -Wno-maybe-uninitialized -Wno-array-bounds -Wno-stringop-overread)
+  endif()
+endif()

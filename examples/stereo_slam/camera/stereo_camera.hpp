@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+namespace stereo_slam {
+
+/// Rectified pinhole stereo pair with a common focal length and a horizontal baseline.
+///
+///   z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right        (eq. 12)
+///
+/// Valid for Z > kMinDepth in front of the left camera; camera axes x right, y down, z forward.
+struct StereoCamera {
+  double fx = 0.0;  ///< px
+  double fy = 0.0;  ///< px
+  double cx = 0.0;  ///< px, left image
+  double cy = 0.0;  ///< px
+  double baseline_m = 0.0;
+  int width_px = 0;
+  int height_px = 0;
+
+  static constexpr double kMinDepth_m = 0.1;
+
+  using Vector2 = Eigen::Vector2d;
+  using Vector3 = Eigen::Vector3d;
+  using Matrix3 = Eigen::Matrix3d;
+
+  /// (u, v, d) of a point in camera coordinates; nothing when it is not in front of the camera.
+  [[nodiscard]] std::optional<Vector3> project(const Vector3& p) const {
+    if (!(p.z() > kMinDepth_m)) return std::nullopt;
+    return project_unchecked(p);
+  }
+
+  /// As project(), for points known to have Z > 0.
+  [[nodiscard]] Vector3 project_unchecked(const Vector3& p) const {
+    const double inverse_depth = 1.0 / p.z();
+    return {fx * p.x() * inverse_depth + cx, fy * p.y() * inverse_depth + cy, fx * baseline_m * inverse_depth};
+  }
+
+  /// Point in camera coordinates of a measurement with positive disparity.
+  [[nodiscard]] Vector3 back_project(const Vector3& z) const {
+    const double depth = fx * baseline_m / z.z();
+    return {(z.x() - cx) * depth / fx, (z.y() - cy) * depth / fy, depth};
+  }
+
+  /// d project / d p.
+  [[nodiscard]] Matrix3 projection_jacobian(const Vector3& p) const {
+    const double w = 1.0 / p.z();
+    Matrix3 J;
+    J << fx * w, 0.0, -fx * p.x() * w * w,  //
+        0.0, fy * w, -fy * p.y() * w * w,   //
+        0.0, 0.0, -fx * baseline_m * w * w;
+    return J;
+  }
+
+  /// d back_project / d z.
+  [[nodiscard]] Matrix3 back_projection_jacobian(const Vector3& z) const {
+    return projection_jacobian(back_project(z)).inverse();
+  }
+
+  /// Depth in metres of a disparity in pixels.
+  [[nodiscard]] double depth(double disparity_px) const { return fx * baseline_m / disparity_px; }
+
+  /// Whether (u, v) lies in the left image and u - d in the right one, `border_px` away from the edges.
+  [[nodiscard]] bool in_view(const Vector3& z, double border_px = 0.0) const {
+    const double right_u = z.x() - z.z();
+    return z.x() >= border_px && z.x() < width_px - border_px && z.y() >= border_px &&
+           z.y() < height_px - border_px && right_u >= border_px && right_u < width_px - border_px;
+  }
+};
+
+/// Covariance of (u, v, d) when u_left, u_right and v carry independent errors of `sigma_px` each: the disparity is
+/// correlated with u_left and has twice its variance.
+[[nodiscard]] inline Eigen::Matrix3d stereo_pixel_covariance(double sigma_px) {
+  Eigen::Matrix3d R;
+  R << 1.0, 0.0, 1.0,  //
+      0.0, 1.0, 0.0,   //
+      1.0, 0.0, 2.0;
+  return sigma_px * sigma_px * R;
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+
+/// Data that the stages of the SLAM hand to each other. Pixels, metres, radians; `T_a_b` maps b to a.
+namespace stereo_slam {
+
+using antipode::Matrix3;
+using antipode::Matrix6;
+using antipode::Vector2;
+using antipode::Vector3;
+using antipode::Vector6;
+
+using Pose = antipode::DualQuaternion<double>;
+
+/// One rectified grey-scale stereo pair (CV_8UC1, equal sizes).
+struct StereoFrame {
+  std::size_t index = 0;
+  std::int64_t stamp_ns = 0;
+  cv::Mat left;
+  cv::Mat right;
+};
+
+using Descriptor = std::array<std::uint8_t, 32>;  ///< 256-bit ORB descriptor
+
+/// Corner in one image.
+struct Feature {
+  Vector2<double> position_px;  ///< at full resolution
+  double size_px = 31.0;        ///< diameter of the described patch
+  double angle_rad = 0.0;
+  double response = 0.0;
+  int octave = 0;
+  Descriptor descriptor{};
+};
+
+/// Stereo measurement z = (u_left, v, disparity), eq. 12.
+using StereoPoint = Vector3<double>;
+
+/// How far the pose of a frame can be trusted.
+enum class TrackingStatus { kInitializing, kOk, kWeak, kLost };
+
+[[nodiscard]] constexpr const char* to_string(TrackingStatus status) noexcept {
+  switch (status) {
+    case TrackingStatus::kInitializing: return "INITIALIZING";
+    case TrackingStatus::kOk: return "OK";
+    case TrackingStatus::kWeak: return "WEAK";
+    case TrackingStatus::kLost: return "LOST";
+  }
+  return "UNKNOWN";
+}
+
+/// Pose with the covariance of its right perturbation: T = mean * exp(xi), xi = (rotation, translation) in rad and m.
+struct PoseEstimate {
+  Pose pose = Pose::identity();
+  Matrix6<double> covariance = Matrix6<double>::Zero();
+};
+
+/// Milliseconds a stage took.
+struct StageTime {
+  std::string stage;
+  double ms = 0.0;
+};
+
+/// What one frame came to. Every input frame has one.
+struct FrameResult {
+  std::size_t index = 0;
+  std::int64_t stamp_ns = 0;
+  TrackingStatus status = TrackingStatus::kInitializing;
+  PoseEstimate T_world_camera;
+  PoseEstimate odometry;  ///< T_previous_current, the system input u_k
+  int features = 0;
+  int landmarks = 0;
+  int matches = 0;
+  bool is_keyframe = false;
+  double nis = 0.0;  ///< normalised innovation squared of the pose update
+  int nis_dof = 0;
+  std::vector<StageTime> times;
+};
+
+/// Landmark as written to map.ply.
+struct MapPoint {
+  Vector3<double> position_world;
+  std::uint8_t intensity = 0;
+};
+
+}  // namespace stereo_slam

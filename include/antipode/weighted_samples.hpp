@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <antipode/eigen_types.hpp>
+
+namespace antipode {
+
+/// A discrete density: `Count` points of R^Dim (the columns) with non-negative weights that sum to one.
+///
+/// Everything is stored in place (no heap). Poses are 8-vectors [q; p] (see DualQuaternion), orientations are
+/// 4-vectors (w, x, y, z) and represent both q and -q.
+template <class Scalar_, int Dim_, int Count_>
+struct WeightedSamples {
+  using Scalar = Scalar_;
+  static constexpr int kDim = Dim_;
+  static constexpr int kCount = Count_;
+
+  Matrix<Scalar, Dim_, Count_> points;
+  Vector<Scalar, Count_> weights;
+
+  [[nodiscard]] static constexpr int size() noexcept { return Count_; }
+};
+
+}  // namespace antipode
