@@ -20,9 +20,19 @@ struct FeatureSettings {
   int min_fast_threshold = 6;    ///< grey levels, in cells that stay empty
 };
 
+/// Disparity of single points.
+struct StereoMatchingSettings {
+  int max_disparity_px = 160;
+  double min_disparity_px = 0.3;   ///< nearer to zero is taken for a wrong match
+  double max_row_error_px = 1.0;   ///< epipolar check
+  double uniqueness = 0.8;         ///< best cost over second best
+  double min_correlation = 0.85;
+};
+
 /// Frame-to-frame stereo odometry, the system input u_k.
 struct OdometrySettings {
   int max_points = 300;
+  double exclusion_px = 4.0;     ///< kept between the odometry's points and those of the filter
   int cell_px = 50;              ///< bucket over which the points are spread
   int window_px = 15;            ///< side of the flow window
   int pyramid_levels = 3;
@@ -38,6 +48,7 @@ struct Settings {
   std::string preset = "default";
   std::uint64_t seed = 1;
   FeatureSettings features;
+  StereoMatchingSettings stereo;
   OdometrySettings odometry;
 };
 
