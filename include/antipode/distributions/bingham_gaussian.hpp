@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+#include <random>
+
+#include <Eigen/Eigenvalues>
+
+#include <antipode/detail/check.hpp>
+#include <antipode/distributions/bingham.hpp>
+#include <antipode/distributions/detail/positive_semidefinite.hpp>
+#include <antipode/distributions/gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/weighted_samples.hpp>
+
+namespace antipode {
+
+/// A density of poses: Bingham orientation, Gaussian translation given the orientation.
+///
+///   q ~ Bingham(M, z),   t | q ~ N(mu + G tau(q), Sc),   tau_i(q) = (m.q)(M_i.q), i = 1..3,  m = M_4 the
+///   mode
+///
+/// tau is half the rotation vector from the mode to q, in the basis M_1..M_3, for small rotations. It is
+/// quadratic in q, so that q and -q give the same density; E[tau] = 0, hence E[t] = mu; Cov(tau) =
+/// diag(E[x_4^2 x_i^2]) = T, hence Cov(t) = Sc + G T G^T and Cov(t, tau) = G T. The coupling G = 0 is the
+/// independent model of DQV-SLAM sec. III-B. The density is with respect to the surface measure of the whole
+/// S^3 times volume. Its marginals: Bingham, exactly.
+template <std::floating_point Scalar_>
+class BinghamGaussian {
+ public:
+  using Scalar = Scalar_;
+  using Orientation = Bingham<Scalar, 4>;
+  using Pose = DualQuaternion<Scalar>;
+  using FitOptions = BinghamFitOptions<Scalar>;
+
+  /// Throws unless all is finite and the conditional covariance Sc is symmetric and positive semidefinite.
+  BinghamGaussian(const Orientation& orientation, const Vector3<Scalar>& mean_translation,
+                  const Matrix3<Scalar>& coupling, const Matrix3<Scalar>& conditional_covariance)
+      : orientation_(orientation),
+        mean_translation_(mean_translation),
+        coupling_(coupling),
+        residual_(Vector3<Scalar>::Zero(), conditional_covariance) {
+    detail::require_finite("mean translation is not finite", mean_translation);
+    detail::require_finite("coupling of orientation and translation is not finite", coupling);
+  }
+
+  /// Orientation and translation independent, G = 0.
+  [[nodiscard]] static BinghamGaussian independent(const Orientation& orientation,
+                                                   const Vector3<Scalar>& mean_translation,
+                                                   const Matrix3<Scalar>& covariance) {
+    return {orientation, mean_translation, Matrix3<Scalar>::Zero(), covariance};
+  }
+
+  /// The density whose pose() and covariance() are the given ones. P is the 6x6 covariance of xi = (phi, rho)
+  /// in x exp(xi), symmetric positive semidefinite; its rotation part must leave the pose the mode.
+  [[nodiscard]] static BinghamGaussian from_pose_covariance(const Pose& pose, const Matrix6<Scalar>& P,
+                                                            const FitOptions& options = {}) {
+    const Matrix6<Scalar> covariance =
+        detail::checked_symmetric("pose covariance is not finite or not symmetric", P);
+    (void)detail::root_of_covariance("pose covariance has a negative eigenvalue", covariance);
+    const Orientation orientation = Orientation::from_mode_covariance(
+        pose.rotation(), covariance.template topLeftCorner<3, 3>(), options);
+    const Matrix3<Scalar> R = pose.rotation_matrix();
+    const Matrix3<Scalar> G_omega =
+        Scalar(0.5) * R * covariance.template bottomLeftCorner<3, 3>() * tangent_basis(orientation);
+    const Vector3<Scalar> omega = orientation.second_moments().template head<3>();
+    const Matrix3<Scalar> G = G_omega * omega.cwiseInverse().asDiagonal();
+    const Matrix3<Scalar> Sc = R * covariance.template bottomRightCorner<3, 3>() * R.transpose() -
+                               G * omega.asDiagonal() * G.transpose();
+    return {orientation, pose.translation(), G,
+            detail::without_negative_eigenvalues<Scalar, 3>(Scalar(0.5) * (Sc + Sc.transpose()))};
+  }
+
+  [[nodiscard]] const Orientation& orientation() const noexcept { return orientation_; }
+  /// mu = E[t].
+  [[nodiscard]] const Vector3<Scalar>& mean_translation() const noexcept { return mean_translation_; }
+  /// G; flipping the sign of an axis of the orientation flips that of a column.
+  [[nodiscard]] const Matrix3<Scalar>& coupling() const noexcept { return coupling_; }
+  /// Sc = Cov(t | q).
+  [[nodiscard]] const Matrix3<Scalar>& conditional_covariance() const noexcept {
+    return residual_.covariance();
+  }
+  /// L with L L^T = Sc.
+  [[nodiscard]] const Matrix3<Scalar>& conditional_sqrt_factor() const noexcept {
+    return residual_.sqrt_factor();
+  }
+
+  /// tau(q); tau(-q) is the same.
+  [[nodiscard]] Vector3<Scalar> orientation_offset(const Vector4<Scalar>& q) const {
+    const Vector4<Scalar> x = orientation_.axes().transpose() * q;
+    return x[3] * x.template head<3>();
+  }
+  /// E[t | q] = mu + G tau(q).
+  [[nodiscard]] Vector3<Scalar> conditional_mean(const Vector4<Scalar>& q) const {
+    return mean_translation_ + coupling_ * orientation_offset(q);
+  }
+
+  /// T = Cov(tau), a diagonal.
+  [[nodiscard]] Vector3<Scalar> orientation_offset_variances() const {
+    return orientation_.fourth_moments().template topRightCorner<3, 1>();
+  }
+  /// Cov(t) = Sc + G T G^T.
+  [[nodiscard]] Matrix3<Scalar> translation_covariance() const {
+    return conditional_covariance() +
+           coupling_ * orientation_offset_variances().asDiagonal() * coupling_.transpose();
+  }
+
+  /// The mode of the orientation with the mean translation.
+  [[nodiscard]] Pose pose() const {
+    return Pose::from_rotation_translation(orientation_.mode(), mean_translation_);
+  }
+
+  /// The covariance of xi = (phi, rho), rotation first, in pose() exp(xi): linearised at the mode, where phi
+  /// = 2 B tau, Cov(tau) = diag(omega_1..omega_3) and rho = R^T (t - mu). For a concentrated orientation;
+  /// relative error of order omega_3.
+  [[nodiscard]] Matrix6<Scalar> covariance() const {
+    const Matrix3<Scalar> B = tangent_basis(orientation_);
+    const Matrix3<Scalar> R = rotation_matrix(orientation_.mode());
+    const auto omega = orientation_.second_moments().template head<3>().asDiagonal();
+    const Matrix3<Scalar> rho_phi = Scalar(2) * R.transpose() * coupling_ * omega * B.transpose();
+    const Matrix3<Scalar> t_t = conditional_covariance() + coupling_ * omega * coupling_.transpose();
+    Matrix6<Scalar> P;
+    P << Scalar(4) * B * omega * B.transpose(), rho_phi.transpose(),  //
+        rho_phi, R.transpose() * t_t * R;
+    return P;
+  }
+
+  /// log f(q, t). Throws std::domain_error if the conditional covariance is singular.
+  [[nodiscard]] Scalar log_density(const Pose& pose) const {
+    return orientation_.log_density(pose.rotation()) +
+           residual_.log_density(pose.translation() - conditional_mean(pose.rotation()));
+  }
+
+  template <std::uniform_random_bit_generator Rng>
+  [[nodiscard]] Pose sample(Rng& rng) const {
+    const Vector4<Scalar> q = orientation_.sample(rng);
+    return Pose::from_rotation_translation(q, conditional_mean(q) + residual_.sample(rng));
+  }
+
+ private:
+  /// B: rotations about the column B_i of the child's frame move the mode along the axis M_i.
+  [[nodiscard]] static Matrix3<Scalar> tangent_basis(const Orientation& orientation) {
+    return (left_matrix(orientation.mode()).transpose() * orientation.axes()).template block<3, 3>(1, 0);
+  }
+
+  Orientation orientation_;
+  Vector3<Scalar> mean_translation_;
+  Matrix3<Scalar> coupling_;
+  Gaussian<Scalar, 3> residual_;  // t - E[t | q]
+};
+
+template <std::floating_point Scalar>
+struct MomentMatchOptions {
+  /// Whether to keep the correlation of orientation and translation; without it the result is the independent
+  /// model.
+  bool keep_coupling = true;
+  /// See BinghamFitOptions.
+  Scalar min_eigenvalue = BinghamFitOptions<Scalar>{}.min_eigenvalue;
+};
+
+namespace detail {
+
+/// Throws unless all are non-negative and finite with a positive sum, which is returned.
+template <class Derived>
+[[nodiscard]] typename Derived::Scalar checked_weight_sum(const Eigen::MatrixBase<Derived>& weights) {
+  using Scalar = typename Derived::Scalar;
+  if (weights.size() == 0) throw_invalid("no samples to match, count", weights.size());
+  if (!weights.allFinite() || !(weights.minCoeff() >= Scalar(0)) || !(weights.sum() > Scalar(0)))
+      [[unlikely]] {
+    throw_invalid("weights are not finite and non-negative with a positive sum", weights.eval());
+  }
+  return weights.sum();
+}
+
+/// The inverse of a positive semidefinite matrix on its range.
+template <class Scalar>
+[[nodiscard]] Matrix3<Scalar> pseudo_inverse(const Matrix3<Scalar>& A) {
+  constexpr Scalar kReciprocalCondition = std::max(Scalar(1e-12), std::numeric_limits<Scalar>::epsilon());
+  const Eigen::SelfAdjointEigenSolver<Matrix3<Scalar>> eigen(A);
+  const Vector3<Scalar>& lambda = eigen.eigenvalues();
+  const Vector3<Scalar> inverse =
+      (lambda.array() > kReciprocalCondition * lambda[2]).select(lambda.cwiseInverse(), Scalar(0));
+  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+}  // namespace detail
+
+/// The density with the moments of weighted poses (the columns [q; p]; the weights need not be normalised).
+///
+/// The scatter matrix of q, E[t], Cov(t) and, if the coupling is kept, Cov(t, tau) are those of the samples
+/// (DQV-SLAM Alg. 2 line 12, with the weights normalised). The sign of any pose may be flipped. Throws on
+/// weights that are negative or sum to zero, and on anything not finite.
+template <class Points, class Weights>
+requires(Points::RowsAtCompileTime == 8) [[nodiscard]] BinghamGaussian<typename Points::Scalar> moment_match(
+    const Eigen::MatrixBase<Points>& points, const Eigen::MatrixBase<Weights>& weights,
+    const MomentMatchOptions<typename Points::Scalar>& options = {}) {
+  using Scalar = typename Points::Scalar;
+  const Scalar total = detail::checked_weight_sum(weights);
+  const auto rotation = [&](Eigen::Index k) -> Vector4<Scalar> { return points.col(k).template head<4>(); };
+  const auto translation = [&](Eigen::Index k) -> Vector3<Scalar> {
+    return DualQuaternion<Scalar>::unchecked(points.col(k)).translation();
+  };
+
+  Matrix4<Scalar> scatter = Matrix4<Scalar>::Zero();
+  Vector3<Scalar> mean = Vector3<Scalar>::Zero();
+  for (Eigen::Index k = 0; k < weights.size(); ++k) {
+    const Scalar w = weights[k] / total;
+    scatter += w * rotation(k) * rotation(k).transpose();
+    mean += w * translation(k);
+  }
+  const auto orientation = Bingham<Scalar, 4>::fit(scatter, {.min_eigenvalue = options.min_eigenvalue});
+
+  // Least squares of t on tau(q). In the axes of the fit the sample mean of tau is zero: its entries are
+  // off-diagonal ones of the diagonalised scatter.
+  const auto offset = [&](Eigen::Index k) -> Vector3<Scalar> {
+    const Vector4<Scalar> x = orientation.axes().transpose() * rotation(k);
+    return x[3] * x.template head<3>();
+  };
+  Matrix3<Scalar> coupling = Matrix3<Scalar>::Zero();
+  if (options.keep_coupling) {
+    Matrix3<Scalar> t_tau = Matrix3<Scalar>::Zero();
+    Matrix3<Scalar> tau_tau = Matrix3<Scalar>::Zero();
+    for (Eigen::Index k = 0; k < weights.size(); ++k) {
+      const Vector3<Scalar> weighted_offset = weights[k] / total * offset(k);
+      t_tau += (translation(k) - mean) * weighted_offset.transpose();
+      tau_tau += offset(k) * weighted_offset.transpose();
+    }
+    coupling = t_tau * detail::pseudo_inverse(tau_tau);
+  }
+  Matrix3<Scalar> residual_covariance = Matrix3<Scalar>::Zero();
+  for (Eigen::Index k = 0; k < weights.size(); ++k) {
+    const Vector3<Scalar> residual = translation(k) - mean - coupling * offset(k);
+    residual_covariance += weights[k] / total * residual * residual.transpose();
+  }
+  return {orientation, mean, coupling, residual_covariance};
+}
+
+template <std::floating_point Scalar, int Count>
+[[nodiscard]] BinghamGaussian<Scalar> moment_match(const WeightedSamples<Scalar, 8, Count>& samples,
+                                                   const MomentMatchOptions<Scalar>& options = {}) {
+  return moment_match(samples.points, samples.weights, options);
+}
+
+/// The density of y x for a constant pose y: a change of the parent frame. Exact.
+template <std::floating_point Scalar>
+[[nodiscard]] BinghamGaussian<Scalar> compose(const DualQuaternion<Scalar>& y,
+                                              const BinghamGaussian<Scalar>& x) {
+  const Matrix3<Scalar> R = y.rotation_matrix();
+  return {compose(y.rotation(), x.orientation()), y * x.mean_translation(), R * x.coupling(),
+          R * x.conditional_covariance() * R.transpose()};
+}
+
+/// The density with the moments of x y for a constant pose y: a change of the child frame.
+///
+/// The orientation q q_y is exact. The translation t + R(q) t_y is quadratic in the coordinates x_a = M_a.q,
+///
+///   R(q) t_y = sum_a x_a^2 c_aa + sum_(a<b) x_a x_b d_ab,   c_ab = vec(M_a t_y M_b*),   d_ab = c_ab + c_ba,
+///
+/// and its terms x_4 x_i = tau_i join the coupling. E[t], Cov(t) and Cov(t, tau) are exact by the fourth
+/// moments.
+template <std::floating_point Scalar>
+[[nodiscard]] BinghamGaussian<Scalar> compose(const BinghamGaussian<Scalar>& x,
+                                              const DualQuaternion<Scalar>& y) {
+  const Matrix4<Scalar>& M = x.orientation().axes();
+  Vector4<Scalar> t_y = Vector4<Scalar>::Zero();
+  t_y.template tail<3>() = y.translation();
+  const auto c = [&](int a, int b) -> Vector3<Scalar> {
+    return hamilton_product(hamilton_product(M.col(a), t_y), conjugate(M.col(b))).template tail<3>();
+  };
+  const Vector4<Scalar>& omega = x.orientation().second_moments();
+  const Matrix4<Scalar> fourth = x.orientation().fourth_moments();
+  Matrix<Scalar, 3, 4> squares;
+  Matrix3<Scalar> coupling = x.coupling();
+  Matrix3<Scalar> residual_covariance = x.conditional_covariance();
+  for (int a = 0; a < 4; ++a) squares.col(a) = c(a, a);
+  for (int i = 0; i < 3; ++i) {
+    coupling.col(i) += c(i, 3) + c(3, i);
+    for (int j = i + 1; j < 3; ++j) {
+      const Vector3<Scalar> d = c(i, j) + c(j, i);
+      residual_covariance += fourth(i, j) * d * d.transpose();
+    }
+  }
+  residual_covariance += squares * (fourth - omega * omega.transpose()) * squares.transpose();
+  return {compose(x.orientation(), y.rotation()), x.mean_translation() + squares * omega, coupling,
+          residual_covariance};
+}
+
+}  // namespace antipode

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include <Eigen/Core>
+
+#include <antipode/eigen_types.hpp>
+
+/// Inverse Laplace transform behind the Bingham normaliser, as a quadrature with nodes that do not depend on
+/// z.
+///
+///   N(z) = 2 pi^(d/2) / (2 pi i)  int_Gamma  e^s  prod_i (s - z_i)^(-1/2)  ds
+///
+/// With max z = 0 all branch points lie on (-inf, 0]. The parabola s(u) = mu (1 + i u)^2 wraps them, and the
+/// midpoint rule on it converges geometrically (Weideman and Trefethen, "Parabolic and hyperbolic contours
+/// for computing the Bromwich integral", 2007). All singularities sit at Im u = 1 whatever z is, so that mu
+/// = 4.5, h = 0.14 and 20 nodes give N and each of its derivatives to about 1e-14 RELATIVE from the uniform
+/// density to z = -1e15.
+namespace antipode::detail {
+
+inline constexpr int kContourNodes = 20;
+using ContourArray = Eigen::Array<double, kContourNodes, 1>;
+
+/// Nodes s_k and weights w_k = (2 mu h / pi) (1 + i u_k) e^(s_k); the conjugate half of the contour is folded
+/// in.
+struct BinghamContour {
+  ContourArray s_real, s_imag, w_real, w_imag;
+
+  [[nodiscard]] static const BinghamContour& instance() {
+    static const BinghamContour contour;
+    return contour;
+  }
+
+ private:
+  BinghamContour() {
+    constexpr long double kMu = 4.5L;
+    constexpr long double kStep = 0.14L;
+    for (int k = 0; k < kContourNodes; ++k) {
+      const std::complex<long double> direction(1.0L, (static_cast<long double>(k) + 0.5L) * kStep);
+      const std::complex<long double> s = kMu * direction * direction;
+      const std::complex<long double> w =
+          2.0L * kMu * kStep / std::numbers::pi_v<long double> * direction * std::exp(s);
+      s_real[k] = static_cast<double>(s.real());
+      s_imag[k] = static_cast<double>(s.imag());
+      w_real[k] = static_cast<double>(w.real());
+      w_imag[k] = static_cast<double>(w.imag());
+    }
+  }
+};
+
+/// The integrand on all nodes at once, for z with max z = 0. Real arithmetic on arrays, so that it
+/// vectorises.
+template <int Dim>
+class BinghamContourSum {
+ public:
+  explicit BinghamContourSum(const Vector<double, Dim>& z) : y_(BinghamContour::instance().s_imag) {
+    const BinghamContour& contour = BinghamContour::instance();
+    for (int i = 0; i < Dim; ++i) x_[i] = contour.s_real - z[i];
+    multiply_roots(contour);
+    sum_ = v_real_.sum();
+  }
+
+  /// log N(z).
+  [[nodiscard]] double log_normalizer() const {
+    using std::log;
+    return log(2.0 * sum_) + 0.5 * Dim * log(std::numbers::pi);
+  }
+
+  /// omega_i = E[x_i^2] = (1/2S) sum Re(v r_i), with the resolvent r_i = 1/(s - z_i).
+  [[nodiscard]] Vector<double, Dim> second_moments() const {
+    Vector<double, Dim> omega;
+    for (int i = 0; i < Dim; ++i) {
+      omega[i] = ((v_real_ * x_[i] + v_imag_ * y_) * inverse_norm_[i]).sum() / (2.0 * sum_);
+    }
+    return omega;
+  }
+
+  /// E[x_i^2 x_j^2] = (1/4S) sum Re(v r_i r_j), three times that on the diagonal.
+  [[nodiscard]] Matrix<double, Dim> fourth_moments() const {
+    Matrix<double, Dim> moments;
+    for (int i = 0; i < Dim; ++i) {
+      const ContourArray v_r_real = (v_real_ * x_[i] + v_imag_ * y_) * inverse_norm_[i];
+      const ContourArray v_r_imag = (v_imag_ * x_[i] - v_real_ * y_) * inverse_norm_[i];
+      for (int j = i; j < Dim; ++j) {
+        const double sum = ((v_r_real * x_[j] + v_r_imag * y_) * inverse_norm_[j]).sum();
+        moments(i, j) = moments(j, i) = (i == j ? 0.75 : 0.25) * sum / sum_;
+      }
+    }
+    return moments;
+  }
+
+ private:
+  /// v = w prod_i (s - z_i)^(-1/2). Every factor a has its argument in (0, pi), and so has the root of a PAIR
+  /// of factors, sqrt(a b) = (|b| a + |a| b) / sqrt(2 (|a||b| + Re a conj(b))): it halves the angle between
+  /// them. The root of the whole product would need its sheet. An odd dimension pairs its last factor with b
+  /// = 1.
+  void multiply_roots(const BinghamContour& contour) {
+    std::array<ContourArray, Dim> modulus;
+    for (int i = 0; i < Dim; ++i) {
+      const ContourArray norm = x_[i].square() + y_.square();
+      inverse_norm_[i] = norm.inverse();
+      modulus[i] = norm.sqrt();
+    }
+    v_real_ = contour.w_real;
+    v_imag_ = contour.w_imag;
+    ContourArray moduli = ContourArray::Ones();
+    ContourArray denominator = ContourArray::Ones();
+    const auto divide_by_root = [&](const ContourArray& root_real, const ContourArray& root_imag) {
+      const ContourArray real = v_real_ * root_real + v_imag_ * root_imag;
+      v_imag_ = v_imag_ * root_real - v_real_ * root_imag;
+      v_real_ = real;
+    };
+    for (int i = 0; i + 1 < Dim; i += 2) {
+      const ContourArray &x_a = x_[i], &x_b = x_[i + 1], &m_a = modulus[i], &m_b = modulus[i + 1];
+      divide_by_root(m_b * x_a + m_a * x_b, y_ * (m_a + m_b));
+      moduli *= m_a * m_b;
+      denominator *= 2.0 * (m_a * m_b + x_a * x_b + y_.square());
+    }
+    if constexpr (Dim % 2 == 1) {
+      const ContourArray &x_a = x_[Dim - 1], &m_a = modulus[Dim - 1];
+      divide_by_root(x_a + m_a, y_);
+      moduli *= m_a;
+      denominator *= 2.0 * (m_a + x_a);
+    }
+    const ContourArray scale = (moduli * denominator.sqrt()).inverse();
+    v_real_ *= scale;
+    v_imag_ *= scale;
+  }
+
+  const ContourArray& y_;                       // Im(s - z_i), the same for all i
+  std::array<ContourArray, Dim> x_;             // Re(s - z_i)
+  std::array<ContourArray, Dim> inverse_norm_;  // 1/|s - z_i|^2
+  ContourArray v_real_, v_imag_;
+  double sum_;
+};
+
+}  // namespace antipode::detail

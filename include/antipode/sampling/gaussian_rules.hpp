@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <concepts>
+
+#include <antipode/detail/check.hpp>
+#include <antipode/distributions/gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/weighted_samples.hpp>
+
+namespace antipode {
+
+/// A deterministic set of weighted points for N(0, I) on R^kDim.
+///
+/// Laws: the weights are non-negative and sum to one; the set is symmetric (g and -g with the same weight, so
+/// that all odd moments vanish); the second moments are the identity. Each rule says up to which degree it is
+/// exact.
+template <class Rule>
+concept GaussianRule = requires(const Rule& rule) {
+  {
+    rule.template standard<double>()
+    } -> std::convertible_to<WeightedSamples<double, Rule::kDim, Rule::kCount>>;
+  {
+    rule.template standard<float>()
+    } -> std::convertible_to<WeightedSamples<float, Rule::kDim, Rule::kCount>>;
+};
+
+/// 2 Dim + 1 points: the centre with weight kappa/(Dim + kappa) and +-sqrt(Dim + kappa) e_i. Exact to degree
+/// 3; the fourth moment of each axis is Dim + kappa (3 is the Gaussian's). kappa >= 0 keeps the weights
+/// non-negative; for kappa = 0 the centre counts nothing and CubatureRule saves it. Reference: Julier and
+/// Uhlmann, 2004.
+template <int Dim>
+struct UnscentedRule {
+  static constexpr int kDim = Dim;
+  static constexpr int kCount = 2 * Dim + 1;
+
+  double kappa = Dim < 3 ? 3.0 - Dim : 0.0;
+
+  /// Throws unless kappa >= 0.
+  template <std::floating_point Scalar>
+  [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
+    using std::sqrt;
+    if (!(kappa >= 0.0) || !std::isfinite(kappa)) [[unlikely]] {
+      detail::throw_invalid("kappa of the unscented rule is not in [0, inf)", kappa);
+    }
+    const Scalar spread = static_cast<Scalar>(Dim + kappa);
+    WeightedSamples<Scalar, Dim, kCount> samples;
+    samples.points << Vector<Scalar, Dim>::Zero(), sqrt(spread) * Matrix<Scalar, Dim>::Identity(),
+        -sqrt(spread) * Matrix<Scalar, Dim>::Identity();
+    samples.weights.setConstant(Scalar(0.5) / spread);
+    samples.weights[0] = static_cast<Scalar>(kappa) / spread;
+    return samples;
+  }
+};
+
+/// The 2 Dim points +-sqrt(Dim) e_i with equal weights: the unscented rule for kappa = 0 without its
+/// weightless centre. Exact to degree 3. Reference: Arasaratnam and Haykin, "Cubature Kalman filters", 2009.
+template <int Dim>
+struct CubatureRule {
+  static constexpr int kDim = Dim;
+  static constexpr int kCount = 2 * Dim;
+
+  template <std::floating_point Scalar>
+  [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
+    using std::sqrt;
+    const Matrix<Scalar, Dim> axes = sqrt(Scalar(Dim)) * Matrix<Scalar, Dim>::Identity();
+    WeightedSamples<Scalar, Dim, kCount> samples;
+    samples.points << axes, -axes;
+    samples.weights.setConstant(Scalar(0.5) / Scalar(Dim));
+    return samples;
+  }
+};
+
+/// 1 + 2 Dim + 2^Dim points (15 for Dim = 3): the centre, +-sqrt(6) e_i and the corners sqrt(3/2) (+-1, ...,
+/// +-1). Exact to degree 5 with positive weights for Dim <= 6. Reference: Stroud, "Approximate calculation of
+/// multiple integrals", 1971 (E_n^r2 5-5).
+template <int Dim>
+requires(Dim >= 2 && Dim <= 6) struct Degree5Rule {
+  static constexpr int kDim = Dim;
+  static constexpr int kCorners = 1 << Dim;
+  static constexpr int kCount = 1 + 2 * Dim + kCorners;
+
+  template <std::floating_point Scalar>
+  [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
+    using std::sqrt;
+    constexpr Scalar kAxisSquare(6), kCornerSquare(1.5);
+    constexpr Scalar kAxisWeight = Scalar(1) / (kAxisSquare * kAxisSquare);
+    constexpr Scalar kCornerWeight = Scalar(1) / (Scalar(kCorners) * kCornerSquare * kCornerSquare);
+    const Matrix<Scalar, Dim> axes = sqrt(kAxisSquare) * Matrix<Scalar, Dim>::Identity();
+    WeightedSamples<Scalar, Dim, kCount> samples;
+    samples.points.template leftCols<2 * Dim + 1>() << Vector<Scalar, Dim>::Zero(), axes, -axes;
+    samples.weights[0] = Scalar(1) - Scalar(2 * Dim) * kAxisWeight - Scalar(kCorners) * kCornerWeight;
+    samples.weights.template segment<2 * Dim>(1).setConstant(kAxisWeight);
+    for (int corner = 0; corner < kCorners; ++corner) {
+      for (int i = 0; i < Dim; ++i) {
+        samples.points(i, 1 + 2 * Dim + corner) = (corner >> i & 1 ? -1 : 1) * sqrt(kCornerSquare);
+      }
+    }
+    samples.weights.template tail<kCorners>().setConstant(kCornerWeight);
+    return samples;
+  }
+};
+
+/// Dim^2 + 3 Dim + 3 points (57 for Dim = 6): the centre and, on the sphere of radius sqrt(Dim + 2), +- the
+/// vertices a_k of a regular simplex and +- the projected midpoints of its edges. Exact to degree 5 with
+/// positive weights for Dim <= 6. Reference: I. P. Mysovskikh, "The approximation of multiple integrals by
+/// using interpolatory cubature formulae", 1980.
+template <int Dim>
+requires(Dim >= 2 && Dim <= 6) struct MysovskikhRule {
+  static constexpr int kDim = Dim;
+  static constexpr int kVertices = Dim + 1;
+  static constexpr int kMidpoints = Dim * (Dim + 1) / 2;
+  static constexpr int kCount = 1 + 2 * (kVertices + kMidpoints);
+
+  template <std::floating_point Scalar>
+  [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
+    using std::sqrt;
+    constexpr Scalar n(Dim);
+    constexpr Scalar kDenominator = (n + 1) * (n + 1) * (n + 2) * (n + 2);
+    constexpr Scalar kVertexWeight = n * n * (7 - n) / (2 * kDenominator);
+    constexpr Scalar kMidpointWeight = 2 * (n - 1) * (n - 1) / kDenominator;
+
+    const Scalar radius = sqrt(n + 2);
+    const Matrix<Scalar, Dim, kVertices> a = simplex<Scalar>();
+    WeightedSamples<Scalar, Dim, kCount> samples;
+    int count = 0;
+    const auto add = [&](const Vector<Scalar, Dim>& point, Scalar weight) {
+      samples.points.col(count) = point;
+      samples.weights[count++] = weight;
+    };
+    const auto add_pair = [&](const Vector<Scalar, Dim>& direction, Scalar weight) {
+      add(radius * direction, weight);
+      add(-radius * direction, weight);
+    };
+    add(Vector<Scalar, Dim>::Zero(), 2 / (n + 2));
+    for (int k = 0; k < kVertices; ++k) add_pair(a.col(k), kVertexWeight);
+    for (int k = 0; k < kVertices; ++k) {
+      for (int l = k + 1; l < kVertices; ++l) add_pair((a.col(k) + a.col(l)).normalized(), kMidpointWeight);
+    }
+    return samples;
+  }
+
+ private:
+  /// The Dim + 1 vertices of a regular simplex on the unit sphere.
+  template <class Scalar>
+  [[nodiscard]] static Matrix<Scalar, Dim, kVertices> simplex() {
+    using std::sqrt;
+    constexpr Scalar n(Dim);
+    Matrix<Scalar, Dim, kVertices> a = Matrix<Scalar, Dim, kVertices>::Zero();
+    for (int i = 0; i < Dim; ++i) {
+      const Scalar left = n - Scalar(i);  // coordinates from i on
+      a(i, i) = sqrt((n + 1) * left / (n * (left + 1)));
+      a.row(i).tail(Dim - i).setConstant(-sqrt((n + 1) / (n * left * (left + 1))));
+    }
+    return a;
+  }
+};
+
+/// The rule for N(0, I) carried to a Gaussian: mean + L g_k. Mean and covariance are exact.
+template <GaussianRule Rule, std::floating_point Scalar>
+[[nodiscard]] WeightedSamples<Scalar, Rule::kDim, Rule::kCount> sample(
+    const Rule& rule, const Gaussian<Scalar, Rule::kDim>& gaussian) {
+  auto samples = rule.template standard<Scalar>();
+  samples.points = ((gaussian.sqrt_factor() * samples.points).colwise() + gaussian.mean()).eval();
+  return samples;
+}
+
+}  // namespace antipode

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+
+#include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/quaternion.hpp>
+#include <antipode/sampling/bingham_rules.hpp>
+#include <antipode/sampling/gaussian_rules.hpp>
+#include <antipode/weighted_samples.hpp>
+
+/// Deterministic samples of a pose density, the columns [q; p]. They honour the coupling of translation and
+/// orientation and reproduce E[q q^T], E[t] and Cov(t | q) exactly; Cov(t) and Cov(t, tau) as far as the
+/// orientations' fourth moments are right. moment_match gives the density back.
+namespace antipode {
+
+/// All pairs of an orientation and a translation sample (DQV-SLAM Alg. 1), weights multiplied.
+template <class OrientationRule, GaussianRule TranslationRule>
+requires(OrientationRule::kDim == 4 && TranslationRule::kDim == 3) struct CartesianPoseRule {
+  static constexpr int kCount = OrientationRule::kCount * TranslationRule::kCount;
+
+  OrientationRule orientation{};
+  TranslationRule translation{};
+};
+
+/// The 57 points of Mysovskikh's rule in R^6, three coordinates for the orientation (laid out as in
+/// GnomonicRule) and three for the translation: all that the 225 pairs of RichPoseRule reproduce, at a
+/// quarter of the points.
+struct JointPoseRule {
+  static constexpr int kCount = MysovskikhRule<6>::kCount;
+};
+
+/// 7 x 7 = 49 points: the sampling of DQV-SLAM.
+using PaperPoseRule = CartesianPoseRule<BinghamBaseRule, UnscentedRule<3>>;
+/// 15 x 15 = 225 points, exact to degree 5 where the orientation is concentrated.
+using RichPoseRule = CartesianPoseRule<BinghamGnomonicRule, Degree5Rule<3>>;
+
+namespace detail {
+
+/// [q; p] with p = 1/2 (0, t) q.
+template <class Scalar>
+[[nodiscard]] Vector8<Scalar> pose_coefficients(const Vector4<Scalar>& q, const Vector3<Scalar>& t) {
+  Vector8<Scalar> x;
+  x << q, Scalar(0.5) * hamilton_product(Vector4<Scalar>(Scalar(0), t[0], t[1], t[2]), q);
+  return x;
+}
+
+}  // namespace detail
+
+template <class OrientationRule, GaussianRule TranslationRule, std::floating_point Scalar>
+[[nodiscard]] WeightedSamples<Scalar, 8, CartesianPoseRule<OrientationRule, TranslationRule>::kCount> sample(
+    const CartesianPoseRule<OrientationRule, TranslationRule>& rule, const BinghamGaussian<Scalar>& density) {
+  const auto orientations = sample(rule.orientation, density.orientation());
+  const auto standard = rule.translation.template standard<Scalar>();
+  const Matrix<Scalar, 3, TranslationRule::kCount> residuals =
+      density.conditional_sqrt_factor() * standard.points;
+  WeightedSamples<Scalar, 8, CartesianPoseRule<OrientationRule, TranslationRule>::kCount> samples;
+  int count = 0;
+  for (int i = 0; i < orientations.size(); ++i) {
+    const Vector4<Scalar> q = orientations.points.col(i);
+    const Vector3<Scalar> mean = density.conditional_mean(q);
+    for (int j = 0; j < standard.size(); ++j) {
+      samples.points.col(count) = detail::pose_coefficients<Scalar>(q, mean + residuals.col(j));
+      samples.weights[count++] = orientations.weights[i] * standard.weights[j];
+    }
+  }
+  return samples;
+}
+
+template <std::floating_point Scalar>
+[[nodiscard]] WeightedSamples<Scalar, 8, JointPoseRule::kCount> sample(
+    const JointPoseRule&, const BinghamGaussian<Scalar>& density) {
+  static const auto standard = MysovskikhRule<6>{}.template standard<Scalar>();
+  const Vector4<Scalar> spread = density.orientation().second_moments().cwiseSqrt();
+  WeightedSamples<Scalar, 8, JointPoseRule::kCount> samples;
+  for (int k = 0; k < samples.size(); ++k) {
+    const auto g = standard.points.col(k);
+    const Vector4<Scalar> y = spread.cwiseProduct(g.template head<3>().homogeneous());
+    const Vector4<Scalar> q = density.orientation().axes() * y.normalized();
+    const Vector3<Scalar> t =
+        density.conditional_mean(q) + density.conditional_sqrt_factor() * g.template tail<3>();
+    samples.points.col(k) = detail::pose_coefficients(q, t);
+    samples.weights[k] = standard.weights[k] * y.squaredNorm();
+  }
+  return samples;
+}
+
+}  // namespace antipode
