@@ -25,8 +25,7 @@ namespace antipode {
 template <std::floating_point Scalar>
 struct BinghamFitOptions {
   /// Smallest second moment of a fitted density; smaller eigenvalues of the scatter are raised to it. 5e-9 is
-  /// a concentration of -1e8, a rotation known to 0.008 degrees. In float no scatter matrix resolves less
-  /// than 1.2e-7.
+  /// a concentration of -1e8, a rotation known to 0.008 degrees. A scatter in float resolves 1.2e-7 at best.
   Scalar min_eigenvalue = std::max(Scalar(5e-9), std::numeric_limits<Scalar>::epsilon());
 };
 
@@ -36,9 +35,9 @@ struct BinghamFitOptions {
 ///
 /// f(x) = f(-x), as q and -q are the same rotation. The columns of M are the axes, the last one is the mode;
 /// z are the concentrations, all zero for the uniform density. N is with respect to the surface measure of
-/// the whole sphere. In the eigenbasis (coordinates M^T x) all mixed second moments vanish and E[x_i^2] =
-/// omega_i, ascending like z. References: C. Bingham, "An antipodally symmetric distribution on the sphere",
-/// 1974; DQV-SLAM sec. III-B.
+/// the whole sphere. In the eigenbasis (coordinates M^T x) the mixed second moments vanish, and the others,
+/// omega_i = E[x_i^2], ascend like z. References: C. Bingham, "An antipodally symmetric distribution on the
+/// sphere", 1974; DQV-SLAM sec. III-B.
 template <std::floating_point Scalar_, int Dim>
 requires(Dim >= 2 && Dim <= 8) class Bingham {
  public:
@@ -49,8 +48,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   using FitOptions = BinghamFitOptions<Scalar>;
 
   /// The density with the given axes (columns) and concentrations, in any order and with any shift. The axes
-  /// must be orthonormal within 1e-6 and are made exactly so; the concentrations finite and at most 1e15
-  /// apart.
+  /// must be orthonormal within 1e-6 and are made exactly so; the concentrations at most 1e15 apart.
   [[nodiscard]] static Bingham from_parameters(const MatrixType& axes, const VectorType& concentrations) {
     detail::require_finite("Bingham concentrations are not finite", concentrations);
     auto [M, z] = sorted(orthonormalized(axes), concentrations);
@@ -78,8 +76,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
     return from_sorted_moments(eigen.eigenvectors(), eigen.eigenvalues(), options);
   }
 
-  /// The density with the given axes and second moments E[x_i^2] along them: non-negative with unit sum, in
-  /// any order.
+  /// The density with the given axes and second moments along them, in any order: non-negative, of unit sum.
   [[nodiscard]] static Bingham from_moments(const MatrixType& axes, const VectorType& second_moments,
                                             const FitOptions& options = {}) {
     detail::require_finite("second moments are not finite", second_moments);
@@ -163,8 +160,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   Bingham(const MatrixType& axes, const VectorType& z, const Normalizer& normalizer)
       : axes_(axes), z_(z), normalizer_(normalizer) {}
 
-  /// The orthogonal matrix nearest to an almost orthogonal one: two Newton-Schulz steps, each squares the
-  /// defect.
+  /// The nearest orthogonal matrix to an almost orthogonal one: each Newton-Schulz step squares the defect.
   [[nodiscard]] static MatrixType orthonormalized(const MatrixType& axes) {
     constexpr Scalar kTolerance = std::max(Scalar(1e-6), Scalar(32) * std::numeric_limits<Scalar>::epsilon());
     MatrixType M = axes;
@@ -197,8 +193,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
             {static_cast<Scalar>(solution.log_normalizer), solution.second_moments.template cast<Scalar>()}};
   }
 
-  /// Second moments raised to the smallest one allowed and summing to one; throws if they never were a
-  /// scatter's.
+  /// The moments raised to the smallest one allowed, of unit sum. Throws on what is no scatter's spectrum.
   [[nodiscard]] static Vector<double, Dim> admissible_moments(const Vector<double, Dim>& moments,
                                                               const FitOptions& options) {
     constexpr double kEpsilon = std::numeric_limits<Scalar>::epsilon();

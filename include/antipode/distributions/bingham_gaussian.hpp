@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <random>
-
-#include <Eigen/Eigenvalues>
 
 #include <antipode/detail/check.hpp>
 #include <antipode/distributions/bingham.hpp>
@@ -15,17 +14,27 @@
 #include <antipode/weighted_samples.hpp>
 
 namespace antipode {
+namespace detail {
+
+/// tau(q) = (m.q) (M_1.q, M_2.q, M_3.q).
+template <class Scalar>
+[[nodiscard]] Vector3<Scalar> orientation_offset(const Bingham<Scalar, 4>& orientation,
+                                                 const Vector4<Scalar>& q) {
+  const Vector4<Scalar> x = orientation.axes().transpose() * q;
+  return x[3] * x.template head<3>();
+}
+
+}  // namespace detail
 
 /// A density of poses: Bingham orientation, Gaussian translation given the orientation.
 ///
-///   q ~ Bingham(M, z),   t | q ~ N(mu + G tau(q), Sc),   tau_i(q) = (m.q)(M_i.q), i = 1..3,  m = M_4 the
-///   mode
+///   q ~ Bingham(M, z),   t | q ~ N(mu + G tau(q), Sc),   tau_i(q) = (M_4.q)(M_i.q),  i = 1, 2, 3
 ///
-/// tau is half the rotation vector from the mode to q, in the basis M_1..M_3, for small rotations. It is
-/// quadratic in q, so that q and -q give the same density; E[tau] = 0, hence E[t] = mu; Cov(tau) =
-/// diag(E[x_4^2 x_i^2]) = T, hence Cov(t) = Sc + G T G^T and Cov(t, tau) = G T. The coupling G = 0 is the
-/// independent model of DQV-SLAM sec. III-B. The density is with respect to the surface measure of the whole
-/// S^3 times volume. Its marginals: Bingham, exactly.
+/// For small rotations tau is half the rotation vector from the mode M_4 to q, in the basis M_1, M_2, M_3. It
+/// is quadratic in q, so that q and -q have the same density, and its moments are those of the Bingham
+/// density: E[tau] = 0 and Cov(tau) = diag(E[x_4^2 x_i^2]) = T. Hence E[t] = mu, Cov(t) = Sc + G T G^T and
+/// Cov(t, tau) = G T. The coupling G = 0 is the independent model of DQV-SLAM sec. III-B. The density is with
+/// respect to the surface measure of the whole S^3 times volume; the marginal of q is the Bingham density.
 template <std::floating_point Scalar_>
 class BinghamGaussian {
  public:
@@ -88,8 +97,7 @@ class BinghamGaussian {
 
   /// tau(q); tau(-q) is the same.
   [[nodiscard]] Vector3<Scalar> orientation_offset(const Vector4<Scalar>& q) const {
-    const Vector4<Scalar> x = orientation_.axes().transpose() * q;
-    return x[3] * x.template head<3>();
+    return detail::orientation_offset(orientation_, q);
   }
   /// E[t | q] = mu + G tau(q).
   [[nodiscard]] Vector3<Scalar> conditional_mean(const Vector4<Scalar>& q) const {
@@ -111,9 +119,9 @@ class BinghamGaussian {
     return Pose::from_rotation_translation(orientation_.mode(), mean_translation_);
   }
 
-  /// The covariance of xi = (phi, rho), rotation first, in pose() exp(xi): linearised at the mode, where phi
-  /// = 2 B tau, Cov(tau) = diag(omega_1..omega_3) and rho = R^T (t - mu). For a concentrated orientation;
-  /// relative error of order omega_3.
+  /// The covariance of xi = (phi, rho), rotation first, in pose() exp(xi). Linearised at the mode, where
+  /// phi = 2 B tau, Cov(tau) = diag(omega_1, omega_2, omega_3) and rho = R^T (t - mu): for a concentrated
+  /// orientation, with a relative error of order omega_3.
   [[nodiscard]] Matrix6<Scalar> covariance() const {
     const Matrix3<Scalar> B = tangent_basis(orientation_);
     const Matrix3<Scalar> R = rotation_matrix(orientation_.mode());
@@ -152,8 +160,7 @@ class BinghamGaussian {
 
 template <std::floating_point Scalar>
 struct MomentMatchOptions {
-  /// Whether to keep the correlation of orientation and translation; without it the result is the independent
-  /// model.
+  /// Whether to keep the correlation of orientation and translation; without it the result is independent.
   bool keep_coupling = true;
   /// See BinghamFitOptions.
   Scalar min_eigenvalue = BinghamFitOptions<Scalar>{}.min_eigenvalue;
@@ -161,27 +168,15 @@ struct MomentMatchOptions {
 
 namespace detail {
 
-/// Throws unless all are non-negative and finite with a positive sum, which is returned.
-template <class Derived>
-[[nodiscard]] typename Derived::Scalar checked_weight_sum(const Eigen::MatrixBase<Derived>& weights) {
-  using Scalar = typename Derived::Scalar;
-  if (weights.size() == 0) throw_invalid("no samples to match, count", weights.size());
-  if (!weights.allFinite() || !(weights.minCoeff() >= Scalar(0)) || !(weights.sum() > Scalar(0)))
-      [[unlikely]] {
+/// The weights over their sum. Throws unless all are non-negative and finite, with a positive sum.
+template <class Weights>
+[[nodiscard]] auto normalized_weights(const Eigen::MatrixBase<Weights>& weights) {
+  using Scalar = typename Weights::Scalar;
+  const Scalar sum = weights.sum();
+  if (!std::isfinite(sum) || !(sum > Scalar(0)) || !(weights.minCoeff() >= Scalar(0))) [[unlikely]] {
     throw_invalid("weights are not finite and non-negative with a positive sum", weights.eval());
   }
-  return weights.sum();
-}
-
-/// The inverse of a positive semidefinite matrix on its range.
-template <class Scalar>
-[[nodiscard]] Matrix3<Scalar> pseudo_inverse(const Matrix3<Scalar>& A) {
-  constexpr Scalar kReciprocalCondition = std::max(Scalar(1e-12), std::numeric_limits<Scalar>::epsilon());
-  const Eigen::SelfAdjointEigenSolver<Matrix3<Scalar>> eigen(A);
-  const Vector3<Scalar>& lambda = eigen.eigenvalues();
-  const Vector3<Scalar> inverse =
-      (lambda.array() > kReciprocalCondition * lambda[2]).select(lambda.cwiseInverse(), Scalar(0));
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  return (weights / sum).eval();
 }
 
 }  // namespace detail
@@ -196,7 +191,10 @@ requires(Points::RowsAtCompileTime == 8) [[nodiscard]] BinghamGaussian<typename 
     const Eigen::MatrixBase<Points>& points, const Eigen::MatrixBase<Weights>& weights,
     const MomentMatchOptions<typename Points::Scalar>& options = {}) {
   using Scalar = typename Points::Scalar;
-  const Scalar total = detail::checked_weight_sum(weights);
+  if (points.cols() != weights.size()) [[unlikely]] {
+    detail::throw_invalid("there must be one weight a sample, weights", weights.size());
+  }
+  const auto w = detail::normalized_weights(weights);
   const auto rotation = [&](Eigen::Index k) -> Vector4<Scalar> { return points.col(k).template head<4>(); };
   const auto translation = [&](Eigen::Index k) -> Vector3<Scalar> {
     return DualQuaternion<Scalar>::unchecked(points.col(k)).translation();
@@ -204,34 +202,31 @@ requires(Points::RowsAtCompileTime == 8) [[nodiscard]] BinghamGaussian<typename 
 
   Matrix4<Scalar> scatter = Matrix4<Scalar>::Zero();
   Vector3<Scalar> mean = Vector3<Scalar>::Zero();
-  for (Eigen::Index k = 0; k < weights.size(); ++k) {
-    const Scalar w = weights[k] / total;
-    scatter += w * rotation(k) * rotation(k).transpose();
-    mean += w * translation(k);
+  for (Eigen::Index k = 0; k < w.size(); ++k) {
+    scatter += w[k] * rotation(k) * rotation(k).transpose();
+    mean += w[k] * translation(k);
   }
   const auto orientation = Bingham<Scalar, 4>::fit(scatter, {.min_eigenvalue = options.min_eigenvalue});
 
-  // Least squares of t on tau(q). In the axes of the fit the sample mean of tau is zero: its entries are
-  // off-diagonal ones of the diagonalised scatter.
-  const auto offset = [&](Eigen::Index k) -> Vector3<Scalar> {
-    const Vector4<Scalar> x = orientation.axes().transpose() * rotation(k);
-    return x[3] * x.template head<3>();
-  };
+  // G by least squares of t on tau, whose sample mean is zero: it is off the diagonal of the scatter in the
+  // axes of the fit.
   Matrix3<Scalar> coupling = Matrix3<Scalar>::Zero();
   if (options.keep_coupling) {
     Matrix3<Scalar> t_tau = Matrix3<Scalar>::Zero();
     Matrix3<Scalar> tau_tau = Matrix3<Scalar>::Zero();
-    for (Eigen::Index k = 0; k < weights.size(); ++k) {
-      const Vector3<Scalar> weighted_offset = weights[k] / total * offset(k);
-      t_tau += (translation(k) - mean) * weighted_offset.transpose();
-      tau_tau += offset(k) * weighted_offset.transpose();
+    for (Eigen::Index k = 0; k < w.size(); ++k) {
+      const Vector3<Scalar> tau = detail::orientation_offset(orientation, rotation(k));
+      t_tau += w[k] * (translation(k) - mean) * tau.transpose();
+      tau_tau += w[k] * tau * tau.transpose();
     }
     coupling = t_tau * detail::pseudo_inverse(tau_tau);
   }
+
   Matrix3<Scalar> residual_covariance = Matrix3<Scalar>::Zero();
-  for (Eigen::Index k = 0; k < weights.size(); ++k) {
-    const Vector3<Scalar> residual = translation(k) - mean - coupling * offset(k);
-    residual_covariance += weights[k] / total * residual * residual.transpose();
+  for (Eigen::Index k = 0; k < w.size(); ++k) {
+    const Vector3<Scalar> tau = detail::orientation_offset(orientation, rotation(k));
+    const Vector3<Scalar> residual = translation(k) - mean - coupling * tau;
+    residual_covariance += w[k] * residual * residual.transpose();
   }
   return {orientation, mean, coupling, residual_covariance};
 }
@@ -257,8 +252,7 @@ template <std::floating_point Scalar>
 ///
 ///   R(q) t_y = sum_a x_a^2 c_aa + sum_(a<b) x_a x_b d_ab,   c_ab = vec(M_a t_y M_b*),   d_ab = c_ab + c_ba,
 ///
-/// and its terms x_4 x_i = tau_i join the coupling. E[t], Cov(t) and Cov(t, tau) are exact by the fourth
-/// moments.
+/// and its terms x_4 x_i = tau_i join the coupling. Fourth moments make E[t], Cov(t) and Cov(t, tau) exact.
 template <std::floating_point Scalar>
 [[nodiscard]] BinghamGaussian<Scalar> compose(const BinghamGaussian<Scalar>& x,
                                               const DualQuaternion<Scalar>& y) {

@@ -40,7 +40,7 @@ class Gaussian {
   [[nodiscard]] const Mean& mean() const noexcept { return mean_; }
   [[nodiscard]] const Covariance& covariance() const noexcept { return covariance_; }
 
-  /// L with L L^T = covariance: the lower Cholesky factor, or an eigenvector root if the covariance is
+  /// L with L L^T = covariance: the lower Cholesky factor, or V sqrt(lambda) where the covariance is
   /// singular.
   [[nodiscard]] const Covariance& sqrt_factor() const noexcept { return root_.L; }
 

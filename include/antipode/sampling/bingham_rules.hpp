@@ -15,8 +15,8 @@
 #include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/weighted_samples.hpp>
 
-/// Deterministic samples of a Bingham density. Every rule reproduces the scatter matrix E[x x^T] exactly, so
-/// that a fit to the samples gives the density back. One point stands for each antipodal pair: only
+/// Deterministic samples of a Bingham density. Every rule reproduces the scatter matrix E[x x^T] exactly: a
+/// fit to the samples gives the density back. One point stands for each antipodal pair, so that only
 /// statistics that ignore the sign of x have a meaning.
 namespace antipode {
 
@@ -25,9 +25,8 @@ namespace antipode {
 ///   y_k = (sqrt(omega_i) g_ki, i < Dim;  sqrt(omega_Dim)),   x_k = M y_k/|y_k|,   weight c_k |y_k|^2
 ///
 /// The weight undoes the normalisation, hence the scatter sum_k c_k M y_k y_k^T M^T = M diag(omega) M^T: in
-/// closed form, for every concentration down to the uniform density, with positive weights. Where the density
-/// is concentrated, all moments the cubature integrates are right; the degree-5 default gets the fourth ones
-/// that way.
+/// closed form and with positive weights for every concentration, the uniform density included. Where the
+/// density is concentrated, all moments that the cubature integrates are right as well.
 template <GaussianRule Cubature>
 struct GnomonicRule {
   static constexpr int kDim = Cubature::kDim + 1;
@@ -55,13 +54,13 @@ template <GaussianRule Cubature, std::floating_point Scalar>
 }
 
 /// The 2 Dim - 1 points of the base scheme (7 on S^3): the mode with weight lambda omega_Dim and a symmetric
-/// pair of points on the great circle through the mode and each other axis. It is the gnomonic rule of the
-/// unscented points.
+/// pair on the great circle from the mode to each other axis. It is the gnomonic rule of the unscented
+/// points.
 ///
-/// lambda trades the weight of the mode against the angle of the pairs, 0 <= lambda <= 0.95. The scatter is
-/// exact, the fourth moments are not: 3/(1 - lambda) times the squared variance on each axis where 3 is
-/// right, and no mixed ones. References: Gilitschenski et al., "Unscented orientation estimation based on the
-/// Bingham distribution", 2016; DQV-SLAM sec. III-C.
+/// lambda trades the weight of the mode against the angle of the pairs, 0 <= lambda <= 0.95. The fourth
+/// moments are wrong: 3/(1 - lambda) squared variances on each axis where 3 is right, and no mixed ones.
+/// References: Gilitschenski et al., "Unscented orientation estimation based on the Bingham distribution",
+/// 2016; DQV-SLAM sec. III-C.
 struct BinghamBaseRule {
   static constexpr int kDim = 4;
   static constexpr int kCount = 7;
@@ -80,15 +79,13 @@ template <std::floating_point Scalar, int Dim>
   return sample(GnomonicRule<UnscentedRule<Dim - 1>>{{.kappa = kappa}}, bingham);
 }
 
-/// Equally weighted samples: the points of a symmetric rule laid out by the exponential map at the mode, then
-/// moved by
+/// Equally weighted samples: the points of a rule laid out by the exponential map at the mode, then moved by
 ///
 ///   x <- A x / |A x|,   A = S^(1/2) (S^(-1/2) T S^(-1/2))^(-1/2) S^(-1/2),   T = scatter of the samples,
 ///
-/// until their scatter T is that of the density, S. The fixed point needs 2 to 9 steps where the density is
-/// concentrated, up to some 65 where it is dispersed, with a dozen points or more. Few points cannot match
-/// every dispersed density with equal weights; the samples are then those of GnomonicRule, and the weights
-/// tell.
+/// until their scatter T is that of the density, S. A dozen points need 2 to 9 steps where the density is
+/// concentrated, up to some 65 where it is dispersed. Few points cannot match every dispersed density with
+/// equal weights; the samples are then those of GnomonicRule, and their weights tell.
 template <GaussianRule Cubature>
 struct EqualWeightRule {
   static constexpr int kDim = Cubature::kDim + 1;

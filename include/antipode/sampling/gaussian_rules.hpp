@@ -13,9 +13,9 @@ namespace antipode {
 
 /// A deterministic set of weighted points for N(0, I) on R^kDim.
 ///
-/// Laws: the weights are non-negative and sum to one; the set is symmetric (g and -g with the same weight, so
-/// that all odd moments vanish); the second moments are the identity. Each rule says up to which degree it is
-/// exact.
+/// Laws: the weights are non-negative and sum to one; the set is symmetric, g and -g with the same weight, so
+/// that all odd moments vanish; the second moments are the identity. A rule exact to degree 5 has the fourth
+/// moments of the Gaussian too: 3 for each coordinate, 1 for each pair.
 template <class Rule>
 concept GaussianRule = requires(const Rule& rule) {
   {
@@ -27,9 +27,9 @@ concept GaussianRule = requires(const Rule& rule) {
 };
 
 /// 2 Dim + 1 points: the centre with weight kappa/(Dim + kappa) and +-sqrt(Dim + kappa) e_i. Exact to degree
-/// 3; the fourth moment of each axis is Dim + kappa (3 is the Gaussian's). kappa >= 0 keeps the weights
-/// non-negative; for kappa = 0 the centre counts nothing and CubatureRule saves it. Reference: Julier and
-/// Uhlmann, 2004.
+/// 3; the fourth moments are Dim + kappa and 0. Weights are non-negative for kappa >= 0; for kappa = 0 the
+/// centre counts nothing, and CubatureRule saves it. Reference: Julier and Uhlmann, "Unscented filtering and
+/// nonlinear estimation", 2004.
 template <int Dim>
 struct UnscentedRule {
   static constexpr int kDim = Dim;

@@ -10,23 +10,21 @@
 
 #include <antipode/eigen_types.hpp>
 
-/// Inverse Laplace transform behind the Bingham normaliser, as a quadrature with nodes that do not depend on
-/// z.
+/// The inverse Laplace transform behind the Bingham normaliser, by a quadrature with fixed nodes.
 ///
 ///   N(z) = 2 pi^(d/2) / (2 pi i)  int_Gamma  e^s  prod_i (s - z_i)^(-1/2)  ds
 ///
 /// With max z = 0 all branch points lie on (-inf, 0]. The parabola s(u) = mu (1 + i u)^2 wraps them, and the
 /// midpoint rule on it converges geometrically (Weideman and Trefethen, "Parabolic and hyperbolic contours
-/// for computing the Bromwich integral", 2007). All singularities sit at Im u = 1 whatever z is, so that mu
-/// = 4.5, h = 0.14 and 20 nodes give N and each of its derivatives to about 1e-14 RELATIVE from the uniform
+/// for computing the Bromwich integral", 2007). All singularities sit at Im u = 1 whatever z is: mu = 4.5,
+/// h = 0.14 and 20 nodes give N and its derivatives to about 1e-14, each RELATIVE to itself, from the uniform
 /// density to z = -1e15.
 namespace antipode::detail {
 
 inline constexpr int kContourNodes = 20;
 using ContourArray = Eigen::Array<double, kContourNodes, 1>;
 
-/// Nodes s_k and weights w_k = (2 mu h / pi) (1 + i u_k) e^(s_k); the conjugate half of the contour is folded
-/// in.
+/// Nodes s_k and weights w_k = (2 mu h / pi) (1 + i u_k) e^(s_k), the conjugate half folded in.
 struct BinghamContour {
   ContourArray s_real, s_imag, w_real, w_imag;
 
@@ -52,8 +50,7 @@ struct BinghamContour {
   }
 };
 
-/// The integrand on all nodes at once, for z with max z = 0. Real arithmetic on arrays, so that it
-/// vectorises.
+/// The integrand on all nodes at once, for max z = 0. Real arithmetic on arrays, so that it vectorises.
 template <int Dim>
 class BinghamContourSum {
  public:
@@ -94,10 +91,10 @@ class BinghamContourSum {
   }
 
  private:
-  /// v = w prod_i (s - z_i)^(-1/2). Every factor a has its argument in (0, pi), and so has the root of a PAIR
-  /// of factors, sqrt(a b) = (|b| a + |a| b) / sqrt(2 (|a||b| + Re a conj(b))): it halves the angle between
-  /// them. The root of the whole product would need its sheet. An odd dimension pairs its last factor with b
-  /// = 1.
+  /// v = w prod_i (s - z_i)^(-1/2). The argument of every factor lies in (0, pi), and so does that of the
+  /// root of a PAIR of factors, which halves the angle between them:
+  ///   sqrt(a b) = (|b| a + |a| b) / sqrt(2 (|a||b| + Re a conj(b))).
+  /// The root of the whole product would lose its sheet. In odd dimensions the last factor pairs with b = 1.
   void multiply_roots(const BinghamContour& contour) {
     std::array<ContourArray, Dim> modulus;
     for (int i = 0; i < Dim; ++i) {

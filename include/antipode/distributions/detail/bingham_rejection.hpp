@@ -11,8 +11,7 @@ namespace antipode::detail {
 
 /// Exact sampling of exp(-sum_i a_i x_i^2), a_i >= 0 with min a = 0, on the unit sphere by rejection from an
 /// angular central Gaussian envelope (Kent, Ganeiban and Mardia, "A new unified approach for the simulation
-/// of a wide class of directional distributions", 2018). The acceptance rate stays above one half for Dim
-/// = 4.
+/// of a wide class of directional distributions", 2018).
 template <class Scalar, int Dim>
 class BinghamRejection {
  public:

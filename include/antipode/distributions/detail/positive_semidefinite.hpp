@@ -61,4 +61,15 @@ template <class Scalar, int N>
   return eigen.eigenvectors() * lambda.asDiagonal() * eigen.eigenvectors().transpose();
 }
 
+/// The inverse of a positive semidefinite matrix on its range.
+template <class Scalar>
+[[nodiscard]] Matrix3<Scalar> pseudo_inverse(const Matrix3<Scalar>& A) {
+  constexpr Scalar kReciprocalCondition = std::max(Scalar(1e-12), std::numeric_limits<Scalar>::epsilon());
+  const Eigen::SelfAdjointEigenSolver<Matrix3<Scalar>> eigen(A);
+  const Vector3<Scalar>& lambda = eigen.eigenvalues();
+  const Vector3<Scalar> inverse =
+      (lambda.array() > kReciprocalCondition * lambda[2]).select(lambda.cwiseInverse(), Scalar(0));
+  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
 }  // namespace antipode::detail
