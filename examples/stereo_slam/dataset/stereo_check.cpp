@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "dataset/stereo_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <opencv2/features2d.hpp>
+
+namespace stereo_slam {
+namespace {
+
+struct Offset {
+  double disparity_px;
+  double rows_px;
+};
+
+/// Offsets between mutually nearest ORB features of the two images.
+void append_offsets(const StereoFrame& frame, std::vector<Offset>& offsets) {
+  constexpr int kFeatures = 1000;
+  constexpr int kLevels = 2;  // coarser levels locate a corner no better than two pixels
+  constexpr float kMaxHamming = 40.0F;
+  const auto orb = cv::ORB::create(kFeatures, 1.2F, kLevels);
+  std::vector<cv::KeyPoint> left_points;
+  std::vector<cv::KeyPoint> right_points;
+  cv::Mat left_descriptors;
+  cv::Mat right_descriptors;
+  orb->detectAndCompute(frame.left, cv::noArray(), left_points, left_descriptors);
+  orb->detectAndCompute(frame.right, cv::noArray(), right_points, right_descriptors);
+  if (left_points.empty() || right_points.empty()) return;
+
+  std::vector<cv::DMatch> matches;
+  cv::BFMatcher(cv::NORM_HAMMING, /*crossCheck=*/true).match(left_descriptors, right_descriptors, matches);
+  for (const auto& match : matches) {
+    if (match.distance > kMaxHamming) continue;
+    const cv::Point2f difference = left_points[static_cast<std::size_t>(match.queryIdx)].pt -
+                                   right_points[static_cast<std::size_t>(match.trainIdx)].pt;
+    offsets.push_back({difference.x, difference.y});
+  }
+}
+
+template <class Value>
+double median(const std::vector<Offset>& offsets, const Value& value) {
+  std::vector<double> values(offsets.size());
+  std::transform(offsets.begin(), offsets.end(), values.begin(), value);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
+  std::vector<Offset> offsets;
+  for (const auto& frame : frames) append_offsets(frame, offsets);
+  if (offsets.empty()) return {};
+  const auto beyond =
+      std::count_if(offsets.begin(), offsets.end(), [](auto& o) { return std::abs(o.disparity_px) > 1.0; });
+  const auto negative =
+      std::count_if(offsets.begin(), offsets.end(), [](auto& o) { return o.disparity_px < -1.0; });
+  return {.matches = offsets.size(),
+          .row_offset_px = median(offsets, [](auto& o) { return std::abs(o.rows_px); }),
+          .median_disparity_px = median(offsets, [](auto& o) { return o.disparity_px; }),
+          .negative_share = beyond == 0 ? 0.0 : static_cast<double>(negative) / static_cast<double>(beyond)};
+}
+
+std::vector<Problem> problems_of(const StereoAgreement& agreement, const std::filesystem::path& folder) {
+  // A point in front of the cameras lies further left in the right image.
+  constexpr double kMaxNegativeShare = 0.8;
+  constexpr double kMaxRowOffset_px = 1.0;
+  if (!agreement.conclusive()) return {};
+  if (agreement.negative_share > kMaxNegativeShare) {
+    return {{Problem::Severity::kError, fmt::format("{}: {:.0f} % of the disparities are negative, image_0 "
+                                                    "and image_1 look swapped; image_0 must hold "
+                                                    "the left camera",
+                                                    folder.string(), 100.0 * agreement.negative_share)}};
+  }
+  if (agreement.row_offset_px > kMaxRowOffset_px) {
+    return {{Problem::Severity::kWarning,
+             fmt::format("{}: matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); "
+                         "rectify the images, "
+                         "or check that they are stamped and paired right",
+                         folder.string(), agreement.row_offset_px, kMaxRowOffset_px)}};
+  }
+  return {};
+}
+
+}  // namespace stereo_slam

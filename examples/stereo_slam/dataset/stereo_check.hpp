@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include "dataset/sequence.hpp"
+#include "types.hpp"
+
+namespace stereo_slam {
+
+/// How well pairs of images agree with being the left and right view of a rectified camera.
+struct StereoAgreement {
+  std::size_t matches = 0;
+  double row_offset_px = 0.0;        ///< median of |v_left - v_right|: the rectification error
+  double median_disparity_px = 0.0;  ///< of u_left - u_right
+  double negative_share = 0.0;       ///< of the disparities beyond +-1 px, how many are negative
+
+  static constexpr std::size_t kEnoughMatches = 50;  ///< fewer say nothing
+
+  [[nodiscard]] bool conclusive() const { return matches >= kEnoughMatches; }
+};
+
+/// Matches ORB features between the two images of each frame, without assuming rectification.
+[[nodiscard]] StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames);
+
+/// What the agreement says against the recording: swapped cameras (an error), no rectification (a warning).
+[[nodiscard]] std::vector<Problem> problems_of(const StereoAgreement& agreement,
+                                               const std::filesystem::path& folder);
+
+}  // namespace stereo_slam

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <ostream>
+#include <string_view>
+
+#include "dataset/sequence.hpp"
+#include "dataset/stereo_check.hpp"
+
+namespace stereo_slam {
+
+/// A recording looked at closely: every image file, and on a few frames the rectification and the order of
+/// the cameras.
+struct Inspection {
+  SequenceScan scan;
+  StereoAgreement agreement;
+};
+
+[[nodiscard]] Inspection inspect_sequence(const std::filesystem::path& folder, std::string_view format);
+
+/// What the recording consists of and everything found wrong with it.
+void print_inspection(std::ostream& stream, const Inspection& inspection);
+
+}  // namespace stereo_slam

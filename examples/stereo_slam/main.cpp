@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+// The command line, and nothing else. Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 130
+// interrupted.
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "dataset/sequence.hpp"
+#include "dataset/stereo_check.hpp"
+#include "evaluate.hpp"
+#include "info.hpp"
+#include "runner.hpp"
+#include "settings_io.hpp"
+#include "text_file.hpp"
+#include "trajectory_io.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace stereo_slam;
+
+constexpr int kDone = 0;
+constexpr int kFailed = 1;
+constexpr int kWrongUsage = 2;
+constexpr int kInterrupted = 130;
+
+/// What a subcommand does once its options are known.
+using Command = std::function<int()>;
+
+void add_dataset_options(CLI::App& app, fs::path& folder, std::string& format) {
+  app.add_option("--dataset", folder, "folder of the recording")->required()->type_name("DIR");
+  app.add_option("--format", format, "layout of the folder (euroc: recognised, not supported yet)")
+      ->check(CLI::IsMember({"kitti", "euroc", "auto"}))
+      ->capture_default_str();
+}
+
+/// Stops a run that could only fail; says what looks odd.
+void check_before_run(const StereoSequence& sequence, bool quiet) {
+  const auto agreement = check_stereo_agreement({load_frame(sequence, 0)});
+  for (const auto& problem : problems_of(agreement, sequence.folder)) {
+    if (is_error(problem)) throw std::runtime_error(problem.text);
+    if (!quiet) fmt::print(std::cerr, "stereo_slam: warning: {}\n", problem.text);
+  }
+}
+
+Command add_run(CLI::App& parent) {
+  struct Arguments {
+    fs::path dataset;
+    std::string format = "auto";
+    std::optional<fs::path> config;
+    std::optional<std::string> preset;
+    bool no_loop_closure = false;
+    RunOptions options;
+  };
+  auto args = std::make_shared<Arguments>();
+  auto& app =
+      *parent.add_subcommand("run", "track a recording and write trajectory, covariances, map and timing");
+  add_dataset_options(app, args->dataset, args->format);
+  app.add_option("--config", args->config, "settings that differ from the preset; see --print-settings")
+      ->type_name("FILE.yaml");
+  app.add_option("--preset", args->preset, "values to start from; default: default")
+      ->check(CLI::IsMember(preset_names()));
+  app.add_option("--output", args->options.output, "folder for the results")->required()->type_name("DIR");
+  app.add_option("--max-frames", args->options.max_frames, "stop after N frames")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N");
+  app.add_flag("--no-loop-closure", args->no_loop_closure, "close no loops (this version never does)");
+  app.add_option("--threads", args->options.threads,
+                 "threads for image processing; the results do not depend on it")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  app.add_flag("--view", args->options.view, "show the images with the map's points while running");
+  app.add_flag("--quiet", args->options.quiet, "print errors only");
+  return [args] {
+    const Settings settings = args->config ? load_settings(*args->config, args->preset)
+                                           : preset_settings(args->preset.value_or("default"));
+    const StereoSequence sequence = open_sequence(args->dataset, args->format);
+    check_before_run(sequence, args->options.quiet);
+    const RunSummary summary = run(sequence, settings, args->options);
+    if (!args->options.quiet) {
+      fmt::print(
+          "{} frames in {:.1f} s, {:.1f} frames a second (median {:.1f} ms a frame), {} landmarks; results "
+          "in {}\n",
+          summary.frames, summary.seconds,
+          static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), summary.median_ms,
+          summary.landmarks, args->options.output.string());
+    }
+    if (!summary.error.empty()) {
+      throw std::runtime_error(
+          fmt::format("{} (the {} frames before it are saved)", summary.error, summary.frames));
+    }
+    return summary.interrupted ? kInterrupted : kDone;
+  };
+}
+
+Command add_evaluate(CLI::App& parent) {
+  struct Arguments {
+    fs::path truth;
+    fs::path estimate;
+    std::optional<TrajectoryFormat> format;
+    double max_difference_s = 0.01;
+    std::optional<fs::path> json;
+  };
+  auto args = std::make_shared<Arguments>();
+  auto& app = *parent.add_subcommand("evaluate", "score an estimated trajectory against the truth");
+  app.add_option("--groundtruth", args->truth, "true trajectory")->required()->type_name("FILE");
+  app.add_option("--estimate", args->estimate, "estimated trajectory")->required()->type_name("FILE");
+  app.add_option("--format", args->format, "of both files; without it each is recognised by its columns")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, TrajectoryFormat>{{"kitti", TrajectoryFormat::kKitti},
+                                                  {"tum", TrajectoryFormat::kTum},
+                                                  {"euroc", TrajectoryFormat::kEuroc}}));
+  app.add_option("--max-time-difference", args->max_difference_s, "seconds between poses that may be matched")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->type_name("S");
+  app.add_option("--json", args->json, "write the scores here as well")->type_name("FILE");
+  return [args] {
+    const Trajectory truth = read_trajectory(args->truth, args->format);
+    const Trajectory estimate = read_trajectory(args->estimate, args->format);
+    const Evaluation evaluation = evaluate(truth, estimate, args->max_difference_s);
+    print_evaluation(std::cout, evaluation);
+    if (args->json)
+      write_file(*args->json, [&](std::ostream& out) { write_evaluation_json(out, evaluation); });
+    return kDone;
+  };
+}
+
+Command add_info(CLI::App& parent) {
+  struct Arguments {
+    fs::path dataset;
+    std::string format = "auto";
+  };
+  auto args = std::make_shared<Arguments>();
+  auto& app = *parent.add_subcommand("info", "say what a recording consists of and what is wrong with it");
+  add_dataset_options(app, args->dataset, args->format);
+  return [args] {
+    const Inspection inspection = inspect_sequence(args->dataset, args->format);
+    print_inspection(std::cout, inspection);
+    const auto& problems = inspection.scan.problems;
+    const auto error = std::find_if(problems.begin(), problems.end(), is_error);
+    if (error != problems.end()) throw std::runtime_error(error->text);
+    return kDone;
+  };
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Stereo visual SLAM with dual quaternions and Bingham densities.", "stereo_slam");
+  app.set_version_flag("--version", STEREO_SLAM_VERSION);
+  app.require_subcommand(0, 1);
+  std::string printed_preset;
+  auto* print_settings =
+      app.add_option("--print-settings", printed_preset, "print a preset as a settings file")
+          ->expected(0, 1)
+          ->check(CLI::IsMember(preset_names()))
+          ->type_name("PRESET");
+  const std::map<std::string, Command> commands = {
+      {"run", add_run(app)}, {"evaluate", add_evaluate(app)}, {"info", add_info(app)}};
+
+  try {
+    app.parse(argc, argv);
+    if (app.get_subcommands().empty() && print_settings->count() == 0) {
+      throw CLI::RequiredError("one of the commands run, evaluate, simulate, info");
+    }
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kWrongUsage;
+  }
+
+  try {
+    if (app.get_subcommands().empty()) {
+      write_settings(std::cout, preset_settings(printed_preset.empty() ? "default" : printed_preset));
+      return kDone;
+    }
+    return commands.at(app.get_subcommands().front()->get_name())();
+  } catch (const std::exception& error) {
+    fmt::print(std::cerr, "stereo_slam: {}\n", error.what());
+    return kFailed;
+  }
+}

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#include "output.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <string_view>
+#include <sys/utsname.h>
+#include <system_error>
+#include <thread>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <yaml-cpp/yaml.h>
+
+#include "settings_io.hpp"
+#include "text_file.hpp"
+#include "trajectory_io.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr auto kResultFiles = {"trajectory_kitti.txt", "trajectory_tum.txt", "trajectory_online.txt",
+                               "covariances.csv",      "timing.csv",         "map.ply"};
+
+std::vector<Pose> poses_of(std::span<const PoseEstimate> estimates) {
+  std::vector<Pose> poses;
+  for (const auto& estimate : estimates) poses.push_back(estimate.pose);
+  return poses;
+}
+
+std::string processor_name() {
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);) {
+    const auto colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+void emit_host(YAML::Emitter& yaml) {
+  utsname system{};
+  uname(&system);
+  yaml << YAML::Key << "host" << YAML::Value << YAML::BeginMap;
+  yaml << YAML::Key << "name" << YAML::Value << system.nodename;
+  yaml << YAML::Key << "system" << YAML::Value
+       << fmt::format("{} {} {}", system.sysname, system.release, system.machine);
+  yaml << YAML::Key << "processor" << YAML::Value << processor_name();
+  yaml << YAML::Key << "cores" << YAML::Value << std::thread::hardware_concurrency();
+  yaml << YAML::Key << "compiler" << YAML::Value << __VERSION__;
+  yaml << YAML::Key << "opencv" << YAML::Value << CV_VERSION;
+  yaml << YAML::EndMap;
+}
+
+void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
+  yaml << YAML::Key << "dataset" << YAML::Value << YAML::BeginMap;
+  yaml << YAML::Key << "folder" << YAML::Value << std::filesystem::absolute(sequence.folder).string();
+  yaml << YAML::Key << "format" << YAML::Value << sequence.format;
+  yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
+  yaml << YAML::EndMap;
+}
+
+}  // namespace
+
+void prepare_output_folder(const std::filesystem::path& folder) {
+  try {
+    std::filesystem::create_directories(folder);
+    for (const auto* name : kResultFiles) std::filesystem::remove(folder / name);
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw std::runtime_error(fmt::format("{}: cannot be used for output ({}); choose another --output",
+                                         folder.string(), error.code().message()));
+  }
+}
+
+void write_results(const std::filesystem::path& folder, const RunRecord& record) {
+  const auto poses = poses_of(record.trajectory);
+  std::vector<Pose> online;
+  std::vector<std::int64_t> stamps_ns;
+  for (const auto& result : record.results) {
+    stamps_ns.push_back(result.stamp_ns);
+    online.push_back(result.T_world_camera.pose);
+  }
+  write_file(folder / "trajectory_kitti.txt", [&](auto& out) { write_kitti_trajectory(out, poses); });
+  write_file(folder / "trajectory_tum.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, poses); });
+  write_file(folder / "trajectory_online.txt",
+             [&](auto& out) { write_tum_trajectory(out, stamps_ns, online); });
+  write_file(folder / "covariances.csv", [&](auto& out) { write_covariances(out, record); });
+  write_file(folder / "timing.csv", [&](auto& out) { write_timing(out, record); });
+  write_file(folder / "map.ply", [&](auto& out) { write_ply(out, record.map_points); });
+}
+
+void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header,
+                    const StereoSequence& sequence, const Settings& settings) {
+  YAML::Emitter yaml;
+  yaml << YAML::BeginMap;
+  yaml << YAML::Key << "version" << YAML::Value << STEREO_SLAM_VERSION;
+  yaml << YAML::Key << "written" << YAML::Value << fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)));
+  yaml << YAML::Key << "state" << YAML::Value << header.state;
+  if (!header.error.empty()) yaml << YAML::Key << "error" << YAML::Value << header.error;
+  yaml << YAML::Key << "frames_processed" << YAML::Value << header.frames_processed;
+  yaml << YAML::Key << "seconds" << YAML::Value << fmt::format("{:.3f}", header.seconds);
+  emit_dataset(yaml, sequence);
+  emit_host(yaml);
+  yaml << YAML::EndMap;
+  write_file(folder / "run.yaml", [&](std::ostream& out) {
+    out << yaml.c_str() << "\nsettings:\n";
+    write_settings(out, settings, 2);
+  });
+}
+
+void write_covariances(std::ostream& stream, const RunRecord& record) {
+  constexpr std::array<std::string_view, 6> kAxes = {"rx", "ry", "rz", "tx", "ty", "tz"};
+  constexpr std::array<std::string_view, 3> kUnits = {"rad2", "rad_m", "m2"};
+  stream << "stamp_s,status";
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t j = i; j < 6; ++j)
+      fmt::print(stream, ",{}_{}_{}", kAxes[i], kAxes[j], kUnits[i / 3 + j / 3]);
+  }
+  stream << '\n';
+  for (std::size_t k = 0; k < record.results.size(); ++k) {
+    fmt::print(stream, "{},{}", format_seconds(record.results[k].stamp_ns),
+               to_string(record.results[k].status));
+    const auto& covariance = record.trajectory[k].covariance;
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) fmt::print(stream, ",{:.9g}", covariance(i, j));
+    }
+    stream << '\n';
+  }
+}
+
+void write_timing(std::ostream& stream, const RunRecord& record) {
+  std::vector<std::string> stages;
+  for (const auto& result : record.results) {
+    for (const auto& time : result.times) {
+      if (std::find(stages.begin(), stages.end(), time.stage) == stages.end()) stages.push_back(time.stage);
+    }
+  }
+  stream << "frame";
+  for (const auto& stage : stages) fmt::print(stream, ",{}_ms", stage);
+  stream << ",total_ms\n";
+  for (std::size_t k = 0; k < record.results.size(); ++k) {
+    const auto& result = record.results[k];
+    fmt::print(stream, "{}", result.index);
+    for (const auto& stage : stages) {
+      double ms = 0.0;
+      for (const auto& time : result.times) ms += time.stage == stage ? time.ms : 0.0;
+      fmt::print(stream, ",{:.3f}", ms);
+    }
+    fmt::print(stream, ",{:.3f}\n", record.total_ms[k]);
+  }
+}
+
+void write_ply(std::ostream& stream, std::span<const MapPoint> points) {
+  fmt::print(stream,
+             "ply\nformat binary_{}_endian 1.0\nelement vertex {}\n"
+             "property float x\nproperty float y\nproperty float z\n"
+             "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
+             std::endian::native == std::endian::little ? "little" : "big", points.size());
+  for (const auto& point : points) {
+    const Vector3<float> position = point.position_world.cast<float>();
+    std::array<char, 15> vertex;
+    std::memcpy(vertex.data(), position.data(), 12);
+    std::fill(vertex.begin() + 12, vertex.end(), static_cast<char>(point.intensity));
+    stream.write(vertex.data(), vertex.size());
+  }
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <ostream>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dataset/sequence.hpp"
+#include "settings.hpp"
+#include "types.hpp"
+
+/// The files a run leaves behind. Each is written whole or not at all.
+namespace stereo_slam {
+
+/// Everything that is known of the frames processed so far.
+struct RunRecord {
+  std::vector<FrameResult> results;      ///< as known when each frame was processed
+  std::vector<double> total_ms;          ///< of processing each frame
+  std::vector<PoseEstimate> trajectory;  ///< as known at the end, one a frame
+  std::vector<MapPoint> map_points;
+};
+
+/// What run.yaml says besides the settings.
+struct RunHeader {
+  std::string state;  ///< running, finished, interrupted or failed
+  std::string error;  ///< empty unless failed
+  std::size_t frames_processed = 0;
+  double seconds = 0.0;
+};
+
+/// Creates the folder and removes the results of an earlier run from it. Throws std::runtime_error when that
+/// fails.
+void prepare_output_folder(const std::filesystem::path& folder);
+
+/// trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv, map.ply.
+void write_results(const std::filesystem::path& folder, const RunRecord& record);
+
+/// run.yaml: version, state, dataset, host and all settings; load_settings reads it.
+void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header,
+                    const StereoSequence& sequence, const Settings& settings);
+
+/// One line a frame: stamp, status, upper triangle of the 6x6 covariance of xi in T_world_camera = mean *
+/// exp(xi).
+void write_covariances(std::ostream& stream, const RunRecord& record);
+
+/// One line a frame: milliseconds of every stage (columns in order of first appearance) and in total.
+void write_timing(std::ostream& stream, const RunRecord& record);
+
+/// Binary PLY of points with grey colours, readable by MeshLab and CloudCompare.
+void write_ply(std::ostream& stream, std::span<const MapPoint> points);
+
+}  // namespace stereo_slam

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "runner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <signal.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <opencv2/core/utility.hpp>
+
+#include "frame_reader.hpp"
+#include "output.hpp"
+#include "slam.hpp"
+#include "view.hpp"
+
+namespace stereo_slam {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A signal handler can reach nothing but a global.
+volatile std::sig_atomic_t stop_signal = 0;
+
+/// Turns the first SIGINT or SIGTERM into a polite request; a second one ends the program at once.
+class SignalGuard {
+ public:
+  SignalGuard() {
+    stop_signal = 0;
+    struct sigaction action = {};
+    action.sa_handler = [](int signal) { stop_signal = signal; };
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigaction(SIGINT, &action, &previous_int_);
+    sigaction(SIGTERM, &action, &previous_term_);
+  }
+  ~SignalGuard() {
+    sigaction(SIGINT, &previous_int_, nullptr);
+    sigaction(SIGTERM, &previous_term_, nullptr);
+  }
+  SignalGuard(const SignalGuard&) = delete;
+  SignalGuard& operator=(const SignalGuard&) = delete;
+
+  [[nodiscard]] static bool stop_requested() { return stop_signal != 0; }
+
+ private:
+  struct sigaction previous_int_ = {};
+  struct sigaction previous_term_ = {};
+};
+
+/// One line that keeps changing on a terminal, a line now and then elsewhere.
+class Progress {
+ public:
+  Progress(std::size_t total, bool quiet)
+      : total_(total), quiet_(quiet), terminal_(isatty(STDOUT_FILENO) != 0) {}
+  ~Progress() {
+    if (line_open_) std::fputc('\n', stdout);
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void update(const FrameResult& result) {
+    const std::size_t done = result.index + 1;
+    const double now_s = seconds_since(start_);
+    const bool due = terminal_ ? now_s - last_print_s_ > 0.1 : done % 50 == 0 || now_s - last_print_s_ > 10.0;
+    if (quiet_ || !(due || done == 1 || done == total_)) return;
+    last_print_s_ = now_s;
+    const auto text = fmt::format("frame {}/{}  {:.1f} fps  {} landmarks  {}", done, total_,
+                                  static_cast<double>(done) / std::max(now_s, 1e-9), result.landmarks,
+                                  to_string(result.status));
+    if (terminal_) {
+      fmt::print("\r{:<72}", text);
+      line_open_ = true;
+    } else {
+      fmt::print("{}\n", text);
+    }
+    std::fflush(stdout);
+  }
+
+ private:
+  std::size_t total_;
+  bool quiet_;
+  bool terminal_;
+  bool line_open_ = false;
+  Clock::time_point start_ = Clock::now();
+  double last_print_s_ = 0.0;
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Processes frames until the last one, a signal or an error; returns the error's text.
+std::string process_frames(const StereoSequence& sequence, std::size_t count, const RunOptions& options,
+                           Slam& slam, std::optional<Viewer>& viewer, RunRecord& record) {
+  try {
+    Progress progress(count, options.quiet);
+    FrameReader reader([&](std::size_t i) { return load_frame(sequence, i); }, count);
+    while (const auto frame = reader.next(SignalGuard::stop_requested)) {
+      const auto start = Clock::now();
+      FrameResult result = slam.process(*frame);
+      const double ms = 1e3 * seconds_since(start);
+      progress.update(result);
+      if (viewer) viewer->show(*frame, result, slam.map_points(), sequence.camera);
+      record.results.push_back(std::move(result));
+      record.total_ms.push_back(ms);
+    }
+    return "";
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
+  if (options.threads) cv::setNumThreads(*options.threads);
+  const std::size_t count =
+      std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()));
+  std::optional<Viewer> viewer;
+  if (options.view) viewer.emplace();
+  prepare_output_folder(options.output);
+  write_run_yaml(options.output, {.state = "running", .error = "", .frames_processed = 0}, sequence,
+                 settings);
+
+  const SignalGuard signals;
+  const auto start = Clock::now();
+  Slam slam(sequence.camera, settings);
+  RunRecord record;
+  RunSummary summary;
+  summary.error = process_frames(sequence, count, options, slam, viewer, record);
+  summary.seconds = seconds_since(start);
+  summary.interrupted = SignalGuard::stop_requested();
+  summary.frames = record.results.size();
+  summary.median_ms = median(record.total_ms);
+
+  record.trajectory = slam.trajectory();
+  record.trajectory.resize(record.results.size());
+  record.map_points = slam.map_points();
+  summary.landmarks = record.map_points.size();
+  write_results(options.output, record);
+  const auto* state = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
+  write_run_yaml(options.output, {state, summary.error, summary.frames, summary.seconds}, sequence, settings);
+  return summary;
+}
+
+}  // namespace stereo_slam
