@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#include "camera_path.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+namespace stereo_slam::simulate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+[[nodiscard]] Eigen::Isometry3d parse_pose(const std::string& line, const std::string& where) {
+  std::istringstream words(line);
+  std::array<double, 12> numbers{};
+  std::size_t count = 0;
+  for (std::string word; words >> word; ++count) {
+    std::size_t used = 0;
+    double number = 0.0;
+    try {
+      number = std::stod(word, &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    if (used != word.size() || !std::isfinite(number)) {
+      throw std::runtime_error(where + ": \"" + word + "\" is not a finite number");
+    }
+    if (count < numbers.size()) numbers[count] = number;
+  }
+  if (count != numbers.size()) {
+    throw std::runtime_error(where + ": a pose needs 12 numbers, found " + std::to_string(count));
+  }
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> matrix(numbers.data());
+  const Eigen::Matrix3d R = matrix.leftCols<3>();
+  const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(error <= kRotationTolerance) || R.determinant() < 0.0) {
+    throw std::runtime_error(where + ": the first three columns are not a rotation (|R^T R - I| = " +
+                             std::to_string(error) + ", det R = " + std::to_string(R.determinant()) + ")");
+  }
+  Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
+  T_world_camera.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
+  T_world_camera.translation() = matrix.col(3);
+  return T_world_camera;
+}
+
+/// Straight or circular piece of a street plan.
+struct Piece {
+  Vector2d start;      ///< (x, z)
+  double heading_rad;  ///< of the start; 0 looks along z, positive turns right
+  double length_m;
+  double curvature;  ///< positive turns right
+};
+
+struct PlanPoint {
+  Vector2d position;
+  double heading_rad;
+  double curvature;
+};
+
+[[nodiscard]] Vector2d direction(double heading_rad) {
+  return {std::sin(heading_rad), std::cos(heading_rad)};
+}
+
+[[nodiscard]] PlanPoint walk(const Piece& piece, double distance_m) {
+  const double heading = piece.heading_rad + piece.curvature * distance_m;
+  if (piece.curvature == 0.0) return {piece.start + distance_m * direction(heading), heading, 0.0};
+  const Vector2d right_start(std::cos(piece.heading_rad), -std::sin(piece.heading_rad));
+  const Vector2d right_end(std::cos(heading), -std::sin(heading));
+  return {piece.start + (right_start - right_end) / piece.curvature, heading, piece.curvature};
+}
+
+/// The figure of eight: four right turns around one block, four left turns around the other.
+[[nodiscard]] std::vector<Piece> figure_of_eight(const LoopSettings& settings) {
+  const double radius = settings.corner_radius_m;
+  const double turn_length = 0.5 * std::numbers::pi * radius;
+  std::vector<Piece> pieces;
+  PlanPoint at{Vector2d::Zero(), 0.0, 0.0};
+  const auto add = [&](double length, double curvature) {
+    pieces.push_back({at.position, at.heading_rad, length, curvature});
+    at = walk(pieces.back(), length);
+  };
+  for (const double side : {1.0, -1.0}) {
+    for (int i = 0; i < 4; ++i) {
+      add((i % 2 == 0 ? settings.block_length_m : settings.block_width_m) - 2.0 * radius, 0.0);
+      add(turn_length, side / radius);
+    }
+  }
+  return pieces;
+}
+
+/// Where the drive is after `distance_m`.
+[[nodiscard]] PlanPoint at_distance(const std::vector<Piece>& pieces, double distance_m) {
+  for (;;) {
+    for (const Piece& piece : pieces) {
+      if (distance_m < piece.length_m) return walk(piece, distance_m);
+      distance_m -= piece.length_m;
+    }
+  }
+}
+
+/// Height of the streets, a smooth function of the place so that revisits agree; y points down.
+[[nodiscard]] double street_y(const Vector2d& p, double amplitude_m) {
+  return amplitude_m *
+         (std::cos(0.031 * p.x() + 0.4) * std::cos(0.037 * p.y() - 0.3) - std::cos(0.4) * std::cos(0.3));
+}
+
+}  // namespace
+
+CameraPath read_camera_path(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream) throw std::runtime_error(file.string() + ": cannot be read");
+  CameraPath path;
+  int number = 0;
+  for (std::string line; std::getline(stream, line);) {
+    ++number;
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    path.push_back(parse_pose(line, file.string() + ":" + std::to_string(number)));
+  }
+  if (path.empty()) throw std::runtime_error(file.string() + ":1: the file has no poses");
+  return path;
+}
+
+CameraPath street_loop(int frames, double fps, const LoopSettings& settings) {
+  if (!(settings.corner_radius_m > 0.0) ||
+      2.0 * settings.corner_radius_m > std::min(settings.block_length_m, settings.block_width_m)) {
+    throw std::invalid_argument("a corner of radius " + std::to_string(settings.corner_radius_m) +
+                                " m does not fit into the block");
+  }
+  if (!(fps > 0.0) || !(settings.speed_m_s > 0.0) || !(settings.corner_speed_m_s > 0.0)) {
+    throw std::invalid_argument("frame rate and speeds must be positive");
+  }
+  const auto pieces = figure_of_eight(settings);
+  CameraPath path;
+  double distance_m = 0.0;
+  double speed = settings.speed_m_s;
+  for (int frame = 0; frame < frames; ++frame) {
+    const PlanPoint here = at_distance(pieces, distance_m);
+    constexpr double kStep_m = 0.5;
+    const double rise = street_y(here.position + kStep_m * direction(here.heading_rad), settings.hill_m) -
+                        street_y(here.position - kStep_m * direction(here.heading_rad), settings.hill_m);
+    const double slope = std::atan2(-rise, 2.0 * kStep_m);
+    const double t = frame / fps;
+    const double pitch = slope + settings.shake_rad * (std::sin(7.3 * t) + 0.6 * std::sin(17.1 * t));
+    const double roll = settings.shake_rad * (std::sin(5.9 * t) + 0.5 * std::sin(13.7 * t));
+    Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
+    T_world_camera.translation() << here.position.x(), street_y(here.position, settings.hill_m),
+        here.position.y();
+    T_world_camera.linear() =
+        (Eigen::AngleAxisd(here.heading_rad, Vector3d::UnitY()) *
+         Eigen::AngleAxisd(pitch, Vector3d::UnitX()) * Eigen::AngleAxisd(roll, Vector3d::UnitZ()))
+            .toRotationMatrix();
+    path.push_back(T_world_camera);
+
+    const double ahead = std::abs(at_distance(pieces, distance_m + 6.0).curvature);
+    const bool turning = std::abs(here.curvature) > 0.0 || ahead > 0.0;
+    const double wanted = turning ? settings.corner_speed_m_s : settings.speed_m_s;
+    speed += std::clamp(wanted - speed, -4.0 / fps, 2.0 / fps);  // brakes at 4, accelerates at 2 m/s^2
+    distance_m += speed / fps;
+  }
+  if (path.empty()) return path;
+  const Eigen::Isometry3d T_first_world = path.front().inverse();
+  for (Eigen::Isometry3d& pose : path) pose = T_first_world * pose;
+  return path;
+}
+
+}  // namespace stereo_slam::simulate

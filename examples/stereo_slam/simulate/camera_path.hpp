@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+namespace stereo_slam::simulate {
+
+/// T_world_camera of every frame; camera and world axes x right, y down, z forward.
+using CameraPath = std::vector<Eigen::Isometry3d>;
+
+/// Reads a KITTI pose file: twelve numbers a line, the row-major 3x4 T_world_camera. The rotations are
+/// orthonormalised, as files hold few digits. Throws std::runtime_error naming file and line when the file
+/// cannot be read, is empty, or a line is not twelve finite numbers whose first three columns are a rotation
+/// (to kRotationTolerance).
+[[nodiscard]] CameraPath read_camera_path(const std::filesystem::path& file);
+
+/// Largest |R^T R - I| entry of a matrix that is taken for a rotation.
+inline constexpr double kRotationTolerance = 1e-3;
+
+/// The built-in drive: around two blocks of houses that share a street, in a figure of eight, for ever. The
+/// street between the blocks is seen once in every lap of either block, and a lap of the whole eight ends
+/// where it began.
+struct LoopSettings {
+  double block_length_m = 58.0;
+  double block_width_m = 44.0;
+  double corner_radius_m = 9.0;
+  double speed_m_s = 8.5;  ///< on the straights
+  double corner_speed_m_s = 5.0;
+  double hill_m = 1.5;       ///< amplitude of the ups and downs of the streets
+  double shake_rad = 0.003;  ///< amplitude of the car's pitching and rolling
+};
+
+/// First `frames` poses of the built-in drive; the first one is the identity. Throws std::invalid_argument
+/// for a corner that does not fit into the block, or a speed or rate that is not positive.
+[[nodiscard]] CameraPath street_loop(int frames, double fps, const LoopSettings& settings = {});
+
+}  // namespace stereo_slam::simulate

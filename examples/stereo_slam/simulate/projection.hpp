@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "scene.hpp"
+
+namespace stereo_slam::simulate {
+
+/// Pinhole of one image: u = fx X/Z + cx, v = fy Y/Z + cy, with pixel centres at integer coordinates.
+struct PinholeCamera {
+  int width_px = 0;
+  int height_px = 0;
+  double fx = 0.0;
+  double fy = 0.0;
+  double cx = 0.0;
+  double cy = 0.0;
+};
+
+/// Quantity that is affine in the image: value(x, y) = dx x + dy y + origin.
+struct ImagePlane {
+  double dx = 0.0;
+  double dy = 0.0;
+  double origin = 0.0;
+  [[nodiscard]] double operator()(double x, double y) const { return dx * x + dy * y + origin; }
+};
+
+/// Face seen by a camera: a convex polygon in the image and, affine in the image, 1/Z and the texture
+/// coordinates over Z. On the plane n . P = d of the face, P = Z r with the ray r = ((x - cx)/fx, (y -
+/// cy)/fy, 1), so that 1/Z = (n . r) / d and (u_axis . P + u_offset) / Z = u_axis . r + u_offset / Z are both
+/// affine in (x, y).
+struct ScreenFace {
+  static constexpr int kMaxEdges = 5;       ///< a clipped quadrilateral
+  std::array<ImagePlane, kMaxEdges> edges;  ///< signed distances in pixels, positive inside
+  int edge_count = 0;
+  int first_column = 0, last_column = 0;  ///< pixels that the polygon may touch
+  int first_row = 0, last_row = 0;
+  ImagePlane inverse_depth;
+  ImagePlane u_over_depth;
+  ImagePlane v_over_depth;
+  float brightness = 1.0F;
+  std::uint32_t sample_order =
+      0;  ///< of the opacity thresholds; a property of the face, the same in every view
+  const Material* material = nullptr;
+};
+
+/// Nearest depth that is drawn.
+inline constexpr double kNearPlane_m = 0.1;
+
+/// The face as the camera sees it; nothing when it is behind, outside, turned away or far too small to be
+/// hit.
+[[nodiscard]] std::optional<ScreenFace> project_face(const Face& face,
+                                                     const Eigen::Isometry3d& T_camera_world,
+                                                     const PinholeCamera& camera,
+                                                     const std::vector<Material>& materials);
+
+/// Whether any point of a box can be in front of the near plane and inside the image.
+[[nodiscard]] bool may_be_visible(const Eigen::AlignedBox3f& box, const Eigen::Isometry3d& T_camera_world,
+                                  const PinholeCamera& camera);
+
+}  // namespace stereo_slam::simulate

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "materials.hpp"
+#include "mesh.hpp"
+#include "random.hpp"
+
+/// Smaller things of the street. Each stands at the origin of the mesh's placement.
+namespace stereo_slam::simulate {
+
+/// Trunk, boughs, and a crown of leafy branches.
+void add_tree(Mesh& mesh, Random& random, const Palette& palette, double height_m);
+
+/// Ball of leaves on the ground.
+void add_bush(Mesh& mesh, Random& random, const Palette& palette, double height_m);
+
+/// Clipped hedge, wall or fence of `length_m` along x, centred.
+void add_boundary(Mesh& mesh, Random& random, const Palette& palette, double length_m);
+
+/// Street lamp; its arm reaches out to the front.
+void add_lamp(Mesh& mesh, Random& random, const Palette& palette);
+
+/// Traffic sign or poster on a post, facing the front.
+void add_sign(Mesh& mesh, Random& random, const Palette& palette);
+
+/// Bin, switch box, letter box or bollard.
+void add_box(Mesh& mesh, Random& random, const Palette& palette);
+
+/// Measures of every car.
+struct CarSize {
+  static constexpr double kLength_m = 4.3;
+  static constexpr double kWidth_m = 1.75;
+};
+
+/// Car that faces the front.
+void add_car(Mesh& mesh, Random& random, const Palette& palette);
+
+}  // namespace stereo_slam::simulate

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "simulate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <iomanip>
+#include <limits>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "random.hpp"
+#include "renderer.hpp"
+#include "traffic.hpp"
+#include "world.hpp"
+
+namespace stereo_slam::simulate {
+namespace {
+
+namespace fs = std::filesystem;
+
+void require(bool ok, const std::string& what, double value) {
+  if (!ok) throw std::invalid_argument(what + ", not " + std::to_string(value));
+}
+
+void validate(const SimulationSettings& settings) {
+  require(settings.frames >= 0, "frames must not be negative", settings.frames);
+  require(settings.dynamic_objects >= 0, "dynamic_objects must not be negative", settings.dynamic_objects);
+  require(settings.fps > 0.0, "fps must be positive", settings.fps);
+  require(settings.baseline_m > 0.0, "baseline_m must be positive", settings.baseline_m);
+  require(settings.camera_height_m > 0.0, "camera_height_m must be positive", settings.camera_height_m);
+  require(settings.threads >= 0, "threads must not be negative", settings.threads);
+  validate(settings.sensor);
+}
+
+[[nodiscard]] std::ofstream open_for_writing(const fs::path& file) {
+  std::ofstream stream(file);
+  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+  stream << std::setprecision(std::numeric_limits<double>::max_digits10);
+  return stream;
+}
+
+/// KITTI's projection matrices; P2 and P3, the colour cameras, are the grey ones again.
+void write_calibration(const SimulationSettings& settings, const fs::path& file) {
+  const PinholeCamera& camera = settings.camera;
+  auto stream = open_for_writing(file);
+  for (int i = 0; i < 4; ++i) {
+    const double shift = i % 2 == 0 ? 0.0 : -camera.fx * settings.baseline_m;
+    stream << 'P' << i << ": " << camera.fx << " 0 " << camera.cx << ' ' << shift << " 0 " << camera.fy << ' '
+           << camera.cy << " 0 0 0 1 0\n";
+  }
+}
+
+void write_times(std::size_t frames, double fps, const fs::path& file) {
+  auto stream = open_for_writing(file);
+  for (std::size_t i = 0; i < frames; ++i) stream << static_cast<double>(i) / fps << '\n';
+}
+
+void write_poses(const CameraPath& path, const fs::path& file) {
+  auto stream = open_for_writing(file);
+  for (const Eigen::Isometry3d& pose : path) {
+    const Eigen::Matrix<double, 3, 4> rows = pose.matrix().topRows<3>();
+    for (int i = 0; i < 12; ++i) stream << rows(i / 4, i % 4) << (i == 11 ? '\n' : ' ');
+  }
+}
+
+void write_image(const cv::Mat1b& image, const fs::path& folder, std::size_t frame) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "%06zu.png", frame);
+  const fs::path file = folder / name.data();
+  if (!cv::imwrite(file.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
+    throw std::runtime_error(file.string() + ": cannot be written");
+  }
+}
+
+/// Renders and writes stereo pairs; one for each thread.
+class Camera {
+ public:
+  Camera(const SimulationSettings& settings, const World& world, const Traffic& traffic,
+         const fs::path& output)
+      : settings_(settings),
+        traffic_(traffic),
+        folders_{output / "image_0", output / "image_1"},
+        renderer_(world.scene(), settings.camera, settings.samples_per_pixel) {}
+
+  void shoot(std::size_t frame, const Eigen::Isometry3d& T_world_left) {
+    const double time_s = static_cast<double>(frame) / settings_.fps;
+    const auto moving = traffic_.at(frame);
+    for (int side = 0; side < 2; ++side) {
+      const Eigen::Isometry3d T_world_camera =
+          T_world_left * Eigen::Translation3d(side * settings_.baseline_m, 0.0, 0.0);
+      const cv::Mat1f light = renderer_.render(T_world_camera, moving);
+      const double gain = exposure_gain(settings_.sensor, settings_.seed, time_s, side);
+      Random random(settings_.seed, 1000 + 2 * frame + static_cast<std::size_t>(side));
+      write_image(expose(light, settings_.sensor, gain, random.bits()),
+                  folders_[static_cast<std::size_t>(side)], frame);
+    }
+  }
+
+ private:
+  const SimulationSettings& settings_;
+  const Traffic& traffic_;
+  std::array<fs::path, 2> folders_;
+  Renderer renderer_;
+};
+
+}  // namespace
+
+CameraPath camera_path(const SimulationSettings& settings) {
+  validate(settings);
+  if (settings.trajectory.empty()) {
+    const int frames = settings.frames > 0 ? settings.frames : SimulationSettings::kDefaultFrames;
+    return street_loop(frames, settings.fps, settings.loop);
+  }
+  CameraPath path = read_camera_path(settings.trajectory);
+  if (settings.frames > 0) path.resize(std::min(path.size(), static_cast<std::size_t>(settings.frames)));
+  return path;
+}
+
+void simulate(const SimulationSettings& settings, const fs::path& output, const Progress& progress) {
+  const CameraPath path = camera_path(settings);
+  fs::create_directories(output / "image_0");
+  fs::create_directories(output / "image_1");
+  write_calibration(settings, output / "calib.txt");
+  write_times(path.size(), settings.fps, output / "times.txt");
+  write_poses(path, output / "poses.txt");
+
+  const World world(path, {.seed = settings.seed,
+                           .camera_height_m = settings.camera_height_m,
+                           .texture_size_px = settings.texture_size_px,
+                           .street = {}});
+  const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
+
+  // Each worker renders and writes whole frames, so that one writes while another renders.
+  std::atomic<std::size_t> next_frame = 0;
+  std::mutex mutex;
+  int done = 0;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    try {
+      Camera camera(settings, world, traffic, output);
+      for (std::size_t frame = next_frame++; frame < path.size(); frame = next_frame++) {
+        camera.shoot(frame, path[frame]);
+        const std::lock_guard lock(mutex);
+        ++done;
+        if (progress) progress(done, static_cast<int>(path.size()));
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+      next_frame = path.size();
+    }
+  };
+  const auto processors = std::max(1U, std::thread::hardware_concurrency());
+  const auto threads = settings.threads > 0 ? static_cast<unsigned>(settings.threads) : processors;
+  {
+    std::vector<std::jthread> workers;
+    for (unsigned i = 0; i < threads; ++i) workers.emplace_back(work);
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace stereo_slam::simulate

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+
+#include "camera_path.hpp"
+#include "projection.hpp"
+#include "sensor.hpp"
+
+/// Renders a street world as a KITTI odometry sequence with exact ground truth.
+namespace stereo_slam::simulate {
+
+struct SimulationSettings {
+  std::filesystem::path
+      trajectory;           ///< KITTI pose file to drive along; empty drives the built-in loop of streets
+  int frames = 0;           ///< how many; 0 is all of the file, or kDefaultFrames of the loop
+  std::uint64_t seed = 1;   ///< of the world, the traffic and the noise
+  int dynamic_objects = 0;  ///< moving cars
+  double fps = 10.0;        ///< frames a second, > 0
+  PinholeCamera camera{1241, 376, 718.856, 718.856, 607.1928, 185.2157};  ///< of both images, px
+  double baseline_m = 0.5371657;                                          ///< > 0
+  double camera_height_m = 1.65;                                          ///< above the road, > 0
+  int samples_per_pixel = 8;   ///< of the edges of things: 4, 8 or 16
+  int texture_size_px = 1024;  ///< side of the large textures, a power of two >= 64
+  SensorSettings sensor;
+  LoopSettings loop;
+  int threads = 0;  ///< 0 is one a processor; the images do not depend on it
+
+  static constexpr int kDefaultFrames = 400;
+};
+
+/// Called after each frame, from any thread but never from two at once: frames done, frames in all.
+using Progress = std::function<void(int done, int total)>;
+
+/// Writes calib.txt (P0 .. P3), times.txt, poses.txt and image_0, image_1/%06d.png into `output`, which is
+/// created when missing. A pair of images is written as soon as it is rendered, the text files first. Throws
+/// std::invalid_argument for settings out of range and std::runtime_error for files that cannot be read or
+/// written.
+void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
+              const Progress& progress = nullptr);
+
+/// The path that simulate() drives with these settings; throws like it.
+[[nodiscard]] CameraPath camera_path(const SimulationSettings& settings);
+
+}  // namespace stereo_slam::simulate

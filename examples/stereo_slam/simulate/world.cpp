@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#include "world.hpp"
+
+#include "town.hpp"
+
+namespace stereo_slam::simulate {
+
+World::World(const CameraPath& path, const WorldSettings& settings)
+    : route_(path, settings.camera_height_m), terrain_(route_, settings.street, settings.seed) {
+  constexpr double kChunk_m = 24.0;
+  palette_ = make_palette(scene_.materials, settings.seed, settings.texture_size_px);
+  const TownSite site{route_, terrain_, settings.street, palette_, scene_.materials, settings.seed};
+  std::vector<Face> faces;
+  terrain_.build(palette_, scene_.materials, faces);
+  add_ground_details(site, faces);
+  add_town(site, faces);
+  add_sky(site, faces);
+  scene_.chunks = make_chunks(faces, kChunk_m);
+}
+
+}  // namespace stereo_slam::simulate
