@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <ostream>
+
+#include <Eigen/Geometry>
+
+#include <antipode/detail/check.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/jacobians.hpp>
+#include <antipode/geometry/quaternion.hpp>
+
+namespace antipode {
+
+/// A pose (rigid motion) of SE(3) as a unit dual quaternion q + eps p with p = 1/2 (0, t) q.
+///
+/// Memory: eight scalars [q; p]; q = (w, x, y, z) is the rotation, t the translation in the parent frame, so
+/// that T_a_b * p_b = R(q) p_b + t = p_a. `Coefficients` is the storage: Vector8<Scalar> owns the numbers, an
+/// Eigen::Map views those of someone else (a Ceres parameter block, say); assigning to a view writes through
+/// it. Constraints (the Study quadric): |q| = 1 and q.p = 0. Factories check or establish them and throw
+/// std::invalid_argument with the value refused. The algebra keeps them up to rounding, which renormalized()
+/// removes (once in a hundred products is ample), and lets NaN through. Antipodes: x and -x (all eight
+/// numbers) are the same pose; log, is_approx and all that is built on them do not see the sign. Tangent
+/// vectors xi = (phi, rho), rotation first, perturb on the right: x.boxplus(xi) = x * exp(xi). Reference:
+/// DQV-SLAM sec. III; K. Daniilidis, "Hand-Eye Calibration Using Dual Quaternions", IJRR 1999.
+template <class Coefficients>
+class BasicDualQuaternion {
+  static constexpr bool kOwns = std::same_as<Coefficients, typename Coefficients::PlainObject>;
+
+ public:
+  using Scalar = typename Coefficients::Scalar;
+  using Owned = BasicDualQuaternion<Vector8<Scalar>>;
+  using Isometry = Eigen::Transform<Scalar, 3, Eigen::Isometry>;
+
+  /// The identity.
+  BasicDualQuaternion() noexcept requires kOwns : coeffs_(Coefficients::Unit(0)) {}
+
+  /// A copy of the pose behind another storage.
+  template <class Other>
+  requires kOwns BasicDualQuaternion(const BasicDualQuaternion<Other>& other)
+  noexcept : coeffs_(other.coeffs()) {}
+
+  /// A view of eight scalars that the caller keeps alive and answers for: nothing is checked.
+  template <std::convertible_to<const Scalar*> Pointer>
+  requires(!kOwns) explicit BasicDualQuaternion(Pointer data) noexcept : coeffs_(data) {}
+
+  /// Writes the pose into the storage; through a view, into the memory it shows.
+  template <class Other>
+  BasicDualQuaternion& operator=(const BasicDualQuaternion<Other>& other) noexcept {
+    coeffs_ = other.coeffs();
+    return *this;
+  }
+
+  [[nodiscard]] static Owned identity() noexcept { return Owned(); }
+
+  /// The pose that rotates by q, then translates by t [m]. q must be of unit length within kUnitTolerance; it
+  /// is normalised.
+  template <detail::MatrixExpression<4> Q, detail::MatrixExpression<3> T>
+  [[nodiscard]] static Owned from_rotation_translation(const Q& rotation, const T& translation) {
+    const Vector4<Scalar> q = normalized_quaternion(rotation);
+    const Vector3<Scalar> t = translation;
+    detail::require_finite("translation is not finite", t);
+    return unchecked(q, Scalar(0.5) * hamilton_product(Vector4<Scalar>(Scalar(0), t[0], t[1], t[2]), q));
+  }
+
+  /// The pose p -> R p + t. R must be a rotation matrix within kOrthogonalityTolerance.
+  template <detail::MatrixExpression<3, 3> M, detail::MatrixExpression<3> T>
+  [[nodiscard]] static Owned from_matrix(const M& rotation, const T& translation) {
+    return from_rotation_translation(quaternion_from_rotation_matrix(rotation), translation);
+  }
+
+  template <int Options>
+  [[nodiscard]] static Owned from_isometry(
+      const Eigen::Transform<Scalar, 3, Eigen::Isometry, Options>& isometry) {
+    return from_matrix(isometry.linear(), isometry.translation());
+  }
+
+  /// The pose with coefficients [q; p], refused if | |q| - 1 | or |q.p| / (1 + |p|) exceeds kUnitTolerance,
+  /// else renormalised.
+  template <detail::MatrixExpression<8> C>
+  [[nodiscard]] static Owned from_coefficients(const C& coefficients) {
+    using std::abs;
+    const Owned x = unchecked(coefficients);
+    const Scalar defect = abs(x.real().norm() - Scalar(1));
+    const Scalar dual_defect = abs(x.real().dot(x.dual())) / (Scalar(1) + x.dual().norm());
+    if (!(defect <= Scalar(kUnitTolerance)) || !(dual_defect <= Scalar(kUnitTolerance))) [[unlikely]] {
+      detail::throw_invalid("not a unit dual quaternion [q; p]", x.coeffs());
+    }
+    return x.renormalized();
+  }
+
+  /// The pose with coefficients [q; p] that the caller knows to be on the Study quadric.
+  template <detail::MatrixExpression<8> C>
+  [[nodiscard]] static Owned unchecked(const C& coefficients) noexcept {
+    Owned x(kUninitialized);
+    x.coeffs_ = coefficients;
+    return x;
+  }
+
+  /// The exponential of a twist (phi, rho): the screw motion with t = so3_left_jacobian(phi) rho. Throws
+  /// unless it is finite.
+  template <detail::MatrixExpression<6> V>
+  [[nodiscard]] static Owned exp(const V& twist) {
+    const Vector6<Scalar> xi = twist;
+    detail::require_finite("twist is not finite", xi);
+    const Vector3<Scalar> phi = xi.template head<3>();
+    const Vector3<Scalar> rho = xi.template tail<3>();
+    const auto half = detail::half_angle<Scalar>(phi.squaredNorm());
+    const Scalar phi_rho = phi.dot(rho);
+    Owned x(kUninitialized);
+    x.coeffs_ << half.cosine, half.sinc * phi,  //
+        Scalar(-0.5) * half.sinc * phi_rho, half.sinc * rho + half.slope * phi_rho * phi;
+    return x;
+  }
+
+  [[nodiscard]] const Coefficients& coeffs() const noexcept { return coeffs_; }
+  /// q, the rotation (w, x, y, z).
+  [[nodiscard]] Vector4<Scalar> real() const noexcept { return coeffs_.template head<4>(); }
+  /// p = 1/2 (0, t) q.
+  [[nodiscard]] Vector4<Scalar> dual() const noexcept { return coeffs_.template tail<4>(); }
+
+  [[nodiscard]] Vector4<Scalar> rotation() const noexcept { return real(); }
+  [[nodiscard]] Matrix3<Scalar> rotation_matrix() const noexcept { return antipode::rotation_matrix(real()); }
+  /// t = 2 vec(p q*), in the parent frame.
+  [[nodiscard]] Vector3<Scalar> translation() const noexcept {
+    const Vector3<Scalar> u = coeffs_.template segment<3>(1);
+    const Vector3<Scalar> p = coeffs_.template tail<3>();
+    return Scalar(2) * (coeffs_[0] * p - coeffs_[4] * u + u.cross(p));
+  }
+  [[nodiscard]] Isometry isometry() const noexcept {
+    Isometry T = Isometry::Identity();
+    T.linear() = rotation_matrix();
+    T.translation() = translation();
+    return T;
+  }
+
+  /// The pose p -> R p + t of a point: the vector part of x (1 + eps p) x°, expanded (only the total
+  /// conjugate moves points).
+  template <detail::MatrixExpression<3> P>
+  [[nodiscard]] Vector3<Scalar> operator*(const P& point) const noexcept {
+    const Vector3<Scalar> v = point;
+    const Vector3<Scalar> u = coeffs_.template segment<3>(1);
+    const Vector3<Scalar> a = u.cross(v) + coeffs_.template tail<3>();
+    return v + Scalar(2) * (coeffs_[0] * a + u.cross(a) - coeffs_[4] * u);
+  }
+
+  /// The inverse pose (the quaternion conjugate, as x is unit).
+  [[nodiscard]] Owned inverse() const noexcept { return quaternion_conjugate(); }
+  /// (q*, p*): of a unit dual quaternion the inverse.
+  [[nodiscard]] Owned quaternion_conjugate() const noexcept {
+    return unchecked(conjugate(real()), conjugate(dual()));
+  }
+  /// (q, -p).
+  [[nodiscard]] Owned dual_conjugate() const noexcept { return unchecked(real(), -dual()); }
+  /// (q*, -p*): the one that moves points, x (1 + eps p) x° = 1 + eps (R p + t).
+  [[nodiscard]] Owned total_conjugate() const noexcept {
+    return unchecked(conjugate(real()), -conjugate(dual()));
+  }
+
+  /// The nearest point of the Study quadric, x / ||x|| with the dual norm. Throws if q is zero or not finite.
+  [[nodiscard]] Owned renormalized() const {
+    const Scalar norm = real().norm();
+    if (!(norm >= Scalar(1e-150)) || !coeffs_.allFinite()) [[unlikely]] {
+      detail::throw_invalid("dual quaternion [q; p] cannot be normalised", coeffs_);
+    }
+    const Vector4<Scalar> q = real() / norm;
+    const Vector4<Scalar> p = dual() / norm;
+    return unchecked(q, p - q.dot(p) * q);
+  }
+
+  /// The representative of {x, -x} whose rotation is canonical (w > 0; see antipode::canonical).
+  [[nodiscard]] Owned canonical() const noexcept { return unchecked(canonical_sign(real()) * coeffs_); }
+
+  /// The twist (phi, rho) of the screw from the identity to this pose, |phi| <= pi: the inverse of exp.
+  [[nodiscard]] Vector6<Scalar> log() const noexcept {
+    const Vector8<Scalar> x = canonical().coeffs();
+    const Vector3<Scalar> v = x.template segment<3>(1);
+    const Scalar sine_squared = v.squaredNorm();
+    const Scalar inverse_sinc = detail::angle_over_sine<Scalar>(x[0], sine_squared);
+    const Scalar angle_squared = inverse_sinc * inverse_sinc * sine_squared;
+    const Vector3<Scalar> phi = inverse_sinc * v;
+    const Scalar phi_rho = Scalar(-2) * inverse_sinc * x[4];
+    const Scalar slope = detail::sinc_slope<Scalar>(x[0], Scalar(1) / inverse_sinc, angle_squared);
+    Vector6<Scalar> xi;
+    xi << phi, inverse_sinc * (x.template tail<3>() - slope * phi_rho * phi);
+    return xi;
+  }
+
+  /// Ad(x) = [[R, 0], [[t]x R, R]], with x exp(xi) x^-1 = exp(Ad(x) xi).
+  [[nodiscard]] Matrix6<Scalar> adjoint() const noexcept {
+    const Matrix3<Scalar> R = rotation_matrix();
+    Matrix6<Scalar> Ad;
+    Ad.template topLeftCorner<3, 3>() = R;
+    Ad.template topRightCorner<3, 3>().setZero();
+    Ad.template bottomLeftCorner<3, 3>() = skew(translation()) * R;
+    Ad.template bottomRightCorner<3, 3>() = R;
+    return Ad;
+  }
+
+  /// This pose perturbed on the right, x exp(xi).
+  template <detail::MatrixExpression<6> V>
+  [[nodiscard]] Owned boxplus(const V& xi) const {
+    return *this * Owned::exp(xi);
+  }
+  /// The twist from `other` to this pose, log(other^-1 x): x = other.boxplus(x.boxminus(other)).
+  template <class Other>
+  [[nodiscard]] Vector6<Scalar> boxminus(const BasicDualQuaternion<Other>& other) const noexcept {
+    return (other.inverse() * *this).log();
+  }
+
+  /// Whether both are the same pose: |x -+ y| <= tolerance (1 + |p|), whatever the signs.
+  template <class Other>
+  [[nodiscard]] bool is_approx(const BasicDualQuaternion<Other>& other, Scalar tolerance) const noexcept {
+    const Scalar sign = real().dot(other.real()) < Scalar(0) ? Scalar(-1) : Scalar(1);
+    return (coeffs_ - sign * other.coeffs()).norm() <= tolerance * (Scalar(1) + dual().norm());
+  }
+
+  /// The same pose in another scalar type.
+  template <class NewScalar>
+  [[nodiscard]] BasicDualQuaternion<Vector8<NewScalar>> cast() const {
+    return BasicDualQuaternion<Vector8<NewScalar>>::unchecked(coeffs_.template cast<NewScalar>());
+  }
+
+ private:
+  template <class>
+  friend class BasicDualQuaternion;
+
+  enum Uninitialized { kUninitialized };
+  explicit BasicDualQuaternion(Uninitialized) noexcept {}
+
+  template <class Q, class P>
+  [[nodiscard]] static Owned unchecked(const Q& real, const P& dual) noexcept {
+    Owned x(kUninitialized);
+    x.coeffs_ << real, dual;
+    return x;
+  }
+
+  Coefficients coeffs_;
+};
+
+/// A pose that owns its eight scalars.
+template <class Scalar>
+using DualQuaternion = BasicDualQuaternion<Vector8<Scalar>>;
+/// A pose in memory owned by someone else.
+template <class Scalar>
+using DualQuaternionView = BasicDualQuaternion<Eigen::Map<Vector8<Scalar>>>;
+/// A pose to be read from memory owned by someone else.
+template <class Scalar>
+using ConstDualQuaternionView = BasicDualQuaternion<Eigen::Map<const Vector8<Scalar>>>;
+
+/// The composition a b: first b, then a. T_a_c = T_a_b * T_b_c.
+template <class A, class B>
+[[nodiscard]] auto operator*(const BasicDualQuaternion<A>& a, const BasicDualQuaternion<B>& b) noexcept {
+  using Pose = typename BasicDualQuaternion<A>::Owned;
+  Vector8<typename A::Scalar> c;
+  c << hamilton_product(a.real(), b.real()),
+      hamilton_product(a.real(), b.dual()) + hamilton_product(a.dual(), b.real());
+  return Pose::unchecked(c);
+}
+
+template <class C>
+std::ostream& operator<<(std::ostream& out, const BasicDualQuaternion<C>& x) {
+  return out << "{q: [" << x.real().transpose() << "], t: [" << x.translation().transpose() << "]}";
+}
+
+// The operations once more, with their Jacobians in the right-perturbation tangent space as optional outputs:
+// f(x exp(d)) = f(x) exp(J d) for pose-valued f, f(x) + J d for vector-valued f, to first order in d.
+
+/// a b. J_a = Ad(b^-1), J_b = I.
+template <class A, class B>
+[[nodiscard]] auto compose(const BasicDualQuaternion<A>& a, const BasicDualQuaternion<B>& b,
+                           Matrix6<typename A::Scalar>* J_a = nullptr,
+                           Matrix6<typename A::Scalar>* J_b = nullptr) noexcept {
+  if (J_a) {
+    *J_a = b.inverse().adjoint();
+  }
+  if (J_b) {
+    J_b->setIdentity();
+  }
+  return a * b;
+}
+
+/// a^-1. J = -Ad(a).
+template <class A>
+[[nodiscard]] auto inverse(const BasicDualQuaternion<A>& a,
+                           Matrix6<typename A::Scalar>* J = nullptr) noexcept {
+  if (J) {
+    *J = -a.adjoint();
+  }
+  return a.inverse();
+}
+
+/// a * point. J_a = R [-[point]x, I] (3 x 6), J_point = R.
+template <class A, detail::MatrixExpression<3> P>
+[[nodiscard]] Vector3<typename A::Scalar> act(const BasicDualQuaternion<A>& a, const P& point,
+                                              Matrix<typename A::Scalar, 3, 6>* J_a = nullptr,
+                                              Matrix3<typename A::Scalar>* J_point = nullptr) noexcept {
+  const Matrix3<typename A::Scalar> R = a.rotation_matrix();
+  if (J_a) {
+    *J_a << -R * skew(point), R;
+  }
+  if (J_point) {
+    *J_point = R;
+  }
+  return a * point;
+}
+
+/// exp(xi). J = J_r(xi).
+template <detail::MatrixExpression<6> V>
+[[nodiscard]] auto exp(const V& xi, Matrix6<typename V::Scalar>* J = nullptr) {
+  if (J) {
+    *J = se3_right_jacobian(xi);
+  }
+  return DualQuaternion<typename V::Scalar>::exp(xi);
+}
+
+/// log(a). J = J_r(log(a))^-1.
+template <class A>
+[[nodiscard]] Vector6<typename A::Scalar> log(const BasicDualQuaternion<A>& a,
+                                              Matrix6<typename A::Scalar>* J = nullptr) noexcept {
+  const Vector6<typename A::Scalar> xi = a.log();
+  if (J) {
+    *J = se3_right_jacobian_inverse(xi);
+  }
+  return xi;
+}
+
+}  // namespace antipode
