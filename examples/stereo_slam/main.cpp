@@ -2,9 +2,12 @@
 // The command line, and nothing else. Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 130
 // interrupted.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -17,8 +20,10 @@
 #include "dataset/stereo_check.hpp"
 #include "evaluate.hpp"
 #include "info.hpp"
+#include "progress.hpp"
 #include "runner.hpp"
 #include "settings_io.hpp"
+#include "simulate/simulate.hpp"
 #include "text_file.hpp"
 #include "trajectory_io.hpp"
 
@@ -152,6 +157,66 @@ Command add_info(CLI::App& parent) {
   };
 }
 
+/// The same view in an image of another size; pixel centres have integer coordinates.
+simulate::PinholeCamera scaled(const simulate::PinholeCamera& camera, double scale) {
+  return {.width_px = static_cast<int>(std::lround(camera.width_px * scale)),
+          .height_px = static_cast<int>(std::lround(camera.height_px * scale)),
+          .fx = camera.fx * scale,
+          .fy = camera.fy * scale,
+          .cx = (camera.cx + 0.5) * scale - 0.5,
+          .cy = (camera.cy + 0.5) * scale - 0.5};
+}
+
+Command add_simulate(CLI::App& parent) {
+  struct Arguments {
+    fs::path output;
+    double scale = 1.0;
+    bool quiet = false;
+    simulate::SimulationSettings settings;
+  };
+  auto args = std::make_shared<Arguments>();
+  auto& settings = args->settings;
+  auto& app =
+      *parent.add_subcommand("simulate", "render a street world as a KITTI sequence with ground truth");
+  app.add_option("--output", args->output, "folder for the sequence")->required()->type_name("DIR");
+  app.add_option("--trajectory", settings.trajectory,
+                 "KITTI pose file to drive along; without it a loop of streets")
+      ->type_name("POSES");
+  app.add_option(
+         "--frames", settings.frames,
+         fmt::format("how many; default: all of the file, or {} of the loop", settings.kDefaultFrames))
+      ->check(CLI::Range(2, 1'000'000))
+      ->type_name("N");
+  app.add_option("--seed", settings.seed, "of the world, the traffic and the noise")
+      ->capture_default_str()
+      ->type_name("S");
+  app.add_option("--dynamic-objects", settings.dynamic_objects, "moving cars")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option("--fps", settings.fps, "frames a second")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  app.add_option("--scale", args->scale, "size of the images as a share of KITTI's 1241 x 376")
+      ->check(CLI::Range(0.1, 4.0))
+      ->capture_default_str();
+  app.add_option("--noise", settings.sensor.noise_sigma, "of a pixel, grey levels")
+      ->check(CLI::Range(0.0, 50.0))
+      ->capture_default_str();
+  app.add_option("--threads", settings.threads, "0: one a processor; the images do not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  app.add_flag("--quiet", args->quiet, "print errors only");
+  return [args] {
+    args->settings.camera = scaled(args->settings.camera, args->scale);
+    Progress progress(args->quiet);
+    simulate::simulate(args->settings, args->output, [&](int done, int total) {
+      progress.update(static_cast<std::size_t>(done), static_cast<std::size_t>(total), "rendered");
+    });
+    return kDone;
+  };
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -164,8 +229,10 @@ int main(int argc, char** argv) {
           ->expected(0, 1)
           ->check(CLI::IsMember(preset_names()))
           ->type_name("PRESET");
-  const std::map<std::string, Command> commands = {
-      {"run", add_run(app)}, {"evaluate", add_evaluate(app)}, {"info", add_info(app)}};
+  const std::map<std::string, Command> commands = {{"run", add_run(app)},
+                                                   {"evaluate", add_evaluate(app)},
+                                                   {"simulate", add_simulate(app)},
+                                                   {"info", add_info(app)}};
 
   try {
     app.parse(argc, argv);

@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <signal.h>
-#include <unistd.h>
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
 
 #include "frame_reader.hpp"
 #include "output.hpp"
+#include "progress.hpp"
 #include "slam.hpp"
 #include "view.hpp"
 
@@ -53,44 +52,6 @@ class SignalGuard {
   struct sigaction previous_term_ = {};
 };
 
-/// One line that keeps changing on a terminal, a line now and then elsewhere.
-class Progress {
- public:
-  Progress(std::size_t total, bool quiet)
-      : total_(total), quiet_(quiet), terminal_(isatty(STDOUT_FILENO) != 0) {}
-  ~Progress() {
-    if (line_open_) std::fputc('\n', stdout);
-  }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
-  void update(const FrameResult& result) {
-    const std::size_t done = result.index + 1;
-    const double now_s = seconds_since(start_);
-    const bool due = terminal_ ? now_s - last_print_s_ > 0.1 : done % 50 == 0 || now_s - last_print_s_ > 10.0;
-    if (quiet_ || !(due || done == 1 || done == total_)) return;
-    last_print_s_ = now_s;
-    const auto text = fmt::format("frame {}/{}  {:.1f} fps  {} landmarks  {}", done, total_,
-                                  static_cast<double>(done) / std::max(now_s, 1e-9), result.landmarks,
-                                  to_string(result.status));
-    if (terminal_) {
-      fmt::print("\r{:<72}", text);
-      line_open_ = true;
-    } else {
-      fmt::print("{}\n", text);
-    }
-    std::fflush(stdout);
-  }
-
- private:
-  std::size_t total_;
-  bool quiet_;
-  bool terminal_;
-  bool line_open_ = false;
-  Clock::time_point start_ = Clock::now();
-  double last_print_s_ = 0.0;
-};
-
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -102,13 +63,14 @@ double median(std::vector<double> values) {
 std::string process_frames(const StereoSequence& sequence, std::size_t count, const RunOptions& options,
                            Slam& slam, std::optional<Viewer>& viewer, RunRecord& record) {
   try {
-    Progress progress(count, options.quiet);
+    Progress progress(options.quiet);
     FrameReader reader([&](std::size_t i) { return load_frame(sequence, i); }, count);
     while (const auto frame = reader.next(SignalGuard::stop_requested)) {
       const auto start = Clock::now();
       FrameResult result = slam.process(*frame);
       const double ms = 1e3 * seconds_since(start);
-      progress.update(result);
+      progress.update(result.index + 1, count,
+                      fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
       if (viewer) viewer->show(*frame, result, slam.map_points(), sequence.camera);
       record.results.push_back(std::move(result));
       record.total_ms.push_back(ms);
