@@ -2,52 +2,18 @@
 #include "camera_path.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
 #include <numbers>
-#include <sstream>
 #include <stdexcept>
 #include <string>
+
+#include "trajectory_io.hpp"
 
 namespace stereo_slam::simulate {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-[[nodiscard]] Eigen::Isometry3d parse_pose(const std::string& line, const std::string& where) {
-  std::istringstream words(line);
-  std::array<double, 12> numbers{};
-  std::size_t count = 0;
-  for (std::string word; words >> word; ++count) {
-    std::size_t used = 0;
-    double number = 0.0;
-    try {
-      number = std::stod(word, &used);
-    } catch (const std::exception&) {
-      used = 0;
-    }
-    if (used != word.size() || !std::isfinite(number)) {
-      throw std::runtime_error(where + ": \"" + word + "\" is not a finite number");
-    }
-    if (count < numbers.size()) numbers[count] = number;
-  }
-  if (count != numbers.size()) {
-    throw std::runtime_error(where + ": a pose needs 12 numbers, found " + std::to_string(count));
-  }
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> matrix(numbers.data());
-  const Eigen::Matrix3d R = matrix.leftCols<3>();
-  const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(error <= kRotationTolerance) || R.determinant() < 0.0) {
-    throw std::runtime_error(where + ": the first three columns are not a rotation (|R^T R - I| = " +
-                             std::to_string(error) + ", det R = " + std::to_string(R.determinant()) + ")");
-  }
-  Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
-  T_world_camera.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
-  T_world_camera.translation() = matrix.col(3);
-  return T_world_camera;
-}
 
 /// Straight or circular piece of a street plan.
 struct Piece {
@@ -113,16 +79,10 @@ struct PlanPoint {
 }  // namespace
 
 CameraPath read_camera_path(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw std::runtime_error(file.string() + ": cannot be read");
-  CameraPath path;
-  int number = 0;
-  for (std::string line; std::getline(stream, line);) {
-    ++number;
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    path.push_back(parse_pose(line, file.string() + ":" + std::to_string(number)));
+  CameraPath path = read_trajectory(file).poses;
+  for (Eigen::Isometry3d& T_world_camera : path) {
+    T_world_camera.linear() = Eigen::Quaterniond(T_world_camera.linear()).normalized().toRotationMatrix();
   }
-  if (path.empty()) throw std::runtime_error(file.string() + ":1: the file has no poses");
   return path;
 }
 

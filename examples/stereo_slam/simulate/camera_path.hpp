@@ -11,14 +11,9 @@ namespace stereo_slam::simulate {
 /// T_world_camera of every frame; camera and world axes x right, y down, z forward.
 using CameraPath = std::vector<Eigen::Isometry3d>;
 
-/// Reads a KITTI pose file: twelve numbers a line, the row-major 3x4 T_world_camera. The rotations are
-/// orthonormalised, as files hold few digits. Throws std::runtime_error naming file and line when the file
-/// cannot be read, is empty, or a line is not twelve finite numbers whose first three columns are a rotation
-/// (to kRotationTolerance).
+/// Reads a pose file (KITTI, TUM or EuRoC, see trajectory_io.hpp). The rotations are orthonormalised, as
+/// files hold few digits. Throws std::runtime_error naming file and line when it is not one.
 [[nodiscard]] CameraPath read_camera_path(const std::filesystem::path& file);
-
-/// Largest |R^T R - I| entry of a matrix that is taken for a rotation.
-inline constexpr double kRotationTolerance = 1e-3;
 
 /// The built-in drive: around two blocks of houses that share a street, in a figure of eight, for ever. The
 /// street between the blocks is seen once in every lap of either block, and a lap of the whole eight ends

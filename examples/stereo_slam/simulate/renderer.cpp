@@ -31,7 +31,7 @@ namespace {
     const double s = material.macro_scale;
     const Footprint wide{s * footprint.u,     s * footprint.v,     s * footprint.du_dx,
                          s * footprint.dv_dx, s * footprint.du_dy, s * footprint.dv_dy};
-    grey *= 1.0F + material.macro_contrast * (2.0F * material.macro->sample(wide) - 1.0F);
+    grey *= 1.0F + material.macro_contrast * (2.0F * material.macro->sample_round(wide) - 1.0F);
   }
   const auto clear = static_cast<float>(scene.haze_distance_m / (scene.haze_distance_m + depth));
   return clear * grey + (1.0F - clear) * scene.horizon_grey;

@@ -32,6 +32,9 @@ class Texture {
   /// kMaxTaps), each as wide as its minor axis.
   [[nodiscard]] float sample(const Footprint& footprint) const;
 
+  /// Mean over a circle around the footprint: one trilinear sample. Cheaper, and enough for smooth textures.
+  [[nodiscard]] float sample_round(const Footprint& footprint) const;
+
   /// Bilinear value at one level of the pyramid, clamped to those there are.
   [[nodiscard]] float sample_level(double u, double v, int level) const;
 
@@ -50,8 +53,27 @@ class Texture {
     std::vector<std::uint8_t> texels;
   };
 
-  /// Bilinear value, 0 .. 255, at (u, v) in [0, 1).
-  [[nodiscard]] static float bilinear(const Level& level, float u, float v) noexcept;
+  /// Position in a level: texels in 16.16 fixed point from the centre of the first one. Unsigned, so that it
+  /// wraps with the texture.
+  struct Position {
+    std::uint32_t x = 0;
+    std::uint32_t y = 0;
+  };
+
+  /// Two neighbouring levels and the share of the coarser one.
+  struct Blend {
+    const Level* fine;
+    const Level* coarse;
+    float weight;
+  };
+
+  /// Levels for a sample as wide as this many texels of the finest.
+  [[nodiscard]] Blend blend(double width_texels) const;
+  [[nodiscard]] static Position position(const Level& level, double u, double v) noexcept;
+  /// The same place in the next coarser level.
+  [[nodiscard]] static Position halved(Position position) noexcept;
+  /// Bilinear value in units of 2^-16 grey levels.
+  [[nodiscard]] static std::uint32_t bilinear(const Level& level, Position position) noexcept;
 
   std::vector<Level> levels_;
 };
