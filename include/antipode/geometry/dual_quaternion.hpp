@@ -94,9 +94,7 @@ class BasicDualQuaternion {
   /// The pose with coefficients [q; p] that the caller knows to be on the Study quadric.
   template <detail::MatrixExpression<8> C>
   [[nodiscard]] static Owned unchecked(const C& coefficients) noexcept {
-    Owned x(kUninitialized);
-    x.coeffs_ = coefficients;
-    return x;
+    return Owned(Vector8<Scalar>(coefficients));
   }
 
   /// The exponential of a twist (phi, rho): the screw motion with t = so3_left_jacobian(phi) rho. Throws
@@ -109,10 +107,10 @@ class BasicDualQuaternion {
     const Vector3<Scalar> rho = xi.template tail<3>();
     const auto half = detail::half_angle<Scalar>(phi.squaredNorm());
     const Scalar phi_rho = phi.dot(rho);
-    Owned x(kUninitialized);
-    x.coeffs_ << half.cosine, half.sinc * phi,  //
+    Vector8<Scalar> x;
+    x << half.cosine, half.sinc * phi,  //
         Scalar(-0.5) * half.sinc * phi_rho, half.sinc * rho + half.slope * phi_rho * phi;
-    return x;
+    return Owned(x);
   }
 
   [[nodiscard]] const Coefficients& coeffs() const noexcept { return coeffs_; }
@@ -227,14 +225,13 @@ class BasicDualQuaternion {
   template <class>
   friend class BasicDualQuaternion;
 
-  enum Uninitialized { kUninitialized };
-  explicit BasicDualQuaternion(Uninitialized) noexcept {}
+  explicit BasicDualQuaternion(const Coefficients& coefficients) noexcept : coeffs_(coefficients) {}
 
   template <class Q, class P>
   [[nodiscard]] static Owned unchecked(const Q& real, const P& dual) noexcept {
-    Owned x(kUninitialized);
-    x.coeffs_ << real, dual;
-    return x;
+    Vector8<Scalar> x;
+    x << real, dual;
+    return Owned(x);
   }
 
   Coefficients coeffs_;

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Eigenvalues>
+
+#include <antipode/detail/check.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/weighted_samples.hpp>
+
+/// Between and amidst poses: screw interpolation and means. Nothing here sees the sign of its arguments.
+namespace antipode {
+
+/// The pose at `tau` on the screw motion from a (tau = 0) to b (tau = 1) with constant velocity; other tau
+/// extrapolate.
+///
+/// ScLERP, a exp(tau log(a^-1 b)): the shorter way round; at a relative rotation of pi, one of the two.
+/// Reference: L. Kavan et al., "Dual Quaternions for Rigid Transformation Blending", 2006. Throws unless tau
+/// is finite.
+template <class A, class B>
+[[nodiscard]] auto sclerp(const BasicDualQuaternion<A>& a, const BasicDualQuaternion<B>& b,
+                          const typename A::Scalar& tau) {
+  return a.boxplus(tau * b.boxminus(a));
+}
+
+struct PoseMeanOptions {
+  int max_iterations = 50;
+  /// Step (rad, m) below which the iteration has converged, in units of the rounding error of the largest
+  /// pose.
+  double tolerance = 16.0;
+};
+
+template <class Scalar>
+struct PoseMean {
+  DualQuaternion<Scalar> pose;
+  int iterations = 0;
+  /// False if the iteration did not settle, as for poses spread over more than half a turn; `pose` is its
+  /// last value.
+  bool converged = false;
+};
+
+/// The group mean m of weighted poses (columns [q; p]): sum_k w_k log(m^-1 x_k) = 0.
+///
+/// It commutes with every change of frame on either side, which a mean of translations beside a mean of
+/// rotations does not. Starts from the principal axis of sum w q q^T and the mean translation, then follows m
+/// <- m exp(mean log). Throws if a weight is negative or not finite, or if all are zero. Reference: X. Pennec
+/// and V. Arsigny, "Exponential Barycenters of the Canonical Cartan Connection and Invariant Means on Lie
+/// Groups", 2013.
+template <class Poses, class Weights>
+requires(Poses::RowsAtCompileTime == 8 && Weights::ColsAtCompileTime == 1)
+    [[nodiscard]] auto mean(const Eigen::MatrixBase<Poses>& poses, const Eigen::MatrixBase<Weights>& weights,
+                            const PoseMeanOptions& options = {}) {
+  using Scalar = typename Poses::Scalar;
+  using Pose = DualQuaternion<Scalar>;
+  const Scalar total = weights.sum();
+  if (weights.size() != poses.cols() || !weights.allFinite() || (weights.array() < Scalar(0)).any() ||
+      !(total > Scalar(0))) [[unlikely]] {
+    detail::throw_invalid("mean of " + std::to_string(poses.cols()) + " poses with invalid weights",
+                          weights.transpose().eval());
+  }
+
+  Matrix4<Scalar> scatter = Matrix4<Scalar>::Zero();
+  Vector3<Scalar> translation = Vector3<Scalar>::Zero();
+  for (Eigen::Index k = 0; k < poses.cols(); ++k) {
+    const Pose x = Pose::from_coefficients(poses.col(k));
+    scatter += weights[k] / total * x.real() * x.real().transpose();
+    translation += weights[k] / total * x.translation();
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix4<Scalar>> axes(scatter);
+  PoseMean<Scalar> result{.pose = Pose::from_rotation_translation(axes.eigenvectors().col(3), translation)};
+
+  const Scalar small = Scalar(options.tolerance) * Eigen::NumTraits<Scalar>::epsilon() *
+                       (Scalar(1) + poses.cwiseAbs().maxCoeff());
+  while (!result.converged && result.iterations < options.max_iterations) {
+    Vector6<Scalar> step = Vector6<Scalar>::Zero();
+    for (Eigen::Index k = 0; k < poses.cols(); ++k) {
+      step += weights[k] / total * Pose::unchecked(poses.col(k)).boxminus(result.pose);
+    }
+    result.pose = result.pose.boxplus(step).renormalized();
+    result.converged = step.norm() <= small;
+    ++result.iterations;
+  }
+  return result;
+}
+
+/// The group mean of sigma points.
+template <class Scalar, int Count>
+[[nodiscard]] PoseMean<Scalar> mean(const WeightedSamples<Scalar, 8, Count>& samples,
+                                    const PoseMeanOptions& options = {}) {
+  return mean(samples.points, samples.weights, options);
+}
+
+}  // namespace antipode
