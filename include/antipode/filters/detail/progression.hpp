@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <antipode/eigen_types.hpp>
+
+/// The steps of a progression, which applies a likelihood in powers that add up to one.
+namespace antipode::detail {
+
+/// What is left of the likelihood counts as nothing below this share.
+inline constexpr double kProgressionDone = 1e-12;
+
+/// The extremes of the log-likelihoods of the samples that count.
+template <class Scalar>
+struct LogRange {
+  Scalar lo = std::numeric_limits<Scalar>::infinity();
+  Scalar hi = -std::numeric_limits<Scalar>::infinity();
+
+  /// No value was NaN or +infinity.
+  bool valid = true;
+
+  /// Some sample explains the measurement.
+  [[nodiscard]] bool supported() const { return hi > -std::numeric_limits<Scalar>::infinity(); }
+};
+
+/// The range of the log-likelihoods, which come out finite: -infinity becomes hi - 700, e^-700 times less
+/// likely than the best sample. Samples without weight do not count; theirs become hi.
+template <class Scalar, int Count>
+[[nodiscard]] LogRange<Scalar> bound_log_likelihoods(const Vector<Scalar, Count>& weights,
+                                                     Vector<Scalar, Count>& values) {
+  constexpr Scalar kInfinity = std::numeric_limits<Scalar>::infinity();
+  constexpr Scalar kSpanOfImpossible(700);
+  LogRange<Scalar> range;
+  for (int k = 0; k < Count; ++k) {
+    if (!(weights[k] > Scalar(0))) continue;
+    range.valid = range.valid && values[k] < kInfinity;
+    range.hi = std::max(range.hi, values[k]);
+  }
+  for (int k = 0; k < Count; ++k) {
+    if (!(weights[k] > Scalar(0))) {
+      values[k] = range.hi;
+    } else if (!(values[k] > -kInfinity)) {
+      values[k] = range.hi - kSpanOfImpossible;
+    }
+    range.lo = std::min(range.lo, values[k]);
+  }
+  return range;
+}
+
+/// A share of the likelihood to apply.
+template <class Scalar>
+struct ProgressionStep {
+  Scalar size;
+  bool floored;  ///< it is longer than was wanted
+};
+
+/// The wanted step, but at least `floor` and no more than what remains.
+template <class Scalar>
+[[nodiscard]] ProgressionStep<Scalar> progression_step(Scalar remaining, Scalar wanted, Scalar floor) {
+  return {std::min(remaining, std::max(wanted, floor)), wanted < std::min(remaining, floor)};
+}
+
+/// The step such that no two samples' likelihoods are further apart than 1 : tau (DQV-SLAM Alg. 2 line 8).
+template <class Scalar>
+[[nodiscard]] Scalar reweighting_step(const LogRange<Scalar>& range, Scalar tau) {
+  using std::log;
+  constexpr Scalar kFlat(1e-12);
+  const Scalar span = range.hi - range.lo;
+  return span <= kFlat ? Scalar(1) : -log(tau) / span;
+}
+
+/// What a reweighting tells about the samples.
+template <class Scalar>
+struct Reweighting {
+  Scalar log_mean;               ///< log sum_k w_k r_k, of the factors r_k
+  Scalar effective_sample_size;  ///< Count (sum_k w_k r_k)^2 / sum_k w_k r_k^2
+};
+
+/// w_k <- w_k exp(step l_k), normalised (the paper's Alg. 2 matches moments to weights that are not).
+template <class Scalar, int Count>
+Reweighting<Scalar> reweight(Scalar step, const Vector<Scalar, Count>& values,
+                             Vector<Scalar, Count>& weights) {
+  using std::log;
+  const Scalar hi = values.maxCoeff();
+  const Vector<Scalar, Count> factors = (step * (values.array() - hi)).exp();
+  const Scalar mean_square = weights.dot(factors.cwiseAbs2()) / weights.sum();
+  weights = weights.cwiseProduct(factors) / weights.sum();
+  const Scalar mean = weights.sum();
+  weights /= mean;
+  return {step * hi + log(mean), Scalar(Count) * mean * mean / mean_square};
+}
+
+}  // namespace antipode::detail

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+#include <optional>
+#include <type_traits>
+
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/weighted_samples.hpp>
+
+/// Statistical linear regression of a measurement model over sigma points.
+namespace antipode::detail {
+
+template <class T>
+struct ValueOfOptional : std::type_identity<T> {};
+template <class T>
+struct ValueOfOptional<std::optional<T>> : std::type_identity<T> {};
+
+/// What a model h(pose, x) measures: its vector, whether it comes in a std::optional or not.
+template <class Model, class Scalar, int Dim>
+using MeasurementOf = typename ValueOfOptional<
+    std::invoke_result_t<const Model&, const DualQuaternion<Scalar>&, const Vector<Scalar, Dim>&>>::type;
+
+/// A certain pose is one sample.
+template <class Scalar>
+[[nodiscard]] WeightedSamples<Scalar, 8, 1> pose_samples(const DualQuaternion<Scalar>& pose) {
+  return {pose.coeffs(), Vector<Scalar, 1>::Ones()};
+}
+template <class Scalar, int Count>
+[[nodiscard]] const WeightedSamples<Scalar, 8, Count>& pose_samples(
+    const WeightedSamples<Scalar, 8, Count>& poses) {
+  return poses;
+}
+
+/// z = mean + slope g + e for g ~ N(0, I), with e of covariance `residual` and not correlated with g.
+template <class Scalar, int Dim, int Measured>
+struct LinearModel {
+  Vector<Scalar, Measured> mean;
+  Matrix<Scalar, Measured, Dim> slope;
+  Matrix<Scalar, Measured> residual;  ///< positive semidefinite by construction: a sum of squares
+
+  /// Cov(z).
+  [[nodiscard]] Matrix<Scalar, Measured> covariance() const { return slope * slope.transpose() + residual; }
+};
+
+/// h at x for every pose, one column each; false if one of them has no finite measurement.
+template <class Model, class Scalar, int Dim, int Count, int Measured>
+[[nodiscard]] bool measure(const Model& h, const WeightedSamples<Scalar, 8, Count>& poses,
+                           const Vector<Scalar, Dim>& x, Matrix<Scalar, Measured, Count>& measurements) {
+  for (int i = 0; i < Count; ++i) {
+    if (poses.weights[i] == Scalar(0)) {
+      measurements.col(i).setZero();
+      continue;
+    }
+    const std::optional<Vector<Scalar, Measured>> z =
+        h(DualQuaternion<Scalar>::unchecked(poses.points.col(i)), x);
+    if (!z || !z->allFinite()) return false;
+    measurements.col(i) = *z;
+  }
+  return true;
+}
+
+/// The best linear model of h(pose, x) over all pairs of a pose sample and x = mean + L g_j, {g_j} a rule for
+/// N(0, I); nothing if one of the pairs has no finite measurement. The spread over the poses is part of the
+/// residual.
+template <class Model, class Scalar, int Count, int Dim, int Points>
+[[nodiscard]] auto regress(const Model& h, const WeightedSamples<Scalar, 8, Count>& poses,
+                           const Vector<Scalar, Dim>& mean, const Matrix<Scalar, Dim>& L,
+                           const WeightedSamples<Scalar, Dim, Points>& standard) {
+  constexpr int kMeasured = MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime;
+  using Linear = LinearModel<Scalar, Dim, kMeasured>;
+  Linear model{.mean = Vector<Scalar, kMeasured>::Zero(),
+               .slope = Matrix<Scalar, kMeasured, Dim>::Zero(),
+               .residual = Matrix<Scalar, kMeasured>::Zero()};
+  Matrix<Scalar, kMeasured, Points> means;
+  Matrix<Scalar, kMeasured, Count> measurements;
+  for (int j = 0; j < Points; ++j) {
+    means.col(j).setZero();
+    if (standard.weights[j] == Scalar(0)) continue;
+    const Vector<Scalar, Dim> x = mean + L * standard.points.col(j);
+    if (!measure(h, poses, x, measurements)) return std::optional<Linear>{};
+    means.col(j) = measurements * poses.weights;
+    model.mean += standard.weights[j] * means.col(j);
+    for (int i = 0; i < Count; ++i) {
+      const Vector<Scalar, kMeasured> deviation = measurements.col(i) - means.col(j);
+      model.residual += standard.weights[j] * poses.weights[i] * deviation * deviation.transpose();
+    }
+  }
+  for (int j = 0; j < Points; ++j) {
+    model.slope += standard.weights[j] * (means.col(j) - model.mean) * standard.points.col(j).transpose();
+  }
+  for (int j = 0; j < Points; ++j) {
+    const Vector<Scalar, kMeasured> error = means.col(j) - model.mean - model.slope * standard.points.col(j);
+    model.residual += standard.weights[j] * error * error.transpose();
+  }
+  return std::optional<Linear>{model};
+}
+
+}  // namespace antipode::detail

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+
+#include <antipode/concepts.hpp>
+#include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/quaternion.hpp>
+#include <antipode/sampling/pose_rules.hpp>
+
+/// Prediction of a pose by a measured motion, x_k = x_(k-1) u_k v_k (DQV-SLAM Eqs. 5-7, 11).
+///
+/// x maps the moving frame to the fixed one; u_k, the measured motion, maps the moving frame at k to that at
+/// k-1; v_k is its noise, independent of the state, with a mean near the identity.
+namespace antipode {
+
+namespace detail {
+
+/// The moments that make up a BinghamGaussian, added one pose at a time when the orientation's density is
+/// known beforehand: those of tau (see BinghamGaussian) and of the translation, relative to a reference near
+/// the mean.
+template <class Scalar>
+class PoseMoments {
+ public:
+  PoseMoments(const Bingham<Scalar, 4>& orientation, const Vector3<Scalar>& reference)
+      : orientation_(orientation), reference_(reference) {}
+
+  /// A pose with the coordinates x = M^T q of its rotation in the axes of the orientation.
+  void add(Scalar weight, const Vector4<Scalar>& x, const Vector3<Scalar>& translation) noexcept {
+    Vector6<Scalar> y;
+    y << x[3] * x.template head<3>(), translation - reference_;
+    const Vector6<Scalar> weighted = weight * y;
+    mean_ += weighted;
+    second_ += weighted * y.transpose();
+  }
+
+  [[nodiscard]] BinghamGaussian<Scalar> density(bool keep_coupling) const {
+    const Matrix6<Scalar> covariance = second_ - mean_ * mean_.transpose();
+    const Matrix3<Scalar> t_tau = covariance.template bottomLeftCorner<3, 3>();
+    const Matrix3<Scalar> coupling =
+        keep_coupling ? (t_tau * pseudo_inverse<Scalar>(covariance.template topLeftCorner<3, 3>())).eval()
+                      : Matrix3<Scalar>::Zero();
+    const Matrix3<Scalar> residual =
+        covariance.template bottomRightCorner<3, 3>() - coupling * t_tau.transpose();
+    return {orientation_, reference_ + mean_.template tail<3>(), coupling,
+            without_negative_eigenvalues<Scalar, 3>(Scalar(0.5) * (residual + residual.transpose()))};
+  }
+
+ private:
+  const Bingham<Scalar, 4>& orientation_;
+  Vector3<Scalar> reference_;
+  Vector6<Scalar> mean_ = Vector6<Scalar>::Zero();
+  Matrix6<Scalar> second_ = Matrix6<Scalar>::Zero();
+};
+
+}  // namespace detail
+
+/// The density with the moments of x u v over all pairs of a sample of the state x and one of the noise v.
+///
+/// The scatter matrix of the orientation is exact, whatever the rule; so is E[t]. Cov(t) and the coupling are
+/// as good as the rule's fourth moments: take RichPoseRule or JointPoseRule for wide orientations. A long u
+/// makes translation and orientation correlated through R(q) t_u: the coupling holds that, and the paper,
+/// which has none, drops it (keep_coupling = false). Cost: the square of the rule's points.
+template <std::floating_point Scalar, PoseRule<BinghamGaussian<Scalar>> Rule>
+[[nodiscard]] BinghamGaussian<Scalar> predict(const BinghamGaussian<Scalar>& state,
+                                              const DualQuaternion<Scalar>& motion,
+                                              const BinghamGaussian<Scalar>& noise, const Rule& rule,
+                                              const MomentMatchOptions<Scalar>& options = {}) {
+  using Pose = DualQuaternion<Scalar>;
+  const auto orientation = compose(compose(state.orientation(), motion.rotation()), noise.orientation(),
+                                   {.min_eigenvalue = options.min_eigenvalue});
+  const auto state_samples = sample(rule, state);
+  const auto noise_samples = sample(rule, noise);
+  Matrix<Scalar, 3, Rule::kCount> noise_translations;
+  for (int j = 0; j < Rule::kCount; ++j) {
+    noise_translations.col(j) = Pose::unchecked(noise_samples.points.col(j)).translation();
+  }
+
+  detail::PoseMoments<Scalar> moments(orientation, (state.pose() * motion * noise.pose()).translation());
+  for (int i = 0; i < Rule::kCount; ++i) {
+    const Pose moved = Pose::unchecked(state_samples.points.col(i)) * motion;
+    const Matrix4<Scalar> coordinates = orientation.axes().transpose() * left_matrix(moved.rotation());
+    const Matrix3<Scalar> R = moved.rotation_matrix();
+    const Vector3<Scalar> t = moved.translation();
+    for (int j = 0; j < Rule::kCount; ++j) {
+      moments.add(state_samples.weights[i] * noise_samples.weights[j],
+                  coordinates * noise_samples.points.col(j).template head<4>(),
+                  t + R * noise_translations.col(j));
+    }
+  }
+  return moments.density(options.keep_coupling);
+}
+
+/// The first-order prediction of a concentrated state, in closed form: with w = u E[v], x exp(xi) w exp(nu) =
+/// x w exp(Ad(w^-1) xi) exp(nu), so that P' = A P A^T + Q with A = Ad(w^-1).
+template <std::floating_point Scalar>
+[[nodiscard]] PoseGaussian<Scalar> predict_closed_form(const PoseGaussian<Scalar>& state,
+                                                       const DualQuaternion<Scalar>& motion,
+                                                       const PoseGaussian<Scalar>& noise) {
+  const DualQuaternion<Scalar> step = motion * noise.pose;
+  const Matrix6<Scalar> A = step.inverse().adjoint();
+  const Matrix6<Scalar> P = A * state.covariance * A.transpose() + noise.covariance;
+  return {(state.pose * step).renormalized(), Scalar(0.5) * (P + P.transpose())};
+}
+
+}  // namespace antipode

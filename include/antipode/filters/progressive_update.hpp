@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <type_traits>
+
+#include <antipode/concepts.hpp>
+#include <antipode/detail/check.hpp>
+#include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/progression.hpp>
+#include <antipode/filters/update_status.hpp>
+#include <antipode/sampling/pose_rules.hpp>
+
+/// Progressive Bayes update of a pose density by any likelihood (DQV-SLAM Alg. 2, corrected, in the log
+/// domain).
+///
+/// The likelihood is applied in powers that add up to one. Each step samples the current density, reweights
+/// the samples and matches a density to them; it is as long as no two weights change by more than 1 : tau.
+/// With shrinking steps this follows the moments of the true posterior, provided that the rule has the right
+/// FOURTH moments and the density its coupling: RichPoseRule or JointPoseRule, keep_coupling. The paper's
+/// setting (PaperPoseRule, no coupling) is there for comparison; it is overconfident. Corrections to the
+/// paper: docs/papers.md.
+namespace antipode {
+
+template <std::floating_point Scalar>
+struct ProgressiveOptions {
+  /// Smallest ratio of two samples' likelihoods within a step, inside (0, 1). Nearer to one: more and more
+  /// accurate steps; 0.8 for weak priors.
+  Scalar tau = Scalar(0.5);
+  /// No step is below 1/max_steps, whatever tau asks for.
+  int max_steps = 1000;
+  /// Whether the posterior may correlate orientation and translation; the paper's may not.
+  bool keep_coupling = true;
+  /// Smallest second moment of the orientation: 1e-10 is a standard deviation of 0.0011 degrees.
+  Scalar min_eigenvalue = std::max(Scalar(1e-10), std::numeric_limits<Scalar>::epsilon());
+  /// How often to start again with tau <- sqrt(tau) when the steps prove too long for the samples.
+  int max_restarts = 3;
+  /// Below this log-likelihood of the best sample the result is reported as diverged. For m Gaussian
+  /// residuals whose constants are left out: minus half a quantile of chi^2(m).
+  Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
+};
+
+template <std::floating_point Scalar>
+struct ProgressiveResult {
+  BinghamGaussian<Scalar> posterior;
+  UpdateStatus status = UpdateStatus::kConverged;
+  int steps = 0;
+  int restarts = 0;
+  long likelihood_evaluations = 0;  ///< one for each pose; restarts included
+  /// Of the rule's points, the smallest over the steps; at least 4 tau/(1 + tau)^2 of them unless
+  /// step_floor_hit.
+  Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
+  Scalar log_evidence = 0;         ///< log of the likelihood's mean under the prior
+  Scalar best_log_likelihood = 0;  ///< of the samples of the last step
+  bool step_floor_hit = false;     ///< max_steps forced a step longer than tau allows
+  bool moment_floor_hit = false;   ///< the orientation is as concentrated as min_eigenvalue allows
+};
+
+namespace detail {
+
+template <class Scalar>
+void require_valid(const ProgressiveOptions<Scalar>& options) {
+  if (!(options.tau > Scalar(0) && options.tau < Scalar(1))) [[unlikely]] {
+    throw_invalid("tau is not inside (0, 1)", options.tau);
+  }
+  if (!(options.max_steps > 0)) [[unlikely]] {
+    throw_invalid("max_steps is not positive", options.max_steps);
+  }
+  if (options.max_restarts < 0) [[unlikely]] {
+    throw_invalid("max_restarts is negative", options.max_restarts);
+  }
+  if (!(options.min_eigenvalue >= Scalar(1e-15) && options.min_eigenvalue <= Scalar(0.25))) [[unlikely]] {
+    throw_invalid("min_eigenvalue is not in [1e-15, 1/4]", options.min_eigenvalue);
+  }
+  if (std::isnan(options.min_log_likelihood)) [[unlikely]] {
+    throw_invalid("min_log_likelihood is not a number", options.min_log_likelihood);
+  }
+}
+
+template <class Scalar>
+[[nodiscard]] bool at_moment_floor(const BinghamGaussian<Scalar>& density, Scalar min_eigenvalue) {
+  return density.orientation().second_moments()[0] <= Scalar(1 + 1e-5) * min_eigenvalue;
+}
+
+/// Whether the samples were too few for the step: the orientation is at its floor for the second time, or one
+/// of its moments shrank a thousandfold at once.
+template <class Scalar>
+[[nodiscard]] bool degenerates(const BinghamGaussian<Scalar>& before, const BinghamGaussian<Scalar>& after,
+                               Scalar min_eigenvalue) {
+  constexpr Scalar kMaxShrinkage(1e3);
+  const auto shrinkage =
+      before.orientation().second_moments().array() / after.orientation().second_moments().array();
+  return (shrinkage > kMaxShrinkage).any() ||
+         (at_moment_floor(before, min_eigenvalue) && at_moment_floor(after, min_eigenvalue));
+}
+
+/// One run through Alg. 2 from the density in `result`; returns false if it gave up because the steps are too
+/// long.
+template <class Scalar, class L, class Rule>
+[[nodiscard]] bool progress(L& log_likelihood, const Rule& rule, Scalar tau, bool may_give_up,
+                            const ProgressiveOptions<Scalar>& options, ProgressiveResult<Scalar>& result) {
+  const Scalar min_step = Scalar(1) / Scalar(options.max_steps);
+  BinghamGaussian<Scalar>& density = result.posterior;
+  Scalar remaining(1);
+  while (remaining > Scalar(kProgressionDone)) {
+    auto samples = sample(rule, density);
+    Vector<Scalar, Rule::kCount> values;
+    evaluate_log_likelihood(log_likelihood, samples.points, values);
+    result.likelihood_evaluations += Rule::kCount;
+    const LogRange<Scalar> range = bound_log_likelihoods(samples.weights, values);
+    if (!range.valid || !range.supported()) {
+      result.status = range.valid ? UpdateStatus::kNoSupport : UpdateStatus::kNotFinite;
+      return true;
+    }
+
+    const ProgressionStep<Scalar> step = progression_step(remaining, reweighting_step(range, tau), min_step);
+    const Reweighting<Scalar> change = reweight(step.size, values, samples.weights);
+    const auto next = moment_match(
+        samples, {.keep_coupling = options.keep_coupling, .min_eigenvalue = options.min_eigenvalue});
+    if (may_give_up && !step.floored && degenerates(density, next, options.min_eigenvalue)) return false;
+
+    density = next;
+    remaining -= step.size;
+    ++result.steps;
+    result.log_evidence += change.log_mean;
+    result.effective_sample_size = std::min(result.effective_sample_size, change.effective_sample_size);
+    result.best_log_likelihood = range.hi;
+    result.step_floor_hit = result.step_floor_hit || step.floored;
+  }
+  result.moment_floor_hit = at_moment_floor(density, options.min_eigenvalue);
+  return true;
+}
+
+}  // namespace detail
+
+/// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
+/// void(8 x Count poses, values) (see concepts.hpp). Throws on invalid options; what can go wrong with the
+/// numbers comes back as the status.
+template <std::floating_point Scalar, class L, PoseRule<BinghamGaussian<Scalar>> Rule>
+requires LogLikelihood<L, Scalar, Rule::kCount>
+[[nodiscard]] ProgressiveResult<Scalar> progressive_update(const BinghamGaussian<Scalar>& prior,
+                                                           L&& log_likelihood, const Rule& rule,
+                                                           const ProgressiveOptions<Scalar>& options = {}) {
+  using std::sqrt;
+  detail::require_valid(options);
+  Scalar tau = options.tau;
+  for (ProgressiveResult<Scalar> result{.posterior = prior};; tau = sqrt(tau)) {
+    const bool may_give_up = result.restarts < options.max_restarts;
+    if (detail::progress(log_likelihood, rule, tau, may_give_up, options, result)) {
+      if (result.status != UpdateStatus::kConverged) {
+        result.posterior = prior;
+      } else if (result.best_log_likelihood < options.min_log_likelihood) {
+        result.status = UpdateStatus::kDiverged;
+      }
+      return result;
+    }
+    result = {.posterior = prior,
+              .restarts = result.restarts + 1,
+              .likelihood_evaluations = result.likelihood_evaluations};
+  }
+}
+
+template <std::floating_point Scalar>
+struct SubsetOptions {
+  /// Most measurements that are applied together.
+  int max_size = 30;
+  /// Regulariser: between two subsets the square of this is added to every variance of the translation.
+  Scalar min_translation_sigma_m = Scalar(0);
+  /// Regulariser: between two subsets the concentrations of the orientation are divided by 1 + forgetting;
+  /// in [0, 1e-3].
+  Scalar forgetting = Scalar(0);
+};
+
+namespace detail {
+
+template <class Scalar>
+void require_valid(const SubsetOptions<Scalar>& options) {
+  if (options.max_size < 1) [[unlikely]] {
+    throw_invalid("max_size of a subset is not positive", options.max_size);
+  }
+  if (!(options.min_translation_sigma_m >= Scalar(0)) || !std::isfinite(options.min_translation_sigma_m))
+      [[unlikely]] {
+    throw_invalid("min_translation_sigma_m is not in [0, inf)", options.min_translation_sigma_m);
+  }
+  if (!(options.forgetting >= Scalar(0) && options.forgetting <= Scalar(1e-3))) [[unlikely]] {
+    throw_invalid("forgetting is not in [0, 1e-3]", options.forgetting);
+  }
+}
+
+/// The density made a little wider. (The paper adds "a term to the parameter matrix"; a multiple of the
+/// identity would change nothing.)
+template <class Scalar>
+[[nodiscard]] BinghamGaussian<Scalar> regularized(const BinghamGaussian<Scalar>& density,
+                                                  const SubsetOptions<Scalar>& options) {
+  const Scalar variance = options.min_translation_sigma_m * options.min_translation_sigma_m;
+  if (variance == Scalar(0) && options.forgetting == Scalar(0)) return density;
+  const auto& orientation = density.orientation();
+  return {Bingham<Scalar, 4>::from_parameters(
+              orientation.axes(), orientation.concentrations() / (Scalar(1) + options.forgetting)),
+          density.mean_translation(), density.coupling(),
+          density.conditional_covariance() + variance * Matrix3<Scalar>::Identity()};
+}
+
+}  // namespace detail
+
+/// The posterior after `count` independent measurements, applied in subsets of at most max_size, as even as
+/// possible (DQV-SLAM sec. IV-D). likelihood_of(begin, end) returns the log-likelihood of the measurements
+/// begin..end-1.
+///
+/// The numbers in the result are totals or worst cases over the subsets. Ranges of log-likelihoods
+/// add up, so that subsets save no steps; they are there because the paper has them.
+template <std::floating_point Scalar, class LikelihoodOf, PoseRule<BinghamGaussian<Scalar>> Rule>
+requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Rule::kCount>
+[[nodiscard]] ProgressiveResult<Scalar> progressive_update_subsets(
+    const BinghamGaussian<Scalar>& prior, int count, LikelihoodOf&& likelihood_of, const Rule& rule,
+    const ProgressiveOptions<Scalar>& options = {}, const SubsetOptions<Scalar>& subset_options = {}) {
+  detail::require_valid(options);
+  detail::require_valid(subset_options);
+  if (count < 0) [[unlikely]] {
+    detail::throw_invalid("number of measurements is negative", count);
+  }
+  ProgressiveOptions<Scalar> without_final_check = options;
+  without_final_check.min_log_likelihood = ProgressiveOptions<Scalar>{}.min_log_likelihood;
+
+  ProgressiveResult<Scalar> total{.posterior = prior};
+  const int subsets = (count + subset_options.max_size - 1) / subset_options.max_size;
+  for (int i = 0; i < subsets; ++i) {
+    const auto boundary = [&](int k) {
+      return static_cast<int>(static_cast<long long>(count) * k / subsets);
+    };
+    const auto& start = i == 0 ? prior : detail::regularized(total.posterior, subset_options);
+    const auto result =
+        progressive_update(start, likelihood_of(boundary(i), boundary(i + 1)), rule, without_final_check);
+    total.posterior = result.posterior;
+    total.status = result.status;
+    total.steps += result.steps;
+    total.restarts += result.restarts;
+    total.likelihood_evaluations += result.likelihood_evaluations;
+    total.effective_sample_size = std::min(total.effective_sample_size, result.effective_sample_size);
+    total.log_evidence += result.log_evidence;
+    total.best_log_likelihood += result.best_log_likelihood;
+    total.step_floor_hit = total.step_floor_hit || result.step_floor_hit;
+    total.moment_floor_hit = result.moment_floor_hit;
+    if (result.status != UpdateStatus::kConverged) {
+      total.posterior = prior;
+      return total;
+    }
+  }
+  if (total.best_log_likelihood < options.min_log_likelihood) total.status = UpdateStatus::kDiverged;
+  return total;
+}
+
+}  // namespace antipode

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <antipode/concepts.hpp>
+#include <antipode/detail/check.hpp>
+#include <antipode/distributions/detail/positive_semidefinite.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/progression.hpp>
+#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/filters/update_status.hpp>
+#include <antipode/geometry/jacobians.hpp>
+#include <antipode/sampling/gaussian_rules.hpp>
+#include <antipode/weighted_samples.hpp>
+
+/// Bayes update of a concentrated pose density by any likelihood, through quadratic models of the
+/// log-likelihood.
+///
+/// Reweighting samples (progressive_update.hpp) is an explicit Euler step and needs many of them. From the
+/// same samples one can fit l(y) = c + g.y - y^T H y/2 in whitened coordinates y, x = mean exp(L y), by the
+/// Hermite coefficients
+///
+///   g = E[y l],   -H = E[(y y^T - I) l],
+///
+/// and take the exact step of that model. The step is as long as the model holds: 1/rho, with rho the
+/// standard deviation of what it leaves unexplained over the current density; how informative the measurement
+/// is does not matter. A linear model with Gaussian noise takes one step and is the Kalman update; no
+/// derivatives, and robust or other non-Gaussian likelihoods are welcome. For wide or multimodal densities
+/// use progressive_update.
+namespace antipode {
+
+template <std::floating_point Scalar>
+struct QuadraticUpdateOptions {
+  /// No step is below 1/max_steps, whatever the residual asks for.
+  int max_steps = 100;
+  /// Fits around the result that start from the original prior again: they remove what the first, wide fits
+  /// got wrong.
+  int refinements = 1;
+  /// Below this log-likelihood at the posterior's samples (the best of them) the result is reported as
+  /// diverged.
+  Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
+};
+
+template <std::floating_point Scalar>
+struct QuadraticUpdateResult {
+  PoseGaussian<Scalar> posterior;
+  UpdateStatus status = UpdateStatus::kConverged;
+  int steps = 0;  ///< refinements included
+  long likelihood_evaluations = 0;
+  Scalar log_evidence = 0;         ///< log of the likelihood's mean under the prior
+  Scalar best_log_likelihood = 0;  ///< of the last samples
+  Scalar residual = 0;             ///< rho of the last fit: well below 1 if the posterior is Gaussian
+  bool step_floor_hit = false;     ///< max_steps forced a step longer than the residual allows
+};
+
+namespace detail {
+
+/// l(y) = constant + gradient.y - y^T curvature y/2, with a positive semidefinite curvature.
+template <class Scalar>
+struct QuadraticLogLikelihood {
+  Scalar constant;
+  Vector6<Scalar> gradient;
+  Matrix6<Scalar> curvature;
+
+  [[nodiscard]] QuadraticLogLikelihood scaled(Scalar power) const {
+    return {power * constant, power * gradient, power * curvature};
+  }
+};
+
+/// A Gaussian N(mean, root root^T) and the evidence of the measurement that made it.
+template <class Scalar>
+struct ConditionedGaussian {
+  Vector6<Scalar> mean;
+  Matrix6<Scalar> root;
+  Scalar log_evidence;
+};
+
+/// N(mean, L L^T) times exp(l), normalised.
+template <class Scalar>
+[[nodiscard]] ConditionedGaussian<Scalar> condition(const Vector6<Scalar>& mean, const Matrix6<Scalar>& L,
+                                                    const QuadraticLogLikelihood<Scalar>& l) {
+  const Matrix6<Scalar> information = Matrix6<Scalar>::Identity() + L.transpose() * l.curvature * L;
+  const Eigen::LLT<Matrix6<Scalar>> factor(information);
+  const Vector6<Scalar> H_mean = l.curvature * mean;
+  const Vector6<Scalar> slope = L.transpose() * (l.gradient - H_mean);
+  const Vector6<Scalar> step = factor.solve(slope);
+  return {mean + L * step, factor.matrixL().solve(Matrix6<Scalar>(L.transpose())).transpose(),
+          l.constant + mean.dot(l.gradient - Scalar(0.5) * H_mean) + Scalar(0.5) * slope.dot(step) -
+              factor.matrixLLT().diagonal().array().log().sum()};
+}
+
+/// A pose density by a root of its covariance.
+template <class Scalar>
+struct RootedPose {
+  DualQuaternion<Scalar> pose;
+  Matrix6<Scalar> L;
+
+  /// The density of pose exp(L y) for y of the given Gaussian: the mean moves, and with it the tangent space.
+  [[nodiscard]] RootedPose moved(const ConditionedGaussian<Scalar>& y) const {
+    const Vector6<Scalar> xi = L * y.mean;
+    return {pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L * y.root};
+  }
+};
+
+/// The quadratic model of a log-likelihood over a density.
+template <class Scalar>
+struct QuadraticFit {
+  QuadraticLogLikelihood<Scalar> model;
+  Scalar residual = 0;     ///< standard deviation of what the model leaves unexplained
+  LogRange<Scalar> range;  ///< the rest is set only if it is valid and supported
+};
+
+/// Asks the likelihood at the points of a rule for N(0, I) and projects it onto Hermite polynomials.
+template <class Scalar, class L, int Count>
+[[nodiscard]] QuadraticFit<Scalar> fit_quadratic(const RootedPose<Scalar>& density, L& log_likelihood,
+                                                 const WeightedSamples<Scalar, 6, Count>& standard) {
+  using std::sqrt;
+  Matrix<Scalar, 8, Count> poses;
+  for (int k = 0; k < Count; ++k) {
+    poses.col(k) = density.pose.boxplus(density.L * standard.points.col(k)).coeffs();
+  }
+  Vector<Scalar, Count> values;
+  evaluate_log_likelihood(log_likelihood, poses, values);
+  QuadraticFit<Scalar> fit;
+  fit.range = bound_log_likelihoods(standard.weights, values);
+  if (!fit.range.valid || !fit.range.supported()) return fit;
+
+  const Scalar mean = standard.weights.dot(values);
+  Vector<Scalar, Count> errors = values.array() - mean;
+  Matrix6<Scalar> hessian = Matrix6<Scalar>::Zero();
+  fit.model.gradient = standard.points * standard.weights.cwiseProduct(errors);
+  for (int k = 0; k < Count; ++k) {
+    hessian += standard.weights[k] * errors[k] * standard.points.col(k) * standard.points.col(k).transpose();
+  }
+  for (int k = 0; k < Count; ++k) {
+    const auto y = standard.points.col(k);
+    errors[k] -= y.dot(fit.model.gradient + Scalar(0.5) * hessian * y) - Scalar(0.5) * hessian.trace();
+  }
+  fit.residual = sqrt(standard.weights.dot(errors.cwiseAbs2()));
+  fit.model.curvature = without_negative_eigenvalues<Scalar, 6>(-hessian);
+  fit.model.constant = mean + Scalar(0.5) * fit.model.curvature.trace();
+  return fit;
+}
+
+template <class Scalar>
+[[nodiscard]] Matrix6<Scalar> checked_root(const PoseGaussian<Scalar>& prior,
+                                           const QuadraticUpdateOptions<Scalar>& options) {
+  if (options.max_steps < 1) [[unlikely]] {
+    throw_invalid("max_steps is not positive", options.max_steps);
+  }
+  if (options.refinements < 0) [[unlikely]] {
+    throw_invalid("refinements is negative", options.refinements);
+  }
+  if (std::isnan(options.min_log_likelihood)) [[unlikely]] {
+    throw_invalid("min_log_likelihood is not a number", options.min_log_likelihood);
+  }
+  require_finite("pose is not finite", prior.pose.coeffs());
+  const auto root = root_of_covariance<Scalar, 6>(
+      "pose covariance has a negative eigenvalue",
+      checked_symmetric<Scalar, 6>("pose covariance is not finite or not symmetric", prior.covariance));
+  if (!root.positive_definite && options.refinements > 0) [[unlikely]] {
+    throw_invalid("refinements need a positive definite pose covariance", prior.covariance);
+  }
+  return root.L;
+}
+
+}  // namespace detail
+
+/// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
+/// void(8 x Count poses, values) (see concepts.hpp). The rule must be exact to degree 5. Throws on invalid
+/// options and covariances; what can go wrong with the numbers comes back as the status.
+template <std::floating_point Scalar, class L, GaussianRule Rule = MysovskikhRule<6>>
+requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
+    [[nodiscard]] QuadraticUpdateResult<Scalar> quadratic_update(
+        const PoseGaussian<Scalar>& prior, L&& log_likelihood,
+        const QuadraticUpdateOptions<Scalar>& options = {}, const Rule& rule = {}) {
+  using Vector = Vector6<Scalar>;
+  using Square = Matrix6<Scalar>;
+  const detail::RootedPose<Scalar> origin{prior.pose, detail::checked_root(prior, options)};
+  const auto standard = rule.template standard<Scalar>();
+  QuadraticUpdateResult<Scalar> result{.posterior = prior};
+  detail::RootedPose<Scalar> density = origin;
+  const auto fit_density = [&] {
+    const auto fit = detail::fit_quadratic(density, log_likelihood, standard);
+    ++result.steps;
+    result.likelihood_evaluations += Rule::kCount;
+    result.best_log_likelihood = fit.range.hi;
+    result.residual = fit.residual;
+    if (!fit.range.valid || !std::isfinite(fit.residual)) {
+      result.status = UpdateStatus::kNotFinite;
+    } else if (!fit.range.supported()) {
+      result.status = UpdateStatus::kNoSupport;
+    }
+    return fit;
+  };
+
+  for (Scalar remaining(1); remaining > Scalar(detail::kProgressionDone);) {
+    const auto fit = fit_density();
+    if (result.status != UpdateStatus::kConverged) return result;
+    const auto step =
+        detail::progression_step(remaining, Scalar(1) / fit.residual, Scalar(1) / Scalar(options.max_steps));
+    const auto y = detail::condition<Scalar>(Vector::Zero(), Square::Identity(), fit.model.scaled(step.size));
+    density = density.moved(y);
+    remaining -= step.size;
+    result.log_evidence += y.log_evidence;
+    result.step_floor_hit = result.step_floor_hit || step.floored;
+  }
+  for (int i = 0; i < options.refinements; ++i) {
+    const auto fit = fit_density();
+    if (result.status != UpdateStatus::kConverged) return result;
+    const Vector to_origin = origin.pose.boxminus(density.pose);
+    const Eigen::PartialPivLU<Square> root(density.L);
+    const Square origin_root = root.solve(se3_right_jacobian_inverse(to_origin) * origin.L);
+    const auto y = detail::condition<Scalar>(root.solve(to_origin), origin_root, fit.model);
+    density = density.moved(y);
+    result.log_evidence = y.log_evidence;
+  }
+  result.posterior = {density.pose, density.L * density.L.transpose()};
+  if (result.best_log_likelihood < options.min_log_likelihood) result.status = UpdateStatus::kDiverged;
+  return result;
+}
+
+}  // namespace antipode

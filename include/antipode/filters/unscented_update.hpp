@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+#include <antipode/concepts.hpp>
+#include <antipode/detail/check.hpp>
+#include <antipode/distributions/detail/positive_semidefinite.hpp>
+#include <antipode/distributions/gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/statistical_regression.hpp>
+#include <antipode/sampling/gaussian_rules.hpp>
+#include <antipode/weighted_samples.hpp>
+
+/// Unscented filtering of a vector x, a landmark say, that is measured from a pose: z = h(pose, x) + v, v ~
+/// N(0, R).
+///
+/// The pose is either known, a DualQuaternion, or a density, given by samples of it (sample(rule, density)):
+/// all pairs of a pose and a sigma point of x count. A model that cannot measure at some pair, the landmark
+/// is behind the camera, returns an empty optional there.
+namespace antipode {
+
+/// h(pose, x): a vector of fixed size, or a std::optional of it.
+template <class Model, class Scalar, int Dim>
+concept MeasurementModel = requires(const Model& h, const DualQuaternion<Scalar>& pose,
+                                    const Vector<Scalar, Dim>& x) {
+  { h(pose, x) } -> std::convertible_to<std::optional<detail::MeasurementOf<Model, Scalar, Dim>>>;
+};
+
+/// A known pose or samples of a density of poses.
+template <class Poses, class Scalar>
+concept PoseOrSamples = requires(const Poses& poses) {
+  { detail::pose_samples(poses).weights[0] } -> std::convertible_to<Scalar>;
+  requires std::same_as<typename Poses::Scalar, Scalar>;
+};
+
+/// Mean and covariance of a measurement to be made, without its noise.
+template <class Scalar, int Measured>
+struct ProjectedGaussian {
+  Vector<Scalar, Measured> mean;
+  Matrix<Scalar, Measured> covariance;
+};
+
+/// The unscented transform of x through h (DQV-SLAM Alg. 3 for a known pose); nothing if h cannot measure
+/// somewhere.
+///
+/// The covariance plus R is what a gate needs, and there the pose's samples belong: that of a known pose, as
+/// in the paper, is right inside a likelihood of the pose but too small for a gate.
+template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
+          MeasurementModel<Scalar, Dim> Model>
+[[nodiscard]] auto project_gaussian(const Gaussian<Scalar, Dim>& x, const Poses& poses, const Model& h,
+                                    double kappa = 0.0) {
+  using Projected = ProjectedGaussian<Scalar, detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime>;
+  const auto model = detail::regress(h, detail::pose_samples(poses), x.mean(), x.sqrt_factor(),
+                                     UnscentedRule<Dim>{kappa}.template standard<Scalar>());
+  return model ? std::optional<Projected>({model->mean, model->covariance()}) : std::nullopt;
+}
+
+struct UnscentedUpdateOptions {
+  /// Of UnscentedRule. 0 gives a Gaussian's fourth moments for a vector of three.
+  double kappa = 0.0;
+  /// 1 is Alg. 4. More repeat the regression over the posterior (iterated posterior linearisation): for a
+  /// prior that is wide compared to the curvature of h, 2 or 3 suffice.
+  int iterations = 2;
+};
+
+enum class UnscentedUpdateStatus {
+  kUpdated,
+  kNotObservable,  ///< h cannot measure at some sigma point of the prior. The posterior is the prior
+};
+
+/// All but the posterior refers to the prior: what gating and the log of a filter need.
+template <std::floating_point Scalar, int Dim, int Measured>
+struct UnscentedUpdateResult {
+  Gaussian<Scalar, Dim> posterior;
+  UnscentedUpdateStatus status = UnscentedUpdateStatus::kNotObservable;
+  int iterations = 0;  ///< done; fewer than asked for if h could not measure around an intermediate result
+  Vector<Scalar, Measured> innovation = Vector<Scalar, Measured>::Zero();                  ///< z - E[z]
+  Matrix<Scalar, Measured> innovation_covariance = Matrix<Scalar, Measured>::Zero();       ///< S = Cov(z)
+  Matrix<Scalar, Dim, Measured> cross_covariance = Matrix<Scalar, Dim, Measured>::Zero();  ///< Cov(x, z)
+  Matrix<Scalar, Dim, Measured> gain = Matrix<Scalar, Dim, Measured>::Zero();              ///< Cov(x, z) S^-1
+  /// Normalised innovation squared, chi^2 of the measurement's dimension if all is well.
+  Scalar nis = Scalar(0);
+};
+
+/// Bayes update of x by the measurement z (DQV-SLAM Alg. 4 with its line 13 corrected: the cross-covariance
+/// is that of x and z).
+///
+/// Works on a = L^-1 (x - mean), L the root of the prior's covariance: a ~ N(0, I) whether or not that is
+/// singular. With z = A a + b + e, Cov(e) = Omega from the regression,
+///
+///   K = A^T (A A^T + R + Omega)^-1,   a+ = K (z - b),   Q+ = (I - K A)(I - K A)^T + K (R + Omega) K^T,
+///
+/// which is a sum of squares and thus stays positive definite. Throws unless z is finite and R positive
+/// definite.
+template <std::floating_point Scalar, int Dim, int Measured, PoseOrSamples<Scalar> Poses,
+          MeasurementModel<Scalar, Dim> Model>
+requires(detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime == Measured)
+    [[nodiscard]] UnscentedUpdateResult<Scalar, Dim, Measured> unscented_update(
+        const Gaussian<Scalar, Dim>& prior, const Poses& poses, const Model& h,
+        const Vector<Scalar, Measured>& z, const Matrix<Scalar, Measured>& noise_covariance,
+        const UnscentedUpdateOptions& options = {}) {
+  using State = Vector<Scalar, Dim>;
+  using Square = Matrix<Scalar, Dim>;
+  const auto R =
+      detail::checked_symmetric("measurement noise is not finite or not symmetric", noise_covariance);
+  if (Eigen::LLT<Matrix<Scalar, Measured>>(R).info() != Eigen::Success) [[unlikely]] {
+    detail::throw_invalid("measurement noise is not positive definite", R);
+  }
+  detail::require_finite("measurement is not finite", z);
+  if (options.iterations < 1) [[unlikely]] {
+    detail::throw_invalid("iterations is not positive", options.iterations);
+  }
+
+  const auto& samples = detail::pose_samples(poses);
+  const auto standard = UnscentedRule<Dim>{options.kappa}.template standard<Scalar>();
+  const Square& L = prior.sqrt_factor();
+  UnscentedUpdateResult<Scalar, Dim, Measured> result{.posterior = prior};
+  State a = State::Zero();
+  Square Q = Square::Identity();
+  Square F = Square::Identity();  // its Cholesky factor
+  for (; result.iterations < options.iterations; ++result.iterations) {
+    const auto model = detail::regress(h, samples, State(prior.mean() + L * a), Square(L * F), standard);
+    if (!model) break;
+    const Matrix<Scalar, Measured, Dim> A =
+        F.template triangularView<Eigen::Lower>().template solve<Eigen::OnTheRight>(model->slope);
+    const Matrix<Scalar, Measured> disturbance = R + model->residual;
+    const Matrix<Scalar, Measured> S = A * A.transpose() + disturbance;
+    const Eigen::LLT<Matrix<Scalar, Measured>> S_factor(S);
+    const Matrix<Scalar, Dim, Measured> K = S_factor.solve(A).transpose();
+    const Vector<Scalar, Measured> innovation = z - model->mean + A * a;
+    if (result.iterations == 0) {
+      result.innovation = innovation;
+      result.innovation_covariance = S;
+      result.cross_covariance = L * A.transpose();
+      result.gain = L * K;
+      result.nis = innovation.dot(S_factor.solve(innovation));
+    }
+    a = K * innovation;
+    const Square I_KA = Square::Identity() - K * A;
+    Q = I_KA * I_KA.transpose() + K * disturbance * K.transpose();
+    F = Q.llt().matrixL();
+  }
+  if (result.iterations > 0) {
+    const Square P = L * Q * L.transpose();
+    result.posterior = {prior.mean() + L * a, Scalar(0.5) * (P + P.transpose())};
+    result.status = UnscentedUpdateStatus::kUpdated;
+  }
+  return result;
+}
+
+}  // namespace antipode

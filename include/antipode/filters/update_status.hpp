@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace antipode {
+
+/// How the update of a density by a likelihood ended.
+enum class UpdateStatus {
+  kConverged,
+  kDiverged,   ///< the posterior does not explain the measurement: see min_log_likelihood of the options
+  kNoSupport,  ///< no sample explains the measurement: all log-likelihoods -infinity. The posterior is the
+               ///< prior
+  kNotFinite,  ///< a log-likelihood was NaN, +infinity or beyond all measure. The posterior is the prior
+};
+
+}  // namespace antipode
