@@ -45,20 +45,21 @@ class Marker {
     constexpr double kDash_m = 3.0;
     constexpr double kPeriod_m = 7.0;
     const double phase = station.arc_m - kPeriod_m * std::floor(station.arc_m / kPeriod_m);
-    if (phase < kDash_m) paint(strip(station, 0.0, 1.0, -1.72, -1.6), station, 1.55);
+    if (phase < kDash_m) paint(strip(station, 0.0, 1.0, -1.72, -1.6), station, 1.9);
   }
 
-  void edge_line(const Route::Station& station) { paint(strip(station, 0.0, 1.0, 2.5, 2.62), station, 1.35); }
+  void edge_line(const Route::Station& station) { paint(strip(station, 0.0, 1.0, 2.5, 2.62), station, 1.7); }
 
   void zebra_crossing(const Route::Station& station) {
     const double edge = site_.street.road_half_width_m - 0.4;
     for (double x = -edge; x + 0.5 < edge; x += 1.0)
-      paint(strip(station, 0.0, 3.0, x, x + 0.5), station, 1.6);
+      lay(strip(station, 0.0, 3.0, x, x + 0.5), station, {site_.palette.paint, 2.56, 1.9, 0.016});
   }
 
   void manhole(const Route::Station& station) {
     const double x = random_.uniform(-3.0, 3.0);
-    lay(strip(station, 0.0, 0.7, x, x + 0.7), station, {site_.palette.metal, 0.3, random_.uniform(0.4, 0.7)});
+    lay(strip(station, 0.0, 0.7, x, x + 0.7), station,
+        {site_.palette.kerb, 0.7, random_.uniform(0.4, 0.7), 0.009});
   }
 
   void mended_trench(const Route::Station& station) {
@@ -134,7 +135,7 @@ void add_sky(const TownSite& site, std::vector<Face>& faces) {
       const Eigen::Vector3f z(0.0F, 0.0F, kTile_m);
       Face face;
       face.material = site.palette.clouds;
-      face.brightness = 1.9F;
+      face.brightness = 2.05F;
       face.corners = {low, low + z, low + x + z, low + x};  // seen from below
       face.u_axis = {scale, 0.0F, 0.0F};
       face.v_axis = {0.0F, 0.0F, scale};

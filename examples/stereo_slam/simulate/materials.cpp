@@ -35,6 +35,13 @@ class Shelf {
     return add(material);
   }
 
+  /// The same on the ground, where shadows fall.
+  MaterialId ground(const cv::Mat1f& detail, double period_m, double stain_period_m, float stain_contrast) {
+    const MaterialId id = surface(detail, period_m, stain_period_m, stain_contrast);
+    materials_[id].takes_shadow = true;
+    return id;
+  }
+
   /// Picture that is stretched over a face.
   MaterialId picture(const cv::Mat1f& detail) {
     Material material;
@@ -87,17 +94,17 @@ Palette make_palette(std::vector<Material>& materials, std::uint64_t seed, int s
   const int quarter = size_px / 4;
 
   Palette palette;
-  palette.asphalt = shelf.surface(asphalt_texture(random, size_px), 10.24, 47.0, 0.3F);
-  palette.kerb = shelf.surface(paving_texture(random, half), 1.9, 13.7, 0.5F);
-  palette.grass = shelf.surface(grass_texture(random, size_px), 5.12, 31.0, 0.6F);
-  palette.paint = shelf.surface(paint_texture(random, half), 2.56, 17.0, 0.3F);
-  palette.pavements = {shelf.surface(paving_texture(random, size_px), 5.12, 29.0, 0.4F)};
-  palette.grounds = {shelf.surface(gravel_texture(random, size_px), 5.12, 37.0, 0.4F),
-                     shelf.surface(cobble_texture(random, size_px), 5.12, 23.0, 0.4F)};
+  palette.asphalt = shelf.ground(asphalt_texture(random, size_px), 10.24, 47.0, 0.22F);
+  palette.kerb = shelf.ground(paving_texture(random, half), 1.9, 13.7, 0.5F);
+  palette.grass = shelf.ground(grass_texture(random, size_px), 5.12, 31.0, 0.6F);
+  palette.paint = shelf.ground(paint_texture(random, half), 2.56, 17.0, 0.3F);
+  palette.pavements = {shelf.ground(paving_texture(random, size_px), 5.12, 29.0, 0.4F)};
+  palette.grounds = {shelf.ground(gravel_texture(random, size_px), 5.12, 37.0, 0.4F),
+                     shelf.ground(cobble_texture(random, size_px), 5.12, 23.0, 0.4F)};
   palette.walls = {shelf.surface(brick_texture(random, size_px, 64, 20), 5.12, 13.1, 0.35F),
                    shelf.surface(brick_texture(random, size_px, 40, 12), 5.12, 17.3, 0.35F),
-                   shelf.surface(plaster_texture(random, size_px), 5.12, 11.9, 0.3F),
-                   shelf.surface(plaster_texture(random, size_px), 5.12, 14.3, 0.4F),
+                   shelf.surface(plaster_texture(random, size_px), 5.12, 11.9, 0.2F),
+                   shelf.surface(plaster_texture(random, size_px), 5.12, 14.3, 0.3F),
                    shelf.surface(masonry_texture(random, size_px), 5.12, 19.7, 0.35F),
                    shelf.surface(boards_texture(random, size_px), 5.12, 16.9, 0.35F)};
   palette.roofs = {shelf.surface(roof_texture(random, size_px), 5.12, 15.1, 0.4F),

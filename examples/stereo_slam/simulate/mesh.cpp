@@ -5,14 +5,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "shadows.hpp"
+
 namespace stereo_slam::simulate {
 
 using Eigen::Vector3d;
 
 double daylight(const Vector3d& normal) {
-  const Vector3d to_sun = Vector3d(-0.55, -0.72, -0.42).normalized();
   const double sky = 0.5 - 0.5 * normal.y();  // y points down
-  return 0.42 + 0.2 * sky + 0.62 * std::max(0.0, normal.dot(to_sun));
+  return 0.5 + 0.25 * sky + 0.7 * std::max(0.0, normal.dot(direction_to_sun()));
 }
 
 Eigen::Isometry3d stand(const GroundPoint& position, const GroundPoint& front, double ground_y) {

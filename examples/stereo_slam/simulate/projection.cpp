@@ -86,18 +86,13 @@ void set_edges(ScreenFace& screen, const Polygon<Vector2d>& outline) {
   return {dx, dy, a.z() - dx * camera.cx - dy * camera.cy};
 }
 
-[[nodiscard]] ImagePlane texture_over_depth(const Eigen::Vector3f& axis, double offset,
-                                            const ImagePlane& inverse_depth,
-                                            const Eigen::Isometry3d& T_camera_world,
-                                            const PinholeCamera& camera) {
-  const Vector3d axis_camera = T_camera_world.linear() * axis.cast<double>();
-  const double offset_camera = offset - axis_camera.dot(T_camera_world.translation());
-  const ImagePlane ray = dot_with_ray(axis_camera, camera);
-  return {ray.dx + offset_camera * inverse_depth.dx, ray.dy + offset_camera * inverse_depth.dy,
-          ray.origin + offset_camera * inverse_depth.origin};
-}
-
 }  // namespace
+
+AffineCoordinate view_coordinate(const Vector3d& axis, double offset, const Eigen::Isometry3d& T_camera_world,
+                                 const PinholeCamera& camera) {
+  const Vector3d axis_camera = T_camera_world.linear() * axis;
+  return {dot_with_ray(axis_camera, camera), offset - axis_camera.dot(T_camera_world.translation())};
+}
 
 std::optional<ScreenFace> project_face(const Face& face, const Eigen::Isometry3d& T_camera_world,
                                        const PinholeCamera& camera, const std::vector<Material>& materials) {
@@ -127,10 +122,12 @@ std::optional<ScreenFace> project_face(const Face& face, const Eigen::Isometry3d
   if (!set_bounds(screen, outline, camera)) return std::nullopt;
   set_edges(screen, outline);
   screen.inverse_depth = dot_with_ray(normal / plane, camera);
-  screen.u_over_depth = texture_over_depth(face.u_axis, static_cast<double>(face.u_offset),
-                                           screen.inverse_depth, T_camera_world, camera);
-  screen.v_over_depth = texture_over_depth(face.v_axis, static_cast<double>(face.v_offset),
-                                           screen.inverse_depth, T_camera_world, camera);
+  const auto texture_plane = [&](const Eigen::Vector3f& axis, float offset) {
+    return view_coordinate(axis.cast<double>(), static_cast<double>(offset), T_camera_world, camera)
+        .over_depth(screen.inverse_depth);
+  };
+  screen.u_over_depth = texture_plane(face.u_axis, face.u_offset);
+  screen.v_over_depth = texture_plane(face.v_axis, face.v_offset);
   screen.brightness = face.brightness;
   screen.sample_order = std::bit_cast<std::uint32_t>(face.corners[0].x()) >> 4;
   screen.material = &material;

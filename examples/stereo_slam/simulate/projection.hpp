@@ -30,6 +30,34 @@ struct ImagePlane {
   [[nodiscard]] double operator()(double x, double y) const { return dx * x + dy * y + origin; }
 };
 
+/// Where the planes u/Z and v/Z over 1/Z put the pixel centred at (x, y).
+[[nodiscard]] inline Footprint footprint_at(const ImagePlane& u_over_depth, const ImagePlane& v_over_depth,
+                                            const ImagePlane& inverse_depth, double x, double y) {
+  const double depth = 1.0 / inverse_depth(x, y);
+  Footprint f;
+  f.u = u_over_depth(x, y) * depth;
+  f.v = v_over_depth(x, y) * depth;
+  f.du_dx = (u_over_depth.dx - f.u * inverse_depth.dx) * depth;
+  f.dv_dx = (v_over_depth.dx - f.v * inverse_depth.dx) * depth;
+  f.du_dy = (u_over_depth.dy - f.u * inverse_depth.dy) * depth;
+  f.dv_dy = (v_over_depth.dy - f.v * inverse_depth.dy) * depth;
+  return f;
+}
+
+/// Coordinate that is affine in the world, axis . P + offset, as the camera sees it: its ray part and its
+/// value at the camera, so that (axis . P + offset) / Z = ray(x, y) + at_eye / Z.
+struct AffineCoordinate {
+  ImagePlane ray;
+  double at_eye = 0.0;
+  [[nodiscard]] ImagePlane over_depth(const ImagePlane& inverse_depth) const {
+    return {ray.dx + at_eye * inverse_depth.dx, ray.dy + at_eye * inverse_depth.dy,
+            ray.origin + at_eye * inverse_depth.origin};
+  }
+};
+[[nodiscard]] AffineCoordinate view_coordinate(const Eigen::Vector3d& axis, double offset,
+                                               const Eigen::Isometry3d& T_camera_world,
+                                               const PinholeCamera& camera);
+
 /// Face seen by a camera: a convex polygon in the image and, affine in the image, 1/Z and the texture
 /// coordinates over Z. On the plane n . P = d of the face, P = Z r with the ray r = ((x - cx)/fx, (y -
 /// cy)/fy, 1), so that 1/Z = (n . r) / d and (u_axis . P + u_offset) / Z = u_axis . r + u_offset / Z are both

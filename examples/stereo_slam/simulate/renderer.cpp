@@ -12,18 +12,35 @@
 namespace stereo_slam::simulate {
 namespace {
 
-/// Grey value of a face over the pixel centred at (x, y).
-[[nodiscard]] float shade(const ScreenFace& face, const Scene& scene, double x, double y) {
-  const ImagePlane& w = face.inverse_depth;
-  const double depth = 1.0 / w(x, y);
-  Footprint footprint;
-  footprint.u = face.u_over_depth(x, y) * depth;
-  footprint.v = face.v_over_depth(x, y) * depth;
-  footprint.du_dx = (face.u_over_depth.dx - footprint.u * w.dx) * depth;
-  footprint.dv_dx = (face.v_over_depth.dx - footprint.v * w.dx) * depth;
-  footprint.du_dy = (face.u_over_depth.dy - footprint.u * w.dy) * depth;
-  footprint.dv_dy = (face.v_over_depth.dy - footprint.v * w.dy) * depth;
+/// Scene as one image sees it.
+struct View {
+  const Scene& scene;
+  AffineCoordinate sun_u;  ///< coordinates of the map of sunlight
+  AffineCoordinate sun_v;
+};
 
+[[nodiscard]] View make_view(const Scene& scene, const Eigen::Isometry3d& T_camera_world,
+                             const PinholeCamera& camera) {
+  const Sunlight& sun = scene.sunlight;
+  return {scene,
+          view_coordinate(Eigen::Vector3d::UnitX() / sun.side_m, -sun.corner.x() / sun.side_m, T_camera_world,
+                          camera),
+          view_coordinate(Eigen::Vector3d::UnitZ() / sun.side_m, -sun.corner.y() / sun.side_m, T_camera_world,
+                          camera)};
+}
+
+/// Share of the light that falls on a face at (x, y).
+[[nodiscard]] float sunlight(const ScreenFace& face, const View& view, double x, double y) {
+  const Sunlight& sun = view.scene.sunlight;
+  const ImagePlane& w = face.inverse_depth;
+  const float sunny =
+      sun.map->sample_round(footprint_at(view.sun_u.over_depth(w), view.sun_v.over_depth(w), w, x, y));
+  return sun.shadow + (1.0F - sun.shadow) * sunny;
+}
+
+/// Grey value of a face over the pixel centred at (x, y).
+[[nodiscard]] float shade(const ScreenFace& face, const View& view, double x, double y) {
+  const Footprint footprint = footprint_at(face.u_over_depth, face.v_over_depth, face.inverse_depth, x, y);
   const Material& material = *face.material;
   float grey = 255.0F * face.brightness;
   if (material.detail) grey *= material.detail->sample(footprint);
@@ -33,16 +50,18 @@ namespace {
                          s * footprint.dv_dx, s * footprint.du_dy, s * footprint.dv_dy};
     grey *= 1.0F + material.macro_contrast * (2.0F * material.macro->sample_round(wide) - 1.0F);
   }
-  const auto clear = static_cast<float>(scene.haze_distance_m / (scene.haze_distance_m + depth));
-  return clear * grey + (1.0F - clear) * scene.horizon_grey;
+  if (material.takes_shadow && view.scene.sunlight.map) grey *= sunlight(face, view, x, y);
+  const double clear_m = view.scene.haze_distance_m;
+  const auto clear = static_cast<float>(clear_m / (clear_m + 1.0 / face.inverse_depth(x, y)));
+  return clear * grey + (1.0F - clear) * view.scene.horizon_grey;
 }
 
 /// Mean over the samples of a pixel of the faces they see.
 template <int Samples>
 [[nodiscard]] float resolve(const std::array<std::uint32_t, Samples>& ids,
-                            const std::vector<ScreenFace>& faces, const Scene& scene, int x, int y) {
+                            const std::vector<ScreenFace>& faces, const View& view, int x, int y) {
   const auto colour = [&](std::uint32_t id, double dx, double dy) {
-    return id == kNoFace ? scene.horizon_grey : shade(faces[id], scene, x + dx, y + dy);
+    return id == kNoFace ? view.scene.horizon_grey : shade(faces[id], view, x + dx, y + dy);
   };
   if (std::all_of(ids.begin(), ids.end(), [&](std::uint32_t id) { return id == ids[0]; })) {
     return colour(ids[0], 0.0, 0.0);
@@ -69,7 +88,7 @@ template <int Samples>
 
 template <int Samples>
 void draw_tile(cv::Mat1f& image, int column, int row, const std::vector<ScreenFace>& faces,
-               const std::vector<std::uint32_t>& listed, const Scene& scene) {
+               const std::vector<std::uint32_t>& listed, const View& view) {
   Tile<Samples> tile;
   tile.first_column = column;
   tile.first_row = row;
@@ -77,7 +96,7 @@ void draw_tile(cv::Mat1f& image, int column, int row, const std::vector<ScreenFa
   for (int y = row; y < std::min(row + kTileSize_px, image.rows); ++y) {
     for (int x = column; x < std::min(column + kTileSize_px, image.cols); ++x) {
       const auto pixel = static_cast<std::size_t>((y - row) * kTileSize_px + (x - column));
-      image(y, x) = resolve<Samples>(tile.face[pixel], faces, scene, x, y);
+      image(y, x) = resolve<Samples>(tile.face[pixel], faces, view, x, y);
     }
   }
 }
@@ -160,14 +179,16 @@ void Renderer::bin() {
 }
 
 cv::Mat1f Renderer::render(const Eigen::Isometry3d& T_world_camera, const std::vector<Face>& moving) {
-  project(T_world_camera.inverse(), moving);
+  const Eigen::Isometry3d T_camera_world = T_world_camera.inverse();
+  project(T_camera_world, moving);
   bin();
+  const View view = make_view(*scene_, T_camera_world, camera_);
   cv::Mat1f image(camera_.height_px, camera_.width_px);
   const auto draw = samples_ == 4 ? draw_tile<4> : samples_ == 8 ? draw_tile<8> : draw_tile<16>;
   for (int row = 0; row < buffers_->tile_rows; ++row) {
     for (int column = 0; column < buffers_->tile_columns; ++column) {
       const auto tile = static_cast<std::size_t>(row * buffers_->tile_columns + column);
-      draw(image, column * kTileSize_px, row * kTileSize_px, buffers_->faces, buffers_->tiles[tile], *scene_);
+      draw(image, column * kTileSize_px, row * kTileSize_px, buffers_->faces, buffers_->tiles[tile], view);
     }
   }
   return image;

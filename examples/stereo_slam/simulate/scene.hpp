@@ -25,6 +25,15 @@ struct Material {
   float macro_contrast = 0.35F;
   double period_m = 5.12;  ///< side of the detail texture on surfaces that are textured in metres
   bool two_sided = false;
+  bool takes_shadow = false;  ///< whether Scene::sunlight falls on it
+};
+
+/// Sunlight that reaches the ground: a texture over a square of the (x, z) plane, 0 in full shadow, 1 in full sun.
+struct Sunlight {
+  std::shared_ptr<const Texture> map;                ///< none is sun everywhere
+  Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< smallest x and z
+  double side_m = 1.0;
+  float shadow = 0.5F;  ///< light that is left in full shadow
 };
 
 using MaterialId = std::uint16_t;
@@ -54,6 +63,7 @@ struct Chunk {
 struct Scene {
   std::vector<Material> materials;
   std::vector<Chunk> chunks;
+  Sunlight sunlight;
   float horizon_grey = 215.0F;      ///< of the far distance and of whatever no face covers
   double haze_distance_m = 4000.0;  ///< at which half of the light is haze
 };

@@ -268,13 +268,13 @@ void Terrain::build_zones(const Triangle& triangle, const Palette& palette,
   const double pavement = profile_.pavement_begin_m();
   const double garden = profile_.pavement_end_m();
 
-  add_polygon(clip(whole, within(road)), level, ground_style(palette.asphalt, materials, 0.68F), faces);
+  add_polygon(clip(whole, within(road)), level, ground_style(palette.asphalt, materials, 0.85F), faces);
   const Polygon outside = clip(whole, beyond(road));
   add_polygon(clip(outside, within(pavement)), raised, ground_style(palette.kerb, materials, 1.15F), faces);
   const Polygon behind = clip(outside, beyond(pavement));
-  add_polygon(clip(behind, within(garden)), raised, ground_style(palette.pavements.front(), materials, 0.95F),
+  add_polygon(clip(behind, within(garden)), raised, ground_style(palette.pavements.front(), materials, 1.15F),
               faces);
-  add_polygon(clip(behind, beyond(garden)), raised, ground_style(palette.grass, materials, 0.62F), faces);
+  add_polygon(clip(behind, beyond(garden)), raised, ground_style(palette.grass, materials, 0.8F), faces);
 
   // The kerb's upright side: from the point where the outline of the road part leaves the level set to where
   // it comes back, which has the road on its left.
@@ -315,7 +315,7 @@ void Terrain::build(const Palette& palette, const std::vector<Material>& materia
         add_polygon(
             {triangle.corners.begin(), triangle.corners.end()},
             [&](const GroundPoint& p) { return triangle.height(p) - profile_.kerb_height_m; },
-            ground_style(forest ? palette.forest : palette.grass, materials, forest ? 0.6F : 0.62F), faces);
+            ground_style(forest ? palette.forest : palette.grass, materials, forest ? 0.75F : 0.8F), faces);
       });
     }
   }

@@ -150,15 +150,16 @@ cv::Mat1f metal_texture(Random& random, int size) {
 }
 
 cv::Mat1f glass_texture(Random& random, int size) {
-  cv::Mat1f tile = fractal_noise(random, {size, size}, 2, 4, 0.5);
-  tile.convertTo(tile, CV_32F, 0.06, 0.2);
-  scatter(tile, random,
-          {.count = 30,
-           .min_radius_px = 0.03 * size,
-           .max_radius_px = 0.25 * size,
-           .low = 0.1,
-           .high = 0.4,
-           .corners = 5});
+  cv::Mat1f tile = fractal_noise(random, {size, size}, 3, 6, 0.6);
+  tile.convertTo(tile, CV_32F, 0.05, 0.22);
+  for (int i = 0; i < 9; ++i) {  // reflections: upright edges of houses, slanted ones of roofs
+    const int x = random.integer(0, size);
+    const int width = random.integer(size / 30, size / 8);
+    const int lean = random.integer(-size / 6, size / 6);
+    const int bottom = random.integer(size / 2, size);
+    fill_wrapped(tile, {{x, 0}, {x + width, 0}, {x + width + lean, bottom}, {x + lean, bottom}},
+                 random.uniform(0.12, 0.42));
+  }
   return tile;
 }
 
@@ -257,7 +258,7 @@ cv::Mat1f cloud_texture(Random& random, int size) {
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
       const float cover = std::clamp(0.8F * noise(y, x) - 0.1F, 0.0F, 1.0F);
-      tile(y, x) = 0.36F + 0.16F * cover;
+      tile(y, x) = 0.4F + 0.12F * cover;
     }
   }
   return tile;

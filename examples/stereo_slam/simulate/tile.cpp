@@ -72,15 +72,8 @@ struct LocalFace {
 template <int Samples>
 void mask_holes(const ScreenFace& face, int column, int row, std::array<bool, Samples>& covered) {
   const Texture& opacity = *face.material->opacity;
-  const double depth = 1.0 / face.inverse_depth(column, row);
-  const double u = face.u_over_depth(column, row) * depth;
-  const double v = face.v_over_depth(column, row) * depth;
-  const Footprint footprint{u,
-                            v,
-                            (face.u_over_depth.dx - u * face.inverse_depth.dx) * depth,
-                            (face.v_over_depth.dx - v * face.inverse_depth.dx) * depth,
-                            (face.u_over_depth.dy - u * face.inverse_depth.dy) * depth,
-                            (face.v_over_depth.dy - v * face.inverse_depth.dy) * depth};
+  const Footprint footprint =
+      footprint_at(face.u_over_depth, face.v_over_depth, face.inverse_depth, column, row);
   // One level finer than a pixel, as there are several samples in it.
   const int level = opacity.nearest_level(footprint) - 1;
   constexpr auto kPattern = sample_pattern<Samples>();
@@ -92,7 +85,7 @@ void mask_holes(const ScreenFace& face, int column, int row, std::array<bool, Sa
                       footprint.dv_dy * static_cast<double>(kPattern[s].y);
     // Blurred opacity becomes coverage: each sample has its own threshold, in another order for each face.
     const auto rank = static_cast<float>((s * 5 + face.sample_order) % Samples);
-    covered[s] = opacity.sample_level(u + du, v + dv, level) * Samples > rank + 0.5F;
+    covered[s] = opacity.sample_level(footprint.u + du, footprint.v + dv, level) * Samples > rank + 0.5F;
   }
 }
 

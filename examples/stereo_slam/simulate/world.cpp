@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "world.hpp"
 
+#include "shadows.hpp"
 #include "town.hpp"
 
 namespace stereo_slam::simulate {
@@ -11,9 +12,10 @@ World::World(const CameraPath& path, const WorldSettings& settings)
   palette_ = make_palette(scene_.materials, settings.seed, settings.texture_size_px);
   const TownSite site{route_, terrain_, settings.street, palette_, scene_.materials, settings.seed};
   std::vector<Face> faces;
+  add_town(site, faces);
+  scene_.sunlight = cast_shadows(faces, scene_.materials, terrain_, route_.low(), route_.high());
   terrain_.build(palette_, scene_.materials, faces);
   add_ground_details(site, faces);
-  add_town(site, faces);
   add_sky(site, faces);
   scene_.chunks = make_chunks(faces, kChunk_m);
 }
