@@ -32,6 +32,12 @@ template <class Value>
   throw std::invalid_argument(text.str());
 }
 
+/// Neither NaN nor infinite; for dual-number scalars, their value.
+template <class Scalar>
+[[nodiscard]] constexpr bool is_finite(const Scalar& x) noexcept {
+  return x - x == Scalar(0);
+}
+
 /// Throws unless every entry is finite.
 template <class Derived>
 void require_finite(std::string_view what, const Eigen::MatrixBase<Derived>& value) {

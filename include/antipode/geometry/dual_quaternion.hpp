@@ -96,35 +96,46 @@ class BasicDualQuaternion {
   [[nodiscard]] static Owned unchecked(const C& coefficients) noexcept {
     return Owned(Vector8<Scalar>(coefficients));
   }
+  [[nodiscard]] static Owned unchecked(const Vector4<Scalar>& q, const Vector4<Scalar>& p) noexcept {
+    return Owned(q, p);
+  }
 
   /// The exponential of a twist (phi, rho): the screw motion with t = so3_left_jacobian(phi) rho. Throws
   /// unless it is finite.
   template <detail::MatrixExpression<6> V>
   [[nodiscard]] static Owned exp(const V& twist) {
-    const Vector6<Scalar> xi = twist;
-    detail::require_finite("twist is not finite", xi);
-    const Vector3<Scalar> phi = xi.template head<3>();
-    const Vector3<Scalar> rho = xi.template tail<3>();
-    const auto half = detail::half_angle<Scalar>(phi.squaredNorm());
+    const auto& xi = twist.eval();
+    const Vector3<Scalar> phi(xi[0], xi[1], xi[2]);
+    const Vector3<Scalar> rho(xi[3], xi[4], xi[5]);
+    const Scalar angle_squared = phi.squaredNorm();
     const Scalar phi_rho = phi.dot(rho);
-    Vector8<Scalar> x;
-    x << half.cosine, half.sinc * phi,  //
-        Scalar(-0.5) * half.sinc * phi_rho, half.sinc * rho + half.slope * phi_rho * phi;
-    return Owned(x);
+    if (!detail::is_finite(angle_squared) || !detail::is_finite(phi_rho)) [[unlikely]] {
+      detail::throw_invalid("twist (phi, rho) is not finite", xi);
+    }
+    const auto half = detail::half_angle(angle_squared);
+    const Scalar s = half.sinc;
+    const Scalar k = half.slope * phi_rho;
+    return unchecked({half.cosine, s * phi[0], s * phi[1], s * phi[2]},
+                     {Scalar(-0.5) * s * phi_rho, s * rho[0] + k * phi[0], s * rho[1] + k * phi[1],
+                      s * rho[2] + k * phi[2]});
   }
 
   [[nodiscard]] const Coefficients& coeffs() const noexcept { return coeffs_; }
   /// q, the rotation (w, x, y, z).
-  [[nodiscard]] Vector4<Scalar> real() const noexcept { return coeffs_.template head<4>(); }
+  [[nodiscard]] Vector4<Scalar> real() const noexcept {
+    return {coeffs_[0], coeffs_[1], coeffs_[2], coeffs_[3]};
+  }
   /// p = 1/2 (0, t) q.
-  [[nodiscard]] Vector4<Scalar> dual() const noexcept { return coeffs_.template tail<4>(); }
+  [[nodiscard]] Vector4<Scalar> dual() const noexcept {
+    return {coeffs_[4], coeffs_[5], coeffs_[6], coeffs_[7]};
+  }
 
   [[nodiscard]] Vector4<Scalar> rotation() const noexcept { return real(); }
   [[nodiscard]] Matrix3<Scalar> rotation_matrix() const noexcept { return antipode::rotation_matrix(real()); }
   /// t = 2 vec(p q*), in the parent frame.
   [[nodiscard]] Vector3<Scalar> translation() const noexcept {
-    const Vector3<Scalar> u = coeffs_.template segment<3>(1);
-    const Vector3<Scalar> p = coeffs_.template tail<3>();
+    const Vector3<Scalar> u = real_vector();
+    const Vector3<Scalar> p = dual_vector();
     return Scalar(2) * (coeffs_[0] * p - coeffs_[4] * u + u.cross(p));
   }
   [[nodiscard]] Isometry isometry() const noexcept {
@@ -138,10 +149,14 @@ class BasicDualQuaternion {
   /// conjugate moves points).
   template <detail::MatrixExpression<3> P>
   [[nodiscard]] Vector3<Scalar> operator*(const P& point) const noexcept {
-    const Vector3<Scalar> v = point;
-    const Vector3<Scalar> u = coeffs_.template segment<3>(1);
-    const Vector3<Scalar> a = u.cross(v) + coeffs_.template tail<3>();
-    return v + Scalar(2) * (coeffs_[0] * a + u.cross(a) - coeffs_[4] * u);
+    const auto& v = point.eval();
+    const Scalar w = coeffs_[0], x = coeffs_[1], y = coeffs_[2], z = coeffs_[3];
+    const Scalar a_x = y * v[2] - z * v[1] + coeffs_[5];
+    const Scalar a_y = z * v[0] - x * v[2] + coeffs_[6];
+    const Scalar a_z = x * v[1] - y * v[0] + coeffs_[7];
+    return {v[0] + Scalar(2) * (w * a_x + y * a_z - z * a_y - coeffs_[4] * x),
+            v[1] + Scalar(2) * (w * a_y + z * a_x - x * a_z - coeffs_[4] * y),
+            v[2] + Scalar(2) * (w * a_z + x * a_y - y * a_x - coeffs_[4] * z)};
   }
 
   /// The inverse pose (the quaternion conjugate, as x is unit).
@@ -173,28 +188,22 @@ class BasicDualQuaternion {
 
   /// The twist (phi, rho) of the screw from the identity to this pose, |phi| <= pi: the inverse of exp.
   [[nodiscard]] Vector6<Scalar> log() const noexcept {
-    const Vector8<Scalar> x = canonical().coeffs();
-    const Vector3<Scalar> v = x.template segment<3>(1);
-    const Scalar sine_squared = v.squaredNorm();
-    const Scalar inverse_sinc = detail::angle_over_sine<Scalar>(x[0], sine_squared);
-    const Scalar angle_squared = inverse_sinc * inverse_sinc * sine_squared;
-    const Vector3<Scalar> phi = inverse_sinc * v;
-    const Scalar phi_rho = Scalar(-2) * inverse_sinc * x[4];
-    const Scalar slope = detail::sinc_slope<Scalar>(x[0], Scalar(1) / inverse_sinc, angle_squared);
+    const Scalar sign = canonical_sign(real());
+    const Vector3<Scalar> v = real_vector();
+    const auto angle = detail::recovered_angle<Scalar>(sign * coeffs_[0], v.squaredNorm());
+    const Scalar scale = sign * angle.inverse_sinc;
+    const Scalar phi_rho = Scalar(-2) * scale * coeffs_[4];
+    const Scalar slope = detail::sinc_slope<Scalar>(sign * coeffs_[0], angle.sinc, angle.squared);
+    const Vector3<Scalar> phi = scale * v;
     Vector6<Scalar> xi;
-    xi << phi, inverse_sinc * (x.template tail<3>() - slope * phi_rho * phi);
+    xi << phi, scale * dual_vector() - (angle.inverse_sinc * slope * phi_rho) * phi;
     return xi;
   }
 
   /// Ad(x) = [[R, 0], [[t]x R, R]], with x exp(xi) x^-1 = exp(Ad(x) xi).
   [[nodiscard]] Matrix6<Scalar> adjoint() const noexcept {
     const Matrix3<Scalar> R = rotation_matrix();
-    Matrix6<Scalar> Ad;
-    Ad.template topLeftCorner<3, 3>() = R;
-    Ad.template topRightCorner<3, 3>().setZero();
-    Ad.template bottomLeftCorner<3, 3>() = skew(translation()) * R;
-    Ad.template bottomRightCorner<3, 3>() = R;
-    return Ad;
+    return detail::dual_matrix<Scalar>(R, skew(translation()) * R);
   }
 
   /// This pose perturbed on the right, x exp(xi).
@@ -225,14 +234,13 @@ class BasicDualQuaternion {
   template <class>
   friend class BasicDualQuaternion;
 
-  explicit BasicDualQuaternion(const Coefficients& coefficients) noexcept : coeffs_(coefficients) {}
+  // Entry by entry: a packet read of freshly written scalars would stall the processor.
+  [[nodiscard]] Vector3<Scalar> real_vector() const noexcept { return {coeffs_[1], coeffs_[2], coeffs_[3]}; }
+  [[nodiscard]] Vector3<Scalar> dual_vector() const noexcept { return {coeffs_[5], coeffs_[6], coeffs_[7]}; }
 
-  template <class Q, class P>
-  [[nodiscard]] static Owned unchecked(const Q& real, const P& dual) noexcept {
-    Vector8<Scalar> x;
-    x << real, dual;
-    return Owned(x);
-  }
+  explicit BasicDualQuaternion(const Coefficients& coefficients) noexcept : coeffs_(coefficients) {}
+  BasicDualQuaternion(const Vector4<Scalar>& q, const Vector4<Scalar>& p) noexcept
+      : coeffs_(q[0], q[1], q[2], q[3], p[0], p[1], p[2], p[3]) {}
 
   Coefficients coeffs_;
 };
@@ -251,10 +259,10 @@ using ConstDualQuaternionView = BasicDualQuaternion<Eigen::Map<const Vector8<Sca
 template <class A, class B>
 [[nodiscard]] auto operator*(const BasicDualQuaternion<A>& a, const BasicDualQuaternion<B>& b) noexcept {
   using Pose = typename BasicDualQuaternion<A>::Owned;
-  Vector8<typename A::Scalar> c;
-  c << hamilton_product(a.real(), b.real()),
-      hamilton_product(a.real(), b.dual()) + hamilton_product(a.dual(), b.real());
-  return Pose::unchecked(c);
+  const auto q = hamilton_product(a.real(), b.real());
+  const auto l = hamilton_product(a.real(), b.dual());
+  const auto r = hamilton_product(a.dual(), b.real());
+  return Pose::unchecked(q, {l[0] + r[0], l[1] + r[1], l[2] + r[2], l[3] + r[3]});
 }
 
 template <class C>

@@ -5,28 +5,15 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/detail/series.hpp>
 
-/// Differentials of the exponential maps of SO(3) and SE(3), with phi a rotation vector and xi = (phi, rho) a
+/// Differentials of the exponential maps of SO(3) and SE(3); phi is a rotation vector, xi = (phi, rho) a
 /// twist.
 ///
-/// The left Jacobian J_l and the right one J_r(x) = J_l(-x) obey, to first order in d,
+/// The left Jacobian J_l and the right one, J_r(x) = J_l(-x), obey to first order in d
 ///   exp(x + d) = exp(J_l(x) d) exp(x) = exp(x) exp(J_r(x) d).
-/// Formulas: T. Barfoot, "State Estimation for Robotics", sec. 7.1.5. The inverses exist for |phi| < 2 pi.
+/// The Jacobian of SE(3) is that of SO(3) at the dual vector phi + eps rho: its lower-left block is the
+/// derivative of the diagonal ones along rho. (Written out, this is Q of T. Barfoot, "State Estimation for
+/// Robotics", eq. 7.86.) The inverses exist for |phi| < 2 pi.
 namespace antipode {
-
-namespace detail {
-
-/// Lower-left block of the left Jacobian of SE(3) (Barfoot's Q), for P = [phi]x and W = [rho]x.
-template <class Scalar>
-[[nodiscard]] Matrix3<Scalar> se3_jacobian_coupling(const Matrix3<Scalar>& P, const Matrix3<Scalar>& W,
-                                                    const JacobianCoefficients<Scalar>& k) noexcept {
-  const Matrix3<Scalar> PW = P * W;
-  const Matrix3<Scalar> WP = W * P;
-  const Matrix3<Scalar> PWP = PW * P;
-  return Scalar(0.5) * W + k.b * (PW + WP + PWP) + k.c * (P * PW + WP * P - Scalar(3) * PWP) +
-         k.d * (PWP * P + P * PWP);
-}
-
-}  // namespace detail
 
 /// [v]x, the matrix with [v]x u = v x u.
 template <detail::MatrixExpression<3> V>
@@ -40,22 +27,55 @@ template <detail::MatrixExpression<3> V>
   return m;
 }
 
-/// Left Jacobian of SO(3): I + (1 - cos t)/t^2 [phi]x + (t - sin t)/t^3 [phi]x^2, with t = |phi|.
+namespace detail {
+
+/// [phi]x^2 = phi phi^T - |phi|^2 I.
+template <class Scalar>
+[[nodiscard]] Matrix3<Scalar> skew_squared(const Vector3<Scalar>& phi) noexcept {
+  Matrix3<Scalar> m = phi * phi.transpose();
+  m.diagonal().array() -= phi.squaredNorm();
+  return m;
+}
+
+/// [phi]x [rho]x + [rho]x [phi]x, the derivative of skew_squared along rho.
+template <class Scalar>
+[[nodiscard]] Matrix3<Scalar> skew_squared_along(const Vector3<Scalar>& phi,
+                                                 const Vector3<Scalar>& rho) noexcept {
+  const Matrix3<Scalar> outer = phi * rho.transpose();
+  Matrix3<Scalar> m = outer + outer.transpose();
+  m.diagonal().array() -= Scalar(2) * phi.dot(rho);
+  return m;
+}
+
+/// The action of the dual matrix A + eps B on dual vectors: [[A, 0], [B, A]].
+template <class Scalar>
+[[nodiscard]] Matrix6<Scalar> dual_matrix(const Matrix3<Scalar>& A, const Matrix3<Scalar>& B) noexcept {
+  Matrix6<Scalar> m;
+  m.template topLeftCorner<3, 3>() = A;
+  m.template topRightCorner<3, 3>().setZero();
+  m.template bottomLeftCorner<3, 3>() = B;
+  m.template bottomRightCorner<3, 3>() = A;
+  return m;
+}
+
+}  // namespace detail
+
+/// Left Jacobian of SO(3): I + (1 - cos t)/t^2 [phi]x + (t - sin t)/t^3 [phi]x^2 with t = |phi|.
 template <detail::MatrixExpression<3> V>
-[[nodiscard]] Matrix3<typename V::Scalar> so3_left_jacobian(const V& phi) noexcept {
+[[nodiscard]] Matrix3<typename V::Scalar> so3_left_jacobian(const V& rotation_vector) noexcept {
   using Scalar = typename V::Scalar;
-  const Matrix3<Scalar> P = skew(phi);
-  const auto k = detail::jacobian_coefficients<Scalar>(phi.squaredNorm());
-  return Matrix3<Scalar>::Identity() + k.a * P + k.b * (P * P);
+  const Vector3<Scalar> phi = rotation_vector;
+  const auto c = detail::jacobian_coefficients<Scalar>(phi.squaredNorm());
+  return Matrix3<Scalar>::Identity() + c.a * skew(phi) + c.b * detail::skew_squared(phi);
 }
 
 /// Inverse of so3_left_jacobian.
 template <detail::MatrixExpression<3> V>
-[[nodiscard]] Matrix3<typename V::Scalar> so3_left_jacobian_inverse(const V& phi) noexcept {
+[[nodiscard]] Matrix3<typename V::Scalar> so3_left_jacobian_inverse(const V& rotation_vector) noexcept {
   using Scalar = typename V::Scalar;
-  const Matrix3<Scalar> P = skew(phi);
-  const Scalar k = detail::inverse_jacobian_coefficient<Scalar>(phi.squaredNorm());
-  return Matrix3<Scalar>::Identity() - Scalar(0.5) * P + k * (P * P);
+  const Vector3<Scalar> phi = rotation_vector;
+  const auto c = detail::inverse_jacobian_coefficients<Scalar>(phi.squaredNorm());
+  return Matrix3<Scalar>::Identity() - Scalar(0.5) * skew(phi) + c.k * detail::skew_squared(phi);
 }
 
 /// Right Jacobian of SO(3), so3_left_jacobian(-phi).
@@ -70,38 +90,32 @@ template <detail::MatrixExpression<3> V>
   return so3_left_jacobian_inverse(-phi);
 }
 
-/// Left Jacobian of SE(3), [[J, 0], [Q, J]] with J the left Jacobian of SO(3).
+/// Left Jacobian of SE(3), 6 x 6.
 template <detail::MatrixExpression<6> V>
 [[nodiscard]] Matrix6<typename V::Scalar> se3_left_jacobian(const V& xi) noexcept {
   using Scalar = typename V::Scalar;
-  const Vector6<Scalar> x = xi;
-  const Matrix3<Scalar> P = skew(x.template head<3>());
-  const auto k = detail::jacobian_coefficients<Scalar>(x.template head<3>().squaredNorm());
-  const Matrix3<Scalar> J = Matrix3<Scalar>::Identity() + k.a * P + k.b * (P * P);
-  Matrix6<Scalar> jacobian;
-  jacobian.template topLeftCorner<3, 3>() = J;
-  jacobian.template topRightCorner<3, 3>().setZero();
-  jacobian.template bottomLeftCorner<3, 3>() =
-      detail::se3_jacobian_coupling<Scalar>(P, skew(x.template tail<3>()), k);
-  jacobian.template bottomRightCorner<3, 3>() = J;
-  return jacobian;
+  const Vector3<Scalar> phi = xi.template head<3>();
+  const Vector3<Scalar> rho = xi.template tail<3>();
+  const auto c = detail::jacobian_coefficients<Scalar>(phi.squaredNorm());
+  const Scalar phi_rho = phi.dot(rho);
+  const Matrix3<Scalar> P = skew(phi);
+  const Matrix3<Scalar> P2 = detail::skew_squared(phi);
+  return detail::dual_matrix<Scalar>(Matrix3<Scalar>::Identity() + c.a * P + c.b * P2,
+                                     c.a * skew(rho) + c.b * detail::skew_squared_along(phi, rho) +
+                                         (c.a_slope * phi_rho) * P + (c.b_slope * phi_rho) * P2);
 }
 
-/// Inverse of se3_left_jacobian, [[K, 0], [-K Q K, K]] with K the inverse left Jacobian of SO(3).
+/// Inverse of se3_left_jacobian.
 template <detail::MatrixExpression<6> V>
 [[nodiscard]] Matrix6<typename V::Scalar> se3_left_jacobian_inverse(const V& xi) noexcept {
   using Scalar = typename V::Scalar;
-  const Vector6<Scalar> x = xi;
-  const Matrix3<Scalar> P = skew(x.template head<3>());
-  const auto k = detail::jacobian_coefficients<Scalar>(x.template head<3>().squaredNorm());
-  const Matrix3<Scalar> K = so3_left_jacobian_inverse(x.template head<3>());
-  const Matrix3<Scalar> Q = detail::se3_jacobian_coupling<Scalar>(P, skew(x.template tail<3>()), k);
-  Matrix6<Scalar> jacobian;
-  jacobian.template topLeftCorner<3, 3>() = K;
-  jacobian.template topRightCorner<3, 3>().setZero();
-  jacobian.template bottomLeftCorner<3, 3>() = -(K * Q * K);
-  jacobian.template bottomRightCorner<3, 3>() = K;
-  return jacobian;
+  const Vector3<Scalar> phi = xi.template head<3>();
+  const Vector3<Scalar> rho = xi.template tail<3>();
+  const auto c = detail::inverse_jacobian_coefficients<Scalar>(phi.squaredNorm());
+  const Matrix3<Scalar> P2 = detail::skew_squared(phi);
+  return detail::dual_matrix<Scalar>(Matrix3<Scalar>::Identity() - Scalar(0.5) * skew(phi) + c.k * P2,
+                                     Scalar(-0.5) * skew(rho) + c.k * detail::skew_squared_along(phi, rho) +
+                                         (c.k_slope * phi.dot(rho)) * P2);
 }
 
 /// Right Jacobian of SE(3), se3_left_jacobian(-xi).

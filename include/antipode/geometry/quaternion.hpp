@@ -169,7 +169,8 @@ template <detail::MatrixExpression<4> Q>
 [[nodiscard]] Vector3<typename Q::Scalar> quaternion_log(const Q& quaternion) noexcept {
   using Scalar = typename Q::Scalar;
   const Vector4<Scalar> q = canonical(quaternion);
-  return detail::angle_over_sine<Scalar>(q[0], q.template tail<3>().squaredNorm()) * q.template tail<3>();
+  const Vector3<Scalar> v = q.template tail<3>();
+  return detail::recovered_angle<Scalar>(q[0], v.squaredNorm()).inverse_sinc * v;
 }
 
 /// (w, x, y, z) of an Eigen::Quaternion or of a map of one.

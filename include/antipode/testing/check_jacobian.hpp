@@ -31,7 +31,7 @@ struct CheckJacobianOptions {
   /// Difference step; 0 takes the cube root of epsilon, where truncation and rounding balance.
   double step = 0.0;
   /// Allowed error of an entry, in units of epsilon^(2/3) (1 + largest entry of J + largest entry of f).
-  double tolerance_factor = 20.0;
+  double tolerance_factor = 4.0;
 };
 
 namespace detail {

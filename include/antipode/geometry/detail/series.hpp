@@ -59,25 +59,36 @@ template <class Scalar>
   return {cosine, sinc, sinc_slope(cosine, sinc, x)};
 }
 
-/// t / sin(t/2) for a unit quaternion with w >= 0: its rotation vector is this times its vector part.
+/// The rotation angle t = |phi| recovered from a unit quaternion with w = cos(t/2) >= 0, in the forms log
+/// needs.
 template <class Scalar>
-[[nodiscard]] Scalar angle_over_sine(const Scalar& w, const Scalar& sine_squared) noexcept {
+struct RecoveredAngle {
+  Scalar inverse_sinc;  ///< t / sin(t/2): the rotation vector is this times the vector part
+  Scalar sinc;          ///< sin(t/2) / t
+  Scalar squared;       ///< t^2
+};
+
+template <class Scalar>
+[[nodiscard]] RecoveredAngle<Scalar> recovered_angle(const Scalar& w, const Scalar& sine_squared) noexcept {
   using std::atan2;
   using std::sqrt;
   if (sine_squared < Scalar(1e-16)) {
-    return Scalar(2) / w * (Scalar(1) - sine_squared / (Scalar(3) * w * w));
+    const Scalar inverse_sinc = Scalar(2) / w * (Scalar(1) - sine_squared / (Scalar(3) * w * w));
+    return {inverse_sinc, Scalar(1) / inverse_sinc, inverse_sinc * inverse_sinc * sine_squared};
   }
   const Scalar sine = sqrt(sine_squared);
-  return Scalar(2) * atan2(sine, w) / sine;
+  const Scalar angle = Scalar(2) * atan2(sine, w);
+  return {angle / sine, sine / angle, angle * angle};
 }
 
-/// Coefficients of the Jacobians as functions of the angle, all finite at zero.
+/// The left Jacobian of SO(3) is I + a P + b P^2 with P = [phi]x; a_slope = (da/dt) / t, b_slope = (db/dt) /
+/// t.
 template <class Scalar>
 struct JacobianCoefficients {
-  Scalar a;  ///< (1 - cos t) / t^2
-  Scalar b;  ///< (t - sin t) / t^3
-  Scalar c;  ///< (t^2 + 2 cos t - 2) / (2 t^4)
-  Scalar d;  ///< (2 t - 3 sin t + t cos t) / (2 t^5)
+  Scalar a;        ///< (1 - cos t) / t^2
+  Scalar b;        ///< (t - sin t) / t^3
+  Scalar a_slope;  ///< (t sin t + 2 cos t - 2) / t^4
+  Scalar b_slope;  ///< (3 sin t - 2 t - t cos t) / t^5
 };
 
 template <class Scalar>
@@ -89,29 +100,39 @@ template <class Scalar>
   if (x < Scalar(kSeriesAngleSquared)) {
     return {polynomial(x, 1. / 2, -1. / 24, 1. / 720, -1. / 40320, 1. / 3628800),
             polynomial(x, 1. / 6, -1. / 120, 1. / 5040, -1. / 362880, 1. / 39916800),
-            polynomial(x, 1. / 24, -1. / 720, 1. / 40320, -1. / 3628800),
-            polynomial(x, 1. / 120, -1. / 2520, 1. / 120960, -1. / 9979200)};
+            polynomial(x, -1. / 12, 1. / 180, -1. / 6720, 1. / 453600, -1. / 47900160),
+            polynomial(x, -1. / 60, 1. / 1260, -1. / 60480, 1. / 4989600, -1. / 622702080)};
   }
   const Scalar t = sqrt(x);
-  const Scalar sin_t = sin(t);
-  const Scalar cos_t = cos(t);
-  const Scalar half_sine = sin(t / Scalar(2));
-  const Scalar two_versine = Scalar(4) * half_sine * half_sine;  // 2 (1 - cos t) without cancellation
-  return {two_versine / (Scalar(2) * x), (t - sin_t) / (x * t), (x - two_versine) / (Scalar(2) * x * x),
-          (Scalar(2) * t - Scalar(3) * sin_t + t * cos_t) / (Scalar(2) * x * x * t)};
+  const Scalar half_sine = sin(Scalar(0.5) * t);
+  const Scalar versine = Scalar(2) * half_sine * half_sine;  // 1 - cos t without cancellation
+  const Scalar sine = sin(t);
+  return {versine / x, (t - sine) / (x * t), (t * sine - Scalar(2) * versine) / (x * x),
+          (Scalar(3) * (sine - t) + t * versine) / (x * x * t)};
 }
 
-/// (1 - (t/2) cot(t/2)) / t^2, the quadratic coefficient of the inverse Jacobian of SO(3); 1/pi^2 at t = pi.
+/// Its inverse is I - P/2 + k P^2; k_slope = (dk/dt) / t. Singular at t = 2 pi.
 template <class Scalar>
-[[nodiscard]] Scalar inverse_jacobian_coefficient(const Scalar& angle_squared) noexcept {
+struct InverseJacobianCoefficients {
+  Scalar k;        ///< (1 - (t/2) cot(t/2)) / t^2; 1/pi^2 at t = pi
+  Scalar k_slope;  ///< (1 / (4 sin^2(t/2)) - 1 / t^2 - k) / t^2
+};
+
+template <class Scalar>
+[[nodiscard]] InverseJacobianCoefficients<Scalar> inverse_jacobian_coefficients(
+    const Scalar& angle_squared) noexcept {
+  using std::cos;
+  using std::sin;
   using std::sqrt;
-  using std::tan;
   const Scalar& x = angle_squared;
   if (x < Scalar(kSeriesAngleSquared)) {
-    return polynomial(x, 1. / 12, 1. / 720, 1. / 30240, 1. / 1209600, 1. / 47900160);
+    return {polynomial(x, 1. / 12, 1. / 720, 1. / 30240, 1. / 1209600, 1. / 47900160),
+            polynomial(x, 1. / 360, 1. / 7560, 1. / 201600, 1. / 5987520, 691. / 130767436800)};
   }
-  const Scalar half = sqrt(x) / Scalar(2);
-  return (Scalar(1) - half / tan(half)) / x;
+  const Scalar half = Scalar(0.5) * sqrt(x);
+  const Scalar sine = sin(half);
+  const Scalar k = (Scalar(1) - half * cos(half) / sine) / x;
+  return {k, (Scalar(0.25) / (sine * sine) - Scalar(1) / x - k) / x};
 }
 
 }  // namespace antipode::detail
