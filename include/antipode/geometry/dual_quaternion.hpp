@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <concepts>
+#include <limits>
 #include <ostream>
 
 #include <Eigen/Geometry>
@@ -19,12 +20,18 @@ namespace antipode {
 /// Memory: eight scalars [q; p]; q = (w, x, y, z) is the rotation, t the translation in the parent frame, so
 /// that T_a_b * p_b = R(q) p_b + t = p_a. `Coefficients` is the storage: Vector8<Scalar> owns the numbers, an
 /// Eigen::Map views those of someone else (a Ceres parameter block, say); assigning to a view writes through
-/// it. Constraints (the Study quadric): |q| = 1 and q.p = 0. Factories check or establish them and throw
+/// it.
+///
+/// Constraints (the Study quadric): |q| = 1 and q.p = 0. Factories check or establish them and throw
 /// std::invalid_argument with the value refused. The algebra keeps them up to rounding, which renormalized()
-/// removes (once in a hundred products is ample), and lets NaN through. Antipodes: x and -x (all eight
-/// numbers) are the same pose; log, is_approx and all that is built on them do not see the sign. Tangent
-/// vectors xi = (phi, rho), rotation first, perturb on the right: x.boxplus(xi) = x * exp(xi). Reference:
-/// DQV-SLAM sec. III; K. Daniilidis, "Hand-Eye Calibration Using Dual Quaternions", IJRR 1999.
+/// removes (once in a hundred products is ample), and lets NaN through.
+///
+/// Antipodes: x and -x (all eight numbers) are the same pose; log, is_approx and all that is built on them do
+/// not see the sign.
+///
+/// Tangent vectors xi = (phi, rho), rotation first, perturb on the right: x.boxplus(xi) = x * exp(xi).
+///
+/// Reference: DQV-SLAM sec. III; K. Daniilidis, "Hand-Eye Calibration Using Dual Quaternions", IJRR 1999.
 template <class Coefficients>
 class BasicDualQuaternion {
   static constexpr bool kOwns = std::same_as<Coefficients, typename Coefficients::PlainObject>;
@@ -55,8 +62,7 @@ class BasicDualQuaternion {
 
   [[nodiscard]] static Owned identity() noexcept { return Owned(); }
 
-  /// The pose that rotates by q, then translates by t [m]. q must be of unit length within kUnitTolerance; it
-  /// is normalised.
+  /// The pose v -> R(q) v + t. q must be of unit length within kUnitTolerance; it is normalised.
   template <detail::MatrixExpression<4> Q, detail::MatrixExpression<3> T>
   [[nodiscard]] static Owned from_rotation_translation(const Q& rotation, const T& translation) {
     const Vector4<Scalar> q = normalized_quaternion(rotation);
@@ -65,7 +71,7 @@ class BasicDualQuaternion {
     return unchecked(q, Scalar(0.5) * hamilton_product(Vector4<Scalar>(Scalar(0), t[0], t[1], t[2]), q));
   }
 
-  /// The pose p -> R p + t. R must be a rotation matrix within kOrthogonalityTolerance.
+  /// The pose v -> R v + t. R must be a rotation matrix within kOrthogonalityTolerance.
   template <detail::MatrixExpression<3, 3> M, detail::MatrixExpression<3> T>
   [[nodiscard]] static Owned from_matrix(const M& rotation, const T& translation) {
     return from_rotation_translation(quaternion_from_rotation_matrix(rotation), translation);
@@ -77,8 +83,7 @@ class BasicDualQuaternion {
     return from_matrix(isometry.linear(), isometry.translation());
   }
 
-  /// The pose with coefficients [q; p], refused if | |q| - 1 | or |q.p| / (1 + |p|) exceeds kUnitTolerance,
-  /// else renormalised.
+  /// The pose [q; p], renormalised. Throws if | |q| - 1 | or |q.p| / (1 + |p|) exceeds kUnitTolerance.
   template <detail::MatrixExpression<8> C>
   [[nodiscard]] static Owned from_coefficients(const C& coefficients) {
     using std::abs;
@@ -91,7 +96,7 @@ class BasicDualQuaternion {
     return x.renormalized();
   }
 
-  /// The pose with coefficients [q; p] that the caller knows to be on the Study quadric.
+  /// The pose [q; p] that the caller knows to be on the Study quadric.
   template <detail::MatrixExpression<8> C>
   [[nodiscard]] static Owned unchecked(const C& coefficients) noexcept {
     return Owned(Vector8<Scalar>(coefficients));
@@ -100,8 +105,7 @@ class BasicDualQuaternion {
     return Owned(q, p);
   }
 
-  /// The exponential of a twist (phi, rho): the screw motion with t = so3_left_jacobian(phi) rho. Throws
-  /// unless it is finite.
+  /// The screw motion of a twist (phi, rho), with t = so3_left_jacobian(phi) rho. Throws unless it is finite.
   template <detail::MatrixExpression<6> V>
   [[nodiscard]] static Owned exp(const V& twist) {
     const auto& xi = twist.eval();
@@ -145,8 +149,7 @@ class BasicDualQuaternion {
     return T;
   }
 
-  /// The pose p -> R p + t of a point: the vector part of x (1 + eps p) x°, expanded (only the total
-  /// conjugate moves points).
+  /// R v + t of a point v: the dual part of x (1 + eps v) x^o with the total conjugate, multiplied out.
   template <detail::MatrixExpression<3> P>
   [[nodiscard]] Vector3<Scalar> operator*(const P& point) const noexcept {
     const auto& v = point.eval();
@@ -167,17 +170,19 @@ class BasicDualQuaternion {
   }
   /// (q, -p).
   [[nodiscard]] Owned dual_conjugate() const noexcept { return unchecked(real(), -dual()); }
-  /// (q*, -p*): the one that moves points, x (1 + eps p) x° = 1 + eps (R p + t).
+  /// (q*, -p*): the one that moves points, x (1 + eps v) x^o = 1 + eps (R v + t).
   [[nodiscard]] Owned total_conjugate() const noexcept {
     return unchecked(conjugate(real()), -conjugate(dual()));
   }
 
   /// The nearest point of the Study quadric, x / ||x|| with the dual norm. Throws if q is zero or not finite.
   [[nodiscard]] Owned renormalized() const {
-    const Scalar norm = real().norm();
-    if (!(norm >= Scalar(1e-150)) || !coeffs_.allFinite()) [[unlikely]] {
+    using std::sqrt;
+    const Scalar squared_norm = real().squaredNorm();
+    if (!(squared_norm >= std::numeric_limits<Scalar>::min()) || !coeffs_.allFinite()) [[unlikely]] {
       detail::throw_invalid("dual quaternion [q; p] cannot be normalised", coeffs_);
     }
+    const Scalar norm = sqrt(squared_norm);
     const Vector4<Scalar> q = real() / norm;
     const Vector4<Scalar> p = dual() / norm;
     return unchecked(q, p - q.dot(p) * q);

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-/// Scalar functions of an angle with removable singularities at zero: Taylor tails near it, closed forms
+/// Scalar functions of an angle t with removable singularities at zero: series near it, closed forms
 /// elsewhere.
 ///
 /// All take the squared angle, so that they are differentiable at zero for dual-number scalars too.
@@ -19,8 +19,7 @@ template <class Scalar, class... Coefficients>
   return Scalar(c0) + x * polynomial(x, higher...);
 }
 
-/// Squared angle below which the Taylor tails replace the closed forms; their truncation is below 1.2e-16
-/// there.
+/// Squared angle below which the series replace the closed forms; what they leave out is below 1.2e-16 there.
 inline constexpr double kSeriesAngleSquared = 0.01;
 
 /// (cos(t/2) / 2 - s) / t^2 with s = sin(t/2) / t: the derivative of s by t, divided by t.
@@ -59,8 +58,7 @@ template <class Scalar>
   return {cosine, sinc, sinc_slope(cosine, sinc, x)};
 }
 
-/// The rotation angle t = |phi| recovered from a unit quaternion with w = cos(t/2) >= 0, in the forms log
-/// needs.
+/// The rotation angle t recovered from a unit quaternion with w = cos(t/2) >= 0, in the forms log needs.
 template <class Scalar>
 struct RecoveredAngle {
   Scalar inverse_sinc;  ///< t / sin(t/2): the rotation vector is this times the vector part
