@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT
+// The program as scripts see it: exit status, standard output, standard error, files.
+#include <csignal>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "stereo_slam/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam::test;
+
+namespace {
+
+struct Result {
+  int status = -1;
+  std::string out;
+  std::string err;
+};
+
+/// A running stereo_slam with its output in files.
+class Program {
+ public:
+  Program(const fs::path& folder, std::vector<std::string> arguments)
+      : out_(folder / "stdout"), err_(folder / "stderr") {
+    arguments.insert(arguments.begin(), STEREO_SLAM_PROGRAM);
+    write_text(out_, "");
+    process_ = fork();
+    if (process_ != 0) return;
+    std::vector<char*> argv;
+    for (auto& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    if (std::freopen(out_.c_str(), "w", stdout) == nullptr ||
+        std::freopen(err_.c_str(), "w", stderr) == nullptr)
+      _exit(99);
+    execv(argv[0], argv.data());
+    _exit(98);
+  }
+
+  [[nodiscard]] std::string output_so_far() const { return read_text(out_); }
+  void signal(int number) const { kill(process_, number); }
+
+  Result wait() const {
+    int status = 0;
+    waitpid(process_, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status), read_text(out_),
+            read_text(err_)};
+  }
+
+ private:
+  fs::path out_;
+  fs::path err_;
+  pid_t process_ = 0;
+};
+
+Result call(std::vector<std::string> arguments) {
+  const TemporaryFolder folder;
+  return Program(folder.path(), std::move(arguments)).wait();
+}
+
+/// A failure is one line on standard error that begins with the program's name.
+void check_one_line_failure(const Result& result, const std::string& part) {
+  CAPTURE(result.out, result.err);
+  CHECK(result.status == 1);
+  CHECK(split_lines(result.err).size() == 1);
+  CHECK_THAT(result.err, Catch::StartsWith("stereo_slam: ") && Catch::Contains(part));
+}
+
+}  // namespace
+
+TEST_CASE("Help and version are no failures", "[cli]") {
+  CHECK_THAT(call({"--help"}).out, Catch::Contains("simulate"));
+  CHECK(call({"run", "--help"}).status == 0);
+  CHECK(call({"--version"}).status == 0);
+}
+
+TEST_CASE("Wrong usage has status 2", "[cli]") {
+  const std::vector<std::vector<std::string>> wrong = {
+      {},
+      {"fly"},
+      {"run"},
+      {"run", "--dataset", "x"},
+      {"run", "--dataset", "x", "--output", "y", "--preset", "none"},
+      {"run", "--dataset", "x", "--output", "y", "--threads", "0"},
+      {"run", "--dataset", "x", "--output", "y", "--max-frames", "-3"},
+      {"info"},
+      {"info", "--dataset", "x", "--format", "rosbag"},
+      {"evaluate", "--groundtruth", "x"},
+      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--format", "csv"},
+      {"simulate"},
+      {"simulate", "--output", "x", "--frames", "many"},
+      {"info", "--dataset", "x", "--bogus"}};
+  for (const auto& arguments : wrong) {
+    CAPTURE(arguments);
+    const auto result = call(arguments);
+    CHECK(result.status == 2);
+    CHECK_FALSE(result.err.empty());
+  }
+}
+
+TEST_CASE("run, evaluate and info work together from the command line", "[cli]") {
+  const TemporaryFolder folder;
+  const std::string in = folder / "in";
+  const std::string out = folder / "out";
+  write_tiny_sequence(in, 6);
+  const auto info = call({"info", "--dataset", in});
+  CHECK(info.status == 0);
+  CHECK(info.err.empty());
+
+  const auto run = call({"run", "--dataset", in, "--format", "kitti", "--preset", "default", "--output", out,
+                         "--threads", "2", "--no-loop-closure"});
+  CHECK(run.status == 0);
+  CHECK(run.err.empty());
+  CHECK_THAT(run.out, Catch::Contains("frame 6/6") && Catch::Contains("6 frames in"));
+
+  for (const auto* estimate : {"/trajectory_kitti.txt", "/trajectory_tum.txt"}) {
+    const bool stamped = std::string(estimate).find("tum") != std::string::npos;
+    const auto truth = stamped ? out + "/trajectory_online.txt" : in + "/poses.txt";
+    const auto evaluate =
+        call({"evaluate", "--groundtruth", truth, "--estimate", out + estimate, "--json", folder / "e.json"});
+    CAPTURE(evaluate.err);
+    CHECK(evaluate.status == 0);
+    CHECK_THAT(evaluate.out, Catch::Contains("frames matched                  6"));
+    CHECK_THAT(read_text(folder / "e.json"), Catch::Contains("\"frames_matched\": 6"));
+  }
+}
+
+TEST_CASE("A quiet run prints nothing", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out", "--quiet"});
+  CHECK(run.status == 0);
+  CHECK(run.out.empty());
+  CHECK(run.err.empty());
+}
+
+TEST_CASE("Printed settings are a settings file", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  const auto printed = call({"--print-settings", "paper"});
+  CHECK(printed.status == 0);
+  write_text(folder / "s.yaml", printed.out);
+  const auto run =
+      call({"run", "--dataset", folder / "in", "--output", folder / "out", "--config", folder / "s.yaml"});
+  CHECK(run.err.empty());
+  CHECK(run.status == 0);
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("preset: paper"));
+}
+
+TEST_CASE("Broken input gives one line and status 1, from run and from info", "[cli]") {
+  struct Case {
+    const char* part;
+    std::function<void(const fs::path&)> breaking;
+  };
+  const auto rename_images = [](const fs::path& f) {
+    fs::rename(f / "image_0", f / "x");
+    fs::rename(f / "image_1", f / "image_0");
+    fs::rename(f / "x", f / "image_1");
+  };
+  const std::vector<Case> cases = {
+      {"no such folder", [](const fs::path& f) { fs::remove_all(f); }},
+      {"calib.txt: missing", [](const fs::path& f) { fs::remove(f / "calib.txt"); }},
+      {"baseline of zero",
+       [](const fs::path& f) {
+         write_text(f / "calib.txt", projection_line("P0", 0) + projection_line("P1", 0));
+       }},
+      {"look swapped", rename_images},
+      {"image_1/000002.png: missing", [](const fs::path& f) { fs::remove(f / "image_1/000002.png"); }},
+      {"image_0/000002.png: the PNG is truncated",
+       [](const fs::path& f) { truncate_file(f / "image_0/000002.png", 0.6); }},
+      {"000003.png: is 200x120",
+       [](const fs::path& f) { cv::imwrite((f / "image_0/000003.png").string(), tiny_texture(200)); }},
+      {"times.txt:3: 'noon' is not",
+       [](const fs::path& f) { write_text(f / "times.txt", "0\n1\nnoon\n3\n4\n"); }},
+      {"has 3 times for 5 images", [](const fs::path& f) { write_text(f / "times.txt", "0\n1\n2\n"); }},
+      {"is empty",
+       [](const fs::path& f) { fs::remove_all(f / "image_0"), fs::create_directory(f / "image_0"); }},
+      {"single frame", [](const fs::path& f) { fs::remove_all(f), write_tiny_sequence(f, 1); }},
+  };
+  for (const auto& [part, breaking] : cases) {
+    CAPTURE(part);
+    const TemporaryFolder folder;
+    write_tiny_sequence(folder / "in", 5);
+    breaking(folder / "in");
+    check_one_line_failure(call({"info", "--dataset", folder / "in"}), part);
+    check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out"}), part);
+  }
+}
+
+TEST_CASE("A run that fails at a frame saves those before it", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 5);
+  truncate_file(folder / "in/image_1/000003.png", 0.5);
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out"}),
+                         "(the 3 frames before it are saved)");
+  CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == 3);
+}
+
+TEST_CASE("Other failures are one line and status 1, too", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  write_text(folder / "bad.yaml", "features: {count: 1}\n");
+  write_text(folder / "file", "");
+  const std::string in = folder / "in";
+  check_one_line_failure(
+      call({"run", "--dataset", in, "--output", folder / "o", "--config", folder / "bad.yaml"}),
+      "features.count");
+  check_one_line_failure(
+      call({"run", "--dataset", in, "--output", folder / "o", "--config", folder / "no.yaml"}), "no.yaml");
+  check_one_line_failure(call({"run", "--dataset", in, "--output", folder / "file"}), "--output");
+  check_one_line_failure(call({"run", "--dataset", in, "--output", folder / "o", "--format", "euroc"}),
+                         "not supported yet");
+  check_one_line_failure(
+      call({"evaluate", "--groundtruth", in + "/poses.txt", "--estimate", in + "/none.txt"}), "none.txt");
+  check_one_line_failure(call({"simulate", "--output", folder / "s", "--trajectory", in + "/none.txt"}),
+                         "none.txt");
+}
+
+TEST_CASE("--view without a display says so", "[cli]") {
+  if (std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr) return;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "o", "--view"}),
+                         "--view");
+}
+
+TEST_CASE("SIGINT and SIGTERM end a run with status 130 and all finished frames saved", "[cli]") {
+  constexpr int kFrames = 4000;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  std::string times;
+  for (int i = 0; i < kFrames; ++i) {  // the same two images over and over
+    for (const auto* camera : {"in/image_0", "in/image_1"}) {
+      if (i > 1) fs::create_hard_link(folder / camera / frame_name(i % 2), folder / camera / frame_name(i));
+    }
+    times += std::to_string(i) + "\n";
+  }
+  write_text(folder / "in/times.txt", times);
+  for (const int number : {SIGINT, SIGTERM}) {
+    const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out"});
+    for (int ms = 0; ms < 60'000 && program.output_so_far().find("frame 1/") == std::string::npos; ++ms)
+      usleep(1000);
+    program.signal(number);
+    const auto result = program.wait();
+    CAPTURE(result.out, result.err);
+    CHECK(result.status == 130);
+    CHECK(result.err.empty());
+    const auto poses = split_lines(read_text(folder / "out/trajectory_kitti.txt")).size();
+    CHECK(poses >= 1);
+    CHECK(poses < kFrames);
+    CHECK(split_lines(read_text(folder / "out/timing.csv")).size() == poses + 1);
+    CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: interrupted"));
+  }
+}
+
+TEST_CASE("simulate writes a recording that run and info accept", "[cli]") {
+  const TemporaryFolder folder;
+  const auto simulated =
+      call({"simulate", "--output", folder / "s", "--frames", "3", "--scale", "0.25", "--quiet"});
+  CHECK(simulated.err.empty());
+  CHECK(simulated.status == 0);
+  const auto info = call({"info", "--dataset", folder / "s"});
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains("310 x 94 px") && Catch::Contains("ground truth  3 poses"));
+  CHECK(call({"run", "--dataset", folder / "s", "--output", folder / "o", "--quiet"}).status == 0);
+}

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "runner.hpp"
+#include "settings_io.hpp"
+#include "stereo_slam/support.hpp"
+#include "support/catch.hpp"
+#include "trajectory_io.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+RunSummary run_quietly(const fs::path& dataset, const fs::path& output,
+                       std::optional<int> threads = std::nullopt) {
+  return run(open_sequence(dataset, "auto"), Settings{},
+             {.output = output, .max_frames = std::nullopt, .threads = threads, .quiet = true});
+}
+
+/// Every result file holds exactly `frames` frames.
+void check_results(const fs::path& output, std::size_t frames) {
+  for (const auto* name : {"trajectory_kitti.txt", "trajectory_tum.txt", "trajectory_online.txt"}) {
+    CAPTURE(name);
+    CHECK(read_trajectory(output / name).poses.size() == frames);
+  }
+  for (const auto* name : {"covariances.csv", "timing.csv"}) {
+    CAPTURE(name);
+    const auto lines = split_lines(read_text(output / name));
+    CHECK(lines.size() == frames + 1);
+    for (const auto& line : lines) {
+      CHECK(std::count(line.begin(), line.end(), ',') == std::count(lines[0].begin(), lines[0].end(), ','));
+    }
+  }
+  CHECK_THAT(read_text(output / "map.ply"), Catch::StartsWith("ply\n"));
+}
+
+}  // namespace
+
+TEST_CASE("A run leaves a pose for every frame in every file", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  const auto summary = run_quietly(folder / "in", folder / "out");
+  CHECK(summary.error.empty());
+  CHECK_FALSE(summary.interrupted);
+  CHECK(summary.frames == 8);
+  CHECK(summary.median_ms > 0.0);
+  check_results(folder / "out", 8);
+  CHECK_THAT(read_text(folder / "out/run.yaml"),
+             Catch::Contains("state: finished") && Catch::Contains("frames_processed: 8"));
+  CHECK(load_settings(folder / "out/run.yaml").preset == "default");
+}
+
+TEST_CASE("An image that cannot be read ends the run with everything before it saved", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  fs::remove(folder / "in/image_1/000005.png");
+  const auto summary = run_quietly(folder / "in", folder / "out");
+  CHECK(summary.frames == 5);
+  CHECK_THAT(summary.error, Catch::Contains("image_1/000005.png: missing"));
+  check_results(folder / "out", 5);
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: failed"));
+}
+
+TEST_CASE("The number of frames can be limited", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  const auto sequence = open_sequence(folder / "in", "auto");
+  RunOptions options{.output = folder / "out", .max_frames = 3, .threads = std::nullopt, .quiet = true};
+  CHECK(run(sequence, Settings{}, options).frames == 3);
+  check_results(folder / "out", 3);
+  options.max_frames = 100;
+  CHECK(run(sequence, Settings{}, options).frames == 8);
+}
+
+TEST_CASE("The results do not depend on the number of threads", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  (void)run_quietly(folder / "in", folder / "one", 1);
+  (void)run_quietly(folder / "in", folder / "two", 2);
+  for (const auto* name : {"trajectory_kitti.txt", "trajectory_online.txt", "covariances.csv", "map.ply"}) {
+    CAPTURE(name);
+    CHECK(read_text(folder / "one" / name) == read_text(folder / "two" / name));
+  }
+}
+
+TEST_CASE("Real images give the same results with one and two threads", "[runner][data]") {
+  const auto data = data_folder();
+  if (!data) return;
+  const TemporaryFolder folder;
+  const auto sequence = open_sequence(*data / "kitti/00_0000-0200", "auto");
+  for (const int threads : {1, 2}) {
+    (void)run(
+        sequence, Settings{},
+        {.output = folder / std::to_string(threads), .max_frames = 8, .threads = threads, .quiet = true});
+  }
+  for (const auto* name : {"trajectory_kitti.txt", "covariances.csv", "map.ply"}) {
+    CAPTURE(name);
+    CHECK(read_text(folder / "1" / name) == read_text(folder / "2" / name));
+  }
+}
+
+TEST_CASE("A place that cannot be written to is refused before any work is done", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  write_text(folder / "file", "");
+  CHECK_THAT(message_of([&] { (void)run_quietly(folder / "in", folder / "file/out"); }),
+             Catch::Contains("choose another --output"));
+}
