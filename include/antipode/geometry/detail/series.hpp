@@ -70,8 +70,10 @@ template <class Scalar>
 [[nodiscard]] RecoveredAngle<Scalar> recovered_angle(const Scalar& w, const Scalar& sine_squared) noexcept {
   using std::atan2;
   using std::sqrt;
-  if (sine_squared < Scalar(1e-16)) {
-    const Scalar inverse_sinc = Scalar(2) / w * (Scalar(1) - sine_squared / (Scalar(3) * w * w));
+  if (sine_squared < Scalar(kSeriesAngleSquared / 4.)) {  // 2 atan(r) / r / w with r = tan(t/2)
+    const Scalar r_squared = sine_squared / (w * w);
+    const Scalar inverse_sinc =
+        polynomial(r_squared, 2., -2. / 3, 2. / 5, -2. / 7, 2. / 9, -2. / 11, 2. / 13) / w;
     return {inverse_sinc, Scalar(1) / inverse_sinc, inverse_sinc * inverse_sinc * sine_squared};
   }
   const Scalar sine = sqrt(sine_squared);
