@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace stereo_slam::simulate {
 namespace {
@@ -87,6 +89,13 @@ void set_edges(ScreenFace& screen, const Polygon<Vector2d>& outline) {
 }
 
 }  // namespace
+
+void validate(const PinholeCamera& camera) {
+  if (camera.width_px > 0 && camera.height_px > 0 && camera.fx > 0.0 && camera.fy > 0.0) return;
+  throw std::invalid_argument("the camera needs a positive size and focal length, not " +
+                              std::to_string(camera.width_px) + " x " + std::to_string(camera.height_px) +
+                              " px, " + std::to_string(camera.fx) + " and " + std::to_string(camera.fy));
+}
 
 AffineCoordinate view_coordinate(const Vector3d& axis, double offset, const Eigen::Isometry3d& T_camera_world,
                                  const PinholeCamera& camera) {

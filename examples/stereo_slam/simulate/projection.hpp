@@ -22,6 +22,9 @@ struct PinholeCamera {
   double cy = 0.0;
 };
 
+/// Throws std::invalid_argument for a camera without size or focal length.
+void validate(const PinholeCamera& camera);
+
 /// Quantity that is affine in the image: value(x, y) = dx x + dy y + origin.
 struct ImagePlane {
   double dx = 0.0;

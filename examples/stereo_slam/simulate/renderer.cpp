@@ -127,11 +127,7 @@ Renderer::Renderer(const Scene& scene, const PinholeCamera& camera, int samples)
   if (samples != 4 && samples != 8 && samples != 16) {
     throw std::invalid_argument("samples a pixel must be 4, 8 or 16, not " + std::to_string(samples));
   }
-  if (camera.width_px <= 0 || camera.height_px <= 0 || !(camera.fx > 0.0) || !(camera.fy > 0.0)) {
-    throw std::invalid_argument("camera needs a positive size and focal length, not " +
-                                std::to_string(camera.width_px) + " x " + std::to_string(camera.height_px) +
-                                ", " + std::to_string(camera.fx) + ", " + std::to_string(camera.fy));
-  }
+  validate(camera);
   buffers_->tile_columns = (camera.width_px + kTileSize_px - 1) / kTileSize_px;
   buffers_->tile_rows = (camera.height_px + kTileSize_px - 1) / kTileSize_px;
   buffers_->tiles.resize(static_cast<std::size_t>(buffers_->tile_columns) *

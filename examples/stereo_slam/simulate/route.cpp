@@ -42,6 +42,12 @@ constexpr double kSameStreet_m = 6.0;
   return points;
 }
 
+/// Whether two stations are at one place, and the path went elsewhere between them.
+[[nodiscard]] bool is_other_pass(const Route::Station& a, const Route::Station& b) {
+  return std::abs(a.arc_m - b.arc_m) > 4.0 * kSameStreet_m &&
+         (a.position - b.position).norm() < kSameStreet_m;
+}
+
 }  // namespace
 
 double GroundBox::distance(const GroundPoint& point) const {
@@ -67,7 +73,6 @@ Route::Route(const CameraPath& path, double camera_height_m) {
   if (path.empty()) throw std::invalid_argument("a route needs at least one pose");
   const auto points = resample(path);
   const int n = static_cast<int>(points.size());
-  const int run_out = static_cast<int>(kRunOut_m / kSpacing_m);
   const auto direction_at = [&](int i) {
     if (n < 2) return viewing_direction(path.front());
     const auto& before = points[static_cast<std::size_t>(std::clamp(i - 2, 0, n - 1))];
@@ -75,7 +80,7 @@ Route::Route(const CameraPath& path, double camera_height_m) {
     const GroundPoint step = on_ground(after - before);
     return step.norm() > 1e-6 ? GroundPoint(step.normalized()) : viewing_direction(path.front());
   };
-  for (int i = -run_out; i < n + run_out; ++i) {
+  const auto station_at = [&](int i) {
     const int nearest = std::clamp(i, 0, n - 1);
     const Vector3d& point = points[static_cast<std::size_t>(nearest)];
     Station station;
@@ -83,8 +88,24 @@ Route::Route(const CameraPath& path, double camera_height_m) {
     station.position = on_ground(point) + (i - nearest) * kSpacing_m * station.direction;
     station.ground_y = point.y() + camera_height_m;
     station.arc_m = i * kSpacing_m;
-    stations_.push_back(station);
-  }
+    return station;
+  };
+  // How many stations the street goes on beyond an end before it meets another part of itself.
+  const auto run_out = [&](int end, int step) {
+    int count = 0;
+    for (; (count + 1) * kSpacing_m <= kRunOut_m; ++count) {
+      const Station next = station_at(end + (count + 1) * step);
+      const bool meets = std::any_of(points.begin(), points.end(), [&](const Vector3d& point) {
+        const double gone_m = (on_ground(point) - station_at(end).position).norm();
+        return gone_m > kSameStreet_m && (on_ground(point) - next.position).norm() < kSameStreet_m;
+      });
+      if (meets) break;
+    }
+    return count;
+  };
+  const int first = -run_out(0, -1);
+  const int last = n - 1 + run_out(n - 1, 1);
+  for (int i = first; i <= last; ++i) stations_.push_back(station_at(i));
 
   low_ = high_ = stations_.front().position;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
@@ -92,10 +113,7 @@ Route::Route(const CameraPath& path, double camera_height_m) {
     low_ = low_.cwiseMin(station.position);
     high_ = high_.cwiseMax(station.position);
     for_near(station.position, kSameStreet_m, [&](const Station& other) {
-      if (station.arc_m - other.arc_m > 4.0 * kSameStreet_m &&
-          (station.position - other.position).norm() < kSameStreet_m) {
-        station.first_pass = false;
-      }
+      if (station.arc_m > other.arc_m && is_other_pass(station, other)) station.first_pass = false;
     });
     cells_[cell_key(cell_index(station.position.x()), cell_index(station.position.y()))].push_back(i);
   }
@@ -104,7 +122,7 @@ Route::Route(const CameraPath& path, double camera_height_m) {
   for (const Station& station : stations_) {
     double y = station.ground_y;
     for_near(station.position, kSameStreet_m, [&](const Station& other) {
-      if ((station.position - other.position).norm() < kSameStreet_m) y = std::max(y, other.ground_y);
+      if (is_other_pass(station, other)) y = std::max(y, other.ground_y);
     });
     lowest.push_back(y);
   }

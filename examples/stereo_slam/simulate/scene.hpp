@@ -28,7 +28,8 @@ struct Material {
   bool takes_shadow = false;  ///< whether Scene::sunlight falls on it
 };
 
-/// Sunlight that reaches the ground: a texture over a square of the (x, z) plane, 0 in full shadow, 1 in full sun.
+/// Sunlight that reaches the ground: a texture over a square of the (x, z) plane, 0 in full shadow, 1 in full
+/// sun.
 struct Sunlight {
   std::shared_ptr<const Texture> map;                ///< none is sun everywhere
   Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< smallest x and z

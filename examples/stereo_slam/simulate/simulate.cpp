@@ -38,6 +38,9 @@ void validate(const SimulationSettings& settings) {
   require(settings.baseline_m > 0.0, "baseline_m must be positive", settings.baseline_m);
   require(settings.camera_height_m > 0.0, "camera_height_m must be positive", settings.camera_height_m);
   require(settings.threads >= 0, "threads must not be negative", settings.threads);
+  const int samples = settings.samples_per_pixel;
+  require(samples == 4 || samples == 8 || samples == 16, "samples_per_pixel must be 4, 8 or 16", samples);
+  validate(settings.camera);
   validate(settings.sensor);
 }
 
@@ -127,17 +130,17 @@ CameraPath camera_path(const SimulationSettings& settings) {
 
 void simulate(const SimulationSettings& settings, const fs::path& output, const Progress& progress) {
   const CameraPath path = camera_path(settings);
-  fs::create_directories(output / "image_0");
-  fs::create_directories(output / "image_1");
-  write_calibration(settings, output / "calib.txt");
-  write_times(path.size(), settings.fps, output / "times.txt");
-  write_poses(path, output / "poses.txt");
-
   const World world(path, {.seed = settings.seed,
                            .camera_height_m = settings.camera_height_m,
                            .texture_size_px = settings.texture_size_px,
                            .street = {}});
   const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
+
+  fs::create_directories(output / "image_0");
+  fs::create_directories(output / "image_1");
+  write_calibration(settings, output / "calib.txt");
+  write_times(path.size(), settings.fps, output / "times.txt");
+  write_poses(path, output / "poses.txt");
 
   // Each worker renders and writes whole frames, so that one writes while another renders.
   std::atomic<std::size_t> next_frame = 0;

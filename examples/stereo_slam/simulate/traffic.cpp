@@ -55,7 +55,7 @@ Traffic::Traffic(const World& world, const CameraPath& path, double fps, int car
     Car car;
     car.oncoming = i % 2 == 1;
     car.distance_m = car.oncoming ? random.uniform(0.0, kOncomingCycle_m) : ahead_m;
-    if (!car.oncoming) ahead_m += random.uniform(12.0, 20.0);
+    if (!car.oncoming) ahead_m += random.uniform(16.0, 24.0);
     car.speed_m_s = random.uniform(6.0, 11.0);
     car.phase_rad = random.uniform(0.0, 2.0 * std::numbers::pi);
     Mesh mesh(world.scene().materials, car.faces);
@@ -78,6 +78,9 @@ std::vector<Face> Traffic::at(std::size_t frame) const {
       const double swing = std::sin(2.0 * std::numbers::pi * time_s / kAheadPeriod_s + car.phase_rad);
       arc_m = camera_m + car.distance_m + kAheadSwing_m * (1.0 + swing);
     }
+    const auto& stations = world_->route().stations();
+    if (arc_m < stations.front().arc_m || arc_m > stations.back().arc_m)
+      continue;  // off the ends of the road
     const Route::Station station = world_->route().at_arc(arc_m);
     const GroundPoint left(-station.direction.y(), station.direction.x());
     const GroundPoint position = station.position + (car.oncoming ? kOncomingLane_m : 0.0) * left;
