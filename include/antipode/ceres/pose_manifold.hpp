@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
+
 #include <ceres/manifold.h>
 
 #include <antipode/eigen_types.hpp>
@@ -19,11 +21,12 @@ class PoseManifold final : public ceres::Manifold {
   [[nodiscard]] int AmbientSize() const override { return 8; }
   [[nodiscard]] int TangentSize() const override { return 6; }
 
-  /// False if xi or x is not finite: the solver then shortens its step.
+  /// False if xi or x is not finite or x has no rotation: the solver then shortens its step.
   bool Plus(const double* x, const double* xi, double* x_plus_xi) const override {
     const Pose pose(x);
     const Eigen::Map<const Vector6<double>> twist(xi);
-    if (!pose.coeffs().allFinite() || !twist.allFinite()) {
+    const bool has_rotation = pose.real().squaredNorm() >= std::numeric_limits<double>::min();
+    if (!has_rotation || !pose.coeffs().allFinite() || !twist.allFinite()) {
       return false;
     }
     DualQuaternionView<double>{x_plus_xi} = pose.boxplus(twist).renormalized();

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Everything that needs only Eigen. The adapters in antipode/ceres, antipode/opencv and the checks in
+/// antipode/testing are included one by one.
+
+#include <antipode/concepts.hpp>
+#include <antipode/distributions/bingham.hpp>
+#include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/bingham_normalizer.hpp>
+#include <antipode/distributions/gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/filters/predict.hpp>
+#include <antipode/filters/progressive_update.hpp>
+#include <antipode/filters/quadratic_update.hpp>
+#include <antipode/filters/unscented_update.hpp>
+#include <antipode/filters/update_status.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/interpolation.hpp>
+#include <antipode/geometry/jacobians.hpp>
+#include <antipode/geometry/quaternion.hpp>
+#include <antipode/sampling/bingham_rules.hpp>
+#include <antipode/sampling/gaussian_rules.hpp>
+#include <antipode/sampling/point_sets.hpp>
+#include <antipode/sampling/pose_rules.hpp>
+#include <antipode/weighted_samples.hpp>

@@ -1,0 +1,10 @@
+# Fails unless antipode.hpp includes every public header that needs only Eigen. Argument: INCLUDE_DIR.
+file(READ ${INCLUDE_DIR}/antipode/antipode.hpp umbrella)
+file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/antipode/*.hpp)
+list(FILTER headers EXCLUDE REGEX "/detail/|^antipode/(ceres|opencv|testing)/|^antipode/antipode.hpp$")
+foreach(header IN LISTS headers)
+  string(FIND "${umbrella}" "#include <${header}>" position)
+  if(position EQUAL -1)
+    message(SEND_ERROR "antipode/antipode.hpp does not include <${header}>")
+  endif()
+endforeach()
