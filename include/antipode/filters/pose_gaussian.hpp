@@ -27,10 +27,11 @@ template <std::floating_point Scalar>
 }
 
 /// Throws unless the covariance is symmetric positive semidefinite and narrow enough for its pose to be the
-/// mode.
+/// mode. By default second moments of the orientation are raised to no more than 1e-14 (2e-7 rad).
 template <std::floating_point Scalar>
 [[nodiscard]] BinghamGaussian<Scalar> to_bingham_gaussian(const PoseGaussian<Scalar>& density,
-                                                          const BinghamFitOptions<Scalar>& options = {}) {
+                                                          const BinghamFitOptions<Scalar>& options = {
+                                                              .min_eigenvalue = Scalar(1e-14)}) {
   return BinghamGaussian<Scalar>::from_pose_covariance(density.pose, density.covariance, options);
 }
 

@@ -38,7 +38,8 @@ namespace antipode {
 
 template <std::floating_point Scalar>
 struct QuadraticUpdateOptions {
-  /// No step is below 1/max_steps, whatever the residual asks for.
+  /// Most steps, whatever the residual asks for: once half of them are used, the others share what remains
+  /// evenly. Refinements come on top.
   int max_steps = 100;
   /// Fits around the result that start from the original prior again: they remove what the first, wide fits
   /// got wrong.
@@ -204,8 +205,8 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
   for (Scalar remaining(1); remaining > Scalar(detail::kProgressionDone);) {
     const auto fit = fit_density();
     if (result.status != UpdateStatus::kConverged) return result;
-    const auto step =
-        detail::progression_step(remaining, Scalar(1) / fit.residual, Scalar(1) / Scalar(options.max_steps));
+    const auto step = detail::progression_step(remaining, Scalar(1) / fit.residual, Scalar(0),
+                                               result.steps - 1, options.max_steps);
     const auto y = detail::condition<Scalar>(Vector::Zero(), Square::Identity(), fit.model.scaled(step.size));
     density = density.moved(y);
     remaining -= step.size;

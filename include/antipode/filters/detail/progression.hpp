@@ -57,10 +57,15 @@ struct ProgressionStep {
   bool floored;  ///< it is longer than was wanted
 };
 
-/// The wanted step, but at least `floor` and no more than what remains.
+/// The wanted step, but not below min_step and no more than what remains. The first half of max_steps is
+/// free; in the second half a step is at least an even share of what remains, so that the last one takes all
+/// of it.
 template <class Scalar>
-[[nodiscard]] ProgressionStep<Scalar> progression_step(Scalar remaining, Scalar wanted, Scalar floor) {
-  return {std::min(remaining, std::max(wanted, floor)), wanted < std::min(remaining, floor)};
+[[nodiscard]] ProgressionStep<Scalar> progression_step(Scalar remaining, Scalar wanted, Scalar min_step,
+                                                       int steps, int max_steps) {
+  const Scalar share = steps < max_steps / 2 ? Scalar(0) : remaining / Scalar(max_steps - steps);
+  const Scalar floor = std::min(remaining, std::max(min_step, share));
+  return {std::min(remaining, std::max(wanted, floor)), wanted < floor};
 }
 
 /// The step such that no two samples' likelihoods are further apart than 1 : tau (DQV-SLAM Alg. 2 line 8).
