@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Renders a drive through a made-up town, runs the stereo SLAM on its images and scores the result.
+#
+#   demo.sh [DIR]       DIR: where everything goes, out/demo without it
+#
+# Environment: FRAMES (300), SCALE (share of KITTI's image size, 1), STEREO_SLAM (a built program; without it one is built).
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+out=${1:-$root/out/demo}
+frames=${FRAMES:-300}
+scale=${SCALE:-1}
+program=${STEREO_SLAM:-}
+
+if [ -z "$program" ]; then
+  "$root/cmake/install-dependencies.sh"
+  cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release
+  cmake --build "$root/build/release" --target stereo_slam
+  program=$root/build/release/examples/stereo_slam/stereo_slam
+fi
+
+sequence=$out/sequence_${frames}_${scale}
+if [ "$sequence/times.txt" -nt "$program" ] && "$program" info --dataset "$sequence" >/dev/null 2>&1; then
+  echo "== The drive is already rendered: $sequence"
+else
+  echo "== Rendering $frames stereo frames"
+  rm -rf "$sequence"
+  "$program" simulate --output "$sequence" --frames "$frames" --scale "$scale"
+fi
+
+echo "== The recording"
+"$program" info --dataset "$sequence"
+
+echo "== SLAM"
+"$program" run --dataset "$sequence" --output "$out/results"
+
+echo "== Estimate against truth"
+"$program" evaluate --groundtruth "$sequence/poses.txt" --estimate "$out/results/trajectory_kitti.txt" \
+  --json "$out/results/evaluation.json"
+
+echo "== Files"
+echo "images and truth   $sequence"
+echo "trajectory         $out/results/trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt"
+echo "covariances        $out/results/covariances.csv"
+echo "landmarks          $out/results/map.ply"
+echo "timing, settings   $out/results/timing.csv, run.yaml"
+echo "scores             $out/results/evaluation.json"
