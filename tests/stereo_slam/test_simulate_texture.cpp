@@ -91,8 +91,6 @@ TEST_CASE("Every footprint on an even texture reads its grey", "[simulate][textu
                               derivative()};
     CHECK(read(texture, footprint) == Approx(100.0 / 255.0).epsilon(1e-6));
     CHECK(texture.sample_round(footprint) == Approx(100.0 / 255.0).epsilon(1e-6));
-    CHECK(texture.sample_level(footprint.u, footprint.v, random.integer(-3, 20)) ==
-          Approx(100.0 / 255.0).epsilon(1e-6));
   }
 }
 

@@ -109,10 +109,10 @@ Palette make_palette(std::vector<Material>& materials, std::uint64_t seed, int s
                    shelf.surface(boards_texture(random, size_px), 5.12, 16.9, 0.35F)};
   palette.roofs = {shelf.surface(roof_texture(random, size_px), 5.12, 15.1, 0.4F),
                    shelf.surface(roof_texture(random, half), 3.7, 18.3, 0.4F)};
-  palette.windows = pictures(shelf, random, 24, quarter, window_texture);
-  palette.doors = pictures(shelf, random, 8, quarter, door_texture);
-  palette.shops = pictures(shelf, random, 10, half, shop_texture);
-  palette.signs = pictures(shelf, random, 24, quarter / 2, sign_texture);
+  palette.windows = pictures(shelf, random, 40, quarter, window_texture);
+  palette.doors = pictures(shelf, random, 16, quarter, door_texture);
+  palette.shops = pictures(shelf, random, 24, quarter, shop_texture);
+  palette.signs = pictures(shelf, random, 64, quarter / 2, sign_texture);
   palette.wheels = pictures(shelf, random, 3, quarter / 2, wheel_texture);
   palette.metal = shelf.surface(metal_texture(random, half), 2.56, 7.3, 0.3F);
   palette.glass = shelf.surface(glass_texture(random, quarter), 2.56, 5.9, 0.4F);

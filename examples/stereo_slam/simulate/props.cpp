@@ -38,7 +38,7 @@ void add_crown(Mesh& mesh, Random& random, const Palette& palette, const Vector3
 
 }  // namespace
 
-void add_tree(Mesh& mesh, Random& random, const Palette& palette, double height_m) {
+void add_tree(Mesh& mesh, Random& random, const Palette& palette, double height_m, TreeDetail detail) {
   const Paint bark{palette.bark, random.uniform(0.4, 0.75), false, random.uniform(0.0, 64.0),
                    random.uniform(0.0, 64.0)};
   const double trunk = height_m * random.uniform(0.3, 0.4);
@@ -55,7 +55,9 @@ void add_tree(Mesh& mesh, Random& random, const Palette& palette, double height_
     mesh.rectangle(foot, thick, bough, bark);
     mesh.rectangle(foot + thick, -thick, bough, bark);
   }
-  add_crown(mesh, random, palette, crown, {radius, 0.36 * height_m, radius}, 46, 0.26 * height_m);
+  const Vector3d radii(radius, random.uniform(0.28, 0.38) * height_m, radius);
+  const bool near = detail == TreeDetail::kNear;
+  add_crown(mesh, random, palette, crown, radii, near ? 46 : 18, (near ? 0.26 : 0.4) * height_m);
 }
 
 void add_bush(Mesh& mesh, Random& random, const Palette& palette, double height_m) {

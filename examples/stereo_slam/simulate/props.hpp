@@ -8,8 +8,11 @@
 /// Smaller things of the street. Each stands at the origin of the mesh's placement.
 namespace stereo_slam::simulate {
 
+/// How finely a tree's crown is built.
+enum class TreeDetail { kNear, kFar };
+
 /// Trunk, boughs, and a crown of leafy branches.
-void add_tree(Mesh& mesh, Random& random, const Palette& palette, double height_m);
+void add_tree(Mesh& mesh, Random& random, const Palette& palette, double height_m, TreeDetail detail);
 
 /// Ball of leaves on the ground.
 void add_bush(Mesh& mesh, Random& random, const Palette& palette, double height_m);

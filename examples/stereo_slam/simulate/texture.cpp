@@ -2,6 +2,7 @@
 #include "texture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <stdexcept>
@@ -20,38 +21,42 @@ constexpr float kWhite = 255.0F * 65536.0F;  ///< of the fixed-point values
 }
 
 /// Axes of the ellipse that J, the Jacobian from pixels to texels, makes of the unit circle.
-struct Ellipse {
-  double major = 0.0;  ///< length, texels
-  double minor = 0.0;
-  double major_u = 1.0;  ///< unit direction of the major axis, texels
-  double major_v = 0.0;
-};
-
-[[nodiscard]] Ellipse footprint_ellipse(const Footprint& f, int width, int height) {
-  const double ux = f.du_dx * width;
-  const double uy = f.du_dy * width;
-  const double vx = f.dv_dx * height;
-  const double vy = f.dv_dy * height;
-  const double uu = ux * ux + uy * uy;  // J J^T
-  const double uv = ux * vx + uy * vy;
-  const double vv = vx * vx + vy * vy;
-  const double mean = 0.5 * (uu + vv);
-  const double half_difference = 0.5 * (uu - vv);
-  const double spread = std::sqrt(half_difference * half_difference + uv * uv);
-  Ellipse ellipse;
-  ellipse.major = std::sqrt(mean + spread);
-  ellipse.minor = std::sqrt(std::max(mean - spread, 0.0));
-  if (spread > 0.0) {  // eigenvector of the larger eigenvalue, from the better conditioned row
-    const double a = half_difference >= 0.0 ? half_difference + spread : uv;
-    const double b = half_difference >= 0.0 ? uv : spread - half_difference;
-    const double norm = std::sqrt(a * a + b * b);
-    if (norm > 0.0) {
-      ellipse.major_u = a / norm;
-      ellipse.major_v = b / norm;
-    }
+class Ellipse {
+ public:
+  Ellipse(const Footprint& f, int width, int height) {
+    const double ux = f.du_dx * width;
+    const double uy = f.du_dy * width;
+    const double vx = f.dv_dx * height;
+    const double vy = f.dv_dy * height;
+    uv_ = ux * vx + uy * vy;  // J J^T
+    const double uu = ux * ux + uy * uy;
+    const double vv = vx * vx + vy * vy;
+    const double mean = 0.5 * (uu + vv);
+    half_difference_ = 0.5 * (uu - vv);
+    spread_ = std::sqrt(half_difference_ * half_difference_ + uv_ * uv_);
+    major_ = std::sqrt(mean + spread_);
+    minor_ = std::sqrt(std::max(mean - spread_, 0.0));
   }
-  return ellipse;
-}
+
+  [[nodiscard]] double major() const noexcept { return major_; }  ///< length, texels
+  [[nodiscard]] double minor() const noexcept { return minor_; }
+
+  /// The major axis, texels; for an ellipse that is not a circle.
+  [[nodiscard]] std::array<double, 2> major_axis() const {
+    // Eigenvector of the larger eigenvalue, from the better conditioned row.
+    const double a = half_difference_ >= 0.0 ? half_difference_ + spread_ : uv_;
+    const double b = half_difference_ >= 0.0 ? uv_ : spread_ - half_difference_;
+    const double scale = major_ / std::sqrt(a * a + b * b);
+    return {scale * a, scale * b};
+  }
+
+ private:
+  double uv_;
+  double half_difference_;
+  double spread_;
+  double major_;
+  double minor_;
+};
 
 }  // namespace
 
@@ -85,18 +90,18 @@ Texture::Texture(const cv::Mat1b& base) {
   }
 }
 
-Texture::Position Texture::position(const Level& level, double u, double v) noexcept {
+inline Texture::Position Texture::position(const Level& level, double u, double v) noexcept {
   const auto fixed = [](double texels) {
     return static_cast<std::uint32_t>(static_cast<std::int64_t>(texels * kOne)) - kHalf;
   };
   return {fixed(u * level.width), fixed(v * level.height)};
 }
 
-Texture::Position Texture::halved(Position position) noexcept {
+inline Texture::Position Texture::halved(Position position) noexcept {
   return {((position.x + kHalf) >> 1) - kHalf, ((position.y + kHalf) >> 1) - kHalf};
 }
 
-std::uint32_t Texture::bilinear(const Level& level, Position position) noexcept {
+inline std::uint32_t Texture::bilinear(const Level& level, Position position) noexcept {
   const auto column_mask = static_cast<std::uint32_t>(level.width - 1);
   const auto row_mask = static_cast<std::uint32_t>(level.height - 1);
   const std::uint32_t column = position.x >> 16;
@@ -113,25 +118,14 @@ std::uint32_t Texture::bilinear(const Level& level, Position position) noexcept 
   return top * (256U - below) + bottom * below;
 }
 
-float Texture::sample_level(double u, double v, int level) const {
-  const auto index = std::clamp<std::ptrdiff_t>(level, 0, std::ssize(levels_) - 1);
-  const Level& chosen = levels_[static_cast<std::size_t>(index)];
-  return static_cast<float>(bilinear(chosen, position(chosen, u, v))) / kWhite;
-}
-
-int Texture::nearest_level(const Footprint& footprint) const {
-  const double determinant = footprint.du_dx * footprint.dv_dy - footprint.du_dy * footprint.dv_dx;
-  const double texels = std::abs(determinant) * width() * height();
-  return texels > 1.0 ? static_cast<int>(0.5F * rough_log2(static_cast<float>(texels)) + 0.5F) : 0;
-}
-
-Texture::Blend Texture::blend(double width_texels) const {
-  const float finest = std::max(1.0F, static_cast<float>(width_texels));
-  const float lod = std::min(rough_log2(finest), static_cast<float>(levels_.size() - 1));
-  const auto fine = static_cast<std::size_t>(lod);
-  const bool is_last = fine + 1 == levels_.size();
-  return {&levels_[fine], &levels_[is_last ? fine : fine + 1],
-          is_last ? 0.0F : lod - static_cast<float>(fine)};
+inline Texture::Blend Texture::blend(double width_texels) const {
+  const float lod = rough_log2(std::max(1.0F, static_cast<float>(width_texels)));
+  const auto level = std::min(static_cast<std::size_t>(lod), levels_.size() - 1);
+  // Near a level that level alone will do; only in the middle between two they are blended.
+  const float weight = 2.0F * (lod - static_cast<float>(level)) - 0.5F;
+  if (weight <= 0.0F || level + 1 == levels_.size()) return {&levels_[level], &levels_[level], 0.0F};
+  if (weight >= 1.0F) return {&levels_[level + 1], &levels_[level + 1], 0.0F};
+  return {&levels_[level], &levels_[level + 1], weight};
 }
 
 float Texture::sample_round(const Footprint& f) const {
@@ -146,18 +140,26 @@ float Texture::sample_round(const Footprint& f) const {
 }
 
 float Texture::sample(const Footprint& footprint) const {
-  const Ellipse ellipse = footprint_ellipse(footprint, width(), height());
-  const double wanted = std::ceil(ellipse.major / std::max(ellipse.minor, 1.0));
-  const int taps = static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(kMaxTaps)));
-  const Blend levels = blend(std::max(ellipse.minor, ellipse.major / taps));
+  const Ellipse ellipse(footprint, width(), height());
+  // A footprint up to a quarter longer than wide passes for round.
+  const double elongation =
+      std::min(ellipse.major() / std::max(ellipse.minor(), 1.0), static_cast<double>(kMaxTaps));
+  const int taps = std::max(1, static_cast<int>(elongation + 0.75));
+  const Blend levels = blend(std::max(ellipse.minor(), ellipse.major() / taps));
 
-  const double step_u = ellipse.major_u * ellipse.major / (taps * width());
-  const double step_v = ellipse.major_v * ellipse.major / (taps * height());
-  const double first = -0.5 * (taps - 1);
-  Position tap = position(*levels.fine, footprint.u + first * step_u, footprint.v + first * step_v);
-  const Position step{
-      static_cast<std::uint32_t>(static_cast<std::int64_t>(step_u * levels.fine->width * kOne)),
-      static_cast<std::uint32_t>(static_cast<std::int64_t>(step_v * levels.fine->height * kOne))};
+  Position tap = position(*levels.fine, footprint.u, footprint.v);
+  Position step;
+  if (taps > 1) {
+    const auto [major_u, major_v] = ellipse.major_axis();
+    const auto fixed = [taps](double axis, int finest, int size) {
+      return static_cast<std::int64_t>(axis / (finest * taps) * size * kOne);
+    };
+    const std::int64_t du = fixed(major_u, width(), levels.fine->width);
+    const std::int64_t dv = fixed(major_v, height(), levels.fine->height);
+    step = {static_cast<std::uint32_t>(du), static_cast<std::uint32_t>(dv)};
+    tap.x -= static_cast<std::uint32_t>(du * (taps - 1) / 2);
+    tap.y -= static_cast<std::uint32_t>(dv * (taps - 1) / 2);
+  }
   std::uint32_t fine = 0;  // at most kMaxTaps * 255 * 2^16
   std::uint32_t coarse = 0;
   for (int i = 0; i < taps; ++i) {

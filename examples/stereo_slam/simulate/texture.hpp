@@ -35,12 +35,6 @@ class Texture {
   /// Mean over a circle around the footprint: one trilinear sample. Cheaper, and enough for smooth textures.
   [[nodiscard]] float sample_round(const Footprint& footprint) const;
 
-  /// Bilinear value at one level of the pyramid, clamped to those there are.
-  [[nodiscard]] float sample_level(double u, double v, int level) const;
-
-  /// Level whose texels are as wide as the footprint (geometric mean of its axes).
-  [[nodiscard]] int nearest_level(const Footprint& footprint) const;
-
   [[nodiscard]] int width() const noexcept { return levels_.front().width; }
   [[nodiscard]] int height() const noexcept { return levels_.front().height; }
 

@@ -33,6 +33,7 @@ struct Tile {
   static constexpr std::size_t kPixels = kTileSize_px * kTileSize_px;
   int first_column = 0;
   int first_row = 0;
+  std::array<float, kPixels> farthest;  ///< smallest inverse depth of each pixel's samples
   std::array<std::array<float, Samples>, kPixels> inverse_depth;
   std::array<std::array<std::uint32_t, Samples>, kPixels> face;
 };

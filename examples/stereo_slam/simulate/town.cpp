@@ -162,8 +162,9 @@ void add_furniture(Yard& yard) {
       yard.mesh.place(stand(slot.box.centre, facing, slot.ground_y));
       add_sign(yard.mesh, yard.random, palette);
     });
-    spread(yard, side, {kerb + 0.7, kerb + 1.2, 10.0, 26.0, 1.6, 1.2, kerb},
-           [&](const Slot&) { add_tree(yard.mesh, yard.random, palette, yard.random.uniform(5.0, 9.0)); });
+    spread(yard, side, {kerb + 0.7, kerb + 1.2, 10.0, 26.0, 1.6, 1.2, kerb}, [&](const Slot&) {
+      add_tree(yard.mesh, yard.random, palette, yard.random.uniform(5.0, 9.0), TreeDetail::kNear);
+    });
     spread(yard, side, {kerb + 0.3, pavement - 0.7, 6.0, 22.0, 0.9, 0.5, kerb},
            [&](const Slot&) { add_box(yard.mesh, yard.random, palette); });
   }
@@ -176,9 +177,31 @@ void add_plants(Yard& yard) {
     spread(yard, side, {pavement + 0.5, pavement + 6.0, 2.0, 9.0, 1.3, 1.3, pavement},
            [&](const Slot&) { add_bush(yard.mesh, yard.random, palette, yard.random.uniform(0.7, 1.9)); });
     spread(yard, side, {pavement + 1.5, pavement + 9.0, 4.0, 14.0, 2.5, 2.5, pavement + 0.5},
-           [&](const Slot&) { add_tree(yard.mesh, yard.random, palette, yard.random.uniform(5.0, 12.0)); });
+           [&](const Slot&) {
+             add_tree(yard.mesh, yard.random, palette, yard.random.uniform(5.0, 12.0), TreeDetail::kNear);
+           });
     spread(yard, side, {pavement + 14.0, pavement + 45.0, 3.0, 14.0, 4.0, 4.0, pavement + 3.0},
-           [&](const Slot&) { add_tree(yard.mesh, yard.random, palette, yard.random.uniform(8.0, 16.0)); });
+           [&](const Slot&) {
+             add_tree(yard.mesh, yard.random, palette, yard.random.uniform(8.0, 16.0), TreeDetail::kFar);
+           });
+  }
+}
+
+/// Trees on the land around the streets, which close the gaps between the houses.
+void add_woods(Yard& yard) {
+  constexpr double kMargin_m = 160.0;
+  constexpr double kArea_m2 = 500.0;  ///< of land for a tree
+  constexpr int kMost = 3000;
+  const GroundPoint low = yard.site.route.low() - GroundPoint::Constant(kMargin_m);
+  const GroundPoint high = yard.site.route.high() + GroundPoint::Constant(kMargin_m);
+  const int trees = static_cast<int>(std::min<double>((high - low).prod() / kArea_m2, kMost));
+  for (int i = 0; i < trees; ++i) {
+    const GroundPoint position(yard.random.uniform(low.x(), high.x()),
+                               yard.random.uniform(low.y(), high.y()));
+    const GroundBox box{position, GroundPoint::UnitX(), 2.0, 2.0};
+    if (!yard.plan.take(box, 30.0)) continue;
+    yard.mesh.place(stand(position, GroundPoint::UnitX(), yard.site.terrain.height(position)));
+    add_tree(yard.mesh, yard.random, yard.site.palette, yard.random.uniform(6.0, 15.0), TreeDetail::kFar);
   }
 }
 
@@ -192,6 +215,7 @@ void add_town(const TownSite& site, std::vector<Face>& faces) {
   add_plants(yard);
   add_houses(yard, 18.0);
   add_houses(yard, 36.0);
+  add_woods(yard);
 }
 
 }  // namespace stereo_slam::simulate
