@@ -21,7 +21,7 @@ constexpr int kCandidatesPerFeature = 4;
 [[nodiscard]] cv::Ptr<cv::ORB> make_orb(const FeatureSettings& settings) {
   return cv::ORB::create(kCandidatesPerFeature * settings.count, static_cast<float>(settings.scale_factor),
                          settings.levels, kBorder_px, 0, 2, cv::ORB::HARRIS_SCORE, kPatchSize_px,
-                         settings.min_fast_threshold);
+                         settings.fast_threshold);
 }
 
 /// Grid cells, each with its candidates ordered by strength.
@@ -38,8 +38,8 @@ class FeatureGrid {
     cells_[static_cast<std::size_t>(row * columns_ + column)].push_back(keypoint);
   }
 
-  /// Takes the strongest of every cell, then the second of every cell, and so on, keeping `min_distance_px` within a
-  /// cell: the same corner is found on several pyramid levels.
+  /// Takes the strongest of every cell, then the second of every cell, and so on, keeping `min_distance_px`
+  /// within a cell: the same corner is found on several pyramid levels.
   [[nodiscard]] std::vector<cv::KeyPoint> spread(std::size_t count, float min_distance_px) {
     for (auto& cell : cells_) thin(cell, min_distance_px);
     std::size_t rank = 0;
@@ -70,7 +70,8 @@ class FeatureGrid {
     std::vector<cv::KeyPoint> kept;
     for (const auto& candidate : cell) {
       const bool crowded = std::any_of(kept.begin(), kept.end(), [&](const cv::KeyPoint& k) {
-        return std::abs(k.pt.x - candidate.pt.x) < min_distance_px && std::abs(k.pt.y - candidate.pt.y) < min_distance_px;
+        return std::abs(k.pt.x - candidate.pt.x) < min_distance_px &&
+               std::abs(k.pt.y - candidate.pt.y) < min_distance_px;
       });
       if (!crowded) kept.push_back(candidate);
     }
@@ -84,10 +85,10 @@ class FeatureGrid {
 
 [[nodiscard]] Feature to_feature(const cv::KeyPoint& keypoint, const cv::Mat& descriptor) {
   Feature feature;
-  feature.position_px = {keypoint.pt.x, keypoint.pt.y};
-  feature.size_px = keypoint.size;
-  feature.angle_rad = keypoint.angle * std::numbers::pi / 180.0;
-  feature.response = keypoint.response;
+  feature.position_px = Eigen::Vector2f(keypoint.pt.x, keypoint.pt.y).cast<double>();
+  feature.size_px = static_cast<double>(keypoint.size);
+  feature.angle_rad = static_cast<double>(keypoint.angle) * std::numbers::pi / 180.0;
+  feature.response = static_cast<double>(keypoint.response);
   feature.octave = keypoint.octave;
   std::memcpy(feature.descriptor.data(), descriptor.ptr(), feature.descriptor.size());
   return feature;

@@ -16,8 +16,8 @@ struct StereoFeatures {
   std::vector<Feature> right;
 };
 
-/// ORB features of one grey image, the strongest of every grid cell in turn until `settings.count` are found, so that
-/// they cover the image evenly. Ordered by cell, then by strength.
+/// ORB features of one grey image, the strongest of every grid cell in turn until `settings.count` are found,
+/// so that they cover the image evenly. Ordered by cell, then by strength.
 [[nodiscard]] std::vector<Feature> extract_features(const cv::Mat& image, const FeatureSettings& settings);
 
 /// Both images, side by side on OpenCV's thread pool.

@@ -13,22 +13,23 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kChi2_3_99 = 11.345;     // 99 % of a chi-square with 3 degrees of freedom
-constexpr double kCauchyScale2 = 6.0;     // squared Mahalanobis distance at which a weight halves
+constexpr double kChi2_3_99 = 11.345;  // 99 % of a chi-square with 3 degrees of freedom
+constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
 constexpr int kMaxIterations = 15;
 constexpr double kConvergedStep = 1e-8;
 constexpr double kMinDisparity_px = 0.05;
 
 /// A correspondence linearised at a pose and a point.
 struct Linearization {
-  Vector3<double> innovation;              // of the current measurement, for the point at its first measurement
-  Eigen::Matrix<double, 3, 6> J_pose;      // d z_current / d xi, right perturbation (rotation, translation)
-  Matrix3<double> J_point;                 // d z_current / d (u, v, d) of the point in the previous frame
+  Vector3<double> innovation;          // of the current measurement, for the point at its first measurement
+  Eigen::Matrix<double, 3, 6> J_pose;  // d z_current / d xi, right perturbation (rotation, translation)
+  Matrix3<double> J_point;             // d z_current / d (u, v, d) of the point in the previous frame
 };
 
 /// Nothing when the point is not in front of the current camera.
 [[nodiscard]] std::optional<Linearization> linearize(const StereoCorrespondence& c, const StereoPoint& point,
-                                                     const Pose& T_current_previous, const StereoCamera& camera) {
+                                                     const Pose& T_current_previous,
+                                                     const StereoCamera& camera) {
   const Vector3<double> p_previous = camera.back_project(point);
   const Vector3<double> p_current = T_current_previous * p_previous;
   const auto z = camera.project(p_current);
@@ -79,14 +80,16 @@ class MotionProblem {
   }
 
   /// Pose through three correspondences, the points taken as measured.
-  [[nodiscard]] std::optional<Pose> minimal_solution(const std::array<std::size_t, 3>& sample, Pose pose) const {
+  [[nodiscard]] std::optional<Pose> minimal_solution(const std::array<std::size_t, 3>& sample,
+                                                     Pose pose) const {
     constexpr int kMinimalIterations = 6;
     constexpr double kMinimalStep = 1e-4;
     for (int iteration = 0; iteration < kMinimalIterations; ++iteration) {
       NormalEquations equations;
       const Pose T_current_previous = pose.inverse();
       for (const std::size_t i : sample) {
-        const auto l = linearize(correspondences_[i], correspondences_[i].previous, T_current_previous, camera_);
+        const auto l =
+            linearize(correspondences_[i], correspondences_[i].previous, T_current_previous, camera_);
         if (!l) return std::nullopt;
         equations.add(*l, S_inverse_[i], 1.0);
       }
@@ -178,8 +181,8 @@ class MotionProblem {
 }
 
 /// Pose with the smallest sum of truncated distances over random minimal sets; `initial` competes too.
-[[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const Pose& initial, int iterations,
-                          std::mt19937_64& random) {
+[[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const Pose& initial,
+                          int iterations, std::mt19937_64& random) {
   const auto cost = [&](const Pose& pose) {
     double sum = 0.0;
     for (const double d : problem.distances(pose)) sum += std::min(d, kChi2_3_99);
@@ -199,7 +202,8 @@ class MotionProblem {
   return best;
 }
 
-/// Variance of a unit-weight residual from the median distance, against its value 2.366 for a chi-square of 3.
+/// Variance of a unit-weight residual from the median distance, against its value 2.366 for a chi-square
+/// of 3.
 [[nodiscard]] double variance_factor(std::vector<double> distance2) {
   constexpr double kMedianChi2_3 = 2.366;
   const auto middle = distance2.begin() + static_cast<std::ptrdiff_t>(distance2.size() / 2);
@@ -209,9 +213,9 @@ class MotionProblem {
 
 }  // namespace
 
-MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences, const StereoCamera& camera,
-                               const Pose& initial_T_previous_current, const OdometrySettings& settings,
-                               std::mt19937_64& random) {
+MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
+                               const StereoCamera& camera, const Pose& initial_T_previous_current,
+                               const OdometrySettings& settings, std::mt19937_64& random) {
   MotionEstimate result;
   result.T_previous_current.pose = initial_T_previous_current;
   result.inlier.assign(correspondences.size(), 0);
@@ -219,7 +223,8 @@ MotionEstimate estimate_motion(std::span<const StereoCorrespondence> corresponde
   if (correspondences.size() < required) return result;
 
   const MotionProblem problem(correspondences, camera, initial_T_previous_current, settings.pixel_sigma_px);
-  Pose pose = ransac(problem, correspondences.size(), initial_T_previous_current, settings.ransac_iterations, random);
+  Pose pose =
+      ransac(problem, correspondences.size(), initial_T_previous_current, settings.ransac_iterations, random);
 
   constexpr int kReselections = 2;
   std::optional<MotionProblem::Solution> solution;

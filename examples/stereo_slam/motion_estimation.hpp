@@ -19,22 +19,23 @@ struct StereoCorrespondence {
 };
 
 struct MotionEstimate {
-  bool valid = false;         ///< enough inliers and a well-posed solution
+  bool valid = false;  ///< enough inliers and a well-posed solution
   PoseEstimate T_previous_current;
   std::vector<std::uint8_t> inlier;  ///< one flag a correspondence
   int inliers = 0;
-  double sigma_px = 0.0;      ///< robust standard deviation of one coordinate, from the residuals
+  double sigma_px = 0.0;  ///< robust standard deviation of one coordinate, from the residuals
 };
 
 /// Relative pose of two stereo frames.
 ///
-/// Both measurements of a point carry the same pixel noise, so the estimate is a two-view bundle adjustment: each
-/// Gauss-Newton step solves for the pose with the points eliminated, then moves the points, in (u, v, d) where their
-/// noise is Gaussian and far points stay unbiased. RANSAC over three correspondences starts it from the largest
-/// consistent set; Cauchy weights guard what is left. The covariance is the inverse of the information, scaled by the
-/// residuals' own variance.
+/// Both measurements of a point carry the same pixel noise, so the estimate is a two-view bundle adjustment:
+/// each Gauss-Newton step solves for the pose with the points eliminated, then moves the points, in (u, v, d)
+/// where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences starts it
+/// from the largest consistent set; Cauchy weights guard what is left. The covariance is the inverse of the
+/// information, scaled by the residuals' own variance.
 [[nodiscard]] MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
-                                             const StereoCamera& camera, const Pose& initial_T_previous_current,
+                                             const StereoCamera& camera,
+                                             const Pose& initial_T_previous_current,
                                              const OdometrySettings& settings, std::mt19937_64& random);
 
 }  // namespace stereo_slam

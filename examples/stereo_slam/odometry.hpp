@@ -6,6 +6,7 @@
 
 #include "camera/stereo_camera.hpp"
 #include "optical_flow.hpp"
+#include "rectification.hpp"
 #include "settings.hpp"
 #include "types.hpp"
 
@@ -15,20 +16,26 @@ namespace stereo_slam {
 struct OdometryResult {
   bool valid = false;
   PoseEstimate T_previous_current;
-  int tracked = 0;                         ///< points that closed the circle
+  int tracked = 0;                          ///< points that closed the circle
   std::vector<Vector2<double>> inliers_px;  ///< where the inliers are in the current left image
 };
 
-/// Points of a frame that the odometry of the next frame will start from: features with a stereo match, spread over
-/// buckets, at least `settings.exclusion_px` from `reserved_px` (features that belong to landmarks).
+/// Points of a frame that the odometry of the next frame will start from: features with a stereo match,
+/// spread over buckets, at least `settings.exclusion_px` from `reserved_px` (features that belong to
+/// landmarks).
 [[nodiscard]] std::vector<StereoPoint> select_odometry_points(const std::vector<Feature>& features,
                                                               const std::vector<Vector2<double>>& reserved_px,
-                                                              const StereoFrame& frame, const Settings& settings);
+                                                              const StereoFrame& frame,
+                                                              const RectificationResidual& rectification,
+                                                              const Settings& settings);
 
-/// Follows the points around the circle previous left, current left, current right, previous right, previous left, and
-/// estimates the motion from those that come back to where they started. `predicted` starts the search.
-[[nodiscard]] OdometryResult estimate_odometry(const StereoPyramid& previous, const std::vector<StereoPoint>& points,
+/// Follows the points around the circle previous left, current left, current right, previous right, previous
+/// left, and estimates the motion from those that come back to where they started. `predicted` starts the
+/// search.
+[[nodiscard]] OdometryResult estimate_odometry(const StereoPyramid& previous,
+                                               const std::vector<StereoPoint>& points,
                                                const StereoPyramid& current, const StereoCamera& camera,
+                                               const RectificationResidual& rectification,
                                                const Pose& predicted_T_previous_current, std::uint64_t seed,
                                                const OdometrySettings& settings);
 

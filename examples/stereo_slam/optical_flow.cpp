@@ -6,7 +6,8 @@
 namespace stereo_slam {
 
 FlowPyramid::FlowPyramid(const cv::Mat& image) {
-  cv::buildOpticalFlowPyramid(image, levels_, {kMaxWindow_px, kMaxWindow_px}, kMaxLevel, /*withDerivatives=*/false);
+  cv::buildOpticalFlowPyramid(image, levels_, {kMaxWindow_px, kMaxWindow_px}, kMaxLevel,
+                              /*withDerivatives=*/false);
 }
 
 StereoPyramid build_pyramids(const StereoFrame& frame) {
@@ -19,8 +20,9 @@ StereoPyramid build_pyramids(const StereoFrame& frame) {
   return pyramids;
 }
 
-FlowResult track_points(const FlowPyramid& from, const FlowPyramid& to, const std::vector<cv::Point2f>& points,
-                        const std::vector<cv::Point2f>& guesses, const FlowOptions& options) {
+FlowResult track_points(const FlowPyramid& from, const FlowPyramid& to,
+                        const std::vector<cv::Point2f>& points, const std::vector<cv::Point2f>& guesses,
+                        const FlowOptions& options) {
   FlowResult result;
   if (points.empty()) return result;
   result.points = guesses;

@@ -9,7 +9,8 @@
 
 namespace stereo_slam {
 
-/// Image pyramid with borders, ready for Lucas-Kanade; built once an image and shared by all that track in it.
+/// Image pyramid with borders, ready for Lucas-Kanade; built once an image and shared by all that track in
+/// it.
 class FlowPyramid {
  public:
   static constexpr int kMaxLevel = 3;
@@ -35,8 +36,8 @@ struct StereoPyramid {
 [[nodiscard]] StereoPyramid build_pyramids(const StereoFrame& frame);
 
 struct FlowOptions {
-  int window_px = 15;    ///< side of the window, at most FlowPyramid::kMaxWindow_px
-  int max_level = 2;     ///< coarsest level used
+  int window_px = 15;  ///< side of the window, at most FlowPyramid::kMaxWindow_px
+  int max_level = 2;   ///< coarsest level used
   int iterations = 20;
   double epsilon_px = 0.01;
 };
@@ -49,7 +50,7 @@ struct FlowResult {
 
 /// Pyramidal Lucas-Kanade flow of `points` (px) from one image to another, starting from `guesses` (as many).
 [[nodiscard]] FlowResult track_points(const FlowPyramid& from, const FlowPyramid& to,
-                                      const std::vector<cv::Point2f>& points, const std::vector<cv::Point2f>& guesses,
-                                      const FlowOptions& options);
+                                      const std::vector<cv::Point2f>& points,
+                                      const std::vector<cv::Point2f>& guesses, const FlowOptions& options);
 
 }  // namespace stereo_slam

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxIterations = 12;
 constexpr double kConverged_px = 0.005;
-constexpr double kMinGradientEnergy = 200.0;  // smallest eigenvalue of the structure tensor, grey levels^2
+constexpr double kMinGradientEnergy = 2000.0;  // smallest eigenvalue of the structure tensor, grey levels^2
 
 [[nodiscard]] bool inside(const cv::Mat& image, double x, double y, double margin_px) {
   return x >= margin_px && y >= margin_px && x < image.cols - 1 - margin_px && y < image.rows - 1 - margin_px;
@@ -29,7 +29,8 @@ constexpr double kMinGradientEnergy = 200.0;  // smallest eigenvalue of the stru
 }
 
 /// Samples the axis-aligned window around a centre: all pixels share one bilinear weight.
-void sample_window(const cv::Mat& image, const Eigen::Vector2d& centre, std::array<float, PatchTemplate::kPixels>& out) {
+void sample_window(const cv::Mat& image, const Eigen::Vector2d& centre,
+                   std::array<float, PatchTemplate::kPixels>& out) {
   const double left = centre.x() - PatchTemplate::kRadius_px;
   const double top = centre.y() - PatchTemplate::kRadius_px;
   const int x0 = static_cast<int>(left);
@@ -64,9 +65,11 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
   const Eigen::Vector2f c = centre_px.cast<float>();
   for (int row = 0; row < kBorderedSide; ++row) {
     for (int column = 0; column < kBorderedSide; ++column) {
-      const Eigen::Vector2f offset(static_cast<float>(column - kRadius_px - 1), static_cast<float>(row - kRadius_px - 1));
+      const Eigen::Vector2f offset(static_cast<float>(column - kRadius_px - 1),
+                                   static_cast<float>(row - kRadius_px - 1));
       const Eigen::Vector2f source = c + A * offset;
-      bordered[static_cast<std::size_t>(row * kBorderedSide + column)] = bilinear(image, source.x(), source.y());
+      bordered[static_cast<std::size_t>(row * kBorderedSide + column)] =
+          bilinear(image, source.x(), source.y());
     }
   }
 
@@ -82,11 +85,13 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
       gradient[0][i] = 0.5F * (centre[1] - centre[-1]);
       gradient[1][i] = 0.5F * (centre[kBorderedSide] - centre[-kBorderedSide]);
       sum += static_cast<double>(*centre);
-      gradient_sum += Eigen::Vector2d(static_cast<double>(gradient[0][i]), static_cast<double>(gradient[1][i]));
+      gradient_sum +=
+          Eigen::Vector2d(static_cast<double>(gradient[0][i]), static_cast<double>(gradient[1][i]));
     }
   }
 
-  // Zero-mean values and gradients eliminate the offset; projecting the values out of the gradients, the gain.
+  // Zero-mean values and gradients eliminate the offset; projecting the values out of the gradients, the
+  // gain.
   const auto mean = static_cast<float>(sum / kPixels);
   const Eigen::Vector2f gradient_mean = (gradient_sum / kPixels).cast<float>();
   double energy = 0.0;
@@ -96,7 +101,8 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
     energy += static_cast<double>(patch.value_[i] * patch.value_[i]);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       gradient[axis][i] -= gradient_mean[static_cast<Eigen::Index>(axis)];
-      along_value[static_cast<Eigen::Index>(axis)] += static_cast<double>(gradient[axis][i] * patch.value_[i]);
+      along_value[static_cast<Eigen::Index>(axis)] +=
+          static_cast<double>(gradient[axis][i] * patch.value_[i]);
     }
   }
   if (!(energy > 0.0)) return std::nullopt;
@@ -120,14 +126,16 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
   return patch;
 }
 
-std::optional<PatchTemplate::Alignment> PatchTemplate::align(const cv::Mat& image, const Eigen::Vector2d& start_px,
+std::optional<PatchTemplate::Alignment> PatchTemplate::align(const cv::Mat& image,
+                                                             const Eigen::Vector2d& start_px,
                                                              double max_shift_px) const {
   std::array<float, kPixels> window;
   Alignment result{start_px, 0.0};
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     if (!inside(image, result.position_px.x(), result.position_px.y(), kRadius_px + 1)) return std::nullopt;
     sample_window(image, result.position_px, window);
-    // value_ and step_ have zero mean, and step_ is orthogonal to value_: offset and gain drop out of the products.
+    // value_ and step_ have zero mean, and step_ is orthogonal to value_: offset and gain drop out of the
+    // products.
     float dot = 0.0F;
     float sum = 0.0F;
     float energy = 0.0F;
@@ -140,7 +148,8 @@ std::optional<PatchTemplate::Alignment> PatchTemplate::align(const cv::Mat& imag
       dx += window[i] * step_[0][i];
       dy += window[i] * step_[1][i];
     }
-    const double variance = static_cast<double>(energy) - static_cast<double>(sum) * static_cast<double>(sum) / kPixels;
+    const double variance =
+        static_cast<double>(energy) - static_cast<double>(sum) * static_cast<double>(sum) / kPixels;
     if (!(variance > 1.0)) return std::nullopt;
     result.correlation = static_cast<double>(dot) / (norm_ * std::sqrt(variance));
     if (!(result.correlation > 0.0)) return std::nullopt;

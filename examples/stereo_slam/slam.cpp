@@ -1,11 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include "slam.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <optional>
 
+#include <Eigen/LU>
+
+#include "associate.hpp"
 #include "features.hpp"
+#include "landmark_projection.hpp"
+#include "map.hpp"
+#include "match_refinement.hpp"
 #include "odometry.hpp"
 #include "optical_flow.hpp"
+#include "rectification.hpp"
+#include "spatial_index.hpp"
+#include "stereo_matching.hpp"
+#include "update.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -25,55 +37,259 @@ class StageClock {
   std::vector<StageTime> times_;
 };
 
+/// Camera that landmarks and poses are relative to.
+struct Keyframe {
+  std::size_t frame = 0;
+  PoseEstimate T_world_keyframe;
+};
+
+/// Pose of a frame relative to its keyframe.
+struct TrackedFrame {
+  std::size_t keyframe = 0;
+  PoseEstimate T_keyframe_camera;
+};
+
+/// Pose of a keyframe in itself: known, up to what the densities' floors leave.
+[[nodiscard]] PoseDensity certain_pose() {
+  constexpr double kVariance = 1e-10;
+  return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
+}
+
+/// d (u, v, d) in the camera at `T_keyframe_camera` / d disparity in the keyframe.
+[[nodiscard]] Vector3<double> disparity_jacobian(const StereoPoint& z, const Pose& T_keyframe_camera,
+                                                 const StereoCamera& camera) {
+  const Vector3<double> p_camera = T_keyframe_camera.inverse() * camera.back_project(z);
+  return camera.projection_jacobian(p_camera) * T_keyframe_camera.rotation_matrix().transpose() *
+         camera.back_projection_jacobian(z).col(2);
+}
+
+[[nodiscard]] std::vector<Vector2<double>> positions(const std::vector<Match>& matches) {
+  std::vector<Vector2<double>> result;
+  result.reserve(matches.size());
+  for (const auto& match : matches) result.push_back(match.z.head<2>());
+  return result;
+}
+
 }  // namespace
 
 struct Slam::State {
   StereoCamera camera;
   Settings settings;
+
+  std::vector<Keyframe> keyframes;
+  std::vector<TrackedFrame> frames;
+  PoseDensity posterior = certain_pose();  // T_keyframe_camera of the last frame
+  Map map;
+  std::size_t keyframe_landmarks = 0;  // when the keyframe was taken
+  cv::Mat keyframe_left;
+
+  RectificationEstimator rectification;
+
   StereoPyramid previous;
   std::vector<StereoPoint> odometry_points;
   Pose last_motion = Pose::identity();
-  std::vector<PoseEstimate> trajectory;
+
+  [[nodiscard]] bool anchored() const { return settings.map.layout == MapLayout::kAnchored; }
+
+  [[nodiscard]] PoseEstimate in_world(const PoseEstimate& T_keyframe_camera) const {
+    return compose(keyframes.back().T_world_keyframe, T_keyframe_camera);
+  }
+
+  void start(const StereoFrame& frame, const StereoFeatures& features) {
+    keyframes.push_back({frame.index, PoseEstimate{}});
+    add_landmarks(frame, features.left, {});
+    begin_keyframe(frame);
+  }
+
+  [[nodiscard]] std::vector<Match> find_landmarks(const StereoFrame& frame, const StereoFeatures& features,
+                                                  const StereoPyramid& pyramids,
+                                                  const OdometryResult& odometry,
+                                                  const PoseDensity& prior) const {
+    const PoseEstimate expected = to_estimate(prior);
+    const auto predicted = project_landmarks(map.landmarks(), expected, camera, settings.map.max_baselines);
+    const auto flow = gate_by_flow(predicted, map.landmarks(), to_estimate(posterior).pose, camera,
+                                   previous.left, pyramids.left, settings.association);
+    const StereoFeatures usable{exclude_features(features.left, odometry.inliers_px, frame.left.size(),
+                                                 settings.odometry.exclusion_px),
+                                features.right};
+    const auto matches =
+        associate(predicted, map.landmarks(), flow, usable, frame.left.size(), settings.association);
+    if (!anchored() || !settings.refinement.enabled) return matches;
+    return refine_matches(matches, predicted, flow, map.landmarks(), keyframe_left, frame, expected.pose,
+                          camera, rectification.current(), settings.refinement);
+  }
+
+  /// New landmarks from features that have a stereo match and are away from `reserved_px`.
+  void add_landmarks(const StereoFrame& frame, const std::vector<Feature>& features,
+                     const std::vector<Vector2<double>>& reserved_px) {
+    auto free = exclude_features(features, reserved_px, frame.left.size(), settings.odometry.exclusion_px);
+    std::stable_sort(free.begin(), free.end(), [](auto& a, auto& b) { return a.response > b.response; });
+    std::vector<Vector2<double>> candidates;
+    for (const auto& feature : free) candidates.push_back(feature.position_px);
+    std::vector<Vector2<double>> chosen_px;
+    std::vector<Descriptor> chosen_descriptors;
+    for (const std::size_t i :
+         spread_over_buckets(candidates, frame.left.size(), settings.map.cell_px,
+                             static_cast<std::size_t>(settings.map.max_new_landmarks))) {
+      chosen_px.push_back(candidates[i]);
+      chosen_descriptors.push_back(free[i].descriptor);
+    }
+    const auto stereo =
+        match_stereo(frame.left, frame.right, chosen_px, rectification.current(), settings.stereo);
+    std::vector<RectificationResidual::Measurement> rows;
+    std::vector<StereoPoint> measurements;
+    std::vector<Descriptor> descriptors;
+    for (std::size_t i = 0; i < stereo.size(); ++i) {
+      if (!stereo[i]) continue;
+      rows.push_back(*stereo[i]);
+      measurements.push_back(stereo[i]->z);
+      descriptors.push_back(chosen_descriptors[i]);
+    }
+    map.add(measurements, descriptors, to_estimate(posterior),
+            stereo_pixel_covariance(settings.map.pixel_sigma_px), frame, camera, settings.map);
+    if (settings.rectification.refine) rectification.add_rows(rows);
+  }
+
+  /// Lets the landmarks of the ending keyframe, last seen in this frame, tell about the rectification.
+  void refine_rectification(const std::vector<Match>& matches) {
+    if (!settings.rectification.refine || !settings.refinement.enabled) return;
+    const Pose T_keyframe_camera = to_estimate(posterior).pose;
+    std::vector<BiasConstraint> constraints;
+    for (const auto& match : matches) {
+      const Landmark& landmark = map.landmarks()[match.landmark];
+      const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
+      const auto first = project(point, Pose::identity(), camera);
+      const auto second = project(point, T_keyframe_camera, camera);
+      if (!first || !second) continue;
+      const Matrix3<double> S = match.predicted.landmark_part + match.R;
+      constraints.push_back({match.z - *second, S.inverse(), pose_jacobian(point, T_keyframe_camera, camera),
+                             disparity_jacobian(*first, T_keyframe_camera, camera), first->head<2>(),
+                             match.z.head<2>()});
+    }
+    rectification.add_motion(constraints);
+    rectification.advance();
+  }
+
+  [[nodiscard]] bool needs_keyframe(const StereoFrame& frame, std::size_t matches) const {
+    const auto& rule = settings.keyframes;
+    return anchored() &&
+           (static_cast<double>(matches) < rule.min_match_ratio * static_cast<double>(keyframe_landmarks) ||
+            matches < static_cast<std::size_t>(rule.min_matches) ||
+            frame.index >= keyframes.back().frame + static_cast<std::size_t>(rule.max_frames));
+  }
+
+  /// Makes the current camera the reference of pose and landmarks.
+  void change_keyframe(const StereoFrame& frame, const StereoFeatures& features,
+                       const std::vector<Match>& matches) {
+    refine_rectification(matches);
+    keyframes.push_back({frame.index, in_world(to_estimate(posterior))});
+    posterior = certain_pose();
+    map.restart(keyframes.size() - 1, camera);
+    add_landmarks(frame, features.left, {});
+    begin_keyframe(frame);
+  }
+
+  void begin_keyframe(const StereoFrame& frame) {
+    keyframe_landmarks = map.landmarks().size();
+    keyframe_left = frame.left.clone();
+  }
 };
 
-Slam::Slam(const StereoCamera& camera, const Settings& settings)
-    : state_(std::make_unique<State>(State{camera, settings, {}, {}, Pose::identity(), {}})) {}
+Slam::Slam(const StereoCamera& camera, const Settings& settings) : state_(std::make_unique<State>()) {
+  state_->camera = camera;
+  state_->settings = settings;
+  state_->rectification = RectificationEstimator(camera, settings.rectification);
+}
 Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
 Slam& Slam::operator=(Slam&&) noexcept = default;
 
 FrameResult Slam::process(const StereoFrame& frame) {
-  StageClock clock;
   State& s = *state_;
+  StageClock clock;
   FrameResult result;
   result.index = frame.index;
   result.stamp_ns = frame.stamp_ns;
+
   const auto features = extract_features(frame, s.settings.features);
-  clock.lap("features");
   const auto pyramids = build_pyramids(frame);
-  clock.lap("pyramids");
-  PoseEstimate pose = s.trajectory.empty() ? PoseEstimate{} : s.trajectory.back();
-  if (!s.trajectory.empty()) {
-    const auto odometry = estimate_odometry(s.previous, s.odometry_points, pyramids, s.camera, s.last_motion,
-                                            s.settings.seed + frame.index, s.settings.odometry);
-    s.last_motion = odometry.T_previous_current.pose;
-    pose.pose = pose.pose * s.last_motion;
-    result.odometry = odometry.T_previous_current;
-    result.status = odometry.valid ? TrackingStatus::kOk : TrackingStatus::kLost;
-    result.matches = static_cast<int>(odometry.inliers_px.size());
+  clock.lap("features");
+
+  std::vector<Match> matches;
+  std::vector<Vector2<double>> landmarks_px;
+  if (s.keyframes.empty()) {
+    s.start(frame, features);
+    result.is_keyframe = true;
+  } else {
+    const auto odometry =
+        estimate_odometry(s.previous, s.odometry_points, pyramids, s.camera, s.rectification.current(),
+                          s.last_motion, s.settings.seed + frame.index, s.settings.odometry);
     clock.lap("odometry");
+
+    const auto prior = predict_pose(s.posterior, odometry.T_previous_current, odometry.valid, s.settings);
+    clock.lap("predict");
+
+    matches = s.find_landmarks(frame, features, pyramids, odometry, prior);
+    clock.lap("associate");
+
+    const auto update = update_pose(prior, matches, s.map.landmarks(), s.camera, s.settings.update);
+    clock.lap("update");
+
+    const Pose before = to_estimate(s.posterior).pose;
+    s.posterior = update.posterior;
+    s.last_motion = (before.inverse() * to_estimate(s.posterior).pose).renormalized();
+    s.map.mark_seen(matches, features.left, frame.index);
+    if (s.settings.map.update_landmarks) s.map.update(matches, s.posterior, s.camera);
+    s.map.cull(frame.index, s.settings.map.cull_after_frames, s.camera);
+    landmarks_px = positions(matches);
+    if (!s.anchored()) s.add_landmarks(frame, features.left, landmarks_px);
+
+    result.status = update.converged ? TrackingStatus::kOk
+                    : odometry.valid ? TrackingStatus::kWeak
+                                     : TrackingStatus::kLost;
+    result.odometry = odometry.T_previous_current;
+    result.matches = static_cast<int>(matches.size());
+    result.nis = update.nis;
+    result.nis_dof = update.nis_dof;
+    result.is_keyframe = s.needs_keyframe(frame, matches.size());
   }
-  s.odometry_points = select_odometry_points(features.left, {}, frame, s.settings);
-  clock.lap("stereo");
+
+  s.frames.push_back({s.keyframes.size() - 1, to_estimate(s.posterior)});
+  result.T_world_camera = s.in_world(s.frames.back().T_keyframe_camera);
+  if (result.is_keyframe && s.keyframes.back().frame != frame.index)
+    s.change_keyframe(frame, features, matches);
+  clock.lap("map");
+
+  for (const auto& landmark : s.map.landmarks()) {
+    if (landmark.last_seen == frame.index) landmarks_px.push_back(landmark.last_px);
+  }
+  s.odometry_points =
+      select_odometry_points(features.left, landmarks_px, frame, s.rectification.current(), s.settings);
   s.previous = pyramids;
-  s.trajectory.push_back(pose);
+  clock.lap("stereo");
+
   result.features = static_cast<int>(features.left.size());
-  result.T_world_camera = pose;
+  result.landmarks = static_cast<int>(s.map.landmarks().size());
   result.times = clock.times();
   return result;
 }
 
-std::vector<PoseEstimate> Slam::trajectory() const { return state_->trajectory; }
-std::vector<MapPoint> Slam::map_points() const { return {}; }
+std::vector<PoseEstimate> Slam::trajectory() const {
+  std::vector<PoseEstimate> result;
+  result.reserve(state_->frames.size());
+  for (const auto& frame : state_->frames) {
+    result.push_back(compose(state_->keyframes[frame.keyframe].T_world_keyframe, frame.T_keyframe_camera));
+  }
+  return result;
+}
+
+std::vector<MapPoint> Slam::map_points() const {
+  std::vector<MapPoint> result;
+  for (const auto& point : state_->map.points(state_->camera)) {
+    result.push_back(
+        {state_->keyframes[point.keyframe].T_world_keyframe.pose * point.position, point.intensity});
+  }
+  return result;
+}
 
 }  // namespace stereo_slam

@@ -10,7 +10,8 @@
 
 namespace stereo_slam {
 
-/// The stereo SLAM of the DQV-SLAM paper's Fig. 2. Frames go in one by one, in order; no threads, no input or output.
+/// The stereo SLAM of the DQV-SLAM paper's Fig. 2. Frames go in one by one, in order; no threads, no input or
+/// output.
 class Slam {
  public:
   Slam(const StereoCamera& camera, const Settings& settings);

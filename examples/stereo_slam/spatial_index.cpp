@@ -28,9 +28,8 @@ int SpatialIndex::row(double y) const {
 
 bool SpatialIndex::any_within(const Vector2<double>& centre_px, double radius_px) const {
   bool found = false;
-  for_each_in_box(centre_px, Vector2<double>::Constant(radius_px), [&](std::size_t i) {
-    found = found || (points_px_[i] - centre_px).norm() <= radius_px;
-  });
+  for_each_in_box(centre_px, Vector2<double>::Constant(radius_px),
+                  [&](std::size_t i) { found = found || (points_px_[i] - centre_px).norm() <= radius_px; });
   return found;
 }
 

@@ -17,7 +17,8 @@ class SpatialIndex {
 
   /// Calls `visit(index)` for every point in the box around `centre_px`, by cell, then by index.
   template <class Visit>
-  void for_each_in_box(const Vector2<double>& centre_px, const Vector2<double>& half_size_px, Visit&& visit) const {
+  void for_each_in_box(const Vector2<double>& centre_px, const Vector2<double>& half_size_px,
+                       Visit&& visit) const {
     const int first_column = column(centre_px.x() - half_size_px.x());
     const int last_column = column(centre_px.x() + half_size_px.x());
     const int first_row = row(centre_px.y() - half_size_px.y());
@@ -47,8 +48,8 @@ class SpatialIndex {
   std::vector<std::vector<std::size_t>> cells_;
 };
 
-/// Indices of at most `count` points: the first of every bucket, then the second of every bucket, and so on; the last,
-/// incomplete round is taken evenly over the image. Points come strongest first.
+/// Indices of at most `count` points: the first of every bucket, then the second of every bucket, and so on;
+/// the last, incomplete round is taken evenly over the image. Points come strongest first.
 [[nodiscard]] std::vector<std::size_t> spread_over_buckets(const std::vector<Vector2<double>>& points_px,
                                                            cv::Size image, int bucket_px, std::size_t count);
 

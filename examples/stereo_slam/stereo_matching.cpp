@@ -27,15 +27,17 @@ constexpr int kSide_px = 2 * kRadius_px + 1;
 
 /// Integer disparity of the best window on the row, when no other disparity comes close to it.
 [[nodiscard]] std::optional<int> search_row(const cv::Mat& left, const cv::Mat& right, cv::Point centre,
-                                            const StereoMatchingSettings& settings) {
+                                            int right_row, const StereoMatchingSettings& settings) {
   const cv::Point corner(centre.x - kRadius_px, centre.y - kRadius_px);
-  if (corner.x < 0 || corner.y < 0 || corner.x + kSide_px > left.cols || corner.y + kSide_px > left.rows) {
+  const int right_top = right_row - kRadius_px;
+  if (corner.x < 0 || std::min(corner.y, right_top) < 0 || corner.x + kSide_px > left.cols ||
+      std::max(corner.y, right_top) + kSide_px > left.rows) {
     return std::nullopt;
   }
   const int max_disparity = std::min(settings.max_disparity_px, corner.x);
   std::vector<int> cost(static_cast<std::size_t>(max_disparity) + 1);
   for (int d = 0; d <= max_disparity; ++d) {
-    cost[static_cast<std::size_t>(d)] = absolute_difference(left, right, corner, {corner.x - d, corner.y});
+    cost[static_cast<std::size_t>(d)] = absolute_difference(left, right, corner, {corner.x - d, right_top});
   }
   const int best = static_cast<int>(std::min_element(cost.begin(), cost.end()) - cost.begin());
   int rival = std::numeric_limits<int>::max();
@@ -47,31 +49,33 @@ constexpr int kSide_px = 2 * kRadius_px + 1;
   return best;
 }
 
-[[nodiscard]] std::optional<StereoPoint> match_point(const cv::Mat& left, const cv::Mat& right,
-                                                     const Vector2<double>& point_px,
-                                                     const StereoMatchingSettings& settings) {
-  const cv::Point centre(static_cast<int>(std::lround(point_px.x())), static_cast<int>(std::lround(point_px.y())));
-  const auto disparity = search_row(left, right, centre, settings);
+[[nodiscard]] std::optional<RectificationResidual::Measurement> match_point(
+    const cv::Mat& left, const cv::Mat& right, const Vector2<double>& point_px,
+    const RectificationResidual& rectification, const StereoMatchingSettings& settings) {
+  const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
+  const double right_row = rectification.right_position({point_px.x(), point_px.y(), 0.0}).y();
+  const auto disparity =
+      search_row(left, right, {rounded(point_px.x()), rounded(point_px.y())}, rounded(right_row), settings);
   if (!disparity) return std::nullopt;
   const auto patch = PatchTemplate::extract(left, point_px);
   if (!patch) return std::nullopt;
-  const auto found = patch->align(right, point_px - Vector2<double>(*disparity, 0.0));
+  const auto found = patch->align(right, {point_px.x() - *disparity, right_row});
   if (!found || found->correlation < settings.min_correlation) return std::nullopt;
-  if (std::abs(found->position_px.y() - point_px.y()) > settings.max_row_error_px) return std::nullopt;
-  const double refined = point_px.x() - found->position_px.x();
-  if (refined < settings.min_disparity_px) return std::nullopt;
-  return StereoPoint(point_px.x(), point_px.y(), refined);
+  const auto measured = rectification.measure(point_px, found->position_px);
+  if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;
+  if (measured.z.z() < settings.min_disparity_px) return std::nullopt;
+  return measured;
 }
 
 }  // namespace
 
-std::vector<std::optional<StereoPoint>> match_stereo(const cv::Mat& left, const cv::Mat& right,
-                                                     const std::vector<Vector2<double>>& points_px,
-                                                     const StereoMatchingSettings& settings) {
-  std::vector<std::optional<StereoPoint>> matches(points_px.size());
+std::vector<std::optional<RectificationResidual::Measurement>> match_stereo(
+    const cv::Mat& left, const cv::Mat& right, const std::vector<Vector2<double>>& points_px,
+    const RectificationResidual& rectification, const StereoMatchingSettings& settings) {
+  std::vector<std::optional<RectificationResidual::Measurement>> matches(points_px.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(points_px.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      matches[i] = match_point(left, right, points_px[i], settings);
+      matches[i] = match_point(left, right, points_px[i], rectification, settings);
     }
   });
   return matches;

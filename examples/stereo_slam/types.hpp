@@ -17,6 +17,7 @@
 /// Data that the stages of the SLAM hand to each other. Pixels, metres, radians; `T_a_b` maps b to a.
 namespace stereo_slam {
 
+using antipode::Matrix2;
 using antipode::Matrix3;
 using antipode::Matrix6;
 using antipode::Vector2;
@@ -53,15 +54,20 @@ enum class TrackingStatus { kInitializing, kOk, kWeak, kLost };
 
 [[nodiscard]] constexpr const char* to_string(TrackingStatus status) noexcept {
   switch (status) {
-    case TrackingStatus::kInitializing: return "INITIALIZING";
-    case TrackingStatus::kOk: return "OK";
-    case TrackingStatus::kWeak: return "WEAK";
-    case TrackingStatus::kLost: return "LOST";
+    case TrackingStatus::kInitializing:
+      return "INITIALIZING";
+    case TrackingStatus::kOk:
+      return "OK";
+    case TrackingStatus::kWeak:
+      return "WEAK";
+    case TrackingStatus::kLost:
+      return "LOST";
   }
   return "UNKNOWN";
 }
 
-/// Pose with the covariance of its right perturbation: T = mean * exp(xi), xi = (rotation, translation) in rad and m.
+/// Pose with the covariance of its right perturbation: T = mean * exp(xi), xi = (rotation, translation) in
+/// rad and m.
 struct PoseEstimate {
   Pose pose = Pose::identity();
   Matrix6<double> covariance = Matrix6<double>::Zero();

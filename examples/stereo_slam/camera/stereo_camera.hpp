@@ -36,7 +36,8 @@ struct StereoCamera {
   /// As project(), for points known to have Z > 0.
   [[nodiscard]] Vector3 project_unchecked(const Vector3& p) const {
     const double inverse_depth = 1.0 / p.z();
-    return {fx * p.x() * inverse_depth + cx, fy * p.y() * inverse_depth + cy, fx * baseline_m * inverse_depth};
+    return {fx * p.x() * inverse_depth + cx, fy * p.y() * inverse_depth + cy,
+            fx * baseline_m * inverse_depth};
   }
 
   /// Point in camera coordinates of a measurement with positive disparity.
@@ -71,8 +72,8 @@ struct StereoCamera {
   }
 };
 
-/// Covariance of (u, v, d) when u_left, u_right and v carry independent errors of `sigma_px` each: the disparity is
-/// correlated with u_left and has twice its variance.
+/// Covariance of (u, v, d) when u_left, u_right and v carry independent errors of `sigma_px` each: the
+/// disparity is correlated with u_left and has twice its variance.
 [[nodiscard]] inline Eigen::Matrix3d stereo_pixel_covariance(double sigma_px) {
   Eigen::Matrix3d R;
   R << 1.0, 0.0, 1.0,  //

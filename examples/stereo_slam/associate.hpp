@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "features.hpp"
+#include "landmark_projection.hpp"
+#include "optical_flow.hpp"
+#include "settings.hpp"
+#include "types.hpp"
+
+namespace stereo_slam {
+
+/// Landmark found in the current frame.
+struct Match {
+  std::size_t landmark = 0;     ///< index in the list of landmarks
+  StereoPoint z;                ///< where it was seen
+  Matrix3<double> R;            ///< pixel noise of z
+  PredictedLandmark predicted;  ///< where it was expected
+  std::optional<std::size_t>
+      left_feature;  ///< matched feature of the left image, if descriptors made the match
+};
+
+/// Features of the current frame that are at least `radius_px` from `used_px` in the left image.
+[[nodiscard]] std::vector<Feature> exclude_features(const std::vector<Feature>& features,
+                                                    const std::vector<Vector2<double>>& used_px,
+                                                    cv::Size image, double radius_px);
+
+/// Observed flow, ending in the current left image, of each predicted landmark; nothing where it disagrees
+/// with the predicted flow in length or direction, as on moving objects (sec. IV-C, Fig. 4 a), or could not
+/// be followed.
+[[nodiscard]] std::vector<std::optional<Vector2<double>>> gate_by_flow(
+    const std::vector<PredictedLandmark>& predicted, const std::vector<Landmark>& landmarks,
+    const Pose& T_reference_previous, const StereoCamera& camera, const FlowPyramid& previous,
+    const FlowPyramid& current, const AssociationSettings& settings);
+
+/// Pairs landmarks that passed the flow gate with features of both images by Mahalanobis and descriptor
+/// distance, and keeps the pairs that satisfy the epipolar constraint (sec. IV-C). A left feature serves one
+/// landmark.
+[[nodiscard]] std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
+                                           const std::vector<Landmark>& landmarks,
+                                           const std::vector<std::optional<Vector2<double>>>& flow,
+                                           const StereoFeatures& features, cv::Size image,
+                                           const AssociationSettings& settings);
+
+}  // namespace stereo_slam

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "update.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+
+#include <antipode/filters/predict.hpp>
+#include <antipode/filters/progressive_update.hpp>
+#include <antipode/filters/quadratic_update.hpp>
+#include <antipode/sampling/pose_rules.hpp>
+
+#include "pose_likelihood.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// Noise v_k of the prediction.
+[[nodiscard]] Matrix6<double> motion_covariance(const PoseEstimate& T_previous_current, bool odometry_valid,
+                                                const MotionSettings& settings) {
+  const auto diagonal = [](double rotation_sigma_rad, double translation_sigma_m) {
+    Vector6<double> variance;
+    variance << Vector3<double>::Constant(rotation_sigma_rad * rotation_sigma_rad),
+        Vector3<double>::Constant(translation_sigma_m * translation_sigma_m);
+    return Matrix6<double>(variance.asDiagonal());
+  };
+  if (!odometry_valid) return diagonal(settings.lost_rotation_sigma_rad, settings.lost_translation_sigma_m);
+  return settings.covariance_scale * T_previous_current.covariance +
+         diagonal(settings.min_rotation_sigma_rad, settings.min_translation_sigma_m);
+}
+
+/// The density without its correlation of orientation and translation.
+[[nodiscard]] PoseDensity decoupled(const PoseDensity& density) {
+  return PoseDensity::independent(density.orientation(), density.mean_translation(),
+                                  density.translation_covariance());
+}
+
+/// Order in which consecutive subsets are each spread over the image: round-robin over matches sorted by
+/// column.
+[[nodiscard]] std::vector<Match> interleaved(const std::vector<Match>& matches, int max_subset) {
+  std::vector<std::size_t> by_column(matches.size());
+  std::iota(by_column.begin(), by_column.end(), std::size_t{0});
+  std::sort(by_column.begin(), by_column.end(),
+            [&](std::size_t a, std::size_t b) { return matches[a].z.x() < matches[b].z.x(); });
+  const std::size_t subsets =
+      (matches.size() + static_cast<std::size_t>(max_subset) - 1) / static_cast<std::size_t>(max_subset);
+  std::vector<Match> result;
+  result.reserve(matches.size());
+  for (std::size_t first = 0; first < subsets; ++first) {
+    for (std::size_t i = first; i < by_column.size(); i += subsets) result.push_back(matches[by_column[i]]);
+  }
+  return result;
+}
+
+/// Alg. 2 on subsets of the correspondences, orientation and translation independent (sec. IV-D).
+[[nodiscard]] PoseUpdate update_as_in_paper(const PoseDensity& prior, const std::vector<Match>& matches,
+                                            const std::vector<Landmark>& landmarks,
+                                            const StereoCamera& camera, const UpdateSettings& settings) {
+  const auto ordered = interleaved(matches, settings.max_correspondences);
+  const auto likelihood_of = [&](int begin, int end) {
+    const std::span<const Match> all(ordered);
+    return PoseLikelihood(all.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin)),
+                          landmarks, camera, settings.robust_cap);
+  };
+  const auto result = antipode::progressive_update_subsets(
+      prior, static_cast<int>(ordered.size()), likelihood_of, antipode::PaperPoseRule{},
+      {.tau = settings.tau, .keep_coupling = false},
+      {.max_size = settings.max_correspondences,
+       .min_translation_sigma_m = settings.regularizer_sigma_m,
+       .forgetting = settings.regularizer_forgetting});
+  return {result.posterior, result.status == antipode::UpdateStatus::kConverged, result.steps};
+}
+
+/// Alg. 2 with points that are exact to degree 5 and the coupling.
+[[nodiscard]] PoseUpdate update_progressively(const PoseDensity& prior, const PoseLikelihood& likelihood,
+                                              const UpdateSettings& settings) {
+  const auto result =
+      antipode::progressive_update(prior, likelihood, antipode::RichPoseRule{}, {.tau = settings.tau});
+  return {result.posterior, result.status == antipode::UpdateStatus::kConverged, result.steps};
+}
+
+[[nodiscard]] PoseUpdate update_quadratically(const PoseDensity& prior, const PoseLikelihood& likelihood) {
+  const auto result = antipode::quadratic_update(antipode::to_pose_gaussian(prior), likelihood);
+  return {antipode::to_bingham_gaussian(result.posterior),
+          result.status == antipode::UpdateStatus::kConverged, result.steps};
+}
+
+/// Squared distance of the measurements from the posterior plus that of the posterior from the prior: for
+/// linear models the normalised innovation squared.
+[[nodiscard]] double innovation_squared(const PoseDensity& prior, const PoseDensity& posterior,
+                                        const PoseLikelihood& likelihood) {
+  const Vector6<double> correction = posterior.pose().boxminus(prior.pose());
+  return likelihood.squared_distance(posterior.pose()) +
+         correction.dot(prior.covariance().ldlt().solve(correction));
+}
+
+}  // namespace
+
+PoseDensity predict_pose(const PoseDensity& posterior, const PoseEstimate& T_previous_current,
+                         bool odometry_valid, const Settings& settings) {
+  const Matrix6<double> covariance = motion_covariance(T_previous_current, odometry_valid, settings.motion);
+  if (settings.update.method == PoseUpdateMethod::kPaper) {
+    const auto noise = decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance));
+    return antipode::predict(posterior, T_previous_current.pose, noise, antipode::PaperPoseRule{},
+                             {.keep_coupling = false});
+  }
+  return antipode::to_bingham_gaussian(antipode::predict_closed_form(
+      antipode::to_pose_gaussian(posterior), T_previous_current.pose, {Pose::identity(), covariance}));
+}
+
+PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches,
+                       const std::vector<Landmark>& landmarks, const StereoCamera& camera,
+                       const UpdateSettings& settings) {
+  if (settings.method == PoseUpdateMethod::kNone) return {.posterior = prior, .converged = true};
+  if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
+  const PoseLikelihood likelihood(matches, landmarks, camera, settings.robust_cap);
+  PoseUpdate update = [&] {
+    switch (settings.method) {
+      case PoseUpdateMethod::kPaper:
+        return update_as_in_paper(prior, matches, landmarks, camera, settings);
+      case PoseUpdateMethod::kProgressive:
+        return update_progressively(prior, likelihood, settings);
+      case PoseUpdateMethod::kQuadratic:
+      case PoseUpdateMethod::kNone:
+        break;
+    }
+    return update_quadratically(prior, likelihood);
+  }();
+  update.nis = innovation_squared(prior, update.posterior, likelihood);
+  update.nis_dof = likelihood.dimension();
+  return update;
+}
+
+PoseEstimate to_estimate(const PoseDensity& density) { return {density.pose(), density.covariance()}; }
+
+PoseEstimate compose(const PoseEstimate& T_a_b, const PoseEstimate& T_b_c) {
+  const auto composed = antipode::predict_closed_form<double>({T_a_b.pose, T_a_b.covariance}, T_b_c.pose,
+                                                              {Pose::identity(), T_b_c.covariance});
+  return {composed.pose, composed.covariance};
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "map.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include "scenes.hpp"
+#include "support/catch.hpp"
+#include "update.hpp"
+
+namespace stereo_slam {
+namespace {
+
+StereoFrame grey_frame(std::size_t index) {
+  return {index, 0, cv::Mat(376, 1241, CV_8UC1, cv::Scalar(80)), cv::Mat(376, 1241, CV_8UC1, cv::Scalar(80))};
+}
+
+StereoPoint at_depth(double z_m) {
+  const StereoCamera camera = test::kitti_camera();
+  return {700.0, 150.0, camera.fx * camera.baseline_m / z_m};
+}
+
+Map map_of(const std::vector<StereoPoint>& measurements, const PoseEstimate& pose = {}) {
+  Map map;
+  map.add(measurements, std::vector<Descriptor>(measurements.size()), pose, stereo_pixel_covariance(0.4),
+          grey_frame(0), test::kitti_camera(), {});
+  return map;
+}
+
+TEST_CASE("Near points become Euclidean landmarks, far ones inverse depth, too far ones none",
+          "[stereo_slam][map]") {
+  const Map map =
+      map_of({at_depth(10.0), at_depth(30.0), at_depth(80.0)});  // 40 baselines are 21 m, 140 are 75 m
+  REQUIRE(map.landmarks().size() == 2);
+  CHECK(map.landmarks()[0].form == LandmarkForm::kEuclidean);
+  CHECK(map.landmarks()[0].mean.z() == Approx(10.0));
+  CHECK(map.landmarks()[1].form == LandmarkForm::kInverseDepth);
+  CHECK((map.landmarks()[1].mean - at_depth(30.0)).norm() < 1e-12);
+  CHECK(map.landmarks()[0].id != map.landmarks()[1].id);
+  CHECK(map.landmarks()[0].intensity == 80);
+}
+
+TEST_CASE("A new landmark is as uncertain as its pixels and its pose", "[stereo_slam][map]") {
+  constexpr int kSamples = 20000;
+  std::mt19937_64 random(1);
+  const StereoCamera camera = test::kitti_camera();
+  PoseEstimate pose;
+  pose.pose = test::car_motion(4.0);
+  pose.covariance.diagonal() << 1e-6, 4e-6, 1e-6, 1e-4, 1e-4, 4e-4;
+  pose.covariance(1, 3) = pose.covariance(3, 1) = -1e-5;
+  const StereoPoint z = at_depth(9.0);
+  const Map map = map_of({z}, pose);
+  const Matrix6<double> L = pose.covariance.llt().matrixL();
+  Vector3<double> mean = Vector3<double>::Zero();
+  Matrix3<double> second = Matrix3<double>::Zero();
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < kSamples; ++i) {
+    Vector6<double> n;
+    for (double& x : n) x = normal(random);
+    const Vector3<double> p =
+        pose.pose.boxplus(Vector6<double>(L * n)) * camera.back_project(z + test::stereo_noise(random, 0.4));
+    mean += p / kSamples;
+    second += p * p.transpose() / kSamples;
+  }
+  const Matrix3<double> expected = second - mean * mean.transpose();
+  const Matrix3<double>& actual = map.landmarks()[0].covariance;
+  CAPTURE(expected, actual);
+  CHECK((actual - expected).norm() < 0.05 * expected.norm());  // 1 % of sampling noise, the rest second order
+}
+
+TEST_CASE("Unseen landmarks are culled, established ones stay in the archive", "[stereo_slam][map]") {
+  const StereoCamera camera = test::kitti_camera();
+  Map map = map_of({at_depth(10.0), at_depth(12.0)});
+  Match seen;
+  seen.landmark = 0;
+  seen.z = at_depth(10.0);
+  for (std::size_t frame = 1; frame <= 3; ++frame) map.mark_seen({seen}, {}, frame);
+  map.cull(5, 5, camera);
+  CHECK(map.landmarks().size() == 2);
+  map.cull(6, 5, camera);
+  REQUIRE(map.landmarks().size() == 1);
+  CHECK(map.landmarks()[0].last_seen == 3);
+  map.cull(20, 5, camera);
+  CHECK(map.landmarks().empty());
+  REQUIRE(map.points(camera).size() == 1);  // the other was seen once only
+  CHECK(map.points(camera)[0].position.z() == Approx(10.0));
+}
+
+TEST_CASE("A restart archives under the old keyframe and begins anew", "[stereo_slam][map]") {
+  const StereoCamera camera = test::kitti_camera();
+  Map map = map_of({at_depth(10.0)});
+  Match seen;
+  seen.z = at_depth(10.0);
+  for (std::size_t frame = 1; frame <= 3; ++frame) map.mark_seen({seen}, {}, frame);
+  map.restart(7, camera);
+  CHECK(map.landmarks().empty());
+  REQUIRE(map.points(camera).size() == 1);
+  CHECK(map.points(camera)[0].keyframe == 0);
+}
+
+TEST_CASE("Updating landmarks shrinks their covariances and keeps them positive", "[stereo_slam][map]") {
+  std::mt19937_64 random(2);
+  const StereoCamera camera = test::kitti_camera();
+  Map map = map_of({at_depth(10.0), at_depth(40.0)});
+  const auto pose = PoseDensity::from_pose_covariance(Pose::identity(), 1e-8 * Matrix6<double>::Identity());
+  std::vector<double> before;
+  for (const auto& landmark : map.landmarks()) before.push_back(landmark.covariance.trace());
+  std::vector<Match> matches;
+  for (std::size_t i = 0; i < 2; ++i) {
+    Match match;
+    match.landmark = i;
+    match.z = at_depth(i == 0 ? 10.0 : 40.0) + test::stereo_noise(random, 0.3);
+    match.R = stereo_pixel_covariance(0.4);
+    matches.push_back(match);
+  }
+  map.update(matches, pose, camera);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& P = map.landmarks()[i].covariance;
+    CHECK(P.trace() < 0.75 * before[i]);
+    CHECK(Eigen::SelfAdjointEigenSolver<Matrix3<double>>(P).eigenvalues()[0] > 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace stereo_slam
