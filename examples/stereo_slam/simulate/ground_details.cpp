@@ -2,8 +2,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "ground.hpp"
 #include "random.hpp"
-#include "town.hpp"
 
 namespace stereo_slam::simulate {
 namespace {
@@ -74,12 +74,12 @@ class Marker {
     const GroundPoint centre = station.position + side * random_.uniform(10.0, 26.0) * right;
     const double radius = random_.uniform(1.0, 3.5);
     if (site_.route.distance(centre, 30.0) < site_.street.pavement_end_m() + radius) return;
-    Terrain::Decal decal;
+    Decal decal;
     decal.material = random_.pick(site_.palette.grounds);
     decal.period_m = 5.12;
     decal.brightness = random_.uniform(0.6, 1.0);
     decal.lift_m = 0.03;
-    site_.terrain.drape(blob(random_, centre, radius), decal, faces_);
+    drape(site_, blob(random_, centre, radius), decal, faces_);
   }
 
  private:
@@ -91,8 +91,8 @@ class Marker {
   };
 
   void lay(const std::vector<GroundPoint>& polygon, const Route::Station& station, const Look& look) {
-    site_.terrain.drape(
-        polygon, {look.material, look.period_m, look.brightness, look.lift_m, station.direction}, faces_);
+    drape(site_, polygon, {look.material, look.period_m, look.brightness, look.lift_m, station.direction},
+          faces_);
   }
   void paint(const std::vector<GroundPoint>& polygon, const Route::Station& station, double brightness) {
     lay(polygon, station, {site_.palette.paint, 2.56, brightness});

@@ -3,12 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
-#include "materials.hpp"
 #include "route.hpp"
-#include "scene.hpp"
 
 namespace stereo_slam::simulate {
 
@@ -23,53 +22,47 @@ struct StreetProfile {
   [[nodiscard]] double pavement_end_m() const { return pavement_begin_m() + pavement_width_m; }
 };
 
+/// Triangle of the ground; its height is affine in (x, z).
+struct GroundTriangle {
+  std::array<GroundPoint, 3> corners;  ///< counter-clockwise in (x, z)
+  std::array<double, 3> heights;       ///< world y
+
+  [[nodiscard]] double height(const GroundPoint& point) const;
+};
+
+/// z component of the cross product of two directions on the ground; positive when b is on the left of a in
+/// the (x, z) plane.
+[[nodiscard]] inline double cross(const GroundPoint& a, const GroundPoint& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
 /// Ground of the world: a triangulated height field below the route, fine near it, that rises to hills far
-/// away. Its zones (road, kerb, pavement, grass, forest) are level sets of the distance to the route, so that
-/// crossings and repeated passes of the camera merge into one street.
+/// away. Off the road it is raised by the kerb's height.
 class Terrain {
  public:
   Terrain(const Route& route, const StreetProfile& profile, std::uint64_t seed);
 
-  /// World y of the triangulated surface, kerb included.
+  /// World y of the ground, kerb included.
   [[nodiscard]] double height(const GroundPoint& point) const;
 
-  /// Appends the ground itself.
-  void build(const Palette& palette, const std::vector<Material>& materials, std::vector<Face>& faces) const;
+  /// How much the ground at a point is raised above the triangles.
+  [[nodiscard]] double kerb(const GroundPoint& point) const;
 
-  /// Flat thing on the ground: material, light, and how far above the surface it lies. The texture is laid in
-  /// metres, turned so that v runs along `along`.
-  struct Decal {
-    MaterialId material{};
-    double period_m = 1.0;
-    double brightness = 1.0;
-    double lift_m = 0.01;
-    GroundPoint along = GroundPoint::UnitY();
-  };
-  /// Appends a convex polygon (counter-clockwise in (x, z)) that follows the surface.
-  void drape(const std::vector<GroundPoint>& polygon, const Decal& decal, std::vector<Face>& faces) const;
+  /// Called with a triangle and whether it is one of the fine ones near the route.
+  using Visit = std::function<void(const GroundTriangle&, bool is_fine)>;
+  void for_each_triangle(const Visit& visit) const;
+  /// Only those of the cells that meet the rectangle from `low` to `high`.
+  void for_triangles_in(const GroundPoint& low, const GroundPoint& high, const Visit& visit) const;
 
  private:
   static constexpr int kSubdivisions = 4;
   using FineHeights = std::array<std::array<double, kSubdivisions + 1>, kSubdivisions + 1>;
 
-  struct Triangle {
-    std::array<GroundPoint, 3> corners;  ///< counter-clockwise in (x, z)
-    std::array<double, 3> heights;
-    [[nodiscard]] double height(const GroundPoint& point) const;
-  };
-
   [[nodiscard]] double surface(const GroundPoint& point) const;  ///< the height field that is triangulated
-  [[nodiscard]] double kerb(const GroundPoint& point) const;
   [[nodiscard]] std::size_t cell(int i, int j) const;
   [[nodiscard]] bool is_fine(int i, int j) const;
   [[nodiscard]] FineHeights fine_heights(int i, int j) const;
-  /// Calls visit(triangle, near_route) for the triangles of cell (i, j).
-  template <class Visit>
-  void for_triangles(int i, int j, Visit visit) const;
-  void build_zones(const Triangle& triangle, const Palette& palette, const std::vector<Material>& materials,
-                   std::vector<Face>& faces) const;
-  void add_kerb_side(const Triangle& triangle, const GroundPoint& from, const GroundPoint& to, Face face,
-                     std::vector<Face>& faces) const;
+  void for_triangles_of_cell(int i, int j, const Visit& visit) const;
 
   const Route* route_;
   StreetProfile profile_;

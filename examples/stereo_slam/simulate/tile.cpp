@@ -81,6 +81,7 @@ struct Span {
 /// half of the samples: each has its own threshold, in another order for each face.
 template <int Samples>
 void cut_holes(std::array<float, Samples>& margin, const ScreenFace& face, int column, int row) {
+  if (face.inverse_depth(column, row) <= 0.0) return;  // a centre beyond the horizon of a face seen edge-on
   const float opacity = face.material->opacity->sample(
       footprint_at(face.u_over_depth, face.v_over_depth, face.inverse_depth, column, row));
   for (std::size_t s = 0; s < Samples; ++s) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "world.hpp"
 
+#include "ground.hpp"
 #include "shadows.hpp"
 #include "town.hpp"
 
@@ -14,7 +15,7 @@ World::World(const CameraPath& path, const WorldSettings& settings)
   std::vector<Face> faces;
   add_town(site, faces);
   scene_.sunlight = cast_shadows(faces, scene_.materials, terrain_, route_.low(), route_.high());
-  terrain_.build(palette_, scene_.materials, faces);
+  add_ground(site, faces);
   add_ground_details(site, faces);
   add_sky(site, faces);
   scene_.chunks = make_chunks(faces, kChunk_m);
