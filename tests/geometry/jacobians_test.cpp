@@ -5,6 +5,7 @@
 #include <ceres/jet.h>
 
 #include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/interpolation.hpp>
 #include <antipode/testing/check_jacobian.hpp>
 
 #include "support/catch.hpp"
@@ -141,6 +142,8 @@ TEST_CASE("Dual numbers differentiate exp, log, products and points to rounding"
     CHECK(max_difference(derivative(JetPose::exp(xi.cast<Jet>() + d).boxminus(x.cast<Jet>())), J_exp) <=
           tolerance);
     CHECK(JetPose::from_coefficients(moving.coeffs()).is_approx(moving, Jet(tolerance)));
+    CHECK(JetPose::from_isometry(moving.isometry()).is_approx(moving, Jet(tolerance)));
+    CHECK(sclerp(JetPose(), moving, Jet(1.0)).is_approx(moving, Jet(tolerance)));
   }
 }
 

@@ -19,8 +19,7 @@ namespace antipode {
 ///
 /// Memory: eight scalars [q; p]; q = (w, x, y, z) is the rotation, t the translation in the parent frame, so
 /// that T_a_b * p_b = R(q) p_b + t = p_a. `Coefficients` is the storage: Vector8<Scalar> owns the numbers, an
-/// Eigen::Map views those of someone else (a Ceres parameter block, say); assigning to a view writes through
-/// it.
+/// Eigen::Map views those of someone else (a Ceres parameter block, say), and assigning to it writes there.
 ///
 /// Constraints (the Study quadric): |q| = 1 and q.p = 0. Factories check or establish them and throw
 /// std::invalid_argument with the value refused. The algebra keeps them up to rounding, which renormalized()

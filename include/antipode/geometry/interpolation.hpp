@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string>
+
 #include <Eigen/Eigenvalues>
 
 #include <antipode/detail/check.hpp>
@@ -11,12 +13,11 @@
 /// Between and amidst poses: screw interpolation and means. Nothing here sees the sign of its arguments.
 namespace antipode {
 
-/// The pose at `tau` on the screw motion from a (tau = 0) to b (tau = 1) with constant velocity; other tau
-/// extrapolate.
+/// The pose at `tau` on the screw motion from a (tau = 0) to b (tau = 1); tau outside [0, 1] extrapolates.
 ///
-/// ScLERP, a exp(tau log(a^-1 b)): the shorter way round; at a relative rotation of pi, one of the two.
-/// Reference: L. Kavan et al., "Dual Quaternions for Rigid Transformation Blending", 2006. Throws unless tau
-/// is finite.
+/// ScLERP, a exp(tau log(a^-1 b)): constant velocity, the shorter way round; at a relative rotation of pi,
+/// one of the two. Throws unless tau is finite. Reference: L. Kavan et al., "Dual Quaternions for Rigid
+/// Transformation Blending", 2006.
 template <class A, class B>
 [[nodiscard]] auto sclerp(const BasicDualQuaternion<A>& a, const BasicDualQuaternion<B>& b,
                           const typename A::Scalar& tau) {
@@ -25,8 +26,7 @@ template <class A, class B>
 
 struct PoseMeanOptions {
   int max_iterations = 50;
-  /// Step (rad, m) below which the iteration has converged, in units of the rounding error of the largest
-  /// pose.
+  /// Step (rad, m) that counts as converged, in units of the rounding error of the largest pose.
   double tolerance = 16.0;
 };
 
@@ -34,18 +34,18 @@ template <class Scalar>
 struct PoseMean {
   DualQuaternion<Scalar> pose;
   int iterations = 0;
-  /// False if the iteration did not settle, as for poses spread over more than half a turn; `pose` is its
-  /// last value.
+  /// False if the iteration did not settle, as for poses spread over more than half a turn.
   bool converged = false;
 };
 
 /// The group mean m of weighted poses (columns [q; p]): sum_k w_k log(m^-1 x_k) = 0.
 ///
 /// It commutes with every change of frame on either side, which a mean of translations beside a mean of
-/// rotations does not. Starts from the principal axis of sum w q q^T and the mean translation, then follows m
-/// <- m exp(mean log). Throws if a weight is negative or not finite, or if all are zero. Reference: X. Pennec
-/// and V. Arsigny, "Exponential Barycenters of the Canonical Cartan Connection and Invariant Means on Lie
-/// Groups", 2013.
+/// rotations does not. Starts from the principal axis of sum w q q^T and the mean translation, then repeats
+/// m <- m exp(sum w log(m^-1 x)). Throws if a weight is negative or not finite, or if all are zero.
+///
+/// Reference: X. Pennec and V. Arsigny, "Exponential Barycenters of the Canonical Cartan Connection and
+/// Invariant Means on Lie Groups", 2013.
 template <class Poses, class Weights>
 requires(Poses::RowsAtCompileTime == 8 && Weights::ColsAtCompileTime == 1)
     [[nodiscard]] auto mean(const Eigen::MatrixBase<Poses>& poses, const Eigen::MatrixBase<Weights>& weights,

@@ -5,14 +5,15 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/detail/series.hpp>
 
-/// Differentials of the exponential maps of SO(3) and SE(3); phi is a rotation vector, xi = (phi, rho) a
-/// twist.
+/// Differentials of the exponential maps of SO(3) and SE(3), at phi and xi = (phi, rho).
 ///
 /// The left Jacobian J_l and the right one, J_r(x) = J_l(-x), obey to first order in d
+///
 ///   exp(x + d) = exp(J_l(x) d) exp(x) = exp(x) exp(J_r(x) d).
+///
 /// The Jacobian of SE(3) is that of SO(3) at the dual vector phi + eps rho: its lower-left block is the
-/// derivative of the diagonal ones along rho. (Written out, this is Q of T. Barfoot, "State Estimation for
-/// Robotics", eq. 7.86.) The inverses exist for |phi| < 2 pi.
+/// derivative of the diagonal ones along rho. Written out, this is Q of T. Barfoot, "State Estimation for
+/// Robotics", sec. 7.1.5. The inverses exist for |phi| < 2 pi.
 namespace antipode {
 
 /// [v]x, the matrix with [v]x u = v x u.

@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-/// Scalar functions of an angle t with removable singularities at zero: series near it, closed forms
-/// elsewhere.
+/// Scalar functions of an angle t with removable singularities at zero: series near it, else closed forms.
 ///
 /// All take the squared angle, so that they are differentiable at zero for dual-number scalars too.
 namespace antipode::detail {
