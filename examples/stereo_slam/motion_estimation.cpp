@@ -64,7 +64,7 @@ struct NormalEquations {
   }
 };
 
-/// The estimation problem with the innovation covariances frozen at the initial motion.
+/// The estimation problem with the innovation covariances frozen at a given motion.
 class MotionProblem {
  public:
   MotionProblem(std::span<const StereoCorrespondence> correspondences, const StereoCamera& camera,
@@ -118,7 +118,7 @@ class MotionProblem {
 
   struct Solution {
     Pose pose;
-    NormalEquations equations;      // at the solution
+    Matrix6<double> covariance;
     std::vector<double> distance2;  // squared Mahalanobis distance with the point adjusted; inliers only
   };
 
@@ -128,25 +128,24 @@ class MotionProblem {
     points.reserve(correspondences_.size());
     for (const auto& c : correspondences_) points.push_back(c.previous);
 
-    Solution solution{pose, {}, {}};
+    std::vector<std::pair<std::size_t, Linearization>> used;
+    std::vector<double> distance2;
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-      solution.equations = {};
-      solution.distance2.clear();
-      const Pose T_current_previous = solution.pose.inverse();
-      std::vector<std::pair<std::size_t, Linearization>> used;
-      used.reserve(points.size());
+      NormalEquations equations;
+      used.clear();
+      distance2.clear();
+      const Pose T_current_previous = pose.inverse();
       for (std::size_t i = 0; i < points.size(); ++i) {
         if (!inlier[i]) continue;
         const auto l = linearize(correspondences_[i], points[i], T_current_previous, camera_);
         if (!l) continue;
-        const double distance2 = l->innovation.dot(S_inverse_[i] * l->innovation);
-        solution.equations.add(*l, S_inverse_[i], 1.0 / (1.0 + distance2 / kCauchyScale2));
-        solution.distance2.push_back(distance2);
+        distance2.push_back(l->innovation.dot(S_inverse_[i] * l->innovation));
+        equations.add(*l, S_inverse_[i], cauchy_weight(distance2.back()));
         used.emplace_back(i, *l);
       }
-      const auto step = solution.equations.solve();
+      const auto step = equations.solve();
       if (!step) return std::nullopt;
-      solution.pose = solution.pose.boxplus(*step);
+      pose = pose.boxplus(*step).renormalized();
       for (const auto& [i, l] : used) {
         const Vector3<double> correction =
             R_ * l.J_point.transpose() * S_inverse_[i] * (l.innovation - l.J_pose * *step);
@@ -155,10 +154,34 @@ class MotionProblem {
       }
       if (step->norm() < kConvergedStep) break;
     }
-    return solution;
+    if (distance2.empty()) return std::nullopt;
+    return Solution{pose, sandwich_covariance(used, distance2), distance2};
   }
 
  private:
+  [[nodiscard]] static double cauchy_weight(double distance2) {
+    return 1.0 / (1.0 + distance2 / kCauchyScale2);
+  }
+
+  /// Covariance A^-1 B A^-1 of an M-estimate (Huber 1981): B is the variance of the weighted residuals as
+  /// observed, A the mean slope of the influence function. Follows the residuals' own scale.
+  [[nodiscard]] Matrix6<double> sandwich_covariance(
+      const std::vector<std::pair<std::size_t, Linearization>>& used,
+      const std::vector<double>& distance2) const {
+    Matrix6<double> A = Matrix6<double>::Zero();
+    Matrix6<double> B = Matrix6<double>::Zero();
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const auto& [i, l] = used[k];
+      const Matrix6<double> information = l.J_pose.transpose() * S_inverse_[i] * l.J_pose;
+      const double w = cauchy_weight(distance2[k]);
+      A += (w - 2.0 / 3.0 * distance2[k] * w * w / kCauchyScale2) * information;
+      B += w * w * distance2[k] / 3.0 * information;
+    }
+    const Matrix6<double> A_inverse = A.ldlt().solve(Matrix6<double>::Identity());
+    const Matrix6<double> covariance = A_inverse * B * A_inverse.transpose();
+    return 0.5 * (covariance + covariance.transpose());
+  }
+
   std::span<const StereoCorrespondence> correspondences_;
   const StereoCamera& camera_;
   Matrix3<double> R_;
@@ -222,13 +245,14 @@ MotionEstimate estimate_motion(std::span<const StereoCorrespondence> corresponde
   const auto required = static_cast<std::size_t>(std::max(3, settings.min_inliers));
   if (correspondences.size() < required) return result;
 
-  const MotionProblem problem(correspondences, camera, initial_T_previous_current, settings.pixel_sigma_px);
+  const MotionProblem rough(correspondences, camera, initial_T_previous_current, settings.pixel_sigma_px);
   Pose pose =
-      ransac(problem, correspondences.size(), initial_T_previous_current, settings.ransac_iterations, random);
+      ransac(rough, correspondences.size(), initial_T_previous_current, settings.ransac_iterations, random);
 
   constexpr int kReselections = 2;
   std::optional<MotionProblem::Solution> solution;
   for (int round = 0; round < kReselections; ++round) {
+    const MotionProblem problem(correspondences, camera, pose, settings.pixel_sigma_px);
     result.inlier = flag_inliers(problem.distances(pose));
     result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
     if (result.inliers < static_cast<int>(required)) return result;
@@ -237,11 +261,8 @@ MotionEstimate estimate_motion(std::span<const StereoCorrespondence> corresponde
     pose = solution->pose;
   }
 
-  const double factor = variance_factor(solution->distance2);
-  result.T_previous_current.pose = pose;
-  result.T_previous_current.covariance =
-      factor * solution->equations.information.ldlt().solve(Matrix6<double>::Identity());
-  result.sigma_px = settings.pixel_sigma_px * std::sqrt(factor);
+  result.T_previous_current = {pose, solution->covariance};
+  result.sigma_px = settings.pixel_sigma_px * std::sqrt(variance_factor(solution->distance2));
   result.valid = result.T_previous_current.covariance.allFinite();
   return result;
 }

@@ -31,8 +31,8 @@ struct MotionEstimate {
 /// Both measurements of a point carry the same pixel noise, so the estimate is a two-view bundle adjustment:
 /// each Gauss-Newton step solves for the pose with the points eliminated, then moves the points, in (u, v, d)
 /// where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences starts it
-/// from the largest consistent set; Cauchy weights guard what is left. The covariance is the inverse of the
-/// information, scaled by the residuals' own variance.
+/// from the largest consistent set; Cauchy weights guard what is left. The covariance is the
+/// sandwich estimate of the weighted problem, which follows the residuals' own scale.
 [[nodiscard]] MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
                                              const StereoCamera& camera,
                                              const Pose& initial_T_previous_current,
