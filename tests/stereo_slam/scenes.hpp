@@ -53,8 +53,9 @@ inline Landmark landmark_at(const StereoPoint& z, const StereoCamera& camera, do
 
 /// Band-limited picture without symmetry, defined at every real position: values in about 0..255.
 inline double smooth_texture(double x, double y) {
-  return 127.0 + 35.0 * std::sin(0.31 * x + 0.12 * y) + 30.0 * std::sin(0.17 * x - 0.29 * y + 1.0) +
-         25.0 * std::sin(0.41 * y + 0.05 * x + 2.0) + 20.0 * std::cos(0.23 * x + 0.37 * y);
+  return 127.0 + 25.0 * std::sin(0.31 * x + 0.12 * y) + 22.0 * std::sin(0.17 * x - 0.29 * y + 1.0) +
+         18.0 * std::sin(0.41 * y + 0.05 * x + 2.0) + 16.0 * std::cos(0.23 * x + 0.37 * y) +
+         14.0 * std::sin(0.83 * x + 0.41 * y) + 14.0 * std::cos(0.52 * x - 0.77 * y);
 }
 
 /// The texture with its origin moved by `shift`, times gain plus offset.

@@ -169,6 +169,17 @@ TEST_CASE("Settings out of range are refused by name before anything is written"
   }
 }
 
+TEST_CASE("A recording is never overwritten", "[simulate]") {
+  const TemporaryFolder folder;
+  simulate::simulate(small_settings(), folder / "seq");
+  const auto image = read_text(folder / "seq/image_1/000000.png");
+  SimulationSettings settings = small_settings();
+  settings.seed = 2;
+  CHECK_THAT(message_of([&] { simulate::simulate(settings, folder / "seq"); }),
+             Catch::Contains("image_0: not empty"));
+  CHECK(read_text(folder / "seq/image_1/000000.png") == image);
+}
+
 TEST_CASE("A folder that cannot be written is reported by name", "[simulate]") {
   const TemporaryFolder folder;
   write_text(folder / "seq", "a file in the way");
