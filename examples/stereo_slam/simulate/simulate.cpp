@@ -4,21 +4,21 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstdio>
 #include <exception>
-#include <fstream>
-#include <iomanip>
-#include <limits>
 #include <mutex>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include <fmt/format.h>
+#include <fmt/ostream.h>
 #include <opencv2/imgcodecs.hpp>
 
 #include "random.hpp"
 #include "renderer.hpp"
+#include "text_file.hpp"
 #include "traffic.hpp"
 #include "world.hpp"
 
@@ -44,54 +44,55 @@ void validate(const SimulationSettings& settings) {
   validate(settings.sensor);
 }
 
-[[nodiscard]] std::ofstream open_for_writing(const fs::path& file) {
-  std::ofstream stream(file);
-  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
-  stream << std::setprecision(std::numeric_limits<double>::max_digits10);
-  return stream;
-}
-
-/// KITTI's projection matrices; P2 and P3, the colour cameras, are the grey ones again.
-void write_calibration(const SimulationSettings& settings, const fs::path& file) {
+/// KITTI's projection matrices; P2 and P3, the colour cameras, are the grey ones again. All numbers are
+/// written in the fewest digits that give them back exactly.
+void write_calibration(std::ostream& stream, const SimulationSettings& settings) {
   const PinholeCamera& camera = settings.camera;
-  auto stream = open_for_writing(file);
   for (int i = 0; i < 4; ++i) {
     const double shift = i % 2 == 0 ? 0.0 : -camera.fx * settings.baseline_m;
-    stream << 'P' << i << ": " << camera.fx << " 0 " << camera.cx << ' ' << shift << " 0 " << camera.fy << ' '
-           << camera.cy << " 0 0 0 1 0\n";
+    fmt::print(stream, "P{}: {} 0 {} {} 0 {} {} 0 0 0 1 0\n", i, camera.fx, camera.cx, shift, camera.fy,
+               camera.cy);
   }
 }
 
-void write_times(std::size_t frames, double fps, const fs::path& file) {
-  auto stream = open_for_writing(file);
-  for (std::size_t i = 0; i < frames; ++i) stream << static_cast<double>(i) / fps << '\n';
+void write_times(std::ostream& stream, std::size_t frames, double fps) {
+  for (std::size_t i = 0; i < frames; ++i) fmt::print(stream, "{}\n", static_cast<double>(i) / fps);
 }
 
-void write_poses(const CameraPath& path, const fs::path& file) {
-  auto stream = open_for_writing(file);
+void write_poses(std::ostream& stream, const CameraPath& path) {
   for (const Eigen::Isometry3d& pose : path) {
-    const Eigen::Matrix<double, 3, 4> rows = pose.matrix().topRows<3>();
-    for (int i = 0; i < 12; ++i) stream << rows(i / 4, i % 4) << (i == 11 ? '\n' : ' ');
+    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = pose.matrix().topRows<3>();
+    fmt::print(stream, "{}\n", fmt::join(rows.data(), rows.data() + rows.size(), " "));
   }
+}
+
+/// Creates a folder for images; throws when it has any, so that no recording is overwritten or mixed with
+/// another.
+fs::path make_image_folder(const fs::path& folder) {
+  fs::create_directories(folder);
+  if (!fs::is_empty(folder)) {
+    throw std::runtime_error(folder.string() + ": not empty; remove it or choose another output folder");
+  }
+  return folder;
 }
 
 void write_image(const cv::Mat1b& image, const fs::path& folder, std::size_t frame) {
-  std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), "%06zu.png", frame);
-  const fs::path file = folder / name.data();
+  const fs::path file = folder / fmt::format("{:06}.png", frame);
   if (!cv::imwrite(file.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
-    throw std::runtime_error(file.string() + ": cannot be written");
+    throw std::runtime_error(file.string() + ": cannot be written; check permissions and free space");
   }
 }
+
+using Folders = std::array<fs::path, 2>;  ///< of the left and the right images
 
 /// Renders and writes stereo pairs; one for each thread.
 class Camera {
  public:
   Camera(const SimulationSettings& settings, const World& world, const Traffic& traffic,
-         const fs::path& output)
+         const Folders& folders)
       : settings_(settings),
         traffic_(traffic),
-        folders_{output / "image_0", output / "image_1"},
+        folders_(folders),
         renderer_(world.scene(), settings.camera, settings.samples_per_pixel) {}
 
   void shoot(std::size_t frame, const Eigen::Isometry3d& T_world_left) {
@@ -111,7 +112,7 @@ class Camera {
  private:
   const SimulationSettings& settings_;
   const Traffic& traffic_;
-  std::array<fs::path, 2> folders_;
+  const Folders& folders_;
   Renderer renderer_;
 };
 
@@ -136,11 +137,11 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
                            .street = {}});
   const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
 
-  fs::create_directories(output / "image_0");
-  fs::create_directories(output / "image_1");
-  write_calibration(settings, output / "calib.txt");
-  write_times(path.size(), settings.fps, output / "times.txt");
-  write_poses(path, output / "poses.txt");
+  const std::array folders{make_image_folder(output / "image_0"), make_image_folder(output / "image_1")};
+  write_file(output / "calib.txt", [&](std::ostream& stream) { write_calibration(stream, settings); });
+  write_file(output / "times.txt",
+             [&](std::ostream& stream) { write_times(stream, path.size(), settings.fps); });
+  write_file(output / "poses.txt", [&](std::ostream& stream) { write_poses(stream, path); });
 
   // Each worker renders and writes whole frames, so that one writes while another renders.
   std::atomic<std::size_t> next_frame = 0;
@@ -149,7 +150,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
   std::exception_ptr failure;
   const auto work = [&] {
     try {
-      Camera camera(settings, world, traffic, output);
+      Camera camera(settings, world, traffic, folders);
       for (std::size_t frame = next_frame++; frame < path.size(); frame = next_frame++) {
         camera.shoot(frame, path[frame]);
         const std::lock_guard lock(mutex);

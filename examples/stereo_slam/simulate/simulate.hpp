@@ -37,7 +37,8 @@ using Progress = std::function<void(int done, int total)>;
 /// Writes calib.txt (P0 .. P3), times.txt, poses.txt and image_0, image_1/%06d.png into `output`, which is
 /// created when missing: the text files first, then each pair of images as soon as it is rendered. Throws
 /// std::invalid_argument for settings out of range and std::runtime_error for a trajectory that cannot be
-/// read, both before anything is written, and std::runtime_error for files that cannot be written.
+/// read, both before anything is written, and std::runtime_error for files that cannot be written and for
+/// folders that hold images already.
 void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
               const Progress& progress = nullptr);
 
