@@ -3,7 +3,6 @@
 // settings.hpp.
 #include "settings.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 
