@@ -19,8 +19,8 @@ using CameraPath = std::vector<Eigen::Isometry3d>;
 /// street between the blocks is seen once in every lap of either block, and a lap of the whole eight ends
 /// where it began.
 struct LoopSettings {
-  double block_length_m = 58.0;
-  double block_width_m = 44.0;
+  double block_length_m = 50.0;
+  double block_width_m = 40.0;
   double corner_radius_m = 9.0;
   double speed_m_s = 8.5;  ///< on the straights
   double corner_speed_m_s = 5.0;

@@ -117,12 +117,14 @@ Route::Route(const CameraPath& path, double camera_height_m) {
     });
     cells_[cell_key(cell_index(station.position.x()), cell_index(station.position.y()))].push_back(i);
   }
-  // Passes of the same place at different heights: the ground lies below the lowest.
+  // Passes of the same place at different heights: the ground lies below the lowest. Stations ahead and
+  // behind do not count, on a slope they are lower anyway.
   std::vector<double> lowest;
   for (const Station& station : stations_) {
     double y = station.ground_y;
     for_near(station.position, kSameStreet_m, [&](const Station& other) {
-      if (is_other_pass(station, other)) y = std::max(y, other.ground_y);
+      const double ahead_m = (other.position - station.position).dot(station.direction);
+      if (is_other_pass(station, other) && std::abs(ahead_m) <= kSpacing_m) y = std::max(y, other.ground_y);
     });
     lowest.push_back(y);
   }
