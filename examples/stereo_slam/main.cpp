@@ -23,6 +23,7 @@
 #include "progress.hpp"
 #include "runner.hpp"
 #include "settings_io.hpp"
+#include "signals.hpp"
 #include "simulate/simulate.hpp"
 #include "text_file.hpp"
 #include "trajectory_io.hpp"
@@ -209,11 +210,13 @@ Command add_simulate(CLI::App& parent) {
   app.add_flag("--quiet", args->quiet, "print errors only");
   return [args] {
     args->settings.camera = scaled(args->settings.camera, args->scale);
+    const SignalGuard signals;
     Progress progress(args->quiet);
     simulate::simulate(args->settings, args->output, [&](int done, int total) {
       progress.update(static_cast<std::size_t>(done), static_cast<std::size_t>(total), "rendered");
+      return !SignalGuard::stop_requested();
     });
-    return kDone;
+    return SignalGuard::stop_requested() ? kInterrupted : kDone;
   };
 }
 

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
-#include <signal.h>
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
@@ -12,6 +10,7 @@
 #include "frame_reader.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "signals.hpp"
 #include "slam.hpp"
 #include "view.hpp"
 
@@ -23,34 +22,6 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
-
-/// A signal handler can reach nothing but a global.
-volatile std::sig_atomic_t stop_signal = 0;
-
-/// Turns the first SIGINT or SIGTERM into a polite request; a second one ends the program at once.
-class SignalGuard {
- public:
-  SignalGuard() {
-    stop_signal = 0;
-    struct sigaction action = {};
-    action.sa_handler = [](int signal) { stop_signal = signal; };
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
-    sigaction(SIGINT, &action, &previous_int_);
-    sigaction(SIGTERM, &action, &previous_term_);
-  }
-  ~SignalGuard() {
-    sigaction(SIGINT, &previous_int_, nullptr);
-    sigaction(SIGTERM, &previous_term_, nullptr);
-  }
-  SignalGuard(const SignalGuard&) = delete;
-  SignalGuard& operator=(const SignalGuard&) = delete;
-
-  [[nodiscard]] static bool stop_requested() { return stop_signal != 0; }
-
- private:
-  struct sigaction previous_int_ = {};
-  struct sigaction previous_term_ = {};
-};
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;

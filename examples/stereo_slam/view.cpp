@@ -2,8 +2,11 @@
 #include "view.hpp"
 
 #include <algorithm>
-#include <cstdlib>
+#include <cstdio>
 #include <stdexcept>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -16,18 +19,35 @@ namespace stereo_slam {
 #ifdef STEREO_SLAM_HAS_HIGHGUI
 
 namespace {
+
 constexpr const char* kWindow = "stereo_slam";
+
+/// Qt ends the whole program when it cannot reach the display, so a child process tries first.
+bool window_opens() {
+  const pid_t child = fork();
+  if (child == 0) {
+    constexpr rlimit kNoCore{0, 0};
+    setrlimit(RLIMIT_CORE, &kNoCore);
+    if (std::freopen("/dev/null", "w", stderr) == nullptr) _exit(1);
+    try {
+      cv::namedWindow(kWindow);
+    } catch (const cv::Exception&) {
+      _exit(1);
+    }
+    _exit(0);
+  }
+  int status = 1;
+  return child > 0 && waitpid(child, &status, 0) == child && status == 0;
 }
 
+}  // namespace
+
 Viewer::Viewer() {
-  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) {
-    throw std::runtime_error("--view needs a display, but DISPLAY is not set; run without --view");
+  if (!window_opens()) {
+    throw std::runtime_error(
+        "--view cannot open a window; set DISPLAY to a display that can be reached, or run without --view");
   }
-  try {
-    cv::namedWindow(kWindow);
-  } catch (const cv::Exception& error) {
-    throw std::runtime_error(fmt::format("--view cannot open a window ({}); run without --view", error.err));
-  }
+  cv::namedWindow(kWindow);
 }
 
 void Viewer::show(const StereoFrame& frame, const FrameResult& result, std::span<const MapPoint> map_points,

@@ -39,6 +39,11 @@ class Program {
   [[nodiscard]] std::string output_so_far() const { return read_text(out_); }
   void signal(int number) const { kill(process_, number); }
 
+  /// Returns once the program has printed `text`, or after a minute.
+  void wait_for_output(const std::string& text) const {
+    for (int ms = 0; ms < 60'000 && output_so_far().find(text) == std::string::npos; ++ms) usleep(1000);
+  }
+
   Result wait() const {
     int status = 0;
     waitpid(process_, &status, 0);
@@ -237,8 +242,7 @@ TEST_CASE("SIGINT and SIGTERM end a run with status 130 and all finished frames 
   write_text(folder / "in/times.txt", times);
   for (const int number : {SIGINT, SIGTERM}) {
     const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out"});
-    for (int ms = 0; ms < 60'000 && program.output_so_far().find("frame 1/") == std::string::npos; ++ms)
-      usleep(1000);
+    program.wait_for_output("frame 1/");
     program.signal(number);
     const auto result = program.wait();
     CAPTURE(result.out, result.err);
@@ -250,6 +254,18 @@ TEST_CASE("SIGINT and SIGTERM end a run with status 130 and all finished frames 
     CHECK(split_lines(read_text(folder / "out/timing.csv")).size() == poses + 1);
     CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: interrupted"));
   }
+}
+
+TEST_CASE("SIGINT ends a rendering with status 130 and a shorter recording", "[cli]") {
+  const TemporaryFolder folder;
+  const Program program(folder.path(),
+                        {"simulate", "--output", folder / "s", "--frames", "2000", "--scale", "0.2"});
+  program.wait_for_output("frame 50/");
+  program.signal(SIGINT);
+  CHECK(program.wait().status == 130);
+  const auto info = call({"info", "--dataset", folder / "s"});
+  CAPTURE(info.err);
+  CHECK(info.status == 0);
 }
 
 TEST_CASE("simulate writes a recording that run and info accept", "[cli]") {

@@ -54,6 +54,7 @@ TEST_CASE("A simulation is a complete KITTI sequence", "[simulate]") {
   simulate::simulate(settings, folder / "seq", [&](int done, int total) {
     CHECK(total == 4);
     steps.push_back(done);
+    return true;
   });
   CHECK(steps == std::vector{1, 2, 3, 4});
 
@@ -84,6 +85,20 @@ TEST_CASE("A simulation is a complete KITTI sequence", "[simulate]") {
   const auto path = camera_path(settings);
   REQUIRE(poses.size() == 4);
   for (std::size_t i = 0; i < 4; ++i) CHECK(poses[i].isApprox(path[i], 1e-15));
+}
+
+TEST_CASE("A simulation that is told to stop leaves a shorter recording, whole in itself", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.frames = 40;
+  simulate::simulate(settings, folder / "seq", [](int done, int) { return done < 2; });
+  const auto poses = read_trajectory(folder / "seq/poses.txt").poses.size();
+  CHECK(poses >= 2);
+  CHECK(poses < 40);
+  CHECK(split_lines(read_text(folder / "seq/times.txt")).size() == poses);
+  const auto frames = static_cast<int>(poses);
+  for (const std::string& name : image_names(frames)) CHECK(fs::exists(folder / "seq" / name));
+  CHECK_FALSE(fs::exists(folder / "seq" / image_names(frames + 1).back()));
 }
 
 TEST_CASE("The images do not depend on the number of threads, but on the seed", "[simulate]") {
@@ -152,6 +167,7 @@ TEST_CASE("Settings out of range are refused by name before anything is written"
       {"samples", [](auto& s) { s.samples_per_pixel = 3; }},
       {"texture", [](auto& s) { s.texture_size_px = 100; }},
       {"focal", [](auto& s) { s.camera.fx = 0.0; }},
+      {"blur_sigma_px", [](auto& s) { s.sensor.blur_sigma_px = -0.1; }},
       {"noise_sigma", [](auto& s) { s.sensor.noise_sigma = -1.0; }},
       {"read_noise_share", [](auto& s) { s.sensor.read_noise_share = 2.0; }},
       {"vignetting", [](auto& s) { s.sensor.vignetting = 1.0; }},
@@ -213,6 +229,20 @@ TEST_CASE("The noise has the stated strength, grows with the signal and repeats 
     CHECK(std::abs(across) < 5.0 / std::sqrt(n));
     CHECK(std::abs(down) < 5.0 / std::sqrt(n));
   }
+}
+
+TEST_CASE("Blur spreads a point symmetrically and keeps its light", "[simulate][sensor]") {
+  SensorSettings settings;
+  settings.blur_sigma_px = 1.0;
+  settings.noise_sigma = 0.0;
+  settings.vignetting = 0.0;
+  cv::Mat1f light(31, 31, 20.0F);
+  light(15, 15) = 1020.0F;
+  const cv::Mat1b image = expose(light, settings, 1.0, 1);
+  CHECK(image(15, 15) == Approx(20.0 + 1000.0 / (2.0 * CV_PI)).margin(2.0));
+  CHECK(image(15, 13) == image(15, 17));
+  CHECK(image(13, 15) == image(15, 17));
+  CHECK(cv::sum(image - 20)[0] == Approx(1000.0).epsilon(0.02));
 }
 
 TEST_CASE("Vignetting darkens the corners and exposure drifts slowly and alike in both cameras",

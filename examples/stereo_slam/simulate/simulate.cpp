@@ -130,7 +130,7 @@ CameraPath camera_path(const SimulationSettings& settings) {
 }
 
 void simulate(const SimulationSettings& settings, const fs::path& output, const Progress& progress) {
-  const CameraPath path = camera_path(settings);
+  CameraPath path = camera_path(settings);
   const World world(path, {.seed = settings.seed,
                            .camera_height_m = settings.camera_height_m,
                            .texture_size_px = settings.texture_size_px,
@@ -139,14 +139,17 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
 
   const std::array folders{make_image_folder(output / "image_0"), make_image_folder(output / "image_1")};
   write_file(output / "calib.txt", [&](std::ostream& stream) { write_calibration(stream, settings); });
-  write_file(output / "times.txt",
-             [&](std::ostream& stream) { write_times(stream, path.size(), settings.fps); });
-  write_file(output / "poses.txt", [&](std::ostream& stream) { write_poses(stream, path); });
+  const auto write_times_and_poses = [&] {
+    write_file(output / "times.txt",
+               [&](std::ostream& stream) { write_times(stream, path.size(), settings.fps); });
+    write_file(output / "poses.txt", [&](std::ostream& stream) { write_poses(stream, path); });
+  };
+  write_times_and_poses();
 
   // Each worker renders and writes whole frames, so that one writes while another renders.
   std::atomic<std::size_t> next_frame = 0;
   std::mutex mutex;
-  int done = 0;
+  std::size_t done = 0;
   std::exception_ptr failure;
   const auto work = [&] {
     try {
@@ -155,7 +158,8 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
         camera.shoot(frame, path[frame]);
         const std::lock_guard lock(mutex);
         ++done;
-        if (progress) progress(done, static_cast<int>(path.size()));
+        const bool go_on = !progress || progress(static_cast<int>(done), static_cast<int>(path.size()));
+        if (!go_on) next_frame = path.size();
       }
     } catch (...) {
       const std::lock_guard lock(mutex);
@@ -170,6 +174,9 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
     for (unsigned i = 0; i < threads; ++i) workers.emplace_back(work);
   }
   if (failure) std::rethrow_exception(failure);
+  if (done == path.size()) return;
+  path.resize(done);  // frames are begun in order and all that were begun are finished
+  write_times_and_poses();
 }
 
 }  // namespace stereo_slam::simulate

@@ -31,8 +31,9 @@ struct SimulationSettings {
   static constexpr int kDefaultFrames = 400;
 };
 
-/// Called after each frame, from any thread but never from two at once: frames done, frames in all.
-using Progress = std::function<void(int done, int total)>;
+/// Called after each frame, from any thread but never from two at once: frames done, frames in all. Returns
+/// whether to go on; if not, the frames at hand are finished and make up a shorter recording.
+using Progress = std::function<bool(int done, int total)>;
 
 /// Writes calib.txt (P0 .. P3), times.txt, poses.txt and image_0, image_1/%06d.png into `output`, which is
 /// created when missing: the text files first, then each pair of images as soon as it is rendered. Throws

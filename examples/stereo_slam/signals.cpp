@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#include "signals.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// A signal handler can reach nothing but a global.
+volatile std::sig_atomic_t stop_signal = 0;
+
+}  // namespace
+
+SignalGuard::SignalGuard() {
+  stop_signal = 0;
+  struct sigaction action = {};
+  action.sa_handler = [](int signal) { stop_signal = signal; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, &previous_int_);
+  sigaction(SIGTERM, &action, &previous_term_);
+}
+
+SignalGuard::~SignalGuard() {
+  sigaction(SIGINT, &previous_int_, nullptr);
+  sigaction(SIGTERM, &previous_term_, nullptr);
+}
+
+bool SignalGuard::stop_requested() { return stop_signal != 0; }
+
+}  // namespace stereo_slam
