@@ -10,13 +10,12 @@
 #include <random>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 #include <antipode/detail/check.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
 #include <antipode/distributions/detail/bingham_fit.hpp>
 #include <antipode/distributions/detail/bingham_rejection.hpp>
 #include <antipode/distributions/detail/positive_semidefinite.hpp>
+#include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
@@ -58,9 +57,9 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
 
   /// exp(x^T C x) normalised, for a symmetric matrix C; C + c I is the same density.
   [[nodiscard]] static Bingham from_matrix(const MatrixType& C) {
-    const Eigen::SelfAdjointEigenSolver<MatrixType> eigen(
+    const auto eigen = detail::symmetric_eigen(
         detail::checked_symmetric("Bingham parameter matrix is not finite or not symmetric", C));
-    return from_parameters(eigen.eigenvectors(), eigen.eigenvalues());
+    return from_parameters(eigen.vectors, eigen.values);
   }
 
   [[nodiscard]] static Bingham uniform() {
@@ -72,8 +71,8 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   [[nodiscard]] static Bingham fit(const MatrixType& S, const FitOptions& options = {}) {
     const MatrixType symmetric =
         detail::checked_symmetric("scatter matrix is not finite or not symmetric", S);
-    const Eigen::SelfAdjointEigenSolver<Matrix<double, Dim>> eigen(symmetric.template cast<double>());
-    return from_sorted_moments(eigen.eigenvectors(), eigen.eigenvalues(), options);
+    const auto eigen = detail::symmetric_eigen<double, Dim>(symmetric.template cast<double>());
+    return from_sorted_moments(eigen.vectors, eigen.values, options);
   }
 
   /// The density with the given axes and second moments along them, in any order: non-negative, of unit sum.
@@ -88,13 +87,12 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   /// quaternion has a quarter of it. Sigma must leave q the mode (for an isotropic Sigma: less than 1 rad^2).
   [[nodiscard]] static Bingham from_mode_covariance(const Vector4<Scalar>& mode, const Matrix3<Scalar>& Sigma,
                                                     const FitOptions& options = {}) requires(Dim == 4) {
-    const Matrix3<Scalar> symmetric =
-        detail::checked_symmetric("rotation covariance is not finite or not symmetric", Sigma);
-    const Eigen::SelfAdjointEigenSolver<Matrix3<Scalar>> eigen(symmetric);
+    const auto eigen = detail::symmetric_eigen(
+        detail::checked_symmetric("rotation covariance is not finite or not symmetric", Sigma));
     const Matrix4<Scalar> L = left_matrix(normalized_quaternion(mode));
     MatrixType axes;
-    axes << L.template rightCols<3>() * eigen.eigenvectors(), L.col(0);
-    const Vector3<Scalar> quarter = Scalar(0.25) * eigen.eigenvalues();
+    axes << L.template rightCols<3>() * eigen.vectors, L.col(0);
+    const Vector3<Scalar> quarter = Scalar(0.25) * eigen.values;
     const VectorType omega(quarter[0], quarter[1], quarter[2], Scalar(1) - quarter.sum());
     if (!(omega[2] <= omega[3])) [[unlikely]] {
       detail::throw_invalid("rotation covariance is too wide for a Bingham density about the mode", Sigma);

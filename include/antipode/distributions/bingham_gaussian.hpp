@@ -168,15 +168,67 @@ struct MomentMatchOptions {
 
 namespace detail {
 
-/// The weights over their sum. Throws unless all are non-negative and finite, with a positive sum.
-template <class Weights>
-[[nodiscard]] auto normalized_weights(const Eigen::MatrixBase<Weights>& weights) {
-  using Scalar = typename Weights::Scalar;
+/// Columns [q; p] and weights of any number, without a copy: the code below is compiled once a scalar type.
+template <class Scalar>
+using PoseColumns = Eigen::Ref<const Matrix<Scalar, 8, Eigen::Dynamic>>;
+template <class Scalar>
+using Weights = Eigen::Ref<const Vector<Scalar, Eigen::Dynamic>>;
+
+/// The sum of the weights. Throws unless all are non-negative and finite, with a positive sum.
+template <class Scalar>
+[[nodiscard]] Scalar checked_sum(const Weights<Scalar>& weights) {
   const Scalar sum = weights.sum();
   if (!std::isfinite(sum) || !(sum > Scalar(0)) || !(weights.minCoeff() >= Scalar(0))) [[unlikely]] {
-    throw_invalid("weights are not finite and non-negative with a positive sum", weights.eval());
+    throw_invalid("weights are not finite and non-negative with a positive sum", weights);
   }
-  return (weights / sum).eval();
+  return sum;
+}
+
+template <class Scalar>
+[[nodiscard]] BinghamGaussian<Scalar> match_moments(const PoseColumns<Scalar>& points,
+                                                    const Weights<Scalar>& weights,
+                                                    const MomentMatchOptions<Scalar>& options) {
+  if (points.cols() != weights.size()) [[unlikely]] {
+    throw_invalid("there must be one weight a sample, weights", weights.size());
+  }
+  const Scalar sum = checked_sum<Scalar>(weights);
+  const auto for_each_sample = [&](const auto& visit) {
+    for (Eigen::Index k = 0; k < weights.size(); ++k) {
+      const auto pose = DualQuaternion<Scalar>::unchecked(points.col(k));
+      visit(weights[k] / sum, pose.rotation(), pose.translation());
+    }
+  };
+  using Rotation = Vector4<Scalar>;
+  using Translation = Vector3<Scalar>;
+
+  Matrix4<Scalar> scatter = Matrix4<Scalar>::Zero();
+  Vector3<Scalar> mean = Vector3<Scalar>::Zero();
+  for_each_sample([&](Scalar weight, const Rotation& q, const Translation& t) {
+    scatter += weight * q * q.transpose();
+    mean += weight * t;
+  });
+  const auto orientation = Bingham<Scalar, 4>::fit(scatter, {.min_eigenvalue = options.min_eigenvalue});
+
+  // G by least squares of t on tau, whose sample mean is zero: it is off the diagonal of the scatter in the
+  // axes of the fit.
+  Matrix3<Scalar> coupling = Matrix3<Scalar>::Zero();
+  if (options.keep_coupling) {
+    Matrix3<Scalar> t_tau = Matrix3<Scalar>::Zero();
+    Matrix3<Scalar> tau_tau = Matrix3<Scalar>::Zero();
+    for_each_sample([&](Scalar weight, const Rotation& q, const Translation& t) {
+      const Vector3<Scalar> tau = orientation_offset(orientation, q);
+      t_tau += weight * (t - mean) * tau.transpose();
+      tau_tau += weight * tau * tau.transpose();
+    });
+    coupling = t_tau * pseudo_inverse(tau_tau);
+  }
+
+  Matrix3<Scalar> residual_covariance = Matrix3<Scalar>::Zero();
+  for_each_sample([&](Scalar weight, const Rotation& q, const Translation& t) {
+    const Vector3<Scalar> residual = t - mean - coupling * orientation_offset(orientation, q);
+    residual_covariance += weight * residual * residual.transpose();
+  });
+  return {orientation, mean, coupling, residual_covariance};
 }
 
 }  // namespace detail
@@ -190,51 +242,13 @@ template <class Points, class Weights>
 requires(Points::RowsAtCompileTime == 8) [[nodiscard]] BinghamGaussian<typename Points::Scalar> moment_match(
     const Eigen::MatrixBase<Points>& points, const Eigen::MatrixBase<Weights>& weights,
     const MomentMatchOptions<typename Points::Scalar>& options = {}) {
-  using Scalar = typename Points::Scalar;
-  if (points.cols() != weights.size()) [[unlikely]] {
-    detail::throw_invalid("there must be one weight a sample, weights", weights.size());
-  }
-  const auto w = detail::normalized_weights(weights);
-  const auto rotation = [&](Eigen::Index k) -> Vector4<Scalar> { return points.col(k).template head<4>(); };
-  const auto translation = [&](Eigen::Index k) -> Vector3<Scalar> {
-    return DualQuaternion<Scalar>::unchecked(points.col(k)).translation();
-  };
-
-  Matrix4<Scalar> scatter = Matrix4<Scalar>::Zero();
-  Vector3<Scalar> mean = Vector3<Scalar>::Zero();
-  for (Eigen::Index k = 0; k < w.size(); ++k) {
-    scatter += w[k] * rotation(k) * rotation(k).transpose();
-    mean += w[k] * translation(k);
-  }
-  const auto orientation = Bingham<Scalar, 4>::fit(scatter, {.min_eigenvalue = options.min_eigenvalue});
-
-  // G by least squares of t on tau, whose sample mean is zero: it is off the diagonal of the scatter in the
-  // axes of the fit.
-  Matrix3<Scalar> coupling = Matrix3<Scalar>::Zero();
-  if (options.keep_coupling) {
-    Matrix3<Scalar> t_tau = Matrix3<Scalar>::Zero();
-    Matrix3<Scalar> tau_tau = Matrix3<Scalar>::Zero();
-    for (Eigen::Index k = 0; k < w.size(); ++k) {
-      const Vector3<Scalar> tau = detail::orientation_offset(orientation, rotation(k));
-      t_tau += w[k] * (translation(k) - mean) * tau.transpose();
-      tau_tau += w[k] * tau * tau.transpose();
-    }
-    coupling = t_tau * detail::pseudo_inverse(tau_tau);
-  }
-
-  Matrix3<Scalar> residual_covariance = Matrix3<Scalar>::Zero();
-  for (Eigen::Index k = 0; k < w.size(); ++k) {
-    const Vector3<Scalar> tau = detail::orientation_offset(orientation, rotation(k));
-    const Vector3<Scalar> residual = translation(k) - mean - coupling * tau;
-    residual_covariance += w[k] * residual * residual.transpose();
-  }
-  return {orientation, mean, coupling, residual_covariance};
+  return detail::match_moments<typename Points::Scalar>(points, weights, options);
 }
 
 template <std::floating_point Scalar, int Count>
 [[nodiscard]] BinghamGaussian<Scalar> moment_match(const WeightedSamples<Scalar, 8, Count>& samples,
                                                    const MomentMatchOptions<Scalar>& options = {}) {
-  return moment_match(samples.points, samples.weights, options);
+  return detail::match_moments<Scalar>(samples.points, samples.weights, options);
 }
 
 /// The density of y x for a constant pose y: a change of the parent frame. Exact.

@@ -29,20 +29,24 @@
 ///
 ///   g = E[y l],   -H = E[(y y^T - I) l],
 ///
-/// and take the exact step of that model. The step is as long as the model holds: 1/rho, with rho the
+/// and take the exact step of that model. The step is as long as the model holds, measured by rho, the
 /// standard deviation of what it leaves unexplained over the current density; how informative the measurement
-/// is does not matter. A linear model with Gaussian noise takes one step and is the Kalman update; no
-/// derivatives, and robust or other non-Gaussian likelihoods are welcome. For wide or multimodal densities
-/// use progressive_update.
+/// is does not matter. A linear model with Gaussian noise takes one step and is the Kalman update. No
+/// derivatives are needed, and robust or other non-Gaussian likelihoods are welcome as long as the posterior
+/// has one mode that the prior reaches: a cap that hides most of the measurement from most of the prior
+/// leaves no slope to follow. For wide or multimodal densities use progressive_update.
 namespace antipode {
 
 template <std::floating_point Scalar>
 struct QuadraticUpdateOptions {
-  /// Most steps, whatever the residual asks for: once half of them are used, the others share what remains
+  /// What a step may leave unexplained of the log-likelihood, as a standard deviation: a step is at most
+  /// max_residual/rho.
+  Scalar max_residual = Scalar(0.25);
+  /// Most steps, whatever max_residual asks for: once half of them are used, the others share what remains
   /// evenly. Refinements come on top.
   int max_steps = 100;
-  /// Fits around the result that start from the original prior again: they remove what the first, wide fits
-  /// got wrong.
+  /// Most fits around the result that start from the original prior again. They remove what the first, wide
+  /// fits got wrong, a few tenths of a standard deviation.
   int refinements = 1;
   /// Below this log-likelihood at the posterior's samples (the best of them) the result is reported as
   /// diverged.
@@ -53,12 +57,13 @@ template <std::floating_point Scalar>
 struct QuadraticUpdateResult {
   PoseGaussian<Scalar> posterior;
   UpdateStatus status = UpdateStatus::kConverged;
-  int steps = 0;  ///< refinements included
+  int steps = 0;        ///< without refinements
+  int refinements = 0;  ///< that were kept: one that leaves the density it was fitted to is not
   long likelihood_evaluations = 0;
   Scalar log_evidence = 0;         ///< log of the likelihood's mean under the prior
   Scalar best_log_likelihood = 0;  ///< of the last samples
   Scalar residual = 0;             ///< rho of the last fit: well below 1 if the posterior is Gaussian
-  bool step_floor_hit = false;     ///< max_steps forced a step longer than the residual allows
+  bool step_floor_hit = false;     ///< max_steps forced a step longer than max_residual allows
 };
 
 namespace detail {
@@ -150,9 +155,19 @@ template <class Scalar, class L, int Count>
   return fit;
 }
 
+/// Whether a density in the whitened coordinates of another is about where that one is, so that a fit to
+/// that one tells about it: two standard deviations, one and a half times the variance.
+template <class Scalar>
+[[nodiscard]] bool is_near_standard(const ConditionedGaussian<Scalar>& y) {
+  return y.mean.squaredNorm() <= Scalar(4) && y.root.squaredNorm() <= Scalar(1.5 * 6);
+}
+
 template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> checked_root(const PoseGaussian<Scalar>& prior,
                                            const QuadraticUpdateOptions<Scalar>& options) {
+  if (!(options.max_residual > Scalar(0))) [[unlikely]] {
+    throw_invalid("max_residual is not positive", options.max_residual);
+  }
   if (options.max_steps < 1) [[unlikely]] {
     throw_invalid("max_steps is not positive", options.max_steps);
   }
@@ -190,7 +205,6 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
   detail::RootedPose<Scalar> density = origin;
   const auto fit_density = [&] {
     const auto fit = detail::fit_quadratic(density, log_likelihood, standard);
-    ++result.steps;
     result.likelihood_evaluations += Rule::kCount;
     result.best_log_likelihood = fit.range.hi;
     result.residual = fit.residual;
@@ -205,22 +219,25 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
   for (Scalar remaining(1); remaining > Scalar(detail::kProgressionDone);) {
     const auto fit = fit_density();
     if (result.status != UpdateStatus::kConverged) return result;
-    const auto step = detail::progression_step(remaining, Scalar(1) / fit.residual, Scalar(0),
-                                               result.steps - 1, options.max_steps);
+    const auto step = detail::progression_step(remaining, options.max_residual / fit.residual, Scalar(0),
+                                               result.steps, options.max_steps);
     const auto y = detail::condition<Scalar>(Vector::Zero(), Square::Identity(), fit.model.scaled(step.size));
     density = density.moved(y);
     remaining -= step.size;
+    ++result.steps;
     result.log_evidence += y.log_evidence;
     result.step_floor_hit = result.step_floor_hit || step.floored;
   }
-  for (int i = 0; i < options.refinements; ++i) {
+  while (result.refinements < options.refinements) {
     const auto fit = fit_density();
     if (result.status != UpdateStatus::kConverged) return result;
     const Vector to_origin = origin.pose.boxminus(density.pose);
     const Eigen::PartialPivLU<Square> root(density.L);
     const Square origin_root = root.solve(se3_right_jacobian_inverse(to_origin) * origin.L);
     const auto y = detail::condition<Scalar>(root.solve(to_origin), origin_root, fit.model);
+    if (!detail::is_near_standard(y)) break;
     density = density.moved(y);
+    ++result.refinements;
     result.log_evidence = y.log_evidence;
   }
   result.posterior = {density.pose, density.L * density.L.transpose()};

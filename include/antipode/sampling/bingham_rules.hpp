@@ -7,10 +7,9 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
-
 #include <antipode/detail/check.hpp>
 #include <antipode/distributions/bingham.hpp>
+#include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/weighted_samples.hpp>
@@ -136,10 +135,11 @@ template <GaussianRule Cubature, std::floating_point Scalar>
       samples.points = (bingham.axes() * samples.points).eval();
       return samples;
     }
-    const Eigen::SelfAdjointEigenSolver<Matrix<Scalar, kDim>> eigen(E);
-    if (!(eigen.eigenvalues()[0] > Scalar(0))) break;
-    const Matrix<Scalar, kDim> A =
-        root.asDiagonal() * eigen.operatorInverseSqrt() * inverse_root.asDiagonal();
+    const auto eigen = detail::symmetric_eigen(E);
+    if (!(eigen.values[0] > Scalar(0))) break;
+    const Matrix<Scalar, kDim> inverse_root_E =
+        eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal() * eigen.vectors.transpose();
+    const Matrix<Scalar, kDim> A = root.asDiagonal() * inverse_root_E * inverse_root.asDiagonal();
     for (int k = 0; k < kCount; ++k) samples.points.col(k) = (A * samples.points.col(k)).normalized();
   }
   return sample(GnomonicRule<Cubature>{rule.cubature}, bingham);

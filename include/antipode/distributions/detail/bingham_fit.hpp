@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <antipode/distributions/detail/bingham_contour.hpp>
 #include <antipode/eigen_types.hpp>
@@ -50,7 +50,7 @@ template <int Dim>
         (inverse_omega.asDiagonal() * fourth * inverse_omega.asDiagonal()).array() - 1.0;
     const Vector<double, kFree> defect =
         1.0 - omega.template head<kFree>().array() / target.template head<kFree>().array();
-    const Vector<double, kFree> step = inverse_omega.cwiseProduct(jacobian.llt().solve(defect));
+    const Vector<double, kFree> step = inverse_omega.cwiseProduct(jacobian.inverse() * defect);
     z.template head<kFree>() = (z.template head<kFree>() + step).cwiseMin(0.0);
   }
   std::sort(z.begin(), z.end());  // equal targets may differ by a rounding error

@@ -6,9 +6,9 @@
 #include <string_view>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 
 namespace antipode::detail {
@@ -44,32 +44,32 @@ template <class Scalar, int N>
   if (cholesky.info() == Eigen::Success) [[likely]] {
     return {cholesky.matrixL(), true};
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix<Scalar, N>> eigen(A);
-  if (!(eigen.eigenvalues()[0] >= -kSymmetryTolerance<Scalar> * A.trace())) [[unlikely]] {
+  const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
+  if (!(eigen.values[0] >= -kSymmetryTolerance<Scalar> * A.trace())) [[unlikely]] {
     throw_invalid(what, A);
   }
-  const Vector<Scalar, N> root = eigen.eigenvalues().cwiseMax(Scalar(0)).cwiseSqrt();
-  return {eigen.eigenvectors() * root.asDiagonal(), false};
+  const Vector<Scalar, N> root = eigen.values.cwiseMax(Scalar(0)).cwiseSqrt();
+  return {eigen.vectors * root.asDiagonal(), false};
 }
 
 /// A with the negative eigenvalues, which come from rounding, set to zero.
 template <class Scalar, int N>
 [[nodiscard]] Matrix<Scalar, N> without_negative_eigenvalues(const Matrix<Scalar, N>& A) {
-  const Eigen::SelfAdjointEigenSolver<Matrix<Scalar, N>> eigen(A);
-  if (eigen.eigenvalues()[0] >= Scalar(0)) return A;
-  const Vector<Scalar, N> lambda = eigen.eigenvalues().cwiseMax(Scalar(0));
-  return eigen.eigenvectors() * lambda.asDiagonal() * eigen.eigenvectors().transpose();
+  const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
+  if (eigen.values[0] >= Scalar(0)) return A;
+  const Vector<Scalar, N> lambda = eigen.values.cwiseMax(Scalar(0));
+  return eigen.vectors * lambda.asDiagonal() * eigen.vectors.transpose();
 }
 
 /// The inverse of a positive semidefinite matrix on its range.
 template <class Scalar>
 [[nodiscard]] Matrix3<Scalar> pseudo_inverse(const Matrix3<Scalar>& A) {
   constexpr Scalar kReciprocalCondition = std::max(Scalar(1e-12), std::numeric_limits<Scalar>::epsilon());
-  const Eigen::SelfAdjointEigenSolver<Matrix3<Scalar>> eigen(A);
-  const Vector3<Scalar>& lambda = eigen.eigenvalues();
+  const SymmetricEigen<Scalar, 3> eigen = symmetric_eigen(A);
+  const Vector3<Scalar>& lambda = eigen.values;
   const Vector3<Scalar> inverse =
       (lambda.array() > kReciprocalCondition * lambda[2]).select(lambda.cwiseInverse(), Scalar(0));
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  return eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
 }
 
 }  // namespace antipode::detail

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// A program of its own: the definition changes Eigen.
+#undef NDEBUG  // Eigen reports a forbidden allocation by an assertion
+#define EIGEN_RUNTIME_NO_MALLOC
+#include <antipode/filters/predict.hpp>
+#include <antipode/filters/progressive_update.hpp>
+#include <antipode/filters/quadratic_update.hpp>
+#include <antipode/filters/unscented_update.hpp>
+
+#include "filters/models.hpp"
+#include "support/catch.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+/// f(), stopping the program if Eigen allocates in it.
+template <class Function>
+[[nodiscard]] auto without_allocation(const Function& f) {
+  Eigen::internal::set_is_malloc_allowed(false);
+  auto result = f();
+  Eigen::internal::set_is_malloc_allowed(true);
+  return result;
+}
+
+struct Scenario {
+  PoseGaussian<double> state;
+  BinghamGaussian<double> density;
+  StereoScene<double> scene;
+
+  explicit Scenario(unsigned seed)
+      : state{DualQuaternion<double>::identity(), pose_covariance<double>(0.02, 0.2)},
+        density(to_bingham_gaussian(state)) {
+    Rng rng(seed);
+    scene = StereoScene<double>::random(rng, draw(rng, state), 40);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Prediction does not allocate", "[allocation]") {
+  const Scenario s(1);
+  const auto predicted =
+      without_allocation([&] { return predict(s.density, s.state.pose, s.density, JointPoseRule{}); });
+  CHECK(predicted.covariance().allFinite());
+  const auto closed = without_allocation([&] { return predict_closed_form(s.state, s.state.pose, s.state); });
+  CHECK(closed.covariance.allFinite());
+}
+
+TEST_CASE("The progressive update does not allocate", "[allocation]") {
+  const Scenario s(2);
+  const auto result =
+      without_allocation([&] { return progressive_update(s.density, s.scene, JointPoseRule{}); });
+  CHECK(result.status == UpdateStatus::kConverged);
+  const auto likelihood_of = [&](int begin, int end) {
+    return [&, begin, end](const DualQuaternion<double>& x) { return s.scene(x) * (end - begin) / 40; };
+  };
+  const auto in_subsets = without_allocation(
+      [&] { return progressive_update_subsets(s.density, 40, likelihood_of, JointPoseRule{}); });
+  CHECK(in_subsets.status == UpdateStatus::kConverged);
+}
+
+TEST_CASE("The quadratic update does not allocate", "[allocation]") {
+  const Scenario s(3);
+  const auto result = without_allocation([&] { return quadratic_update(s.state, s.scene); });
+  CHECK(result.status == UpdateStatus::kConverged);
+}
+
+TEST_CASE("The unscented update does not allocate", "[allocation]") {
+  const Scenario s(4);
+  const auto poses = sample(JointPoseRule{}, s.density);
+  const Vector3<double> z = s.scene.measurements[0];
+  const Matrix3<double> R = Matrix3<double>::Identity();
+  const Gaussian<double, 3> landmark(s.scene.landmarks[0], 0.1 * R);
+  const auto projected =
+      without_allocation([&] { return project_gaussian(landmark, poses, s.scene.camera); });
+  CHECK(projected.has_value());
+  const auto result =
+      without_allocation([&] { return unscented_update(landmark, poses, s.scene.camera, z, R); });
+  CHECK(result.status == UnscentedUpdateStatus::kUpdated);
+}

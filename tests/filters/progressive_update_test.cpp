@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <type_traits>
+
+#include <antipode/filters/progressive_update.hpp>
+
+#include "filters/models.hpp"
+#include "support/catch.hpp"
+#include "support/error_message.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+template <class Scalar>
+using Pose = DualQuaternion<Scalar>;
+
+/// A prior around a random pose, with no two standard deviations alike (the axes would be arbitrary).
+template <class Scalar>
+[[nodiscard]] PoseGaussian<Scalar> random_pose_gaussian(Rng& rng, double rotation_sigma_rad,
+                                                        double translation_sigma_m) {
+  Vector6<Scalar> sigma;
+  sigma << Vector3<Scalar>::Constant(static_cast<Scalar>(rotation_sigma_rad)),
+      Vector3<Scalar>::Constant(static_cast<Scalar>(translation_sigma_m));
+  const Matrix6<Scalar> shape = random_covariance<Scalar, 6>(rng, 0.2);
+  return {random_pose<Scalar>(rng), sigma.asDiagonal() * shape * sigma.asDiagonal()};
+}
+template <class Scalar>
+[[nodiscard]] BinghamGaussian<Scalar> random_prior(Rng& rng, double rotation_sigma_rad,
+                                                   double translation_sigma_m) {
+  return to_bingham_gaussian(random_pose_gaussian<Scalar>(rng, rotation_sigma_rad, translation_sigma_m));
+}
+
+/// A smooth likelihood of order one around the prior.
+template <class Scalar>
+struct SmoothLikelihood {
+  Pose<Scalar> target;
+  Matrix6<Scalar> information;
+
+  [[nodiscard]] Scalar operator()(const Pose<Scalar>& x) const {
+    const Vector6<Scalar> error = x.boxminus(target);
+    return Scalar(-0.5) * error.dot(information * error);
+  }
+  [[nodiscard]] static SmoothLikelihood around(Rng& rng, const BinghamGaussian<Scalar>& prior) {
+    const PoseGaussian<Scalar> density = to_pose_gaussian(prior);
+    return {draw(rng, density), density.covariance.inverse() * uniform<Scalar>(rng, 0.5, 20.0)};
+  }
+};
+
+template <class Scalar>
+[[nodiscard]] bool same_density(const BinghamGaussian<Scalar>& a, const BinghamGaussian<Scalar>& b,
+                                double tolerance) {
+  const Matrix6<Scalar> P = a.covariance();
+  const Matrix6<Scalar> difference = b.covariance() - P;
+  const Vector6<Scalar> error = b.pose().boxminus(a.pose());
+  const Vector6<Scalar> sigma = P.diagonal().cwiseSqrt();
+  const double mean_error = static_cast<double>(error.cwiseQuotient(sigma).cwiseAbs().maxCoeff());
+  const double covariance_error =
+      static_cast<double>(difference.cwiseQuotient(sigma * sigma.transpose()).cwiseAbs().maxCoeff());
+  CAPTURE(mean_error, covariance_error, tolerance);
+  CHECK(mean_error <= tolerance);
+  CHECK(covariance_error <= tolerance);
+  return mean_error <= tolerance && covariance_error <= tolerance;
+}
+
+/// progressive_update, compiled once for each scalar and rule.
+template <class Scalar, class Rule>
+[[nodiscard]] ProgressiveResult<Scalar> update(
+    const BinghamGaussian<Scalar>& prior,
+    const std::type_identity_t<AnyLogLikelihood<Scalar>>& log_likelihood, const Rule& rule,
+    const std::type_identity_t<ProgressiveOptions<Scalar>>& options = {}) {
+  return progressive_update(prior, log_likelihood, rule, options);
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("A constant likelihood returns the prior in one step", "[progressive][law]", float,
+                   double) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const auto prior = random_prior<TestType>(rng, 0.2, 1.0);
+    const auto constant = [](const Pose<TestType>&) { return TestType(-3); };
+    const auto result = update(prior, constant, JointPoseRule{});
+    CHECK(result.status == UpdateStatus::kConverged);
+    CHECK(result.steps == 1);
+    CHECK(result.likelihood_evaluations == JointPoseRule::kCount);
+    CHECK(std::abs(static_cast<double>(result.log_evidence) + 3.0) <= 20 * kEpsilon<TestType>);
+    CHECK(static_cast<double>(result.effective_sample_size) ==
+          Approx(JointPoseRule::kCount).epsilon(100 * kEpsilon<TestType>));
+    // The rotation's moments are 0.01 of a scatter matrix with unit trace.
+    CHECK(same_density(prior, result.posterior, 1e4 * kEpsilon<TestType>));
+  }
+}
+
+TEMPLATE_TEST_CASE("Exchanging q and -q in any input changes nothing", "[progressive][law]", float, double) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const auto prior = random_pose_gaussian<TestType>(rng, 0.1, 0.5);
+    const auto density = to_bingham_gaussian(prior);
+    const auto likelihood = SmoothLikelihood<TestType>::around(rng, density);
+    const SmoothLikelihood<TestType> antipodal{antipode_of(likelihood.target), likelihood.information};
+    const auto a = update(density, likelihood, JointPoseRule{});
+    const PoseGaussian<TestType> antipodal_prior{antipode_of(prior.pose), prior.covariance};
+    const auto b = update(to_bingham_gaussian(antipodal_prior), antipodal, JointPoseRule{});
+    CHECK(a.posterior.mean_translation() == b.posterior.mean_translation());
+    CHECK(a.posterior.covariance() == b.posterior.covariance());
+    CHECK(a.log_evidence == b.log_evidence);
+  }
+}
+
+TEST_CASE("The sign of the mode alone changes nothing either", "[progressive][law]") {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const auto prior = random_prior<double>(rng, 0.1, 0.5);
+    const auto likelihood = SmoothLikelihood<double>::around(rng, prior);
+    // The samples of a Cartesian rule are the same in another order.
+    const auto a = update(prior, likelihood, RichPoseRule{});
+    const auto b = update(antipode_of(prior), likelihood, RichPoseRule{});
+    // In each of ~40 steps sums round moments of 1e-4 in a scatter matrix of trace one.
+    CHECK(same_density(a.posterior, b.posterior, 4e5 * kEpsilon<double>));
+  }
+}
+
+TEST_CASE("Moving the origin moves the posterior", "[progressive][law]") {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const auto prior = random_prior<double>(rng, 0.1, 0.5);
+    const auto likelihood = SmoothLikelihood<double>::around(rng, prior);
+    // No rotation: the sigma points of a turned covariance are others.
+    const auto y = Pose<double>::from_rotation_translation(Vector4<double>(1.0, 0.0, 0.0, 0.0),
+                                                           random_matrix<double, 3, 1>(rng, 100.0));
+    const auto moved = [&](const Pose<double>& x) { return likelihood(y.inverse() * x); };
+    const auto a = update(prior, likelihood, RichPoseRule{});
+    const auto b = update(compose(y, prior), moved, RichPoseRule{});
+    CHECK(same_density(compose(y, a.posterior), b.posterior, 1e-8));
+    CHECK(std::abs(a.log_evidence - b.log_evidence) <= 1e-8);
+  }
+}
+
+TEMPLATE_TEST_CASE("A batched likelihood gives the same bits as one pose at a time", "[progressive][law]",
+                   float, double) {
+  Rng rng(1);
+  const auto prior = random_prior<TestType>(rng, 0.1, 0.5);
+  const auto likelihood = SmoothLikelihood<TestType>::around(rng, prior);
+  using Poses = Eigen::Ref<const Matrix<TestType, 8, Eigen::Dynamic>>;
+  using Values = Eigen::Ref<Vector<TestType, Eigen::Dynamic>>;
+  const auto batched = [&](const Poses& poses, Values values) {
+    for (Eigen::Index k = 0; k < poses.cols(); ++k)
+      values[k] = likelihood(Pose<TestType>::unchecked(poses.col(k)));
+  };
+  const auto a = update(prior, likelihood, JointPoseRule{});
+  const auto b = progressive_update(prior, batched, JointPoseRule{});
+  CHECK(a.log_evidence == b.log_evidence);
+  CHECK(a.posterior.mean_translation() == b.posterior.mean_translation());
+  CHECK(a.posterior.covariance() == b.posterior.covariance());
+}
+
+TEST_CASE("A linear measurement of the translation converges to the Kalman update", "[progressive]") {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const Matrix3<double> P = random_covariance<double, 3>(rng, 0.1);
+    const Matrix3<double> R = random_covariance<double, 3>(rng, 0.1);
+    const Matrix3<double> H = Matrix3<double>::Identity() + 0.3 * random_matrix<double, 3>(rng);
+    const auto prior = BinghamGaussian<double>::independent(random_prior<double>(rng, 0.1, 1.0).orientation(),
+                                                            random_matrix<double, 3, 1>(rng), P);
+    const Vector3<double> z = H * prior.mean_translation() + random_matrix<double, 3, 1>(rng);
+    const auto likelihood = [&, information = Matrix3<double>(R.inverse())](const Pose<double>& x) {
+      const Vector3<double> error = z - H * x.translation();
+      return -0.5 * error.dot(information * error);
+    };
+    const Matrix3<double> S = H * P * H.transpose() + R;
+    const Matrix3<double> K = P * H.transpose() * S.inverse();
+    const Vector3<double> innovation = z - H * prior.mean_translation();
+    const Vector3<double> mean = prior.mean_translation() + K * innovation;
+    const Matrix3<double> covariance = P - K * S * K.transpose();
+    const double evidence =
+        -0.5 * innovation.dot(S.inverse() * innovation) - 0.5 * std::log(S.determinant() / R.determinant());
+
+    const auto result = update(prior, likelihood, RichPoseRule{}, {.tau = 0.98});
+    const Vector3<double> sigma = covariance.diagonal().cwiseSqrt();
+    const auto& posterior = result.posterior;
+    CHECK((posterior.mean_translation() - mean).cwiseQuotient(sigma).norm() <= 0.01);
+    CHECK((posterior.translation_covariance() - covariance).norm() <= 0.01 * covariance.norm());
+    CHECK(std::abs(result.log_evidence - evidence) <= 0.01);
+    CHECK(max_difference(posterior.orientation().scatter(), prior.orientation().scatter()) <= 1e-9);
+  }
+}
+
+TEMPLATE_TEST_CASE("tau bounds the effective sample size from below", "[progressive][law]", float, double) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const auto prior = random_prior<TestType>(rng, 0.1, 0.5);
+    const auto likelihood = SmoothLikelihood<TestType>::around(rng, prior);
+    const TestType tau = uniform<TestType>(rng, 0.05, 0.9);
+    const auto result = update(prior, likelihood, JointPoseRule{}, {.tau = tau});
+    CAPTURE(seed, tau, result.steps);
+    REQUIRE_FALSE(result.step_floor_hit);
+    // Kantorovich's inequality for factors within 1 : tau.
+    const TestType bound = 4 * tau / ((1 + tau) * (1 + tau)) * JointPoseRule::kCount;
+    CHECK(result.effective_sample_size >= bound * TestType(1 - 1e-4));
+    CHECK(result.effective_sample_size <= JointPoseRule::kCount * TestType(1 + 1e-4));
+    CHECK(result.likelihood_evaluations == result.steps * long{JointPoseRule::kCount});
+  }
+}
+
+TEST_CASE("The number of steps is bounded whatever tau asks for", "[progressive]") {
+  Rng rng(2);
+  const auto prior = random_prior<double>(rng, 0.1, 0.5);
+  const auto likelihood = SmoothLikelihood<double>::around(rng, prior);
+  for (int max_steps : {1, 2, 7, 10}) {
+    CAPTURE(max_steps);
+    const auto result = update(prior, likelihood, JointPoseRule{}, {.tau = 0.999999, .max_steps = max_steps});
+    CHECK(result.steps == max_steps);
+    CHECK(result.step_floor_hit);
+    CHECK(result.status == UpdateStatus::kConverged);
+  }
+  const auto floored = update(prior, likelihood, JointPoseRule{}, {.tau = 0.999999, .min_step = 0.1});
+  CHECK(floored.steps == 10);
+  CHECK(floored.step_floor_hit);
+}
+
+TEST_CASE("Steps too long for the samples are taken again, shorter", "[progressive]") {
+  Rng rng(3);
+  const auto prior = random_prior<double>(rng, 0.3, 0.5);
+  const auto sharp = [target = prior.pose()](const Pose<double>& x) {
+    return -1e6 * x.boxminus(target).head<3>().squaredNorm();
+  };
+  const ProgressiveOptions<double> long_steps{.tau = 1e-100};
+  const auto given_up = update(prior, sharp, JointPoseRule{}, {.tau = 1e-100, .max_restarts = 0});
+  const auto result = update(prior, sharp, JointPoseRule{}, long_steps);
+  CHECK(given_up.restarts == 0);
+  CHECK(result.restarts > 0);
+  CHECK(result.status == UpdateStatus::kConverged);
+  CHECK(result.likelihood_evaluations > result.steps * long{JointPoseRule::kCount});
+  const auto error = [](const auto& r) {
+    return std::abs(std::log(r.posterior.orientation().second_moments()[0] * 4.0 * 2e6));
+  };
+  CHECK(error(result) < error(given_up));
+}
+
+TEST_CASE("An orientation below min_eigenvalue is reported", "[progressive]") {
+  Rng rng(4);
+  const auto prior = random_prior<double>(rng, 0.01, 0.5);
+  const auto sharp = [target = prior.pose()](const Pose<double>& x) {
+    return -1e9 * x.boxminus(target).head<3>().squaredNorm();
+  };
+  const auto floored = update(prior, sharp, JointPoseRule{}, {.min_eigenvalue = 1e-8});
+  CHECK(floored.moment_floor_hit);
+  CHECK(floored.posterior.orientation().second_moments()[0] == Approx(1e-8).epsilon(1e-5));
+  const auto resolved = update(prior, sharp, JointPoseRule{}, {.min_eigenvalue = 1e-12});
+  CHECK_FALSE(resolved.moment_floor_hit);
+}
+
+TEMPLATE_TEST_CASE("A likelihood that is no number returns the prior and says so", "[progressive]", float,
+                   double) {
+  Rng rng(5);
+  const auto prior = random_prior<TestType>(rng, 0.1, 0.5);
+  const auto smooth = SmoothLikelihood<TestType>::around(rng, prior);
+  const auto check = [&](auto&& likelihood, UpdateStatus status) {
+    const auto result = update(prior, likelihood, JointPoseRule{});
+    CHECK(result.status == status);
+    CHECK(result.posterior.mean_translation() == prior.mean_translation());
+    CHECK(result.posterior.covariance() == prior.covariance());
+  };
+  constexpr TestType infinity = std::numeric_limits<TestType>::infinity();
+  constexpr TestType nan = std::numeric_limits<TestType>::quiet_NaN();
+  int calls = 0;
+  check([&](const Pose<TestType>& x) { return ++calls == 5 ? nan : smooth(x); }, UpdateStatus::kNotFinite);
+  calls = 0;
+  check([&](const Pose<TestType>& x) { return ++calls == 100 ? nan : smooth(x); }, UpdateStatus::kNotFinite);
+  calls = 0;
+  check([&](const Pose<TestType>& x) { return ++calls == 5 ? infinity : smooth(x); },
+        UpdateStatus::kNotFinite);
+  check([&](const Pose<TestType>&) { return -infinity; }, UpdateStatus::kNoSupport);
+  check([&](const Pose<TestType>&) { return nan; }, UpdateStatus::kNotFinite);
+}
+
+TEST_CASE("Poses that are impossible are excluded", "[progressive]") {
+  Rng rng(6);
+  const auto prior = random_prior<double>(rng, 0.1, 1.0);
+  const double wall = prior.mean_translation()[0];
+  const auto beyond_the_wall = [&](const Pose<double>& x) {
+    return x.translation()[0] < wall - 0.5 ? -kInfinity : 0.0;
+  };
+  const auto result = update(prior, beyond_the_wall, RichPoseRule{}, {.tau = 0.8});
+  CHECK(result.status == UpdateStatus::kConverged);
+  // Samples do not resolve a jump; but the mean goes the right way and the variance shrinks.
+  CHECK(result.posterior.mean_translation()[0] > wall);
+  CHECK(result.posterior.mean_translation()[0] < wall + 1.0);
+  CHECK(result.posterior.translation_covariance()(0, 0) < 1.0);
+}
+
+TEST_CASE("Landmarks behind some of a wide prior's cameras do no harm", "[progressive]") {
+  constexpr double kSigma = 25.0 * std::numbers::pi / 180.0;
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const PoseGaussian<double> prior{random_pose<double>(rng), pose_covariance<double>(kSigma, 2.0)};
+    const auto truth = draw(rng, prior);
+    auto scene = StereoScene<double>::random(rng, truth, 20);
+    for (double behind : {-kInfinity, -100.0}) {
+      CAPTURE(behind);
+      scene.behind = behind;
+      const auto result = update(to_bingham_gaussian(prior), scene, RichPoseRule{}, {.tau = 0.8});
+      CHECK(result.status == UpdateStatus::kConverged);
+      CHECK(result.posterior.covariance().allFinite());
+    }
+  }
+}
+
+TEST_CASE("A posterior that does not explain the measurement is reported", "[progressive]") {
+  Rng rng(7);
+  const PoseGaussian<double> prior{random_pose<double>(rng), pose_covariance<double>(0.001, 0.01)};
+  const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 30);
+  const double chi2_90_999 = 137.2;  // the 0.999 quantile for 90 residuals
+  const ProgressiveOptions<double> options{.min_log_likelihood = -0.5 * chi2_90_999};
+  CHECK(update(to_bingham_gaussian(prior), scene, RichPoseRule{}, options).status ==
+        UpdateStatus::kConverged);
+  auto wrong = scene;
+  std::rotate(wrong.measurements.begin(), wrong.measurements.begin() + 1, wrong.measurements.end());
+  const auto result = update(to_bingham_gaussian(prior), wrong, RichPoseRule{}, options);
+  CHECK(result.status == UpdateStatus::kDiverged);
+  CHECK(result.best_log_likelihood < options.min_log_likelihood);
+}
+
+TEST_CASE("Invalid options are refused with the value", "[progressive]") {
+  const auto prior = to_bingham_gaussian(PoseGaussian<double>{{}, pose_covariance<double>(0.1, 1.0)});
+  const auto message = [&](const ProgressiveOptions<double>& options) {
+    return error_message([&] {
+      return update(
+                 prior, [](const Pose<double>&) { return 0.0; }, JointPoseRule{}, options)
+          .steps;
+    });
+  };
+  CHECK(contains(message({.tau = 1.0}), "tau is not inside (0, 1): 1"));
+  CHECK(contains(message({.tau = 0.0}), "tau is not inside (0, 1): 0"));
+  CHECK(contains(message({.tau = std::nan("")}), "tau is not inside (0, 1): nan"));
+  CHECK(contains(message({.max_steps = 0}), "max_steps is not positive: 0"));
+  CHECK(contains(message({.min_step = 1.5}), "min_step is not in [0, 1]: 1.5"));
+  CHECK(contains(message({.min_eigenvalue = 0.3}), "min_eigenvalue is not in [1e-15, 1/4]: 0.3"));
+  CHECK(contains(message({.max_restarts = -1}), "max_restarts is negative: -1"));
+  CHECK(contains(message({.min_log_likelihood = std::nan("")}), "min_log_likelihood is not a number"));
+}

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <antipode/filters/quadratic_update.hpp>
+
+#include "filters/models.hpp"
+#include "filters/progressive_reference.hpp"
+#include "support/catch.hpp"
+#include "support/error_message.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// z = H log(origin^-1 x) + v, v ~ N(0, R): linear in the tangent space of the origin.
+template <class Scalar>
+struct LinearMeasurement {
+  DualQuaternion<Scalar> origin;
+  MatrixXd H;
+  MatrixXd R;
+  VectorXd z;
+
+  [[nodiscard]] Scalar operator()(const DualQuaternion<Scalar>& x) const {
+    const VectorXd error = z - H * x.boxminus(origin).template cast<double>();
+    return static_cast<Scalar>(-0.5 * error.dot(R.llt().solve(error)));
+  }
+
+  /// `rows` measurements, each of the order of one where rotations are of the order of rotation_scale.
+  [[nodiscard]] static LinearMeasurement random(Rng& rng, const DualQuaternion<Scalar>& origin, int rows,
+                                                double rotation_scale) {
+    const Matrix6<double> H = random_matrix<double, 6>(rng);
+    const Matrix6<double> R = random_covariance<double, 6>(rng, 0.05);
+    LinearMeasurement m{origin, H.topRows(rows), R.topLeftCorner(rows, rows),
+                        random_matrix<double, 6, 1>(rng).head(rows)};
+    m.H.leftCols(3) /= rotation_scale;
+    return m;
+  }
+};
+
+/// Kalman's update of N(0, P) on the tangent space.
+struct KalmanUpdate {
+  VectorXd mean;
+  MatrixXd covariance;
+  double log_evidence;
+
+  template <class Scalar>
+  KalmanUpdate(const MatrixXd& P, const LinearMeasurement<Scalar>& m) {
+    const MatrixXd S = m.H * P * m.H.transpose() + m.R;
+    const MatrixXd K = S.llt().solve(m.H * P).transpose();
+    mean = K * m.z;
+    covariance = P - K * S * K.transpose();
+    log_evidence = -0.5 * (m.z.dot(S.llt().solve(m.z)) + std::log(S.determinant() / m.R.determinant()));
+  }
+};
+
+/// quadratic_update, compiled once for each scalar.
+template <class Scalar>
+[[nodiscard]] QuadraticUpdateResult<Scalar> update(
+    const PoseGaussian<Scalar>& prior, const std::type_identity_t<AnyLogLikelihood<Scalar>>& log_likelihood,
+    const std::type_identity_t<QuadraticUpdateOptions<Scalar>>& options = {}) {
+  return quadratic_update(prior, log_likelihood, options);
+}
+
+/// The difference of two covariances, entry by entry relative to the standard deviations of the second.
+[[nodiscard]] double relative_difference(const MatrixXd& a, const MatrixXd& b) {
+  const VectorXd sigma = b.diagonal().cwiseSqrt();
+  return (a - b).cwiseQuotient(sigma * sigma.transpose()).norm();
+}
+/// The length of a vector, entry by entry relative to the standard deviations of a covariance.
+[[nodiscard]] double in_sigmas(const VectorXd& a, const MatrixXd& covariance) {
+  return a.cwiseQuotient(covariance.diagonal().cwiseSqrt()).norm();
+}
+
+[[nodiscard]] PoseGaussian<double> around(Rng& rng, double rotation_sigma_rad, double translation_sigma_m) {
+  return {random_pose<double>(rng), pose_covariance<double>(rotation_sigma_rad, translation_sigma_m)};
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("One step for a linear measurement is the Kalman update", "[quadratic]", float, double) {
+  constexpr double kRotationScale = 0.1;
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    const int rows = 1 + static_cast<int>(seed) % 6;
+    CAPTURE(seed, rows);
+    Rng rng(seed);
+    Matrix6<double> P = random_covariance<double, 6>(rng, 0.05);
+    P.topRows<3>() *= kRotationScale;
+    P.leftCols<3>() *= kRotationScale;
+    const PoseGaussian<TestType> prior{random_pose<TestType>(rng), P.cast<TestType>()};
+    const auto measurement = LinearMeasurement<TestType>::random(rng, prior.pose, rows, kRotationScale);
+    const KalmanUpdate kalman(P, measurement);
+    const auto result = update(prior, measurement, {.refinements = 0});
+    CHECK(result.status == UpdateStatus::kConverged);
+    CHECK(result.steps == 1);
+
+    // The posterior's covariance is in the tangent space of its own mean.
+    const Vector6<double> mean = result.posterior.pose.boxminus(prior.pose).template cast<double>();
+    const Matrix6<double> J = se3_right_jacobian_inverse(mean);
+    const Matrix6<double> covariance =
+        J * result.posterior.covariance.template cast<double>() * J.transpose();
+    const double tolerance = 4.5e5 * kEpsilon<TestType>;  // 1e-10 in double
+    CHECK(in_sigmas(mean - kalman.mean, kalman.covariance) <= tolerance);
+    CHECK(relative_difference(covariance, kalman.covariance) <= tolerance);
+    CHECK(std::abs(static_cast<double>(result.log_evidence) - kalman.log_evidence) <= tolerance);
+    CHECK(static_cast<double>(result.residual) <= tolerance);
+  }
+}
+
+TEST_CASE("Refining the Kalman update leaves it where it is", "[quadratic]") {
+  constexpr double kScale = 1e-3;
+  Rng rng(1);
+  const auto prior = around(rng, kScale, 1.0);
+  const auto measurement = LinearMeasurement<double>::random(rng, prior.pose, 3, kScale);
+  const auto once = update(prior, measurement, {.refinements = 0});
+  const auto refined = update(prior, measurement, {.refinements = 2});
+  CHECK(refined.steps == 1);
+  CHECK(refined.refinements == 2);
+  CHECK(refined.likelihood_evaluations == 3 * 57);
+  // The tangent space turns by 1e-3 from the prior to the posterior, and bends by the square of that.
+  CHECK(in_sigmas(refined.posterior.pose.boxminus(once.posterior.pose), prior.covariance) <= 1e-4);
+  CHECK(relative_difference(refined.posterior.covariance, once.posterior.covariance) <= 1e-2);
+}
+
+TEST_CASE("A few fits reach the true posterior", "[quadratic][reference]") {
+  for (const auto& c : progressive_cases()) {
+    if (c.prior.orientation().second_moments()[2] > 0.04 && c.name.starts_with("exact"))
+      continue;  // not Gaussian
+    CAPTURE(c.name);
+    const auto result = update(to_pose_gaussian(c.prior), c.log_likelihood);
+    const Score score = c.score(to_bingham_gaussian(result.posterior));
+    CHECK(result.status == UpdateStatus::kConverged);
+    CHECK_FALSE(result.step_floor_hit);
+    CHECK(result.steps <= (c.weak_prior ? 10 : 5));
+    CHECK(result.refinements == 1);
+    CHECK(score.rotation_error <= 0.1);
+    CHECK(score.translation_error <= 0.15);
+    const double tolerance = c.weak_prior ? 0.06 : 0.02;
+    CHECK(std::abs(score.rotation_variance_ratio - 1.0) <= tolerance);
+    CHECK(std::abs(score.translation_variance_ratio - 1.0) <= tolerance);
+    CHECK(std::abs(result.log_evidence - c.truth.log_evidence) <= (c.weak_prior ? 0.2 : 0.02));
+  }
+}
+
+TEST_CASE("The covariance is as large as the error", "[quadratic]") {
+  constexpr int kTrials = 60;
+  double sum = 0.0;
+  for (unsigned seed = 0; seed < kTrials; ++seed) {
+    Rng rng(seed);
+    const auto prior = around(rng, 0.03, 0.5);
+    const auto truth = draw(rng, prior);
+    const auto scene = StereoScene<double>::random(rng, truth, 30);
+    const auto result = update(prior, scene);
+    CHECK(result.status == UpdateStatus::kConverged);
+    sum += nees(result.posterior, truth);
+  }
+  // chi^2(6 n)/n has the mean 6 and the standard deviation sqrt(12/n).
+  CHECK(std::abs(sum / kTrials - 6.0) <= 3.0 * std::sqrt(12.0 / kTrials));
+}
+
+TEST_CASE("A capped likelihood ignores a third of wrong measurements", "[quadratic]") {
+  constexpr int kTrials = 60;
+  double sum = 0.0;
+  for (unsigned seed = 0; seed < kTrials; ++seed) {
+    Rng rng(seed);
+    const auto prior = around(rng, 0.002, 0.02);
+    const auto truth = draw(rng, prior);
+    auto scene = StereoScene<double>::random(rng, truth, 60);
+    for (std::size_t i = 0; i < 20; ++i) scene.measurements[i] += 40.0 * random_unit<double, 3>(rng);
+    scene.cap = 0.5 * 16.27;  // the 0.999 quantile of chi^2(3)
+    sum += nees(update(prior, scene).posterior, truth);
+  }
+  CHECK(std::abs(sum / kTrials - 6.0) <= 3.0 * std::sqrt(12.0 / kTrials));
+}
+
+TEST_CASE("A refinement that would leave the density it was fitted to is dropped", "[quadratic]") {
+  // Most of the prior sees most measurements capped, and a fit to the narrow result may see next to nothing.
+  constexpr int kTrials = 40;
+  double sum = 0.0;
+  int dropped = 0;
+  for (unsigned seed = 0; seed < kTrials; ++seed) {
+    Rng rng(seed);
+    const auto prior = around(rng, 0.005, 0.05);
+    const auto truth = draw(rng, prior);
+    auto scene = StereoScene<double>::random(rng, truth, 60);
+    scene.cap = 0.5 * 16.27;
+    const auto result = update(prior, scene, {.refinements = 5});
+    dropped += result.refinements < 5;
+    sum += nees(result.posterior, truth);
+  }
+  CHECK(dropped > 0);
+  CHECK(sum / kTrials <= 12.0);  // were they kept: hundreds
+}
+
+TEST_CASE("Landmarks behind some of a wide prior's cameras are survived", "[quadratic]") {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const auto prior = around(rng, 0.44, 2.0);  // 25 degrees
+    auto scene = StereoScene<double>::random(rng, draw(rng, prior), 20);
+    scene.behind = -100.0;
+    const auto result = update(prior, scene);
+    CHECK(result.status == UpdateStatus::kConverged);
+    CHECK(result.posterior.covariance.allFinite());
+    CHECK(result.steps <= 100);
+    // Impossible instead of unlikely: then there may be no sample that sees all.
+    scene.behind = -std::numeric_limits<double>::infinity();
+    const auto impossible = update(prior, scene);
+    CHECK((impossible.status == UpdateStatus::kConverged || impossible.status == UpdateStatus::kNoSupport));
+    CHECK(impossible.posterior.covariance.allFinite());
+  }
+}
+
+TEMPLATE_TEST_CASE("A constant log-likelihood changes nothing", "[quadratic][law]", float, double) {
+  Rng rng(2);
+  const PoseGaussian<TestType> prior{random_pose<TestType>(rng), pose_covariance<TestType>(0.1, 1.0)};
+  const auto result = update(prior, [](const DualQuaternion<TestType>&) { return TestType(-7); });
+  CHECK(result.status == UpdateStatus::kConverged);
+  CHECK(max_difference(result.posterior.covariance, prior.covariance) <= 10 * kEpsilon<TestType>);
+  CHECK(result.posterior.pose.is_approx(prior.pose, TestType(10 * kEpsilon<TestType>)));
+  CHECK(static_cast<double>(result.log_evidence) == Approx(-7.0).epsilon(10 * kEpsilon<TestType>));
+}
+
+TEMPLATE_TEST_CASE("Exchanging q and -q of the prior changes nothing", "[quadratic][law]", float, double) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const PoseGaussian<TestType> prior{random_pose<TestType>(rng), pose_covariance<TestType>(0.02, 0.2)};
+    const auto scene = StereoScene<TestType>::random(rng, draw(rng, prior), 30);
+    const auto a = update(prior, scene);
+    const auto b = update(PoseGaussian<TestType>{antipode_of(prior.pose), prior.covariance}, scene);
+    CHECK(a.steps == b.steps);
+    CHECK(a.posterior.covariance == b.posterior.covariance);
+    CHECK(a.posterior.pose.coeffs() == -b.posterior.pose.coeffs());
+  }
+}
+
+TEST_CASE("Moving the world moves the quadratic posterior", "[quadratic][law]") {
+  Rng rng(3);
+  const auto prior = around(rng, 0.02, 0.2);
+  const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 30);
+  const auto y = random_pose<double>(rng, 100.0);
+  const auto moved = [&](const DualQuaternion<double>& x) { return scene(y.inverse() * x); };
+  const auto a = update(prior, scene);
+  const auto b = update(PoseGaussian<double>{y * prior.pose, prior.covariance}, moved);
+  // Translations of 100 m leave 1e-14 m, projected at 700 pixels a radian: 1e-9 of a sigma.
+  CHECK(in_sigmas(b.posterior.pose.boxminus(y * a.posterior.pose), a.posterior.covariance) <= 1e-7);
+  CHECK(relative_difference(b.posterior.covariance, a.posterior.covariance) <= 1e-7);
+}
+
+TEST_CASE("Directions the prior is certain of stay fixed", "[quadratic]") {
+  Rng rng(4);
+  Matrix6<double> planar = Matrix6<double>::Zero();  // turns about y, moves in x and z
+  planar.diagonal() << 0.0, 4e-4, 0.0, 0.04, 0.0, 0.04;
+  const PoseGaussian<double> prior{random_pose<double>(rng), planar};
+  const auto truth = prior.pose.boxplus((Vector6<double>() << 0.0, 0.02, 0.0, 0.1, 0.0, -0.2).finished());
+  const auto scene = StereoScene<double>::random(rng, truth, 30);
+  const auto result = update(prior, scene, {.refinements = 0});
+  CHECK(result.status == UpdateStatus::kConverged);
+  const Vector6<double> error = truth.boxminus(result.posterior.pose);
+  CHECK(std::abs(error[1]) <= 0.002);
+  CHECK(error.tail<3>().norm() <= 0.05);
+  CHECK(result.posterior.covariance.diagonal()[0] <= 1e-6);
+  const std::string refused = error_message([&] { return update(prior, scene).steps; });
+  CHECK(contains(refused, "refinements need a positive definite pose covariance: [0"));
+}
+
+TEST_CASE("What a likelihood cannot answer comes back as the status", "[quadratic]") {
+  Rng rng(5);
+  const auto prior = around(rng, 0.02, 0.2);
+  const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 30);
+  const auto check = [&](const auto& likelihood, UpdateStatus status) {
+    const auto result = update(prior, likelihood);
+    CHECK(result.status == status);
+    CHECK(result.posterior.pose.coeffs() == prior.pose.coeffs());
+    CHECK(result.posterior.covariance == prior.covariance);
+  };
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  using Pose = DualQuaternion<double>;
+  check([](const Pose&) { return std::nan(""); }, UpdateStatus::kNotFinite);
+  check([](const Pose&) { return infinity; }, UpdateStatus::kNotFinite);
+  check([](const Pose&) { return -infinity; }, UpdateStatus::kNoSupport);
+  check([](const Pose& x) { return -1e300 * x.translation().squaredNorm(); }, UpdateStatus::kNotFinite);
+  int calls = 0;
+  check([&](const Pose& x) { return ++calls > 100 ? std::nan("") : scene(x); }, UpdateStatus::kNotFinite);
+  CHECK(update(prior, scene, {.min_log_likelihood = 1.0}).status == UpdateStatus::kDiverged);
+}
+
+TEST_CASE("The steps of the surrogate are bounded", "[quadratic]") {
+  Rng rng(6);
+  const auto prior = around(rng, 0.4, 2.0);
+  const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 20);
+  const auto result = update(prior, scene, {.max_steps = 2, .refinements = 0});
+  CHECK(result.steps <= 2);
+  CHECK(result.step_floor_hit);
+}
+
+TEST_CASE("Invalid priors and options of the surrogate are refused with the value", "[quadratic]") {
+  Rng rng(7);
+  const auto prior = around(rng, 0.02, 0.2);
+  const auto message = [&](const PoseGaussian<double>& density,
+                           const QuadraticUpdateOptions<double>& options) {
+    return error_message([&] {
+      return update(
+                 density, [](const DualQuaternion<double>&) { return 0.0; }, options)
+          .steps;
+    });
+  };
+  CHECK(contains(message(prior, {.max_residual = 0.0}), "max_residual is not positive: 0"));
+  CHECK(contains(message(prior, {.max_steps = 0}), "max_steps is not positive: 0"));
+  CHECK(contains(message(prior, {.refinements = -1}), "refinements is negative: -1"));
+  CHECK(contains(message(prior, {.min_log_likelihood = std::nan("")}), "min_log_likelihood is not a number"));
+  PoseGaussian<double> broken = prior;
+  broken.covariance(2, 2) = -1.0;
+  CHECK(contains(message(broken, {}), "pose covariance has a negative eigenvalue"));
+  broken.covariance(2, 2) = std::nan("");
+  CHECK(contains(message(broken, {}), "pose covariance is not finite or not symmetric"));
+}
+
+TEST_CASE("A concentrated pose density survives the round trip", "[quadratic]") {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const double scale = std::pow(10.0, uniform<double>(rng, -12.0, -4.0));
+    const PoseGaussian<double> density{random_pose<double>(rng), scale * random_covariance<double, 6>(rng)};
+    const auto back = to_pose_gaussian(to_bingham_gaussian(density));
+    CHECK(back.pose.is_approx(density.pose, 1e-12));
+    // Rotation moments of 2.5e-15 are raised to 1e-14.
+    CHECK((back.covariance - density.covariance).norm() <= 1e-9 * density.covariance.norm() + 8e-14);
+  }
+}

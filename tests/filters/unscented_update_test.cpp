@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include <antipode/filters/unscented_update.hpp>
+#include <antipode/sampling/pose_rules.hpp>
+
+#include "filters/models.hpp"
+#include "support/catch.hpp"
+#include "support/error_message.hpp"
+#include "support/reference.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+using Pose = DualQuaternion<double>;
+using Landmark = Gaussian<double, 3>;
+/// Any model; one type for all of them, so that the filter compiles once.
+using Model = std::function<std::optional<Vector3<double>>(const Pose&, const Vector3<double>&)>;
+
+/// Agreement with values of 17 digits, relative to the largest entry.
+template <class A, class B>
+void check_reference(const Eigen::MatrixBase<A>& value, const Eigen::MatrixBase<B>& reference) {
+  CHECK((value - reference).cwiseAbs().maxCoeff() <= 1e-9 * reference.cwiseAbs().maxCoeff());
+}
+
+[[nodiscard]] StereoModel<double> camera_of(const nlohmann::json& entry) {
+  const auto& camera = entry.at("camera");
+  return {camera.at("fx"), camera.at("fy"), camera.at("cx"), camera.at("cy"), camera.at("b")};
+}
+[[nodiscard]] Pose pose_of(const nlohmann::json& entry) {
+  return Pose::from_rotation_translation(to_vector<4>(entry.at("q")), to_vector<3>(entry.at("t")));
+}
+[[nodiscard]] Landmark landmark_of(const nlohmann::json& entry) {
+  return {to_vector<3>(entry.at("l")), to_matrix<3>(entry.at("P"))};
+}
+
+/// Distance of the means in standard deviations of the truth, and of the covariances as a geometric mean
+/// ratio.
+struct LandmarkScore {
+  double error;
+  double variance_ratio;
+
+  LandmarkScore(const Landmark& estimate, const nlohmann::json& truth) {
+    const Vector3<double> e = estimate.mean() - to_vector<3>(truth.at("l_mean"));
+    const Matrix3<double> P = to_matrix<3>(truth.at("P"));
+    error = std::sqrt(e.dot(P.inverse() * e));
+    variance_ratio = std::cbrt(estimate.covariance().determinant() / P.determinant());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The camera of these tests is that of the reference values", "[unscented][reference]") {
+  for (const auto& entry : read_reference("landmark_update.json").at("projection")) {
+    const StereoModel<double> camera = camera_of(entry);
+    const auto z = camera(pose_of(entry), to_vector<3>(entry.at("l")));
+    REQUIRE(z.has_value());
+    check_reference(*z, to_vector<3>(entry.at("z")));
+    check_reference(camera.back_project(pose_of(entry), *z), to_vector<3>(entry.at("l_back")));
+  }
+}
+
+TEST_CASE("A measurement back-projects with its covariance", "[unscented][reference]") {
+  for (const auto& entry : read_reference("landmark_update.json").at("init")) {
+    const StereoModel<double> camera = camera_of(entry);
+    const Model back_project = [&](const Pose& x, const Vector3<double>& z) {
+      return camera.back_project(x, z);
+    };
+    const Gaussian<double, 3> measured(to_vector<3>(entry.at("z")), to_matrix<3>(entry.at("R")));
+    const auto landmark = project_gaussian(measured, pose_of(entry), back_project, entry.at("kappa"));
+    REQUIRE(landmark.has_value());
+    check_reference(landmark->mean, to_vector<3>(entry.at("l_ut")));
+    check_reference(landmark->covariance, to_matrix<3>(entry.at("P_ut")));
+  }
+}
+
+TEST_CASE("A landmark projects with its covariance", "[unscented][reference]") {
+  for (const auto& entry : read_reference("landmark_update.json").at("alg3")) {
+    const Model h = camera_of(entry);
+    const auto projected = project_gaussian(landmark_of(entry), pose_of(entry), h, entry.at("kappa"));
+    REQUIRE(projected.has_value());
+    check_reference(projected->mean, to_vector<3>(entry.at("zhat")));
+    check_reference(projected->covariance, to_matrix<3>(entry.at("Sigma_zhat")));
+    check_reference(projected->covariance + to_matrix<3>(entry.at("R")), to_matrix<3>(entry.at("S")));
+  }
+}
+
+TEST_CASE("One iteration at a known pose is the unscented Kalman filter", "[unscented][reference]") {
+  for (const auto& entry : read_reference("landmark_update.json").at("alg4_fixed_pose")) {
+    const Model h = camera_of(entry);
+    const Vector3<double> z = to_vector<3>(entry.at("z"));
+    const auto result =
+        unscented_update(landmark_of(entry), pose_of(entry), h, z, to_matrix<3>(entry.at("R")),
+                         {.kappa = entry.at("kappa"), .iterations = 1});
+    CHECK(result.status == UnscentedUpdateStatus::kUpdated);
+    CHECK(result.iterations == 1);
+    CHECK((z - result.innovation - to_vector<3>(entry.at("zhat"))).norm() <= 1e-9 * z.norm());
+    check_reference(result.innovation_covariance, to_matrix<3>(entry.at("S")));
+    check_reference(result.cross_covariance, to_matrix<3>(entry.at("S_lz")));
+    check_reference(result.gain, to_matrix<3>(entry.at("K")));
+    check_reference(result.posterior.mean(), to_vector<3>(entry.at("l_new")));
+    check_reference(result.posterior.covariance(), to_matrix<3>(entry.at("P_new")));
+    const double nis = result.innovation.dot(to_matrix<3>(entry.at("S")).inverse() * result.innovation);
+    CHECK(result.nis == Approx(nis).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("One iteration with samples of the pose takes all pairs", "[unscented][reference]") {
+  for (const auto& entry : read_reference("landmark_update.json").at("alg4_uncertain_pose")) {
+    const Model h = camera_of(entry);
+    const auto density = BinghamGaussian<double>::independent(
+        Bingham<double, 4>::from_parameters(to_matrix<4>(entry.at("M")), to_vector<4>(entry.at("z4"))),
+        to_vector<3>(entry.at("mu_t")), to_matrix<3>(entry.at("Sigma_t")));
+    const PaperPoseRule rule{BinghamBaseRule{.lambda = entry.at("lam")},
+                             UnscentedRule<3>{.kappa = entry.at("kappa_t")}};
+    const auto poses = sample(rule, density);
+    const Vector3<double> z = to_vector<3>(entry.at("z"));
+    const auto update = [&](int iterations) {
+      return unscented_update(landmark_of(entry), poses, h, z, to_matrix<3>(entry.at("R")),
+                              {.kappa = entry.at("kappa_l"), .iterations = iterations});
+    };
+    const auto result = update(1);
+    CHECK((z - result.innovation - to_vector<3>(entry.at("zhat"))).norm() <= 1e-9 * z.norm());
+    check_reference(result.innovation_covariance, to_matrix<3>(entry.at("S")));
+    check_reference(result.cross_covariance, to_matrix<3>(entry.at("S_lz")));
+    check_reference(result.gain, to_matrix<3>(entry.at("K")));
+    check_reference(result.posterior.mean(), to_vector<3>(entry.at("l_new")));
+    check_reference(result.posterior.covariance(), to_matrix<3>(entry.at("P_new")));
+    // The true posterior is itself known to 0.0074 sigma.
+    const LandmarkScore iterated(update(2).posterior, entry.at("truth"));
+    CHECK(iterated.error <= 0.2);
+    CHECK(std::abs(iterated.variance_ratio - 1.0) <= 0.035);
+    // Gating sees the pose's uncertainty.
+    const auto gate = project_gaussian(landmark_of(entry), poses, h, entry.at("kappa_l"));
+    REQUIRE(gate.has_value());
+    check_reference(gate->covariance + to_matrix<3>(entry.at("R")), to_matrix<3>(entry.at("S")));
+  }
+}
+
+TEST_CASE("A second iteration reaches the true posterior of a wide prior", "[unscented][reference]") {
+  for (const auto& entry : read_reference("landmark_update.json").at("alg4_fixed_pose")) {
+    const Model h = camera_of(entry);
+    const auto score = [&](int iterations) {
+      const auto result = unscented_update(landmark_of(entry), pose_of(entry), h, to_vector<3>(entry.at("z")),
+                                           to_matrix<3>(entry.at("R")),
+                                           {.kappa = entry.at("kappa"), .iterations = iterations});
+      CHECK(result.iterations == iterations);
+      return LandmarkScore(result.posterior, entry.at("truth"));
+    };
+    CHECK(score(2).error <= score(1).error);
+    CHECK(score(2).error <= 0.21);
+    CHECK(std::abs(score(2).variance_ratio - 1.0) <= 0.01);
+    CHECK(score(3).error <= 0.21);
+    CHECK(std::abs(score(3).variance_ratio - 1.0) <= 0.035);
+  }
+}
+
+TEST_CASE("A landmark in inverse depth projects like the point it stands for", "[unscented][reference]") {
+  const auto file = read_reference("landmark_update.json");
+  for (std::size_t i = 0; i < file.at("inverse_depth").size(); ++i) {
+    const auto& entry = file.at("inverse_depth").at(i);
+    const auto& projection = file.at("projection").at(i);
+    const StereoModel<double> camera = camera_of(projection);
+    const Vector3<double> anchor = to_vector<3>(entry.at("anchor"));
+    const Model h = [&](const Pose& x, const Vector3<double>& y) {
+      const double theta = y[0], phi = y[1], rho = y[2];
+      const Vector3<double> ray(std::cos(phi) * std::sin(theta), -std::sin(phi),
+                                std::cos(phi) * std::cos(theta));
+      return camera(x, anchor + ray / rho);
+    };
+    const Vector3<double> mean(entry.at("theta").get<double>(), entry.at("phi").get<double>(),
+                               entry.at("rho").get<double>());
+    const Gaussian<double, 3> y(mean, Matrix3<double>::Zero());
+    const auto direct = camera(pose_of(projection), to_vector<3>(entry.at("l")));
+    const auto projected = project_gaussian(y, pose_of(projection), h);
+    REQUIRE(direct.has_value() == projected.has_value());
+    if (direct) check_reference(projected->mean, *direct);
+  }
+}
+
+TEMPLATE_TEST_CASE("A linear model gives the Kalman update, however often iterated", "[unscented][law]",
+                   float, double) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    using Vec3 = Vector3<TestType>;
+    using Vec2 = Vector2<TestType>;
+    const Gaussian<TestType, 3> prior(random_matrix<TestType, 3, 1>(rng),
+                                      random_covariance<TestType, 3>(rng, 0.05));
+    const Matrix<TestType, 2, 3> H = random_matrix<TestType, 2, 3>(rng);
+    const Matrix2<TestType> R = random_covariance<TestType, 2>(rng, 0.05);
+    const Vec2 z = random_matrix<TestType, 2, 1>(rng);
+    const auto h = [&](const DualQuaternion<TestType>& x, const Vec3& l) -> Vec2 { return H * (x * l); };
+    const auto pose = random_pose<TestType>(rng);
+    const Matrix<TestType, 2, 3> H_l = H * pose.rotation_matrix();
+    const Matrix2<TestType> S = H_l * prior.covariance() * H_l.transpose() + R;
+    const Matrix<TestType, 3, 2> K = prior.covariance() * H_l.transpose() * S.inverse();
+    const Vec3 mean = prior.mean() + K * (z - h(pose, prior.mean()));
+    const Matrix3<TestType> covariance = prior.covariance() - K * S * K.transpose();
+    for (int iterations : {1, 3}) {
+      CAPTURE(seed, iterations);
+      const auto result = unscented_update(prior, pose, h, z, R, {.iterations = iterations});
+      const double tolerance = 1e4 * kEpsilon<TestType>;  // condition number of S, up to 1e3
+      CHECK(max_difference(result.posterior.mean(), mean) <= tolerance);
+      CHECK(max_difference(result.posterior.covariance(), covariance) <= tolerance);
+      CHECK(max_difference(result.gain, K) <= tolerance);
+    }
+  }
+}
+
+TEST_CASE("A singular prior moves only where it is uncertain", "[unscented]") {
+  const StereoModel<double> camera;
+  const Pose pose;
+  const Vector3<double> direction = Vector3<double>(1.0, 1.0, 10.0).normalized();
+  const Landmark prior(20.0 * direction, 0.5 * direction * direction.transpose());  // on a known ray
+  const Vector3<double> z = *camera(pose, 20.7 * direction);
+  const auto result =
+      unscented_update(prior, pose, Model(camera), z, Matrix3<double>(0.25 * Matrix3<double>::Identity()));
+  CHECK(result.status == UnscentedUpdateStatus::kUpdated);
+  const Vector3<double> moved = result.posterior.mean() - prior.mean();
+  CHECK(moved.cross(direction).norm() <= 1e-12);
+  CHECK(moved.dot(direction) == Approx(0.7).margin(0.3));
+  CHECK(Eigen::SelfAdjointEigenSolver<Matrix3<double>>(result.posterior.covariance()).eigenvalues()[1] <=
+        1e-14);
+}
+
+TEST_CASE("The posterior covariance is positive definite and below the prior", "[unscented][law]") {
+  const StereoModel<double> camera;
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const Pose pose = random_pose<double>(rng);
+    const Vector3<double> z(uniform<double>(rng, 0.0, 1241.0), uniform<double>(rng, 0.0, 376.0),
+                            uniform<double>(rng, 8.0, 100.0));
+    const Vector3<double> l = camera.back_project(pose, z);
+    const double depth = camera.fx * camera.baseline / z[2];
+    const double scale = std::pow(10.0, uniform<double>(rng, -8.0, -2.0));
+    const Landmark prior(l, scale * depth * depth * random_covariance<double, 3>(rng, 1e-6));
+    const Matrix3<double> R =
+        std::pow(10.0, uniform<double>(rng, -6.0, 1.0)) * random_covariance<double, 3>(rng);
+    const auto result = unscented_update(prior, pose, Model(camera), z, R);
+    REQUIRE(result.status == UnscentedUpdateStatus::kUpdated);
+    const Matrix3<double> P = result.posterior.covariance();
+    CHECK(P == P.transpose());
+    const Vector3<double> relative =
+        Eigen::GeneralizedSelfAdjointEigenSolver<Matrix3<double>>(P, prior.covariance()).eigenvalues();
+    CHECK(relative[0] > 0.0);
+    CHECK(relative[2] <= 1.0 + 1e-9);
+  }
+}
+
+TEST_CASE("q and -q of the pose, and one sample in place of a known pose, measure the same",
+          "[unscented][law]") {
+  const Model h = StereoModel<double>{};
+  const Pose pose;
+  const Landmark prior({2.0, 1.0, 15.0}, 0.2 * Matrix3<double>::Identity());
+  const Vector3<double> z = *h(pose, Vector3<double>(2.1, 0.9, 14.5));
+  const Matrix3<double> R = Matrix3<double>::Identity();
+  const auto expected = unscented_update(prior, pose, h, z, R);
+  const auto antipodal = unscented_update(prior, antipode_of(pose), h, z, R);
+  CHECK(antipodal.posterior.mean() == expected.posterior.mean());
+  CHECK(antipodal.posterior.covariance() == expected.posterior.covariance());
+  WeightedSamples<double, 8, 2> samples;  // the second has no weight, and sees nothing
+  samples.points << pose.coeffs(), Pose::exp(Vector6<double>(3.1, 0.0, 0.0, 0.0, 0.0, 0.0)).coeffs();
+  samples.weights << 1.0, 0.0;
+  const auto sampled = unscented_update(prior, samples, h, z, R);
+  CHECK(max_difference(sampled.posterior.mean(), expected.posterior.mean()) <= 1e-13);
+  CHECK(max_difference(sampled.posterior.covariance(), expected.posterior.covariance()) <= 1e-13);
+}
+
+TEST_CASE("An uncertain pose lets a landmark learn less", "[unscented]") {
+  const Model h = StereoModel<double>{};
+  const Landmark prior({2.0, 1.0, 15.0}, 0.2 * Matrix3<double>::Identity());
+  const Vector3<double> z = *h(Pose{}, Vector3<double>(2.1, 0.9, 14.5));
+  const Matrix3<double> R = Matrix3<double>::Identity();
+  const auto density = to_bingham_gaussian(PoseGaussian<double>{{}, pose_covariance<double>(0.01, 0.1)});
+  const auto known = unscented_update(prior, Pose{}, h, z, R);
+  const auto uncertain = unscented_update(prior, sample(JointPoseRule{}, density), h, z, R);
+  CHECK(uncertain.posterior.covariance().trace() > known.posterior.covariance().trace());
+  CHECK(uncertain.nis < known.nis);
+}
+
+TEST_CASE("What cannot be measured is reported and changes nothing", "[unscented]") {
+  const Matrix3<double> R = Matrix3<double>::Identity();
+  const Landmark behind({0.0, 0.0, -5.0}, 0.01 * Matrix3<double>::Identity());
+  const Landmark half_behind({0.0, 0.0, 1.0}, Matrix3<double>::Identity());
+  const Model camera = StereoModel<double>{};
+  const Model nowhere = [](const Pose&, const Vector3<double>&) -> std::optional<Vector3<double>> {
+    return Vector3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
+  };
+  for (const auto& [prior, h] : {std::pair{behind, camera}, {half_behind, camera}, {behind, nowhere}}) {
+    CHECK_FALSE(project_gaussian(prior, Pose{}, h).has_value());
+    const auto result = unscented_update(prior, Pose{}, h, Vector3<double>(600.0, 200.0, 10.0), R);
+    CHECK(result.status == UnscentedUpdateStatus::kNotObservable);
+    CHECK(result.iterations == 0);
+    CHECK(result.posterior.mean() == prior.mean());
+    CHECK(result.posterior.covariance() == prior.covariance());
+  }
+}
+
+TEST_CASE("An iteration that leaves the view keeps the one before", "[unscented]") {
+  const Model h = [](const Pose&, const Vector3<double>& l) -> std::optional<Vector3<double>> {
+    if (l[2] > 12.0) return std::nullopt;
+    return l;
+  };
+  const Landmark prior({0.0, 0.0, 10.0}, Matrix3<double>::Identity());
+  const Vector3<double> z(0.0, 0.0, 13.0);
+  const Matrix3<double> R = 0.1 * Matrix3<double>::Identity();
+  const auto once = unscented_update(prior, Pose{}, h, z, R, {.iterations = 1});
+  const auto result = unscented_update(prior, Pose{}, h, z, R, {.iterations = 5});
+  CHECK(result.status == UnscentedUpdateStatus::kUpdated);
+  CHECK(result.iterations == 1);
+  CHECK(result.posterior.mean() == once.posterior.mean());
+}
+
+TEST_CASE("Invalid measurements, noise and options are refused with the value", "[unscented]") {
+  const Landmark prior({2.0, 1.0, 15.0}, Matrix3<double>::Identity());
+  const Model h = StereoModel<double>{};
+  const auto message = [&](const Vector3<double>& z, const Matrix3<double>& R,
+                           const UnscentedUpdateOptions& options) {
+    return error_message([&] { return unscented_update(prior, Pose{}, h, z, R, options).nis; });
+  };
+  const Vector3<double> z(600.0, 200.0, 25.0);
+  const Matrix3<double> R = Matrix3<double>::Identity();
+  CHECK(contains(message({600.0, std::nan(""), 25.0}, R, {}), "measurement is not finite: [600; nan; 25]"));
+  CHECK(contains(message(z, -R, {}), "measurement noise is not positive definite: [-1"));
+  CHECK(contains(message(z, Matrix3<double>::Zero(), {}), "measurement noise is not positive definite: [0"));
+  Matrix3<double> skewed = R;
+  skewed(0, 1) = 0.5;
+  CHECK(contains(message(z, skewed, {}), "measurement noise is not finite or not symmetric"));
+  CHECK(contains(message(z, R, {.iterations = 0}), "iterations is not positive: 0"));
+  CHECK(contains(message(z, R, {.kappa = -1.0}), "kappa of the unscented rule is not in [0, inf): -1"));
+}
