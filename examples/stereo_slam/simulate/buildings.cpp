@@ -32,7 +32,7 @@ struct Style {
 [[nodiscard]] Style make_style(Random& random, const Palette& palette) {
   Style style;
   const auto shift = [&] { return random.uniform(0.0, 64.0); };
-  style.wall = {random.pick(palette.walls), random.uniform(0.75, 1.6), false, shift(), shift()};
+  style.wall = {random.pick(palette.walls), random.uniform(0.6, 1.9), false, shift(), shift()};
   style.trim = {palette.metal, random.uniform(0.7, 1.7), false, shift(), shift()};
   style.plinth = {random.pick(palette.walls), random.uniform(0.5, 0.9), false, shift(), shift()};
   style.shutter = {palette.fence, random.uniform(0.3, 1.1), false, shift(), shift()};

@@ -101,7 +101,7 @@ void add_zones(const TownSite& site, const GroundTriangle& triangle, std::vector
   const Polygon inside = clip(whole, within(road));
   const Polygon outside = clip(whole, beyond(road));
   const Polygon behind = clip(outside, beyond(pavement));
-  add(inside, 0.0, palette.asphalt, 0.85F);
+  add(inside, 0.0, palette.asphalt, 0.95F);
   add(clip(outside, within(pavement)), raised, palette.kerb, 1.15F);
   add(clip(behind, within(garden)), raised, palette.pavements.front(), 1.15F);
   add(clip(behind, beyond(garden)), raised, palette.grass, 0.8F);

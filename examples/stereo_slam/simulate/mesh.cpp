@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 double daylight(const Vector3d& normal) {
   const double sky = 0.5 - 0.5 * normal.y();  // y points down
-  return 0.5 + 0.25 * sky + 0.7 * std::max(0.0, normal.dot(direction_to_sun()));
+  return 0.36 + 0.2 * sky + 1.0 * std::max(0.0, normal.dot(direction_to_sun()));
 }
 
 Eigen::Isometry3d stand(const GroundPoint& position, const GroundPoint& front, double ground_y) {

@@ -34,7 +34,7 @@ struct Sunlight {
   std::shared_ptr<const Texture> map;                ///< none is sun everywhere
   Eigen::Vector2d corner = Eigen::Vector2d::Zero();  ///< smallest x and z
   double side_m = 1.0;
-  float shadow = 0.5F;  ///< light that is left in full shadow
+  float shadow = 0.4F;  ///< light that is left in full shadow
 };
 
 using MaterialId = std::uint16_t;

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include <opencv2/imgproc.hpp>
+
 #include "random.hpp"
 
 namespace stereo_slam::simulate {
@@ -29,6 +31,8 @@ void require(bool ok, const char* what, double value) {
 }  // namespace
 
 void validate(const SensorSettings& settings) {
+  require(settings.blur_sigma_px >= 0.0 && settings.blur_sigma_px <= 10.0, "blur_sigma_px must be in [0, 10]",
+          settings.blur_sigma_px);
   require(settings.noise_sigma >= 0.0 && settings.noise_sigma <= 100.0, "noise_sigma must be in [0, 100]",
           settings.noise_sigma);
   require(settings.read_noise_share >= 0.0 && settings.read_noise_share <= 1.0,
@@ -53,6 +57,11 @@ double exposure_gain(const SensorSettings& settings, std::uint64_t seed, double 
 
 cv::Mat1b expose(const cv::Mat1f& light, const SensorSettings& settings, double gain,
                  std::uint64_t noise_seed) {
+  cv::Mat1f blurred = light;
+  if (settings.blur_sigma_px > 0.0) {
+    cv::GaussianBlur(light, blurred, {}, settings.blur_sigma_px, settings.blur_sigma_px,
+                     cv::BORDER_REPLICATE);
+  }
   const double centre_x = 0.5 * (light.cols - 1);
   const double centre_y = 0.5 * (light.rows - 1);
   const double corner = centre_x * centre_x + centre_y * centre_y;
@@ -66,7 +75,7 @@ cv::Mat1b expose(const cv::Mat1f& light, const SensorSettings& settings, double 
     std::uint64_t counter = mix_bits(noise_seed ^ (static_cast<std::uint64_t>(y) << 32));
     for (int x = 0; x < light.cols; ++x) {
       const double radius = (x - centre_x) * (x - centre_x) + (y - centre_y) * (y - centre_y);
-      const float grey = light(y, x) * static_cast<float>(gain * (1.0 - loss * radius));
+      const float grey = blurred(y, x) * static_cast<float>(gain * (1.0 - loss * radius));
       const float sigma = std::sqrt(read_variance + variance_per_grey * grey);
       image(y, x) = cv::saturate_cast<std::uint8_t>(grey + sigma * normal_deviate(mix_bits(++counter)));
     }

@@ -9,7 +9,8 @@ namespace stereo_slam::simulate {
 
 /// What the camera makes of the light, in grey levels of an 8-bit image.
 struct SensorSettings {
-  double noise_sigma = 2.0;  ///< standard deviation at mid grey (128); it grows with the root of the signal
+  double blur_sigma_px = 0.5;  ///< Gaussian blur of lens and rectification, [0, 10]
+  double noise_sigma = 2.0;    ///< standard deviation at mid grey (128); it grows with the root of the signal
   double read_noise_share = 0.3;  ///< part of that variance that does not depend on the signal, [0, 1]
   double vignetting = 0.12;       ///< loss of light in the corners, [0, 1)
   double exposure_change = 0.1;   ///< amplitude of the slow drift of the gain, [0, 1)
@@ -24,7 +25,8 @@ void validate(const SensorSettings& settings);
 [[nodiscard]] double exposure_gain(const SensorSettings& settings, std::uint64_t seed, double time_s,
                                    int camera);
 
-/// Turns light into an 8-bit image. The noise of a pixel depends on nothing but `noise_seed` and its place.
+/// Turns light into an 8-bit image: blur, gain and vignetting, noise. The noise of a pixel depends on nothing
+/// but `noise_seed` and its place.
 [[nodiscard]] cv::Mat1b expose(const cv::Mat1f& light, const SensorSettings& settings, double gain,
                                std::uint64_t noise_seed);
 

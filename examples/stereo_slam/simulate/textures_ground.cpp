@@ -71,7 +71,7 @@ cv::Mat1f asphalt_texture(Random& random, int size) {
                .wander_rad = 0.15,
                .thickness_px = std::max(1, size / 180),
                .change = -0.2});
-  normalize_tile(tile, 0.5, 0.13);
+  normalize_tile(tile, 0.5, 0.09);
   return tile;
 }
 
@@ -83,14 +83,14 @@ cv::Mat1f paving_texture(Random& random, int size) {
   scatter(
       tile, random,
       {.count = count_for(size, 220), .min_radius_px = 2.0, .max_radius_px = 14.0, .low = 0.2, .high = 0.75});
-  normalize_tile(tile, 0.5, 0.14);
+  normalize_tile(tile, 0.5, 0.1);
   return tile;
 }
 
 cv::Mat1f cobble_texture(Random& random, int size) {
   cv::Mat1f tile = blocks(random, size, 46, 46, 0.22, 0.2);
   tile += 0.06 * fractal_noise(random, tile.size(), 4, 9, 0.8);
-  normalize_tile(tile, 0.5, 0.16);
+  normalize_tile(tile, 0.5, 0.12);
   return tile;
 }
 
@@ -104,7 +104,7 @@ cv::Mat1f grass_texture(Random& random, int size) {
            .high = 0.85,
            .roundness = 0.15});
   tile += 0.08 * fractal_noise(random, tile.size(), 4, 6, 0.8);
-  normalize_tile(tile, 0.5, 0.15);
+  normalize_tile(tile, 0.5, 0.11);
   return tile;
 }
 
@@ -118,7 +118,7 @@ cv::Mat1f gravel_texture(Random& random, int size) {
            .high = 0.85,
            .outline = 0.15});
   tile += 0.06 * fractal_noise(random, tile.size(), 4, 6, 0.8);
-  normalize_tile(tile, 0.5, 0.17);
+  normalize_tile(tile, 0.5, 0.13);
   return tile;
 }
 
@@ -141,7 +141,7 @@ cv::Mat1f brick_texture(Random& random, int size, int courses, int bricks_a_cour
   scatter(
       tile, random,
       {.count = count_for(size, 120), .min_radius_px = 3.0, .max_radius_px = 40.0, .low = 0.25, .high = 0.7});
-  normalize_tile(tile, 0.5, 0.15);
+  normalize_tile(tile, 0.5, 0.1);
   return tile;
 }
 
@@ -166,7 +166,7 @@ cv::Mat1f plaster_texture(Random& random, int size) {
                .wander_rad = 0.4,
                .thickness_px = std::max(1, size / 512),
                .change = -0.15});
-  normalize_tile(tile, 0.5, 0.07);
+  normalize_tile(tile, 0.5, 0.05);
   return tile;
 }
 
@@ -181,7 +181,7 @@ cv::Mat1f masonry_texture(Random& random, int size) {
            .corners = 6,
            .outline = 0.2});
   tile += 0.07 * fractal_noise(random, tile.size(), 8, 8, 0.85);
-  normalize_tile(tile, 0.5, 0.15);
+  normalize_tile(tile, 0.5, 0.11);
   return tile;
 }
 
@@ -223,7 +223,7 @@ cv::Mat1f roof_texture(Random& random, int size) {
   scatter(
       tile, random,
       {.count = count_for(size, 160), .min_radius_px = 3.0, .max_radius_px = 30.0, .low = 0.2, .high = 0.65});
-  normalize_tile(tile, 0.5, 0.14);
+  normalize_tile(tile, 0.5, 0.1);
   return tile;
 }
 
