@@ -65,7 +65,7 @@ struct KalmanUpdate {
 
 /// quadratic_update, compiled once for each scalar.
 template <class Scalar>
-[[nodiscard]] QuadraticUpdateResult<Scalar> update(
+[[nodiscard]] PoseUpdateResult<Scalar> update(
     const PoseGaussian<Scalar>& prior, const std::type_identity_t<AnyLogLikelihood<Scalar>>& log_likelihood,
     const std::type_identity_t<QuadraticUpdateOptions<Scalar>>& options = {}) {
   return quadratic_update(prior, log_likelihood, options);
@@ -125,7 +125,7 @@ TEST_CASE("Refining the Kalman update leaves it where it is", "[quadratic]") {
   const auto refined = update(prior, measurement, {.refinements = 2});
   CHECK(refined.steps == 1);
   CHECK(refined.refinements == 2);
-  CHECK(refined.likelihood_evaluations == 3 * 57);
+  CHECK(refined.evaluations == 3 * 57);
   // The tangent space turns by 1e-3 from the prior to the posterior, and bends by the square of that.
   CHECK(in_sigmas(refined.posterior.pose.boxminus(once.posterior.pose), prior.covariance) <= 1e-4);
   CHECK(relative_difference(refined.posterior.covariance, once.posterior.covariance) <= 1e-2);
@@ -139,7 +139,7 @@ TEST_CASE("A few fits reach the true posterior", "[quadratic][reference]") {
     const auto result = update(to_pose_gaussian(c.prior), c.log_likelihood);
     const Score score = c.score(to_bingham_gaussian(result.posterior));
     CHECK(result.status == UpdateStatus::kConverged);
-    CHECK_FALSE(result.step_floor_hit);
+    CHECK_FALSE(result.limit_hit);
     CHECK(result.steps <= (c.weak_prior ? 10 : 5));
     CHECK(result.refinements == 1);
     CHECK(score.rotation_error <= 0.1);
@@ -301,7 +301,7 @@ TEST_CASE("The steps of the surrogate are bounded", "[quadratic]") {
   const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 20);
   const auto result = update(prior, scene, {.max_steps = 2, .refinements = 0});
   CHECK(result.steps <= 2);
-  CHECK(result.step_floor_hit);
+  CHECK(result.limit_hit);
 }
 
 TEST_CASE("Invalid priors and options of the surrogate are refused with the value", "[quadratic]") {

@@ -6,17 +6,15 @@
 #include <concepts>
 #include <limits>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 #include <antipode/concepts.hpp>
 #include <antipode/detail/check.hpp>
 #include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/progression.hpp>
+#include <antipode/filters/detail/rooted_pose.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/update_status.hpp>
-#include <antipode/geometry/jacobians.hpp>
 #include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/weighted_samples.hpp>
 
@@ -53,67 +51,7 @@ struct QuadraticUpdateOptions {
   Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
 };
 
-template <std::floating_point Scalar>
-struct QuadraticUpdateResult {
-  PoseGaussian<Scalar> posterior;
-  UpdateStatus status = UpdateStatus::kConverged;
-  int steps = 0;        ///< without refinements
-  int refinements = 0;  ///< that were kept: one that leaves the density it was fitted to is not
-  long likelihood_evaluations = 0;
-  Scalar log_evidence = 0;         ///< log of the likelihood's mean under the prior
-  Scalar best_log_likelihood = 0;  ///< of the last samples
-  Scalar residual = 0;             ///< rho of the last fit: well below 1 if the posterior is Gaussian
-  bool step_floor_hit = false;     ///< max_steps forced a step longer than max_residual allows
-};
-
 namespace detail {
-
-/// l(y) = constant + gradient.y - y^T curvature y/2, with a positive semidefinite curvature.
-template <class Scalar>
-struct QuadraticLogLikelihood {
-  Scalar constant;
-  Vector6<Scalar> gradient;
-  Matrix6<Scalar> curvature;
-
-  [[nodiscard]] QuadraticLogLikelihood scaled(Scalar power) const {
-    return {power * constant, power * gradient, power * curvature};
-  }
-};
-
-/// A Gaussian N(mean, root root^T) and the evidence of the measurement that made it.
-template <class Scalar>
-struct ConditionedGaussian {
-  Vector6<Scalar> mean;
-  Matrix6<Scalar> root;
-  Scalar log_evidence;
-};
-
-/// N(mean, L L^T) times exp(l), normalised.
-template <class Scalar>
-[[nodiscard]] ConditionedGaussian<Scalar> condition(const Vector6<Scalar>& mean, const Matrix6<Scalar>& L,
-                                                    const QuadraticLogLikelihood<Scalar>& l) {
-  const Matrix6<Scalar> information = Matrix6<Scalar>::Identity() + L.transpose() * l.curvature * L;
-  const Eigen::LLT<Matrix6<Scalar>> factor(information);
-  const Vector6<Scalar> H_mean = l.curvature * mean;
-  const Vector6<Scalar> slope = L.transpose() * (l.gradient - H_mean);
-  const Vector6<Scalar> step = factor.solve(slope);
-  return {mean + L * step, factor.matrixL().solve(Matrix6<Scalar>(L.transpose())).transpose(),
-          l.constant + mean.dot(l.gradient - Scalar(0.5) * H_mean) + Scalar(0.5) * slope.dot(step) -
-              factor.matrixLLT().diagonal().array().log().sum()};
-}
-
-/// A pose density by a root of its covariance.
-template <class Scalar>
-struct RootedPose {
-  DualQuaternion<Scalar> pose;
-  Matrix6<Scalar> L;
-
-  /// The density of pose exp(L y) for y of the given Gaussian: the mean moves, and with it the tangent space.
-  [[nodiscard]] RootedPose moved(const ConditionedGaussian<Scalar>& y) const {
-    const Vector6<Scalar> xi = L * y.mean;
-    return {pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L * y.root};
-  }
-};
 
 /// The quadratic model of a log-likelihood over a density.
 template <class Scalar>
@@ -163,8 +101,7 @@ template <class Scalar>
 }
 
 template <class Scalar>
-[[nodiscard]] Matrix6<Scalar> checked_root(const PoseGaussian<Scalar>& prior,
-                                           const QuadraticUpdateOptions<Scalar>& options) {
+void check_options(const QuadraticUpdateOptions<Scalar>& options) {
   if (!(options.max_residual > Scalar(0))) [[unlikely]] {
     throw_invalid("max_residual is not positive", options.max_residual);
   }
@@ -177,14 +114,6 @@ template <class Scalar>
   if (std::isnan(options.min_log_likelihood)) [[unlikely]] {
     throw_invalid("min_log_likelihood is not a number", options.min_log_likelihood);
   }
-  require_finite("pose is not finite", prior.pose.coeffs());
-  const auto root = root_of_covariance<Scalar, 6>(
-      "pose covariance has a negative eigenvalue",
-      checked_symmetric<Scalar, 6>("pose covariance is not finite or not symmetric", prior.covariance));
-  if (!root.positive_definite && options.refinements > 0) [[unlikely]] {
-    throw_invalid("refinements need a positive definite pose covariance", prior.covariance);
-  }
-  return root.L;
 }
 
 }  // namespace detail
@@ -194,19 +123,18 @@ template <class Scalar>
 /// options and covariances; what can go wrong with the numbers comes back as the status.
 template <std::floating_point Scalar, class L, GaussianRule Rule = MysovskikhRule<6>>
 requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
-    [[nodiscard]] QuadraticUpdateResult<Scalar> quadratic_update(
+    [[nodiscard]] PoseUpdateResult<Scalar> quadratic_update(
         const PoseGaussian<Scalar>& prior, L&& log_likelihood,
         const QuadraticUpdateOptions<Scalar>& options = {}, const Rule& rule = {}) {
-  using Vector = Vector6<Scalar>;
-  using Square = Matrix6<Scalar>;
-  const detail::RootedPose<Scalar> origin{prior.pose, detail::checked_root(prior, options)};
+  detail::check_options(options);
+  const auto origin = detail::RootedPose<Scalar>::of(prior, options.refinements > 0);
   const auto standard = rule.template standard<Scalar>();
-  QuadraticUpdateResult<Scalar> result{.posterior = prior};
+  PoseUpdateResult<Scalar> result{.posterior = prior};
   detail::RootedPose<Scalar> density = origin;
   const auto fit_density = [&] {
     const auto fit = detail::fit_quadratic(density, log_likelihood, standard);
-    result.likelihood_evaluations += Rule::kCount;
-    result.best_log_likelihood = fit.range.hi;
+    result.evaluations += Rule::kCount;
+    result.log_likelihood = fit.range.hi;
     result.residual = fit.residual;
     if (!fit.range.valid || !std::isfinite(fit.residual)) {
       result.status = UpdateStatus::kNotFinite;
@@ -221,27 +149,25 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
     if (result.status != UpdateStatus::kConverged) return result;
     const auto step = detail::progression_step(remaining, options.max_residual / fit.residual, Scalar(0),
                                                result.steps, options.max_steps);
-    const auto y = detail::condition<Scalar>(Vector::Zero(), Square::Identity(), fit.model.scaled(step.size));
+    const auto y = detail::condition<Scalar>(Vector6<Scalar>::Zero(), Matrix6<Scalar>::Identity(),
+                                             fit.model.scaled(step.size));
     density = density.moved(y);
     remaining -= step.size;
     ++result.steps;
     result.log_evidence += y.log_evidence;
-    result.step_floor_hit = result.step_floor_hit || step.floored;
+    result.limit_hit = result.limit_hit || step.floored;
   }
   while (result.refinements < options.refinements) {
     const auto fit = fit_density();
     if (result.status != UpdateStatus::kConverged) return result;
-    const Vector to_origin = origin.pose.boxminus(density.pose);
-    const Eigen::PartialPivLU<Square> root(density.L);
-    const Square origin_root = root.solve(se3_right_jacobian_inverse(to_origin) * origin.L);
-    const auto y = detail::condition<Scalar>(root.solve(to_origin), origin_root, fit.model);
+    const auto y = density.condition_prior(origin, fit.model);
     if (!detail::is_near_standard(y)) break;
     density = density.moved(y);
     ++result.refinements;
     result.log_evidence = y.log_evidence;
   }
-  result.posterior = {density.pose, density.L * density.L.transpose()};
-  if (result.best_log_likelihood < options.min_log_likelihood) result.status = UpdateStatus::kDiverged;
+  result.posterior = density.density();
+  if (result.log_likelihood < options.min_log_likelihood) result.status = UpdateStatus::kDiverged;
   return result;
 }
 

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <ranges>
+#include <type_traits>
+
+#include <Eigen/Cholesky>
+
+#include <antipode/detail/check.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/rooted_pose.hpp>
+#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/filters/pose_update_result.hpp>
+#include <antipode/filters/update_status.hpp>
+#include <antipode/sampling/gaussian_rules.hpp>
+#include <antipode/weighted_samples.hpp>
+
+/// Bayes update of a concentrated pose density by measurements z_i = h_i(x) + v_i, v_i ~ N(0, R_i), through
+/// linear models of h (iterated posterior linearisation).
+///
+/// Each iteration regresses every h_i on the points of a sigma point rule over the current density, h_i ~
+/// mean_i + A_i y + e_i with Cov(e_i) = Omega_i, and conditions the original prior on these linear models
+/// with the noise R_i + Omega_i. No derivatives are needed. It is the cheapest update where the noise is
+/// Gaussian and h, R are known; robust weights guard it against outliers. Any other likelihood is for
+/// quadratic_update. Reference: Garcia-Fernandez, Svensson, Morelande, Sarkka, "Posterior linearization
+/// filter: principles and implementation using sigma points", 2015.
+namespace antipode {
+
+/// A measured vector and the covariance of its noise.
+template <std::floating_point Scalar, int Dim>
+struct NoisyMeasurement {
+  Vector<Scalar, Dim> z;
+  Matrix<Scalar, Dim> R;
+};
+
+/// How much a measurement of squared Mahalanobis distance d^2 counts.
+enum class RobustWeight {
+  kNone,    ///< 1
+  kHuber,   ///< scale/d beyond the scale
+  kCauchy,  ///< 1/(1 + d^2/scale^2)
+};
+
+template <std::floating_point Scalar>
+struct LinearizedUpdateOptions {
+  /// Most regressions.
+  int max_iterations = 8;
+  /// An iteration that moves the mean by less, in standard deviations of the density, is the last.
+  Scalar tolerance = Scalar(0.01);
+  RobustWeight robust = RobustWeight::kNone;
+  /// Distance at which a measurement begins to count less. It is compared with S_i, which includes the spread
+  /// of the current density: a wide prior condemns nothing.
+  Scalar robust_scale = Scalar(2.8);
+};
+
+namespace detail {
+
+template <class Scalar>
+[[nodiscard]] Scalar robust_weight(RobustWeight kind, Scalar squared_distance, Scalar scale) {
+  using std::sqrt;
+  const Scalar ratio = squared_distance / (scale * scale);
+  if (kind == RobustWeight::kHuber) return ratio > Scalar(1) ? Scalar(1) / sqrt(ratio) : Scalar(1);
+  if (kind == RobustWeight::kCauchy) return Scalar(1) / (Scalar(1) + ratio);
+  return Scalar(1);
+}
+
+/// The measurements over a density: their joint log-likelihood in its coordinates y, with linear models.
+template <class Scalar>
+struct Linearization {
+  QuadraticLogLikelihood<Scalar> model;
+  Scalar residual = 0;  ///< sum of tr(R_i^-1 Omega_i)
+  int used = 0;         ///< measurements that can be made at every sample
+  bool finite = true;
+};
+
+template <class Scalar, class Measurements, class Model, int Count>
+[[nodiscard]] Linearization<Scalar> linearize(const RootedPose<Scalar>& density,
+                                              const Measurements& measurements, const Model& h,
+                                              const WeightedSamples<Scalar, 6, Count>& standard,
+                                              const LinearizedUpdateOptions<Scalar>& options) {
+  using Measurement = std::ranges::range_value_t<Measurements>;
+  using Z = std::remove_cvref_t<decltype(std::declval<const Measurement&>().z)>;
+  constexpr int kDim = Z::RowsAtCompileTime;
+  using Square = Matrix<Scalar, kDim>;
+  std::array<DualQuaternion<Scalar>, Count> poses;
+  for (int k = 0; k < Count; ++k) {
+    poses[static_cast<std::size_t>(k)] = density.pose.boxplus(density.L * standard.points.col(k));
+  }
+  Linearization<Scalar> sum;
+  Matrix<Scalar, kDim, Count> predicted;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(std::ranges::size(measurements)); ++i) {
+    const auto& measurement = measurements[static_cast<std::ranges::range_difference_t<Measurements>>(i)];
+    bool measurable = true;
+    for (std::size_t k = 0; k < Count && measurable; ++k) {
+      const std::optional<Z> z = h(poses[k], i);
+      measurable = z.has_value();
+      if (measurable) predicted.col(static_cast<int>(k)) = *z;
+    }
+    if (!measurable) continue;
+    ++sum.used;
+
+    const Z mean = predicted * standard.weights;
+    Matrix<Scalar, kDim, 6> A = Matrix<Scalar, kDim, 6>::Zero();
+    for (int k = 0; k < Count; ++k) {
+      A += standard.weights[k] * (predicted.col(k) - mean) * standard.points.col(k).transpose();
+    }
+    Square disturbance = Square::Zero();
+    for (int k = 0; k < Count; ++k) {
+      const Z error = predicted.col(k) - mean - A * standard.points.col(k);
+      disturbance += standard.weights[k] * error * error.transpose();
+    }
+    const Z innovation = measurement.z - mean;
+    const Square noise = measurement.R + disturbance;
+    const Eigen::LLT<Square> noise_factor(noise);
+    const Eigen::LLT<Square> R_factor(measurement.R);
+    if (!innovation.allFinite() || R_factor.info() != Eigen::Success) {
+      sum.finite = false;
+      return sum;
+    }
+    Scalar weight(1);
+    if (options.robust != RobustWeight::kNone) {
+      const Square S = noise + A * A.transpose();
+      weight = robust_weight(options.robust, innovation.dot(S.llt().solve(innovation)), options.robust_scale);
+    }
+    const Matrix<Scalar, kDim, 6> weighted = weight * noise_factor.solve(A);
+    sum.model.gradient += weighted.transpose() * innovation;
+    sum.model.curvature += A.transpose() * weighted;
+    sum.model.constant -=
+        weight * Scalar(0.5) * innovation.dot(noise_factor.solve(innovation)) +
+        (noise_factor.matrixLLT().diagonal().array() / R_factor.matrixLLT().diagonal().array()).log().sum();
+    sum.residual += R_factor.solve(disturbance).trace();
+  }
+  return sum;
+}
+
+}  // namespace detail
+
+/// The posterior of `prior` and independent measurements, a random access range of NoisyMeasurement.
+///
+/// h(pose, i) predicts the i-th, as a vector or a std::optional of one. A measurement that cannot be
+/// predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. Throws on
+/// invalid options and covariances of the pose; a measurement that is not finite or whose R is not positive
+/// definite comes back as kNotFinite, none that can be predicted as kNoSupport, both with the prior.
+template <std::floating_point Scalar, std::ranges::random_access_range Measurements, class Model,
+          GaussianRule Rule = CubatureRule<6>>
+requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_update(
+    const PoseGaussian<Scalar>& prior, const Measurements& measurements, const Model& h,
+    const LinearizedUpdateOptions<Scalar>& options = {}, const Rule& rule = {}) {
+  using std::sqrt;
+  if (options.max_iterations < 1) [[unlikely]] {
+    detail::throw_invalid("max_iterations is not positive", options.max_iterations);
+  }
+  if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
+    detail::throw_invalid("robust_scale is not positive", options.robust_scale);
+  }
+  const auto origin = detail::RootedPose<Scalar>::of(prior, options.max_iterations > 1);
+  const auto standard = rule.template standard<Scalar>();
+  PoseUpdateResult<Scalar> result{.posterior = prior, .limit_hit = true};
+  detail::RootedPose<Scalar> density = origin;
+  while (result.limit_hit && result.steps < options.max_iterations) {
+    const auto fit = detail::linearize(density, measurements, h, standard, options);
+    result.evaluations += Rule::kCount;
+    if (!fit.finite) {
+      result.status = UpdateStatus::kNotFinite;
+      return result;
+    }
+    if (fit.used == 0) {
+      result.status = UpdateStatus::kNoSupport;
+      return result;
+    }
+    const auto y = result.steps == 0 ? detail::condition<Scalar>(Vector6<Scalar>::Zero(),
+                                                                 Matrix6<Scalar>::Identity(), fit.model)
+                                     : density.condition_prior(origin, fit.model);
+    density = density.moved(y);
+    ++result.steps;
+    result.log_evidence = y.log_evidence;
+    result.log_likelihood = fit.model.constant;
+    result.residual = sqrt(fit.residual);
+    // Steps are measured in the density that the iteration started from, once that is the posterior's size.
+    result.limit_hit = !(result.steps > 1 && y.mean.norm() <= options.tolerance);
+  }
+  result.posterior = density.density();
+  return result;
+}
+
+}  // namespace antipode
