@@ -157,7 +157,11 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
   if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
     detail::throw_invalid("robust_scale is not positive", options.robust_scale);
   }
-  const auto origin = detail::RootedPose<Scalar>::of(prior, options.max_iterations > 1);
+  const auto origin = detail::RootedPose<Scalar>::of(prior);
+  if (options.max_iterations > 1 && !origin.invertible) [[unlikely]] {
+    detail::throw_invalid("more than one iteration needs a positive definite pose covariance",
+                          prior.covariance);
+  }
   const auto standard = rule.template standard<Scalar>();
   PoseUpdateResult<Scalar> result{.posterior = prior, .limit_hit = true};
   detail::RootedPose<Scalar> density = origin;

@@ -13,8 +13,7 @@ template <std::floating_point Scalar>
 struct PoseUpdateResult {
   PoseGaussian<Scalar> posterior;
   UpdateStatus status = UpdateStatus::kConverged;
-  int steps = 0;              ///< of the progression, or iterations
-  int refinements = 0;        ///< kept fits that started from the original prior again
+  int steps = 0;              ///< models of the measurement that the prior was conditioned on
   long evaluations = 0;       ///< poses that the likelihood or the measurement model was asked at
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
   Scalar log_likelihood = 0;  ///< the best one among the last samples

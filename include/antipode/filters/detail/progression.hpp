@@ -27,7 +27,8 @@ struct LogRange {
 };
 
 /// The range of the log-likelihoods, which come out finite: -infinity becomes hi - 700, e^-700 times less
-/// likely than the best sample. Samples without weight do not count; theirs become hi.
+/// likely than the best sample, or as unlikely as the worst if that is less. Samples without weight do not
+/// count; theirs become hi.
 template <class Scalar, int Count>
 [[nodiscard]] LogRange<Scalar> bound_log_likelihoods(const Vector<Scalar, Count>& weights,
                                                      Vector<Scalar, Count>& values) {
@@ -38,12 +39,14 @@ template <class Scalar, int Count>
     if (!(weights[k] > Scalar(0))) continue;
     range.valid = range.valid && values[k] < kInfinity;
     range.hi = std::max(range.hi, values[k]);
+    if (values[k] > -kInfinity) range.lo = std::min(range.lo, values[k]);
   }
+  const Scalar impossible = std::min(range.lo, range.hi - kSpanOfImpossible);
   for (int k = 0; k < Count; ++k) {
     if (!(weights[k] > Scalar(0))) {
       values[k] = range.hi;
     } else if (!(values[k] > -kInfinity)) {
-      values[k] = range.hi - kSpanOfImpossible;
+      values[k] = impossible;
     }
     range.lo = std::min(range.lo, values[k]);
   }
@@ -75,6 +78,23 @@ template <class Scalar>
   constexpr Scalar kFlat(1e-12);
   const Scalar span = range.hi - range.lo;
   return span <= kFlat ? Scalar(1) : -log(tau) / span;
+}
+
+/// The power that a log-likelihood is raised to.
+template <class Scalar>
+struct ProgressionPower {
+  Scalar power;
+  bool forced;  ///< it is larger than was wanted
+};
+
+/// The wanted power, at most one and not below the last. The first half of max_steps is free; in the second
+/// it grows at least evenly, so that the last step applies all of the likelihood.
+template <class Scalar>
+[[nodiscard]] ProgressionPower<Scalar> next_power(Scalar last, Scalar wanted, int steps, int max_steps) {
+  const int left = max_steps - steps;
+  const Scalar floor = steps < max_steps / 2 ? last : last + (Scalar(1) - last) / Scalar(std::max(1, left));
+  const Scalar least = left <= 1 ? Scalar(1) : floor;
+  return {std::min(Scalar(1), std::max(wanted, least)), wanted < least && least > last};
 }
 
 /// What a reweighting tells about the samples.

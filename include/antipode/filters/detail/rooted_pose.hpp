@@ -54,27 +54,24 @@ template <class Scalar>
 struct RootedPose {
   DualQuaternion<Scalar> pose;
   Matrix6<Scalar> L;
+  bool invertible = true;  ///< L is
 
-  /// Throws unless the density is finite with a positive semidefinite covariance; positive definite if asked
-  /// for.
-  [[nodiscard]] static RootedPose of(const PoseGaussian<Scalar>& density, bool invertible) {
+  /// Throws unless the density is finite with a positive semidefinite covariance.
+  [[nodiscard]] static RootedPose of(const PoseGaussian<Scalar>& density) {
     require_finite("pose is not finite", density.pose.coeffs());
     const auto root = root_of_covariance<Scalar, 6>(
         "pose covariance has a negative eigenvalue",
         checked_symmetric<Scalar, 6>("pose covariance is not finite or not symmetric", density.covariance));
-    if (invertible && !root.positive_definite) [[unlikely]] {
-      throw_invalid("more than one pass needs a positive definite pose covariance", density.covariance);
-    }
-    return {density.pose, root.L};
+    return {density.pose, root.L, root.positive_definite};
   }
 
   /// The density of pose exp(L y) for y of the given Gaussian: the mean moves, and with it the tangent space.
   [[nodiscard]] RootedPose moved(const ConditionedGaussian<Scalar>& y) const {
     const Vector6<Scalar> xi = L * y.mean;
-    return {pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L * y.root};
+    return {pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L * y.root, invertible};
   }
 
-  /// `prior` times exp(l), with l in this density's coordinates y, and so the result.
+  /// `prior` times exp(l), with l in this density's coordinates y, and so the result. L must be invertible.
   [[nodiscard]] ConditionedGaussian<Scalar> condition_prior(const RootedPose& prior,
                                                             const QuadraticLogLikelihood<Scalar>& l) const {
     const Vector6<Scalar> to_prior = prior.pose.boxminus(pose);
