@@ -30,6 +30,8 @@ struct Landmark {
   LandmarkForm form = LandmarkForm::kEuclidean;
   Vector3<double> mean;
   Matrix3<double> covariance;
+  Matrix6x3 with_pose = Matrix6x3::Zero();     ///< covariance of the current pose's error and the mean's: the
+                                               ///< same error has been in every update since the keyframe
   Pose T_reference_anchor = Pose::identity();  ///< camera that saw it first
   Vector2<double> anchor_px;                   ///< where that was in its left image
   Descriptor descriptor{};

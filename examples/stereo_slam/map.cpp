@@ -96,6 +96,43 @@ void Map::update(const std::vector<Match>& matches,
   }
 }
 
+void Map::predict_correlation(const Pose& T_previous_current) {
+  const Matrix6<double> A = T_previous_current.inverse().adjoint();
+  for (auto& landmark : landmarks_) landmark.with_pose = (A * landmark.with_pose).eval();
+}
+
+void Map::update_correlation(const PoseEstimate& prior, const Pose& posterior,
+                             const std::vector<Match>& matches, const StereoCamera& camera) {
+  // Innovations have the covariance S = D + U M U^T: D block-diagonal, U = [H, J B^T] with the Jacobians H of
+  // the pose and J of the landmark and B = with_pose, M = [P I; I 0]. Woodbury's identity leaves a 12 x 12
+  // system, and the gain is K = [I 0] (M^-1 + U^T D^-1 U)^-1 U^T D^-1.
+  using Matrix12 = antipode::Matrix<double, 12>;
+  using Matrix12x3 = antipode::Matrix<double, 12, 3>;
+  std::vector<Matrix12x3> weighted;  // U^T D^-1 of each match
+  std::vector<Matrix3<double>> J_landmark;
+  Matrix12 information = Matrix12::Zero();
+  for (const auto& match : matches) {
+    const Landmark& landmark = landmarks_[match.landmark];
+    J_landmark.push_back(landmark_jacobian(landmark, posterior, camera));
+    antipode::Matrix<double, 3, 12> U;
+    U << pose_jacobian(to_point(landmark, landmark.mean, camera), posterior, camera),
+        J_landmark.back() * landmark.with_pose.transpose();
+    weighted.push_back((match.predicted.landmark_part + match.R).llt().solve(U).transpose());
+    information += weighted.back() * U;
+  }
+  Matrix12 system = information;
+  system.topRightCorner<6, 6>() += Matrix6<double>::Identity();
+  system.bottomLeftCorner<6, 6>() += Matrix6<double>::Identity();
+  system.bottomRightCorner<6, 6>() -= prior.covariance;
+  const antipode::Matrix<double, 6, 12> X = system.partialPivLu().inverse().topRows<6>();
+  const Matrix6<double> KH = X * information.leftCols<6>();
+  for (auto& landmark : landmarks_) landmark.with_pose -= (KH * landmark.with_pose).eval();
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    Landmark& landmark = landmarks_[matches[i].landmark];
+    landmark.with_pose -= X * weighted[i] * J_landmark[i] * landmark.covariance;
+  }
+}
+
 void Map::cull(std::size_t frame, int frames, const StereoCamera& camera) {
   const auto stale = [&](const Landmark& landmark) {
     return frame > landmark.last_seen + static_cast<std::size_t>(frames);

@@ -44,6 +44,15 @@ class Map {
   void update(const std::vector<Match>& matches, const antipode::BinghamGaussian<double>& T_reference_camera,
               const StereoCamera& camera);
 
+  /// Carries the correlation of the landmarks' errors with the pose's through a motion of the camera.
+  void predict_correlation(const Pose& T_previous_current);
+
+  /// Carries it through an update of the pose, in which the landmarks were known no better than before and
+  /// their errors were taken into account (Schmidt's consider filter): prior of the pose, its posterior mean,
+  /// and the matches that made the one into the other.
+  void update_correlation(const PoseEstimate& prior, const Pose& posterior, const std::vector<Match>& matches,
+                          const StereoCamera& camera);
+
   /// Removes landmarks unseen for more than `frames` frames.
   void cull(std::size_t frame, int frames, const StereoCamera& camera);
 

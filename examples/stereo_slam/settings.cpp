@@ -135,6 +135,8 @@ std::vector<SettingsField> make_table() {
       .add("pixel_sigma_px", &MapSettings::pixel_sigma_px, {0.01, 10.0}, "px",
            "noise of a new landmark's measurement")
       .add("update_landmarks", &MapSettings::update_landmarks, "Alg. 4 after every pose update")
+      .add("track_correlation", &MapSettings::track_correlation,
+           "of the pose's error with the landmarks', in the anchored layout without update_landmarks")
       .add("cull_after_frames", &MapSettings::cull_after_frames, {1, 100000}, "frames",
            "landmarks unseen for longer are dropped");
 

@@ -114,7 +114,8 @@ struct MapSettings {
   double max_baselines = 140.0;                  ///< farther landmarks are not used
   double pixel_sigma_px = 0.35;                  ///< noise of a new landmark's measurement
   bool update_landmarks = false;                 ///< Alg. 4 after every pose update
-  int cull_after_frames = 5;                     ///< landmarks unseen for longer are dropped
+  bool track_correlation = true;  ///< of the pose's error with the landmarks'; not with update_landmarks
+  int cull_after_frames = 5;      ///< landmarks unseen for longer are dropped
 };
 
 /// When the anchored layout takes a new reference.

@@ -91,6 +91,10 @@ struct Slam::State {
 
   [[nodiscard]] bool anchored() const { return settings.map.layout == MapLayout::kAnchored; }
 
+  [[nodiscard]] bool tracks_correlation() const {
+    return anchored() && settings.map.track_correlation && !settings.map.update_landmarks;
+  }
+
   [[nodiscard]] PoseEstimate in_world(const PoseEstimate& T_keyframe_camera) const {
     return compose(keyframes.back().T_world_keyframe, T_keyframe_camera);
   }
@@ -227,12 +231,16 @@ FrameResult Slam::process(const StereoFrame& frame) {
     clock.lap("odometry");
 
     const auto prior = predict_pose(s.posterior, odometry.T_previous_current, odometry.valid, s.settings);
+    if (s.tracks_correlation()) s.map.predict_correlation(odometry.T_previous_current.pose);
     clock.lap("predict");
 
     matches = s.find_landmarks(frame, features, pyramids, odometry, prior);
     clock.lap("associate");
 
     const auto update = update_pose(prior, matches, s.map.landmarks(), s.camera, s.settings.update);
+    if (s.tracks_correlation()) {
+      s.map.update_correlation(to_estimate(prior), to_estimate(update.posterior).pose, update.used, s.camera);
+    }
     clock.lap("update");
 
     const Pose before = to_estimate(s.posterior).pose;

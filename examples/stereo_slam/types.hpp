@@ -23,6 +23,7 @@ using antipode::Matrix6;
 using antipode::Vector2;
 using antipode::Vector3;
 using antipode::Vector6;
+using Matrix6x3 = antipode::Matrix<double, 6, 3>;
 
 using Pose = antipode::DualQuaternion<double>;
 

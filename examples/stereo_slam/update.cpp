@@ -71,7 +71,9 @@ namespace {
       {.max_size = settings.max_correspondences,
        .min_translation_sigma_m = settings.regularizer_sigma_m,
        .forgetting = settings.regularizer_forgetting});
-  return {result.posterior, result.status == antipode::UpdateStatus::kConverged, result.steps};
+  return {.posterior = result.posterior,
+          .converged = result.status == antipode::UpdateStatus::kConverged,
+          .steps = result.steps};
 }
 
 /// Alg. 2 with points that are exact to degree 5 and the coupling.
@@ -79,13 +81,16 @@ namespace {
                                               const UpdateSettings& settings) {
   const auto result =
       antipode::progressive_update(prior, likelihood, antipode::RichPoseRule{}, {.tau = settings.tau});
-  return {result.posterior, result.status == antipode::UpdateStatus::kConverged, result.steps};
+  return {.posterior = result.posterior,
+          .converged = result.status == antipode::UpdateStatus::kConverged,
+          .steps = result.steps};
 }
 
 [[nodiscard]] PoseUpdate update_quadratically(const PoseDensity& prior, const PoseLikelihood& likelihood) {
   const auto result = antipode::quadratic_update(antipode::to_pose_gaussian(prior), likelihood);
-  return {antipode::to_bingham_gaussian(result.posterior),
-          result.status == antipode::UpdateStatus::kConverged, result.steps};
+  return {.posterior = antipode::to_bingham_gaussian(result.posterior),
+          .converged = result.status == antipode::UpdateStatus::kConverged,
+          .steps = result.steps};
 }
 
 [[nodiscard]] PoseUpdate apply(PoseUpdateMethod method, const PoseDensity& prior,
@@ -94,7 +99,7 @@ namespace {
   if (method == PoseUpdateMethod::kPaper) {
     return update_as_in_paper(prior, matches, landmarks, camera, cap, settings);
   }
-  const PoseLikelihood likelihood(matches, landmarks, camera, cap);
+  const PoseLikelihood likelihood(matches, landmarks, camera, cap, to_estimate(prior));
   if (method == PoseUpdateMethod::kProgressive) return update_progressively(prior, likelihood, settings);
   return update_quadratically(prior, likelihood);
 }
@@ -167,9 +172,10 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   if (kept.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
   PoseUpdate update = apply(settings.method, prior, kept, landmarks, camera, wide_cap, settings);
   if (!update.converged) return {.posterior = prior};
-  const PoseLikelihood likelihood(kept, landmarks, camera, wide_cap);
+  const PoseLikelihood likelihood(kept, landmarks, camera, wide_cap, to_estimate(prior));
   update.nis = innovation_squared(prior, update.posterior, likelihood);
   update.nis_dof = likelihood.dimension();
+  update.used = kept;
   return update;
 }
 

@@ -22,6 +22,7 @@ struct PoseUpdate {
   double nis =
       0.0;  ///< normalised innovation squared, chi-square with `nis_dof` degrees if all noise is as assumed
   int nis_dof = 0;
+  std::vector<Match> used{};  ///< the matches that made the posterior
 };
 
 /// Corrects the pose prior by the matched landmarks (eq. 13, Alg. 2, or the quadratic-surrogate progression).

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "evaluate.hpp"
+
 #include <numbers>
 #include <random>
 #include <sstream>
@@ -6,7 +8,6 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "evaluate.hpp"
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"
 

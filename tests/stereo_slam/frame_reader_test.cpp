@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include "frame_reader.hpp"
+
 #include <atomic>
 #include <chrono>
 #include <stdexcept>
 
-#include "frame_reader.hpp"
 #include "support/catch.hpp"
 
 using namespace stereo_slam;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "dataset/image_file.hpp"
+
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include "info.hpp"
+
 #include <sstream>
 
-#include "info.hpp"
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"
 

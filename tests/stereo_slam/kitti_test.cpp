@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "dataset/kitti.hpp"
+
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"
 

@@ -120,5 +120,71 @@ TEST_CASE("Updating landmarks shrinks their covariances and keeps them positive"
   }
 }
 
+namespace {
+
+/// Mean NEES of the pose after a drive of `frames` past landmarks that were triangulated once.
+double mean_nees(int runs, int frames, bool track_correlation) {
+  const StereoCamera camera = test::kitti_camera();
+  Settings settings;
+  settings.update.robust_cap = 1e3;
+  PoseEstimate noise;
+  noise.covariance.diagonal() << Vector3<double>::Constant(4e-8), Vector3<double>::Constant(4e-6);
+  double sum = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    std::mt19937_64 random(static_cast<unsigned>(run));
+    std::normal_distribution<double> normal;
+    std::vector<Vector3<double>> points;
+    std::vector<StereoPoint> seen;
+    while (points.size() < 60) {
+      const StereoPoint z = test::random_measurement(random, camera, 12.0, 40.0);
+      points.push_back(camera.back_project(z));
+      seen.push_back(z + test::stereo_noise(random, 0.5));
+    }
+    Map map;
+    map.add(seen, std::vector<Descriptor>(seen.size()), {}, stereo_pixel_covariance(0.5), grey_frame(0),
+            camera, {});
+    PoseDensity state =
+        PoseDensity::from_pose_covariance(Pose::identity(), 1e-10 * Matrix6<double>::Identity());
+    Pose truth = Pose::identity();
+    for (int k = 0; k < frames; ++k) {
+      truth = truth * test::car_motion(0.4);
+      Vector6<double> error;
+      for (double& e : error) e = normal(random);
+      PoseEstimate odometry;  // its covariance is the least that the settings allow
+      odometry.pose =
+          test::car_motion(0.4).boxplus(noise.covariance.diagonal().cwiseSqrt().cwiseProduct(error));
+      const auto prior = predict_pose(state, odometry, true, settings);
+      if (track_correlation) map.predict_correlation(odometry.pose);
+      std::vector<Match> matches;
+      for (const auto& p : project_landmarks(map.landmarks(), to_estimate(prior), camera, 1e3)) {
+        const auto z = camera.project(truth.inverse() * points[p.index]);
+        if (!z || !camera.in_view(*z)) continue;
+        matches.push_back(
+            {p.index, *z + test::stereo_noise(random, 0.5), stereo_pixel_covariance(0.5), p, {}});
+      }
+      const auto update = update_pose(prior, matches, map.landmarks(), camera, settings.update);
+      REQUIRE(update.converged);
+      const PoseEstimate posterior = to_estimate(update.posterior);
+      if (track_correlation) map.update_correlation(to_estimate(prior), posterior.pose, update.used, camera);
+      state = update.posterior;
+    }
+    const PoseEstimate estimate = to_estimate(state);
+    const Vector6<double> error = truth.boxminus(estimate.pose);
+    sum += error.dot(estimate.covariance.ldlt().solve(error)) / runs;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("A pose that remembers what it owes to its landmarks stays honest", "[stereo_slam][map]") {
+  // The mean of 100 chi-squares with six degrees has a standard deviation of 0.35.
+  const double tracked = mean_nees(100, 12, true);
+  const double forgotten = mean_nees(100, 12, false);
+  CAPTURE(tracked, forgotten);
+  CHECK(std::abs(tracked - 6.0) < 1.05);
+  CHECK(forgotten > 8.0);
+}
+
 }  // namespace
 }  // namespace stereo_slam

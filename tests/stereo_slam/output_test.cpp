@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "output.hpp"
+
 #include <cstring>
 #include <sstream>
 
-#include "output.hpp"
 #include "settings_io.hpp"
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"

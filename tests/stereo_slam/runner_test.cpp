@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "runner.hpp"
+
 #include "settings_io.hpp"
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"

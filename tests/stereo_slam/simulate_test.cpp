@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "simulate/simulate.hpp"
+
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -6,7 +8,6 @@
 #include <vector>
 
 #include "simulate/sensor.hpp"
-#include "simulate/simulate.hpp"
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"
 #include "trajectory_io.hpp"

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include "text_file.hpp"
+
 #include <clocale>
 #include <limits>
 
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"
-#include "text_file.hpp"
 
 using namespace stereo_slam;
 using namespace stereo_slam::test;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include "trajectory_io.hpp"
+
 #include <random>
 #include <sstream>
 
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"
-#include "trajectory_io.hpp"
 
 using namespace stereo_slam;
 using namespace stereo_slam::test;

@@ -119,6 +119,43 @@ TEST_CASE("The quadratic update reports an honest covariance and innovation", "[
   CHECK(std::abs(nis - 1.0) < 3.0 * std::sqrt(2.0 / (180.0 * kRuns)));
 }
 
+TEST_CASE("Landmarks that share their error with the pose have the likelihood of the joint Gaussian",
+          "[stereo_slam][update]") {
+  std::mt19937_64 random(7);
+  const StereoCamera camera = test::kitti_camera();
+  Scene scene = make_scene(random, test::car_motion(), 12, 0.005, 0.1);
+  const PoseEstimate prior = to_estimate(scene.prior);
+  std::uniform_real_distribution<double> uniform(-0.1, 0.1);
+  // Correlations of up to a tenth: what is left of twelve landmarks' errors must be positive definite.
+  const Matrix6<double> L = prior.covariance.llt().matrixL();
+  for (auto& landmark : scene.landmarks) {
+    Matrix6x3 correlation;
+    for (double& entry : correlation.reshaped()) entry = uniform(random);
+    const Matrix3<double> L_landmark = landmark.covariance.llt().matrixL();
+    landmark.with_pose = L * correlation * L_landmark.transpose();
+  }
+  const Pose x = prior.pose.boxplus(0.3 * to_estimate(scene.prior).covariance.diagonal().cwiseSqrt());
+  const Vector6<double> xi = x.boxminus(prior.pose);
+  const auto count = static_cast<Eigen::Index>(scene.matches.size());
+  Eigen::VectorXd e(3 * count);
+  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(3 * count, 3 * count);
+  Eigen::MatrixXd JC(3 * count, 6);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    auto& match = scene.matches[static_cast<std::size_t>(i)];
+    const Landmark& landmark = scene.landmarks[match.landmark];
+    const Matrix3<double> J = landmark_jacobian(landmark, prior.pose, camera);
+    match.predicted.landmark_part = J * landmark.covariance * J.transpose();
+    JC.middleRows<3>(3 * i) = J * landmark.with_pose.transpose();
+    S.block<3, 3>(3 * i, 3 * i) = match.predicted.landmark_part + match.R;
+    const auto h = project(to_point(landmark, landmark.mean, camera), x, camera);
+    REQUIRE(h);
+    e.segment<3>(3 * i) = match.z - *h - JC.middleRows<3>(3 * i) * prior.covariance.ldlt().solve(xi);
+  }
+  S -= JC * prior.covariance.ldlt().solve(JC.transpose());
+  const PoseLikelihood likelihood(scene.matches, scene.landmarks, camera, 1e6, prior);
+  CHECK(likelihood.squared_distance(x) == Approx(e.dot(S.ldlt().solve(e))).epsilon(1e-8));
+}
+
 TEST_CASE("Wrong matches are capped", "[stereo_slam][update]") {
   std::mt19937_64 random(5);
   const Pose truth = test::car_motion();
