@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
 #include <antipode/distributions/detail/bingham_fit.hpp>
 #include <antipode/distributions/detail/bingham_rejection.hpp>
@@ -112,10 +113,12 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   [[nodiscard]] Scalar log_normalizer() const noexcept { return normalizer_.log_normalizer; }
 
   /// M diag(z) M^T.
-  [[nodiscard]] MatrixType parameter_matrix() const { return axes_ * z_.asDiagonal() * axes_.transpose(); }
+  [[nodiscard]] MatrixType parameter_matrix() const {
+    return detail::scaled_square<Scalar, Dim, Dim>(axes_, z_);
+  }
   /// E[x x^T] = M diag(omega) M^T.
   [[nodiscard]] MatrixType scatter() const {
-    return axes_ * second_moments().asDiagonal() * axes_.transpose();
+    return detail::scaled_square<Scalar, Dim, Dim>(axes_, second_moments());
   }
   /// E[x_i^2 x_j^2] in the eigenbasis. Not cached.
   [[nodiscard]] MatrixType fourth_moments() const { return bingham_normalizer_hessian(z_).fourth_moments; }
@@ -161,15 +164,15 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   /// The nearest orthogonal matrix to an almost orthogonal one: each Newton-Schulz step squares the defect.
   [[nodiscard]] static MatrixType orthonormalized(const MatrixType& axes) {
     constexpr Scalar kTolerance = std::max(Scalar(1e-6), Scalar(32) * std::numeric_limits<Scalar>::epsilon());
-    MatrixType M = axes;
-    const MatrixType defect = M.transpose() * M - MatrixType::Identity();
-    if (!(defect.cwiseAbs().maxCoeff() <= kTolerance)) [[unlikely]] {
+    const auto defect_of = [](const MatrixType& M) -> MatrixType {
+      return MatrixType::Identity() - M.transpose().lazyProduct(M);
+    };
+    const MatrixType defect = defect_of(axes);
+    if (!axes.allFinite() || !(defect.cwiseAbs().maxCoeff() <= kTolerance)) [[unlikely]] {
       detail::throw_invalid("Bingham axes are not orthonormal", axes);
     }
-    for (int i = 0; i < 2; ++i) {
-      M = Scalar(0.5) * M * (Scalar(3) * MatrixType::Identity() - M.transpose() * M).eval();
-    }
-    return M;
+    const MatrixType once = axes + Scalar(0.5) * axes.lazyProduct(defect);
+    return once + Scalar(0.5) * once.lazyProduct(defect_of(once));
   }
 
   /// The axes and their values, the values ascending.
@@ -179,7 +182,12 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
     std::iota(order.begin(), order.end(), 0);
     std::sort(order.begin(), order.end(),
               [&](int i, int j) { return values[i] < values[j] || (values[i] == values[j] && i < j); });
-    return {axes(Eigen::all, order), values(order)};
+    std::pair<MatrixType, VectorType> result;
+    for (int i = 0; i < Dim; ++i) {
+      result.first.col(i) = axes.col(order[static_cast<std::size_t>(i)]);
+      result.second[i] = values[order[static_cast<std::size_t>(i)]];
+    }
+    return result;
   }
 
   [[nodiscard]] static Bingham from_sorted_moments(const Matrix<double, Dim>& axes,
@@ -240,8 +248,7 @@ template <std::floating_point Scalar>
   const Matrix4<Scalar> S_b = b.scatter();
   Matrix4<Scalar> scatter = Matrix4<Scalar>::Zero();
   for (int i = 0; i < 4; ++i) {
-    const Matrix4<Scalar> L = left_matrix(a.axes().col(i));
-    scatter += a.second_moments()[i] * L * S_b * L.transpose();
+    scatter += a.second_moments()[i] * detail::congruence<Scalar, 4, 4>(left_matrix(a.axes().col(i)), S_b);
   }
   return Bingham<Scalar, 4>::fit(scatter, options);
 }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham.hpp>
 #include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/distributions/gaussian.hpp>
@@ -71,14 +72,15 @@ class BinghamGaussian {
     const Orientation orientation = Orientation::from_mode_covariance(
         pose.rotation(), covariance.template topLeftCorner<3, 3>(), options);
     const Matrix3<Scalar> R = pose.rotation_matrix();
-    const Matrix3<Scalar> G_omega =
-        Scalar(0.5) * R * covariance.template bottomLeftCorner<3, 3>() * tangent_basis(orientation);
+    const Matrix3<Scalar> rho_phi = covariance.template bottomLeftCorner<3, 3>();
+    const Matrix3<Scalar> rho_rho = covariance.template bottomRightCorner<3, 3>();
     const Vector3<Scalar> omega = orientation.second_moments().template head<3>();
-    const Matrix3<Scalar> G = G_omega * omega.cwiseInverse().asDiagonal();
-    const Matrix3<Scalar> Sc = R * covariance.template bottomRightCorner<3, 3>() * R.transpose() -
-                               G * omega.asDiagonal() * G.transpose();
-    return {orientation, pose.translation(), G,
-            detail::without_negative_eigenvalues<Scalar, 3>(Scalar(0.5) * (Sc + Sc.transpose()))};
+    const Matrix3<Scalar> R_rho_phi = R * rho_phi;
+    Matrix3<Scalar> G = R_rho_phi * tangent_basis(orientation);
+    for (int i = 0; i < 3; ++i) G.col(i) *= Scalar(0.5) / omega[i];
+    const Matrix3<Scalar> Sc =
+        detail::congruence<Scalar, 3, 3>(R, rho_rho) - detail::scaled_square<Scalar, 3, 3>(G, omega);
+    return {orientation, pose.translation(), G, detail::without_negative_eigenvalues(Sc)};
   }
 
   [[nodiscard]] const Orientation& orientation() const noexcept { return orientation_; }
@@ -111,7 +113,7 @@ class BinghamGaussian {
   /// Cov(t) = Sc + G T G^T.
   [[nodiscard]] Matrix3<Scalar> translation_covariance() const {
     return conditional_covariance() +
-           coupling_ * orientation_offset_variances().asDiagonal() * coupling_.transpose();
+           detail::scaled_square<Scalar, 3, 3>(coupling_, orientation_offset_variances());
   }
 
   /// The mode of the orientation with the mean translation.
@@ -123,14 +125,15 @@ class BinghamGaussian {
   /// phi = 2 B tau, Cov(tau) = diag(omega_1, omega_2, omega_3) and rho = R^T (t - mu): for a concentrated
   /// orientation, with a relative error of order omega_3.
   [[nodiscard]] Matrix6<Scalar> covariance() const {
-    const Matrix3<Scalar> B = tangent_basis(orientation_);
-    const Matrix3<Scalar> R = rotation_matrix(orientation_.mode());
-    const auto omega = orientation_.second_moments().template head<3>().asDiagonal();
-    const Matrix3<Scalar> rho_phi = Scalar(2) * R.transpose() * coupling_ * omega * B.transpose();
-    const Matrix3<Scalar> t_t = conditional_covariance() + coupling_ * omega * coupling_.transpose();
-    Matrix6<Scalar> P;
-    P << Scalar(4) * B * omega * B.transpose(), rho_phi.transpose(),  //
-        rho_phi, R.transpose() * t_t * R;
+    // (phi, rho) = J tau + (0, R^T residual).
+    const Vector3<Scalar> omega = orientation_.second_moments().template head<3>();
+    const Matrix3<Scalar> R_inverse = rotation_matrix(orientation_.mode()).transpose();
+    Matrix<Scalar, 6, 3> J;
+    J.template topRows<3>() = Scalar(2) * tangent_basis(orientation_);
+    J.template bottomRows<3>() = R_inverse * coupling_;
+    Matrix6<Scalar> P = detail::scaled_square<Scalar, 6, 3>(J, omega);
+    P.template bottomRightCorner<3, 3>() +=
+        detail::congruence<Scalar, 3, 3>(R_inverse, conditional_covariance());
     return P;
   }
 
@@ -204,7 +207,7 @@ template <class Scalar>
   Matrix4<Scalar> scatter = Matrix4<Scalar>::Zero();
   Vector3<Scalar> mean = Vector3<Scalar>::Zero();
   for_each_sample([&](Scalar weight, const Rotation& q, const Translation& t) {
-    scatter += weight * q * q.transpose();
+    add_outer_product(weight, q, q, scatter);
     mean += weight * t;
   });
   const auto orientation = Bingham<Scalar, 4>::fit(scatter, {.min_eigenvalue = options.min_eigenvalue});
@@ -217,8 +220,8 @@ template <class Scalar>
     Matrix3<Scalar> tau_tau = Matrix3<Scalar>::Zero();
     for_each_sample([&](Scalar weight, const Rotation& q, const Translation& t) {
       const Vector3<Scalar> tau = orientation_offset(orientation, q);
-      t_tau += weight * (t - mean) * tau.transpose();
-      tau_tau += weight * tau * tau.transpose();
+      add_outer_product<Scalar, 3, 3>(weight, t - mean, tau, t_tau);
+      add_outer_product(weight, tau, tau, tau_tau);
     });
     coupling = t_tau * pseudo_inverse(tau_tau);
   }
@@ -226,7 +229,7 @@ template <class Scalar>
   Matrix3<Scalar> residual_covariance = Matrix3<Scalar>::Zero();
   for_each_sample([&](Scalar weight, const Rotation& q, const Translation& t) {
     const Vector3<Scalar> residual = t - mean - coupling * orientation_offset(orientation, q);
-    residual_covariance += weight * residual * residual.transpose();
+    add_outer_product(weight, residual, residual, residual_covariance);
   });
   return {orientation, mean, coupling, residual_covariance};
 }
@@ -257,7 +260,7 @@ template <std::floating_point Scalar>
                                               const BinghamGaussian<Scalar>& x) {
   const Matrix3<Scalar> R = y.rotation_matrix();
   return {compose(y.rotation(), x.orientation()), y * x.mean_translation(), R * x.coupling(),
-          R * x.conditional_covariance() * R.transpose()};
+          detail::congruence<Scalar, 3, 3>(R, x.conditional_covariance())};
 }
 
 /// The density with the moments of x y for a constant pose y: a change of the child frame.
@@ -286,10 +289,10 @@ template <std::floating_point Scalar>
     coupling.col(i) += c(i, 3) + c(3, i);
     for (int j = i + 1; j < 3; ++j) {
       const Vector3<Scalar> d = c(i, j) + c(j, i);
-      residual_covariance += fourth(i, j) * d * d.transpose();
+      detail::add_outer_product(fourth(i, j), d, d, residual_covariance);
     }
   }
-  residual_covariance += squares * (fourth - omega * omega.transpose()) * squares.transpose();
+  residual_covariance += detail::congruence<Scalar, 3, 4>(squares, fourth - omega * omega.transpose());
   return {compose(x.orientation(), y.rotation()), x.mean_translation() + squares * omega, coupling,
           residual_covariance};
 }

@@ -49,10 +49,12 @@ class Gaussian {
     using std::log;
     if (!root_.positive_definite)
       throw std::domain_error("a Gaussian with a singular covariance has no density");
-    const Mean whitened = root_.L.template triangularView<Eigen::Lower>().solve(x - mean_);
+    const Mean whitened = detail::solve_lower<Scalar, Dim, 1>(root_.L, x - mean_);
+    Scalar log_root_determinant(0);
+    for (int i = 0; i < Dim; ++i) log_root_determinant += log(root_.L(i, i));
     return Scalar(-0.5) *
                (whitened.squaredNorm() + Scalar(Dim) * log(Scalar(2) * std::numbers::pi_v<Scalar>)) -
-           root_.L.diagonal().array().log().sum();
+           log_root_determinant;
   }
 
   template <std::uniform_random_bit_generator Rng>

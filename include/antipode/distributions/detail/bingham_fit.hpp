@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <limits>
 
-#include <Eigen/LU>
-
 #include <antipode/distributions/detail/bingham_contour.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/eigen_types.hpp>
 
 namespace antipode::detail {
@@ -33,25 +32,26 @@ template <int Dim>
 
   BinghamMomentSolution<Dim> solution;
   Vector<double, Dim>& z = solution.z;
-  z = 0.5 / target[Dim - 1] - 0.5 * target.array().inverse();
+  for (int i = 0; i < Dim; ++i) z[i] = 0.5 / target[Dim - 1] - 0.5 / target[i];
   double previous_residual = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const BinghamContourSum<Dim> sum(z);
     const Vector<double, Dim> omega = sum.second_moments();
     solution.log_normalizer = sum.log_normalizer();
     solution.second_moments = omega;
-    const double residual = (omega.array() / target.array() - 1.0).abs().maxCoeff();
+    Vector<double, Dim> defect;  // relative
+    for (int i = 0; i < Dim; ++i) defect[i] = 1.0 - omega[i] / target[i];
+    const double residual = defect.cwiseAbs().maxCoeff();
     if (residual < kResidual || (residual < kAcceptableResidual && residual > 0.5 * previous_residual)) break;
     previous_residual = residual;
 
-    const Vector<double, kFree> inverse_omega = omega.template head<kFree>().cwiseInverse();
-    const Matrix<double, kFree> fourth = sum.fourth_moments().template topLeftCorner<kFree, kFree>();
-    const Matrix<double, kFree> jacobian =
-        (inverse_omega.asDiagonal() * fourth * inverse_omega.asDiagonal()).array() - 1.0;
-    const Vector<double, kFree> defect =
-        1.0 - omega.template head<kFree>().array() / target.template head<kFree>().array();
-    const Vector<double, kFree> step = inverse_omega.cwiseProduct(jacobian.inverse() * defect);
-    z.template head<kFree>() = (z.template head<kFree>() + step).cwiseMin(0.0);
+    const Matrix<double, Dim> fourth = sum.fourth_moments();
+    Matrix<double, kFree> jacobian;
+    for (int i = 0; i < kFree; ++i) {
+      for (int j = 0; j < kFree; ++j) jacobian(i, j) = fourth(i, j) / (omega[i] * omega[j]) - 1.0;
+    }
+    const auto step = solve_positive_definite<double, kFree>(jacobian, defect.template head<kFree>());
+    for (int i = 0; i < kFree; ++i) z[i] = std::min(z[i] + step[i] / omega[i], 0.0);
   }
   std::sort(z.begin(), z.end());  // equal targets may differ by a rounding error
   return solution;

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string_view>
 
-#include <Eigen/Cholesky>
-
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 
@@ -22,11 +23,20 @@ inline constexpr Scalar kSymmetryTolerance = std::max(Scalar(1e-9),
 /// (A + A^T)/2. Throws unless A is finite and symmetric.
 template <class Scalar, int N>
 [[nodiscard]] Matrix<Scalar, N> checked_symmetric(std::string_view what, const Matrix<Scalar, N>& A) {
-  const Scalar asymmetry = (A - A.transpose()).cwiseAbs().maxCoeff();
-  if (!A.allFinite() || !(asymmetry <= kSymmetryTolerance<Scalar> * A.cwiseAbs().maxCoeff())) [[unlikely]] {
+  using std::abs;
+  Matrix<Scalar, N> symmetric;
+  Scalar asymmetry(0), largest(0);
+  for (int j = 0; j < N; ++j) {
+    for (int i = j; i < N; ++i) {
+      symmetric(i, j) = symmetric(j, i) = Scalar(0.5) * (A(i, j) + A(j, i));
+      asymmetry = std::max(asymmetry, abs(A(i, j) - A(j, i)));
+      largest = std::max(largest, abs(symmetric(i, j)));
+    }
+  }
+  if (!A.allFinite() || !(asymmetry <= kSymmetryTolerance<Scalar> * largest)) [[unlikely]] {
     throw_invalid(what, A);
   }
-  return Scalar(0.5) * (A + A.transpose());
+  return symmetric;
 }
 
 /// A root of a positive semidefinite matrix, L L^T = A, and whether A is regular.
@@ -40,16 +50,17 @@ struct RootOfCovariance {
 template <class Scalar, int N>
 [[nodiscard]] RootOfCovariance<Scalar, N> root_of_covariance(std::string_view what,
                                                              const Matrix<Scalar, N>& A) {
-  const Eigen::LLT<Matrix<Scalar, N>> cholesky(A);
-  if (cholesky.info() == Eigen::Success) [[likely]] {
-    return {cholesky.matrixL(), true};
+  using std::sqrt;
+  if (const auto L = cholesky_factor(A)) [[likely]] {
+    return {*L, true};
   }
   const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
   if (!(eigen.values[0] >= -kSymmetryTolerance<Scalar> * A.trace())) [[unlikely]] {
     throw_invalid(what, A);
   }
-  const Vector<Scalar, N> root = eigen.values.cwiseMax(Scalar(0)).cwiseSqrt();
-  return {eigen.vectors * root.asDiagonal(), false};
+  Matrix<Scalar, N> root = eigen.vectors;
+  for (int i = 0; i < N; ++i) root.col(i) *= sqrt(std::max(eigen.values[i], Scalar(0)));
+  return {root, false};
 }
 
 /// A with the negative eigenvalues, which come from rounding, set to zero.
@@ -58,7 +69,7 @@ template <class Scalar, int N>
   const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
   if (eigen.values[0] >= Scalar(0)) return A;
   const Vector<Scalar, N> lambda = eigen.values.cwiseMax(Scalar(0));
-  return eigen.vectors * lambda.asDiagonal() * eigen.vectors.transpose();
+  return scaled_square<Scalar, N, N>(eigen.vectors, lambda);
 }
 
 /// The inverse of a positive semidefinite matrix on its range.
@@ -66,10 +77,12 @@ template <class Scalar>
 [[nodiscard]] Matrix3<Scalar> pseudo_inverse(const Matrix3<Scalar>& A) {
   constexpr Scalar kReciprocalCondition = std::max(Scalar(1e-12), std::numeric_limits<Scalar>::epsilon());
   const SymmetricEigen<Scalar, 3> eigen = symmetric_eigen(A);
-  const Vector3<Scalar>& lambda = eigen.values;
-  const Vector3<Scalar> inverse =
-      (lambda.array() > kReciprocalCondition * lambda[2]).select(lambda.cwiseInverse(), Scalar(0));
-  return eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
+  Vector3<Scalar> inverse;
+  for (int i = 0; i < 3; ++i) {
+    const Scalar lambda = eigen.values[i];
+    inverse[i] = lambda > kReciprocalCondition * eigen.values[2] ? Scalar(1) / lambda : Scalar(0);
+  }
+  return scaled_square<Scalar, 3, 3>(eigen.vectors, inverse);
 }
 
 }  // namespace antipode::detail

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include <antipode/eigen_types.hpp>
+
+/// Small positive definite matrices. Plain loops compile in a tenth of the time of Eigen's blocked
+/// algorithms, which bring their matrix product kernels along.
+namespace antipode::detail {
+
+/// The lower triangular L with L L^T = A and a positive diagonal; nothing unless A, of which the lower
+/// triangle is read, is positive definite.
+template <class Scalar, int N>
+[[nodiscard]] std::optional<Matrix<Scalar, N>> cholesky_factor(const Matrix<Scalar, N>& A) {
+  using std::sqrt;
+  Matrix<Scalar, N> L = Matrix<Scalar, N>::Zero();
+  for (int j = 0; j < N; ++j) {
+    Scalar pivot = A(j, j);
+    for (int k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
+    if (!(pivot > Scalar(0))) return std::nullopt;
+    L(j, j) = sqrt(pivot);
+    for (int i = j + 1; i < N; ++i) {
+      Scalar entry = A(i, j);
+      for (int k = 0; k < j; ++k) entry -= L(i, k) * L(j, k);
+      L(i, j) = entry / L(j, j);
+    }
+  }
+  return L;
+}
+
+/// L^-1 B for a lower triangular L.
+template <class Scalar, int N, int Cols>
+[[nodiscard]] Matrix<Scalar, N, Cols> solve_lower(const Matrix<Scalar, N>& L, Matrix<Scalar, N, Cols> B) {
+  for (int column = 0; column < Cols; ++column) {
+    for (int i = 0; i < N; ++i) {
+      for (int k = 0; k < i; ++k) B(i, column) -= L(i, k) * B(k, column);
+      B(i, column) /= L(i, i);
+    }
+  }
+  return B;
+}
+
+/// A^-1 b for a positive definite A, by elimination: that needs no pivots here.
+template <class Scalar, int N>
+[[nodiscard]] Vector<Scalar, N> solve_positive_definite(Matrix<Scalar, N> A, Vector<Scalar, N> b) {
+  for (int k = 0; k < N; ++k) {
+    for (int i = k + 1; i < N; ++i) {
+      const Scalar factor = A(i, k) / A(k, k);
+      for (int j = k + 1; j < N; ++j) A(i, j) -= factor * A(k, j);
+      b[i] -= factor * b[k];
+    }
+  }
+  for (int i = N - 1; i >= 0; --i) {
+    for (int j = i + 1; j < N; ++j) b[i] -= A(i, j) * b[j];
+    b[i] /= A(i, i);
+  }
+  return b;
+}
+
+}  // namespace antipode::detail
