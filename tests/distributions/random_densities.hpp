@@ -38,8 +38,12 @@ template <class Scalar>
 /// Largest entry of |A/B - 1|.
 template <class A, class B>
 [[nodiscard]] double max_relative_difference(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
-  using Scalar = typename A::Scalar;
-  return static_cast<double>((a.array() / b.array() - Scalar(1)).abs().maxCoeff());
+  typename A::PlainObject ratio = a;
+  const typename B::PlainObject divisor = b;
+  for (Eigen::Index j = 0; j < ratio.cols(); ++j) {
+    for (Eigen::Index i = 0; i < ratio.rows(); ++i) ratio(i, j) /= divisor(i, j);
+  }
+  return max_difference(ratio, A::PlainObject::Ones());
 }
 
 }  // namespace antipode::test
