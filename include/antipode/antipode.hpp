@@ -9,8 +9,13 @@
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
 #include <antipode/distributions/gaussian.hpp>
+#include <antipode/distributions/projected_gaussian.hpp>
+#include <antipode/distributions/projected_gaussian_conversions.hpp>
+#include <antipode/distributions/projected_gaussian_operations.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/predict.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>

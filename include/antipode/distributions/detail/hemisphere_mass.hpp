@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include <antipode/distributions/detail/symmetric_eigen.hpp>
+#include <antipode/eigen_types.hpp>
+
+/// The normaliser of a projected Gaussian by a one-dimensional integral (MPG Eq. 12, where the paper takes
+/// Monte Carlo).
+///
+/// On a hemisphere the Gaussian on its tangent space has the mass C = E[(1 + |u|^2)^-2], u ~ N(m, Sigma), as
+/// dq = (1 + |u|^2)^-2 du. With (1 + r)^-2 = int_0^inf s e^(-s (1 + r)) ds the expectation is that of a
+/// Gaussian:
+///
+///   C = int_0^inf s e^-s  det(I + 2 s Sigma)^(-1/2)  exp(-s m^T (I + 2 s Sigma)^-1 m)  ds
+namespace antipode::detail {
+
+/// int_0^inf s e^-s f(s) ds ~ sum_k weights_k f(nodes_k).
+template <int Count>
+struct TiltRule {
+  Eigen::Array<double, Count, 1> nodes, weights;
+};
+
+/// Gauss-Laguerre: to 2e-14 for tr Sigma + |m|^2 <= 0.05. Nodes and weights are eigenvalues and first
+/// components of the eigenvectors of the recurrence's matrix (Golub and Welsch, "Calculation of Gauss
+/// quadrature rules", 1969).
+[[nodiscard]] inline const TiltRule<12>& concentrated_tilt_rule() {
+  static const TiltRule<12> rule = [] {
+    Matrix<double, 12> recurrence = Matrix<double, 12>::Zero();
+    for (int k = 0; k < 12; ++k) {
+      recurrence(k, k) = 2.0 * (k + 1);
+      if (k > 0) recurrence(k, k - 1) = recurrence(k - 1, k) = std::sqrt(k * (k + 1.0));
+    }
+    const auto eigen = symmetric_eigen(recurrence);
+    return TiltRule<12>{eigen.values.array(), eigen.vectors.row(0).transpose().array().square()};
+  }();
+  return rule;
+}
+
+/// The trapezoidal rule in x with s = exp(x - e^-x), which decays double exponentially at both ends: to 2e-15
+/// for tr Sigma + |m|^2 <= 3.
+[[nodiscard]] inline const TiltRule<32>& moderate_tilt_rule() {
+  static const TiltRule<32> rule = [] {
+    constexpr double kStep = 0.22;
+    TiltRule<32> result;
+    for (int k = 0; k < 32; ++k) {
+      const double x = -3.2 + k * kStep;
+      const double s = std::exp(x - std::exp(-x));
+      result.nodes[k] = s;
+      result.weights[k] = kStep * s * s * std::exp(-s) * (1.0 + std::exp(-x));
+    }
+    return result;
+  }();
+  return rule;
+}
+
+/// The trapezoidal rule in log s: to 4e-15 for eigenvalues of Sigma and |m|^2 up to 1e8.
+[[nodiscard]] inline const TiltRule<172>& wide_tilt_rule() {
+  static const TiltRule<172> rule = [] {
+    TiltRule<172> result;
+    for (int k = 0; k < 172; ++k) {
+      const double s = std::exp(0.25 * k - 39.0);
+      result.nodes[k] = s;
+      result.weights[k] = 0.25 * s * s * std::exp(-s);
+    }
+    return result;
+  }();
+  return rule;
+}
+
+/// First node of the wide rule that counts: those before have s (1 + 2 size) < e^-19.5, even in number.
+[[nodiscard]] inline int first_wide_node(double size) {
+  return 2 * std::clamp(static_cast<int>((19.5 - std::log1p(2.0 * size)) / 0.5), 0, 60);
+}
+
+/// The integrand as polynomials in x = 2 s:
+///
+///   det(I + x Sigma) = 1 + x (e1 + x (e2 + x e3)),
+///   m^T (I + x Sigma)^-1 m det(I + x Sigma) = m0 + x (m1 + x m2)
+struct TiltPolynomials {
+  double e1, e2, e3, m0, m1, m2;
+
+  /// From the entries of Sigma; their rounding errors cost up to tr(Sigma)^2 ulps of the integral.
+  [[nodiscard]] static TiltPolynomials from_matrix(const Vector3<double>& m, const Matrix3<double>& Sigma) {
+    Matrix3<double> adjugate;
+    adjugate << Sigma.col(1).cross(Sigma.col(2)), Sigma.col(2).cross(Sigma.col(0)),
+        Sigma.col(0).cross(Sigma.col(1));
+    const double e1 = Sigma.trace(), m0 = m.squaredNorm();
+    return {e1, adjugate.trace(),           Sigma.col(0).dot(adjugate.col(0)),
+            m0, e1 * m0 - m.dot(Sigma * m), m.dot(adjugate * m)};
+  }
+
+  /// From its eigenvalues: only positive terms.
+  [[nodiscard]] static TiltPolynomials from_eigen(const Vector3<double>& m, const Matrix3<double>& Sigma) {
+    const auto eigen = symmetric_eigen(Sigma);
+    const Vector3<double> squares = (eigen.vectors.transpose() * m).cwiseAbs2();
+    const double a = std::max(0.0, eigen.values[0]), b = std::max(0.0, eigen.values[1]), c = eigen.values[2];
+    return {a + b + c,
+            a * b + b * c + c * a,
+            a * b * c,
+            squares.sum(),
+            squares.dot(Vector3<double>(b + c, c + a, a + b)),
+            squares.dot(Vector3<double>(b * c, c * a, a * b))};
+  }
+
+  template <class Nodes, class Weights>
+  [[nodiscard]] double integrate(const Nodes& s, const Weights& weights) const {
+    const auto x = 2.0 * s;
+    const auto determinant = 1.0 + x * (e1 + x * (e2 + x * e3));
+    if (m0 == 0.0) return (weights / determinant.sqrt()).sum();
+    const Eigen::Array<double, Nodes::RowsAtCompileTime, 1, 0, Nodes::MaxRowsAtCompileTime, 1> r =
+        determinant.inverse();
+    return (weights * r.sqrt() * (-s * (m0 + x * (m1 + x * m2)) * r).exp()).sum();
+  }
+};
+
+/// C = E[(1 + |u|^2)^-2] for u ~ N(m, Sigma), in (0, 1]; Sigma positive semidefinite, eigenvalues and |m|^2
+/// up to 1e8. Relative error 1e-12, and 2e-14 for tr Sigma + |m|^2 <= 3.
+[[nodiscard]] inline double hemisphere_mass(const Vector3<double>& m, const Matrix3<double>& Sigma) {
+  const double size = Sigma.trace() + m.squaredNorm();
+  if (size <= 3.0) {
+    const auto f = TiltPolynomials::from_matrix(m, Sigma);
+    if (size <= 0.05) {
+      return f.integrate(concentrated_tilt_rule().nodes, concentrated_tilt_rule().weights);
+    }
+    return f.integrate(moderate_tilt_rule().nodes, moderate_tilt_rule().weights);
+  }
+  const auto f =
+      size <= 30.0 ? TiltPolynomials::from_matrix(m, Sigma) : TiltPolynomials::from_eigen(m, Sigma);
+  using Segment = Eigen::Array<double, Eigen::Dynamic, 1, 0, 172, 1>;
+  const int first = first_wide_node(size);
+  const Segment nodes = wide_tilt_rule().nodes.tail(172 - first);
+  return f.integrate(nodes, wide_tilt_rule().weights.tail(172 - first));
+}
+
+/// C and the moments of u under N(m, Sigma) (1 + |u|^2)^-2 / C, the renormalised density on the tangent
+/// space.
+struct TiltedMoments {
+  double hemisphere_mass;
+  Vector3<double> mean;
+  Matrix3<double> second_moment;  ///< E[u u^T]
+};
+
+/// Given s the tilted u is Gaussian: N(A m, A Sigma) with A = (I + 2 s Sigma)^-1. For Sigma and m as in
+/// hemisphere_mass.
+[[nodiscard]] inline TiltedMoments tilted_moments(const Vector3<double>& m, const Matrix3<double>& Sigma) {
+  const TiltRule<172>& rule = wide_tilt_rule();
+  const auto eigen = symmetric_eigen(Sigma);
+  const Vector3<double> mu = eigen.vectors.transpose() * m;
+  const Vector3<double> lambda = eigen.values.cwiseMax(0.0);
+  double mass = 0.0;
+  Vector3<double> mean = Vector3<double>::Zero();
+  Matrix3<double> second = Matrix3<double>::Zero();
+  for (int k = 0; k < 172; ++k) {
+    const double s = rule.nodes[k];
+    const Vector3<double> shrink = (1.0 + 2.0 * s * lambda.array()).inverse();
+    const Vector3<double> center = shrink.cwiseProduct(mu);
+    const double weight = rule.weights[k] * std::sqrt(shrink.prod()) * std::exp(-s * center.dot(mu));
+    mass += weight;
+    mean += weight * center;
+    second += weight * center * center.transpose();
+    second.diagonal() += weight * shrink.cwiseProduct(lambda);
+  }
+  const Matrix3<double>& V = eigen.vectors;
+  return {mass, V * mean / mass, V * second * V.transpose() / mass};
+}
+
+}  // namespace antipode::detail
