@@ -56,20 +56,6 @@ std::size_t nearest_index(const Range& stamps, std::int64_t stamp) {
   return static_cast<std::size_t>((take_before ? before : after) - stamps.begin());
 }
 
-FramePairs match(const Trajectory& truth, const Trajectory& estimate, double max_difference_s) {
-  if (truth.stamps_ns.empty() != estimate.stamps_ns.empty()) {
-    throw std::runtime_error(
-        "only one of the two trajectories has stamps, so their poses cannot be matched; give both as KITTI "
-        "or both stamped");
-  }
-  if (truth.stamps_ns.empty()) {
-    FramePairs pairs(std::min(truth.poses.size(), estimate.poses.size()));
-    for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i] = {i, i};
-    return pairs;
-  }
-  return associate_by_stamp(truth.stamps_ns, estimate.stamps_ns, std::llround(max_difference_s * 1e9));
-}
-
 }  // namespace
 
 std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate) {
@@ -171,20 +157,36 @@ FramePairs associate_by_stamp(std::span<const std::int64_t> truth_ns,
   return pairs;
 }
 
+FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate, double max_difference_s) {
+  if (truth.stamps_ns.empty() != estimate.stamps_ns.empty()) {
+    throw std::runtime_error(
+        "only one of the two trajectories has stamps, so their poses cannot be matched; give both as KITTI "
+        "or both stamped");
+  }
+  FramePairs pairs;
+  if (truth.stamps_ns.empty()) {
+    pairs.resize(std::min(truth.poses.size(), estimate.poses.size()));
+    for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i] = {i, i};
+  } else {
+    pairs = associate_by_stamp(truth.stamps_ns, estimate.stamps_ns, std::llround(max_difference_s * 1e9));
+  }
+  if (pairs.size() < 3) {
+    throw std::runtime_error(
+        fmt::format("only {} of {} estimated poses match one of the {} true ones, 3 are needed; check the "
+                    "stamps and their units",
+                    pairs.size(), estimate.poses.size(), truth.poses.size()));
+  }
+  return pairs;
+}
+
 Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate, double max_difference_s) {
   std::vector<Eigen::Isometry3d> matched_truth;
   std::vector<Eigen::Isometry3d> matched_estimate;
-  for (const auto& [i, j] : match(truth, estimate, max_difference_s)) {
+  for (const auto& [i, j] : match_poses(truth, estimate, max_difference_s)) {
     matched_truth.push_back(truth.poses[i]);
     matched_estimate.push_back(estimate.poses[j]);
   }
   const std::size_t matched = matched_truth.size();
-  if (matched < 3) {
-    throw std::runtime_error(
-        fmt::format("only {} of {} estimated poses match one of the {} true ones, 3 are needed; check the "
-                    "stamps and their units",
-                    matched, estimate.poses.size(), truth.poses.size()));
-  }
   return {.truth_poses = truth.poses.size(),
           .estimate_poses = estimate.poses.size(),
           .matched = matched,
@@ -254,14 +256,15 @@ void print_evaluation(std::ostream& stream, const Evaluation& e) {
   print_rpe(stream, "RPE (TUM, evo), delta 10 m", e.rpe_10m);
 }
 
-void write_evaluation_json(std::ostream& stream, const Evaluation& e) {
+void write_evaluation_json(std::ostream& stream, const Evaluation& e, const std::string& more) {
   fmt::print(stream,
              "{{\n  \"frames_matched\": {},\n  \"truth_poses\": {},\n  \"estimate_poses\": {},\n"
              "  \"truth_length_m\": {},\n  \"estimate_length_m\": {},\n"
              "  \"kitti\": {},\n  \"ate_se3_aligned_m\": {},\n  \"ate_first_pose_aligned_m\": {},\n"
-             "  \"rpe_1_frame\": {},\n  \"rpe_10_m\": {}\n}}\n",
+             "  \"rpe_1_frame\": {},\n  \"rpe_10_m\": {}{}\n}}\n",
              e.matched, e.truth_poses, e.estimate_poses, e.truth_length_m, e.estimate_length_m, json(e.kitti),
-             json(e.ate_aligned_m), json(e.ate_first_pose_m), json(e.rpe_frame), json(e.rpe_10m));
+             json(e.ate_aligned_m), json(e.ate_first_pose_m), json(e.rpe_frame), json(e.rpe_10m),
+             more.empty() ? "" : ",\n  " + more);
 }
 
 }  // namespace stereo_slam

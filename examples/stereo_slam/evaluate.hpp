@@ -5,6 +5,7 @@
 #include <optional>
 #include <ostream>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -78,6 +79,11 @@ using FramePairs = std::vector<std::pair<std::size_t, std::size_t>>;
                                             std::span<const std::int64_t> estimate_ns,
                                             std::int64_t max_difference_ns);
 
+/// Indices (truth, estimate) of the poses of the same instants: by stamp when both have stamps, else by
+/// index. Throws std::runtime_error when fewer than three match.
+[[nodiscard]] FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate,
+                                     double max_difference_s = 0.01);
+
 /// All scores of one estimate.
 struct Evaluation {
   std::size_t truth_poses = 0;
@@ -92,15 +98,15 @@ struct Evaluation {
   std::optional<RelativePoseError> rpe_10m;
 };
 
-/// Matches poses (by stamp when both have stamps, else by index) and scores them. Throws std::runtime_error
-/// when fewer than three match.
+/// Matches the poses and scores them.
 [[nodiscard]] Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate,
                                   double max_difference_s = 0.01);
 
 /// For people.
 void print_evaluation(std::ostream& stream, const Evaluation& evaluation);
 
-/// For programs: one object; scores that do not exist are null.
-void write_evaluation_json(std::ostream& stream, const Evaluation& evaluation);
+/// For programs: one object; scores that do not exist are null. `more`, if any, are further members: "name":
+/// value.
+void write_evaluation_json(std::ostream& stream, const Evaluation& evaluation, const std::string& more = "");
 
 }  // namespace stereo_slam

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -16,6 +17,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "consistency.hpp"
 #include "dataset/sequence.hpp"
 #include "dataset/stereo_check.hpp"
 #include "evaluate.hpp"
@@ -114,6 +116,9 @@ Command add_evaluate(CLI::App& parent) {
     std::optional<TrajectoryFormat> format;
     double max_difference_s = 0.01;
     std::optional<fs::path> json;
+    std::optional<fs::path> covariances;
+    double truth_sigma_m = 0.0;
+    double truth_sigma_deg = 0.0;
   };
   auto args = std::make_shared<Arguments>();
   auto& app = *parent.add_subcommand("evaluate", "score an estimated trajectory against the truth");
@@ -129,13 +134,33 @@ Command add_evaluate(CLI::App& parent) {
       ->capture_default_str()
       ->type_name("S");
   app.add_option("--json", args->json, "write the scores here as well")->type_name("FILE");
+  app.add_option("--covariances", args->covariances,
+                 "covariances.csv of the run: say whether its errors are as large as they claim")
+      ->type_name("FILE");
+  app.add_option("--truth-sigma-m", args->truth_sigma_m, "noise of the true relative positions, per axis")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--truth-sigma-deg", args->truth_sigma_deg, "noise of the true relative rotations, per axis")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   return [args] {
     const Trajectory truth = read_trajectory(args->truth, args->format);
     const Trajectory estimate = read_trajectory(args->estimate, args->format);
     const Evaluation evaluation = evaluate(truth, estimate, args->max_difference_s);
     print_evaluation(std::cout, evaluation);
-    if (args->json)
-      write_file(*args->json, [&](std::ostream& out) { write_evaluation_json(out, evaluation); });
+    std::string consistency_member;
+    if (args->covariances) {
+      constexpr double kRadians = std::numbers::pi / 180.0;
+      const Consistency consistency = score_consistency(
+          truth, estimate, match_poses(truth, estimate, args->max_difference_s),
+          read_covariances(*args->covariances), {args->truth_sigma_m, kRadians * args->truth_sigma_deg});
+      print_consistency(std::cout, consistency);
+      consistency_member = "\"consistency\": " + consistency_json(consistency);
+    }
+    if (args->json) {
+      write_file(*args->json,
+                 [&](std::ostream& out) { write_evaluation_json(out, evaluation, consistency_member); });
+    }
     return kDone;
   };
 }

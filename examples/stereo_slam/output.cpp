@@ -116,19 +116,29 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
 void write_covariances(std::ostream& stream, const RunRecord& record) {
   constexpr std::array<std::string_view, 6> kAxes = {"rx", "ry", "rz", "tx", "ty", "tz"};
   constexpr std::array<std::string_view, 3> kUnits = {"rad2", "rad_m", "m2"};
+  const auto print_names = [&](std::string_view prefix) {
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = i; j < 6; ++j)
+        fmt::print(stream, ",{}{}_{}_{}", prefix, kAxes[i], kAxes[j], kUnits[i / 3 + j / 3]);
+    }
+  };
+  const auto print_triangle = [&](const Matrix6<double>& covariance) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) fmt::print(stream, ",{:.9g}", covariance(i, j));
+    }
+  };
   stream << "stamp_s,status";
-  for (std::size_t i = 0; i < 6; ++i) {
-    for (std::size_t j = i; j < 6; ++j)
-      fmt::print(stream, ",{}_{}_{}", kAxes[i], kAxes[j], kUnits[i / 3 + j / 3]);
-  }
+  print_names("");
+  stream << ",keyframe,nis,nis_dof";
+  print_names("keyframe_");
   stream << '\n';
   for (std::size_t k = 0; k < record.results.size(); ++k) {
     fmt::print(stream, "{},{}", format_seconds(record.results[k].stamp_ns),
                to_string(record.results[k].status));
-    const auto& covariance = record.trajectory[k].covariance;
-    for (int i = 0; i < 6; ++i) {
-      for (int j = i; j < 6; ++j) fmt::print(stream, ",{:.9g}", covariance(i, j));
-    }
+    print_triangle(record.trajectory[k].covariance);
+    fmt::print(stream, ",{},{:.6g},{}", record.results[k].keyframe, record.results[k].nis,
+               record.results[k].nis_dof);
+    print_triangle(record.results[k].relative_covariance);
     stream << '\n';
   }
 }

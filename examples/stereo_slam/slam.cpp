@@ -263,6 +263,8 @@ FrameResult Slam::process(const StereoFrame& frame) {
   }
 
   s.frames.push_back({s.keyframes.size() - 1, to_estimate(s.posterior)});
+  result.keyframe = s.keyframes.back().frame;
+  result.relative_covariance = s.frames.back().T_keyframe_camera.covariance;
   result.T_world_camera = s.in_world(s.frames.back().T_keyframe_camera);
   if (result.is_keyframe && s.keyframes.back().frame != frame.index)
     s.change_keyframe(frame, features, matches);

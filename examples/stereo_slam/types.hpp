@@ -86,6 +86,8 @@ struct FrameResult {
   std::int64_t stamp_ns = 0;
   TrackingStatus status = TrackingStatus::kInitializing;
   PoseEstimate T_world_camera;
+  std::size_t keyframe = 0;  ///< frame whose camera the filter's state was relative to
+  Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to that camera
   PoseEstimate odometry;  ///< T_previous_current, the system input u_k
   int features = 0;
   int landmarks = 0;
