@@ -9,9 +9,14 @@
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
 #include <antipode/distributions/gaussian.hpp>
+#include <antipode/distributions/mixture.hpp>
+#include <antipode/distributions/mixture_queries.hpp>
+#include <antipode/distributions/mixture_reduction.hpp>
+#include <antipode/distributions/pose_box.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/distributions/projected_gaussian_operations.hpp>
+#include <antipode/distributions/projected_orientation.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/pose_gaussian.hpp>

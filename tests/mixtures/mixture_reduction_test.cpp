@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <antipode/distributions/mixture_reduction.hpp>
+
+#include "mixtures/random_mixtures.hpp"
+#include "support/catch.hpp"
+#include "support/error_message.hpp"
+#include "support/reference.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+using detail::TangentGaussian;
+
+TangentGaussian<double> gaussian(const nlohmann::json& row, const char* mu, const char* Sigma) {
+  return {to_vector<6>(row.at(mu)), to_matrix<6>(row.at(Sigma))};
+}
+
+double symmetric_kl(const TangentGaussian<double>& a, const TangentGaussian<double>& b) {
+  return detail::symmetric_kl<double>(*detail::cholesky_factor(a.covariance),
+                                      *detail::cholesky_factor(b.covariance), b.mean - a.mean);
+}
+
+/// E[log x - log y] over draws of x, with its standard error.
+struct Estimate {
+  double value, error;
+};
+Estimate divergence(const PoseMixture& x, const PoseMixture& y, unsigned seed) {
+  Rng rng(seed);
+  constexpr int kDraws = 20000;
+  double sum = 0.0, squares = 0.0;
+  for (int k = 0; k < kDraws; ++k) {
+    const auto pose = x.sample(rng);
+    const double ratio = x.log_density(pose) - y.log_density(pose);
+    sum += ratio / kDraws;
+    squares += ratio * ratio / kDraws;
+  }
+  return {sum, std::sqrt((squares - sum * sum) / kDraws)};
+}
+
+constexpr auto kCriteria = {MergeCriterion::kRunnalls, MergeCriterion::kSymmetricKullbackLeibler};
+
+}  // namespace
+
+TEST_CASE("The symmetric divergence matches the reference", "[reduction][reference]") {
+  const auto reference = read_reference("projected_gaussian.json");
+  for (const auto& row : reference.at("skl")) {
+    const double expected = row.at("skl").get<double>();
+    const double value = symmetric_kl(gaussian(row, "mu1", "Sigma1"), gaussian(row, "mu2", "Sigma2"));
+    CHECK(std::abs(value / expected - 1.0) <= 1e-10);
+    const Vector4<double> q(1, 0, 0, 0);
+    const auto a = gaussian(row, "mu1", "Sigma1"), b = gaussian(row, "mu2", "Sigma2");
+    CHECK(symmetric_kl_divergence(PoseComponent(q, a.mean, a.covariance),
+                                  PoseComponent(-q, b.mean, b.covariance)) ==
+          Approx(expected).epsilon(1e-10));
+  }
+}
+
+TEST_CASE("Merged moments and the bound of their divergence match the reference", "[reduction][reference]") {
+  const auto reference = read_reference("projected_gaussian.json");
+  for (const auto& row : reference.at("merge")) {
+    const double w_1 = row.at("w1").get<double>(), w_2 = row.at("w2").get<double>();
+    const auto y_1 = gaussian(row, "mu1", "Sigma1"), y_2 = gaussian(row, "mu2", "Sigma2");
+    const auto merged = detail::merge(w_1, y_1, w_2, y_2);
+    CHECK(max_difference(merged.mean, to_vector<6>(row.at("mu"))) <= 1e-14);
+    CHECK(max_difference(merged.covariance, to_matrix<6>(row.at("Sigma"))) <= 1e-14);
+    CHECK(std::abs(symmetric_kl(y_1, merged) / row.at("skl1").get<double>() - 1.0) <= 1e-10);
+    CHECK(std::abs(symmetric_kl(merged, y_2) / row.at("skl2").get<double>() - 1.0) <= 1e-10);
+    const Vector4<double> q(1, 0, 0, 0);
+    const PoseComponent p_1(q, y_1.mean, y_1.covariance), p_2(q, y_2.mean, y_2.covariance);
+    const detail::MergedPair<double> pair(w_1, p_1, w_2, p_2);
+    const double bound = detail::merge_cost(MergeCriterion::kSymmetricKullbackLeibler, w_1, w_2, pair);
+    CHECK(std::abs(bound / row.at("bound_tight").get<double>() - 1.0) <= 1e-10);
+    // Merging and centring commute with the signs.
+    const auto centered = merge(w_1, p_1, w_2, with_flipped_sign(p_2));
+    CHECK(max_difference(centered.covariance(), merge(w_1, p_1, w_2, p_2).covariance()) <= 1e-15);
+    CHECK(centered.is_centered());
+  }
+}
+
+TEST_CASE("The cheap bound is below the cost of merging", "[reduction][law]") {
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const auto pose = random_pose<double>(rng);
+    const auto p_1 = random_density_at(rng, pose, 0.1, 0.3);
+    const auto p_2 = random_density_at(rng, nearby_pose(rng, pose, 0.2, 1.0), 0.1, 0.3);
+    const double w_1 = uniform<double>(rng, 0.01, 0.5), w_2 = uniform<double>(rng, 0.01, 0.5);
+    const detail::MergedPair<double> pair(w_1, p_1, w_2, p_2);
+    const double bound = detail::merge_cost_bound(w_1, p_1, w_2, p_2);
+    const double runnalls = detail::merge_cost(MergeCriterion::kRunnalls, w_1, w_2, pair);
+    CHECK(bound <= runnalls * (1.0 + 1e-12));
+    CHECK(runnalls <= detail::merge_cost(MergeCriterion::kSymmetricKullbackLeibler, w_1, w_2, pair));
+  }
+}
+
+TEST_CASE("The queue hands out pairs as a search through all of them would", "[reduction]") {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    // Things are numbers; merging adds them and costs their distance, at least half of it.
+    std::vector<double> things(12);
+    for (double& thing : things) thing = uniform<double>(rng, 0.0, 1.0);
+    const auto cost = [&](std::size_t i, std::size_t j) { return std::abs(things[i] - things[j]); };
+    const auto bound = [&](std::size_t i, std::size_t j) {
+      const double infinity = std::numeric_limits<double>::infinity();
+      return (i + j) % 7 == 0 ? infinity : uniform<double>(rng, 0.5, 1.0) * cost(i, j);
+    };
+    detail::MergeQueue<double> queue(things.size(), bound);
+    while (const auto best = queue.cheapest(cost)) {
+      double least = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < things.size(); ++i) {
+        for (std::size_t j = i + 1; j < things.size(); ++j) {
+          if (queue.alive(i) && queue.alive(j) && (i + j) % 7 != 0) least = std::min(least, cost(i, j));
+        }
+      }
+      REQUIRE(best->cost == least);
+      things[best->i] += things[best->j];
+      queue.merge(best->i, best->j, bound);
+    }
+    CHECK(queue.size() < things.size());
+  }
+}
+
+TEST_CASE("Dropping changes no probability by more than the weight dropped", "[reduction]") {
+  Rng rng(1);
+  const auto pose = random_pose<double>(rng);
+  std::vector<PoseMixture::Element> elements;
+  for (const double weight : {0.5, 0.03, 0.4, 0.05, 0.02}) {
+    elements.push_back({weight, random_density_at(rng, nearby_pose(rng, pose, 0.3, 0.5), 0.03, 0.1)});
+  }
+  const PoseMixture x(elements);
+  const auto reduced = reduce(x, {.min_weight = 0.04});
+  CHECK(reduced.mixture.size() == 3);
+  CHECK(reduced.dropped == 2);
+  CHECK(reduced.merged == 0);
+  CHECK(reduced.dropped_weight == Approx(0.05));
+  CHECK(reduced.probability_bound == Approx(0.05));
+  CHECK(reduced.mixture[0].weight == Approx(0.5 / 0.95));
+  // The sets {p > q} and {p < q} tell mixtures apart best: none better than the bound.
+  constexpr int kDraws = 20000;
+  int x_says = 0, reduced_says = 0;
+  const auto likelier = [&](const DualQuaternion<double>& draw) {
+    return x.log_density(draw) > reduced.mixture.log_density(draw) ? 1 : 0;
+  };
+  for (int k = 0; k < kDraws; ++k) {
+    x_says += likelier(x.sample(rng));
+    reduced_says += likelier(reduced.mixture.sample(rng));
+  }
+  CHECK(x_says - reduced_says <= (0.05 + 4.0 / std::sqrt(kDraws)) * kDraws);
+  CHECK(x_says - reduced_says >= (0.05 - 4.0 / std::sqrt(kDraws)) * kDraws);
+}
+
+TEST_CASE("The divergence to the reduced mixture is within the bound it reports", "[reduction][random]") {
+  for (const MergeCriterion criterion : kCriteria) {
+    for (unsigned seed = 0; seed < 6; ++seed) {
+      CAPTURE(seed);
+      Rng rng(seed);
+      const Spread spread{.angle = 0.1, .distance = 0.2, .sigma_u = 0.03, .sigma_t = 0.15};
+      const auto x = random_mixture(rng, 12, random_pose<double>(rng), spread);
+      const auto reduced = reduce(x, {.max_components = 4, .criterion = criterion});
+      REQUIRE(reduced.mixture.size() == 4);
+      CHECK(reduced.merged == 8);
+      CHECK(reduced.dropped == 0);
+      const auto forward = divergence(x, reduced.mixture, seed), back = divergence(reduced.mixture, x, seed);
+      const bool symmetric = criterion == MergeCriterion::kSymmetricKullbackLeibler;
+      const double value = symmetric ? forward.value + back.value : forward.value;
+      CHECK(value <= reduced.divergence + 4.0 * (forward.error + back.error));
+      CHECK(reduced.divergence > 0.0);
+      CHECK(reduced.probability_bound >= std::sqrt(reduced.divergence / (symmetric ? 4.0 : 2.0)));
+    }
+  }
+}
+
+TEST_CASE("Reduction keeps mean and covariance", "[reduction][law]") {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const auto pose = random_pose<double>(rng);
+    const auto x = random_mixture(rng, 10, pose, {.angle = 1e-3, .distance = 0.2, .sigma_u = 3e-4});
+    for (const std::size_t count : {5, 1}) {
+      const auto reduced = reduce(x, {.max_components = count});
+      REQUIRE(reduced.mixture.size() == count);
+      const auto before = tangent_moments(x, pose.rotation());
+      const auto after = tangent_moments(reduced.mixture, pose.rotation());
+      for (int i = 0; i < 6; ++i) {
+        const double sigma = std::sqrt(before.covariance(i, i));
+        // Up to changes of the tangent space by 1e-3.
+        CHECK(std::abs(after.mean[i] - before.mean[i]) <= 2e-3 * sigma);
+        CHECK(std::abs(after.covariance(i, i) / before.covariance(i, i) - 1.0) <= 4e-3);
+      }
+    }
+  }
+}
+
+TEST_CASE("A budget of divergence is used and not exceeded", "[reduction]") {
+  Rng rng(2);
+  const auto x = random_mixture(rng, 10, random_pose<double>(rng));
+  const auto few = reduce(x, {.max_components = 3}), none = reduce(x);
+  CHECK(none.mixture.size() == 10);
+  CHECK(none.divergence == 0.0);
+  const auto budget = reduce(x, {.max_divergence = few.divergence});
+  CHECK(budget.mixture.size() <= 3);
+  CHECK(budget.divergence <= few.divergence);
+  const auto half = reduce(x, {.max_divergence = 0.5 * few.divergence});
+  CHECK(half.mixture.size() > budget.mixture.size());
+  CHECK(half.mixture.size() < 10);
+}
+
+TEST_CASE("Copies merge for nothing, whatever their signs", "[reduction]") {
+  Rng rng(3);
+  const auto x = random_density_at(rng, random_pose<double>(rng), 0.1, 0.3);
+  for (const MergeCriterion criterion : kCriteria) {
+    const auto reduced = reduce(PoseMixture({{0.5, x}, {0.3, with_flipped_sign(x)}, {0.2, x}}),
+                                {.max_components = 1, .criterion = criterion});
+    CHECK(reduced.divergence <= 1e-12);
+    CHECK(max_difference(reduced.mixture[0].density.covariance(), x.covariance()) <= 1e-14);
+  }
+}
+
+TEST_CASE("What lies too far apart to merge is dropped, the lightest first", "[reduction]") {
+  Rng rng(4);
+  const auto pose = random_pose<double>(rng);
+  const auto at = [&](double angle) {
+    return random_density_at(rng, nearby_pose(rng, pose, angle, 0.0), 0.03, 0.1);
+  };
+  const PoseMixture x({{0.5, at(0.0)}, {0.2, at(1.5)}, {0.3, at(3.0)}});
+  const auto reduced = reduce(x, {.max_components = 1});
+  REQUIRE(reduced.mixture.size() == 1);
+  CHECK(reduced.merged == 0);
+  CHECK(reduced.dropped_weight == Approx(0.5));
+  CHECK(reduced.mixture[0].density.pose().is_approx(x[0].density.pose(), 1e-12));
+}
+
+TEST_CASE("A certain component is never merged", "[reduction]") {
+  Rng rng(5);
+  const auto pose = random_pose<double>(rng);
+  const PoseComponent certain(pose, Matrix6<double>::Zero());
+  const auto x = random_density_at(rng, pose, 0.1, 0.3);
+  const auto reduced = reduce(PoseMixture({{0.5, certain}, {0.25, x}, {0.25, x}}), {.max_divergence = 10.0});
+  CHECK(reduced.mixture.size() == 2);
+  CHECK_THROWS_AS(symmetric_kl_divergence(certain, x), std::domain_error);
+}
+
+TEST_CASE("A reduction to nothing is refused", "[reduction][error]") {
+  Rng rng(6);
+  const PoseMixture x(random_density_at(rng, random_pose<double>(rng), 0.1, 0.3));
+  const auto message = [&](const MixtureReductionOptions<double>& options) {
+    return error_message([&] { return reduce(x, options); });
+  };
+  CHECK(contains(message({.max_components = 0}), "leaves no component"));
+  CHECK(contains(message({.min_weight = 1.0}), "leaves no component"));
+  CHECK(contains(message({.min_weight = std::numeric_limits<double>::quiet_NaN()}), "leaves no component"));
+  // The heaviest stays, however light.
+  CHECK(reduce(PoseMixture({{0.5, x[0].density}, {0.5, x[0].density}}), {.min_weight = 0.9}).mixture.size() ==
+        2);
+}
