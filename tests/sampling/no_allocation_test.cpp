@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Counts every allocation of the process, and makes Eigen assert on its own.
+// A program of its own: the definition changes Eigen.
+#undef NDEBUG  // Eigen reports a forbidden allocation by an assertion
 #define EIGEN_RUNTIME_NO_MALLOC
-
-#include <cstdlib>
-#include <new>
+#include <cmath>
 
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
@@ -13,69 +12,49 @@
 #include "distributions/random_densities.hpp"
 #include "support/catch.hpp"
 
-namespace {
-std::size_t allocations = 0;
-}
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-
 using namespace antipode;
 using namespace antipode::test;
 
 namespace {
 
-/// The allocations during f().
+/// f(), stopping the program if Eigen allocates in it.
 template <class Function>
-std::size_t allocations_in(const Function& f) {
-  const std::size_t before = allocations;
+[[nodiscard]] auto without_allocation(const Function& f) {
   Eigen::internal::set_is_malloc_allowed(false);
-  f();
+  const auto result = f();
   Eigen::internal::set_is_malloc_allowed(true);
-  return allocations - before;
+  return result;
 }
 
 }  // namespace
 
-TEST_CASE("The counter counts", "[allocation]") {
-  CHECK(allocations_in([] { delete new int(1); }) == 1);
-}
-
-TEMPLATE_TEST_CASE("Densities are built, evaluated and drawn from without the heap", "[allocation]", float,
-                   double) {
+TEST_CASE("Densities are built, evaluated and drawn from without the heap", "[allocation]") {
   Rng rng(1);
-  const auto x = random_bingham_gaussian<TestType>(rng, 0.0, 3.0);
-  const auto y = random_pose<TestType>(rng);
-  TestType sum(0);
-  CHECK(allocations_in([&] {
-          const auto& b = x.orientation();
-          const auto product = b.product(compose(b, compose(y.rotation(), b)));
-          sum += product.kl_divergence(b) + product.entropy() + product.sample(rng).sum();
-          const auto moved = compose(compose(y, x), y);
-          const auto narrow = BinghamGaussian<TestType>::from_pose_covariance(y, x.covariance());
-          sum +=
-              moved.log_density(y) + narrow.sample(rng).coeffs().sum() + moved.translation_covariance().sum();
-          const Gaussian<TestType, 3> g(x.mean_translation(), x.conditional_covariance());
-          sum += g.log_density(g.sample(rng));
-        }) == 0);
+  const auto x = random_bingham_gaussian<double>(rng, 0.0, 3.0);
+  const auto y = random_pose<double>(rng);
+  const double sum = without_allocation([&] {
+    const auto& b = x.orientation();
+    const auto product = b.product(compose(b, compose(y.rotation(), b)));
+    const auto moved = compose(compose(y, x), y);
+    const auto narrow = BinghamGaussian<double>::from_pose_covariance(y, x.covariance());
+    const Gaussian<double, 3> g(x.mean_translation(), x.conditional_covariance());
+    return product.kl_divergence(b) + product.entropy() + product.sample(rng).sum() + moved.log_density(y) +
+           narrow.sample(rng).coeffs().sum() + moved.translation_covariance().sum() +
+           g.log_density(g.sample(rng));
+  });
   CHECK(std::isfinite(sum));
 }
 
-TEMPLATE_TEST_CASE("Samples are made and matched without the heap", "[allocation]", float, double) {
+TEST_CASE("Samples are made and matched without the heap", "[allocation]") {
   Rng rng(2);
-  const auto x = random_bingham_gaussian<TestType>(rng, 0.0, 3.0);
+  const auto x = random_bingham_gaussian<double>(rng, 0.0, 3.0);
   const auto match = [&](const auto& rule) {
-    return allocations_in([&] { (void)moment_match(sample(rule, x)); });
+    const auto matched = without_allocation([&] { return moment_match(sample(rule, x)); });
+    CHECK(std::isfinite(matched.log_density(x.pose())));
   };
   using Fibonacci = PointSetRule<3, 20>;
-  CHECK(match(PaperPoseRule{}) == 0);
-  CHECK(match(RichPoseRule{}) == 0);
-  CHECK(match(JointPoseRule{}) == 0);
-  CHECK(match(CartesianPoseRule<EqualWeightRule<Fibonacci>, Fibonacci>{{Fibonacci::fibonacci()},
-                                                                       Fibonacci::fibonacci()}) == 0);
+  match(PaperPoseRule{});
+  match(RichPoseRule{});
+  match(JointPoseRule{});
+  match(CartesianPoseRule<EqualWeightRule<Fibonacci>, CubatureRule<3>>{{Fibonacci::fibonacci()}, {}});
 }

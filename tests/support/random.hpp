@@ -89,13 +89,14 @@ template <class Scalar>
   return xi;
 }
 
-/// Largest entry of |A - B|; NaN if there is one.
+/// Largest entry of |A - B|; NaN if there is one, infinite if they differ in size.
 template <class A, class B>
 [[nodiscard]] double max_difference(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
-  static_assert(int{A::RowsAtCompileTime} == int{B::RowsAtCompileTime} &&
-                int{A::ColsAtCompileTime} == int{B::ColsAtCompileTime});
   const typename A::PlainObject left = a;
   const typename B::PlainObject right = b;
+  if (left.rows() != right.rows() || left.cols() != right.cols()) {
+    return std::numeric_limits<double>::infinity();
+  }
   double largest = 0.0;
   for (Eigen::Index j = 0; j < left.cols(); ++j) {
     for (Eigen::Index i = 0; i < left.rows(); ++i) {

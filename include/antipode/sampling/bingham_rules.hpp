@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham.hpp>
 #include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
@@ -37,17 +38,33 @@ struct GnomonicRule {
 /// 15 points on S^3: what the filters use unless told otherwise.
 using BinghamGnomonicRule = GnomonicRule<Degree5Rule<3>>;
 
+namespace detail {
+
+/// (spread_i g_i, i < Dim; spread_Dim): a point of the tangent space at the mode, in homogeneous coordinates.
+template <class Scalar, int Dim>
+[[nodiscard]] Vector<Scalar, Dim> tangent_point(const Vector<Scalar, Dim>& spread,
+                                                const Vector<Scalar, Dim - 1>& g) {
+  Vector<Scalar, Dim> y = spread;
+  for (int i = 0; i + 1 < Dim; ++i) y[i] *= g[i];
+  return y;
+}
+
+}  // namespace detail
+
 template <GaussianRule Cubature, std::floating_point Scalar>
 [[nodiscard]] WeightedSamples<Scalar, Cubature::kDim + 1, Cubature::kCount> sample(
     const GnomonicRule<Cubature>& rule, const Bingham<Scalar, Cubature::kDim + 1>& bingham) {
+  using std::sqrt;
   constexpr int kDim = Cubature::kDim + 1;
   const auto standard = rule.cubature.template standard<Scalar>();
   const Vector<Scalar, kDim> spread = bingham.second_moments().cwiseSqrt();
   WeightedSamples<Scalar, kDim, Cubature::kCount> samples;
   for (int k = 0; k < samples.size(); ++k) {
-    const Vector<Scalar, kDim> y = spread.cwiseProduct(standard.points.col(k).homogeneous());
-    samples.points.col(k) = bingham.axes() * y.normalized();
-    samples.weights[k] = standard.weights[k] * y.squaredNorm();
+    const Vector<Scalar, kDim> y = detail::tangent_point<Scalar, kDim>(spread, standard.points.col(k));
+    const Scalar square = y.squaredNorm();
+    const Vector<Scalar, kDim> x = bingham.axes() * y;
+    samples.points.col(k) = x / sqrt(square);
+    samples.weights[k] = standard.weights[k] * square;
   }
   return samples;
 }
@@ -129,18 +146,27 @@ template <GaussianRule Cubature, std::floating_point Scalar>
     Matrix<Scalar, kDim> E = Matrix<Scalar, kDim>::Zero();
     for (int k = 0; k < kCount; ++k) {
       const Vector<Scalar, kDim> y = inverse_root.cwiseProduct(samples.points.col(k));
-      E += y * y.transpose() / Scalar(kCount);
+      detail::add_outer_product(Scalar(1) / Scalar(kCount), y, y, E);
     }
     if ((E - Matrix<Scalar, kDim>::Identity()).cwiseAbs().maxCoeff() < kTolerance) {
-      samples.points = (bingham.axes() * samples.points).eval();
+      for (int k = 0; k < kCount; ++k) {
+        const Vector<Scalar, kDim> x = samples.points.col(k);
+        samples.points.col(k) = bingham.axes() * x;
+      }
       return samples;
     }
     const auto eigen = detail::symmetric_eigen(E);
     if (!(eigen.values[0] > Scalar(0))) break;
-    const Matrix<Scalar, kDim> inverse_root_E =
-        eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().asDiagonal() * eigen.vectors.transpose();
-    const Matrix<Scalar, kDim> A = root.asDiagonal() * inverse_root_E * inverse_root.asDiagonal();
-    for (int k = 0; k < kCount; ++k) samples.points.col(k) = (A * samples.points.col(k)).normalized();
+    Matrix<Scalar, kDim> A =
+        detail::scaled_square<Scalar, kDim, kDim>(eigen.vectors, eigen.values.cwiseSqrt().cwiseInverse());
+    for (int i = 0; i < kDim; ++i) {
+      for (int j = 0; j < kDim; ++j) A(i, j) *= root[i] * inverse_root[j];
+    }
+    for (int k = 0; k < kCount; ++k) {
+      const Vector<Scalar, kDim> x = samples.points.col(k);
+      const Vector<Scalar, kDim> moved = A * x;
+      samples.points.col(k) = moved.normalized();
+    }
   }
   return sample(GnomonicRule<Cubature>{rule.cubature}, bingham);
 }

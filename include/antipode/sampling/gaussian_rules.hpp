@@ -26,6 +26,21 @@ concept GaussianRule = requires(const Rule& rule) {
     } -> std::convertible_to<WeightedSamples<float, Rule::kDim, Rule::kCount>>;
 };
 
+namespace detail {
+
+/// Columns first.. of `points`: radius e_1, ..., radius e_Dim, and then their negatives.
+template <class Scalar, int Dim, int Count>
+void set_axis_points(int first, Scalar radius, Matrix<Scalar, Dim, Count>& points) {
+  for (int i = 0; i < Dim; ++i) {
+    for (int j = 0; j < Dim; ++j) {
+      points(j, first + i) = i == j ? radius : Scalar(0);
+      points(j, first + Dim + i) = i == j ? -radius : Scalar(0);
+    }
+  }
+}
+
+}  // namespace detail
+
 /// 2 Dim + 1 points: the centre with weight kappa/(Dim + kappa) and +-sqrt(Dim + kappa) e_i. Exact to degree
 /// 3; the fourth moments are Dim + kappa and 0. Weights are non-negative for kappa >= 0; for kappa = 0 the
 /// centre counts nothing, and CubatureRule saves it. Reference: Julier and Uhlmann, "Unscented filtering and
@@ -46,8 +61,8 @@ struct UnscentedRule {
     }
     const Scalar spread = static_cast<Scalar>(Dim + kappa);
     WeightedSamples<Scalar, Dim, kCount> samples;
-    samples.points << Vector<Scalar, Dim>::Zero(), sqrt(spread) * Matrix<Scalar, Dim>::Identity(),
-        -sqrt(spread) * Matrix<Scalar, Dim>::Identity();
+    samples.points.col(0).setZero();
+    detail::set_axis_points<Scalar, Dim, kCount>(1, sqrt(spread), samples.points);
     samples.weights.setConstant(Scalar(0.5) / spread);
     samples.weights[0] = static_cast<Scalar>(kappa) / spread;
     return samples;
@@ -64,9 +79,8 @@ struct CubatureRule {
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
     using std::sqrt;
-    const Matrix<Scalar, Dim> axes = sqrt(Scalar(Dim)) * Matrix<Scalar, Dim>::Identity();
     WeightedSamples<Scalar, Dim, kCount> samples;
-    samples.points << axes, -axes;
+    detail::set_axis_points<Scalar, Dim, kCount>(0, sqrt(Scalar(Dim)), samples.points);
     samples.weights.setConstant(Scalar(0.5) / Scalar(Dim));
     return samples;
   }
@@ -87,17 +101,17 @@ requires(Dim >= 2 && Dim <= 6) struct Degree5Rule {
     constexpr Scalar kAxisSquare(6), kCornerSquare(1.5);
     constexpr Scalar kAxisWeight = Scalar(1) / (kAxisSquare * kAxisSquare);
     constexpr Scalar kCornerWeight = Scalar(1) / (Scalar(kCorners) * kCornerSquare * kCornerSquare);
-    const Matrix<Scalar, Dim> axes = sqrt(kAxisSquare) * Matrix<Scalar, Dim>::Identity();
+    const Scalar corner_entry = sqrt(kCornerSquare);
     WeightedSamples<Scalar, Dim, kCount> samples;
-    samples.points.template leftCols<2 * Dim + 1>() << Vector<Scalar, Dim>::Zero(), axes, -axes;
+    samples.points.col(0).setZero();
     samples.weights[0] = Scalar(1) - Scalar(2 * Dim) * kAxisWeight - Scalar(kCorners) * kCornerWeight;
-    samples.weights.template segment<2 * Dim>(1).setConstant(kAxisWeight);
+    detail::set_axis_points<Scalar, Dim, kCount>(1, sqrt(kAxisSquare), samples.points);
+    for (int k = 1; k <= 2 * Dim; ++k) samples.weights[k] = kAxisWeight;
     for (int corner = 0; corner < kCorners; ++corner) {
-      for (int i = 0; i < Dim; ++i) {
-        samples.points(i, 1 + 2 * Dim + corner) = (corner >> i & 1 ? -1 : 1) * sqrt(kCornerSquare);
-      }
+      const int k = 1 + 2 * Dim + corner;
+      for (int i = 0; i < Dim; ++i) samples.points(i, k) = corner >> i & 1 ? -corner_entry : corner_entry;
+      samples.weights[k] = kCornerWeight;
     }
-    samples.weights.template tail<kCorners>().setConstant(kCornerWeight);
     return samples;
   }
 };
@@ -136,7 +150,10 @@ requires(Dim >= 2 && Dim <= 6) struct MysovskikhRule {
     add(Vector<Scalar, Dim>::Zero(), 2 / (n + 2));
     for (int k = 0; k < kVertices; ++k) add_pair(a.col(k), kVertexWeight);
     for (int k = 0; k < kVertices; ++k) {
-      for (int l = k + 1; l < kVertices; ++l) add_pair((a.col(k) + a.col(l)).normalized(), kMidpointWeight);
+      for (int l = k + 1; l < kVertices; ++l) {
+        const Vector<Scalar, Dim> sum = a.col(k) + a.col(l);
+        add_pair(sum.normalized(), kMidpointWeight);
+      }
     }
     return samples;
   }
@@ -151,7 +168,7 @@ requires(Dim >= 2 && Dim <= 6) struct MysovskikhRule {
     for (int i = 0; i < Dim; ++i) {
       const Scalar left = n - Scalar(i);  // coordinates from i on
       a(i, i) = sqrt((n + 1) * left / (n * (left + 1)));
-      a.row(i).tail(Dim - i).setConstant(-sqrt((n + 1) / (n * left * (left + 1))));
+      for (int k = i + 1; k < kVertices; ++k) a(i, k) = -sqrt((n + 1) / (n * left * (left + 1)));
     }
     return a;
   }
@@ -162,7 +179,11 @@ template <GaussianRule Rule, std::floating_point Scalar>
 [[nodiscard]] WeightedSamples<Scalar, Rule::kDim, Rule::kCount> sample(
     const Rule& rule, const Gaussian<Scalar, Rule::kDim>& gaussian) {
   auto samples = rule.template standard<Scalar>();
-  samples.points = ((gaussian.sqrt_factor() * samples.points).colwise() + gaussian.mean()).eval();
+  for (int k = 0; k < samples.size(); ++k) {
+    const Vector<Scalar, Rule::kDim> g = samples.points.col(k);
+    const Vector<Scalar, Rule::kDim> x = gaussian.mean() + gaussian.sqrt_factor() * g;
+    samples.points.col(k) = x;
+  }
   return samples;
 }
 

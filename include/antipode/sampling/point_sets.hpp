@@ -6,9 +6,9 @@
 #include <numbers>
 #include <random>
 
-#include <Eigen/Cholesky>
-
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/distributions/detail/standard_normal.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/weighted_samples.hpp>
@@ -51,7 +51,8 @@ requires(Count % 2 == 0 && Count / 2 >= Dim) class PointSetRule {
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, Count> standard() const {
     WeightedSamples<Scalar, Dim, Count> samples;
-    samples.points << half_.template cast<Scalar>(), -half_.template cast<Scalar>();
+    samples.points.template leftCols<kPairs>() = half_.template cast<Scalar>();
+    samples.points.template rightCols<kPairs>() = -samples.points.template leftCols<kPairs>();
     samples.weights.setConstant(Scalar(1) / Scalar(Count));
     return samples;
   }
@@ -60,14 +61,20 @@ requires(Count % 2 == 0 && Count / 2 >= Dim) class PointSetRule {
   static constexpr int kPairs = Count / 2;
   using HalfSet = Matrix<double, Dim, kPairs>;
 
-  explicit PointSetRule(const HalfSet& half) {
+  /// Whitens twice: few points may nearly lie in a plane, and the first time then leaves rounding errors.
+  explicit PointSetRule(const HalfSet& half) : half_(whitened(whitened(half))) {}
+
+  [[nodiscard]] static HalfSet whitened(const HalfSet& half) {
     Matrix<double, Dim> covariance = Matrix<double, Dim>::Zero();
-    for (int k = 0; k < kPairs; ++k) covariance += half.col(k) * half.col(k).transpose() / kPairs;
-    const Eigen::LLT<Matrix<double, Dim>> cholesky(covariance);
-    if (cholesky.info() != Eigen::Success) [[unlikely]] {
+    for (int k = 0; k < kPairs; ++k) {
+      const Vector<double, Dim> point = half.col(k);
+      detail::add_outer_product(1.0 / kPairs, point, point, covariance);
+    }
+    const auto L = detail::cholesky_factor(covariance);
+    if (!L) [[unlikely]] {
       detail::throw_invalid("the points of a rule span no volume, their covariance is", covariance);
     }
-    half_ = cholesky.matrixL().solve(half);
+    return detail::solve_lower<double, Dim, kPairs>(*L, half);
   }
 
   /// r with P(|g| < r) = p for g ~ N(0, I_3), by bisection.

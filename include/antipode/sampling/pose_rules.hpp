@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <concepts>
 
 #include <antipode/distributions/bingham_gaussian.hpp>
@@ -53,8 +54,11 @@ template <class OrientationRule, GaussianRule TranslationRule, std::floating_poi
     const CartesianPoseRule<OrientationRule, TranslationRule>& rule, const BinghamGaussian<Scalar>& density) {
   const auto orientations = sample(rule.orientation, density.orientation());
   const auto standard = rule.translation.template standard<Scalar>();
-  const Matrix<Scalar, 3, TranslationRule::kCount> residuals =
-      density.conditional_sqrt_factor() * standard.points;
+  Matrix<Scalar, 3, TranslationRule::kCount> residuals;
+  for (int j = 0; j < standard.size(); ++j) {
+    const Vector3<Scalar> g = standard.points.col(j);
+    residuals.col(j) = density.conditional_sqrt_factor() * g;
+  }
   WeightedSamples<Scalar, 8, CartesianPoseRule<OrientationRule, TranslationRule>::kCount> samples;
   int count = 0;
   for (int i = 0; i < orientations.size(); ++i) {
@@ -71,17 +75,19 @@ template <class OrientationRule, GaussianRule TranslationRule, std::floating_poi
 template <std::floating_point Scalar>
 [[nodiscard]] WeightedSamples<Scalar, 8, JointPoseRule::kCount> sample(
     const JointPoseRule&, const BinghamGaussian<Scalar>& density) {
+  using std::sqrt;
   static const auto standard = MysovskikhRule<6>{}.template standard<Scalar>();
   const Vector4<Scalar> spread = density.orientation().second_moments().cwiseSqrt();
   WeightedSamples<Scalar, 8, JointPoseRule::kCount> samples;
   for (int k = 0; k < samples.size(); ++k) {
-    const auto g = standard.points.col(k);
-    const Vector4<Scalar> y = spread.cwiseProduct(g.template head<3>().homogeneous());
-    const Vector4<Scalar> q = density.orientation().axes() * y.normalized();
-    const Vector3<Scalar> t =
-        density.conditional_mean(q) + density.conditional_sqrt_factor() * g.template tail<3>();
-    samples.points.col(k) = detail::pose_coefficients(q, t);
-    samples.weights[k] = standard.weights[k] * y.squaredNorm();
+    const Vector6<Scalar> g = standard.points.col(k);
+    const Vector4<Scalar> y = detail::tangent_point<Scalar, 4>(spread, g.template head<3>());
+    const Scalar square = y.squaredNorm();
+    const Vector4<Scalar> x = density.orientation().axes() * y;
+    const Vector4<Scalar> q = x / sqrt(square);
+    const Vector3<Scalar> residual = density.conditional_sqrt_factor() * g.template tail<3>();
+    samples.points.col(k) = detail::pose_coefficients<Scalar>(q, density.conditional_mean(q) + residual);
+    samples.weights[k] = standard.weights[k] * square;
   }
   return samples;
 }
