@@ -171,7 +171,8 @@ bool looks_like_kitti(const fs::path& folder) {
 
 SequenceScan scan_kitti(const fs::path& folder) {
   SequenceScan scan;
-  auto& [sequence, problems] = scan;
+  StereoSequence& sequence = scan.sequence;
+  auto& problems = scan.problems;
   sequence.folder = folder;
   sequence.format = "kitti";
   constexpr auto kError = Problem::Severity::kError;

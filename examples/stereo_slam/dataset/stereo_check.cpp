@@ -35,7 +35,7 @@ void append_offsets(const StereoFrame& frame, std::vector<Offset>& offsets) {
     if (match.distance > kMaxHamming) continue;
     const cv::Point2f difference = left_points[static_cast<std::size_t>(match.queryIdx)].pt -
                                    right_points[static_cast<std::size_t>(match.trainIdx)].pt;
-    offsets.push_back({difference.x, difference.y});
+    offsets.push_back({static_cast<double>(difference.x), static_cast<double>(difference.y)});
   }
 }
 

@@ -139,7 +139,8 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 void Renderer::project(const Eigen::Isometry3d& T_camera_world, const std::vector<Face>& moving) {
-  auto& [near_to_far, faces, tile_columns, tile_rows, tiles] = *buffers_;
+  auto& near_to_far = buffers_->near_to_far;
+  auto& faces = buffers_->faces;
   near_to_far.clear();
   faces.clear();
   const Eigen::Vector3f eye = T_camera_world.inverse().translation().cast<float>();

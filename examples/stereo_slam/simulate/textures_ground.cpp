@@ -194,7 +194,7 @@ cv::Mat1f boards_texture(Random& random, int size) {
     const cv::Range columns(board * size / kBoards, (board + 1) * size / kBoards);
     const double grey = random.uniform(0.35, 0.65);
     grain.rowRange(0, size).colRange(columns).convertTo(tile.colRange(columns), CV_32F, 0.05, grey);
-    tile.col(columns.start).setTo(0.15F);
+    tile.col(columns.start).setTo(0.15);
   }
   scatter(
       tile, random,
