@@ -148,7 +148,7 @@ void study(const Case& c, int landmarks, int runs) {
   }
   for (std::size_t i = 0; i < filters.size(); ++i) {
     std::nth_element(times_us[i].begin(), times_us[i].begin() + runs / 2, times_us[i].end());
-    std::printf("| %s | %d | %s | %.4f | %.3f | %.3f | %.3f | %.2f | %d | %ld (%ld) | %.0f |\n", c.name,
+    std::printf("| %s | %d | %s | %.4f | %.3f | %.3f | %.3f | %.3g | %d | %ld (%ld) | %.0f |\n", c.name,
                 landmarks, filters[i].name, errors[i].rotation_rmse_deg(),
                 100.0 * errors[i].translation_rmse_m(),
                 errors[i].rotation_rmse_deg() / errors[0].rotation_rmse_deg(),
