@@ -76,7 +76,7 @@ struct RefinementSettings {
   double min_correlation = 0.8;
   double max_shift_px = 3.0;      ///< from the associated feature or the flow
   double max_row_error_px = 1.0;  ///< epipolar coherence
-  double pixel_sigma_px = 0.35;   ///< noise of an aligned coordinate
+  double pixel_sigma_px = 0.25;   ///< noise of an aligned coordinate
   double gate_sigma_px = 1.0;     ///< floor of the innovation gate
 };
 
@@ -112,7 +112,7 @@ struct MapSettings {
   int cell_px = 40;                              ///< bucket over which they are spread
   double inverse_depth_beyond_baselines = 40.0;  ///< farther landmarks are held in inverse depth
   double max_baselines = 140.0;                  ///< farther landmarks are not used
-  double pixel_sigma_px = 0.35;                  ///< noise of a new landmark's measurement
+  double pixel_sigma_px = 0.25;                  ///< noise of a new landmark's measurement
   bool update_landmarks = false;                 ///< Alg. 4 after every pose update
   bool track_correlation = true;  ///< of the pose's error with the landmarks'; not with update_landmarks
   int cull_after_frames = 5;      ///< landmarks unseen for longer are dropped
