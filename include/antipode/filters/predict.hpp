@@ -4,6 +4,7 @@
 #include <concepts>
 
 #include <antipode/concepts.hpp>
+#include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
@@ -102,7 +103,7 @@ template <std::floating_point Scalar>
                                                        const PoseGaussian<Scalar>& noise) {
   const DualQuaternion<Scalar> step = motion * noise.pose;
   const Matrix6<Scalar> A = step.inverse().adjoint();
-  const Matrix6<Scalar> P = A * state.covariance * A.transpose() + noise.covariance;
+  const Matrix6<Scalar> P = detail::congruence<Scalar, 6, 6>(A, state.covariance) + noise.covariance;
   return {(state.pose * step).renormalized(), Scalar(0.5) * (P + P.transpose())};
 }
 

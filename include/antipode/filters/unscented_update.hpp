@@ -4,10 +4,10 @@
 #include <concepts>
 #include <optional>
 
-#include <Eigen/Cholesky>
-
 #include <antipode/concepts.hpp>
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/eigen_types.hpp>
@@ -39,7 +39,7 @@ concept PoseOrSamples = requires(const Poses& poses) {
 
 /// Mean and covariance of a measurement to be made, without its noise.
 template <class Scalar, int Measured>
-struct ProjectedGaussian {
+struct PredictedMeasurement {
   Vector<Scalar, Measured> mean;
   Matrix<Scalar, Measured> covariance;
 };
@@ -53,7 +53,8 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
           MeasurementModel<Scalar, Dim> Model>
 [[nodiscard]] auto project_gaussian(const Gaussian<Scalar, Dim>& x, const Poses& poses, const Model& h,
                                     double kappa = 0.0) {
-  using Projected = ProjectedGaussian<Scalar, detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime>;
+  using Projected =
+      PredictedMeasurement<Scalar, detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime>;
   const auto model = detail::regress(h, detail::pose_samples(poses), x.mean(), x.sqrt_factor(),
                                      UnscentedRule<Dim>{kappa}.template standard<Scalar>());
   return model ? std::optional<Projected>({model->mean, model->covariance()}) : std::nullopt;
@@ -107,7 +108,7 @@ requires(detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime == Measure
   using Square = Matrix<Scalar, Dim>;
   const auto R =
       detail::checked_symmetric("measurement noise is not finite or not symmetric", noise_covariance);
-  if (Eigen::LLT<Matrix<Scalar, Measured>>(R).info() != Eigen::Success) [[unlikely]] {
+  if (!detail::cholesky_factor(R)) [[unlikely]] {
     detail::throw_invalid("measurement noise is not positive definite", R);
   }
   detail::require_finite("measurement is not finite", z);
@@ -121,32 +122,35 @@ requires(detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime == Measure
   UnscentedUpdateResult<Scalar, Dim, Measured> result{.posterior = prior};
   State a = State::Zero();
   Square Q = Square::Identity();
-  Square F = Square::Identity();  // its Cholesky factor
   for (; result.iterations < options.iterations; ++result.iterations) {
-    const auto model = detail::regress(h, samples, State(prior.mean() + L * a), Square(L * F), standard);
+    const auto F = detail::cholesky_factor(Q);
+    if (!F) break;
+    const auto model = detail::regress(h, samples, State(prior.mean() + L * a), Square(L * *F), standard);
     if (!model) break;
-    const Matrix<Scalar, Measured, Dim> A =
-        F.template triangularView<Eigen::Lower>().template solve<Eigen::OnTheRight>(model->slope);
+    const Square F_inverse = detail::solve_lower<Scalar, Dim, Dim>(*F, Square::Identity());
+    const Matrix<Scalar, Measured, Dim> A = model->slope * F_inverse;
     const Matrix<Scalar, Measured> disturbance = R + model->residual;
     const Matrix<Scalar, Measured> S = A * A.transpose() + disturbance;
-    const Eigen::LLT<Matrix<Scalar, Measured>> S_factor(S);
-    const Matrix<Scalar, Dim, Measured> K = S_factor.solve(A).transpose();
+    const auto C = detail::cholesky_factor(S);
+    if (!C) break;
+    const Matrix<Scalar, Measured> C_inverse =
+        detail::solve_lower<Scalar, Measured, Measured>(*C, Matrix<Scalar, Measured>::Identity());
+    const Matrix<Scalar, Dim, Measured> whitened_gain = (C_inverse * A).transpose();
+    const Matrix<Scalar, Dim, Measured> K = whitened_gain * C_inverse;
     const Vector<Scalar, Measured> innovation = z - model->mean + A * a;
     if (result.iterations == 0) {
       result.innovation = innovation;
       result.innovation_covariance = S;
       result.cross_covariance = L * A.transpose();
       result.gain = L * K;
-      result.nis = innovation.dot(S_factor.solve(innovation));
+      result.nis = (C_inverse * innovation).squaredNorm();
     }
     a = K * innovation;
     const Square I_KA = Square::Identity() - K * A;
-    Q = I_KA * I_KA.transpose() + K * disturbance * K.transpose();
-    F = Q.llt().matrixL();
+    Q = I_KA * I_KA.transpose() + detail::congruence<Scalar, Dim, Measured>(K, disturbance);
   }
   if (result.iterations > 0) {
-    const Square P = L * Q * L.transpose();
-    result.posterior = {prior.mean() + L * a, Scalar(0.5) * (P + P.transpose())};
+    result.posterior = {prior.mean() + L * a, detail::congruence<Scalar, Dim, Dim>(L, Q)};
     result.status = UnscentedUpdateStatus::kUpdated;
   }
   return result;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <type_traits>
 
+#include <antipode/detail/products.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
@@ -84,15 +85,16 @@ template <class Model, class Scalar, int Count, int Dim, int Points>
     model.mean += standard.weights[j] * means.col(j);
     for (int i = 0; i < Count; ++i) {
       const Vector<Scalar, kMeasured> deviation = measurements.col(i) - means.col(j);
-      model.residual += standard.weights[j] * poses.weights[i] * deviation * deviation.transpose();
+      add_outer_product(standard.weights[j] * poses.weights[i], deviation, deviation, model.residual);
     }
   }
   for (int j = 0; j < Points; ++j) {
-    model.slope += standard.weights[j] * (means.col(j) - model.mean) * standard.points.col(j).transpose();
+    add_outer_product<Scalar, kMeasured, Dim>(standard.weights[j], means.col(j) - model.mean,
+                                              standard.points.col(j), model.slope);
   }
   for (int j = 0; j < Points; ++j) {
     const Vector<Scalar, kMeasured> error = means.col(j) - model.mean - model.slope * standard.points.col(j);
-    model.residual += standard.weights[j] * error * error.transpose();
+    add_outer_product(standard.weights[j], error, error, model.residual);
   }
   return std::optional<Linear>{model};
 }
