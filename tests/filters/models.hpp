@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include <Eigen/Cholesky>
+
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
