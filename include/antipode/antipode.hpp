@@ -10,6 +10,7 @@
 #include <antipode/distributions/bingham_normalizer.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/distributions/mixture.hpp>
+#include <antipode/distributions/mixture_fit.hpp>
 #include <antipode/distributions/mixture_queries.hpp>
 #include <antipode/distributions/mixture_reduction.hpp>
 #include <antipode/distributions/pose_box.hpp>

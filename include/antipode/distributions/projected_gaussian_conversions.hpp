@@ -208,8 +208,7 @@ requires(Points::RowsAtCompileTime == 8)
   constexpr int kMaxIterations = 50;
   const Scalar rounding = Scalar(16) * std::numeric_limits<Scalar>::epsilon();
   const detail::PoseSample<Scalar> poses(points, weights, Scalar(1));
-  Vector6<Scalar> reference = Vector6<Scalar>::Zero();
-  reference.template tail<3>() = poses.translations * poses.weights;
+  Vector6<Scalar> reference = detail::centered_mean(detail::mean_translation<Scalar>(poses, poses.weights));
   Vector4<Scalar> q = detail::mean_rotation<Scalar>(poses, poses.weights);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const detail::TangentMoments<Scalar> moments(q, poses, poses.weights, reference);

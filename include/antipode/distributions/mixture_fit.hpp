@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <antipode/detail/check.hpp>
+#include <antipode/distributions/detail/mixture_em.hpp>
+#include <antipode/distributions/detail/pose_seeding.hpp>
+#include <antipode/distributions/detail/tangent_moments.hpp>
+#include <antipode/distributions/mixture.hpp>
+#include <antipode/distributions/projected_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+
+/// Mixtures of projected Gaussians from samples, by expectation maximisation (MPG sec. IV).
+///
+/// What is fitted is the push-forward density: its likelihood is what EM climbs, and its draws are what
+/// sampling a mixture gives (see match_renormalized for the other kind). Everything follows from the samples
+/// and the random engine: equal arguments give equal fits, bit for bit.
+namespace antipode {
+
+struct MixtureFitOptions {
+  /// k-means++ starts of which the best, after a few iterations, is followed to the end.
+  int restarts = 4;
+  int screening_iterations = 12;
+  int max_iterations = 200;
+  /// Converged if an iteration adds less than this, per sample, to the log-likelihood.
+  double tolerance = 1e-6;
+  /// Standard deviations of u, and of t relative to that of all samples, at least.
+  double min_sigma_u = 1e-4;
+  double min_sigma_t_ratio = 1e-4;
+  /// How many numbers of components in turn may fail to improve the best BIC before the search ends.
+  int patience = 2;
+};
+
+template <class Scalar>
+struct MixtureFit {
+  Mixture<PushForwardGaussian<Scalar>> mixture;
+  Scalar log_likelihood = 0;  ///< of as many samples as the weights amount to
+  Scalar bic = 0;             ///< -2 log_likelihood + (28 n - 1) log N
+  int iterations = 0;
+  bool converged = false;
+  /// The most by which an iteration lowered the log-likelihood without a tangent point moving: rounding.
+  Scalar largest_decrease = 0;
+  /// The same for iterations in which a tangent point followed its mode, by u, or a component started again.
+  /// The component is then Gaussian in other coordinates, for which EM does not answer: near the end that is
+  /// about |u| sigma_u sqrt(35 N) for N samples of a Gaussian, and u falls below 1e-3.
+  Scalar largest_rebasing_decrease = 0;
+  int reseeded = 0;  ///< components that lost their samples and started again
+};
+
+namespace detail {
+
+/// (sum w)^2 / sum w^2, the number of equal samples that weigh as much.
+template <class Scalar>
+[[nodiscard]] Scalar effective_count(const Weights<Scalar>& weights) {
+  const Scalar sum = checked_sum<Scalar>(weights);
+  return Scalar(1) / (weights / sum).squaredNorm();
+}
+
+template <class Scalar>
+struct EmRun {
+  MixtureEm<Scalar> em;
+  Scalar log_likelihood = -std::numeric_limits<Scalar>::infinity();
+  Scalar largest_decrease = 0, largest_rebasing_decrease = 0;
+  int iterations = 0;
+  bool converged = false;
+
+  void iterate(int max_iterations, Scalar tolerance) {
+    for (; iterations < max_iterations && !converged; ++iterations) {
+      const bool stayed = iterations == 0 || em.maximize();
+      const Scalar previous = std::exchange(log_likelihood, em.expect());
+      if (!(previous > -std::numeric_limits<Scalar>::infinity())) continue;
+      Scalar& largest = stayed ? largest_decrease : largest_rebasing_decrease;
+      largest = std::max(largest, previous - log_likelihood);
+      converged = std::abs(log_likelihood - previous) < tolerance;
+    }
+  }
+};
+
+template <class Scalar, class Rng>
+[[nodiscard]] MixtureFit<Scalar> fit_mixture(const PoseSample<Scalar>& sample, std::size_t components,
+                                             Rng& rng, const MixtureFitOptions& options) {
+  using Fitted = Mixture<PushForwardGaussian<Scalar>>;
+  const PoseMetric<Scalar> metric(sample);
+  const Scalar count = sample.weights.sum();
+  const Scalar sigma_t =
+      static_cast<Scalar>(options.min_sigma_t_ratio) * std::sqrt(metric.translation_variance());
+  const CovarianceFloor<Scalar> floor(static_cast<Scalar>(options.min_sigma_u),
+                                      std::max(sigma_t, Scalar(1e-9)));
+  const Scalar tolerance = static_cast<Scalar>(options.tolerance) * count;
+  std::optional<EmRun<Scalar>> best;
+  const int restarts = components == 1 ? 1 : options.restarts;
+  for (int restart = 0; restart < restarts; ++restart) {
+    const auto clusters = seed_clusters(sample, metric, components, restart == 0, rng);
+    EmRun<Scalar> run{MixtureEm<Scalar>(sample, floor, clusters, components)};
+    run.iterate(options.screening_iterations, tolerance);
+    if (!best || run.log_likelihood > best->log_likelihood) best.emplace(std::move(run));
+  }
+  best->iterate(options.max_iterations, tolerance);
+
+  std::vector<typename Fitted::Element> elements;
+  for (const auto& component : best->em.components()) {
+    const PushForwardGaussian<Scalar> density(component.q.normalized(), component.y.mean,
+                                              component.y.covariance);
+    elements.push_back({component.weight, density.centered()});
+  }
+  MixtureFit<Scalar> fit{.mixture = Fitted::normalized(std::move(elements))};
+  const Scalar parameters = Scalar(28) * Scalar(fit.mixture.size()) - Scalar(1);
+  fit.log_likelihood = best->log_likelihood;
+  fit.bic = Scalar(-2) * fit.log_likelihood + parameters * std::log(count);
+  fit.iterations = best->iterations;
+  fit.converged = best->converged;
+  fit.largest_decrease = best->largest_decrease;
+  fit.largest_rebasing_decrease = best->largest_rebasing_decrease;
+  fit.reseeded = best->em.reseeded();
+  return fit;
+}
+
+/// The samples with weights that sum to their effective count. Throws if they are fewer than the components.
+template <class Scalar>
+[[nodiscard]] PoseSample<Scalar> checked_sample(const PoseColumns<Scalar>& poses,
+                                                const Weights<Scalar>& weights, std::size_t components,
+                                                const MixtureFitOptions& options) {
+  if (options.restarts < 1 || options.max_iterations < 1) [[unlikely]] {
+    throw_invalid("a fit needs restarts and iterations, fewest",
+                  std::min(options.restarts, options.max_iterations));
+  }
+  if (components < 1 || static_cast<Eigen::Index>(components) > weights.size()) [[unlikely]] {
+    throw_invalid("a fit needs a component, and a sample for each, components", components);
+  }
+  return {poses, weights, effective_count<Scalar>(weights)};
+}
+
+}  // namespace detail
+
+/// The mixture of this many components, fewer if some lose their samples, that explains weighted poses (the
+/// columns [q; p] of either sign; the weights need not be normalised) best. Throws on weights that are
+/// negative or sum to zero, on anything not finite, and if there are fewer samples than components.
+template <class Points, class Weights, std::uniform_random_bit_generator Rng>
+requires(Points::RowsAtCompileTime == 8)
+    [[nodiscard]] MixtureFit<typename Points::Scalar> fit_mixture(const Eigen::MatrixBase<Points>& points,
+                                                                  const Eigen::MatrixBase<Weights>& weights,
+                                                                  std::size_t components, Rng& rng,
+                                                                  const MixtureFitOptions& options = {}) {
+  using Scalar = typename Points::Scalar;
+  return detail::fit_mixture(detail::checked_sample<Scalar>(points, weights, components, options), components,
+                             rng, options);
+}
+
+/// The same with 1, 2, ..., max_components components: the fit with the least BIC.
+template <class Points, class Weights, std::uniform_random_bit_generator Rng>
+requires(Points::RowsAtCompileTime == 8) [[nodiscard]] MixtureFit<typename Points::Scalar> fit_mixture_by_bic(
+    const Eigen::MatrixBase<Points>& points, const Eigen::MatrixBase<Weights>& weights,
+    std::size_t max_components, Rng& rng, const MixtureFitOptions& options = {}) {
+  using Scalar = typename Points::Scalar;
+  const auto sample = detail::checked_sample<Scalar>(points, weights, max_components, options);
+  auto best = detail::fit_mixture(sample, 1, rng, options);
+  int failures = 0;
+  for (std::size_t n = 2; n <= max_components && failures < options.patience; ++n) {
+    auto fit = detail::fit_mixture(sample, n, rng, options);
+    ++failures;
+    if (fit.bic < best.bic) {
+      best = std::move(fit);
+      failures = 0;
+    }
+  }
+  return best;
+}
+
+}  // namespace antipode
