@@ -20,6 +20,7 @@
 #include <antipode/distributions/projected_orientation.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/linearized_update.hpp>
+#include <antipode/filters/mixture_filter.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/predict.hpp>
