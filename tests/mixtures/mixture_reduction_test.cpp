@@ -92,14 +92,15 @@ TEST_CASE("The cheap bound is below the cost of merging", "[reduction][law]") {
     const auto p_2 = random_density_at(rng, nearby_pose(rng, pose, 0.2, 1.0), 0.1, 0.3);
     const double w_1 = uniform<double>(rng, 0.01, 0.5), w_2 = uniform<double>(rng, 0.01, 0.5);
     const detail::MergedPair<double> pair(w_1, p_1, w_2, p_2);
-    const double bound = detail::merge_cost_bound(w_1, p_1, w_2, p_2);
+    const double bound = detail::merge_cost_bound<double>(w_1, detail::TranslationMarginal<double>(p_1), w_2,
+                                                          detail::TranslationMarginal<double>(p_2));
     const double runnalls = detail::merge_cost(MergeCriterion::kRunnalls, w_1, w_2, pair);
     CHECK(bound <= runnalls * (1.0 + 1e-12));
     CHECK(runnalls <= detail::merge_cost(MergeCriterion::kSymmetricKullbackLeibler, w_1, w_2, pair));
   }
 }
 
-TEST_CASE("The queue hands out pairs as a search through all of them would", "[reduction]") {
+TEST_CASE("The table hands out pairs as a search through all of them would", "[reduction]") {
   for (unsigned seed = 0; seed < 50; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
@@ -111,19 +112,19 @@ TEST_CASE("The queue hands out pairs as a search through all of them would", "[r
       const double infinity = std::numeric_limits<double>::infinity();
       return (i + j) % 7 == 0 ? infinity : uniform<double>(rng, 0.5, 1.0) * cost(i, j);
     };
-    detail::MergeQueue<double> queue(things.size(), bound);
-    while (const auto best = queue.cheapest(cost)) {
+    detail::MergeTable<double> pairs(things.size(), bound);
+    while (const auto best = pairs.cheapest(cost)) {
       double least = std::numeric_limits<double>::infinity();
       for (std::size_t i = 0; i < things.size(); ++i) {
         for (std::size_t j = i + 1; j < things.size(); ++j) {
-          if (queue.alive(i) && queue.alive(j) && (i + j) % 7 != 0) least = std::min(least, cost(i, j));
+          if (pairs.alive(i) && pairs.alive(j) && (i + j) % 7 != 0) least = std::min(least, cost(i, j));
         }
       }
       REQUIRE(best->cost == least);
       things[best->i] += things[best->j];
-      queue.merge(best->i, best->j, bound);
+      pairs.merge(best->i, best->j, bound);
     }
-    CHECK(queue.size() < things.size());
+    CHECK(pairs.size() < things.size());
   }
 }
 

@@ -14,7 +14,7 @@
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/merge_queue.hpp>
+#include <antipode/distributions/detail/merge_table.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/distributions/mixture.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
@@ -91,6 +91,7 @@ template <class Scalar>
 struct MergedPair {
   Vector4<Scalar> tangent_point;
   TangentGaussian<Scalar> first, second, merged;
+  Scalar log_peak_1 = 0, log_peak_2 = 0;  ///< -log|S_i|/2 and a constant
 
   template <Projection kProjection>
   MergedPair(Scalar w_1, const BasicProjectedGaussian<Scalar, kProjection>& p_1, Scalar w_2,
@@ -98,44 +99,60 @@ struct MergedPair {
     const Vector4<Scalar>&q_1 = p_1.tangent_point(), &q_2 = p_2.tangent_point();
     const Scalar sign = q_1.dot(q_2) < Scalar(0) ? Scalar(-1) : Scalar(1);
     tangent_point = (w_1 * q_1 + sign * w_2 * q_2).normalized();
-    first = ChartChange<Scalar>(q_1, tangent_point).linearized(p_1.parameters());
-    second = ChartChange<Scalar>(q_2, tangent_point).linearized(p_2.parameters());
+    const ChartChange<Scalar> from_1(q_1, tangent_point), from_2(q_2, tangent_point);
+    first = from_1.linearized(p_1.parameters());
+    second = from_2.linearized(p_2.parameters());
     merged = merge(w_1, first, w_2, second);
+    log_peak_1 = p_1.gaussian_log_peak() - from_1.log_determinant(p_1.mean().template head<3>());
+    log_peak_2 = p_2.gaussian_log_peak() - from_2.log_determinant(p_2.mean().template head<3>());
   }
 };
 
-/// The cost of a merger; infinite if a covariance is singular.
+/// The cost of merging two components of regular covariances.
 template <class Scalar>
 [[nodiscard]] Scalar merge_cost(MergeCriterion criterion, Scalar w_1, Scalar w_2,
                                 const MergedPair<Scalar>& pair) {
+  constexpr Scalar kInfinity = std::numeric_limits<Scalar>::infinity();
+  const auto L = cholesky_factor(pair.merged.covariance);
+  if (!L) return kInfinity;
+  if (criterion == MergeCriterion::kRunnalls) {
+    const Scalar log_peak = gaussian_log_peak(*L);
+    return std::max(Scalar(0), w_1 * (pair.log_peak_1 - log_peak) + w_2 * (pair.log_peak_2 - log_peak));
+  }
   const auto L_1 = cholesky_factor(pair.first.covariance);
   const auto L_2 = cholesky_factor(pair.second.covariance);
-  const auto L = cholesky_factor(pair.merged.covariance);
-  if (!L_1 || !L_2 || !L) return std::numeric_limits<Scalar>::infinity();
-  if (criterion == MergeCriterion::kRunnalls) {
-    // gaussian_log_peak is -log|S|/2 and a constant, which cancels.
-    const Scalar cost = w_1 * (gaussian_log_peak(*L_1) - gaussian_log_peak(*L)) +
-                        w_2 * (gaussian_log_peak(*L_2) - gaussian_log_peak(*L));
-    return std::max(Scalar(0), cost);
-  }
+  if (!L_1 || !L_2) return kInfinity;
   return w_1 * symmetric_kl<Scalar>(*L_1, *L, pair.merged.mean - pair.first.mean) +
          w_2 * symmetric_kl<Scalar>(*L, *L_2, pair.merged.mean - pair.second.mean);
 }
 
-/// A number that neither criterion's cost is below, from the translations alone, which no change of tangent
-/// space touches: w/2 log(1 + w_1 w_2/w^2 d_k^2/A_kk) for each coordinate k, with A the mean covariance.
-template <class Scalar, Projection kProjection>
-[[nodiscard]] Scalar merge_cost_bound(Scalar w_1, const BasicProjectedGaussian<Scalar, kProjection>& p_1,
-                                      Scalar w_2, const BasicProjectedGaussian<Scalar, kProjection>& p_2) {
-  using std::log1p;
-  const Scalar w = w_1 + w_2;
-  Scalar largest(0);
-  for (int k = 3; k < 6; ++k) {
-    const Scalar d = p_2.mean()[k] - p_1.mean()[k];
-    const Scalar within = w_1 * p_1.covariance()(k, k) + w_2 * p_2.covariance()(k, k);
-    if (within > Scalar(0)) largest = std::max(largest, d * d / within);
-  }
-  return Scalar(0.5) * w * log1p(w_1 * w_2 / w * largest);
+/// The marginal of the translation, which no change of tangent space touches.
+template <class Scalar>
+struct TranslationMarginal {
+  Vector3<Scalar> mean;
+  Matrix3<Scalar> covariance;
+  Scalar log_determinant;
+
+  template <Projection kProjection>
+  explicit TranslationMarginal(const BasicProjectedGaussian<Scalar, kProjection>& p)
+      : mean(p.mean().template tail<3>()),
+        covariance(p.covariance().template bottomRightCorner<3, 3>()),
+        log_determinant(std::log(covariance.determinant())) {}
+};
+
+/// Runnalls' cost for the translations alone. Marginals are no further apart than the densities, so that the
+/// cost of merging these is not below, by either criterion.
+template <class Scalar>
+[[nodiscard]] Scalar merge_cost_bound(Scalar w_1, const TranslationMarginal<Scalar>& p_1, Scalar w_2,
+                                      const TranslationMarginal<Scalar>& p_2) {
+  using std::log;
+  const Scalar a = w_1 / (w_1 + w_2), b = w_2 / (w_1 + w_2);
+  const Vector3<Scalar> d = p_2.mean - p_1.mean;
+  Matrix3<Scalar> merged = a * p_1.covariance + b * p_2.covariance;
+  add_outer_product(a * b, d, d, merged);
+  const Scalar log_determinant = log(merged.determinant());
+  return Scalar(0.5) *
+         (w_1 * (log_determinant - p_1.log_determinant) + w_2 * (log_determinant - p_2.log_determinant));
 }
 
 }  // namespace detail
@@ -194,28 +211,34 @@ template <std::floating_point Scalar, Projection kProjection>
   }
   for (auto& element : alive) element.weight /= Scalar(1) - result.dropped_weight;
 
+  std::vector<detail::TranslationMarginal<Scalar>> translations;
+  translations.reserve(alive.size());
+  for (const auto& element : alive) translations.emplace_back(element.density);
   const Scalar min_cosine = cos(options.max_angle);
   const auto bound = [&](std::size_t i, std::size_t j) {
     const auto& [w_1, p_1] = alive[i];
     const auto& [w_2, p_2] = alive[j];
-    const bool near = abs(p_1.tangent_point().dot(p_2.tangent_point())) >= min_cosine;
-    return near ? detail::merge_cost_bound(w_1, p_1, w_2, p_2) : std::numeric_limits<Scalar>::infinity();
+    const bool near = abs(p_1.tangent_point().dot(p_2.tangent_point())) >= min_cosine &&
+                      p_1.positive_definite() && p_2.positive_definite();
+    return near ? detail::merge_cost_bound(w_1, translations[i], w_2, translations[j])
+                : std::numeric_limits<Scalar>::infinity();
   };
   const auto cost = [&](std::size_t i, std::size_t j) {
     const auto& [w_1, p_1] = alive[i];
     const auto& [w_2, p_2] = alive[j];
     return detail::merge_cost(options.criterion, w_1, w_2, detail::MergedPair<Scalar>(w_1, p_1, w_2, p_2));
   };
-  detail::MergeQueue<Scalar> queue(alive.size(), bound);
-  while (const auto best = queue.cheapest(cost)) {
+  detail::MergeTable<Scalar> pairs(alive.size(), bound);
+  while (const auto best = pairs.cheapest(cost)) {
     const bool affordable =
         options.max_divergence > Scalar(0) && result.divergence + best->cost <= options.max_divergence;
-    if (!affordable && queue.size() <= options.max_components) break;
+    if (!affordable && pairs.size() <= options.max_components) break;
     auto& [w_1, p_1] = alive[best->i];
     const auto& [w_2, p_2] = alive[best->j];
     p_1 = merge(w_1, p_1, w_2, p_2);
     w_1 += w_2;
-    queue.merge(best->i, best->j, bound);
+    translations[best->i] = detail::TranslationMarginal<Scalar>(p_1);
+    pairs.merge(best->i, best->j, bound);
     result.divergence += best->cost;
     const bool symmetric = options.criterion == MergeCriterion::kSymmetricKullbackLeibler;
     result.probability_bound += sqrt(best->cost / Scalar(symmetric ? 4 : 2));
@@ -223,9 +246,9 @@ template <std::floating_point Scalar, Projection kProjection>
   }
 
   std::vector<typename Mixture<Component>::Element> kept;
-  kept.reserve(queue.size());
+  kept.reserve(pairs.size());
   for (std::size_t i = 0; i < alive.size(); ++i) {
-    if (queue.alive(i)) kept.push_back(std::move(alive[i]));
+    if (pairs.alive(i)) kept.push_back(std::move(alive[i]));
   }
   while (kept.size() > options.max_components) {
     const auto lightest = std::min_element(kept.begin(), kept.end(),

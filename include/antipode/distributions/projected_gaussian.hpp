@@ -96,6 +96,8 @@ class BasicProjectedGaussian {
   /// L with L L^T = Sigma, lower triangular unless Sigma is singular.
   [[nodiscard]] const Matrix6<Scalar>& sqrt_factor() const noexcept { return root_.L; }
   [[nodiscard]] bool positive_definite() const noexcept { return root_.positive_definite; }
+  /// log N(mu; mu, Sigma), if Sigma is regular.
+  [[nodiscard]] Scalar gaussian_log_peak() const noexcept { return log_peak_ + log_normalizer_; }
 
   /// Pi(mu): the mode of the renormalised density, and of the push-forward one where it is concentrated.
   [[nodiscard]] Pose pose() const { return project(mean_); }

@@ -116,6 +116,12 @@ class ChartChange {
     return J / denominator(u);
   }
 
+  /// log det J = -4 log y.
+  [[nodiscard]] Scalar log_determinant(const Vector3<Scalar>& u) const {
+    using std::log;
+    return Scalar(-4) * log(denominator(u));
+  }
+
   /// The Gaussian pushed through the linearised f (MPG Eq. 16).
   [[nodiscard]] TangentGaussian<Scalar> linearized(const TangentGaussian<Scalar>& y) const {
     const Vector3<Scalar> u = y.mean.template head<3>();
