@@ -113,6 +113,22 @@ TEST_CASE("A fit does not depend on signs and scales of weights, and repeats its
   CHECK(first.log_likelihood == Approx(other.log_likelihood).epsilon(1e-9));
 }
 
+TEST_CASE("Single precision fits the same mixture", "[fit][float]") {
+  Rng rng(9);
+  const Fitted x = planted_mixture(rng, 2);
+  const Poses poses = draw(x, 500, rng);
+  const auto in_double = fit_mixture(poses, Weights::Ones(500), 2, rng);
+  const auto in_float =
+      fit_mixture(poses.cast<float>().eval(), Weights::Ones(500).cast<float>().eval(), 2, rng);
+  REQUIRE(in_float.mixture.size() == 2);
+  for (const auto& [weight, density] : in_float.mixture) {
+    const auto& same = nearest(in_double.mixture, density.pose().cast<double>());
+    // Convergence leaves 1e-3 of a standard deviation.
+    CHECK(std::abs(static_cast<double>(weight) - same.weight) <= 1e-3);
+    CHECK(density.pose().cast<double>().boxminus(same.density.pose()).norm() <= 1e-3);
+  }
+}
+
 TEST_CASE("A sample with twice the weight counts as two", "[fit]") {
   Rng rng(3);
   const Fitted x = planted_mixture(rng, 1);

@@ -178,6 +178,31 @@ TEST_CASE("The divergence to the reduced mixture is within the bound it reports"
   }
 }
 
+TEST_CASE("Single precision fuses and reduces to the same mixture", "[reduction][float]") {
+  Rng rng(7);
+  const auto pose = random_pose<double>(rng);
+  using FloatComponent = ProjectedGaussian<float>;
+  const auto rounded = [](const PoseMixture& x) {
+    std::vector<Mixture<FloatComponent>::Element> elements;
+    for (const auto& [weight, density] : x) {
+      elements.push_back({static_cast<float>(weight),
+                          FloatComponent(density.tangent_point().cast<float>(), density.mean().cast<float>(),
+                                         density.covariance().cast<float>())});
+    }
+    return Mixture<FloatComponent>::normalized(std::move(elements));
+  };
+  const auto a = random_mixture(rng, 3, pose), b = random_mixture(rng, 3, pose);
+  const auto in_double = reduce(fuse(a, b).mixture, {.max_components = 4});
+  const auto in_float = reduce(fuse(rounded(a), rounded(b)).mixture, {.max_components = 4});
+  REQUIRE(in_float.mixture.size() == 4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    // Rounding times the condition of the covariances, 1e2 each and 1e2 for the units.
+    CHECK(std::abs(static_cast<double>(in_float.mixture[i].weight) - in_double.mixture[i].weight) <= 1e-3);
+    const auto x = in_float.mixture[i].density.pose().cast<double>();
+    CHECK(x.boxminus(in_double.mixture[i].density.pose()).norm() <= 1e-3);
+  }
+}
+
 TEST_CASE("Reduction keeps mean and covariance", "[reduction][law]") {
   for (unsigned seed = 0; seed < 10; ++seed) {
     CAPTURE(seed);
