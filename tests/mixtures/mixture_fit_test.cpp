@@ -167,6 +167,20 @@ TEST_CASE("More components than the samples bear give up some", "[fit]") {
   CHECK(fit_mixture_by_bic(poses, Weights::Ones(30), 8, rng).mixture.size() == 1);
 }
 
+TEST_CASE("A handful of samples is one component, whatever is asked for", "[fit]") {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const int count = 1 + static_cast<int>(seed % 6);
+    Poses poses = draw(planted_mixture(rng, 2), count, rng);
+    if (seed % 2) poses = poses.col(0).replicate(1, count).eval();
+    const auto fit = fit_mixture(poses, Weights::Ones(count), static_cast<std::size_t>(count), rng);
+    REQUIRE(fit.mixture.size() == 1);
+    CHECK(std::isfinite(fit.log_likelihood));
+    CHECK(fit.mixture[0].density.positive_definite());
+  }
+}
+
 TEST_CASE("Poses a half-turn apart, as of a symmetric thing, are two components", "[fit]") {
   Rng rng(6);
   const auto pose = random_pose<double>(rng);

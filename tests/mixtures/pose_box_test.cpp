@@ -136,4 +136,8 @@ TEST_CASE("Probabilities of nothing are refused", "[box][error]") {
   CHECK(contains(error_message([&] { return best_grasp(PoseMixture(certain), box, rng, {.draws = 0}); }),
                  "needs draws and starts"));
   CHECK(best_grasp(PoseMixture(certain), box, rng, {.draws = 10}).probability.value == 1.0);
+  for (const double size : {0.0, -0.1, kInfinity, std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK(contains(error_message([&] { return best_grasp(PoseMixture(certain), box_of(0.1, size), rng); }),
+                   "finite with a positive volume"));
+  }
 }

@@ -132,6 +132,10 @@ template <class Component, std::uniform_random_bit_generator Rng>
     detail::throw_invalid("a search for a grasp needs draws and starts, fewest",
                           std::min(options.draws, options.starts));
   }
+  const Vector6<Scalar> size = box.upper - box.lower;
+  if (!size.allFinite() || !(size.minCoeff() > Scalar(0))) [[unlikely]] {
+    detail::throw_invalid("the box of a grasp is not finite with a positive volume, its size", size);
+  }
   const auto draws = detail::draw_poses(x, options.draws, rng);
   int evaluations = 0;
   const auto score = [&](const Pose& m) {
@@ -148,7 +152,7 @@ template <class Component, std::uniform_random_bit_generator Rng>
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(options.starts)));
 
-  const Vector6<Scalar> quarter = Scalar(0.25) * (box.upper - box.lower);
+  const Vector6<Scalar> quarter = Scalar(0.25) * size;
   for (auto& [best, m] : candidates) {
     Scalar scale(1);
     for (int refinement = 0; refinement < options.refinements;) {

@@ -84,7 +84,6 @@ template <class Scalar>
 template <class Scalar>
 [[nodiscard]] GaussianProduct<Scalar> product(const TangentGaussian<Scalar>& y1,
                                               const TangentGaussian<Scalar>& y2) {
-  using std::log;
   const Matrix6<Scalar> sum = y1.covariance + y2.covariance;
   const std::optional<Matrix6<Scalar>> L = cholesky_factor(sum);
   if (!L) [[unlikely]] {

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
-#include <optional>
+#include <utility>
 #include <vector>
 
 #include <antipode/distributions/detail/cholesky.hpp>
@@ -207,10 +207,14 @@ class MixtureEm {
   void set(Component& component, Scalar weight) {
     component.weight = weight;
     component.y.covariance = floor_.raise(component.y.covariance);
-    const Matrix6<Scalar> L = *cholesky_factor(component.y.covariance);
-    component.L_inverse = solve_lower<Scalar, 6, 6>(L, Matrix6<Scalar>::Identity());
+    auto L = cholesky_factor(component.y.covariance);
+    for (Scalar lift = std::numeric_limits<Scalar>::epsilon(); !L; lift *= Scalar(4)) {
+      component.y.covariance.diagonal() *= Scalar(1) + lift;  // of a condition beyond the scalar type
+      L = cholesky_factor(component.y.covariance);
+    }
+    component.L_inverse = solve_lower<Scalar, 6, 6>(*L, Matrix6<Scalar>::Identity());
     component.to_chart = left_matrix(conjugate(component.q));
-    component.log_peak = gaussian_log_peak(L) - std::numbers::ln2_v<Scalar>;
+    component.log_peak = gaussian_log_peak(*L) - std::numbers::ln2_v<Scalar>;
   }
 
   void remove(std::size_t i) {
@@ -220,6 +224,15 @@ class MixtureEm {
     std::swap(components_[i], components_.back());
     components_.pop_back();
     responsibilities_.conservativeResize(Eigen::NoChange, last);
+    if (last == 1) restart_alone();
+  }
+
+  /// The one component left has all samples.
+  void restart_alone() {
+    components_[0].q = mean_rotation<Scalar>(sample_, sample_.weights);
+    components_[0].y.mean = centered_mean(mean_translation<Scalar>(sample_, sample_.weights));
+    responsibilities_ = sample_.weights;
+    (void)update(components_[0], sample_.weights);
   }
 
   const PoseSample<Scalar>& sample_;
