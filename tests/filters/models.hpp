@@ -7,9 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
@@ -86,10 +85,12 @@ struct StereoScene {
 /// Rotation and translation of standard deviations [rad, m], uncorrelated.
 template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> pose_covariance(double rotation_sigma_rad, double translation_sigma_m) {
-  Vector6<Scalar> variances;
-  variances << Vector3<Scalar>::Constant(static_cast<Scalar>(rotation_sigma_rad * rotation_sigma_rad)),
-      Vector3<Scalar>::Constant(static_cast<Scalar>(translation_sigma_m * translation_sigma_m));
-  return variances.asDiagonal();
+  Matrix6<Scalar> P = Matrix6<Scalar>::Zero();
+  for (int i = 0; i < 6; ++i) {
+    const double sigma = i < 3 ? rotation_sigma_rad : translation_sigma_m;
+    P(i, i) = static_cast<Scalar>(sigma * sigma);
+  }
+  return P;
 }
 
 /// A pose drawn from the density.
@@ -98,15 +99,17 @@ template <class Scalar>
   std::normal_distribution<double> normal;
   Vector6<Scalar> g;
   for (Scalar& entry : g) entry = static_cast<Scalar>(normal(rng));
-  const Matrix6<Scalar> L = density.covariance.llt().matrixL();
-  return density.pose.boxplus(L * g);
+  const Vector6<Scalar> xi = detail::cholesky_factor(density.covariance).value() * g;
+  return density.pose.boxplus(xi);
 }
 
 /// Normalised estimation error squared, chi^2(6) if the density is honest.
 template <class Scalar>
 [[nodiscard]] double nees(const PoseGaussian<Scalar>& density, const DualQuaternion<Scalar>& truth) {
+  const auto L = detail::cholesky_factor(density.covariance);
   const Vector6<Scalar> error = truth.boxminus(density.pose);
-  return static_cast<double>(error.dot(density.covariance.ldlt().solve(error)));
+  return L ? static_cast<double>(detail::solve_lower(*L, error).squaredNorm())
+           : std::numeric_limits<double>::infinity();
 }
 
 /// The same density with q and -q exchanged in all that represents it.

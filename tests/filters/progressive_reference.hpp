@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <Eigen/LU>
 
 #include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/distributions/detail/symmetric_eigen.hpp>
 
 #include "filters/models.hpp"
@@ -48,7 +50,7 @@ struct ProgressiveCase {
     const Vector3<double> translation = posterior.mean_translation() - truth.mean_translation;
     const Vector3<double> ratios = posterior.orientation().second_moments().head<3>().cwiseQuotient(omega);
     return {std::sqrt(rotation.cwiseAbs2().cwiseQuotient(omega).sum()),
-            std::sqrt(translation.dot(truth.translation_covariance.ldlt().solve(translation))),
+            detail::solve_lower(*detail::cholesky_factor(truth.translation_covariance), translation).norm(),
             std::cbrt(ratios.prod()),
             std::cbrt(posterior.translation_covariance().determinant() /
                       truth.translation_covariance.determinant())};
@@ -105,6 +107,7 @@ struct ProgressiveCase {
 [[nodiscard]] inline std::vector<ProgressiveCase> progressive_cases() {
   const auto file = read_reference("progressive_update.json");
   std::vector<ProgressiveCase> cases;
+  if (file.at("cases").size() != 9) throw std::runtime_error("expected 9 cases in progressive_update.json");
   for (const auto& entry : file.at("cases")) {
     const std::string type = entry.at("type");
     const auto& prior = entry.at("prior");

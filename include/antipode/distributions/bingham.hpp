@@ -202,7 +202,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   /// The moments raised to the smallest one allowed, of unit sum. Throws on what is no scatter's spectrum.
   [[nodiscard]] static Vector<double, Dim> admissible_moments(const Vector<double, Dim>& moments,
                                                               const FitOptions& options) {
-    constexpr double kEpsilon = std::numeric_limits<Scalar>::epsilon();
+    constexpr double kEpsilon = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
     constexpr double kTraceTolerance = std::max(1e-6, 32 * kEpsilon);
     constexpr double kNegativeTolerance = std::max(1e-12, 32 * kEpsilon);
     constexpr double kSmallestSolvable = 1e-15;

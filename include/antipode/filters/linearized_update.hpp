@@ -5,13 +5,14 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <ranges>
 #include <type_traits>
 
-#include <Eigen/Cholesky>
-
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/rooted_pose.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
@@ -84,11 +85,13 @@ template <class Scalar, class Measurements, class Model, int Count>
                                               const LinearizedUpdateOptions<Scalar>& options) {
   using Measurement = std::ranges::range_value_t<Measurements>;
   using Z = std::remove_cvref_t<decltype(std::declval<const Measurement&>().z)>;
+  using std::log;
   constexpr int kDim = Z::RowsAtCompileTime;
   using Square = Matrix<Scalar, kDim>;
   std::array<DualQuaternion<Scalar>, Count> poses;
   for (int k = 0; k < Count; ++k) {
-    poses[static_cast<std::size_t>(k)] = density.pose.boxplus(density.L * standard.points.col(k));
+    const Vector6<Scalar> xi = density.L * standard.points.col(k);
+    poses[static_cast<std::size_t>(k)] = density.pose.boxplus(xi);
   }
   Linearization<Scalar> sum;
   Matrix<Scalar, kDim, Count> predicted;
@@ -103,36 +106,42 @@ template <class Scalar, class Measurements, class Model, int Count>
     if (!measurable) continue;
     ++sum.used;
 
-    const Z mean = predicted * standard.weights;
+    Z mean = Z::Zero();
+    for (int k = 0; k < Count; ++k) mean += standard.weights[k] * predicted.col(k);
     Matrix<Scalar, kDim, 6> A = Matrix<Scalar, kDim, 6>::Zero();
     for (int k = 0; k < Count; ++k) {
-      A += standard.weights[k] * (predicted.col(k) - mean) * standard.points.col(k).transpose();
+      add_outer_product<Scalar, kDim, 6>(standard.weights[k], predicted.col(k) - mean, standard.points.col(k),
+                                         A);
     }
     Square disturbance = Square::Zero();
     for (int k = 0; k < Count; ++k) {
       const Z error = predicted.col(k) - mean - A * standard.points.col(k);
-      disturbance += standard.weights[k] * error * error.transpose();
+      add_outer_product(standard.weights[k], error, error, disturbance);
     }
     const Z innovation = measurement.z - mean;
     const Square noise = measurement.R + disturbance;
-    const Eigen::LLT<Square> noise_factor(noise);
-    const Eigen::LLT<Square> R_factor(measurement.R);
-    if (!innovation.allFinite() || R_factor.info() != Eigen::Success) {
+    const auto R_root = cholesky_factor<Scalar, kDim>(measurement.R);
+    const auto noise_root = cholesky_factor(noise);
+    if (!innovation.allFinite() || !R_root || !noise_root) {
       sum.finite = false;
       return sum;
     }
     Scalar weight(1);
     if (options.robust != RobustWeight::kNone) {
-      const Square S = noise + A * A.transpose();
-      weight = robust_weight(options.robust, innovation.dot(S.llt().solve(innovation)), options.robust_scale);
+      const Square S = noise + scaled_square<Scalar, kDim, 6>(A, Vector6<Scalar>::Ones());
+      const auto S_root = cholesky_factor(S);
+      const Scalar distance =
+          S_root ? solve_lower(*S_root, innovation).squaredNorm() : std::numeric_limits<Scalar>::infinity();
+      weight = robust_weight(options.robust, distance, options.robust_scale);
     }
-    const Matrix<Scalar, kDim, 6> weighted = weight * noise_factor.solve(A);
-    sum.model.gradient += weighted.transpose() * innovation;
-    sum.model.curvature += A.transpose() * weighted;
-    sum.model.constant -=
-        weight * Scalar(0.5) * innovation.dot(noise_factor.solve(innovation)) +
-        (noise_factor.matrixLLT().diagonal().array() / R_factor.matrixLLT().diagonal().array()).log().sum();
-    sum.residual += R_factor.solve(disturbance).trace();
+    const Z whitened = solve_lower(*noise_root, innovation);
+    const Matrix<Scalar, 6, kDim> slope = solve_lower(*noise_root, A).transpose();
+    sum.model.gradient += weight * (slope * whitened);
+    sum.model.curvature += scaled_square<Scalar, 6, kDim>(slope, Z::Constant(weight));
+    sum.model.constant -= Scalar(0.5) * weight * whitened.squaredNorm();
+    for (int j = 0; j < kDim; ++j) sum.model.constant -= log((*noise_root)(j, j) / (*R_root)(j, j));
+    const Square R_inverse_root = solve_lower<Scalar, kDim, kDim>(*R_root, Square::Identity());
+    sum.residual += congruence<Scalar, kDim, kDim>(R_inverse_root, disturbance).trace();
   }
   return sum;
 }
@@ -179,6 +188,10 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
     const auto y = result.steps == 0 ? detail::condition<Scalar>(Vector6<Scalar>::Zero(),
                                                                  Matrix6<Scalar>::Identity(), fit.model)
                                      : density.condition_prior(origin, fit.model);
+    if (!y.finite()) {
+      result.status = UpdateStatus::kNotFinite;
+      return result;
+    }
     density = density.moved(y);
     ++result.steps;
     result.log_evidence = y.log_evidence;

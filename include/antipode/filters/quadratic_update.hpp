@@ -8,6 +8,7 @@
 
 #include <antipode/concepts.hpp>
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
 #include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/progression.hpp>
@@ -72,7 +73,8 @@ template <class Scalar, class L, int Count>
   const Matrix6<Scalar> root = spread * density.L;
   Matrix<Scalar, 8, Count> poses;
   for (int k = 0; k < Count; ++k) {
-    poses.col(k) = density.pose.boxplus(root * standard.points.col(k)).coeffs();
+    const Vector6<Scalar> xi = root * standard.points.col(k);
+    poses.col(k) = density.pose.boxplus(xi).coeffs();
   }
   Vector<Scalar, Count> values;
   evaluate_log_likelihood(log_likelihood, poses, values);
@@ -85,14 +87,15 @@ template <class Scalar, class L, int Count>
   Matrix6<Scalar> hessian = Matrix6<Scalar>::Zero();
   Vector6<Scalar> gradient = Vector6<Scalar>::Zero();
   for (int k = 0; k < Count; ++k) {
-    const Vector6<Scalar> weighted = standard.weights[k] * errors[k] * standard.points.col(k);
-    gradient += weighted;
-    hessian += weighted * standard.points.col(k).transpose();
+    const Vector6<Scalar> y = standard.points.col(k);
+    gradient += standard.weights[k] * errors[k] * y;
+    add_outer_product(standard.weights[k] * errors[k], y, y, hessian);
   }
   fit.explained = sqrt(gradient.squaredNorm() + Scalar(0.5) * hessian.squaredNorm());
   for (int k = 0; k < Count; ++k) {
-    const auto y = standard.points.col(k);
-    errors[k] -= y.dot(gradient + Scalar(0.5) * hessian * y) - Scalar(0.5) * hessian.trace();
+    const Vector6<Scalar> y = standard.points.col(k);
+    const Vector6<Scalar> hessian_y = hessian * y;
+    errors[k] -= y.dot(gradient) + Scalar(0.5) * (y.dot(hessian_y) - hessian.trace());
   }
   fit.residual = sqrt(standard.weights.dot(errors.cwiseAbs2()));
   const Matrix6<Scalar> curvature = without_negative_eigenvalues<Scalar, 6>(-hessian);
@@ -168,6 +171,10 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
                        ? density.condition_prior(origin, fit.model.scaled(step.power))
                        : detail::condition<Scalar>(Vector6<Scalar>::Zero(), Matrix6<Scalar>::Identity(),
                                                    fit.model.scaled(step.power - power));
+    if (!y.finite()) {
+      result.status = UpdateStatus::kNotFinite;
+      return result;
+    }
     density = density.moved(y);
     ++result.steps;
     result.limit_hit = result.limit_hit || step.forced;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -11,14 +12,16 @@
 namespace antipode::detail {
 
 /// The lower triangular L with L L^T = A and a positive diagonal; nothing unless A, of which the lower
-/// triangle is read, is positive definite.
+/// triangle is read, is positive definite. Pivots that cannot be below `smallest_pivot` are raised to it.
 template <class Scalar, int N>
-[[nodiscard]] std::optional<Matrix<Scalar, N>> cholesky_factor(const Matrix<Scalar, N>& A) {
+[[nodiscard]] std::optional<Matrix<Scalar, N>> cholesky_factor(const Matrix<Scalar, N>& A,
+                                                               Scalar smallest_pivot = Scalar(0)) {
   using std::sqrt;
   Matrix<Scalar, N> L = Matrix<Scalar, N>::Zero();
   for (int j = 0; j < N; ++j) {
     Scalar pivot = A(j, j);
     for (int k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
+    pivot = std::max(pivot, smallest_pivot);
     if (!(pivot > Scalar(0))) return std::nullopt;
     L(j, j) = sqrt(pivot);
     for (int i = j + 1; i < N; ++i) {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <cmath>
+#include <limits>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/detail/solve.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
@@ -33,20 +36,29 @@ struct ConditionedGaussian {
   Vector6<Scalar> mean;
   Matrix6<Scalar> root;
   Scalar log_evidence;
+
+  [[nodiscard]] bool finite() const { return mean.allFinite() && root.allFinite(); }
 };
 
-/// N(mean, L L^T) times exp(l), normalised.
+/// N(mean, L L^T) times exp(l), normalised. Not a number where l is beyond all measure.
 template <class Scalar>
 [[nodiscard]] ConditionedGaussian<Scalar> condition(const Vector6<Scalar>& mean, const Matrix6<Scalar>& L,
                                                     const QuadraticLogLikelihood<Scalar>& l) {
-  const Matrix6<Scalar> information = Matrix6<Scalar>::Identity() + L.transpose() * l.curvature * L;
-  const Eigen::LLT<Matrix6<Scalar>> factor(information);
+  using std::log;
+  const Matrix6<Scalar> Lt = L.transpose();
+  const Matrix6<Scalar> H = congruence<Scalar, 6, 6>(Lt, l.curvature);
+  // No pivot of I + H is below one; rounding may tell otherwise of a steep likelihood.
+  const Matrix6<Scalar> C =
+      cholesky_factor<Scalar, 6>(Matrix6<Scalar>::Identity() + H, Scalar(1))
+          .value_or(Matrix6<Scalar>::Constant(std::numeric_limits<Scalar>::quiet_NaN()));
+  const Matrix6<Scalar> root = solve_lower<Scalar, 6, 6>(C, Lt).transpose();
   const Vector6<Scalar> H_mean = l.curvature * mean;
-  const Vector6<Scalar> slope = L.transpose() * (l.gradient - H_mean);
-  const Vector6<Scalar> step = factor.solve(slope);
-  return {mean + L * step, factor.matrixL().solve(Matrix6<Scalar>(L.transpose())).transpose(),
-          l.constant + mean.dot(l.gradient - Scalar(0.5) * H_mean) + Scalar(0.5) * slope.dot(step) -
-              factor.matrixLLT().diagonal().array().log().sum()};
+  const Vector6<Scalar> slope = l.gradient - H_mean;
+  const Vector6<Scalar> step = root.transpose() * slope;
+  Scalar log_evidence =
+      l.constant + Scalar(0.5) * (mean.dot(l.gradient) + mean.dot(slope) + step.squaredNorm());
+  for (int i = 0; i < 6; ++i) log_evidence -= log(C(i, i));
+  return {mean + root * step, root, log_evidence};
 }
 
 /// A pose density by a root of its covariance.
@@ -68,16 +80,19 @@ struct RootedPose {
   /// The density of pose exp(L y) for y of the given Gaussian: the mean moves, and with it the tangent space.
   [[nodiscard]] RootedPose moved(const ConditionedGaussian<Scalar>& y) const {
     const Vector6<Scalar> xi = L * y.mean;
-    return {pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L * y.root, invertible};
+    const Matrix6<Scalar> L_root = L * y.root;
+    return {pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L_root, invertible};
   }
 
   /// `prior` times exp(l), with l in this density's coordinates y, and so the result. L must be invertible.
   [[nodiscard]] ConditionedGaussian<Scalar> condition_prior(const RootedPose& prior,
                                                             const QuadraticLogLikelihood<Scalar>& l) const {
     const Vector6<Scalar> to_prior = prior.pose.boxminus(pose);
-    const Eigen::PartialPivLU<Matrix6<Scalar>> root(L);
-    const Matrix6<Scalar> prior_root = root.solve(se3_right_jacobian_inverse(to_prior) * prior.L);
-    return condition<Scalar>(root.solve(to_prior), prior_root, l);
+    Matrix<Scalar, 6, 7> mean_and_root;
+    mean_and_root.col(0) = to_prior;
+    mean_and_root.template rightCols<6>() = se3_right_jacobian_inverse(to_prior) * prior.L;
+    const Matrix<Scalar, 6, 7> whitened = solve<Scalar, 6, 7>(L, mean_and_root);
+    return condition<Scalar>(whitened.col(0), whitened.template rightCols<6>(), l);
   }
 
   [[nodiscard]] PoseGaussian<Scalar> density() const { return {pose, L * L.transpose()}; }
