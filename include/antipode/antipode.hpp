@@ -19,8 +19,11 @@
 #include <antipode/distributions/projected_gaussian_operations.hpp>
 #include <antipode/distributions/projected_orientation.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/mixture_filter.hpp>
+#include <antipode/filters/pose_algebra.hpp>
+#include <antipode/filters/pose_filter.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/predict.hpp>

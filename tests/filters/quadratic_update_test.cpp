@@ -203,13 +203,13 @@ TEST_CASE("Landmarks behind some of a wide prior's cameras are survived", "[quad
     scene.behind = -std::numeric_limits<double>::infinity();
     const auto impossible = update(prior, scene);
     // There may be no sample that sees all.
-    CHECK((impossible.status == UpdateStatus::kConverged || impossible.status == UpdateStatus::kNoSupport));
+    CHECK(impossible.status != UpdateStatus::kNotFinite);
     CHECK(impossible.posterior.covariance.allFinite());
     // Unlikely instead of impossible: no quadratic describes these cliffs, and models of them may lead away
     // beyond all measure.
     scene.behind = -100.0;
     const auto unlikely = update(prior, scene);
-    CHECK((unlikely.status == UpdateStatus::kConverged || unlikely.status == UpdateStatus::kNotFinite));
+    CHECK(unlikely.status != UpdateStatus::kNoSupport);
     CHECK(unlikely.posterior.covariance.allFinite());
     CHECK(unlikely.steps <= 100);
   }

@@ -15,6 +15,7 @@
 #include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/rooted_pose.hpp>
+#include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/update_status.hpp>
@@ -31,13 +32,6 @@
 /// quadratic_update. Reference: Garcia-Fernandez, Svensson, Morelande, Sarkka, "Posterior linearization
 /// filter: principles and implementation using sigma points", 2015.
 namespace antipode {
-
-/// A measured vector and the covariance of its noise.
-template <std::floating_point Scalar, int Dim>
-struct NoisyMeasurement {
-  Vector<Scalar, Dim> z;
-  Matrix<Scalar, Dim> R;
-};
 
 /// How much a measurement of squared Mahalanobis distance d^2 counts.
 enum class RobustWeight {
@@ -192,7 +186,12 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
       result.status = UpdateStatus::kNotFinite;
       return result;
     }
-    density = density.moved(y);
+    const auto moved = density.moved(y);
+    if (!moved) {
+      result.status = UpdateStatus::kDiverged;
+      return result;
+    }
+    density = *moved;
     ++result.steps;
     result.log_evidence = y.log_evidence;
     result.log_likelihood = fit.model.constant;

@@ -15,8 +15,10 @@ namespace antipode {
 /// Plain data, for filters that work on the tangent space; BinghamGaussian is the density of SE(3) itself,
 /// valid for wide orientations too. The two convert into each other, to first order in the rotation's
 /// covariance.
-template <std::floating_point Scalar>
+template <std::floating_point Scalar_>
 struct PoseGaussian {
+  using Scalar = Scalar_;
+
   DualQuaternion<Scalar> pose;
   Matrix6<Scalar> covariance;  ///< of xi: rad^2, rad m, m^2
 };

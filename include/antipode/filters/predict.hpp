@@ -4,12 +4,13 @@
 #include <concepts>
 
 #include <antipode/concepts.hpp>
-#include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/pose_algebra.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/quaternion.hpp>
+#include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 
 /// Prediction of a pose by a measured motion, x_k = x_(k-1) u_k v_k (DQV-SLAM Eqs. 5-7, 11).
@@ -101,10 +102,19 @@ template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> predict_closed_form(const PoseGaussian<Scalar>& state,
                                                        const DualQuaternion<Scalar>& motion,
                                                        const PoseGaussian<Scalar>& noise) {
-  const DualQuaternion<Scalar> step = motion * noise.pose;
-  const Matrix6<Scalar> A = step.inverse().adjoint();
-  const Matrix6<Scalar> P = detail::congruence<Scalar, 6, 6>(A, state.covariance) + noise.covariance;
-  return {(state.pose * step).renormalized(), Scalar(0.5) * (P + P.transpose())};
+  return compose(state, PoseGaussian<Scalar>{motion * noise.pose, noise.covariance});
+}
+
+/// The prediction of a concentrated state through sigma points in R^12, CubatureRule<12> say: the mean is
+/// right to second order, too.
+template <std::floating_point Scalar, GaussianRule Rule>
+requires(Rule::kDim == 12)
+    [[nodiscard]] PoseGaussian<Scalar> predict(const PoseGaussian<Scalar>& state,
+                                               const DualQuaternion<Scalar>& motion,
+                                               const PoseGaussian<Scalar>& noise, const Rule& rule) {
+  using Pose = DualQuaternion<Scalar>;
+  return propagate(rule, state, noise, Matrix6<Scalar>(Matrix6<Scalar>::Zero()),
+                   [&](const Pose& x, const Pose& v) { return x * motion * v; });
 }
 
 }  // namespace antipode

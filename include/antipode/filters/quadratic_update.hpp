@@ -167,6 +167,7 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
     }
     const auto step =
         detail::next_power(power, options.max_residual / fit.residual, result.steps, options.max_steps);
+    result.limit_hit = result.limit_hit || step.forced;
     const auto y = origin.invertible
                        ? density.condition_prior(origin, fit.model.scaled(step.power))
                        : detail::condition<Scalar>(Vector6<Scalar>::Zero(), Matrix6<Scalar>::Identity(),
@@ -175,9 +176,17 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
       result.status = UpdateStatus::kNotFinite;
       return result;
     }
-    density = density.moved(y);
+    const auto moved = density.moved(y);
+    if (!moved && spread > kMinSpread) {  // a model that leads nowhere is a poor one
+      spread /= 2;
+      continue;
+    }
+    if (!moved) {
+      result.status = UpdateStatus::kDiverged;
+      return result;
+    }
+    density = *moved;
     ++result.steps;
-    result.limit_hit = result.limit_hit || step.forced;
     result.log_evidence = origin.invertible ? y.log_evidence : result.log_evidence + y.log_evidence;
     power = step.power;
     const bool exact = spread == Scalar(1) && fit.residual <= kExactFit;

@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <optional>
 
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/products.hpp>
@@ -78,10 +80,17 @@ struct RootedPose {
   }
 
   /// The density of pose exp(L y) for y of the given Gaussian: the mean moves, and with it the tangent space.
-  [[nodiscard]] RootedPose moved(const ConditionedGaussian<Scalar>& y) const {
+  /// Nothing if y leads more than half a turn away, where there is no such tangent vector, or beyond all
+  /// measure.
+  [[nodiscard]] std::optional<RootedPose> moved(const ConditionedGaussian<Scalar>& y) const {
     const Vector6<Scalar> xi = L * y.mean;
     const Matrix6<Scalar> L_root = L * y.root;
-    return {pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L_root, invertible};
+    const bool reachable =
+        std::isfinite(xi.squaredNorm()) && xi.template head<3>().norm() <= std::numbers::pi_v<Scalar>;
+    if (!reachable || !std::isfinite(L_root.squaredNorm())) return std::nullopt;
+    RootedPose result{pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L_root, invertible};
+    if (!std::isfinite(result.L.squaredNorm())) return std::nullopt;
+    return result;
   }
 
   /// `prior` times exp(l), with l in this density's coordinates y, and so the result. L must be invertible.

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <antipode/concepts.hpp>
+#include <antipode/detail/check.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+
+namespace antipode {
+
+/// A measured vector and the covariance of its noise.
+template <std::floating_point Scalar, int Dim>
+struct NoisyMeasurement {
+  Vector<Scalar, Dim> z;
+  Matrix<Scalar, Dim> R;
+};
+
+/// Independent measurements z_i = h(x, i) + v_i, v_i ~ N(0, R_i), with their model h(pose, i), which returns
+/// a vector or a std::optional of one.
+///
+/// Every update takes them: as a log-likelihood (the call operator), or by their models and noises one after
+/// another, for updates that linearise h. Constants are left out of the log-likelihood. A pose from which a
+/// measurement cannot be predicted, a landmark behind the camera say, has the log-likelihood `unpredictable`.
+template <std::floating_point Scalar, int Dim, class Model>
+class GaussianMeasurements {
+ public:
+  using Measurement = NoisyMeasurement<Scalar, Dim>;
+
+  /// Throws unless every z is finite and every R positive definite.
+  GaussianMeasurements(std::vector<Measurement> measurements, Model h,
+                       Scalar unpredictable = -std::numeric_limits<Scalar>::infinity())
+      : measurements_(std::move(measurements)), h_(std::move(h)), unpredictable_(unpredictable) {
+    roots_.reserve(measurements_.size());
+    for (const Measurement& m : measurements_) {
+      detail::require_finite("measurement is not finite", m.z);
+      const auto root = detail::cholesky_factor<Scalar, Dim>(m.R);
+      if (!root) [[unlikely]] {
+        detail::throw_invalid("covariance of a measurement is not positive definite", m.R);
+      }
+      roots_.push_back(*root);
+    }
+  }
+
+  [[nodiscard]] const std::vector<Measurement>& measurements() const noexcept { return measurements_; }
+  [[nodiscard]] const Model& model() const noexcept { return h_; }
+
+  [[nodiscard]] Scalar operator()(const DualQuaternion<Scalar>& pose) const {
+    Scalar sum(0);
+    for (std::size_t i = 0; i < measurements_.size(); ++i) {
+      const std::optional<Vector<Scalar, Dim>> predicted = h_(pose, i);
+      if (!predicted) return unpredictable_;
+      const Vector<Scalar, Dim> innovation = measurements_[i].z - *predicted;
+      sum -= Scalar(0.5) * detail::solve_lower<Scalar, Dim, 1>(roots_[i], innovation).squaredNorm();
+    }
+    return sum;
+  }
+
+ private:
+  std::vector<Measurement> measurements_;
+  std::vector<Matrix<Scalar, Dim>> roots_;  ///< of R
+  Model h_;
+  Scalar unpredictable_;
+};
+
+template <std::floating_point Scalar, int Dim, class Model>
+GaussianMeasurements(std::vector<NoisyMeasurement<Scalar, Dim>>, Model)
+    -> GaussianMeasurements<Scalar, Dim, Model>;
+template <std::floating_point Scalar, int Dim, class Model>
+GaussianMeasurements(std::vector<NoisyMeasurement<Scalar, Dim>>, Model, Scalar)
+    -> GaussianMeasurements<Scalar, Dim, Model>;
+
+}  // namespace antipode

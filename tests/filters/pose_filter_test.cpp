@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <antipode/filters/pose_filter.hpp>
+
+#include "filters/models.hpp"
+#include "support/catch.hpp"
+#include "support/error_message.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+using Pose = DualQuaternion<double>;
+using Model = std::function<std::optional<Vector3<double>>(const Pose&, std::size_t)>;
+using Measurements = GaussianMeasurements<double, 3, Model>;
+
+[[nodiscard]] Measurements measure(Rng& rng, const Pose& truth, int count) {
+  const auto scene = StereoScene<double>::random(rng, truth, count);
+  std::vector<NoisyMeasurement<double, 3>> measurements;
+  for (const auto& z : scene.measurements) {
+    measurements.push_back({z, Matrix3<double>(scene.sigma.cwiseAbs2().asDiagonal())});
+  }
+  return {measurements, [camera = scene.camera, landmarks = scene.landmarks](const Pose& x, std::size_t i) {
+            return camera(x, landmarks[i]);
+          }};
+}
+
+[[nodiscard]] const PoseGaussian<double>& as_pose_gaussian(const PoseGaussian<double>& density) {
+  return density;
+}
+[[nodiscard]] PoseGaussian<double> as_pose_gaussian(const BinghamGaussian<double>& density) {
+  return to_pose_gaussian(density);
+}
+
+/// The mean NEES over a drive of twenty steps, ten times, with odometry of the given standard deviation.
+template <class Filter>
+[[nodiscard]] double mean_nees_of_drives(int landmarks, double sigma_rad) {
+  constexpr int kDrives = 10, kSteps = 20;
+  const auto as_density = [](const PoseGaussian<double>& density) {
+    if constexpr (std::is_constructible_v<Filter, PoseGaussian<double>>) {
+      return density;
+    } else {
+      return to_bingham_gaussian(density);
+    }
+  };
+  double sum = 0.0;
+  for (unsigned seed = 0; seed < kDrives; ++seed) {
+    Rng rng(seed);
+    const PoseGaussian<double> start{random_pose<double>(rng), pose_covariance<double>(0.02, 0.2)};
+    const PoseGaussian<double> noise{Pose::identity(), pose_covariance<double>(sigma_rad, 10.0 * sigma_rad)};
+    Vector6<double> ahead;
+    ahead << 0, 0.05, 0, 0, 0, 1;
+    Pose truth = draw(rng, start);
+    Filter filter(as_density(start));
+    for (int k = 0; k < kSteps; ++k) {
+      truth = draw(rng, PoseGaussian<double>{truth * Pose::exp(ahead), noise.covariance});
+      filter.predict(Pose::exp(ahead), as_density(noise));
+      const auto result = filter.update(measure(rng, truth, landmarks));
+      CHECK(result.status == UpdateStatus::kConverged);
+      sum += nees(as_pose_gaussian(filter.belief()), truth);
+    }
+  }
+  return sum / (kDrives * kSteps);
+}
+
+}  // namespace
+
+TEST_CASE("Filters of other densities, rules and updates are used alike, and are honest", "[filter]") {
+  // Three standard deviations; steps of a drive are nearly independent, since its updates are much sharper
+  // than its predictions.
+  const double tolerance = 3.0 * std::sqrt(12.0 / 200);
+  CHECK(std::abs(mean_nees_of_drives<QuadraticPoseFilter<double>>(20, 0.005) - 6.0) <= tolerance);
+  CHECK(std::abs(mean_nees_of_drives<LinearizedPoseFilter<double>>(20, 0.005) - 6.0) <= tolerance);
+  // Reweighting takes finite steps: a few per cent too confident.
+  CHECK(std::abs(mean_nees_of_drives<RichPoseFilter<double>>(20, 0.005) - 6.0) <= 2.0 * tolerance);
+}
+
+TEST_CASE("The paper's filter is overconfident", "[filter]") {
+  CHECK(mean_nees_of_drives<PaperPoseFilter<double>>(30, 0.035) > 12.0);
+}
+
+TEST_CASE("A failed update leaves the belief alone", "[filter]") {
+  const PoseGaussian<double> start{Pose::identity(), pose_covariance<double>(0.02, 0.2)};
+  QuadraticPoseFilter<double> filter(start);
+  CHECK(filter.update([](const Pose&) { return std::nan(""); }).status == UpdateStatus::kNotFinite);
+  CHECK(filter.belief().covariance == start.covariance);
+  CHECK(filter.belief().pose.coeffs() == start.pose.coeffs());
+}
+
+TEST_CASE("Gaussian measurements are a log-likelihood", "[filter]") {
+  Matrix3<double> R;
+  R << 4, 1, 0, 1, 2, 0, 0, 0, 9;
+  const Vector3<double> z(1, 2, 3);
+  const auto identity = [](const Pose& x, std::size_t) { return x.translation(); };
+  const GaussianMeasurements measurements(std::vector<NoisyMeasurement<double, 3>>{{z, R}, {2 * z, R}},
+                                          identity);
+  CHECK(measurements(Pose::identity()) == Approx(-0.5 * 5.0 * z.dot(R.inverse() * z)));
+  const auto nothing = [](const Pose&, std::size_t) { return std::optional<Vector3<double>>(); };
+  CHECK(GaussianMeasurements(measurements.measurements(), nothing)(Pose::identity()) ==
+        -std::numeric_limits<double>::infinity());
+  CHECK(GaussianMeasurements(measurements.measurements(), nothing, -5.0)(Pose::identity()) == -5.0);
+
+  R(0, 0) = -1;
+  CHECK(error_message([&] {
+          (void)GaussianMeasurements(std::vector<NoisyMeasurement<double, 3>>{{z, R}}, identity);
+        }).starts_with("covariance of a measurement is not positive definite"));
+  CHECK(error_message([&] {
+          (void)GaussianMeasurements(
+              std::vector<NoisyMeasurement<double, 3>>{{z * std::nan(""), Matrix3<double>::Identity()}},
+              identity);
+        }).starts_with("measurement is not finite"));
+}
