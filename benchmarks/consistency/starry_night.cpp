@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <antipode/filters/pose_filter.hpp>
@@ -68,6 +69,7 @@ struct Recording {
   std::vector<Step> steps;
   Eigen::Matrix4d independent_noise;  ///< the variances that come with the recording
   Eigen::Matrix4d correlated_noise;   ///< of the residuals at the truth: their variances are the same
+  Eigen::Matrix4d inflated_noise;     ///< the same, made larger for their correlation from step to step
 };
 
 /// The numbers of a CSV file's rows, without the header.
@@ -138,17 +140,31 @@ struct Recording {
   const auto& y_var = constants.at("y_var");
   r.independent_noise = Eigen::Map<const Eigen::Vector4d>(y_var.data()).asDiagonal();
   r.correlated_noise.setZero();
+  Pixels lagged = Pixels::Zero(), squared = Pixels::Zero();
+  std::map<std::size_t, std::pair<std::size_t, Pixels>> last;  // step and error, by landmark
   int count = 0;
   for (const auto& row : read_rows(folder + "/measurements.csv")) {
-    Step& step = r.steps.at(static_cast<std::size_t>(row.at(0)));
+    const auto k = static_cast<std::size_t>(row.at(0));
+    Step& step = r.steps.at(k);
     step.landmarks.push_back(static_cast<std::size_t>(row.at(1)));
     step.measurements.emplace_back(row.at(2), row.at(3), row.at(4), row.at(5));
     const Pixels error = step.measurements.back() -
                          r.camera.project(step.truth, r.landmarks.at(step.landmarks.back())).value();
     r.correlated_noise += error * error.transpose();
     ++count;
+    auto& [last_step, last_error] = last[step.landmarks.back()];
+    if (k > 0 && last_step == k - 1) {
+      lagged += error.cwiseProduct(last_error);
+      squared += error.cwiseAbs2();
+    }
+    last_step = k;
+    last_error = error;
   }
   r.correlated_noise /= count;
+  // N errors of an autoregressive process average out like N (1 - rho)/(1 + rho) independent ones.
+  const Eigen::Array4d rho = lagged.cwiseQuotient(squared).array();
+  const Pixels inflation = ((1.0 + rho) / (1.0 - rho)).sqrt();
+  r.inflated_noise = inflation.asDiagonal() * r.correlated_noise * inflation.asDiagonal();
   return r;
 }
 
@@ -233,7 +249,8 @@ int main(int argc, char** argv) {
         "|---|---|---|---|---|---|\n");
     for (const Case& c : {Case{"0.5 deg, 1 cm; variances as recorded", 0.5, 0.01, r.independent_noise},
                           Case{"20 deg, 50 cm; variances as recorded", 20.0, 0.5, r.independent_noise},
-                          Case{"0.5 deg, 1 cm; left and right correlated", 0.5, 0.01, r.correlated_noise}}) {
+                          Case{"0.5 deg, 1 cm; left and right correlated", 0.5, 0.01, r.correlated_noise},
+                          Case{"0.5 deg, 1 cm; steps correlated, too", 0.5, 0.01, r.inflated_noise}}) {
       study<ErrorStateEkf>("error-state EKF", r, c, runs);
       study<antipode::PaperPoseFilter<double>>("paper", r, c, runs);
       study<antipode::RichPoseFilter<double>>("degree-5 reweighting", r, c, runs);

@@ -43,7 +43,9 @@ std::vector<SettingsField> make_table() {
       .add("row_sigma_px", &RectificationSettings::row_sigma_px, {0.001, 20.0}, "px",
            "prior spread of the row offset at the image border")
       .add("disparity_sigma_px", &RectificationSettings::disparity_sigma_px, {0.001, 20.0}, "px",
-           "prior spread of the disparity offset at the image border");
+           "prior spread of the disparity offset at the image border")
+      .add("scale_sigma", &RectificationSettings::scale_sigma, {0.0, 0.5}, "",
+           "relative error of the calibrated baseline, common to all lengths");
 
   SettingsGroup(table, "odometry", &Settings::odometry)
       .add("max_points", &OdometrySettings::max_points, {10, 10000}, "",
@@ -156,6 +158,7 @@ void apply_default(Settings&) {}
 /// updated in every frame, 7 x 7 pose samples, no correlation, subsets of 30. The paper does not give tau.
 void apply_paper(Settings& settings) {
   settings.rectification.refine = false;
+  settings.rectification.scale_sigma = 0.0;
   settings.refinement.enabled = false;
   settings.update.method = PoseUpdateMethod::kPaper;
   settings.update.tau = 0.05;

@@ -265,7 +265,8 @@ FrameResult Slam::process(const StereoFrame& frame) {
   s.frames.push_back({s.keyframes.size() - 1, to_estimate(s.posterior)});
   result.keyframe = s.keyframes.back().frame;
   result.relative_covariance = s.frames.back().T_keyframe_camera.covariance;
-  result.T_world_camera = s.in_world(s.frames.back().T_keyframe_camera);
+  result.scale_sigma = s.settings.rectification.scale_sigma;
+  result.T_world_camera = with_scale_error(s.in_world(s.frames.back().T_keyframe_camera), result.scale_sigma);
   if (result.is_keyframe && s.keyframes.back().frame != frame.index)
     s.change_keyframe(frame, features, matches);
   clock.lap("map");
@@ -288,7 +289,9 @@ std::vector<PoseEstimate> Slam::trajectory() const {
   std::vector<PoseEstimate> result;
   result.reserve(state_->frames.size());
   for (const auto& frame : state_->frames) {
-    result.push_back(compose(state_->keyframes[frame.keyframe].T_world_keyframe, frame.T_keyframe_camera));
+    result.push_back(
+        with_scale_error(compose(state_->keyframes[frame.keyframe].T_world_keyframe, frame.T_keyframe_camera),
+                         state_->settings.rectification.scale_sigma));
   }
   return result;
 }

@@ -87,8 +87,10 @@ struct FrameResult {
   TrackingStatus status = TrackingStatus::kInitializing;
   PoseEstimate T_world_camera;
   std::size_t keyframe = 0;  ///< frame whose camera the filter's state was relative to
-  Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to that camera
-  PoseEstimate odometry;  ///< T_previous_current, the system input u_k
+  Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to that camera,
+                                                                  ///< without the error of the scale
+  double scale_sigma = 0.0;  ///< relative error of the scale, the same in all frames
+  PoseEstimate odometry;     ///< T_previous_current, the system input u_k
   int features = 0;
   int landmarks = 0;
   int matches = 0;

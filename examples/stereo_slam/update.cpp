@@ -182,9 +182,16 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
 PoseEstimate to_estimate(const PoseDensity& density) { return {density.pose(), density.covariance()}; }
 
 PoseEstimate compose(const PoseEstimate& T_a_b, const PoseEstimate& T_b_c) {
-  const auto composed = antipode::predict_closed_form<double>({T_a_b.pose, T_a_b.covariance}, T_b_c.pose,
-                                                              {Pose::identity(), T_b_c.covariance});
+  const auto composed =
+      antipode::compose<double>({T_a_b.pose, T_a_b.covariance}, {T_b_c.pose, T_b_c.covariance});
   return {composed.pose, composed.covariance};
+}
+
+PoseEstimate with_scale_error(const PoseEstimate& T_a_b, double scale_sigma) {
+  const Vector3<double> along = scale_sigma * (T_a_b.pose.inverse() * Vector3<double>::Zero());
+  PoseEstimate result = T_a_b;
+  result.covariance.bottomRightCorner<3, 3>() += along * along.transpose();
+  return result;
 }
 
 }  // namespace stereo_slam

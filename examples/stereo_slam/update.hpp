@@ -41,4 +41,10 @@ struct PoseUpdate {
 /// T_a_c = T_a_b T_b_c of independent estimates, covariance to first order.
 [[nodiscard]] PoseEstimate compose(const PoseEstimate& T_a_b, const PoseEstimate& T_b_c);
 
+/// The estimate if all lengths share an unknown factor of the given relative standard deviation, as an error
+/// of the calibrated baseline makes it: the translation is uncertain along itself. No measurement of a stereo
+/// camera tells this factor, so it is added to what is reported, once for the whole way, and is no part of
+/// the state.
+[[nodiscard]] PoseEstimate with_scale_error(const PoseEstimate& T_a_b, double scale_sigma);
+
 }  // namespace stereo_slam

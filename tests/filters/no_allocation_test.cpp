@@ -2,6 +2,9 @@
 // A program of its own: the definition changes Eigen.
 #undef NDEBUG  // Eigen reports a forbidden allocation by an assertion
 #define EIGEN_RUNTIME_NO_MALLOC
+#include <vector>
+
+#include <antipode/filters/pose_filter.hpp>
 #include <antipode/filters/predict.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
@@ -65,6 +68,28 @@ TEST_CASE("The quadratic update does not allocate", "[allocation]") {
   const Scenario s(3);
   const auto result = without_allocation([&] { return quadratic_update(s.state, s.scene); });
   CHECK(result.status == UpdateStatus::kConverged);
+}
+
+TEST_CASE("The linearised update does not allocate", "[allocation]") {
+  const Scenario s(5);
+  std::vector<NoisyMeasurement<double, 3>> noisy;
+  for (const auto& z : s.scene.measurements) noisy.push_back({z, Matrix3<double>::Identity()});
+  const GaussianMeasurements measurements(noisy, [&](const DualQuaternion<double>& x, std::size_t i) {
+    return s.scene.camera(x, s.scene.landmarks[i]);
+  });
+  LinearizedPoseFilter<double> filter(s.state);
+  const auto result = without_allocation([&] { return filter.update(measurements); });
+  CHECK(result.status == UpdateStatus::kConverged);
+  CHECK(without_allocation([&] { return measurements(s.state.pose); }) < 0.0);
+}
+
+TEST_CASE("Uncertain poses are composed without allocation", "[allocation]") {
+  const Scenario s(6);
+  const auto product = [](const DualQuaternion<double>& a, const DualQuaternion<double>& b) { return a * b; };
+  const Matrix6<double> none = Matrix6<double>::Zero();
+  const auto composed =
+      without_allocation([&] { return propagate(CubatureRule<12>{}, s.state, s.state, none, product); });
+  CHECK(composed.covariance.allFinite());
 }
 
 TEST_CASE("The unscented update does not allocate", "[allocation]") {

@@ -77,6 +77,16 @@ TEST_CASE("Noise of the truth is allowed for", "[consistency]") {
   CHECK(lenient.relative[1].share_inside > 0.99);
 }
 
+TEST_CASE("An error of the scale is common to all frames", "[consistency]") {
+  HonestRun run(501);
+  for (auto& pose : run.estimate.poses) pose.translation() *= 1.02;
+  const auto unaware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  for (auto& row : run.rows) row.scale_sigma = 0.02;
+  const auto aware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  CHECK(unaware.relative[2].share_inside < 0.5);
+  CHECK(aware.relative[2].share_inside > 0.88);
+}
+
 TEST_CASE("Relative poses that the truth does not have are left out", "[consistency]") {
   HonestRun run(30);
   run.pairs.erase(run.pairs.begin() + 15);
@@ -98,6 +108,7 @@ TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
     record.results[k].keyframe = k / 2;
     record.results[k].nis = 1.5 * static_cast<double>(k);
     record.results[k].nis_dof = static_cast<int>(k);
+    record.results[k].scale_sigma = 0.25 * static_cast<double>(k);
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j)
         record.results[k].relative_covariance(i, j) = i * j + static_cast<double>(k);
@@ -113,6 +124,7 @@ TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
     CHECK(rows[k].relative == record.results[k].relative_covariance);
     CHECK(rows[k].nis == record.results[k].nis);
     CHECK(rows[k].nis_dof == record.results[k].nis_dof);
+    CHECK(rows[k].scale_sigma == record.results[k].scale_sigma);
   }
 }
 
