@@ -141,7 +141,7 @@ TEST_CASE("Sigma points see what the closed form of wide, correlated poses misse
       poses, Vector<double, int{kSamples}>::Constant(1.0 / double{kSamples}).eval());
   const double noise = std::sqrt(truth.covariance.trace() / kSamples);
   const auto error = [&](const Density& density) { return density.pose.boxminus(truth.pose).norm(); };
-  CHECK(error(closed) > 5.0 * noise);
+  CHECK(error(closed) > 3.0 * noise);
   CHECK(error(sampled) < 0.3 * error(closed));
 }
 

@@ -91,6 +91,32 @@ TEST_CASE("A failed update leaves the belief alone", "[filter]") {
   CHECK(filter.belief().pose.coeffs() == start.pose.coeffs());
 }
 
+TEST_CASE("A density that collapsed under steps that were too long is not taken over", "[filter]") {
+  const PoseGaussian<double> start{{}, 0.01 * Matrix6<double>::Identity()};
+  RichPoseFilter<double> filter(to_bingham_gaussian(start));
+  const auto result = filter.update(
+      [](const Pose& x) { return -0.5e10 * (x.log() - Vector6<double>::Constant(0.1)).squaredNorm(); });
+  CHECK(result.status == UpdateStatus::kDiverged);
+  CHECK(filter.belief().pose().is_approx(start.pose, 1e-12));
+}
+
+TEST_CASE("A prediction with an impossible noise is refused", "[filter]") {
+  const PoseGaussian<double> start{Pose::identity(), pose_covariance<double>(0.02, 0.2)};
+  QuadraticPoseFilter<double> filter(start);
+  CHECK(error_message([&] {
+          filter.predict(Pose::identity(), {Pose::identity(), -Matrix6<double>::Identity()});
+        }).starts_with("pose covariance has a negative eigenvalue"));
+  CHECK(filter.belief().covariance == start.covariance);
+}
+
+TEST_CASE("A linearised filter may start from a certain pose", "[filter]") {
+  Rng rng(4);
+  const auto pose = random_pose<double>(rng);
+  LinearizedPoseFilter<double> filter({pose, Matrix6<double>::Zero()});
+  CHECK(filter.update(measure(rng, pose, 20)).status == UpdateStatus::kConverged);
+  CHECK(filter.belief().covariance.isZero());
+}
+
 TEST_CASE("Gaussian measurements are a log-likelihood", "[filter]") {
   Matrix3<double> R;
   R << 4, 1, 0, 1, 2, 0, 0, 0, 9;

@@ -298,6 +298,25 @@ TEST_CASE("The steps of the surrogate are bounded", "[quadratic]") {
   CHECK(result.limit_hit);
 }
 
+TEST_CASE("A likelihood that is flat where the posterior is does not bring the prior back", "[quadratic]") {
+  const PoseGaussian<double> prior{{}, 0.01 * Matrix6<double>::Identity()};
+  for (double steepness : {1e4, 1e6}) {
+    CAPTURE(steepness);
+    const auto result = update(prior, [=](const DualQuaternion<double>& x) {
+      const double short_of_wall = std::min(0.0, x.translation()[0] - 0.05);
+      return -steepness * short_of_wall * short_of_wall;
+    });
+    CHECK((result.status != UpdateStatus::kConverged || result.posterior.pose.translation()[0] > 0.05));
+  }
+}
+
+TEST_CASE("A log-likelihood that curves upwards is not fitted, and the residual says so", "[quadratic]") {
+  const PoseGaussian<double> prior{{}, 0.01 * Matrix6<double>::Identity()};
+  const auto result =
+      update(prior, [](const DualQuaternion<double>& x) { return 40.0 * x.translation().squaredNorm(); });
+  CHECK(result.residual > 0.5);
+}
+
 TEST_CASE("Invalid priors and options of the surrogate are refused with the value", "[quadratic]") {
   Rng rng(7);
   const auto prior = around(rng, 0.02, 0.2);

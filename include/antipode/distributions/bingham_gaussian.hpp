@@ -63,9 +63,11 @@ class BinghamGaussian {
   }
 
   /// The density whose pose() and covariance() are the given ones. P is the 6x6 covariance of xi = (phi, rho)
-  /// in x exp(xi), symmetric positive semidefinite; its rotation part must leave the pose the mode.
+  /// in x exp(xi), symmetric positive semidefinite; its rotation part must leave the pose the mode. By
+  /// default second moments of the orientation are raised to no more than 1e-14 (2e-7 rad).
   [[nodiscard]] static BinghamGaussian from_pose_covariance(const Pose& pose, const Matrix6<Scalar>& P,
-                                                            const FitOptions& options = {}) {
+                                                            const FitOptions& options = {
+                                                                .min_eigenvalue = Scalar(1e-14)}) {
     const Matrix6<Scalar> covariance =
         detail::checked_symmetric("pose covariance is not finite or not symmetric", P);
     (void)detail::root_of_covariance("pose covariance has a negative eigenvalue", covariance);

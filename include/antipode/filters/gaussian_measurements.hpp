@@ -11,6 +11,7 @@
 #include <antipode/concepts.hpp>
 #include <antipode/detail/check.hpp>
 #include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
@@ -41,7 +42,8 @@ class GaussianMeasurements {
     roots_.reserve(measurements_.size());
     for (const Measurement& m : measurements_) {
       detail::require_finite("measurement is not finite", m.z);
-      const auto root = detail::cholesky_factor<Scalar, Dim>(m.R);
+      const auto root = detail::cholesky_factor<Scalar, Dim>(detail::checked_symmetric<Scalar, Dim>(
+          "covariance of a measurement is not finite or not symmetric", m.R));
       if (!root) [[unlikely]] {
         detail::throw_invalid("covariance of a measurement is not positive definite", m.R);
       }

@@ -145,7 +145,8 @@ template <class Scalar, class Measurements, class Model, int Count>
 /// The posterior of `prior` and independent measurements, a random access range of NoisyMeasurement.
 ///
 /// h(pose, i) predicts the i-th, as a vector or a std::optional of one. A measurement that cannot be
-/// predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. Throws on
+/// predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. With a
+/// singular covariance of the pose there is one iteration only. Throws on
 /// invalid options and covariances of the pose; a measurement that is not finite or whose R is not positive
 /// definite comes back as kNotFinite, none that can be predicted as kNoSupport, both with the prior.
 template <std::floating_point Scalar, std::ranges::random_access_range Measurements, class Model,
@@ -157,18 +158,21 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
   if (options.max_iterations < 1) [[unlikely]] {
     detail::throw_invalid("max_iterations is not positive", options.max_iterations);
   }
+  if (!(options.tolerance > Scalar(0))) [[unlikely]] {
+    detail::throw_invalid("tolerance is not positive", options.tolerance);
+  }
   if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
     detail::throw_invalid("robust_scale is not positive", options.robust_scale);
   }
   const auto origin = detail::RootedPose<Scalar>::of(prior);
-  if (options.max_iterations > 1 && !origin.invertible) [[unlikely]] {
-    detail::throw_invalid("more than one iteration needs a positive definite pose covariance",
-                          prior.covariance);
-  }
+  // Conditioning the prior again and again takes its inverse.
+  const int max_iterations = origin.invertible ? options.max_iterations : 1;
+  PoseUpdateResult<Scalar> result{.posterior = prior};
+  if (std::ranges::empty(measurements)) return result;
+  result.limit_hit = true;
   const auto standard = rule.template standard<Scalar>();
-  PoseUpdateResult<Scalar> result{.posterior = prior, .limit_hit = true};
   detail::RootedPose<Scalar> density = origin;
-  while (result.limit_hit && result.steps < options.max_iterations) {
+  while (result.limit_hit && result.steps < max_iterations) {
     const auto fit = detail::linearize(density, measurements, h, standard, options);
     result.evaluations += Rule::kCount;
     if (!fit.finite) {
@@ -182,7 +186,7 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
     const auto y = result.steps == 0 ? detail::condition<Scalar>(Vector6<Scalar>::Zero(),
                                                                  Matrix6<Scalar>::Identity(), fit.model)
                                      : density.condition_prior(origin, fit.model);
-    if (!y.finite()) {
+    if (!y.finite() || !std::isfinite(y.log_evidence)) {
       result.status = UpdateStatus::kNotFinite;
       return result;
     }

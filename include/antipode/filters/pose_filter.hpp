@@ -5,7 +5,9 @@
 #include <utility>
 
 #include <antipode/concepts.hpp>
+#include <antipode/detail/check.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/filters/detail/rooted_pose.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/pose_gaussian.hpp>
@@ -27,7 +29,8 @@
 /// The names at the end of this file are the combinations that are worth having.
 namespace antipode {
 
-/// Reweights the rule's samples of a BinghamGaussian in powers of the likelihood (progressive_update.hpp).
+/// Reweights the rule's samples of a BinghamGaussian in powers of the likelihood (progressive_update.hpp). A
+/// density that collapsed to its floor under steps longer than tau allows is no posterior: kDiverged.
 template <std::floating_point Scalar>
 struct ProgressiveReweighting {
   ProgressiveOptions<Scalar> options = {};
@@ -35,7 +38,9 @@ struct ProgressiveReweighting {
   template <class L, PoseRule<BinghamGaussian<Scalar>> Rule>
   [[nodiscard]] auto operator()(const BinghamGaussian<Scalar>& prior, L&& log_likelihood,
                                 const Rule& rule) const {
-    return progressive_update(prior, std::forward<L>(log_likelihood), rule, options);
+    auto result = progressive_update(prior, std::forward<L>(log_likelihood), rule, options);
+    if (result.step_floor_hit && result.moment_floor_hit) result.status = UpdateStatus::kDiverged;
+    return result;
   }
 };
 
@@ -85,9 +90,12 @@ class PoseFilter {
   [[nodiscard]] const Density& belief() const noexcept { return belief_; }
 
   /// x <- x u v with the measured motion u = T_before_now and its noise v, independent of x. In closed form
-  /// for a PoseGaussian, through the samples of the rule for a BinghamGaussian.
+  /// for a PoseGaussian, through the samples of the rule for a BinghamGaussian. Throws if the motion is not
+  /// finite or the covariance of the noise not positive semidefinite; the belief stays as it was.
   void predict(const DualQuaternion<Scalar>& T_before_now, const Density& noise) {
+    detail::require_finite("motion is not finite", T_before_now.coeffs());
     if constexpr (std::same_as<Density, PoseGaussian<Scalar>>) {
+      (void)detail::RootedPose<Scalar>::of(noise);
       belief_ = predict_closed_form(belief_, T_before_now, noise);
     } else {
       const auto& options = update_.options;

@@ -9,6 +9,8 @@
 #include <antipode/concepts.hpp>
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/products.hpp>
+#include <antipode/detail/solve.hpp>
+#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/progression.hpp>
@@ -58,8 +60,10 @@ namespace detail {
 template <class Scalar>
 struct QuadraticFit {
   QuadraticLogLikelihood<Scalar> model;
+  Scalar mean = 0;         ///< of the log-likelihood
   Scalar residual = 0;     ///< standard deviation of what the model leaves unexplained
-  Scalar explained = 0;    ///< standard deviation of the model
+  Scalar explained = 0;    ///< standard deviation of the quadratic
+  Scalar dropped = 0;      ///< standard deviation of what curves upwards, which the model leaves out
   LogRange<Scalar> range;  ///< the rest is set only if it is valid and supported
 };
 
@@ -83,6 +87,7 @@ template <class Scalar, class L, int Count>
   if (!fit.range.valid || !fit.range.supported()) return fit;
 
   const Scalar mean = standard.weights.dot(values);
+  fit.mean = mean;
   Vector<Scalar, Count> errors = values.array() - mean;
   Matrix6<Scalar> hessian = Matrix6<Scalar>::Zero();
   Vector6<Scalar> gradient = Vector6<Scalar>::Zero();
@@ -99,8 +104,55 @@ template <class Scalar, class L, int Count>
   }
   fit.residual = sqrt(standard.weights.dot(errors.cwiseAbs2()));
   const Matrix6<Scalar> curvature = without_negative_eigenvalues<Scalar, 6>(-hessian);
+  fit.dropped = sqrt(Scalar(0.5) * (curvature + hessian).squaredNorm());
   fit.model = {mean + Scalar(0.5) * curvature.trace(), gradient / spread, curvature / (spread * spread)};
   return fit;
+}
+
+/// The last step of the progression: from where, by which model, and where it led.
+template <class Scalar>
+struct QuadraticStep {
+  RootedPose<Scalar> density;
+  QuadraticFit<Scalar> fit = {};
+  Scalar power = Scalar(0);  ///< of the likelihood in the density
+  Scalar next = Scalar(0);   ///< power that the whole step leads to
+  ConditionedGaussian<Scalar> y = {};
+
+  /// How far the mean log-likelihood after the step is below what the model promised.
+  [[nodiscard]] Scalar shortfall(const QuadraticFit<Scalar>& after, Scalar spread) const {
+    if (!after.range.supported()) return std::numeric_limits<Scalar>::infinity();
+    const Vector6<Scalar> bend = fit.model.curvature * y.mean;
+    const Matrix6<Scalar> spread_bend = fit.model.curvature * y.root;
+    const Scalar promised =
+        fit.model.constant + y.mean.dot(fit.model.gradient) -
+        Scalar(0.5) * (y.mean.dot(bend) + spread * spread * y.root.cwiseProduct(spread_bend).sum());
+    return promised - after.mean;
+  }
+};
+
+/// A share of the way from N(0, I) to y, straight in the information and the information matrix: the
+/// geometric mean of the densities.
+template <class Scalar>
+[[nodiscard]] ConditionedGaussian<Scalar> damped(const ConditionedGaussian<Scalar>& y, Scalar share) {
+  const Matrix6<Scalar> inverse_root = solve<Scalar, 6, 6>(y.root, Matrix6<Scalar>::Identity());
+  const Matrix6<Scalar> inverse_root_t = inverse_root.transpose();
+  const Matrix6<Scalar> information =
+      (Scalar(1) - share) * Matrix6<Scalar>::Identity() +
+      share * scaled_square<Scalar, 6, 6>(inverse_root_t, Vector6<Scalar>::Ones());
+  const auto C = cholesky_factor<Scalar, 6>(information);
+  if (!C)
+    return {Vector6<Scalar>::Constant(std::numeric_limits<Scalar>::quiet_NaN()), y.root, y.log_evidence};
+  const Matrix6<Scalar> root = solve_lower<Scalar, 6, 6>(*C, Matrix6<Scalar>::Identity()).transpose();
+  const Vector6<Scalar> whitened_mean = inverse_root * y.mean;
+  const Vector6<Scalar> slope = share * (inverse_root_t * whitened_mean);
+  const Vector6<Scalar> step = root.transpose() * slope;
+  return {root * step, root, y.log_evidence};
+}
+
+/// Whether y is inside N(0, I).
+template <class Scalar>
+[[nodiscard]] bool is_within(const ConditionedGaussian<Scalar>& y, Scalar tolerance) {
+  return y.mean.squaredNorm() <= Scalar(1) && y.root.squaredNorm() <= Scalar(6) * (Scalar(1) + tolerance);
 }
 
 /// Whether conditioning left the density where it was, in its own whitened coordinates.
@@ -141,42 +193,68 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
   constexpr Scalar kMinSpread(1.0 / 64.0);  // of the fit, in standard deviations
   constexpr Scalar kPoorFit(0.7);           // of what it should explain remains unexplained
   constexpr Scalar kExactFit(0.01);         // residual at which a fit needs no repetition
+  constexpr Scalar kMaxShortfall(6);        // of the log-likelihood behind its model, in max_residual
+  constexpr int kMostRetries = 12;          // of one model, at half the power each
   detail::check_options(options);
   const auto origin = detail::RootedPose<Scalar>::of(prior);
   const auto standard = rule.template standard<Scalar>();
   PoseUpdateResult<Scalar> result{.posterior = prior};
-  detail::RootedPose<Scalar> density = origin;
+  detail::RootedPose<Scalar> density = origin;  // conditioned on the likelihood to the power
   Scalar power(0), spread(1);
+  detail::QuadraticStep<Scalar> last{origin};
+  int retries = kMostRetries;
   for (bool settled = false; !settled;) {
-    const auto fit = detail::fit_quadratic(density, spread, log_likelihood, standard);
+    auto fit = detail::fit_quadratic(density, spread, log_likelihood, standard);
     result.evaluations += Rule::kCount;
-    result.log_likelihood = fit.range.hi;
-    result.residual = fit.residual;
     if (!fit.range.valid || !std::isfinite(fit.residual)) {
       result.status = UpdateStatus::kNotFinite;
       return result;
     }
-    const bool poor = !fit.range.supported() || fit.residual > kPoorFit * fit.explained;
-    if (poor && fit.residual > options.max_residual && spread > kMinSpread) {
-      spread /= 2;
-      continue;
+    Scalar next = power;
+    if (retries < kMostRetries && origin.invertible &&
+        power * last.shortfall(fit, spread) > kMaxShortfall * options.max_residual) {
+      // The model promised more than was found: back, and not so far.
+      ++retries;
+      density = last.density;
+      fit = last.fit;
+      next = last.next;
+      power = last.power;
+    } else {
+      const bool poor = !fit.range.supported() || fit.residual > kPoorFit * fit.explained;
+      if (poor && fit.residual > options.max_residual && spread > kMinSpread) {
+        spread /= 2;
+        continue;
+      }
+      if (!fit.range.supported()) {
+        result.status = UpdateStatus::kNoSupport;
+        return result;
+      }
+      const auto wanted =
+          detail::next_power(power, options.max_residual / fit.residual, result.steps, options.max_steps);
+      result.limit_hit = result.limit_hit || wanted.forced;
+      next = wanted.power;
+      last.fit = fit;
+      last.density = density;
+      last.power = power;
+      last.next = next;
+      retries = 0;
     }
-    if (!fit.range.supported()) {
-      result.status = UpdateStatus::kNoSupport;
-      return result;
-    }
-    const auto step =
-        detail::next_power(power, options.max_residual / fit.residual, result.steps, options.max_steps);
-    result.limit_hit = result.limit_hit || step.forced;
-    const auto y = origin.invertible
-                       ? density.condition_prior(origin, fit.model.scaled(step.power))
-                       : detail::condition<Scalar>(Vector6<Scalar>::Zero(), Matrix6<Scalar>::Identity(),
-                                                   fit.model.scaled(step.power - power));
-    if (!y.finite()) {
+    result.log_likelihood = fit.range.hi;
+    result.residual = std::hypot(fit.residual, fit.dropped);
+    last.y = origin.invertible
+                 ? density.condition_prior(origin, fit.model.scaled(next))
+                 : detail::condition<Scalar>(Vector6<Scalar>::Zero(), Matrix6<Scalar>::Identity(),
+                                             fit.model.scaled(next - power));
+    if (!last.y.finite()) {
       result.status = UpdateStatus::kNotFinite;
       return result;
     }
-    const auto moved = density.moved(y);
+    if (retries > 0) {
+      const Scalar share = std::pow(Scalar(0.5), Scalar(retries));
+      last.y = detail::damped(last.y, share);
+      next = power + share * (next - power);
+    }
+    const auto moved = density.moved(last.y);
     if (!moved && spread > kMinSpread) {  // a model that leads nowhere is a poor one
       spread /= 2;
       continue;
@@ -186,12 +264,20 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
       return result;
     }
     density = *moved;
+    power = next;
     ++result.steps;
-    result.log_evidence = origin.invertible ? y.log_evidence : result.log_evidence + y.log_evidence;
-    power = step.power;
-    const bool exact = spread == Scalar(1) && fit.residual <= kExactFit;
-    settled = power == Scalar(1) && (exact || detail::is_settled(y, options.tolerance) ||
-                                     !origin.invertible || result.steps >= options.max_steps);
+    result.log_evidence = origin.invertible ? last.y.log_evidence : result.log_evidence + last.y.log_evidence;
+    // A model that is exact over the prior is exact over the posterior; so is one that is exact over a
+    // density that the posterior lies within.
+    const bool exact = spread == Scalar(1) && fit.residual <= kExactFit &&
+                       (result.steps == 1 || detail::is_within(last.y, options.tolerance));
+    settled = power == Scalar(1) && retries == 0 &&
+              (exact || detail::is_settled(last.y, options.tolerance) || !origin.invertible);
+    if (!settled && result.steps >= options.max_steps) {
+      result.status = UpdateStatus::kDiverged;
+      result.limit_hit = true;
+      settled = true;
+    }
     spread = std::min(Scalar(1), 2 * spread);
   }
   result.posterior = density.density();

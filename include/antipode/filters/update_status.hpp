@@ -6,8 +6,9 @@ namespace antipode {
 /// How the update of a density by a likelihood ended.
 enum class UpdateStatus {
   kConverged,
-  kDiverged,   ///< the posterior does not explain the measurement (see min_log_likelihood of the options), or
-               ///< models of the measurement led more than half a turn away: then it is the prior
+  kDiverged,   ///< do not use the posterior. It does not explain the measurement (see min_log_likelihood of
+               ///< the options), the steps did not settle, or models of the measurement led more than half a
+               ///< turn away (then it is the prior)
   kNoSupport,  ///< no sample explains the measurement: all log-likelihoods -infinity. The posterior is the
                ///< prior
   kNotFinite,  ///< a log-likelihood was NaN, +infinity or beyond all measure. The posterior is the prior
