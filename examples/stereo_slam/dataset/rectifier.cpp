@@ -76,20 +76,6 @@ void check(const StereoRig& rig) {
   }
 }
 
-/// Narrows the view to 110 degrees: beyond, a pinhole image stretches its border and starves its middle.
-void limit_view(Rectification& r, const Lens& lens) {
-  constexpr double kMaxHalfView_rad = 55.0 / kDegrees;
-  const double focal_px = 0.5 * lens.width_px / std::tan(kMaxHalfView_rad);
-  if (r.P_left(0, 0) >= focal_px) return;
-  const double shift = r.P_right(0, 3) / r.P_right(0, 0);
-  for (auto* P : {&r.P_left, &r.P_right}) {
-    (*P)(0, 0) = (*P)(1, 1) = focal_px;
-    (*P)(0, 2) = 0.5 * (lens.width_px - 1);
-    (*P)(1, 2) = 0.5 * (lens.height_px - 1);
-  }
-  r.P_right(0, 3) = focal_px * shift;
-}
-
 Rectification rectify(const StereoRig& rig) {
   const auto& [left, right, T_right_left, T_body_left] = rig;
   const cv::Size size(left.width_px, left.height_px);
@@ -102,7 +88,6 @@ Rectification rectify(const StereoRig& rig) {
     cv::fisheye::stereoRectify(camera_matrix(left), coefficients(left), camera_matrix(right),
                                coefficients(right), size, R, translation, result.R_left, result.R_right,
                                result.P_left, result.P_right, Q, cv::CALIB_ZERO_DISPARITY, size);
-    limit_view(result, left);
   } else {
     constexpr double kNoBorder = 0.0;
     cv::stereoRectify(camera_matrix(left), coefficients(left), camera_matrix(right), coefficients(right),
@@ -126,11 +111,53 @@ std::pair<cv::Mat1f, cv::Mat1f> lens_positions(const Lens& lens, const cv::Matx3
   return {columns, rows};
 }
 
+/// Pixels that both lenses see.
+cv::Mat1b seen_by_both(const StereoRig& rig, const Rectification& r) {
+  const auto seen = [](const Lens& lens, const std::pair<cv::Mat1f, cv::Mat1f>& positions) {
+    cv::Mat1b columns;
+    cv::Mat1b rows;
+    cv::inRange(positions.first, 0.0, lens.width_px - 1.0, columns);
+    cv::inRange(positions.second, 0.0, lens.height_px - 1.0, rows);
+    return cv::Mat1b(columns & rows);
+  };
+  return seen(rig.left, lens_positions(rig.left, r.R_left, r.P_left)) &
+         seen(rig.right, lens_positions(rig.right, r.R_right, r.P_right));
+}
+
+/// The common camera with another focal length and the principal point in the middle.
+Rectification with_focal_length(Rectification r, const Lens& lens, double focal_px) {
+  const double shift = r.P_right(0, 3) / r.P_right(0, 0);
+  for (auto* P : {&r.P_left, &r.P_right}) {
+    (*P)(0, 0) = (*P)(1, 1) = focal_px;
+    (*P)(0, 2) = 0.5 * (lens.width_px - 1);
+    (*P)(1, 2) = 0.5 * (lens.height_px - 1);
+  }
+  r.P_right(0, 3) = focal_px * shift;
+  return r;
+}
+
+/// The view of a fisheye: what cv::fisheye proposes looks at four points of the border only, so that the
+/// focal length grows until no border is black, and starts where the view is no wider than 110 degrees:
+/// beyond, a pinhole image stretches its border and starves its middle.
+Rectification without_border(const StereoRig& rig, const Rectification& proposed) {
+  constexpr double kMaxHalfView_rad = 55.0 / kDegrees;
+  constexpr double kGrowth = 1.01;
+  constexpr int kMaxSteps = 100;
+  double focal_px = std::max(proposed.P_left(0, 0), 0.5 * rig.left.width_px / std::tan(kMaxHalfView_rad));
+  for (int step = 0; step < kMaxSteps; ++step, focal_px *= kGrowth) {
+    const Rectification r = with_focal_length(proposed, rig.left, focal_px);
+    const cv::Mat1b seen = seen_by_both(rig, r);
+    if (cv::countNonZero(seen) == static_cast<int>(seen.total())) return r;
+  }
+  return proposed;
+}
+
 }  // namespace
 
 Rectifier::Rectifier(const StereoRig& rig) {
   check(rig);
-  const Rectification r = rectify(rig);
+  Rectification r = rectify(rig);
+  if (rig.left.distortion == Distortion::kEquidistant) r = without_border(rig, r);
   const double focal_px = r.P_left(0, 0);
   camera_ = {.fx = focal_px,
              .fy = r.P_left(1, 1),
@@ -145,16 +172,8 @@ Rectifier::Rectifier(const StereoRig& rig) {
   }
   T_left_camera_.linear() = R_camera_left.transpose();
 
-  const auto left = lens_positions(rig.left, r.R_left, r.P_left);
-  const auto right = lens_positions(rig.right, r.R_right, r.P_right);
-  const auto inside = [&](const std::pair<cv::Mat1f, cv::Mat1f>& positions) {
-    cv::Mat1b columns;
-    cv::Mat1b rows;
-    cv::inRange(positions.first, 0.0, rig.left.width_px - 1.0, columns);
-    cv::inRange(positions.second, 0.0, rig.left.height_px - 1.0, rows);
-    return cv::Mat1b(columns & rows);
-  };
-  coverage_ = cv::countNonZero(inside(left) & inside(right)) / static_cast<double>(left.first.total());
+  const cv::Mat1b seen = seen_by_both(rig, r);
+  coverage_ = cv::countNonZero(seen) / static_cast<double>(seen.total());
   constexpr double kMinCoverage = 0.5;
   if (!(focal_px > 0.0) || !(coverage_ > kMinCoverage)) {
     throw std::runtime_error(fmt::format(
@@ -162,6 +181,8 @@ Rectifier::Rectifier(const StereoRig& rig) {
         "fit together",
         100.0 * coverage_));
   }
+  const auto left = lens_positions(rig.left, r.R_left, r.P_left);
+  const auto right = lens_positions(rig.right, r.R_right, r.P_right);
   cv::convertMaps(left.first, left.second, left_.whole, left_.fraction, CV_16SC2);
   cv::convertMaps(right.first, right.second, right_.whole, right_.fraction, CV_16SC2);
 }
