@@ -189,7 +189,9 @@ Rectifier::Rectifier(const StereoRig& rig) {
 
 cv::Mat Rectifier::apply(const Maps& maps, const cv::Mat& image) {
   cv::Mat rectified;
-  cv::remap(image, rectified, maps.whole, maps.fraction, cv::INTER_LINEAR);
+  // Linear interpolation blurs by an amount that differs from pixel to pixel, and with it the measured
+  // disparities.
+  cv::remap(image, rectified, maps.whole, maps.fraction, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   return rectified;
 }
 
