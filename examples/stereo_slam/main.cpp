@@ -3,6 +3,7 @@
 // interrupted.
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -16,6 +17,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ostream.h>
+#include <opencv2/core/utils/logger.hpp>
 
 #include "consistency.hpp"
 #include "dataset/sequence.hpp"
@@ -306,9 +308,19 @@ Command add_simulate(CLI::App& parent) {
   };
 }
 
+/// OpenCV and its decoders complain on stderr about what then becomes an error of ours, of one line. Who asks
+/// them to speak by their own variables is heard.
+void silence_decoders() {
+  if (std::getenv("OPENCV_LOG_LEVEL") == nullptr)
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  constexpr const char* kQuiet = "-8";
+  setenv("OPENCV_FFMPEG_LOGLEVEL", kQuiet, /*overwrite=*/0);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  silence_decoders();
   CLI::App app("Stereo visual SLAM with dual quaternions and Bingham densities.", "stereo_slam");
   app.set_version_flag("--version", STEREO_SLAM_VERSION);
   app.require_subcommand(0, 1);

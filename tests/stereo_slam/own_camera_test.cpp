@@ -93,8 +93,8 @@ TEST_CASE("Raw images of an own camera are rectified, and its body is known", "[
 TEST_CASE("Stamps come from a file, from the names or from the rate", "[folders]") {
   const TemporaryFolder folder;
   write_tiny_folders(folder.path(), 3);
-  write_text(folder / "calibration.yaml", tiny_calibration("times: t.txt\n"));
-  write_text(folder / "t.txt", "5.5\n6\n8.25\n");
+  write_text(folder / "calibration.yaml", tiny_calibration("times: times.txt\n"));
+  write_text(folder / "times.txt", "5.5\n6\n8.25\n");
   CHECK(open_sequence(folder.path(), "auto").frames[2].stamp_ns == 8'250'000'000);
   write_text(folder / "calibration.yaml", tiny_calibration(""));
   for (const auto* side : {"left", "right"}) {

@@ -76,7 +76,8 @@ void check(const StereoRig& rig) {
   }
 }
 
-Rectification rectify(const StereoRig& rig) {
+/// Bouguet's rectification as OpenCV has it.
+Rectification propose(const StereoRig& rig) {
   const auto& [left, right, T_right_left, T_body_left] = rig;
   const cv::Size size(left.width_px, left.height_px);
   const cv::Matx33d R = to_cv(T_right_left.linear());
@@ -97,9 +98,14 @@ Rectification rectify(const StereoRig& rig) {
   return result;
 }
 
-/// Where the lens shows each rectified pixel: columns and rows.
-std::pair<cv::Mat1f, cv::Mat1f> lens_positions(const Lens& lens, const cv::Matx33d& R, const cv::Matx34d& P) {
-  const cv::Size size(lens.width_px, lens.height_px);
+/// Columns and rows at which the lens shows every `step`-th rectified pixel, the border included.
+std::pair<cv::Mat1f, cv::Mat1f> lens_positions(const Lens& lens, const cv::Matx33d& R, cv::Matx34d P,
+                                               int step = 1) {
+  const cv::Size size((lens.width_px - 2) / step + 2, (lens.height_px - 2) / step + 2);
+  for (int j = 0; j < 4; ++j) {
+    P(0, j) /= step;
+    P(1, j) /= step;
+  }
   cv::Mat1f columns;
   cv::Mat1f rows;
   if (lens.distortion == Distortion::kEquidistant) {
@@ -111,8 +117,8 @@ std::pair<cv::Mat1f, cv::Mat1f> lens_positions(const Lens& lens, const cv::Matx3
   return {columns, rows};
 }
 
-/// Pixels that both lenses see.
-cv::Mat1b seen_by_both(const StereoRig& rig, const Rectification& r) {
+/// Share of every `step`-th rectified pixel that both lenses see.
+double share_seen(const StereoRig& rig, const Rectification& r, int step = 1) {
   const auto seen = [](const Lens& lens, const std::pair<cv::Mat1f, cv::Mat1f>& positions) {
     cv::Mat1b columns;
     cv::Mat1b rows;
@@ -120,8 +126,9 @@ cv::Mat1b seen_by_both(const StereoRig& rig, const Rectification& r) {
     cv::inRange(positions.second, 0.0, lens.height_px - 1.0, rows);
     return cv::Mat1b(columns & rows);
   };
-  return seen(rig.left, lens_positions(rig.left, r.R_left, r.P_left)) &
-         seen(rig.right, lens_positions(rig.right, r.R_right, r.P_right));
+  const cv::Mat1b both = seen(rig.left, lens_positions(rig.left, r.R_left, r.P_left, step)) &
+                         seen(rig.right, lens_positions(rig.right, r.R_right, r.P_right, step));
+  return cv::countNonZero(both) / static_cast<double>(both.total());
 }
 
 /// The common camera with another focal length and the principal point in the middle.
@@ -143,21 +150,30 @@ Rectification without_border(const StereoRig& rig, const Rectification& proposed
   constexpr double kMaxHalfView_rad = 55.0 / kDegrees;
   constexpr double kGrowth = 1.01;
   constexpr int kMaxSteps = 100;
-  double focal_px = std::max(proposed.P_left(0, 0), 0.5 * rig.left.width_px / std::tan(kMaxHalfView_rad));
+  constexpr int kStep_px = 8;
+  double focal_px = std::max(0.5 * rig.left.width_px / std::tan(kMaxHalfView_rad), proposed.P_left(0, 0));
   for (int step = 0; step < kMaxSteps; ++step, focal_px *= kGrowth) {
     const Rectification r = with_focal_length(proposed, rig.left, focal_px);
-    const cv::Mat1b seen = seen_by_both(rig, r);
-    if (cv::countNonZero(seen) == static_cast<int>(seen.total())) return r;
+    if (share_seen(rig, r, kStep_px) == 1.0) return r;
   }
   return proposed;
+}
+
+Rectification rectify(const StereoRig& rig) {
+  try {
+    const Rectification proposed = propose(rig);
+    return rig.left.distortion == Distortion::kEquidistant ? without_border(rig, proposed) : proposed;
+  } catch (const cv::Exception&) {
+    throw std::runtime_error(
+        "rectification is impossible; intrinsics, distortion and extrinsics do not fit together");
+  }
 }
 
 }  // namespace
 
 Rectifier::Rectifier(const StereoRig& rig) {
   check(rig);
-  Rectification r = rectify(rig);
-  if (rig.left.distortion == Distortion::kEquidistant) r = without_border(rig, r);
+  const Rectification r = rectify(rig);
   const double focal_px = r.P_left(0, 0);
   camera_ = {.fx = focal_px,
              .fy = r.P_left(1, 1),
@@ -172,8 +188,7 @@ Rectifier::Rectifier(const StereoRig& rig) {
   }
   T_left_camera_.linear() = R_camera_left.transpose();
 
-  const cv::Mat1b seen = seen_by_both(rig, r);
-  coverage_ = cv::countNonZero(seen) / static_cast<double>(seen.total());
+  coverage_ = share_seen(rig, r);
   constexpr double kMinCoverage = 0.5;
   if (!(focal_px > 0.0) || !(coverage_ > kMinCoverage)) {
     throw std::runtime_error(fmt::format(

@@ -59,10 +59,11 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format) {
     return scan_own_camera(folder, format);
   if (!fs::is_directory(folder))
     return unusable(folder, fmt::format("{}: is not a folder; check --dataset", name));
-  if (format == "kitti" || (automatic && looks_like_kitti(folder))) return scan_kitti(folder);
+  const bool has_calibration = fs::exists(folder / kCalibrationFile);
   if (format == "euroc" || (automatic && looks_like_euroc(folder))) return scan_euroc(folder);
-  if (!automatic || fs::exists(folder / kCalibrationFile))
-    return scan_own_camera(folder / kCalibrationFile, format);
+  if (format == "kitti" || (automatic && !has_calibration && looks_like_kitti(folder)))
+    return scan_kitti(folder);
+  if (!automatic || has_calibration) return scan_own_camera(folder / kCalibrationFile, format);
   return unusable(
       folder, fmt::format("{}: no known recording; expected the KITTI layout ({}), the EuRoC layout ({}), or "
                           "a camera of your own ({})",

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
@@ -25,9 +23,6 @@ namespace fs = std::filesystem;
 cv::VideoCapture open(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "missing; check the path in the calibration file");
   if (!fs::is_regular_file(file)) fail(file, "is not a video file");
-  // The decoders print their complaints to stderr; the one error that is thrown says enough.
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", /*overwrite=*/0);
   for (const int backend : {cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG}) {
     cv::VideoCapture video;
     try {
