@@ -3,6 +3,7 @@
 // interrupted.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -65,7 +66,7 @@ void add_pose_frame(CLI::App& app, PoseFrame& frame) {
 }
 
 void warn(const Problem& problem, bool quiet) {
-  if (!quiet) fmt::print(std::cerr, "stereo_slam: warning: {}\n", problem.text);
+  if (!quiet) fmt::print(stderr, "stereo_slam: warning: {}\n", problem.text);
 }
 
 /// open_sequence that tells the warnings, too.
@@ -308,11 +309,13 @@ Command add_simulate(CLI::App& parent) {
   };
 }
 
-/// OpenCV and its decoders complain on stderr about what then becomes an error of ours, of one line. Who asks
-/// them to speak by their own variables is heard.
+/// OpenCV and its decoders complain on stderr, through std::cerr for one, about what then becomes an error of
+/// ours, of one line on the C stream. Who asks them to speak by their own variables is heard.
 void silence_decoders() {
-  if (std::getenv("OPENCV_LOG_LEVEL") == nullptr)
+  if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    std::cerr.setstate(std::ios::badbit);
+  }
   constexpr const char* kQuiet = "-8";
   setenv("OPENCV_FFMPEG_LOGLEVEL", kQuiet, /*overwrite=*/0);
 }
@@ -320,7 +323,6 @@ void silence_decoders() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  silence_decoders();
   CLI::App app("Stereo visual SLAM with dual quaternions and Bingham densities.", "stereo_slam");
   app.set_version_flag("--version", STEREO_SLAM_VERSION);
   app.require_subcommand(0, 1);
@@ -344,6 +346,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kDone : kWrongUsage;
   }
 
+  silence_decoders();
   try {
     if (app.get_subcommands().empty()) {
       write_settings(std::cout, preset_settings(printed_preset.empty() ? "default" : printed_preset));
@@ -351,7 +354,7 @@ int main(int argc, char** argv) {
     }
     return commands.at(app.get_subcommands().front()->get_name())();
   } catch (const std::exception& error) {
-    fmt::print(std::cerr, "stereo_slam: {}\n", error.what());
+    fmt::print(stderr, "stereo_slam: {}\n", error.what());
     return kFailed;
   }
 }

@@ -222,6 +222,19 @@ TEST_CASE("Broken EuRoC recordings and own cameras give one line and status 1, f
       {"resolution is 300x100", sensor("[320, 120]", "[300, 100]")},
       {"noise.mp4: cannot be opened as a video", own("noise.mp4")},
       {"nowhere: neither a folder", own("nowhere")},
+      {"left/1.pgm: the image cannot be decoded",
+       [&](const fs::path& f) {
+         own("left")(f);
+         for (const auto* side : {"left", "right"}) {
+           for (int i = 0; i < 3; ++i) {
+             const auto png = f / side / frame_name(i);
+             cv::imwrite((f / side / fmt::format("{}.pgm", i)).string(),
+                         cv::imread(png.string(), cv::IMREAD_GRAYSCALE));
+             fs::remove(png);
+           }
+         }
+         truncate_file(f / "left/1.pgm", 0.5);
+       }},
   };
   for (const auto& [part, breaking] : cases) {
     CAPTURE(part);
