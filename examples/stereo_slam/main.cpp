@@ -285,6 +285,10 @@ Command add_simulate(CLI::App& parent) {
   app.add_option("--distortion", args->distortion, "of the lenses, with --format euroc; default: radtan")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Distortion>{
           {"radtan", Distortion::kRadTan}, {"equidistant", Distortion::kEquidistant}}));
+  app.parse_complete_callback([args] {
+    if (args->distortion && args->format != "euroc")
+      throw CLI::ValidationError("--distortion", "needs --format euroc");
+  });
   app.add_option("--noise", settings.sensor.noise_sigma, "of a pixel, grey levels")
       ->check(CLI::Range(0.0, 50.0))
       ->capture_default_str();
@@ -294,9 +298,7 @@ Command add_simulate(CLI::App& parent) {
   app.add_flag("--quiet", args->quiet, "print errors only");
   return [args] {
     args->settings.camera = scaled(args->settings.camera, args->scale);
-    const bool raw = args->format == "euroc";
-    if (args->distortion && !raw) throw std::runtime_error("--distortion needs --format euroc");
-    if (raw)
+    if (args->format == "euroc")
       args->settings.rig =
           simulate::euroc_like_rig(args->distortion.value_or(Distortion::kRadTan), args->scale);
     const SignalGuard signals;

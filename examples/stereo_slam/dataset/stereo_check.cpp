@@ -111,13 +111,13 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
                      sequence.right_name, sequence.left_name)}};
   }
   if (agreement.row_offset_px > kMaxRowOffset_px) {
-    const auto* advice = sequence.rectifier ? "the calibration is of another camera or has changed, or"
-                                            : "rectify the images, or check that";
-    return {{Problem::Severity::kWarning,
-             fmt::format(
-                 "{}: matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); {} {}",
-                 sequence.folder.string(), agreement.row_offset_px, kMaxRowOffset_px, advice,
-                 sequence.rectifier ? "the images are paired wrong" : "they are stamped and paired right")}};
+    const auto* advice =
+        sequence.rectifier ? "the calibration is of another camera or has changed, or images are paired wrong"
+                           : "rectify the images, or check that they are stamped and paired right";
+    return {
+        {Problem::Severity::kWarning,
+         fmt::format("{}: matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); {}",
+                     sequence.folder.string(), agreement.row_offset_px, kMaxRowOffset_px, advice)}};
   }
   return {};
 }
