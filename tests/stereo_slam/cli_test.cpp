@@ -262,6 +262,21 @@ TEST_CASE("Rows without a partner are a warning of run and info", "[cli]") {
              Catch::Contains("cam0/data.csv:3: 1 of 5 rows") && Catch::Contains("cam1/data.csv:3: 1 of 5"));
 }
 
+TEST_CASE("A calibration that does not rectify the images is a warning of run and info", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_euroc(folder / "in", 3);
+  replace_in(folder / "in/mav0/cam1/sensor.yaml", "0, 1, 0, 0,\n    0, 0, 1, 0",
+             "0, 0.99985, -0.01745, 0,\n    0, 0.01745, 0.99985, 0");  // a degree about x
+  const auto info = call({"info", "--dataset", folder / "in"});
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains("warning") && Catch::Contains("px apart in row"));
+  const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out"});
+  CHECK(run.status == 0);
+  CHECK(split_lines(run.err).size() == 1);
+  CHECK_THAT(run.err,
+             Catch::Contains("px apart in row") && Catch::Contains("the calibration is of another camera"));
+}
+
 TEST_CASE("simulate, info, run and evaluate work together on an EuRoC recording", "[cli]") {
   const TemporaryFolder folder;
   const auto simulated = call({"simulate", "--output", folder / "s", "--format", "euroc", "--distortion",
