@@ -3,7 +3,7 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
 if(ANTIPODE_BUILD_EXAMPLES OR ANTIPODE_BUILD_TESTS OR ANTIPODE_BUILD_BENCHMARKS)
   find_package(Ceres 2.1 REQUIRED)
-  find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs features2d video calib3d)
+  find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs features2d video calib3d videoio)
 endif()
 if(ANTIPODE_BUILD_EXAMPLES)
   find_package(CLI11 REQUIRED)

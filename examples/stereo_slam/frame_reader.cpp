@@ -14,10 +14,11 @@ FrameReader::FrameReader(Load load, std::size_t count)
 void FrameReader::read_all(const std::stop_token& stop, const Load& load, std::size_t count) {
   try {
     for (std::size_t i = 0; i < count; ++i) {
-      StereoFrame frame = load(i);
+      std::optional<StereoFrame> frame = load(i);
+      if (!frame) break;
       std::unique_lock lock(mutex_);
       if (!changed_.wait(lock, stop, [&] { return frames_.size() < kCapacity; })) return;
-      frames_.push_back(std::move(frame));
+      frames_.push_back(std::move(*frame));
       changed_.notify_all();
     }
   } catch (...) {

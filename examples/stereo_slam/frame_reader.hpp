@@ -17,9 +17,10 @@ namespace stereo_slam {
 /// Reads frames ahead on a thread of its own, in order, never holding more than kCapacity.
 class FrameReader {
  public:
-  using Load = std::function<StereoFrame(std::size_t)>;
+  using Load = std::function<std::optional<StereoFrame>(std::size_t)>;
 
-  /// `load` is called with 0, 1 ... count - 1 on the reading thread; what it throws comes out of next().
+  /// `load` is called with 0, 1 ... count - 1 on the reading thread; what it throws comes out of next(),
+  /// and no frame ends the recording early.
   FrameReader(Load load, std::size_t count);
 
   /// The next frame; nothing after the last one, or as soon as `stop` says so. Rethrows the failure of a load

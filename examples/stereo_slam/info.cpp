@@ -2,6 +2,7 @@
 #include "info.hpp"
 
 #include <algorithm>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -11,6 +12,7 @@
 #include <fmt/ostream.h>
 
 #include "dataset/image_file.hpp"
+#include "trajectory_io.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -21,13 +23,18 @@ constexpr std::size_t kPrintedProblems = 20;
 std::vector<std::size_t> check_images(SequenceScan& scan) {
   const auto& camera = scan.sequence.camera;
   std::vector<std::size_t> whole;
+  if (scan.sequence.video) {  // only decoding would tell, and takes as long as a run
+    whole.resize(scan.sequence.frames.size());
+    std::iota(whole.begin(), whole.end(), std::size_t{0});
+    return whole;
+  }
   bool colour = false;
   for (std::size_t i = 0; i < scan.sequence.frames.size(); ++i) {
     const auto& files = scan.sequence.frames[i];
     bool good = true;
     for (const auto& file : {files.left, files.right}) {
       try {
-        const PngHeader header = check_png(file);
+        const ImageHeader header = check_image(file);
         colour = colour || header.colour;
         if (header.width_px == camera.width_px && header.height_px == camera.height_px) continue;
         scan.problems.push_back(wrong_size(file, header.width_px, header.height_px, camera));
@@ -46,17 +53,15 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
   return whole;
 }
 
-/// Looks at up to five frames spread over the sequence.
+/// Looks at up to five frames spread over the sequence; of a video, at its beginning.
 StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_t>& whole_frames) {
   constexpr std::size_t kSampled = 5;
   std::vector<StereoFrame> frames;
-  const std::size_t count = std::min(kSampled, whole_frames.size());
-  for (std::size_t k = 0; k < count; ++k) {
-    try {
-      frames.push_back(load_frame(scan.sequence, whole_frames[k * whole_frames.size() / count]));
-    } catch (const std::runtime_error& error) {
-      scan.problems.push_back({Problem::Severity::kError, error.what()});
-    }
+  const std::size_t range =
+      scan.sequence.video ? std::min(kSampled, whole_frames.size()) : whole_frames.size();
+  for (const std::size_t k : spread(range, kSampled)) {
+    attempt(scan.problems, Problem::Severity::kError,
+            [&] { frames.push_back(load_frame(scan.sequence, whole_frames[k])); });
   }
   return check_stereo_agreement(frames);
 }
@@ -79,6 +84,13 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
     fmt::print(stream,
                "calibration   fx {:.6g}  fy {:.6g}  cx {:.6g}  cy {:.6g} px\nbaseline      {:.4f} m\n",
                camera.fx, camera.fy, camera.cx, camera.cy, camera.baseline_m);
+  }
+  if (sequence.rectifier) {
+    fmt::print(
+        stream, "rectified     from {} lenses turned by {:.2f} deg; {:.1f} % of the view is covered\n",
+        sequence.lenses == "none" ? "undistorted" : sequence.lenses,
+        180.0 / std::numbers::pi * Eigen::AngleAxisd(sequence.rectifier->T_left_camera().linear()).angle(),
+        100.0 * sequence.rectifier->coverage());
   }
   if (frames.size() > 1 && frames.back().stamp_ns > frames.front().stamp_ns) {
     const double duration_s = 1e-9 * static_cast<double>(frames.back().stamp_ns - frames.front().stamp_ns);
@@ -109,9 +121,23 @@ Inspection inspect_sequence(const std::filesystem::path& folder, std::string_vie
   if (inspection.scan.sequence.camera.width_px == 0) return inspection;
   const auto whole_frames = check_images(inspection.scan);
   inspection.agreement = check_agreement(inspection.scan, whole_frames);
-  for (auto& problem : problems_of(inspection.agreement, folder))
+  for (auto& problem : problems_of(inspection.agreement, inspection.scan.sequence))
     inspection.scan.problems.push_back(std::move(problem));
   return inspection;
+}
+
+void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame) {
+  if (sequence.ground_truth.empty())
+    throw std::runtime_error(fmt::format("{}: has no ground truth to write", sequence.folder.string()));
+  const Eigen::Isometry3d T_camera_frame =
+      frame == PoseFrame::kBody ? require_body(sequence).inverse() : Eigen::Isometry3d::Identity();
+  std::vector<Pose> poses;
+  for (const auto& T_world_camera : sequence.ground_truth) {
+    const Eigen::Isometry3d T = T_world_camera * T_camera_frame;
+    poses.push_back(
+        Pose::from_matrix(Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix(), T.translation()));
+  }
+  write_tum_trajectory(stream, sequence.ground_truth_ns, poses);
 }
 
 void print_inspection(std::ostream& stream, const Inspection& inspection) {

@@ -7,6 +7,7 @@
 
 #include "dataset/sequence.hpp"
 #include "dataset/stereo_check.hpp"
+#include "pose_frame.hpp"
 
 namespace stereo_slam {
 
@@ -18,6 +19,10 @@ struct Inspection {
 };
 
 [[nodiscard]] Inspection inspect_sequence(const std::filesystem::path& folder, std::string_view format);
+
+/// The recording's ground truth as a TUM trajectory, for `evaluate` beside that of a run with the same
+/// --pose-frame. Throws std::runtime_error when there is none.
+void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame);
 
 /// What the recording consists of and everything found wrong with it.
 void print_inspection(std::ostream& stream, const Inspection& inspection);

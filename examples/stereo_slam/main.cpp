@@ -3,6 +3,8 @@
 // interrupted.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -16,6 +18,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ostream.h>
+#include <opencv2/core/utils/logger.hpp>
 
 #include "consistency.hpp"
 #include "dataset/sequence.hpp"
@@ -26,6 +29,7 @@
 #include "runner.hpp"
 #include "settings_io.hpp"
 #include "signals.hpp"
+#include "simulate/lens_view.hpp"
 #include "simulate/simulate.hpp"
 #include "text_file.hpp"
 #include "trajectory_io.hpp"
@@ -44,18 +48,49 @@ constexpr int kInterrupted = 130;
 using Command = std::function<int()>;
 
 void add_dataset_options(CLI::App& app, fs::path& folder, std::string& format) {
-  app.add_option("--dataset", folder, "folder of the recording")->required()->type_name("DIR");
-  app.add_option("--format", format, "layout of the folder (euroc: recognised, not supported yet)")
-      ->check(CLI::IsMember({"kitti", "euroc", "auto"}))
+  app.add_option("--dataset", folder, "folder of the recording, or the calibration.yaml in it")
+      ->required()
+      ->type_name("DIR");
+  app.add_option("--format", format, "layout of the folder; euroc is that of TUM-VI, too")
+      ->check(CLI::IsMember({"kitti", "euroc", "folders", "video", "auto"}))
       ->capture_default_str();
+}
+
+void add_pose_frame(CLI::App& app, PoseFrame& frame) {
+  app.add_option(
+         "--pose-frame", frame,
+         "whose poses to write: of the rectified left camera, or of the body (EuRoC: the IMU); default: "
+         "camera")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, PoseFrame>{{"camera", PoseFrame::kCamera}, {"body", PoseFrame::kBody}}));
+}
+
+void warn(const Problem& problem, bool quiet) {
+  if (!quiet) fmt::print(stderr, "stereo_slam: warning: {}\n", problem.text);
+}
+
+/// open_sequence that tells the warnings, too.
+StereoSequence open_with_warnings(const fs::path& folder, const std::string& format, bool quiet) {
+  SequenceScan scan = scan_sequence(folder, format);
+  for (const auto& problem : scan.problems) {
+    if (is_error(problem)) throw std::runtime_error(problem.text);
+  }
+  for (const auto& problem : scan.problems) warn(problem, quiet);
+  return std::move(scan.sequence);
 }
 
 /// Stops a run that could only fail; says what looks odd.
 void check_before_run(const StereoSequence& sequence, bool quiet) {
-  const auto agreement = check_stereo_agreement({load_frame(sequence, 0)});
-  for (const auto& problem : problems_of(agreement, sequence.folder)) {
+  constexpr std::size_t kSampled = 3;
+  std::vector<StereoFrame> frames{load_frame(sequence, 0)};
+  std::vector<Problem> ignored;  // a run goes as far as its images do
+  for (const std::size_t i : spread(sequence.video ? kSampled : sequence.frames.size(), kSampled)) {
+    if (i > 0)
+      attempt(ignored, Problem::Severity::kWarning, [&] { frames.push_back(load_frame(sequence, i)); });
+  }
+  for (const auto& problem : problems_of(check_stereo_agreement(frames), sequence)) {
     if (is_error(problem)) throw std::runtime_error(problem.text);
-    if (!quiet) fmt::print(std::cerr, "stereo_slam: warning: {}\n", problem.text);
+    warn(problem, quiet);
   }
 }
 
@@ -66,6 +101,7 @@ Command add_run(CLI::App& parent) {
     std::optional<fs::path> config;
     std::optional<std::string> preset;
     bool no_loop_closure = false;
+    bool clahe = false;
     RunOptions options;
   };
   auto args = std::make_shared<Arguments>();
@@ -85,12 +121,16 @@ Command add_run(CLI::App& parent) {
                  "threads for image processing; the results do not depend on it")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
+  add_pose_frame(app, args->options.pose_frame);
+  app.add_flag("--clahe", args->clahe,
+               "equalise the contrast locally, as images.clahe: true in the settings");
   app.add_flag("--view", args->options.view, "show the images with the map's points while running");
   app.add_flag("--quiet", args->options.quiet, "print errors only");
   return [args] {
-    const Settings settings = args->config ? load_settings(*args->config, args->preset)
-                                           : preset_settings(args->preset.value_or("default"));
-    const StereoSequence sequence = open_sequence(args->dataset, args->format);
+    Settings settings = args->config ? load_settings(*args->config, args->preset)
+                                     : preset_settings(args->preset.value_or("default"));
+    settings.images.clahe = settings.images.clahe || args->clahe;
+    const StereoSequence sequence = open_with_warnings(args->dataset, args->format, args->options.quiet);
     check_before_run(sequence, args->options.quiet);
     const RunSummary summary = run(sequence, settings, args->options);
     if (!args->options.quiet) {
@@ -169,16 +209,26 @@ Command add_info(CLI::App& parent) {
   struct Arguments {
     fs::path dataset;
     std::string format = "auto";
+    std::optional<fs::path> truth;
+    PoseFrame pose_frame = PoseFrame::kCamera;
   };
   auto args = std::make_shared<Arguments>();
   auto& app = *parent.add_subcommand("info", "say what a recording consists of and what is wrong with it");
   add_dataset_options(app, args->dataset, args->format);
+  app.add_option("--write-groundtruth", args->truth, "write the true trajectory here, in TUM format")
+      ->type_name("FILE");
+  add_pose_frame(app, args->pose_frame);
   return [args] {
     const Inspection inspection = inspect_sequence(args->dataset, args->format);
     print_inspection(std::cout, inspection);
     const auto& problems = inspection.scan.problems;
     const auto error = std::find_if(problems.begin(), problems.end(), is_error);
     if (error != problems.end()) throw std::runtime_error(error->text);
+    if (args->truth) {
+      write_file(*args->truth, [&](std::ostream& out) {
+        write_ground_truth(out, inspection.scan.sequence, args->pose_frame);
+      });
+    }
     return kDone;
   };
 }
@@ -198,12 +248,14 @@ Command add_simulate(CLI::App& parent) {
     fs::path output;
     double scale = 1.0;
     bool quiet = false;
+    std::string format = "kitti";
+    std::optional<Distortion> distortion;
     simulate::SimulationSettings settings;
   };
   auto args = std::make_shared<Arguments>();
   auto& settings = args->settings;
-  auto& app =
-      *parent.add_subcommand("simulate", "render a street world as a KITTI sequence with ground truth");
+  auto& app = *parent.add_subcommand("simulate",
+                                     "render a street world as a KITTI or EuRoC sequence with ground truth");
   app.add_option("--output", args->output, "folder for the sequence")->required()->type_name("DIR");
   app.add_option("--trajectory", settings.trajectory,
                  "KITTI pose file to drive along; without it a loop of streets")
@@ -223,9 +275,20 @@ Command add_simulate(CLI::App& parent) {
   app.add_option("--fps", settings.fps, "frames a second")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
-  app.add_option("--scale", args->scale, "size of the images as a share of KITTI's 1241 x 376")
+  app.add_option("--scale", args->scale,
+                 "size of the images as a share of KITTI's 1241 x 376, EuRoC's 752 x 480")
       ->check(CLI::Range(0.1, 4.0))
       ->capture_default_str();
+  app.add_option("--format", args->format, "kitti: rectified images; euroc: raw images of two unlike lenses")
+      ->check(CLI::IsMember({"kitti", "euroc"}))
+      ->capture_default_str();
+  app.add_option("--distortion", args->distortion, "of the lenses, with --format euroc; default: radtan")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Distortion>{
+          {"radtan", Distortion::kRadTan}, {"equidistant", Distortion::kEquidistant}}));
+  app.parse_complete_callback([args] {
+    if (args->distortion && args->format != "euroc")
+      throw CLI::ValidationError("--distortion", "needs --format euroc");
+  });
   app.add_option("--noise", settings.sensor.noise_sigma, "of a pixel, grey levels")
       ->check(CLI::Range(0.0, 50.0))
       ->capture_default_str();
@@ -235,6 +298,9 @@ Command add_simulate(CLI::App& parent) {
   app.add_flag("--quiet", args->quiet, "print errors only");
   return [args] {
     args->settings.camera = scaled(args->settings.camera, args->scale);
+    if (args->format == "euroc")
+      args->settings.rig =
+          simulate::euroc_like_rig(args->distortion.value_or(Distortion::kRadTan), args->scale);
     const SignalGuard signals;
     Progress progress(args->quiet);
     simulate::simulate(args->settings, args->output, [&](int done, int total) {
@@ -243,6 +309,17 @@ Command add_simulate(CLI::App& parent) {
     });
     return SignalGuard::stop_requested() ? kInterrupted : kDone;
   };
+}
+
+/// OpenCV and its decoders complain on stderr, through std::cerr for one, about what then becomes an error of
+/// ours, of one line on the C stream. Who asks them to speak by their own variables is heard.
+void silence_decoders() {
+  if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    std::cerr.setstate(std::ios::badbit);
+  }
+  constexpr const char* kQuiet = "-8";
+  setenv("OPENCV_FFMPEG_LOGLEVEL", kQuiet, /*overwrite=*/0);
 }
 
 }  // namespace
@@ -271,6 +348,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kDone : kWrongUsage;
   }
 
+  silence_decoders();
   try {
     if (app.get_subcommands().empty()) {
       write_settings(std::cout, preset_settings(printed_preset.empty() ? "default" : printed_preset));
@@ -278,7 +356,7 @@ int main(int argc, char** argv) {
     }
     return commands.at(app.get_subcommands().front()->get_name())();
   } catch (const std::exception& error) {
-    fmt::print(std::cerr, "stereo_slam: {}\n", error.what());
+    fmt::print(stderr, "stereo_slam: {}\n", error.what());
     return kFailed;
   }
 }

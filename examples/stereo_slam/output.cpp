@@ -104,6 +104,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   if (!header.error.empty()) yaml << YAML::Key << "error" << YAML::Value << header.error;
   yaml << YAML::Key << "frames_processed" << YAML::Value << header.frames_processed;
   yaml << YAML::Key << "seconds" << YAML::Value << fmt::format("{:.3f}", header.seconds);
+  yaml << YAML::Key << "pose_frame" << YAML::Value << header.pose_frame;
   emit_dataset(yaml, sequence);
   emit_host(yaml);
   yaml << YAML::EndMap;

@@ -28,6 +28,7 @@ struct RunHeader {
   std::string error;  ///< empty unless failed
   std::size_t frames_processed = 0;
   double seconds = 0.0;
+  std::string pose_frame = "camera";  ///< whose poses the trajectories hold, or "body"
 };
 
 /// Creates the folder and removes the results of an earlier run from it. Throws std::runtime_error when that

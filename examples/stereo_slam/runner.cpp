@@ -31,11 +31,20 @@ double median(std::vector<double> values) {
 }
 
 /// Processes frames until the last one, a signal or an error; returns the error's text.
-std::string process_frames(const StereoSequence& sequence, std::size_t count, const RunOptions& options,
-                           Slam& slam, std::optional<Viewer>& viewer, RunRecord& record) {
+std::string process_frames(const StereoSequence& sequence, std::size_t count, const ImageSettings& images,
+                           const RunOptions& options, Slam& slam, std::optional<Viewer>& viewer,
+                           RunRecord& record) {
   try {
     Progress progress(options.quiet);
-    FrameReader reader([&](std::size_t i) { return load_frame(sequence, i); }, count);
+    FrameReader reader(
+        [&](std::size_t i) -> std::optional<StereoFrame> {
+          try {
+            return load_frame(sequence, i, images);
+          } catch (const EndOfRecording&) {
+            return std::nullopt;
+          }
+        },
+        count);
     while (const auto frame = reader.next(SignalGuard::stop_requested)) {
       const auto start = Clock::now();
       FrameResult result = slam.process(*frame);
@@ -55,13 +64,17 @@ std::string process_frames(const StereoSequence& sequence, std::size_t count, co
 }  // namespace
 
 RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
+  std::optional<Eigen::Isometry3d> T_body_camera;
+  if (options.pose_frame == PoseFrame::kBody) T_body_camera = require_body(sequence);
   if (options.threads) cv::setNumThreads(*options.threads);
   const std::size_t count =
       std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()));
   std::optional<Viewer> viewer;
   if (options.view) viewer.emplace();
+  const std::string pose_frame = T_body_camera ? "body" : "camera";
   prepare_output_folder(options.output);
-  write_run_yaml(options.output, {.state = "running", .error = "", .frames_processed = 0}, sequence,
+  write_run_yaml(options.output,
+                 {.state = "running", .error = "", .frames_processed = 0, .pose_frame = pose_frame}, sequence,
                  settings);
 
   const SignalGuard signals;
@@ -69,7 +82,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   Slam slam(sequence.camera, settings);
   RunRecord record;
   RunSummary summary;
-  summary.error = process_frames(sequence, count, options, slam, viewer, record);
+  summary.error = process_frames(sequence, count, settings.images, options, slam, viewer, record);
   summary.seconds = seconds_since(start);
   summary.interrupted = SignalGuard::stop_requested();
   summary.frames = record.results.size();
@@ -79,9 +92,11 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   record.trajectory.resize(record.results.size());
   record.map_points = slam.map_points();
   summary.landmarks = record.map_points.size();
+  if (T_body_camera) record = in_body_frame(std::move(record), *T_body_camera);
   write_results(options.output, record);
   const auto* state = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
-  write_run_yaml(options.output, {state, summary.error, summary.frames, summary.seconds}, sequence, settings);
+  write_run_yaml(options.output, {state, summary.error, summary.frames, summary.seconds, pose_frame},
+                 sequence, settings);
   return summary;
 }
 

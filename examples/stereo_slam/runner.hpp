@@ -7,6 +7,7 @@
 #include <string>
 
 #include "dataset/sequence.hpp"
+#include "pose_frame.hpp"
 #include "settings.hpp"
 
 namespace stereo_slam {
@@ -17,6 +18,7 @@ struct RunOptions {
   std::optional<int> threads;  ///< of OpenCV's pool; its own choice without
   bool quiet = false;
   bool view = false;
+  PoseFrame pose_frame = PoseFrame::kCamera;
 };
 
 /// How a run ended.
@@ -32,7 +34,7 @@ struct RunSummary {
 /// Feeds a recording to the SLAM and writes the results: images are read ahead on a thread of their own,
 /// SIGINT and SIGTERM end the run after the current frame. Whatever ends it, the frames finished until then
 /// are saved. The results do not depend on the number of threads. Throws std::runtime_error when there is no
-/// place to write to.
+/// place to write to, or no body whose poses are wanted.
 [[nodiscard]] RunSummary run(const StereoSequence& sequence, const Settings& settings,
                              const RunOptions& options);
 

@@ -18,6 +18,12 @@ std::vector<SettingsField> make_table() {
   SettingsGroup(table, "").add("seed", &Settings::seed, {0, std::numeric_limits<std::uint64_t>::max()}, "",
                                "of every random draw");
 
+  SettingsGroup(table, "images", &Settings::images)
+      .add("clahe", &ImageSettings::clahe, "equalise the contrast locally; for dark or unevenly lit images")
+      .add("clahe_clip_limit", &ImageSettings::clahe_clip_limit, {1.0, 100.0}, "",
+           "steepest slope of the grey-value curve")
+      .add("clahe_tiles", &ImageSettings::clahe_tiles, {1, 64}, "", "a side of the image");
+
   SettingsGroup(table, "features", &Settings::features)
       .add("count", &FeatureSettings::count, {50, 20000}, "", "ORB features an image")
       .add("levels", &FeatureSettings::levels, {1, 12}, "", "pyramid levels")

@@ -11,6 +11,13 @@
 /// key.
 namespace stereo_slam {
 
+/// Preparation of the images.
+struct ImageSettings {
+  bool clahe = false;             ///< equalise the contrast locally (CLAHE): dark rooms, back light
+  double clahe_clip_limit = 3.0;  ///< steepest slope of the grey-value curve
+  int clahe_tiles = 8;            ///< a side of the image
+};
+
 /// Corner detection and description.
 struct FeatureSettings {
   int count = 1000;           ///< ORB features an image
@@ -129,6 +136,7 @@ struct KeyframeSettings {
 struct Settings {
   std::string preset = "default";
   std::uint64_t seed = 1;
+  ImageSettings images;
   FeatureSettings features;
   StereoMatchingSettings stereo;
   RectificationSettings rectification;

@@ -11,7 +11,7 @@ TEST_CASE("A grey PNG comes back as it was written", "[image]") {
   const TemporaryFolder folder;
   const cv::Mat image = tiny_texture(97);
   cv::imwrite((folder / "a.png").string(), image);
-  const cv::Mat loaded = load_gray_png(folder / "a.png");
+  const cv::Mat loaded = load_gray_image(folder / "a.png");
   REQUIRE(loaded.type() == CV_8UC1);
   REQUIRE(loaded.size() == image.size());
   CHECK(cv::norm(loaded, image, cv::NORM_INF) == 0.0);
@@ -25,7 +25,7 @@ TEST_CASE("A colour PNG is recognised and converted to grey", "[image]") {
   const TemporaryFolder folder;
   cv::imwrite((folder / "a.png").string(), cv::Mat(10, 20, CV_8UC3, cv::Scalar(0, 255, 0)));
   CHECK(check_png(folder / "a.png").colour);
-  const cv::Mat loaded = load_gray_png(folder / "a.png");
+  const cv::Mat loaded = load_gray_image(folder / "a.png");
   REQUIRE(loaded.type() == CV_8UC1);
   CHECK(std::abs(loaded.at<std::uint8_t>(5, 5) - 150) <= 1);  // 0.587 * 255
 }
@@ -37,7 +37,7 @@ TEST_CASE("A PNG cut anywhere is called truncated", "[image]") {
     CAPTURE(share);
     fs::copy_file(folder / "a.png", folder / "b.png", fs::copy_options::overwrite_existing);
     truncate_file(folder / "b.png", share);
-    CHECK_THAT(message_of([&] { (void)load_gray_png(folder / "b.png"); }),
+    CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "b.png"); }),
                Catch::Contains("b.png: the PNG is truncated"));
   }
 }
@@ -48,7 +48,7 @@ TEST_CASE("A PNG with a flipped bit is called damaged", "[image]") {
   std::string bytes = read_text(folder / "a.png");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   write_text(folder / "a.png", bytes);
-  CHECK_THAT(message_of([&] { (void)load_gray_png(folder / "a.png"); }),
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "a.png"); }),
              Catch::Contains("damaged (checksum)"));
 }
 
@@ -56,11 +56,11 @@ TEST_CASE("What is no PNG at all is said to be so", "[image]") {
   const TemporaryFolder folder;
   write_text(folder / "text.png", "hello, I am not an image");
   write_text(folder / "empty.png", "");
-  CHECK_THAT(message_of([&] { (void)load_gray_png(folder / "text.png"); }),
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "text.png"); }),
              Catch::Contains("not a PNG image"));
-  CHECK_THAT(message_of([&] { (void)load_gray_png(folder / "empty.png"); }),
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "empty.png"); }),
              Catch::Contains("the file is empty"));
-  CHECK_THAT(message_of([&] { (void)load_gray_png(folder / "none.png"); }),
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "none.png"); }),
              Catch::Contains("none.png: missing"));
-  CHECK_THAT(message_of([&] { (void)load_gray_png(folder.path()); }), Catch::Contains("cannot be read"));
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder.path()); }), Catch::Contains("cannot be read"));
 }

@@ -85,9 +85,10 @@ TEST_CASE("A folder that is no recording is refused with what is expected", "[ki
              Catch::Contains("expected the KITTI layout (calib.txt, times.txt"));
   write_text(folder / "file", "");
   CHECK_THAT(error(folder / "file", "auto"), Catch::Contains("is not a folder"));
-  CHECK_THAT(error(folder.path(), "euroc"), Catch::Contains("EuRoC recordings are not supported yet"));
+  CHECK_THAT(error(folder.path(), "euroc"), Catch::Contains("has no cam0 and cam1; expected mav0/cam0"));
+  CHECK_THAT(error(folder.path(), "folders"), Catch::Contains("calibration.yaml: missing"));
   fs::create_directories(folder / "mav0/cam0");
-  CHECK_THAT(error(folder.path(), "auto"), Catch::Contains("EuRoC recordings are not supported yet"));
+  CHECK_THAT(error(folder.path(), "auto"), Catch::Contains("has no cam0 and cam1; expected mav0/cam0"));
 }
 
 TEST_CASE("A wrong calibration is refused", "[kitti]") {

@@ -128,6 +128,68 @@ inline void write_tiny_sequence(const fs::path& folder, int frames) {
   write_text(folder / "poses.txt", poses);
 }
 
+/// sensor.yaml of the tiny recording's cameras, at `x_m` in the body.
+inline std::string tiny_sensor(double x_m, const std::string& model = "radial-tangential",
+                               const std::string& coefficients = "0, 0, 0, 0") {
+  using Tiny = TinySequence;
+  return fmt::format(
+      "%YAML:1.0\nsensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, {}, 0, 1, 0, 0,\n"
+      "    0, 0, 1, 0, 0, 0, 0, 1]\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [200, 200, 160, "
+      "60]\n"
+      "distortion_model: {}\ndistortion_coefficients: [{}]\n",
+      x_m, Tiny::kWidth, Tiny::kHeight, model, coefficients);
+}
+
+inline std::string tiny_stamp(int index) {
+  return std::to_string(1'000'000'000'000'000'000 + 100'000'000LL * index);
+}
+
+/// Writes the tiny recording in EuRoC layout.
+inline void write_tiny_euroc(const fs::path& folder, int frames) {
+  write_tiny_sequence(folder / "kitti", frames);
+  std::string rows = "#timestamp [ns],filename\n";
+  std::string truth = "#timestamp,px,py,pz,qw,qx,qy,qz\n";
+  for (int i = 0; i < frames; ++i) {
+    rows += fmt::format("{0},{0}.png\r\n", tiny_stamp(i));
+    truth += fmt::format("{},{},0,0,1,0,0,0\n", tiny_stamp(i), 0.16 * i);
+  }
+  for (const int side : {0, 1}) {
+    const fs::path camera = folder / "mav0" / fmt::format("cam{}", side);
+    fs::create_directories(camera / "data");
+    write_text(camera / "data.csv", rows);
+    write_text(camera / "sensor.yaml", tiny_sensor(side * TinySequence::kBaseline_m));
+    for (int i = 0; i < frames; ++i) {
+      fs::rename(folder / "kitti" / fmt::format("image_{}", side) / frame_name(i),
+                 camera / "data" / (tiny_stamp(i) + ".png"));
+    }
+  }
+  fs::create_directories(folder / "mav0/state_groundtruth_estimate0");
+  write_text(folder / "mav0/state_groundtruth_estimate0/data.csv", truth);
+  fs::remove_all(folder / "kitti");
+}
+
+/// calibration.yaml of the tiny recording.
+inline std::string tiny_calibration(const std::string& more = "frame_rate_hz: 10\n") {
+  return "rectified: {fx: 200, fy: 200, cx: 160, cy: 60, baseline_m: 0.4}\n" + more;
+}
+
+/// Writes the tiny recording as two folders of images and a calibration.
+inline void write_tiny_folders(const fs::path& folder, int frames) {
+  write_tiny_sequence(folder, frames);
+  fs::rename(folder / "image_0", folder / "left");
+  fs::rename(folder / "image_1", folder / "right");
+  for (const auto* name : {"calib.txt", "times.txt", "poses.txt"}) fs::remove(folder / name);
+  write_text(folder / "calibration.yaml", tiny_calibration());
+}
+
+/// Replaces the first occurrence of a text in a file; it must be there.
+inline void replace_in(const fs::path& file, const std::string& what, const std::string& by) {
+  std::string text = read_text(file);
+  const auto at = text.find(what);
+  if (at == std::string::npos) throw std::logic_error(file.string() + " does not hold " + what);
+  write_text(file, text.replace(at, what.size(), by));
+}
+
 /// Cuts a file to a part of its length.
 inline void truncate_file(const fs::path& file, double share) {
   fs::resize_file(file, static_cast<std::uintmax_t>(static_cast<double>(fs::file_size(file)) * share));

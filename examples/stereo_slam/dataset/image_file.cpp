@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdint>
 #include <fstream>
 #include <stdexcept>
@@ -70,7 +71,7 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes) {
 }
 
 /// Walks the chunks: length (4), type (4), data, checksum of type and data (4).
-PngHeader check_chunks(const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
+ImageHeader check_chunks(const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
   constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
   constexpr std::size_t kOverhead = 12;
   constexpr std::size_t kHeaderSize = 13;
@@ -80,7 +81,7 @@ PngHeader check_chunks(const std::filesystem::path& file, std::span<const std::u
   if (!std::equal(kSignature.begin(), kSignature.end(), bytes.begin()))
     fail(file, "not a PNG image; convert it");
 
-  PngHeader header;
+  ImageHeader header;
   auto rest = bytes.subspan(kSignature.size());
   while (true) {
     if (rest.size() < kOverhead) fail(file, kTruncated);
@@ -101,16 +102,54 @@ PngHeader check_chunks(const std::filesystem::path& file, std::span<const std::u
   }
 }
 
-}  // namespace
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
 
-PngHeader check_png(const std::filesystem::path& file) { return check_chunks(file, read_bytes(file)); }
+/// A JPEG ends with the marker FF D9, perhaps padded; the decoder would fill up a shorter one with grey.
+void check_jpeg(const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kPadding = 1024;
+  if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != 0xD8) fail(file, "not a JPEG image; convert it");
+  const auto tail = bytes.last(std::min(bytes.size() - 2, kPadding));
+  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
+  if (std::search(tail.begin(), tail.end(), kEnd.begin(), kEnd.end()) == tail.end())
+    fail(file, "the JPEG is truncated; copy or download it again");
+}
 
-cv::Mat load_gray_png(const std::filesystem::path& file) {
+cv::Mat decode(const std::filesystem::path& file, int mode) {
   const Bytes bytes = read_bytes(file);
-  check_chunks(file, bytes);
-  cv::Mat image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
-  if (image.empty()) fail(file, "the PNG cannot be decoded; convert or download it again");
+  const std::string extension = lower_extension(file);
+  if (bytes.empty()) fail(file, "the file is empty; copy or download it again");
+  if (extension == ".png") check_chunks(file, bytes);
+  if (extension == ".jpg" || extension == ".jpeg") check_jpeg(file, bytes);
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, mode);
+  } catch (const cv::Exception&) {  // an image of a size beyond reason, say
+  }
+  if (image.empty()) fail(file, "the image cannot be decoded; convert or download it again");
   return image;
 }
+
+}  // namespace
+
+ImageHeader check_png(const std::filesystem::path& file) { return check_chunks(file, read_bytes(file)); }
+
+bool has_image_name(const std::filesystem::path& file) {
+  constexpr std::array<std::string_view, 7> kNames = {".png", ".jpg", ".jpeg", ".pgm",
+                                                      ".bmp", ".tif", ".tiff"};
+  return std::find(kNames.begin(), kNames.end(), lower_extension(file)) != kNames.end();
+}
+
+ImageHeader check_image(const std::filesystem::path& file) {
+  if (lower_extension(file) == ".png") return check_png(file);
+  const cv::Mat image = decode(file, cv::IMREAD_UNCHANGED);
+  return {image.cols, image.rows, image.channels() > 1};
+}
+
+cv::Mat load_gray_image(const std::filesystem::path& file) { return decode(file, cv::IMREAD_GRAYSCALE); }
 
 }  // namespace stereo_slam

@@ -124,19 +124,9 @@ std::size_t count_images(const fs::path& folder) {
   return count;
 }
 
-/// Runs one step of the scan; its failure becomes a problem.
-template <class Step>
-void attempt(std::vector<Problem>& problems, Problem::Severity severity, const Step& step) {
-  try {
-    step();
-  } catch (const std::exception& error) {
-    problems.push_back({severity, error.what()});
-  }
-}
-
 void read_first_image(StereoSequence& sequence) {
   const auto& file = sequence.frames.front().left;
-  const PngHeader header = check_png(file);
+  const ImageHeader header = check_png(file);
   auto& camera = sequence.camera;
   camera.width_px = header.width_px;
   camera.height_px = header.height_px;
@@ -158,6 +148,7 @@ void read_ground_truth(StereoSequence& sequence) {
                            sequence.frames.size()));
   }
   sequence.ground_truth = std::move(poses);
+  for (const auto& frame : sequence.frames) sequence.ground_truth_ns.push_back(frame.stamp_ns);
 }
 
 }  // namespace
@@ -175,6 +166,8 @@ SequenceScan scan_kitti(const fs::path& folder) {
   auto& problems = scan.problems;
   sequence.folder = folder;
   sequence.format = "kitti";
+  sequence.left_name = "image_0";
+  sequence.right_name = "image_1";
   constexpr auto kError = Problem::Severity::kError;
   constexpr auto kWarning = Problem::Severity::kWarning;
 

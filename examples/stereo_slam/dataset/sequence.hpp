@@ -4,6 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,26 +15,38 @@
 #include <Eigen/Geometry>
 
 #include "camera/stereo_camera.hpp"
+#include "dataset/rectifier.hpp"
+#include "dataset/video.hpp"
+#include "settings.hpp"
 #include "types.hpp"
 
 /// A recording as plain data: which files make up which frame, and how the camera sees. A new dataset format
 /// is one function that fills a SequenceScan, and one line in scan_sequence.
 namespace stereo_slam {
 
-/// Files of one stereo frame.
+/// Files of one stereo frame; of a video, the two files it is in.
 struct StereoFiles {
   std::int64_t stamp_ns = 0;
   std::filesystem::path left;
   std::filesystem::path right;
 };
 
-/// Rectified stereo recording.
+/// Stereo recording whose frames come out rectified.
 struct StereoSequence {
   std::filesystem::path folder;
-  std::string format;                           ///< "kitti"
-  StereoCamera camera;                          ///< of every frame, image size included
-  std::vector<StereoFiles> frames;              ///< stamps increase
-  std::vector<Eigen::Isometry3d> ground_truth;  ///< T_world_camera of every frame, or empty
+  std::string format;              ///< "kitti", "euroc", "folders" or "video"
+  std::string left_name = "left";  ///< what messages call the images of a camera
+  std::string right_name = "right";
+  StereoCamera camera;              ///< of every frame, image size included
+  std::vector<StereoFiles> frames;  ///< stamps increase
+
+  std::shared_ptr<const Rectifier> rectifier;      ///< null when the images are rectified already
+  std::string lenses;                              ///< distortion model before rectification, or empty
+  std::shared_ptr<VideoPair> video;                ///< null when every frame has its own files
+  std::optional<Eigen::Isometry3d> T_body_camera;  ///< of the rectified left camera, where it is known
+
+  std::vector<Eigen::Isometry3d> ground_truth;  ///< T_world_camera, or empty
+  std::vector<std::int64_t> ground_truth_ns;    ///< its stamps; with KITTI those of the frames
 };
 
 /// Something wrong with a recording: what, where, what to do. Errors make it unusable as a whole.
@@ -50,18 +66,31 @@ struct SequenceScan {
   std::vector<Problem> problems;
 };
 
-/// Looks at everything but the images (of which it opens the first). `format`: kitti, euroc or auto.
+/// A video ended a little before the frame that its header promised.
+struct EndOfRecording : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Looks at everything but the images (of which it opens the first). `format`: kitti, euroc, folders, video
+/// or auto.
 [[nodiscard]] SequenceScan scan_sequence(const std::filesystem::path& folder, std::string_view format);
 
 /// The sequence of scan_sequence, or std::runtime_error with the first of its errors.
 [[nodiscard]] StereoSequence open_sequence(const std::filesystem::path& folder, std::string_view format);
 
+/// Runs one step of a scan; what it throws becomes a problem.
+void attempt(std::vector<Problem>& problems, Problem::Severity severity, const std::function<void()>& step);
+
 /// That an image has another size than the sequence's camera.
 [[nodiscard]] Problem wrong_size(const std::filesystem::path& file, int width_px, int height_px,
                                  const StereoCamera& camera);
 
-/// Reads a frame. Throws std::runtime_error naming the file when an image is missing, damaged or of another
-/// size.
-[[nodiscard]] StereoFrame load_frame(const StereoSequence& sequence, std::size_t index);
+/// Takes size, lenses and rectification from a rig. Throws std::runtime_error as Rectifier does.
+void set_rig(StereoSequence& sequence, const StereoRig& rig);
+
+/// Reads a frame, rectifies it and prepares it as `settings` say. Throws std::runtime_error naming the file
+/// when an image is missing, damaged or of another size, and EndOfRecording at the early end of a video.
+[[nodiscard]] StereoFrame load_frame(const StereoSequence& sequence, std::size_t index,
+                                     const ImageSettings& settings = {});
 
 }  // namespace stereo_slam

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include <fmt/format.h>
 #include <opencv2/features2d.hpp>
+#include <opencv2/video/tracking.hpp>
 
 namespace stereo_slam {
 namespace {
@@ -14,6 +16,23 @@ struct Offset {
   double disparity_px;
   double rows_px;
 };
+
+/// Corners are found in whole pixels; aligning the patches around them measures a fraction of one. Where that
+/// goes astray the corner stays.
+std::vector<cv::Point2f> align(const StereoFrame& frame, const std::vector<cv::Point2f>& left_px,
+                               const std::vector<cv::Point2f>& right_px) {
+  constexpr double kMaxShift_px = 2.0;
+  const cv::Size window(15, 15);
+  auto aligned_px = right_px;
+  std::vector<std::uint8_t> found;
+  cv::calcOpticalFlowPyrLK(frame.left, frame.right, left_px, aligned_px, found, cv::noArray(), window,
+                           /*maxLevel=*/0, {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01},
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
+  for (std::size_t i = 0; i < aligned_px.size(); ++i) {
+    if (found[i] == 0 || cv::norm(aligned_px[i] - right_px[i]) > kMaxShift_px) aligned_px[i] = right_px[i];
+  }
+  return aligned_px;
+}
 
 /// Offsets between mutually nearest ORB features of the two images.
 void append_offsets(const StereoFrame& frame, std::vector<Offset>& offsets) {
@@ -31,10 +50,17 @@ void append_offsets(const StereoFrame& frame, std::vector<Offset>& offsets) {
 
   std::vector<cv::DMatch> matches;
   cv::BFMatcher(cv::NORM_HAMMING, /*crossCheck=*/true).match(left_descriptors, right_descriptors, matches);
+  std::vector<cv::Point2f> left_px;
+  std::vector<cv::Point2f> right_px;
   for (const auto& match : matches) {
     if (match.distance > kMaxHamming) continue;
-    const cv::Point2f difference = left_points[static_cast<std::size_t>(match.queryIdx)].pt -
-                                   right_points[static_cast<std::size_t>(match.trainIdx)].pt;
+    left_px.push_back(left_points[static_cast<std::size_t>(match.queryIdx)].pt);
+    right_px.push_back(right_points[static_cast<std::size_t>(match.trainIdx)].pt);
+  }
+  if (left_px.empty()) return;
+  const auto aligned_px = align(frame, left_px, right_px);
+  for (std::size_t i = 0; i < left_px.size(); ++i) {
+    const cv::Point2f difference = left_px[i] - aligned_px[i];
     offsets.push_back({static_cast<double>(difference.x), static_cast<double>(difference.y)});
   }
 }
@@ -50,6 +76,13 @@ double median(const std::vector<Offset>& offsets, const Value& value) {
 
 }  // namespace
 
+std::vector<std::size_t> spread(std::size_t frames, std::size_t count) {
+  std::vector<std::size_t> indices;
+  for (std::size_t k = 0; k < std::min(count, frames); ++k)
+    indices.push_back(k * frames / std::min(count, frames));
+  return indices;
+}
+
 StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
   std::vector<Offset> offsets;
   for (const auto& frame : frames) append_offsets(frame, offsets);
@@ -64,23 +97,27 @@ StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
           .negative_share = beyond == 0 ? 0.0 : static_cast<double>(negative) / static_cast<double>(beyond)};
 }
 
-std::vector<Problem> problems_of(const StereoAgreement& agreement, const std::filesystem::path& folder) {
+std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoSequence& sequence) {
   // A point in front of the cameras lies further left in the right image.
   constexpr double kMaxNegativeShare = 0.8;
   constexpr double kMaxRowOffset_px = 1.0;
   if (!agreement.conclusive()) return {};
   if (agreement.negative_share > kMaxNegativeShare) {
-    return {{Problem::Severity::kError, fmt::format("{}: {:.0f} % of the disparities are negative, image_0 "
-                                                    "and image_1 look swapped; image_0 must hold "
-                                                    "the left camera",
-                                                    folder.string(), 100.0 * agreement.negative_share)}};
+    return {
+        {Problem::Severity::kError,
+         fmt::format("{}: {:.0f} % of the disparities are negative, {} and {} look swapped; {} must hold the "
+                     "left camera",
+                     sequence.folder.string(), 100.0 * agreement.negative_share, sequence.left_name,
+                     sequence.right_name, sequence.left_name)}};
   }
   if (agreement.row_offset_px > kMaxRowOffset_px) {
-    return {{Problem::Severity::kWarning,
-             fmt::format("{}: matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); "
-                         "rectify the images, "
-                         "or check that they are stamped and paired right",
-                         folder.string(), agreement.row_offset_px, kMaxRowOffset_px)}};
+    const auto* advice =
+        sequence.rectifier ? "the calibration is of another camera or has changed, or images are paired wrong"
+                           : "rectify the images, or check that they are stamped and paired right";
+    return {
+        {Problem::Severity::kWarning,
+         fmt::format("{}: matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); {}",
+                     sequence.folder.string(), agreement.row_offset_px, kMaxRowOffset_px, advice)}};
   }
   return {};
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <vector>
 
 #include "dataset/sequence.hpp"
@@ -13,7 +12,7 @@ namespace stereo_slam {
 /// How well pairs of images agree with being the left and right view of a rectified camera.
 struct StereoAgreement {
   std::size_t matches = 0;
-  double row_offset_px = 0.0;        ///< median of |v_left - v_right|: the rectification error
+  double row_offset_px = 0.0;  ///< median of |v_left - v_right|: the rectification error and 0.1 px of noise
   double median_disparity_px = 0.0;  ///< of u_left - u_right
   double negative_share = 0.0;       ///< of the disparities beyond +-1 px, how many are negative
 
@@ -22,11 +21,15 @@ struct StereoAgreement {
   [[nodiscard]] bool conclusive() const { return matches >= kEnoughMatches; }
 };
 
-/// Matches ORB features between the two images of each frame, without assuming rectification.
+/// Up to `count` indices spread over a sequence, the first one included.
+[[nodiscard]] std::vector<std::size_t> spread(std::size_t frames, std::size_t count);
+
+/// Matches ORB features between the two images of each frame, without assuming rectification, to a fraction
+/// of a pixel.
 [[nodiscard]] StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames);
 
 /// What the agreement says against the recording: swapped cameras (an error), no rectification (a warning).
 [[nodiscard]] std::vector<Problem> problems_of(const StereoAgreement& agreement,
-                                               const std::filesystem::path& folder);
+                                               const StereoSequence& sequence);
 
 }  // namespace stereo_slam

@@ -16,6 +16,8 @@
 #include <fmt/ostream.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "euroc_writer.hpp"
+#include "lens_view.hpp"
 #include "random.hpp"
 #include "renderer.hpp"
 #include "text_file.hpp"
@@ -40,7 +42,11 @@ void validate(const SimulationSettings& settings) {
   require(settings.threads >= 0, "threads must not be negative", settings.threads);
   const int samples = settings.samples_per_pixel;
   require(samples == 4 || samples == 8 || samples == 16, "samples_per_pixel must be 4, 8 or 16", samples);
-  validate(settings.camera);
+  if (settings.rig) {
+    if (!settings.rig->T_body_left) throw std::invalid_argument("rig: T_body_left is missing");
+  } else {
+    validate(settings.camera);
+  }
   validate(settings.sensor);
 }
 
@@ -76,44 +82,112 @@ fs::path make_image_folder(const fs::path& folder) {
   return folder;
 }
 
-void write_image(const cv::Mat1b& image, const fs::path& folder, std::size_t frame) {
-  const fs::path file = folder / fmt::format("{:06}.png", frame);
+void write_image(const cv::Mat1b& image, const fs::path& file) {
   if (!cv::imwrite(file.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
     throw std::runtime_error(file.string() + ": cannot be written; check permissions and free space");
   }
 }
 
-using Folders = std::array<fs::path, 2>;  ///< of the left and the right images
+/// Where everything of a recording goes.
+class Layout {
+ public:
+  /// Creates the folders of the images.
+  Layout(const SimulationSettings& settings, const fs::path& output) : settings_(settings), root_(output) {
+    if (settings.rig) root_ /= "mav0";
+    images_ = settings.rig
+                  ? std::array{make_image_folder(root_ / "cam0/data"), make_image_folder(root_ / "cam1/data")}
+                  : std::array{make_image_folder(root_ / "image_0"), make_image_folder(root_ / "image_1")};
+  }
+
+  [[nodiscard]] fs::path image(std::size_t side, std::size_t frame) const {
+    return images_[side] / (settings_.rig ? fmt::format("{}.png", euroc_stamp_ns(frame, settings_.fps))
+                                          : fmt::format("{:06}.png", frame));
+  }
+
+  void write_cameras() const {
+    if (!settings_.rig) {
+      write_file(root_ / "calib.txt", [&](std::ostream& stream) { write_calibration(stream, settings_); });
+      return;
+    }
+    const StereoRig& rig = *settings_.rig;
+    const Eigen::Isometry3d T_body_right = *rig.T_body_left * rig.T_right_left.inverse();
+    write_file(root_ / "cam0/sensor.yaml", [&](std::ostream& stream) {
+      write_euroc_sensor(stream, rig.left, *rig.T_body_left, settings_.fps);
+    });
+    write_file(root_ / "cam1/sensor.yaml", [&](std::ostream& stream) {
+      write_euroc_sensor(stream, rig.right, T_body_right, settings_.fps);
+    });
+  }
+
+  void write_times_and_poses(const CameraPath& path) const {
+    if (!settings_.rig) {
+      write_file(root_ / "times.txt",
+                 [&](std::ostream& stream) { write_times(stream, path.size(), settings_.fps); });
+      write_file(root_ / "poses.txt", [&](std::ostream& stream) { write_poses(stream, path); });
+      return;
+    }
+    for (const auto* camera : {"cam0", "cam1"}) {
+      write_file(root_ / camera / "data.csv",
+                 [&](std::ostream& stream) { write_euroc_rows(stream, path.size(), settings_.fps); });
+    }
+    fs::create_directories(root_ / "state_groundtruth_estimate0");
+    write_file(root_ / "state_groundtruth_estimate0/data.csv", [&](std::ostream& stream) {
+      write_euroc_truth(stream, path, *settings_.rig->T_body_left, settings_.fps);
+    });
+  }
+
+ private:
+  const SimulationSettings& settings_;
+  fs::path root_;
+  std::array<fs::path, 2> images_;
+};
+
+/// The lenses of a rig: none with rectified images.
+std::vector<LensView> lens_views(const SimulationSettings& settings) {
+  std::vector<LensView> views;
+  if (settings.rig) {
+    views.emplace_back(settings.rig->left);
+    views.emplace_back(settings.rig->right);
+  }
+  return views;
+}
 
 /// Renders and writes stereo pairs; one for each thread.
 class Camera {
  public:
   Camera(const SimulationSettings& settings, const World& world, const Traffic& traffic,
-         const Folders& folders)
-      : settings_(settings),
-        traffic_(traffic),
-        folders_(folders),
-        renderer_(world.scene(), settings.camera, settings.samples_per_pixel) {}
+         const std::vector<LensView>& lenses, const Layout& layout)
+      : settings_(settings), traffic_(traffic), lenses_(lenses), layout_(layout) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      renderers_.emplace_back(world.scene(), lenses.empty() ? settings.camera : lenses[side].pinhole(),
+                              settings.samples_per_pixel);
+    }
+  }
 
   void shoot(std::size_t frame, const Eigen::Isometry3d& T_world_left) {
     const double time_s = static_cast<double>(frame) / settings_.fps;
     const auto moving = traffic_.at(frame);
-    for (int side = 0; side < 2; ++side) {
-      const Eigen::Isometry3d T_world_camera =
-          T_world_left * Eigen::Translation3d(side * settings_.baseline_m, 0.0, 0.0);
-      const cv::Mat1f light = renderer_.render(T_world_camera, moving);
-      const double gain = exposure_gain(settings_.sensor, settings_.seed, time_s, side);
-      Random random(settings_.seed, 1000 + 2 * frame + static_cast<std::size_t>(side));
-      write_image(expose(light, settings_.sensor, gain, random.bits()),
-                  folders_[static_cast<std::size_t>(side)], frame);
+    for (std::size_t side = 0; side < 2; ++side) {
+      cv::Mat1f light = renderers_[side].render(T_world_left * T_left_camera(side), moving);
+      if (!lenses_.empty()) light = lenses_[side].through(light);
+      const double gain = exposure_gain(settings_.sensor, settings_.seed, time_s, static_cast<int>(side));
+      Random random(settings_.seed, 1000 + 2 * frame + side);
+      write_image(expose(light, settings_.sensor, gain, random.bits()), layout_.image(side, frame));
     }
   }
 
  private:
+  [[nodiscard]] Eigen::Isometry3d T_left_camera(std::size_t side) const {
+    if (side == 0) return Eigen::Isometry3d::Identity();
+    if (settings_.rig) return settings_.rig->T_right_left.inverse();
+    return Eigen::Isometry3d(Eigen::Translation3d(settings_.baseline_m, 0.0, 0.0));
+  }
+
   const SimulationSettings& settings_;
   const Traffic& traffic_;
-  const Folders& folders_;
-  Renderer renderer_;
+  const std::vector<LensView>& lenses_;
+  const Layout& layout_;
+  std::vector<Renderer> renderers_;
 };
 
 }  // namespace
@@ -137,14 +211,10 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
                            .street = {}});
   const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
 
-  const std::array folders{make_image_folder(output / "image_0"), make_image_folder(output / "image_1")};
-  write_file(output / "calib.txt", [&](std::ostream& stream) { write_calibration(stream, settings); });
-  const auto write_times_and_poses = [&] {
-    write_file(output / "times.txt",
-               [&](std::ostream& stream) { write_times(stream, path.size(), settings.fps); });
-    write_file(output / "poses.txt", [&](std::ostream& stream) { write_poses(stream, path); });
-  };
-  write_times_and_poses();
+  const std::vector<LensView> lenses = lens_views(settings);
+  const Layout layout(settings, output);
+  layout.write_cameras();
+  layout.write_times_and_poses(path);
 
   // Each worker renders and writes whole frames, so that one writes while another renders.
   std::atomic<std::size_t> next_frame = 0;
@@ -153,7 +223,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
   std::exception_ptr failure;
   const auto work = [&] {
     try {
-      Camera camera(settings, world, traffic, folders);
+      Camera camera(settings, world, traffic, lenses, layout);
       for (std::size_t frame = next_frame++; frame < path.size(); frame = next_frame++) {
         camera.shoot(frame, path[frame]);
         const std::lock_guard lock(mutex);
@@ -176,7 +246,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
   if (failure) std::rethrow_exception(failure);
   if (done == path.size()) return;
   path.resize(done);  // frames are begun in order and all that were begun are finished
-  write_times_and_poses();
+  layout.write_times_and_poses(path);
 }
 
 }  // namespace stereo_slam::simulate

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 
 #include "camera_path.hpp"
+#include "dataset/stereo_rig.hpp"
 #include "projection.hpp"
 #include "sensor.hpp"
 
-/// Renders a street world as a KITTI odometry sequence with exact ground truth.
+/// Renders a street world as a KITTI odometry or EuRoC sequence with exact ground truth.
 namespace stereo_slam::simulate {
 
 struct SimulationSettings {
@@ -24,6 +26,9 @@ struct SimulationSettings {
   double camera_height_m = 1.65;                                          ///< above the road, > 0
   int samples_per_pixel = 8;   ///< of the edges of things: 4, 8 or 16
   int texture_size_px = 1024;  ///< side of the large textures, a power of two >= 64
+  /// Raw images of these cameras in EuRoC's layout, instead of rectified ones of `camera` and `baseline_m` in
+  /// KITTI's; the path is that of the left one. T_body_left is required.
+  std::optional<StereoRig> rig;
   SensorSettings sensor;
   LoopSettings loop;
   int threads = 0;  ///< 0 is one a processor; the images do not depend on it
@@ -36,10 +41,10 @@ struct SimulationSettings {
 using Progress = std::function<bool(int done, int total)>;
 
 /// Writes calib.txt (P0 .. P3), times.txt, poses.txt and image_0, image_1/%06d.png into `output`, which is
-/// created when missing: the text files first, then each pair of images as soon as it is rendered. Throws
-/// std::invalid_argument for settings out of range and std::runtime_error for a trajectory that cannot be
-/// read, both before anything is written, and std::runtime_error for files that cannot be written and for
-/// folders that hold images already.
+/// created when missing, or with a rig mav0 with cam0, cam1 and state_groundtruth_estimate0: the text files
+/// first, then each pair of images as soon as it is rendered. Throws std::invalid_argument for settings out
+/// of range and std::runtime_error for a trajectory that cannot be read, both before anything is written, and
+/// std::runtime_error for files that cannot be written and for folders that hold images already.
 void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
               const Progress& progress = nullptr);
 

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "dataset/video.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& file, const std::string& what) {
+  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
+}
+
+cv::VideoCapture open(const fs::path& file) {
+  if (!fs::exists(file)) fail(file, "missing; check the path in the calibration file");
+  if (!fs::is_regular_file(file)) fail(file, "is not a video file");
+  for (const int backend : {cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG}) {
+    cv::VideoCapture video;
+    try {
+      if (video.open(file.string(), backend) && video.isOpened()) return video;
+    } catch (const cv::Exception&) {  // this backend cannot; the next one may
+    }
+  }
+  fail(file, "cannot be opened as a video; convert it (MP4 with H.264 or AVI with MJPEG are safe)");
+}
+
+}  // namespace
+
+struct VideoPair::Decoder {
+  fs::path file;
+  cv::VideoCapture video;
+  std::size_t next = 0;
+
+  explicit Decoder(const fs::path& path) : file(path), video(open(path)) {}
+
+  /// From the header; where it does not say, by going through the file.
+  std::size_t count_frames() {
+    const double stated = video.get(cv::CAP_PROP_FRAME_COUNT);
+    if (stated >= 1.0 && stated < 1e9) return static_cast<std::size_t>(std::llround(stated));
+    while (video.grab()) ++next;
+    const std::size_t count = next;
+    rewind();
+    return count;
+  }
+
+  void rewind() {
+    video = open(file);
+    next = 0;
+  }
+
+  std::optional<cv::Mat> read(std::size_t index) {
+    if (index < next) rewind();
+    for (; next <= index; ++next) {
+      if (!video.grab()) return std::nullopt;
+    }
+    cv::Mat image;
+    if (!video.retrieve(image) || image.empty()) fail(file, fmt::format("frame {} cannot be decoded", index));
+    if (image.depth() != CV_8U) image.convertTo(image, CV_8U, image.depth() == CV_16U ? 1.0 / 256.0 : 1.0);
+    if (image.channels() == 1) return image.clone();
+    cv::Mat grey;
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+    return grey;
+  }
+};
+
+VideoPair::VideoPair(const fs::path& left, const fs::path& right)
+    : left_(std::make_unique<Decoder>(left)), right_(std::make_unique<Decoder>(right)) {
+  frames_of_each_ = {left_->count_frames(), right_->count_frames()};
+  frames_ = std::min(frames_of_each_.first, frames_of_each_.second);
+  const double rate_hz = left_->video.get(cv::CAP_PROP_FPS);
+  rate_hz_ = std::isfinite(rate_hz) && rate_hz > 0.0 && rate_hz < 1e5 ? rate_hz : 0.0;
+}
+
+VideoPair::~VideoPair() = default;
+
+std::optional<std::pair<cv::Mat, cv::Mat>> VideoPair::read(std::size_t index) {
+  const std::lock_guard lock(mutex_);
+  std::array<cv::Mat, 2> images;
+  const std::array decoders{left_.get(), right_.get()};
+  for (std::size_t side = 0; side < 2; ++side) {
+    auto image = decoders[side]->read(index);
+    if (!image) {
+      constexpr std::size_t kSlack = 5;
+      const bool nearly_done = index > 0 && index + std::max(kSlack, frames_ / 50) >= frames_;
+      if (nearly_done) return std::nullopt;
+      fail(decoders[side]->file,
+           fmt::format("ends at frame {} of {}; the video is truncated or damaged", index, frames_));
+    }
+    images[side] = std::move(*image);
+  }
+  return std::pair{images[0], images[1]};
+}
+
+}  // namespace stereo_slam
