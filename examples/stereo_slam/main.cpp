@@ -65,7 +65,7 @@ Command add_run(CLI::App& parent) {
     std::string format = "auto";
     std::optional<fs::path> config;
     std::optional<std::string> preset;
-    bool no_loop_closure = false;
+    std::optional<bool> loop_closure;
     RunOptions options;
   };
   auto args = std::make_shared<Arguments>();
@@ -80,7 +80,8 @@ Command add_run(CLI::App& parent) {
   app.add_option("--max-frames", args->options.max_frames, "stop after N frames")
       ->check(CLI::PositiveNumber)
       ->type_name("N");
-  app.add_flag("--no-loop-closure", args->no_loop_closure, "close no loops (this version never does)");
+  app.add_flag("--loop-closure,!--no-loop-closure", args->loop_closure,
+               "recognise places seen before and correct the drift, or not; default: as the settings say");
   app.add_option("--threads", args->options.threads,
                  "threads for image processing; the results do not depend on it")
       ->check(CLI::Range(1, 1024))
@@ -88,8 +89,9 @@ Command add_run(CLI::App& parent) {
   app.add_flag("--view", args->options.view, "show the images with the map's points while running");
   app.add_flag("--quiet", args->options.quiet, "print errors only");
   return [args] {
-    const Settings settings = args->config ? load_settings(*args->config, args->preset)
-                                           : preset_settings(args->preset.value_or("default"));
+    Settings settings = args->config ? load_settings(*args->config, args->preset)
+                                     : preset_settings(args->preset.value_or("default"));
+    if (args->loop_closure) settings.loop_closure.enabled = *args->loop_closure;
     const StereoSequence sequence = open_sequence(args->dataset, args->format);
     check_before_run(sequence, args->options.quiet);
     const RunSummary summary = run(sequence, settings, args->options);
