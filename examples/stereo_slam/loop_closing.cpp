@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
-#include <numeric>
 #include <utility>
 
 #include "loop_verification.hpp"
 #include "place_recognition.hpp"
 #include "pose_graph.hpp"
+#include "update.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -17,6 +17,9 @@ namespace {
 /// Loops at consecutive keyframes say nearly the same: the first of a row is worth an optimisation, then
 /// every so many.
 constexpr std::size_t kLoopsPerOptimization = 5;
+
+/// Keyframes whose marginal covariance is computed after an optimisation: it takes milliseconds for each.
+constexpr std::size_t kMarginals = 64;
 
 /// The work on keyframes, in their order.
 class LoopSearch {
@@ -45,15 +48,7 @@ class LoopSearch {
     if (waiting_loops_ == 0) return std::nullopt;
     waiting_loops_ = 0;
     graph_.poses = optimize(graph_, settings_.pose_graph).poses;
-    std::vector<std::size_t> all(graph_.poses.size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    const auto covariances = marginal_covariances(graph_, all, settings_.pose_graph);
-    LoopCorrection correction;
-    for (const std::size_t id : all) {
-      correction.T_world_keyframe.push_back(
-          {graph_.poses[id],
-           covariances.empty() ? keyframes_[id].T_world_keyframe.covariance : covariances[id]});
-    }
+    LoopCorrection correction{with_covariances(graph_.poses)};
     keyframes_.correct(correction.T_world_keyframe);
     return correction;
   }
@@ -69,6 +64,31 @@ class LoopSearch {
     if (keyframe.id > 0) {
       graph_.odometry.push_back({keyframe.id - 1, keyframe.id, keyframe.T_previous_keyframe});
     }
+  }
+
+  /// Poses with their covariances: marginal ones for some keyframes, for those between them composed from the
+  /// one before, which makes them a little too large.
+  [[nodiscard]] std::vector<PoseEstimate> with_covariances(const std::vector<Pose>& poses) const {
+    const std::size_t stride = 1 + (poses.size() - 1) / kMarginals;
+    std::vector<std::size_t> chosen;
+    for (std::size_t id = 0; id < poses.size(); id += stride) chosen.push_back(id);
+    if (chosen.back() + 1 < poses.size()) chosen.push_back(poses.size() - 1);
+    const auto marginals = marginal_covariances(graph_, chosen, settings_.pose_graph);
+    std::vector<PoseEstimate> result;
+    for (std::size_t id = 0; id < poses.size(); ++id) {
+      const auto at = std::lower_bound(chosen.begin(), chosen.end(), id);
+      if (*at == id && !marginals.empty()) {
+        result.push_back({poses[id], marginals[static_cast<std::size_t>(at - chosen.begin())]});
+      } else if (id == 0) {
+        result.push_back({poses[0], Matrix6<double>::Zero()});
+      } else {
+        const Pose T_previous_keyframe = poses[id - 1].inverse() * poses[id];
+        result.push_back(
+            compose(result.back(), {T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance}));
+        result.back().pose = poses[id];
+      }
+    }
+    return result;
   }
 
   /// How many keyframes, from the first, are old enough to be a place seen again.

@@ -55,6 +55,7 @@ class Problem {
  public:
   explicit Problem(const PoseGraph& graph) : problem_(options()) {
     for (const auto& pose : graph.poses) blocks_.push_back(pose.coeffs());
+    has_edge_.assign(blocks_.size(), false);
     for (auto& block : blocks_) problem_.AddParameterBlock(block.data(), 8, &manifold_);
     if (!blocks_.empty()) problem_.SetParameterBlockConstant(blocks_.front().data());
     for (const auto& edge : graph.odometry) add(edge, nullptr);
@@ -88,6 +89,8 @@ class Problem {
 
   [[nodiscard]] ceres::Problem& ceres() { return problem_; }
   [[nodiscard]] const double* block(std::size_t node) const { return blocks_[node].data(); }
+  /// Ceres leaves blocks without residuals out, and takes their covariance for zero.
+  [[nodiscard]] bool constrained(std::size_t node) const { return node == 0 || has_edge_[node]; }
 
  private:
   [[nodiscard]] static ceres::Problem::Options options() {
@@ -99,12 +102,14 @@ class Problem {
 
   ceres::ResidualBlockId add(const PoseGraphEdge& edge, ceres::LossFunction* loss) {
     check_edge(edge, blocks_.size());
+    has_edge_[edge.from] = has_edge_[edge.to] = true;
     return problem_.AddResidualBlock(new RelativePoseCost(edge.T_from_to.pose, edge.T_from_to.covariance),
                                      loss, blocks_[edge.from].data(), blocks_[edge.to].data());
   }
 
   PoseManifold manifold_;
   std::vector<antipode::Vector8<double>> blocks_;
+  std::vector<bool> has_edge_;
   std::vector<std::unique_ptr<ceres::LossFunctionWrapper>> losses_;
   std::vector<ceres::ResidualBlockId> loops_;
   ceres::Problem problem_;  // last, as it uses all of them to its end
@@ -171,7 +176,11 @@ class Marginals {
     problem_.set_loop_scale(settings.loop_scale);
     std::vector<std::pair<const double*, const double*>> blocks;
     for (const auto& [a, b] : pairs) blocks.emplace_back(problem_.block(a), problem_.block(b));
-    exists_ = covariance_.Compute(blocks, &problem_.ceres());
+    exists_ = std::all_of(pairs.begin(), pairs.end(),
+                          [&](const auto& pair) {
+                            return problem_.constrained(pair.first) && problem_.constrained(pair.second);
+                          }) &&
+              covariance_.Compute(blocks, &problem_.ceres());
   }
 
   [[nodiscard]] bool exists() const { return exists_; }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include <Eigen/Cholesky>
@@ -52,8 +53,10 @@ class Town {
 
   [[nodiscard]] const std::vector<Pose>& truth() const { return truth_; }
 
-  /// What the camera at a pose sees, with noise.
-  [[nodiscard]] std::vector<KeyframePoint> view(const Pose& T_world_camera) {
+  /// What keyframe `k` sees from the pose of keyframe `from`, with noise of its own.
+  [[nodiscard]] std::vector<KeyframePoint> view(std::size_t k, std::size_t from) {
+    random_.seed(kSeed + 1000 + k);
+    const Pose& T_world_camera = truth_[from];
     std::vector<KeyframePoint> points;
     for (const auto& corner : corners_) {
       const Vector3<double> p = T_world_camera.inverse() * corner.position;
@@ -71,7 +74,7 @@ class Town {
   [[nodiscard]] PoseEstimate odometry(std::size_t k) {
     std::normal_distribution<double> normal;
     Vector6<double> sigma;
-    sigma << 0.002, 0.003, 0.002, 0.01, 0.01, 0.02;
+    sigma << 0.003, 0.006, 0.003, 0.01, 0.01, 0.02;
     const Vector6<double> e = Vector6<double>::NullaryExpr([&] { return normal(odometry_random_); });
     return {(truth_[k - 1].inverse() * truth_[k]).boxplus(sigma.cwiseProduct(e)),
             sigma.cwiseAbs2().asDiagonal()};
@@ -105,11 +108,11 @@ struct Outcome {
   std::vector<LoopEvent> events;
 };
 
-/// Keyframe from which keyframe k is seen: itself, or another to deceive.
-using Deception = std::function<std::size_t(std::size_t)>;
+/// Keyframe from whose place keyframe k sees: its own, another to deceive, or none to see nothing.
+using Eyes = std::function<std::optional<std::size_t>(std::size_t)>;
 
 Outcome drive(
-    LoopThread thread, const Deception& seen_from = [](std::size_t k) { return k; }) {
+    LoopThread thread, const Eyes& eyes = [](std::size_t k) { return k; }) {
   Settings settings;
   settings.place_recognition.min_gap_frames = 30 * kFramesApart;
   Town town;
@@ -132,7 +135,7 @@ Outcome drive(
     const std::size_t k = frame / kFramesApart;
     Keyframe keyframe;
     keyframe.frame = frame;
-    keyframe.points = town.view(town.truth()[seen_from(k)]);
+    if (const auto from = eyes(k)) keyframe.points = town.view(k, *from);
     if (k > 0) keyframe.T_previous_keyframe = town.odometry(k);
     steps.push_back(keyframe.T_previous_keyframe);
     outcome.open.push_back(k == 0 ? PoseEstimate{} : compose(outcome.open.back(), steps.back()));
@@ -173,7 +176,7 @@ TEST_CASE("Every keyframe of a second lap finds its place, and the lap's drift g
     CAPTURE(event.frame, event.old_frame, event.chi2);
     CHECK(event.accepted);
     CHECK(std::abs(static_cast<double>(event.frame) -
-                   static_cast<double>(event.old_frame + kLap * kFramesApart)) <= 5.0 * kFramesApart);
+                   static_cast<double>(event.old_frame + kLap * kFramesApart)) <= 12.0 * kFramesApart);
   }
   CHECK(3.0 * ate_m(outcome.closed) < ate_m(outcome.open));
   CHECK(outcome.closed.back().covariance.trace() < outcome.open.back().covariance.trace());
@@ -202,8 +205,11 @@ TEST_CASE("A street that looks like another 20 m away is refused and changes not
   CAPTURE(alone);
   // Where no true loop has narrowed the expectation yet, and where they have.
   const std::size_t begin = alone ? kLap - 4 : kLap + 20;
-  const Outcome outcome = drive(LoopThread::kNone, [&](std::size_t k) {
-    return k >= begin && k < begin + 6 ? k - kBehind - (alone ? 40 : 0) : k;
+  const auto deceived = [&](std::size_t k) { return k >= begin && k < begin + 6; };
+  const Outcome outcome = drive(
+      LoopThread::kNone, [&](std::size_t k) { return deceived(k) ? k - kBehind - (alone ? 40 : 0) : k; });
+  const Outcome blind = drive(LoopThread::kNone, [&](std::size_t k) -> std::optional<std::size_t> {
+    return deceived(k) ? std::nullopt : std::optional(k);
   });
   const auto refused = std::count_if(outcome.events.begin(), outcome.events.end(),
                                      [](const LoopEvent& e) { return !e.accepted; });
@@ -211,9 +217,9 @@ TEST_CASE("A street that looks like another 20 m away is refused and changes not
   for (const auto& event : outcome.events) {
     const std::size_t k = event.frame / kFramesApart;
     CAPTURE(k, event.chi2);
-    CHECK(event.accepted == !(k >= begin && k < begin + 6));
+    CHECK(event.accepted == !deceived(k));
   }
-  CHECK(ate_m(outcome.closed) == Approx(ate_m(honest_drive().closed)).epsilon(0.1));
+  CHECK(ate_m(outcome.closed) == Approx(ate_m(blind.closed)).epsilon(0.1));
 }
 
 }  // namespace

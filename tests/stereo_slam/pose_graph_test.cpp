@@ -217,8 +217,11 @@ TEST_CASE("Graphs without edges are left alone; impossible edges are refused",
   graph.odometry = {{0, 1, {Pose(), Matrix6<double>::Zero()}}};
   CHECK_THROWS_AS(optimize(graph, kSettings), std::invalid_argument);
   graph.odometry = {{0, 1, {Pose(), Matrix6<double>::Identity()}}};
-  graph.poses.push_back(Pose());
+  graph.poses.resize(4);
   CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kSettings).empty());
+  graph.odometry.push_back({2, 3, {Pose(), Matrix6<double>::Identity()}});
+  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kSettings).empty());
+  CHECK_THROWS_AS(predicted_relative_pose(graph, 0, 2, kSettings), std::runtime_error);
 }
 
 }  // namespace
