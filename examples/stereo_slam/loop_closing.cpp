@@ -130,7 +130,8 @@ class LoopSearch {
     for (const auto& loop : loops) {
       const PoseGraphEdge edge{loop.old_keyframe, loop.new_keyframe, loop.T_old_new};
       const double chi2 =
-          innovation(graph_, edge, drift_allowance(way_m(edge.from, edge.to), rule), settings_.pose_graph);
+          innovation(graph_, edge, {rule.gate_scale, drift_allowance(way_m(edge.from, edge.to), rule)},
+                     settings_.pose_graph);
       if (chi2 <= rule.max_chi2) accepted.push_back(edge);
       events_.push_back({keyframes_[loop.new_keyframe].frame, keyframes_[loop.old_keyframe].frame,
                          loop.inliers, chi2, chi2 <= rule.max_chi2});

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <limits>
 #include <random>
-#include <span>
 
 #include <Eigen/Cholesky>
 #include <opencv2/calib3d.hpp>

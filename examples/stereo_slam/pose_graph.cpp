@@ -2,7 +2,6 @@
 #include "pose_graph.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -231,11 +230,12 @@ PoseEstimate predicted_relative_pose(const PoseGraph& graph, std::size_t from, s
   return {relative.pose, relative.covariance};
 }
 
-double innovation(const PoseGraph& graph, const PoseGraphEdge& edge, const Matrix6<double>& allowance,
+double innovation(const PoseGraph& graph, const PoseGraphEdge& edge, const InnovationAllowance& allowance,
                   const PoseGraphSettings& settings) {
   const PoseEstimate predicted = predicted_relative_pose(graph, edge.from, edge.to, settings);
   const Vector6<double> e = edge.T_from_to.pose.boxminus(predicted.pose);
-  const Matrix6<double> S = predicted.covariance + edge.T_from_to.covariance + allowance;
+  const Matrix6<double> S =
+      allowance.scale * (predicted.covariance + edge.T_from_to.covariance) + allowance.covariance;
   return e.dot(S.ldlt().solve(e));
 }
 

@@ -58,10 +58,15 @@ struct PoseGraphResult {
 [[nodiscard]] PoseEstimate predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
                                                    const PoseGraphSettings& settings);
 
-/// Squared Mahalanobis distance by which a new edge contradicts the graph, six degrees of freedom: what
-/// adding it would add to the sum of squares, to first order. `allowance` is added to the prediction's
-/// covariance.
+/// How much worse than the covariances say things may be: they are multiplied, then added to.
+struct InnovationAllowance {
+  double scale = 1.0;
+  Matrix6<double> covariance = Matrix6<double>::Zero();
+};
+
+/// Squared Mahalanobis distance by which a new edge contradicts the graph, six degrees of freedom: without an
+/// allowance what adding it would add to the sum of squares, to first order.
 [[nodiscard]] double innovation(const PoseGraph& graph, const PoseGraphEdge& edge,
-                                const Matrix6<double>& allowance, const PoseGraphSettings& settings);
+                                const InnovationAllowance& allowance, const PoseGraphSettings& settings);
 
 }  // namespace stereo_slam

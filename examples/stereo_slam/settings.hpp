@@ -144,9 +144,9 @@ struct LoopVerificationSettings {
   double search_radius_px = 8.0;           ///< guided matching: from where a point is predicted
   double pixel_sigma_px = 1.0;             ///< localisation noise of a corner
   int min_inliers = 25;
-  int consecutive = 3;  ///< keyframes in a row whose loops must agree
-  double max_chi2 =
-      22.458;  ///< 99.9 % of six degrees of freedom: agreement of loops, and with the prediction
+  int consecutive = 3;       ///< keyframes in a row whose loops must agree
+  double max_chi2 = 22.458;  ///< 99.9 % of six degrees of freedom: for loops in a row, and for the gate
+  double gate_scale = 9.0;   ///< factor on the covariances in the gate: errors may be three times as they say
   double drift_m_per_m = 0.003;   ///< allowance for what the covariances do not know of: systematic errors
   double drift_rad_per_m = 1e-5;  ///< the same of the rotation
 };

@@ -197,6 +197,7 @@ struct Slam::State {
     keyframes.push_back({frame.index, T_previous_keyframe, in_world(T_previous_keyframe)});
     T_odometry_keyframe = (T_odometry_keyframe * T_previous_keyframe.pose).renormalized();
     posterior = certain_pose();
+    frames.back() = {keyframes.size() - 1, PoseEstimate{}};  // a correction that moves the keyframe moves it
     map.restart(keyframes.size() - 1, camera);
     begin_keyframe(frame, add_landmarks(frame, features.left, {}));
   }
