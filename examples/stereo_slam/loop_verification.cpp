@@ -208,7 +208,8 @@ std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasur
     const PoseEstimate expected =
         compose(compose(relative(loop->old_keyframe, last.old_keyframe), last.T_old_new),
                 relative(last.new_keyframe, loop->new_keyframe));
-    if (disagreement(expected, loop->T_old_new) > settings_.max_chi2) row_.clear();
+    const double tolerated = settings_.gate_scale * settings_.max_chi2;
+    if (disagreement(expected, loop->T_old_new) > tolerated) row_.clear();
   }
   row_.push_back(*loop);
   const auto needed = static_cast<std::size_t>(settings_.consecutive);

@@ -65,7 +65,7 @@ Command add_run(CLI::App& parent) {
     std::string format = "auto";
     std::optional<fs::path> config;
     std::optional<std::string> preset;
-    std::optional<bool> loop_closure;
+    bool loop_closure = true;
     RunOptions options;
   };
   auto args = std::make_shared<Arguments>();
@@ -80,18 +80,19 @@ Command add_run(CLI::App& parent) {
   app.add_option("--max-frames", args->options.max_frames, "stop after N frames")
       ->check(CLI::PositiveNumber)
       ->type_name("N");
-  app.add_flag("--loop-closure,!--no-loop-closure", args->loop_closure,
-               "recognise places seen before and correct the drift, or not; default: as the settings say");
+  const auto* loop_closure = app.add_flag(
+      "--loop-closure,!--no-loop-closure", args->loop_closure,
+      "recognise places seen before and correct the drift, or not; default: as the settings say");
   app.add_option("--threads", args->options.threads,
                  "threads for image processing; the results do not depend on it")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   app.add_flag("--view", args->options.view, "show the images with the map's points while running");
   app.add_flag("--quiet", args->options.quiet, "print errors only");
-  return [args] {
+  return [args, loop_closure] {
     Settings settings = args->config ? load_settings(*args->config, args->preset)
                                      : preset_settings(args->preset.value_or("default"));
-    if (args->loop_closure) settings.loop_closure.enabled = *args->loop_closure;
+    if (loop_closure->count() > 0) settings.loop_closure.enabled = args->loop_closure;
     const StereoSequence sequence = open_sequence(args->dataset, args->format);
     check_before_run(sequence, args->options.quiet);
     const RunSummary summary = run(sequence, settings, args->options);

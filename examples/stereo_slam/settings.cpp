@@ -187,7 +187,7 @@ std::vector<SettingsField> make_table() {
       .add("max_chi2", &LoopVerificationSettings::max_chi2, {1.0, 1e6}, "",
            "squared Mahalanobis distance at which loops disagree, with each other or with the prediction")
       .add("gate_scale", &LoopVerificationSettings::gate_scale, {1.0, 1e6}, "",
-           "factor on the covariances by which a loop is compared with the prediction")
+           "factor on the covariances by which a loop is compared with others and with the prediction")
       .add("drift_m_per_m", &LoopVerificationSettings::drift_m_per_m, {0.0, 1.0}, "m/m",
            "allowance for systematic errors of the distance")
       .add("drift_rad_per_m", &LoopVerificationSettings::drift_rad_per_m, {0.0, 1.0}, "rad/m",

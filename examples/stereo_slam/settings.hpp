@@ -132,7 +132,7 @@ struct PlaceRecognitionSettings {
   int max_descriptor_distance = 40;  ///< bits, of 256, between views of one point
   int min_gap_frames = 60;           ///< younger keyframes are the present, not a place seen again
   int candidates = 3;                ///< handed on for verification, at most
-  double min_score = 0.02;  ///< of a candidate: share of the points that voted, rare ones counting more
+  double min_score = 0.01;  ///< of a candidate: share of the points that voted, rare ones counting more
 };
 
 /// Geometry of a loop candidate.
@@ -144,10 +144,10 @@ struct LoopVerificationSettings {
   double search_radius_px = 8.0;           ///< guided matching: from where a point is predicted
   double pixel_sigma_px = 1.0;             ///< localisation noise of a corner
   int min_inliers = 25;
-  int consecutive = 3;       ///< keyframes in a row whose loops must agree
-  double max_chi2 = 22.458;  ///< 99.9 % of six degrees of freedom: for loops in a row, and for the gate
-  double gate_scale = 9.0;   ///< factor on the covariances in the gate: errors may be three times as they say
-  double drift_m_per_m = 0.003;   ///< allowance for what the covariances do not know of: systematic errors
+  int consecutive = 3;           ///< keyframes in a row whose loops must agree
+  double max_chi2 = 22.458;      ///< 99.9 % of six degrees of freedom: for loops in a row, and for the gate
+  double gate_scale = 9.0;       ///< factor on the covariances in both: errors may be three times as they say
+  double drift_m_per_m = 0.003;  ///< allowance for what the covariances do not know of: systematic errors
   double drift_rad_per_m = 1e-5;  ///< the same of the rotation
 };
 
