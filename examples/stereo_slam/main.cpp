@@ -100,7 +100,7 @@ Command add_run(CLI::App& parent) {
     std::string format = "auto";
     std::optional<fs::path> config;
     std::optional<std::string> preset;
-    bool no_loop_closure = false;
+    bool loop_closure = true;
     bool clahe = false;
     RunOptions options;
   };
@@ -116,7 +116,9 @@ Command add_run(CLI::App& parent) {
   app.add_option("--max-frames", args->options.max_frames, "stop after N frames")
       ->check(CLI::PositiveNumber)
       ->type_name("N");
-  app.add_flag("--no-loop-closure", args->no_loop_closure, "close no loops (this version never does)");
+  const auto* loop_closure = app.add_flag(
+      "--loop-closure,!--no-loop-closure", args->loop_closure,
+      "recognise places seen before and correct the drift, or not; default: as the settings say");
   app.add_option("--threads", args->options.threads,
                  "threads for image processing; the results do not depend on it")
       ->check(CLI::Range(1, 1024))
@@ -126,9 +128,10 @@ Command add_run(CLI::App& parent) {
                "equalise the contrast locally, as images.clahe: true in the settings");
   app.add_flag("--view", args->options.view, "show the images with the map's points while running");
   app.add_flag("--quiet", args->options.quiet, "print errors only");
-  return [args] {
+  return [args, loop_closure] {
     Settings settings = args->config ? load_settings(*args->config, args->preset)
                                      : preset_settings(args->preset.value_or("default"));
+    if (loop_closure->count() > 0) settings.loop_closure.enabled = args->loop_closure;
     settings.images.clahe = settings.images.clahe || args->clahe;
     const StereoSequence sequence = open_with_warnings(args->dataset, args->format, args->options.quiet);
     check_before_run(sequence, args->options.quiet);

@@ -25,8 +25,13 @@
 namespace stereo_slam {
 namespace {
 
-constexpr auto kResultFiles = {"trajectory_kitti.txt", "trajectory_tum.txt", "trajectory_online.txt",
-                               "covariances.csv",      "timing.csv",         "map.ply"};
+constexpr auto kResultFiles = {"trajectory_kitti.txt",
+                               "trajectory_tum.txt",
+                               "trajectory_online.txt",
+                               "covariances.csv",
+                               "timing.csv",
+                               "loops.csv",
+                               "map.ply"};
 
 std::vector<Pose> poses_of(std::span<const PoseEstimate> estimates) {
   std::vector<Pose> poses;
@@ -83,7 +88,7 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
   std::vector<std::int64_t> stamps_ns;
   for (const auto& result : record.results) {
     stamps_ns.push_back(result.stamp_ns);
-    online.push_back(result.T_world_camera.pose);
+    online.push_back(result.T_odometry_camera);
   }
   write_file(folder / "trajectory_kitti.txt", [&](auto& out) { write_kitti_trajectory(out, poses); });
   write_file(folder / "trajectory_tum.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, poses); });
@@ -91,6 +96,7 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
              [&](auto& out) { write_tum_trajectory(out, stamps_ns, online); });
   write_file(folder / "covariances.csv", [&](auto& out) { write_covariances(out, record); });
   write_file(folder / "timing.csv", [&](auto& out) { write_timing(out, record); });
+  write_file(folder / "loops.csv", [&](auto& out) { write_loops(out, record); });
   write_file(folder / "map.ply", [&](auto& out) { write_ply(out, record.map_points); });
 }
 
@@ -163,6 +169,14 @@ void write_timing(std::ostream& stream, const RunRecord& record) {
       fmt::print(stream, ",{:.3f}", ms);
     }
     fmt::print(stream, ",{:.3f}\n", record.total_ms[k]);
+  }
+}
+
+void write_loops(std::ostream& stream, const RunRecord& record) {
+  stream << "frame,old_frame,inliers,chi2,verdict\n";
+  for (const auto& loop : record.loops) {
+    fmt::print(stream, "{},{},{},{:.6g},{}\n", loop.frame, loop.old_frame, loop.inliers, loop.chi2,
+               loop.accepted ? "accepted" : "refused");
   }
 }
 

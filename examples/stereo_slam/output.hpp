@@ -20,6 +20,7 @@ struct RunRecord {
   std::vector<double> total_ms;          ///< of processing each frame
   std::vector<PoseEstimate> trajectory;  ///< as known at the end, one a frame
   std::vector<MapPoint> map_points;
+  std::vector<LoopEvent> loops;
 };
 
 /// What run.yaml says besides the settings.
@@ -35,7 +36,8 @@ struct RunHeader {
 /// fails.
 void prepare_output_folder(const std::filesystem::path& folder);
 
-/// trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv, map.ply.
+/// trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv, loops.csv,
+/// map.ply.
 void write_results(const std::filesystem::path& folder, const RunRecord& record);
 
 /// run.yaml: version, state, dataset, host and all settings; load_settings reads it.
@@ -48,6 +50,9 @@ void write_covariances(std::ostream& stream, const RunRecord& record);
 
 /// One line a frame: milliseconds of every stage (columns in order of first appearance) and in total.
 void write_timing(std::ostream& stream, const RunRecord& record);
+
+/// One line a loop: its frames, what speaks for it, and whether it was accepted.
+void write_loops(std::ostream& stream, const RunRecord& record);
 
 /// Binary PLY of points with grey colours, readable by MeshLab and CloudCompare.
 void write_ply(std::ostream& stream, std::span<const MapPoint> points);

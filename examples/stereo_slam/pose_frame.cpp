@@ -28,6 +28,7 @@ RunRecord in_body_frame(RunRecord record, const Eigen::Isometry3d& T_body_camera
   for (auto& result : record.results) {
     transform(result.T_world_camera);
     transform(result.odometry);
+    result.T_odometry_camera = X * result.T_odometry_camera * X_inverse;
     result.relative_covariance = covariance(result.relative_covariance);
   }
   for (auto& estimate : record.trajectory) transform(estimate);

@@ -55,6 +55,7 @@ std::string process_frames(const StereoSequence& sequence, std::size_t count, co
       record.results.push_back(std::move(result));
       record.total_ms.push_back(ms);
     }
+    slam.finish();
     return "";
   } catch (const std::exception& error) {
     return error.what();
@@ -79,7 +80,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
 
   const SignalGuard signals;
   const auto start = Clock::now();
-  Slam slam(sequence.camera, settings);
+  Slam slam(sequence.camera, settings, options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn);
   RunRecord record;
   RunSummary summary;
   summary.error = process_frames(sequence, count, settings.images, options, slam, viewer, record);
@@ -91,6 +92,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   record.trajectory = slam.trajectory();
   record.trajectory.resize(record.results.size());
   record.map_points = slam.map_points();
+  record.loops = slam.loop_events();
   summary.landmarks = record.map_points.size();
   if (T_body_camera) record = in_body_frame(std::move(record), *T_body_camera);
   write_results(options.output, record);

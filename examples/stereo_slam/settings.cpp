@@ -154,6 +154,58 @@ std::vector<SettingsField> make_table() {
       .add("min_matches", &KeyframeSettings::min_matches, {0, 100000}, "", "fewer call for a new keyframe")
       .add("max_frames", &KeyframeSettings::max_frames, {1, 100000}, "frames", "longest life of a keyframe");
 
+  SettingsGroup(table, "loop_closure", &Settings::loop_closure)
+      .add("enabled", &LoopClosureSettings::enabled,
+           "recognise places and correct the drift; anchored layout only")
+      .add("max_points", &LoopClosureSettings::max_points, {50, 10000}, "",
+           "a keyframe keeps for recognition")
+      .add("latency_frames", &LoopClosureSettings::latency_frames, {1, 1000}, "frames",
+           "from a keyframe to the correction that its loop brings");
+
+  SettingsGroup(table, "place_recognition", &Settings::place_recognition)
+      .add("trees", &PlaceRecognitionSettings::trees, {1, 16}, "",
+           "each splits descriptors by bits of its own")
+      .add("leaf_size", &PlaceRecognitionSettings::leaf_size, {4, 10000}, "",
+           "descriptors in a leaf before it is split")
+      .add("max_descriptor_distance", &PlaceRecognitionSettings::max_descriptor_distance, {1, 256}, "bits",
+           "between views of one point")
+      .add("min_gap_frames", &PlaceRecognitionSettings::min_gap_frames, {1, 1000000}, "frames",
+           "younger keyframes are no loop")
+      .add("candidates", &PlaceRecognitionSettings::candidates, {1, 100}, "",
+           "handed on for verification, at most")
+      .add("min_score", &PlaceRecognitionSettings::min_score, {0.0, 1.0}, "",
+           "of a candidate: share of the points that voted, rare ones counting more");
+
+  SettingsGroup(table, "loop_verification", &Settings::loop_verification)
+      .add("max_descriptor_distance", &LoopVerificationSettings::max_descriptor_distance, {1, 256}, "bits",
+           "of 256")
+      .add("descriptor_ratio", &LoopVerificationSettings::descriptor_ratio, {0.1, 1.0}, "",
+           "best over second best distance")
+      .add("ransac_iterations", &LoopVerificationSettings::ransac_iterations, {1, 100000}, "",
+           "perspective three-point hypotheses")
+      .add("max_reprojection_error_px", &LoopVerificationSettings::max_reprojection_error_px, {0.1, 100.0},
+           "px", "of an inlier of RANSAC")
+      .add("search_radius_px", &LoopVerificationSettings::search_radius_px, {0.5, 200.0}, "px",
+           "guided matching: from where a point is predicted")
+      .add("pixel_sigma_px", &LoopVerificationSettings::pixel_sigma_px, {0.05, 10.0}, "px",
+           "localisation noise of a corner")
+      .add("min_inliers", &LoopVerificationSettings::min_inliers, {6, 10000}, "", "fewer do not make a loop")
+      .add("consecutive", &LoopVerificationSettings::consecutive, {1, 100}, "",
+           "keyframes in a row whose loops must agree")
+      .add("max_chi2", &LoopVerificationSettings::max_chi2, {1.0, 1e6}, "",
+           "squared Mahalanobis distance at which loops disagree, with each other or with the prediction")
+      .add("gate_scale", &LoopVerificationSettings::gate_scale, {1.0, 1e6}, "",
+           "factor on the covariances by which a loop is compared with others and with the prediction")
+      .add("drift_m_per_m", &LoopVerificationSettings::drift_m_per_m, {0.0, 1.0}, "m/m",
+           "allowance for systematic errors of the distance")
+      .add("drift_rad_per_m", &LoopVerificationSettings::drift_rad_per_m, {0.0, 1.0}, "rad/m",
+           "allowance for systematic errors of the direction");
+
+  SettingsGroup(table, "pose_graph", &Settings::pose_graph)
+      .add("max_iterations", &PoseGraphSettings::max_iterations, {1, 10000}, "", "of the solver")
+      .add("loop_scale", &PoseGraphSettings::loop_scale, {0.1, 1e9}, "",
+           "squared Mahalanobis distance beyond which a loop loses its say");
+
   return table;
 }
 
@@ -171,10 +223,14 @@ void apply_paper(Settings& settings) {
   settings.map.layout = MapLayout::kGlobal;
   settings.map.update_landmarks = true;
   settings.map.pixel_sigma_px = settings.association.feature_sigma_px;
+  settings.loop_closure.enabled = false;
 }
 
 /// The system input alone.
-void apply_odometry(Settings& settings) { settings.update.method = PoseUpdateMethod::kNone; }
+void apply_odometry(Settings& settings) {
+  settings.update.method = PoseUpdateMethod::kNone;
+  settings.loop_closure.enabled = false;
+}
 
 }  // namespace
 

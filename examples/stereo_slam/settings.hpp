@@ -133,6 +133,45 @@ struct KeyframeSettings {
   int max_frames = 20;  ///< since the last keyframe
 };
 
+/// Which earlier keyframes look like the present one.
+struct PlaceRecognitionSettings {
+  int trees = 4;                     ///< each splits descriptors by bits of its own
+  int leaf_size = 48;                ///< descriptors in a leaf before it is split
+  int max_descriptor_distance = 40;  ///< bits, of 256, between views of one point
+  int min_gap_frames = 60;           ///< younger keyframes are the present, not a place seen again
+  int candidates = 3;                ///< handed on for verification, at most
+  double min_score = 0.01;  ///< of a candidate: share of the points that voted, rare ones counting more
+};
+
+/// Geometry of a loop candidate.
+struct LoopVerificationSettings {
+  int max_descriptor_distance = 64;        ///< bits, of 256
+  double descriptor_ratio = 0.9;           ///< best over second best distance
+  int ransac_iterations = 300;             ///< perspective three-point hypotheses
+  double max_reprojection_error_px = 4.0;  ///< of an inlier of RANSAC
+  double search_radius_px = 8.0;           ///< guided matching: from where a point is predicted
+  double pixel_sigma_px = 1.0;             ///< localisation noise of a corner
+  int min_inliers = 25;
+  int consecutive = 3;           ///< keyframes in a row whose loops must agree
+  double max_chi2 = 22.458;      ///< 99.9 % of six degrees of freedom: for loops in a row, and for the gate
+  double gate_scale = 9.0;       ///< factor on the covariances in both: errors may be three times as they say
+  double drift_m_per_m = 0.003;  ///< allowance for what the covariances do not know of: systematic errors
+  double drift_rad_per_m = 1e-5;  ///< the same of the rotation
+};
+
+/// Optimisation over keyframes.
+struct PoseGraphSettings {
+  int max_iterations = 50;
+  double loop_scale = 22.458;  ///< squared Mahalanobis distance beyond which a loop loses its say
+};
+
+/// Loops, from recognition to correction.
+struct LoopClosureSettings {
+  bool enabled = true;
+  int max_points = 500;    ///< a keyframe keeps
+  int latency_frames = 5;  ///< from a keyframe to the correction that its loop brings
+};
+
 struct Settings {
   std::string preset = "default";
   std::uint64_t seed = 1;
@@ -147,6 +186,10 @@ struct Settings {
   UpdateSettings update;
   MapSettings map;
   KeyframeSettings keyframes;
+  LoopClosureSettings loop_closure;
+  PlaceRecognitionSettings place_recognition;
+  LoopVerificationSettings loop_verification;
+  PoseGraphSettings pose_graph;
 };
 
 }  // namespace stereo_slam

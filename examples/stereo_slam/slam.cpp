@@ -10,6 +10,7 @@
 #include "associate.hpp"
 #include "features.hpp"
 #include "landmark_projection.hpp"
+#include "loop_closing.hpp"
 #include "map.hpp"
 #include "match_refinement.hpp"
 #include "odometry.hpp"
@@ -38,8 +39,9 @@ class StageClock {
 };
 
 /// Camera that landmarks and poses are relative to.
-struct Keyframe {
+struct ReferenceFrame {
   std::size_t frame = 0;
+  PoseEstimate T_previous_keyframe;
   PoseEstimate T_world_keyframe;
 };
 
@@ -76,7 +78,8 @@ struct Slam::State {
   StereoCamera camera;
   Settings settings;
 
-  std::vector<Keyframe> keyframes;
+  std::vector<ReferenceFrame> keyframes;
+  Pose T_odometry_keyframe = Pose::identity();  // the last keyframe without any loop correction
   std::vector<TrackedFrame> frames;
   PoseDensity posterior = certain_pose();  // T_keyframe_camera of the last frame
   Map map;
@@ -84,6 +87,7 @@ struct Slam::State {
   cv::Mat keyframe_left;
 
   RectificationEstimator rectification;
+  std::optional<LoopClosing> loops;
 
   StereoPyramid previous;
   std::vector<StereoPoint> odometry_points;
@@ -100,9 +104,8 @@ struct Slam::State {
   }
 
   void start(const StereoFrame& frame, const StereoFeatures& features) {
-    keyframes.push_back({frame.index, PoseEstimate{}});
-    add_landmarks(frame, features.left, {});
-    begin_keyframe(frame);
+    keyframes.push_back({frame.index, PoseEstimate{}, PoseEstimate{}});
+    begin_keyframe(frame, add_landmarks(frame, features.left, {}));
   }
 
   [[nodiscard]] std::vector<Match> find_landmarks(const StereoFrame& frame, const StereoFeatures& features,
@@ -123,9 +126,10 @@ struct Slam::State {
                           camera, rectification.current(), settings.refinement);
   }
 
-  /// New landmarks from features that have a stereo match and are away from `reserved_px`.
-  void add_landmarks(const StereoFrame& frame, const std::vector<Feature>& features,
-                     const std::vector<Vector2<double>>& reserved_px) {
+  /// New landmarks from features that have a stereo match and are away from `reserved_px`; what they were
+  /// made from.
+  std::vector<KeyframePoint> add_landmarks(const StereoFrame& frame, const std::vector<Feature>& features,
+                                           const std::vector<Vector2<double>>& reserved_px) {
     auto free = exclude_features(features, reserved_px, frame.left.size(), settings.odometry.exclusion_px);
     std::stable_sort(free.begin(), free.end(), [](auto& a, auto& b) { return a.response > b.response; });
     std::vector<Vector2<double>> candidates;
@@ -143,15 +147,18 @@ struct Slam::State {
     std::vector<RectificationResidual::Measurement> rows;
     std::vector<StereoPoint> measurements;
     std::vector<Descriptor> descriptors;
+    std::vector<KeyframePoint> points;
     for (std::size_t i = 0; i < stereo.size(); ++i) {
       if (!stereo[i]) continue;
       rows.push_back(*stereo[i]);
       measurements.push_back(stereo[i]->z);
       descriptors.push_back(chosen_descriptors[i]);
+      points.push_back({stereo[i]->z.cast<float>(), chosen_descriptors[i]});
     }
     map.add(measurements, descriptors, to_estimate(posterior),
             stereo_pixel_covariance(settings.map.pixel_sigma_px), frame, camera, settings.map);
     if (settings.rectification.refine) rectification.add_rows(rows);
+    return points;
   }
 
   /// Lets the landmarks of the ending keyframe, last seen in this frame, tell about the rectification.
@@ -186,22 +193,46 @@ struct Slam::State {
   void change_keyframe(const StereoFrame& frame, const StereoFeatures& features,
                        const std::vector<Match>& matches) {
     refine_rectification(matches);
-    keyframes.push_back({frame.index, in_world(to_estimate(posterior))});
+    const PoseEstimate T_previous_keyframe = to_estimate(posterior);
+    keyframes.push_back({frame.index, T_previous_keyframe, in_world(T_previous_keyframe)});
+    T_odometry_keyframe = (T_odometry_keyframe * T_previous_keyframe.pose).renormalized();
     posterior = certain_pose();
+    frames.back() = {keyframes.size() - 1, PoseEstimate{}};  // a correction that moves the keyframe moves it
     map.restart(keyframes.size() - 1, camera);
-    add_landmarks(frame, features.left, {});
-    begin_keyframe(frame);
+    begin_keyframe(frame, add_landmarks(frame, features.left, {}));
   }
 
-  void begin_keyframe(const StereoFrame& frame) {
+  void begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points) {
     keyframe_landmarks = map.landmarks().size();
     keyframe_left = frame.left.clone();
+    if (!loops) return;
+    Keyframe keyframe;
+    keyframe.frame = frame.index;
+    keyframe.stamp_ns = frame.stamp_ns;
+    keyframe.points = std::move(points);
+    keyframe.T_previous_keyframe = keyframes.back().T_previous_keyframe;
+    loops->add_keyframe(std::move(keyframe));
+  }
+
+  /// Moves the keyframes. The filter lives in the last one's frame and notices nothing.
+  void apply(const LoopCorrection& correction) {
+    for (std::size_t k = 0; k < keyframes.size(); ++k) {
+      keyframes[k].T_world_keyframe =
+          k < correction.T_world_keyframe.size()
+              ? correction.T_world_keyframe[k]
+              : compose(keyframes[k - 1].T_world_keyframe, keyframes[k].T_previous_keyframe);
+    }
   }
 };
 
-Slam::Slam(const StereoCamera& camera, const Settings& settings) : state_(std::make_unique<State>()) {
+Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread)
+    : state_(std::make_unique<State>()) {
   state_->camera = camera;
   state_->settings = settings;
+  // The global layout has but one keyframe, and so nothing that a loop could move.
+  if (settings.loop_closure.enabled && state_->anchored()) {
+    state_->loops.emplace(camera, settings, loop_thread);
+  }
   state_->rectification = RectificationEstimator(camera, settings.rectification);
 }
 Slam::~Slam() = default;
@@ -215,6 +246,12 @@ FrameResult Slam::process(const StereoFrame& frame) {
   result.index = frame.index;
   result.stamp_ns = frame.stamp_ns;
 
+  if (s.loops) {
+    const auto correction = s.loops->correction_due(frame.index);
+    if (correction) s.apply(*correction);
+    result.loop_corrected = correction.has_value();
+    clock.lap("loops");
+  }
   const auto features = extract_features(frame, s.settings.features);
   const auto pyramids = build_pyramids(frame);
   clock.lap("features");
@@ -267,6 +304,7 @@ FrameResult Slam::process(const StereoFrame& frame) {
   result.relative_covariance = s.frames.back().T_keyframe_camera.covariance;
   result.scale_sigma = s.settings.rectification.scale_sigma;
   result.T_world_camera = with_scale_error(s.in_world(s.frames.back().T_keyframe_camera), result.scale_sigma);
+  result.T_odometry_camera = (s.T_odometry_keyframe * s.frames.back().T_keyframe_camera.pose).renormalized();
   if (result.is_keyframe && s.keyframes.back().frame != frame.index)
     s.change_keyframe(frame, features, matches);
   clock.lap("map");
@@ -283,6 +321,15 @@ FrameResult Slam::process(const StereoFrame& frame) {
   result.landmarks = static_cast<int>(s.map.landmarks().size());
   result.times = clock.times();
   return result;
+}
+
+void Slam::finish() {
+  if (!state_->loops) return;
+  if (const auto correction = state_->loops->finish()) state_->apply(*correction);
+}
+
+std::vector<LoopEvent> Slam::loop_events() const {
+  return state_->loops ? state_->loops->events() : std::vector<LoopEvent>{};
 }
 
 std::vector<PoseEstimate> Slam::trajectory() const {

@@ -86,7 +86,9 @@ struct FrameResult {
   std::int64_t stamp_ns = 0;
   TrackingStatus status = TrackingStatus::kInitializing;
   PoseEstimate T_world_camera;
-  std::size_t keyframe = 0;  ///< frame whose camera the filter's state was relative to
+  Pose T_odometry_camera = Pose::identity();  ///< without any loop correction: it never jumps
+  bool loop_corrected = false;                ///< a loop moved the keyframes before this frame
+  std::size_t keyframe = 0;                   ///< frame whose camera the filter's state was relative to
   Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to that camera,
                                                                   ///< without the error of the scale
   double scale_sigma = 0.0;  ///< relative error of the scale, the same in all frames
@@ -98,6 +100,15 @@ struct FrameResult {
   double nis = 0.0;  ///< normalised innovation squared of the pose update
   int nis_dof = 0;
   std::vector<StageTime> times;
+};
+
+/// A place seen again, in two or more keyframes in a row.
+struct LoopEvent {
+  std::size_t frame = 0;
+  std::size_t old_frame = 0;
+  int inliers = 0;
+  double chi2 = 0.0;  ///< by which it contradicts what was known, six degrees of freedom
+  bool accepted = false;
 };
 
 /// Landmark as written to map.ply.

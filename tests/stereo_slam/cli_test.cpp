@@ -140,6 +140,25 @@ TEST_CASE("A quiet run prints nothing", "[cli]") {
   CHECK(run.err.empty());
 }
 
+TEST_CASE("Loops are closed as the settings say, unless the command line says otherwise", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  write_text(folder / "off.yaml", "loop_closure: {enabled: false}\n");
+  const auto enabled = [&](std::vector<std::string> options) {
+    std::vector<std::string> arguments = {"run", "--dataset", folder / "in", "--output", folder / "out"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    CHECK(call(arguments).status == 0);
+    const auto yaml = read_text(folder / "out/run.yaml");
+    return yaml.find("enabled: true", yaml.find("loop_closure:")) ==
+           yaml.find("enabled: ", yaml.find("loop_closure:"));
+  };
+  CHECK(enabled({}));
+  CHECK_FALSE(enabled({"--no-loop-closure"}));
+  CHECK_FALSE(enabled({"--config", folder / "off.yaml"}));
+  CHECK(enabled({"--config", folder / "off.yaml", "--loop-closure"}));
+  CHECK(read_text(folder / "out/loops.csv") == "frame,old_frame,inliers,chi2,verdict\n");
+}
+
 TEST_CASE("Printed settings are a settings file", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);

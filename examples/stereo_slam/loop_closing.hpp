@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "camera/stereo_camera.hpp"
+#include "keyframe_database.hpp"
+#include "settings.hpp"
+#include "types.hpp"
+
+namespace stereo_slam {
+
+/// New poses T_world_keyframe of the first keyframes; those after them keep their poses relative to the last.
+struct LoopCorrection {
+  std::vector<PoseEstimate> T_world_keyframe;
+};
+
+/// Where loops are looked for and the pose graph is solved. The results are the same.
+enum class LoopThread { kNone, kOwn };
+
+/// From keyframes to corrections: recognition, verification, consistency, gate and pose graph (sec. IV-F).
+///
+/// A keyframe is worked on away from the caller, one after the other. What it brings takes effect a fixed
+/// number of frames later, waiting if it has to: so the results depend on neither threads nor their speed.
+class LoopClosing {
+ public:
+  LoopClosing(const StereoCamera& camera, const Settings& settings, LoopThread thread);
+  ~LoopClosing();
+  LoopClosing(LoopClosing&&) noexcept;
+  LoopClosing& operator=(LoopClosing&&) noexcept;
+
+  /// Hands over the newest keyframe, with its points and its pose relative to the one before.
+  void add_keyframe(Keyframe keyframe);
+
+  /// The correction that takes effect before `frame`; the caller moves its keyframes.
+  [[nodiscard]] std::optional<LoopCorrection> correction_due(std::size_t frame);
+
+  /// What is still to come when no more keyframes do. Loops that awaited the next optimisation are in it.
+  [[nodiscard]] std::optional<LoopCorrection> finish();
+
+  /// Loops found so far, accepted and refused, in order; complete after finish().
+  [[nodiscard]] std::vector<LoopEvent> events() const;
+
+  /// Of keyframes and recognition.
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <ceres/sized_cost_function.h>
+
+#include <antipode/ceres/pose_manifold.hpp>
+#include <antipode/detail/check.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+
+namespace antipode {
+
+/// An edge of a pose graph: a measured relative pose with its full covariance, between two parameter blocks
+/// [q; p] that PoseManifold describes.
+///
+///   r(a, b) = L^-1 e,   e = log(Z^-1 T_a^-1 T_b),   P = L L^T,
+///
+/// where Z is the measured T_a_b and P the covariance of its right perturbation (rotation first). At the
+/// truth e is the measurement's error, so |r|^2 is chi-square with six degrees of freedom, and the
+/// information P^-1 that r^T r applies is that of the tangent space every other part of the library uses.
+///
+/// Jacobians are analytic. In the tangent spaces of the poses, with x = T_a^-1 T_b,
+///
+///   de/db = J_r(e)^-1,   de/da = -J_r(e)^-1 Ad(x^-1);
+///
+/// Ceres wants them by the eight numbers, and gets J MinusJacobian: multiplied by PlusJacobian, as Ceres
+/// will, this is J again. It is the derivative along poses only; off the Study quadric it differs from what
+/// automatic differentiation finds.
+///
+/// The sign of either dual quaternion does not matter.
+class RelativePoseCost final : public ceres::SizedCostFunction<6, 8, 8> {
+ public:
+  /// Throws std::invalid_argument unless the covariance is positive definite.
+  RelativePoseCost(const DualQuaternion<double>& T_a_b, const Matrix6<double>& covariance)
+      : T_b_a_measured_(T_a_b.inverse()), factor_(covariance) {
+    if (factor_.info() != Eigen::Success || !covariance.allFinite()) [[unlikely]] {
+      detail::throw_invalid("covariance of a relative pose is not positive definite", covariance);
+    }
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const ConstDualQuaternionView<double> T_world_a(parameters[0]);
+    const ConstDualQuaternionView<double> T_world_b(parameters[1]);
+    const DualQuaternion<double> T_a_b = T_world_a.inverse() * T_world_b;
+    const Vector6<double> e = (T_b_a_measured_ * T_a_b).log();
+    if (!e.allFinite()) return false;
+    Eigen::Map<Vector6<double>> r(residuals);
+    r = factor_.matrixL().solve(e);
+    if (jacobians == nullptr) return true;
+    const Matrix6<double> J_b = factor_.matrixL().solve(se3_right_jacobian_inverse(e));
+    if (jacobians[0] != nullptr) {
+      write_jacobian(-J_b * T_a_b.inverse().adjoint(), parameters[0], jacobians[0]);
+    }
+    if (jacobians[1] != nullptr) write_jacobian(J_b, parameters[1], jacobians[1]);
+    return true;
+  }
+
+ private:
+  using Matrix6x8 = Eigen::Matrix<double, 6, 8, Eigen::RowMajor>;
+
+  static void write_jacobian(const Matrix6<double>& J, const double* pose, double* jacobian) {
+    Matrix6x8 J_minus;
+    PoseManifold().MinusJacobian(pose, J_minus.data());
+    Eigen::Map<Matrix6x8>{jacobian} = J * J_minus;
+  }
+
+  DualQuaternion<double> T_b_a_measured_;
+  Eigen::LLT<Matrix6<double>> factor_;
+};
+
+}  // namespace antipode
