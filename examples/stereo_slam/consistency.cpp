@@ -131,7 +131,14 @@ Consistency score_consistency(const Trajectory& truth, const Trajectory& estimat
       covariance->diagonal() += truth_variance;
       const Vector6<double> error =
           (true_poses[i]->inverse() * *true_poses[j]).boxminus(poses[i].inverse() * poses[j]);
-      nees.push_back(error.dot(covariance->ldlt().solve(error)));
+      const Eigen::LLT<Matrix6<double>> factor(*covariance);
+      if (factor.info() != Eigen::Success) {
+        throw std::runtime_error(
+            fmt::format("the covariance from frame {} to frame {} is not positive definite; the file was not "
+                        "written by run",
+                        i, j));
+      }
+      nees.push_back(error.dot(factor.solve(error)));
     }
     result.relative.push_back(summary_of(frames, nees));
   }

@@ -144,6 +144,12 @@ Command add_run(CLI::App& parent) {
           static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), summary.median_ms,
           summary.landmarks, args->options.output.string());
     }
+    if (summary.lost > 0 && !args->options.quiet) {
+      fmt::print(stderr,
+                 "stereo_slam: warning: {} of {} frames could not be tracked; their poses are guesses, see "
+                 "the status in covariances.csv\n",
+                 summary.lost, summary.frames);
+    }
     if (!summary.error.empty()) {
       throw std::runtime_error(
           fmt::format("{} (the {} frames before it are saved)", summary.error, summary.frames));
@@ -173,6 +179,7 @@ Command add_evaluate(CLI::App& parent) {
                                                   {"tum", TrajectoryFormat::kTum},
                                                   {"euroc", TrajectoryFormat::kEuroc}}));
   app.add_option("--max-time-difference", args->max_difference_s, "seconds between poses that may be matched")
+      ->check(CLI::Range(0.0, 1e6))
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->type_name("S");
@@ -357,7 +364,10 @@ int main(int argc, char** argv) {
       write_settings(std::cout, preset_settings(printed_preset.empty() ? "default" : printed_preset));
       return kDone;
     }
-    return commands.at(app.get_subcommands().front()->get_name())();
+    const int status = commands.at(app.get_subcommands().front()->get_name())();
+    std::cout.flush();
+    if (!std::cout || std::fflush(stdout) != 0) throw std::runtime_error("standard output cannot be written");
+    return status;
   } catch (const std::exception& error) {
     fmt::print(stderr, "stereo_slam: {}\n", error.what());
     return kFailed;

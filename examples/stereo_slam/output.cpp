@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <stdexcept>
 #include <string_view>
 #include <sys/utsname.h>
@@ -75,6 +76,13 @@ void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
 void prepare_output_folder(const std::filesystem::path& folder) {
   try {
     std::filesystem::create_directories(folder);
+    for (const auto* name : kResultFiles) {
+      if (std::filesystem::is_directory(folder / name)) {
+        throw std::runtime_error(
+            fmt::format("{}: is a folder, where a result is to be written; choose another --output",
+                        (folder / name).string()));
+      }
+    }
     for (const auto* name : kResultFiles) std::filesystem::remove(folder / name);
   } catch (const std::filesystem::filesystem_error& error) {
     throw std::runtime_error(fmt::format("{}: cannot be used for output ({}); choose another --output",
@@ -90,14 +98,23 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
     stamps_ns.push_back(result.stamp_ns);
     online.push_back(result.T_odometry_camera);
   }
-  write_file(folder / "trajectory_kitti.txt", [&](auto& out) { write_kitti_trajectory(out, poses); });
-  write_file(folder / "trajectory_tum.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, poses); });
-  write_file(folder / "trajectory_online.txt",
-             [&](auto& out) { write_tum_trajectory(out, stamps_ns, online); });
-  write_file(folder / "covariances.csv", [&](auto& out) { write_covariances(out, record); });
-  write_file(folder / "timing.csv", [&](auto& out) { write_timing(out, record); });
-  write_file(folder / "loops.csv", [&](auto& out) { write_loops(out, record); });
-  write_file(folder / "map.ply", [&](auto& out) { write_ply(out, record.map_points); });
+  // One file that cannot be written does not cost the others.
+  std::string first_error;
+  const auto write = [&](const char* name, const std::function<void(std::ostream&)>& content) {
+    try {
+      write_file(folder / name, content);
+    } catch (const std::runtime_error& error) {
+      if (first_error.empty()) first_error = error.what();
+    }
+  };
+  write("trajectory_kitti.txt", [&](auto& out) { write_kitti_trajectory(out, poses); });
+  write("trajectory_tum.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, poses); });
+  write("trajectory_online.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, online); });
+  write("covariances.csv", [&](auto& out) { write_covariances(out, record); });
+  write("timing.csv", [&](auto& out) { write_timing(out, record); });
+  write("loops.csv", [&](auto& out) { write_loops(out, record); });
+  write("map.ply", [&](auto& out) { write_ply(out, record.map_points); });
+  if (!first_error.empty()) throw std::runtime_error(first_error);
 }
 
 void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header,

@@ -87,6 +87,9 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   summary.seconds = seconds_since(start);
   summary.interrupted = SignalGuard::stop_requested();
   summary.frames = record.results.size();
+  summary.lost = static_cast<std::size_t>(
+      std::count_if(record.results.begin(), record.results.end(),
+                    [](const FrameResult& result) { return result.status == TrackingStatus::kLost; }));
   summary.median_ms = median(record.total_ms);
 
   record.trajectory = slam.trajectory();
@@ -95,7 +98,11 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   record.loops = slam.loop_events();
   summary.landmarks = record.map_points.size();
   if (T_body_camera) record = in_body_frame(std::move(record), *T_body_camera);
-  write_results(options.output, record);
+  try {
+    write_results(options.output, record);
+  } catch (const std::runtime_error& error) {
+    if (summary.error.empty()) summary.error = error.what();
+  }
   const auto* state = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
   write_run_yaml(options.output, {state, summary.error, summary.frames, summary.seconds, pose_frame},
                  sequence, settings);

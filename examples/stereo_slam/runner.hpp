@@ -24,6 +24,7 @@ struct RunOptions {
 /// How a run ended.
 struct RunSummary {
   std::size_t frames = 0;
+  std::size_t lost = 0;  ///< frames without any odometry or landmarks
   std::size_t landmarks = 0;
   double seconds = 0.0;
   double median_ms = 0.0;  ///< of processing a frame, images already read
@@ -32,9 +33,9 @@ struct RunSummary {
 };
 
 /// Feeds a recording to the SLAM and writes the results: images are read ahead on a thread of their own,
-/// SIGINT and SIGTERM end the run after the current frame. Whatever ends it, the frames finished until then
-/// are saved. The results do not depend on the number of threads. Throws std::runtime_error when there is no
-/// place to write to, or no body whose poses are wanted.
+/// SIGINT, SIGTERM and SIGHUP end the run after the current frame. Whatever ends it, the frames finished
+/// until then are saved. The results do not depend on the number of threads. Throws std::runtime_error when
+/// there is no place to write to, or no body whose poses are wanted.
 [[nodiscard]] RunSummary run(const StereoSequence& sequence, const Settings& settings,
                              const RunOptions& options);
 

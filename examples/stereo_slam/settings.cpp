@@ -57,7 +57,7 @@ std::vector<SettingsField> make_table() {
       .add("max_points", &OdometrySettings::max_points, {10, 10000}, "",
            "points followed from frame to frame")
       .add("cell_px", &OdometrySettings::cell_px, {8, 512}, "px", "bucket over which the points are spread")
-      .add("window_px", &OdometrySettings::window_px, {5, 63}, "px", "side of the flow window")
+      .add("window_px", &OdometrySettings::window_px, {5, 21}, "px", "side of the flow window")
       .add("pyramid_levels", &OdometrySettings::pyramid_levels, {0, 8}, "", "of the flow")
       .add("max_loop_error_px", &OdometrySettings::max_loop_error_px, {0.05, 20.0}, "px",
            "circular matching: distance between start and end of the circle")
@@ -71,13 +71,13 @@ std::vector<SettingsField> make_table() {
            "kept between the odometry's points and those of the filter");
 
   SettingsGroup(table, "motion", &Settings::motion)
-      .add("covariance_scale", &MotionSettings::covariance_scale, {0.01, 1000.0}, "",
+      .add("covariance_scale", &MotionSettings::covariance_scale, {0.01, 100.0}, "",
            "factor on the odometry's covariance")
-      .add("min_rotation_sigma_rad", &MotionSettings::min_rotation_sigma_rad, {1e-6, 1.0}, "rad",
+      .add("min_rotation_sigma_rad", &MotionSettings::min_rotation_sigma_rad, {1e-6, 0.1}, "rad",
            "added to the odometry's noise")
       .add("min_translation_sigma_m", &MotionSettings::min_translation_sigma_m, {1e-6, 10.0}, "m",
            "added to the odometry's noise")
-      .add("lost_rotation_sigma_rad", &MotionSettings::lost_rotation_sigma_rad, {1e-6, 1.0}, "rad",
+      .add("lost_rotation_sigma_rad", &MotionSettings::lost_rotation_sigma_rad, {1e-6, 0.1}, "rad",
            "of a frame without odometry")
       .add("lost_translation_sigma_m", &MotionSettings::lost_translation_sigma_m, {1e-6, 100.0}, "m",
            "of a frame without odometry");

@@ -2,6 +2,7 @@
 #include "settings_io.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <numeric>
 #include <set>
@@ -160,6 +161,19 @@ Settings load_settings(const std::filesystem::path& file, std::optional<std::str
     throw std::runtime_error(at_line(file, 1, "settings are `key: value` lines, this is not one"));
   const YAML::Node nested = document["settings"];
   const YAML::Node root = nested && nested.IsMap() ? nested : document;
+
+  if (nested && nested.IsMap()) {  // a run.yaml: what else it holds is not read
+    constexpr std::array<std::string_view, 9> kRunKeys = {"version",    "written",          "state",
+                                                          "error",      "frames_processed", "seconds",
+                                                          "pose_frame", "dataset",          "host"};
+    for (const auto& entry : document) {
+      const auto key = as_text(entry.first);
+      if (key != "settings" && std::find(kRunKeys.begin(), kRunKeys.end(), key) == kRunKeys.end()) {
+        throw std::runtime_error(at_line(file, entry.first.Mark().line + 1,
+                                         fmt::format("'{}' stands beside settings: and not in it", key)));
+      }
+    }
+  }
 
   Settings settings;
   const YAML::Node named = root["preset"];

@@ -20,6 +20,8 @@ class SignalGuard {
  private:
   struct sigaction previous_int_ = {};
   struct sigaction previous_term_ = {};
+  struct sigaction previous_hang_up_ = {};
+  struct sigaction previous_pipe_ = {};
 };
 
 }  // namespace stereo_slam

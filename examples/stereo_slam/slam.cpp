@@ -92,6 +92,7 @@ struct Slam::State {
   StereoPyramid previous;
   std::vector<StereoPoint> odometry_points;
   Pose last_motion = Pose::identity();
+  int lost_frames = 0;  // in succession, without odometry
 
   [[nodiscard]] bool anchored() const { return settings.map.layout == MapLayout::kAnchored; }
 
@@ -267,7 +268,9 @@ FrameResult Slam::process(const StereoFrame& frame) {
                           s.last_motion, s.settings.seed + frame.index, s.settings.odometry);
     clock.lap("odometry");
 
-    const auto prior = predict_pose(s.posterior, odometry.T_previous_current, odometry.valid, s.settings);
+    s.lost_frames = odometry.valid ? 0 : s.lost_frames + 1;
+    const auto prior = predict_pose(s.posterior, odometry.T_previous_current, odometry.valid, s.settings,
+                                    std::max(1, s.lost_frames));
     if (s.tracks_correlation()) s.map.predict_correlation(odometry.T_previous_current.pose);
     clock.lap("predict");
 
@@ -289,9 +292,10 @@ FrameResult Slam::process(const StereoFrame& frame) {
     landmarks_px = positions(matches);
     if (!s.anchored()) s.add_landmarks(frame, features.left, landmarks_px);
 
-    result.status = update.converged ? TrackingStatus::kOk
-                    : odometry.valid ? TrackingStatus::kWeak
-                                     : TrackingStatus::kLost;
+    const bool by_odometry_alone = s.settings.update.method == PoseUpdateMethod::kNone;
+    result.status = update.converged && (!by_odometry_alone || odometry.valid) ? TrackingStatus::kOk
+                    : odometry.valid                                           ? TrackingStatus::kWeak
+                                                                               : TrackingStatus::kLost;
     result.odometry = odometry.T_previous_current;
     result.matches = static_cast<int>(matches.size());
     result.nis = update.nis;

@@ -98,7 +98,13 @@ void write_file(const std::filesystem::path& file, const std::function<void(std:
           fmt::format("{}: cannot be written; check permissions and free space", file.string()));
     }
   }
-  std::filesystem::rename(partial, file);
+  std::error_code error;
+  std::filesystem::rename(partial, file, error);
+  if (error) {
+    std::error_code ignored;
+    std::filesystem::remove(partial, ignored);
+    throw std::runtime_error(fmt::format("{}: cannot be written ({})", file.string(), error.message()));
+  }
 }
 
 }  // namespace stereo_slam

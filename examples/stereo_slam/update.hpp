@@ -31,9 +31,10 @@ struct PoseUpdate {
                                      const UpdateSettings& settings);
 
 /// Prior T_reference_camera of the current frame from the posterior of the last and the odometry (eq. 11).
-/// The paper's independent model drops the correlation that the odometry's lever arm causes.
+/// Without a valid odometry the noise is that of the given number of successive frames without one, this
+/// included. The paper's independent model drops the correlation that the odometry's lever arm causes.
 [[nodiscard]] PoseDensity predict_pose(const PoseDensity& posterior, const PoseEstimate& T_previous_current,
-                                       bool odometry_valid, const Settings& settings);
+                                       bool odometry_valid, const Settings& settings, int lost_frames = 1);
 
 /// Mean and right-perturbation covariance of a density.
 [[nodiscard]] PoseEstimate to_estimate(const PoseDensity& density);

@@ -102,14 +102,16 @@ std::size_t count_images(const fs::path& folder) {
                      ? "no such folder; image_2 and image_3 are the colour cameras, the grey ones are needed"
                      : "no such folder; it holds the images 000000.png, 000001.png ...");
   }
-  std::size_t count = 0;
+  constexpr std::size_t kMostFrames = 10'000'000;
+  std::size_t count = 0, files = 0;
   std::string other_name;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     std::size_t index = 0;
     std::from_chars(name.data(), name.data() + name.size(), index);
-    if (name == frame_name(index)) {
+    if (index < kMostFrames && name == frame_name(index)) {
       count = std::max(count, index + 1);
+      ++files;
     } else {
       other_name = name;
     }
@@ -120,6 +122,13 @@ std::size_t count_images(const fs::path& folder) {
                      : fmt::format("holds no 000000.png but files such as {}; rename or convert them to "
                                    "000000.png, 000001.png ...",
                                    other_name));
+  }
+  // A few may be missing: the run ends there. A name of another numbering is another matter.
+  if (count > 2 * files + 1000) {
+    fail(folder,
+         fmt::format(
+             "holds {} images, but one is called {}; they must be numbered from 000000.png without gaps",
+             files, frame_name(count - 1)));
   }
   return count;
 }

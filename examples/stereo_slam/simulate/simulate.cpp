@@ -200,6 +200,15 @@ CameraPath camera_path(const SimulationSettings& settings) {
   }
   CameraPath path = read_camera_path(settings.trajectory);
   if (settings.frames > 0) path.resize(std::min(path.size(), static_cast<std::size_t>(settings.frames)));
+  constexpr double kLargestTown_m = 20e3;  // what is rendered around the path must fit into memory
+  for (const auto& pose : path) {
+    const double distance_m = (pose.translation() - path.front().translation()).norm();
+    if (!(distance_m <= kLargestTown_m)) {
+      throw std::runtime_error(
+          fmt::format("{}: leads {:.3g} m away from its start; at most {:.0f} m can be rendered",
+                      settings.trajectory.string(), distance_m, kLargestTown_m));
+    }
+  }
   return path;
 }
 
