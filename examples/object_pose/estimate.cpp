@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include "estimate.hpp"
+
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <utility>
+
+#include <antipode/distributions/mixture_queries.hpp>
+#include <antipode/distributions/mixture_reduction.hpp>
+
+namespace object_pose {
+namespace {
+
+constexpr int kDraws = 2000;
+
+/// A mismatch may put the object in any orientation and as far away as it is large: log of that density.
+double log_mismatch_density(const BoxSize& size_m) {
+  constexpr double kSphereArea = 2.0 * std::numbers::pi * std::numbers::pi;
+  const double reach_m = size_m.norm();
+  const double volume_m3 = 4.0 / 3.0 * std::numbers::pi * reach_m * reach_m * reach_m;
+  return -std::log(kSphereArea * volume_m3);
+}
+
+Stage first_stage(std::size_t match, const Belief& feature) {
+  return {.match = match,
+          .verdict = Verdict::kFirst,
+          .before = std::nullopt,
+          .feature = feature,
+          .after = feature};
+}
+
+Stage fuse_feature(std::size_t match, const Belief& belief, const Belief& feature, const BoxSize& size_m,
+                   const EstimateSettings& settings) {
+  Stage stage{.match = match,
+              .verdict = Verdict::kRefused,
+              .pairs = belief.size() * feature.size(),
+              .log_evidence = -std::numeric_limits<double>::infinity(),
+              .before = belief,
+              .feature = feature,
+              .after = belief};
+  const auto fused = antipode::try_fuse(belief, feature);
+  if (!fused) return stage;
+  stage.compatible = fused->mixture.size();
+  stage.log_evidence = fused->log_mass - log_mismatch_density(size_m);
+  const double odds = settings.mismatch_rate / (1.0 - settings.mismatch_rate);
+  if (stage.log_evidence < std::log(odds)) return stage;
+
+  auto reduced = antipode::reduce(
+      fused->mixture, {.max_components = settings.max_components, .min_weight = settings.min_weight});
+  stage.verdict = Verdict::kFused;
+  stage.dropped = static_cast<std::size_t>(reduced.dropped);
+  stage.merged = static_cast<std::size_t>(reduced.merged);
+  stage.after = std::move(reduced.mixture);
+  return stage;
+}
+
+}  // namespace
+
+std::vector<Stage> estimate_pose(const std::vector<Match>& matches, const FeatureModel& model,
+                                 const BoxSize& size_m, const StereoCamera& camera,
+                                 const EstimateSettings& settings) {
+  constexpr std::size_t kContradictions = 2;
+  std::deque<std::size_t> waiting;
+  for (std::size_t k = 0; k < matches.size(); ++k) waiting.push_back(k);
+  std::vector<Stage> stages;
+  std::vector<std::size_t> contradicting;  // refused by the first feature alone
+  std::size_t fused = 0;
+  while (!waiting.empty() && fused < settings.max_features) {
+    const std::size_t match = waiting.front();
+    waiting.pop_front();
+    const Belief feature = object_pose(matches[match], model, camera, settings.evidence);
+    if (fused == 0) {
+      stages.push_back(first_stage(match, feature));
+      fused = 1;
+      continue;
+    }
+    stages.push_back(fuse_feature(match, stages.back().after, feature, size_m, settings));
+    if (stages.back().verdict == Verdict::kFused) {
+      ++fused;
+      continue;
+    }
+    if (fused > 1) continue;
+    contradicting.push_back(match);
+    if (contradicting.size() < kContradictions) continue;
+    stages.back().verdict = Verdict::kRestart;
+    waiting.insert(waiting.begin(), contradicting.begin(), contradicting.end());
+    contradicting.clear();
+    fused = 0;
+  }
+  return stages;
+}
+
+double entropy(const Belief& belief, std::uint64_t seed) {
+  std::mt19937_64 rng(seed);
+  double sum = 0.0;
+  for (int k = 0; k < kDraws; ++k) sum -= belief.log_density(belief.sample(rng));
+  return sum / kDraws;
+}
+
+double mass_above(const Belief& belief, const Pose& pose, std::uint64_t seed) {
+  std::mt19937_64 rng(seed);
+  const double level = belief.log_density(pose);
+  int above = 0;
+  for (int k = 0; k < kDraws; ++k) above += belief.log_density(belief.sample(rng)) > level ? 1 : 0;
+  return static_cast<double>(above) / kDraws;
+}
+
+Pose mean_pose(const Belief& belief) { return antipode::moment_match(belief).pose(); }
+
+PoseError error_of(const Pose& estimate, const Pose& truth) {
+  const auto xi = estimate.boxminus(truth);
+  return {xi.head<3>().norm() * 180.0 / std::numbers::pi,
+          100.0 * (estimate.translation() - truth.translation()).norm()};
+}
+
+}  // namespace object_pose

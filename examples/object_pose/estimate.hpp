@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pose_evidence.hpp"
+
+namespace object_pose {
+
+struct EstimateSettings {
+  EvidenceSettings evidence;
+  std::size_t max_features = 8;     ///< to fuse; refused ones do not count
+  std::size_t max_components = 10;  ///< left after each fusion
+  double min_weight = 1e-3;         ///< lighter components are dropped
+  /// How often a match is wrong, before the fusion says anything.
+  double mismatch_rate = 0.1;
+};
+
+enum class Verdict {
+  kFirst,    ///< nothing to compare it with
+  kFused,    ///< agrees with the belief
+  kRefused,  ///< more likely a mismatch
+  kRestart,  ///< refused, and so the first feature is given up: two speak against it and none for it
+};
+
+/// What became of a feature.
+struct Stage {
+  std::size_t match;  ///< index
+  Verdict verdict;
+  std::size_t pairs = 0;       ///< of the belief's components and the feature's
+  std::size_t compatible = 0;  ///< of them, with tangent points near enough
+  std::size_t dropped = 0, merged = 0;
+  /// log of how much more probable the feature is if it belongs to the object as believed than if it is
+  /// a mismatch.
+  double log_evidence = 0.0;
+  std::optional<Belief> before;  ///< the belief that it was fused with
+  Belief feature;                ///< what it says of the object's pose
+  Belief after;                  ///< the belief from now on
+};
+
+/// Fuses one feature after another (MPG sec. VI, Figs. 3-6), in the order of the matches.
+[[nodiscard]] std::vector<Stage> estimate_pose(const std::vector<Match>& matches, const FeatureModel& model,
+                                               const BoxSize& size_m, const StereoCamera& camera,
+                                               const EstimateSettings& settings = {});
+
+/// The differential entropy -E[log p] in nats, by draws.
+[[nodiscard]] double entropy(const Belief& belief, std::uint64_t seed = 1);
+
+/// The probability of all poses that are more probable than this one: it lies in the mixture's 95 % region if
+/// this is at most 0.95.
+[[nodiscard]] double mass_above(const Belief& belief, const Pose& pose, std::uint64_t seed = 1);
+
+/// The mean of the mixture.
+[[nodiscard]] Pose mean_pose(const Belief& belief);
+
+struct PoseError {
+  double rotation_deg, translation_cm;
+};
+[[nodiscard]] PoseError error_of(const Pose& estimate, const Pose& truth);
+
+}  // namespace object_pose
