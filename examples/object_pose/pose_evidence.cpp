@@ -7,7 +7,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include <antipode/distributions/projected_gaussian_operations.hpp>
+#include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
@@ -114,12 +115,20 @@ Belief feature_pose(const SeenFeature& seen, double diameter_m, const StereoCame
   return Belief::normalized(std::move(elements));
 }
 
+Belief compose_with_lever(const Belief& x, const Pose& y) {
+  std::vector<Belief::Element> elements;
+  for (const auto& [weight, density] : x) {
+    const auto moved = compose(antipode::to_bingham_gaussian(density), y);
+    elements.push_back({weight, antipode::to_projected_gaussian(moved)});
+  }
+  return Belief::normalized(std::move(elements));
+}
+
 Belief object_pose(const Match& match, const FeatureModel& model, const StereoCamera& camera,
                    const EvidenceSettings& settings) {
   const ModelFeature& feature = model.features[match.model_feature];
-  // The lever from the feature to the object's origin is long against the spread of the tilt.
-  return compose(feature_pose(match.seen, feature.diameter_m, camera, settings),
-                 feature.T_object_feature.inverse(), antipode::Transport::kUnscented);
+  return compose_with_lever(feature_pose(match.seen, feature.diameter_m, camera, settings),
+                            feature.T_object_feature.inverse());
 }
 
 }  // namespace object_pose

@@ -39,6 +39,10 @@ struct EvidenceSettings {
 [[nodiscard]] Belief feature_pose(const SeenFeature& seen, double diameter_m, const StereoCamera& camera,
                                   const EvidenceSettings& settings = {});
 
+/// The density of x y for a certain pose y, with exact moments. A lever of decimetres bends the rotation's
+/// spread of many degrees into an arc, which the linearised composition takes for its tangent.
+[[nodiscard]] Belief compose_with_lever(const Belief& x, const Pose& y);
+
 /// The object's pose T_camera_object by one feature: its pose, and the motion from it to the object (MPG
 /// Eq. 21, Fig. 3).
 [[nodiscard]] Belief object_pose(const Match& match, const FeatureModel& model, const StereoCamera& camera,
