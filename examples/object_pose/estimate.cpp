@@ -5,16 +5,12 @@
 #include <deque>
 #include <limits>
 #include <numbers>
-#include <random>
 #include <utility>
 
-#include <antipode/distributions/mixture_queries.hpp>
 #include <antipode/distributions/mixture_reduction.hpp>
 
 namespace object_pose {
 namespace {
-
-constexpr int kDraws = 2000;
 
 /// A mismatch may put the object in any orientation and as far away as it is large: log of that density.
 double log_mismatch_density(const BoxSize& size_m) {
@@ -41,7 +37,7 @@ Stage fuse_feature(std::size_t match, const Belief& belief, const Belief& featur
               .before = belief,
               .feature = feature,
               .after = belief};
-  const auto fused = antipode::try_fuse(belief, feature);
+  const auto fused = antipode::try_fuse(belief, feature, {.gate = antipode::PlausibilityGate::kTapered});
   if (!fused) return stage;
   stage.compatible = fused->mixture.size();
   stage.log_evidence = fused->log_mass - log_mismatch_density(size_m);
@@ -62,16 +58,15 @@ Stage fuse_feature(std::size_t match, const Belief& belief, const Belief& featur
 std::vector<Stage> estimate_pose(const std::vector<Match>& matches, const FeatureModel& model,
                                  const BoxSize& size_m, const StereoCamera& camera,
                                  const EstimateSettings& settings) {
-  constexpr std::size_t kContradictions = 2;
   std::deque<std::size_t> waiting;
   for (std::size_t k = 0; k < matches.size(); ++k) waiting.push_back(k);
   std::vector<Stage> stages;
-  std::vector<std::size_t> contradicting;  // refused by the first feature alone
-  std::size_t fused = 0;
+  std::vector<std::size_t> refused;  // by the present belief
+  std::size_t fused = 0, refused_in_succession = 0;
   while (!waiting.empty() && fused < settings.max_features) {
     const std::size_t match = waiting.front();
     waiting.pop_front();
-    const Belief feature = object_pose(matches[match], model, camera, settings.evidence);
+    const Belief feature = pose_by_feature(matches[match], model, camera, settings.evidence);
     if (fused == 0) {
       stages.push_back(first_stage(match, feature));
       fused = 1;
@@ -80,40 +75,28 @@ std::vector<Stage> estimate_pose(const std::vector<Match>& matches, const Featur
     stages.push_back(fuse_feature(match, stages.back().after, feature, size_m, settings));
     if (stages.back().verdict == Verdict::kFused) {
       ++fused;
+      refused_in_succession = 0;
       continue;
     }
-    if (fused > 1) continue;
-    contradicting.push_back(match);
-    if (contradicting.size() < kContradictions) continue;
+    refused.push_back(match);
+    if (++refused_in_succession <= fused) continue;
+    // Mismatches agree with each other now and then, but not for long.
     stages.back().verdict = Verdict::kRestart;
-    waiting.insert(waiting.begin(), contradicting.begin(), contradicting.end());
-    contradicting.clear();
-    fused = 0;
+    waiting.insert(waiting.begin(), refused.begin(), refused.end());
+    refused.clear();
+    fused = refused_in_succession = 0;
   }
   return stages;
 }
 
-double entropy(const Belief& belief, std::uint64_t seed) {
-  std::mt19937_64 rng(seed);
-  double sum = 0.0;
-  for (int k = 0; k < kDraws; ++k) sum -= belief.log_density(belief.sample(rng));
-  return sum / kDraws;
-}
-
-double mass_above(const Belief& belief, const Pose& pose, std::uint64_t seed) {
-  std::mt19937_64 rng(seed);
-  const double level = belief.log_density(pose);
-  int above = 0;
-  for (int k = 0; k < kDraws; ++k) above += belief.log_density(belief.sample(rng)) > level ? 1 : 0;
-  return static_cast<double>(above) / kDraws;
-}
-
-Pose mean_pose(const Belief& belief) { return antipode::moment_match(belief).pose(); }
-
-PoseError error_of(const Pose& estimate, const Pose& truth) {
-  const auto xi = estimate.boxminus(truth);
-  return {xi.head<3>().norm() * 180.0 / std::numbers::pi,
-          100.0 * (estimate.translation() - truth.translation()).norm()};
+std::size_t supporting_features(const std::vector<Stage>& stages) {
+  std::size_t count = 0;
+  for (const auto& stage : stages) {
+    if (stage.verdict == Verdict::kFirst) count = 0;
+    if (stage.verdict == Verdict::kFirst || stage.verdict == Verdict::kFused) ++count;
+    if (stage.verdict == Verdict::kRestart) count = 0;
+  }
+  return count;
 }
 
 }  // namespace object_pose

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -23,7 +22,7 @@ enum class Verdict {
   kFirst,    ///< nothing to compare it with
   kFused,    ///< agrees with the belief
   kRefused,  ///< more likely a mismatch
-  kRestart,  ///< refused, and so the first feature is given up: two speak against it and none for it
+  kRestart,  ///< refused, and the belief given up: more features in succession contradict it than made it
 };
 
 /// What became of a feature.
@@ -46,19 +45,7 @@ struct Stage {
                                                const BoxSize& size_m, const StereoCamera& camera,
                                                const EstimateSettings& settings = {});
 
-/// The differential entropy -E[log p] in nats, by draws.
-[[nodiscard]] double entropy(const Belief& belief, std::uint64_t seed = 1);
-
-/// The probability of all poses that are more probable than this one: it lies in the mixture's 95 % region if
-/// this is at most 0.95.
-[[nodiscard]] double mass_above(const Belief& belief, const Pose& pose, std::uint64_t seed = 1);
-
-/// The mean of the mixture.
-[[nodiscard]] Pose mean_pose(const Belief& belief);
-
-struct PoseError {
-  double rotation_deg, translation_cm;
-};
-[[nodiscard]] PoseError error_of(const Pose& estimate, const Pose& truth);
+/// How many features the last belief is made of.
+[[nodiscard]] std::size_t supporting_features(const std::vector<Stage>& stages);
 
 }  // namespace object_pose

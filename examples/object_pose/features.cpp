@@ -86,14 +86,28 @@ std::optional<Eigen::Vector3d> find_on_right(const Keypoints& left, int index, c
   return z;
 }
 
+/// The matches on faces that are seen, as several agree on them. What remains of a hidden face are
+/// mismatches, and these would be among the furthest from all others.
+std::vector<Match> on_seen_faces(const std::vector<Match>& matches, const FeatureModel& model) {
+  constexpr double kLeastShare = 0.1;
+  std::map<std::size_t, double> share;
+  for (const auto& match : matches) {
+    share[model.features[match.model_feature].face] += 1.0 / static_cast<double>(matches.size());
+  }
+  std::vector<Match> kept;
+  for (const auto& match : matches) {
+    if (share[model.features[match.model_feature].face] >= kLeastShare) kept.push_back(match);
+  }
+  return kept;
+}
+
 /// The most distinctive match first, then those furthest from the ones before.
 std::vector<Match> spread_out(std::vector<Match> matches, const FeatureModel& model) {
+  const auto place = [&](std::size_t k) { return place_of(model, matches[k].model_feature); };
   std::vector<double> gap_m(matches.size(), std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k + 1 < matches.size(); ++k) {
     for (std::size_t i = k + 1; i < matches.size(); ++i) {
-      gap_m[i] = std::min(
-          gap_m[i],
-          (place_of(model, matches[i].model_feature) - place_of(model, matches[k].model_feature)).norm());
+      gap_m[i] = std::min(gap_m[i], (place(i) - place(k)).norm());
     }
     const auto begin = gap_m.begin() + static_cast<std::ptrdiff_t>(k) + 1;
     const auto furthest = static_cast<std::size_t>(std::max_element(begin, gap_m.end()) - gap_m.begin());
@@ -156,7 +170,7 @@ std::vector<Match> match_features(const StereoImages& images, const StereoCamera
   std::stable_sort(matches.begin(), matches.end(),
                    [](const Match& a, const Match& b) { return a.ratio < b.ratio; });
   matches.resize(std::min(matches.size(), settings.max_matches));
-  return spread_out(std::move(matches), model);
+  return spread_out(on_seen_faces(matches, model), model);
 }
 
 }  // namespace object_pose

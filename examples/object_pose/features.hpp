@@ -48,9 +48,9 @@ struct MatchSettings {
 /// The features of all faces. Throws std::runtime_error if there are none.
 [[nodiscard]] FeatureModel learn_features(const BoxModel& box);
 
-/// Features of the object seen in both images: first the most distinctive, then always the one that lies
-/// furthest on the object from those before, as near ones say the same. Throws std::runtime_error if the
-/// images are not the camera's, or without a match.
+/// Features of the object seen in both images, on faces that have several: first the most distinctive, then
+/// always the one that lies furthest on the object from those before, as near ones say the same. Throws
+/// std::runtime_error if the images are not the camera's, or without a match.
 [[nodiscard]] std::vector<Match> match_features(const StereoImages& images, const StereoCamera& camera,
                                                 const FeatureModel& model,
                                                 const MatchSettings& settings = {});

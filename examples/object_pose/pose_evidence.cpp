@@ -124,8 +124,8 @@ Belief compose_with_lever(const Belief& x, const Pose& y) {
   return Belief::normalized(std::move(elements));
 }
 
-Belief object_pose(const Match& match, const FeatureModel& model, const StereoCamera& camera,
-                   const EvidenceSettings& settings) {
+Belief pose_by_feature(const Match& match, const FeatureModel& model, const StereoCamera& camera,
+                       const EvidenceSettings& settings) {
   const ModelFeature& feature = model.features[match.model_feature];
   return compose_with_lever(feature_pose(match.seen, feature.diameter_m, camera, settings),
                             feature.T_object_feature.inverse());

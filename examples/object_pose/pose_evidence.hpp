@@ -45,7 +45,7 @@ struct EvidenceSettings {
 
 /// The object's pose T_camera_object by one feature: its pose, and the motion from it to the object (MPG
 /// Eq. 21, Fig. 3).
-[[nodiscard]] Belief object_pose(const Match& match, const FeatureModel& model, const StereoCamera& camera,
-                                 const EvidenceSettings& settings = {});
+[[nodiscard]] Belief pose_by_feature(const Match& match, const FeatureModel& model,
+                                     const StereoCamera& camera, const EvidenceSettings& settings = {});
 
 }  // namespace object_pose
