@@ -20,6 +20,8 @@ double log_mismatch_density(const BoxSize& size_m) {
   return -std::log(kSphereArea * volume_m3);
 }
 
+double log_odds(double probability) { return std::log(probability / (1.0 - probability)); }
+
 Stage first_stage(std::size_t match, const Belief& feature) {
   return {.match = match,
           .verdict = Verdict::kFirst,
@@ -41,8 +43,7 @@ Stage fuse_feature(std::size_t match, const Belief& belief, const Belief& featur
   if (!fused) return stage;
   stage.compatible = fused->mixture.size();
   stage.log_evidence = fused->log_mass - log_mismatch_density(size_m);
-  const double odds = settings.mismatch_rate / (1.0 - settings.mismatch_rate);
-  if (stage.log_evidence < std::log(odds)) return stage;
+  if (stage.log_evidence < log_odds(settings.mismatch_rate) + log_odds(settings.certainty)) return stage;
 
   auto reduced = antipode::reduce(
       fused->mixture, {.max_components = settings.max_components, .min_weight = settings.min_weight});

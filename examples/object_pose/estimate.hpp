@@ -16,6 +16,8 @@ struct EstimateSettings {
   double min_weight = 1e-3;         ///< lighter components are dropped
   /// How often a match is wrong, before the fusion says anything.
   double mismatch_rate = 0.1;
+  /// How certain it must be that a feature is no mismatch: others will follow.
+  double certainty = 0.999;
 };
 
 enum class Verdict {

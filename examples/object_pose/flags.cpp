@@ -2,9 +2,11 @@
 #include "flags.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
@@ -25,7 +27,7 @@ class Panel {
     cv::Mat1b grey;
     cv::warpAffine(left, grey, cut, {side_px, side_px}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
     cv::medianBlur(grey, grey, 3);
-    grey = grey * 0.3 + 165;
+    grey = grey * 0.4 + 140;
     grey = grey / 6 * 6;
     cv::cvtColor(grey, image_, cv::COLOR_GRAY2BGR);
   }
@@ -33,24 +35,29 @@ class Panel {
   [[nodiscard]] const cv::Mat3b& image() const { return image_; }
 
   /// A flag, if all of it is before the camera.
-  void flag(const Pose& pose, const FlagSettings& s, const cv::Scalar& color, double opacity, int width) {
-    const Eigen::Vector3d foot = pose.translation(), x = pose.rotation_matrix().col(0),
-                          z = pose.rotation_matrix().col(2);
-    const Eigen::Vector3d top = foot + s.pole_m * z, low = foot + 0.65 * s.pole_m * z;
-    const Eigen::Vector3d tip = 0.5 * (top + low) + s.pennant_m * x;
-    for (const auto& p : {foot, top, low, tip}) {
-      if (!(p.z() > StereoCamera::kMinDepth_m)) return;
-    }
-    const std::vector<cv::Point> pennant = {pixel(top), pixel(low), pixel(tip)};
-    cv::Rect area = cv::boundingRect(std::vector<cv::Point>{pixel(foot), pennant[0], pennant[1], pennant[2]});
+  void flag(const Pose& pose, const FlagSettings& s, const cv::Scalar& color, double opacity) {
+    const auto corners = corners_of_flag(pose, s);
+    if (!corners) return;
+    const auto& [foot, top, low, tip] = *corners;
+    cv::Rect area = cv::boundingRect(std::vector<cv::Point>{foot, top, low, tip});
     area = cv::Rect(area.x / (1 << kFraction) - 3, area.y / (1 << kFraction) - 3,
                     area.width / (1 << kFraction) + 7, area.height / (1 << kFraction) + 7) &
            cv::Rect({0, 0}, image_.size());
     if (area.empty()) return;
     const cv::Mat3b below = image_(area).clone();
-    cv::fillConvexPoly(image_, pennant, color, cv::LINE_AA, kFraction);
-    cv::line(image_, pixel(foot), pixel(top), color, width, cv::LINE_AA, kFraction);
+    cv::fillConvexPoly(image_, std::vector<cv::Point>{top, low, tip}, color, cv::LINE_AA, kFraction);
+    cv::line(image_, foot, top, color, 1, cv::LINE_AA, kFraction);
     cv::addWeighted(image_(area), opacity, below, 1.0 - opacity, 0.0, image_(area));
+  }
+
+  /// The outline of a flag.
+  void outline(const Pose& pose, const FlagSettings& s, const cv::Scalar& color) {
+    const auto corners = corners_of_flag(pose, s);
+    if (!corners) return;
+    const auto& [foot, top, low, tip] = *corners;
+    for (const auto& [from, to] : {std::pair(foot, top), std::pair(top, tip), std::pair(tip, low)}) {
+      cv::line(image_, from, to, color, 2, cv::LINE_AA, kFraction);
+    }
   }
 
   void dot(const Eigen::Vector3d& z, const cv::Scalar& color) {
@@ -71,6 +78,21 @@ class Panel {
   [[nodiscard]] cv::Point pixel(const Eigen::Vector3d& p) const {
     const Eigen::Vector3d z = camera_.project_unchecked(p);
     return fixed((z.x() - part_.x) * scale_, (z.y() - part_.y) * scale_);
+  }
+
+  /// Foot and top of the pole, lower corner and tip of the pennant.
+  [[nodiscard]] std::optional<std::array<cv::Point, 4>> corners_of_flag(const Pose& pose,
+                                                                        const FlagSettings& s) const {
+    const Eigen::Vector3d foot = pose.translation(), x = pose.rotation_matrix().col(0),
+                          z = pose.rotation_matrix().col(2);
+    const Eigen::Vector3d top = foot + s.pole_m * z, low = foot + 0.6 * s.pole_m * z;
+    const std::array<Eigen::Vector3d, 4> corners = {foot, top, low, 0.5 * (top + low) + s.pennant_m * x};
+    std::array<cv::Point, 4> pixels;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      if (!(corners[k].z() > StereoCamera::kMinDepth_m)) return std::nullopt;
+      pixels[k] = pixel(corners[k]);
+    }
+    return pixels;
   }
 
   StereoCamera camera_;
@@ -105,7 +127,7 @@ void plant(const Belief& belief, const cv::Scalar& color, const FlagSettings& se
   const double count = static_cast<double>(flags.size());
   for (std::size_t k = 0; k < flags.size(); ++k) {
     const double rank = static_cast<double>(k) / count;
-    panel.flag(flags[k].second, settings, color, 0.12 + 0.33 * rank, 1);
+    panel.flag(flags[k].second, settings, color, 0.1 + 0.3 * rank);
   }
 }
 
@@ -124,7 +146,7 @@ cv::Mat3b draw_stage(const Stage& stage, const Match& match, const cv::Mat1b& le
   plant(stage.feature, kFeature, settings, apart);
   plant(stage.after, kAfter, settings, together);
   for (Panel* panel : {&apart, &together}) {
-    if (truth) panel->flag(*truth, settings, kTruth, 1.0, 2);
+    if (truth) panel->outline(*truth, settings, kTruth);
   }
   apart.dot(match.seen.z, kFeature);
   apart.title(stage.before ? "believed (green), the feature says (blue)" : "the feature says (blue)");

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <random>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "object_pose/belief.hpp"
