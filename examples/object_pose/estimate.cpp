@@ -30,27 +30,31 @@ Stage first_stage(std::size_t match, const Belief& feature) {
           .after = feature};
 }
 
-Stage fuse_feature(std::size_t match, const Belief& belief, const Belief& feature, const BoxSize& size_m,
-                   const EstimateSettings& settings) {
+/// The fusion is made in the feature's frame: the lever between feature and object bends what is believed,
+/// which grows narrow, and not the wide rotation of the base elements.
+Stage fuse_feature(std::size_t match, const Belief& belief, const FeatureEvidence& feature,
+                   const BoxSize& size_m, const EstimateSettings& settings) {
   Stage stage{.match = match,
               .verdict = Verdict::kRefused,
-              .pairs = belief.size() * feature.size(),
+              .pairs = belief.size() * feature.T_camera_feature.size(),
               .log_evidence = -std::numeric_limits<double>::infinity(),
               .before = belief,
-              .feature = feature,
+              .feature = feature.T_camera_object,
               .after = belief};
-  const auto fused = antipode::try_fuse(belief, feature, {.gate = antipode::PlausibilityGate::kTapered});
+  const auto fused =
+      antipode::try_fuse(compose_with_lever(belief, feature.T_object_feature), feature.T_camera_feature,
+                         {.gate = antipode::PlausibilityGate::kTapered});
   if (!fused) return stage;
   stage.compatible = fused->mixture.size();
   stage.log_evidence = fused->log_mass - log_mismatch_density(size_m);
   if (stage.log_evidence < log_odds(settings.mismatch_rate) + log_odds(settings.certainty)) return stage;
 
-  auto reduced = antipode::reduce(
+  const auto reduced = antipode::reduce(
       fused->mixture, {.max_components = settings.max_components, .min_weight = settings.min_weight});
   stage.verdict = Verdict::kFused;
   stage.dropped = static_cast<std::size_t>(reduced.dropped);
   stage.merged = static_cast<std::size_t>(reduced.merged);
-  stage.after = std::move(reduced.mixture);
+  stage.after = compose_with_lever(reduced.mixture, feature.T_object_feature.inverse());
   return stage;
 }
 
@@ -67,9 +71,9 @@ std::vector<Stage> estimate_pose(const std::vector<Match>& matches, const Featur
   while (!waiting.empty() && fused < settings.max_features) {
     const std::size_t match = waiting.front();
     waiting.pop_front();
-    const Belief feature = pose_by_feature(matches[match], model, camera, settings.evidence);
+    const FeatureEvidence feature = evidence_of(matches[match], model, camera, settings.evidence);
     if (fused == 0) {
-      stages.push_back(first_stage(match, feature));
+      stages.push_back(first_stage(match, feature.T_camera_object));
       fused = 1;
       continue;
     }

@@ -124,11 +124,12 @@ Belief compose_with_lever(const Belief& x, const Pose& y) {
   return Belief::normalized(std::move(elements));
 }
 
-Belief pose_by_feature(const Match& match, const FeatureModel& model, const StereoCamera& camera,
-                       const EvidenceSettings& settings) {
+FeatureEvidence evidence_of(const Match& match, const FeatureModel& model, const StereoCamera& camera,
+                            const EvidenceSettings& settings) {
   const ModelFeature& feature = model.features[match.model_feature];
-  return compose_with_lever(feature_pose(match.seen, feature.diameter_m, camera, settings),
-                            feature.T_object_feature.inverse());
+  const Belief T_camera_feature = feature_pose(match.seen, feature.diameter_m, camera, settings);
+  return {T_camera_feature, feature.T_object_feature,
+          compose_with_lever(T_camera_feature, feature.T_object_feature.inverse())};
 }
 
 }  // namespace object_pose

@@ -43,9 +43,14 @@ struct EvidenceSettings {
 /// spread of many degrees into an arc, which the linearised composition takes for its tangent.
 [[nodiscard]] Belief compose_with_lever(const Belief& x, const Pose& y);
 
-/// The object's pose T_camera_object by one feature: its pose, and the motion from it to the object (MPG
-/// Eq. 21, Fig. 3).
-[[nodiscard]] Belief pose_by_feature(const Match& match, const FeatureModel& model,
-                                     const StereoCamera& camera, const EvidenceSettings& settings = {});
+/// What one feature says.
+struct FeatureEvidence {
+  Belief T_camera_feature;
+  Pose T_object_feature;
+  Belief T_camera_object;  ///< the feature's pose and the motion from it to the object (MPG Eq. 21, Fig. 3)
+};
+
+[[nodiscard]] FeatureEvidence evidence_of(const Match& match, const FeatureModel& model,
+                                          const StereoCamera& camera, const EvidenceSettings& settings = {});
 
 }  // namespace object_pose
