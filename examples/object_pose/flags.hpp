@@ -16,7 +16,7 @@ struct FlagSettings {
   int draws = 60;  ///< flags of a belief
   double pole_m = 0.11;
   double pennant_m = 0.07;
-  int panel_px = 420;   ///< side of the square that shows the box
+  int panel_px = 360;   ///< side of the square that shows the box
   double margin = 0.2;  ///< around the box, as a share of its size
 };
 
