@@ -23,7 +23,7 @@ struct EstimateSettings {
 enum class Verdict {
   kFirst,    ///< nothing to compare it with
   kFused,    ///< agrees with the belief
-  kRefused,  ///< more likely a mismatch
+  kRefused,  ///< not certain enough to be no mismatch
   kRestart,  ///< refused, and the belief given up: more features in succession contradict it than made it
 };
 

@@ -26,7 +26,7 @@ class Panel {
     const cv::Matx23d cut(scale_, 0, -scale_ * part.x, 0, scale_, -scale_ * part.y);
     cv::Mat1b grey;
     cv::warpAffine(left, grey, cut, {side_px, side_px}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-    cv::medianBlur(grey, grey, 5);
+    cv::medianBlur(grey, grey, 3);
     grey = grey * 0.4 + 140;
     grey = grey / 12 * 12;
     cv::cvtColor(grey, image_, cv::COLOR_GRAY2BGR);
