@@ -6,7 +6,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build/release
 
 "$root/cmake/install-dependencies.sh"
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release >/dev/null
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DANTIPODE_BUILD_BENCHMARKS=ON >/dev/null
 benchmarks=(bench_dual_quaternion bench_bingham bench_sampling bench_filters bench_mixtures)
 cmake --build "$build" --target "${benchmarks[@]}" >/dev/null
 

@@ -32,9 +32,11 @@
 ///
 /// and condition the prior on the model raised to a power. The power grows to one as fast as the model holds,
 /// measured by rho, the standard deviation of what it leaves unexplained over the density it was fitted to;
-/// how informative the measurement is does not matter. Every fit conditions the original prior, so that what
-/// the first, wide fits got wrong does not add up. The last fit is to the posterior itself: a fixed point, as
-/// in variational inference. A linear model with Gaussian noise takes one fit and is the Kalman update.
+/// how informative the measurement is does not matter. Where the log-likelihood turns out to be far below
+/// what the model promised, the step is taken back and repeated a part of the way. Every fit conditions the
+/// original prior, so that what the first, wide fits got wrong does not add up. The last fit is to the
+/// posterior itself: a fixed point, as in variational inference. A linear model with Gaussian noise takes one
+/// fit and is the Kalman update.
 ///
 /// No derivatives are needed, and robust or other non-Gaussian likelihoods are welcome as long as the
 /// posterior has one mode that the prior reaches: a cap that hides most of the measurement from most of the
@@ -47,7 +49,8 @@ struct QuadraticUpdateOptions {
   Scalar max_residual = Scalar(1);
   /// The posterior is settled when a fit moves it by less, in standard deviations.
   Scalar tolerance = Scalar(0.2);
-  /// Most fits. Once half of them are used, the power grows evenly, whatever max_residual asks for.
+  /// Most steps. Once half of them are used, the power grows evenly, whatever max_residual asks for. Steps
+  /// that have not settled by then are kDiverged.
   int max_steps = 50;
   /// Below this log-likelihood at the posterior's samples (the best of them) the result is reported as
   /// diverged.
@@ -194,7 +197,7 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
   constexpr Scalar kPoorFit(0.7);           // of what it should explain remains unexplained
   constexpr Scalar kExactFit(0.01);         // residual at which a fit needs no repetition
   constexpr Scalar kMaxShortfall(6);        // of the log-likelihood behind its model, in max_residual
-  constexpr int kMostRetries = 12;          // of one model, at half the power each
+  constexpr int kMostRetries = 12;          // of one step, each half as far
   detail::check_options(options);
   const auto origin = detail::RootedPose<Scalar>::of(prior);
   const auto standard = rule.template standard<Scalar>();
