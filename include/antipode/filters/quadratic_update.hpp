@@ -197,6 +197,9 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
   constexpr Scalar kPoorFit(0.7);           // of what it should explain remains unexplained
   constexpr Scalar kExactFit(0.01);         // residual at which a fit needs no repetition
   constexpr Scalar kMaxShortfall(6);        // of the log-likelihood behind its model, in max_residual
+  constexpr Scalar kGrowth(1.05);           // of the power, below which it stalls
+  constexpr Scalar kForcedGrowth(1.25);     // when it does
+  constexpr int kMostRepeats = 2;           // of fits without growth, before steps are halved
   constexpr int kMostRetries = 12;          // of one step, each half as far
   detail::check_options(options);
   const auto origin = detail::RootedPose<Scalar>::of(prior);
@@ -206,6 +209,7 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
   Scalar power(0), spread(1);
   detail::QuadraticStep<Scalar> last{origin};
   int retries = kMostRetries;
+  int repeats = 0;  // fits in succession that did not allow a larger power
   for (bool settled = false; !settled;) {
     auto fit = detail::fit_quadratic(density, spread, log_likelihood, standard);
     result.evaluations += Rule::kCount;
@@ -236,6 +240,9 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
           detail::next_power(power, options.max_residual / fit.residual, result.steps, options.max_steps);
       result.limit_hit = result.limit_hit || wanted.forced;
       next = wanted.power;
+      repeats = next > kGrowth * power ? 0 : repeats + 1;
+      // The posterior is less Gaussian than max_residual asks for; the power has to grow all the same.
+      if (repeats > kMostRepeats) next = std::min(Scalar(1), std::max(next, kForcedGrowth * power));
       last.fit = fit;
       last.density = density;
       last.power = power;
@@ -252,14 +259,23 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
       result.status = UpdateStatus::kNotFinite;
       return result;
     }
-    if (retries > 0) {
-      const Scalar share = std::pow(Scalar(0.5), Scalar(retries));
+    // A model that is exact over the prior is exact over the posterior; so is one that is exact over a
+    // density that the posterior lies within.
+    const bool exact = spread == Scalar(1) && fit.residual <= kExactFit &&
+                       (result.steps == 0 || detail::is_within(last.y, options.tolerance));
+    settled = next == Scalar(1) && retries == 0 &&
+              (exact || detail::is_settled(last.y, options.tolerance) || !origin.invertible);
+    // Half steps end the to and fro that whole ones may fall into.
+    const int halvings = retries > 0 ? retries : repeats > kMostRepeats ? 1 : 0;
+    if (halvings > 0 && !settled && origin.invertible) {
+      const Scalar share = std::pow(Scalar(0.5), Scalar(halvings));
       last.y = detail::damped(last.y, share);
-      next = power + share * (next - power);
+      if (retries > 0) next = power + share * (next - power);
     }
     const auto moved = density.moved(last.y);
     if (!moved && spread > kMinSpread) {  // a model that leads nowhere is a poor one
       spread /= 2;
+      settled = false;
       continue;
     }
     if (!moved) {
@@ -270,12 +286,6 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
     power = next;
     ++result.steps;
     result.log_evidence = origin.invertible ? last.y.log_evidence : result.log_evidence + last.y.log_evidence;
-    // A model that is exact over the prior is exact over the posterior; so is one that is exact over a
-    // density that the posterior lies within.
-    const bool exact = spread == Scalar(1) && fit.residual <= kExactFit &&
-                       (result.steps == 1 || detail::is_within(last.y, options.tolerance));
-    settled = power == Scalar(1) && retries == 0 &&
-              (exact || detail::is_settled(last.y, options.tolerance) || !origin.invertible);
     if (!settled && result.steps >= options.max_steps) {
       result.status = UpdateStatus::kDiverged;
       result.limit_hit = true;
