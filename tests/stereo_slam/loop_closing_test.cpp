@@ -216,8 +216,10 @@ TEST_CASE("A street that looks like another 20 m away is refused and changes not
   CHECK(refused >= 3);
   for (const auto& event : outcome.events) {
     const std::size_t k = event.frame / kFramesApart;
-    CAPTURE(k, event.chi2);
-    CHECK(event.accepted == !deceived(k));
+    const std::size_t old = event.old_frame / kFramesApart;
+    CAPTURE(k, old, event.chi2);
+    // Who is deceived leaves a false view of its place behind, for later keyframes to find.
+    CHECK(event.accepted == !(deceived(k) || deceived(old)));
   }
   CHECK(ate_m(outcome.closed) == Approx(ate_m(blind.closed)).epsilon(0.1));
 }

@@ -70,10 +70,10 @@ TEST_CASE("The rectified views of a point lie in one row, a disparity apart", "[
           const Eigen::Vector3d p_left = rectifier.T_left_camera() * camera.back_project(z);
           const Eigen::Vector2d left_px = project(rig.left, p_left);
           const Eigen::Vector2d right_px = project(rig.right, rig.T_right_left * p_left);
-          CHECK(std::abs(double{left_u(v, u)} - left_px.x()) < kTolerance_px);
-          CHECK(std::abs(double{left_v(v, u)} - left_px.y()) < kTolerance_px);
-          CHECK(std::abs(double{right_u(v, u - d)} - right_px.x()) < kTolerance_px);
-          CHECK(std::abs(double{right_v(v, u - d)} - right_px.y()) < kTolerance_px);
+          CHECK(std::abs(static_cast<double>(left_u(v, u)) - left_px.x()) < kTolerance_px);
+          CHECK(std::abs(static_cast<double>(left_v(v, u)) - left_px.y()) < kTolerance_px);
+          CHECK(std::abs(static_cast<double>(right_u(v, u - d)) - right_px.x()) < kTolerance_px);
+          CHECK(std::abs(static_cast<double>(right_v(v, u - d)) - right_px.y()) < kTolerance_px);
         }
       }
     }
