@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What MRPT's CPose3DPDFSOG, a sum of Gaussians in (x, y, z, yaw, pitch, roll), shares with a Mixture: ten
-// components beside ten. It has no fusion ("TODO" is thrown), no reduction in 3-D and no density.
+// components beside ten. Its fusion is declared but throws, and it has neither a reduction in 3-D nor a
+// density.
 #include <mrpt/poses/CPose3DPDFSOG.h>
 
 #include <antipode/distributions/mixture.hpp>

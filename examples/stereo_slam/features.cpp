@@ -18,10 +18,18 @@ constexpr int kBorder_px = 19;  // half the described patch, rotated
 // The detector is asked for many more corners than are kept: choosing among them is the grid's business.
 constexpr int kCandidatesPerFeature = 4;
 
-[[nodiscard]] cv::Ptr<cv::ORB> make_orb(const FeatureSettings& settings) {
+/// Levels of the pyramid that are large enough for a described patch, at least one.
+[[nodiscard]] int usable_levels(const cv::Size& image, const FeatureSettings& settings) {
+  double side_px = std::min(image.width, image.height);
+  int levels = 1;
+  while (levels < settings.levels && (side_px /= settings.scale_factor) > 2 * kBorder_px) ++levels;
+  return levels;
+}
+
+[[nodiscard]] cv::Ptr<cv::ORB> make_orb(const cv::Size& image, const FeatureSettings& settings) {
   return cv::ORB::create(kCandidatesPerFeature * settings.count, static_cast<float>(settings.scale_factor),
-                         settings.levels, kBorder_px, 0, 2, cv::ORB::HARRIS_SCORE, kPatchSize_px,
-                         settings.fast_threshold);
+                         usable_levels(image, settings), kBorder_px, 0, 2, cv::ORB::HARRIS_SCORE,
+                         kPatchSize_px, settings.fast_threshold);
 }
 
 /// Grid cells, each with its candidates ordered by strength.
@@ -98,7 +106,7 @@ class FeatureGrid {
 
 std::vector<Feature> extract_features(const cv::Mat& image, const FeatureSettings& settings) {
   constexpr float kMinDistance_px = 3.0F;
-  const auto orb = make_orb(settings);
+  const auto orb = make_orb(image.size(), settings);
   std::vector<cv::KeyPoint> candidates;
   orb->detect(image, candidates);
 

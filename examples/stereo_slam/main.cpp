@@ -47,6 +47,16 @@ constexpr int kInterrupted = 130;
 /// What a subcommand does once its options are known.
 using Command = std::function<int()>;
 
+/// CLI::Range lets NaN pass.
+auto number_between(double least, double most) {
+  return [least, most](const std::string& text) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    const bool good = end != text.c_str() && *end == '\0' && value >= least && value <= most;
+    return good ? std::string() : fmt::format("{} is no number from {} to {}", text, least, most);
+  };
+}
+
 void add_dataset_options(CLI::App& app, fs::path& folder, std::string& format) {
   app.add_option("--dataset", folder, "folder of the recording, or the calibration.yaml in it")
       ->required()
@@ -179,8 +189,7 @@ Command add_evaluate(CLI::App& parent) {
                                                   {"tum", TrajectoryFormat::kTum},
                                                   {"euroc", TrajectoryFormat::kEuroc}}));
   app.add_option("--max-time-difference", args->max_difference_s, "seconds between poses that may be matched")
-      ->check(CLI::Range(0.0, 1e6))
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_between(0.0, 1e6))
       ->capture_default_str()
       ->type_name("S");
   app.add_option("--json", args->json, "write the scores here as well")->type_name("FILE");
@@ -188,10 +197,10 @@ Command add_evaluate(CLI::App& parent) {
                  "covariances.csv of the run: say whether its errors are as large as they claim")
       ->type_name("FILE");
   app.add_option("--truth-sigma-m", args->truth_sigma_m, "noise of the true relative positions, per axis")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_between(0.0, 1e6))
       ->capture_default_str();
   app.add_option("--truth-sigma-deg", args->truth_sigma_deg, "noise of the true relative rotations, per axis")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_between(0.0, 1e6))
       ->capture_default_str();
   return [args] {
     const Trajectory truth = read_trajectory(args->truth, args->format);
@@ -283,11 +292,11 @@ Command add_simulate(CLI::App& parent) {
       ->capture_default_str()
       ->type_name("N");
   app.add_option("--fps", settings.fps, "frames a second")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(number_between(0.1, 1000.0))
       ->capture_default_str();
   app.add_option("--scale", args->scale,
                  "size of the images as a share of KITTI's 1241 x 376, EuRoC's 752 x 480")
-      ->check(CLI::Range(0.1, 4.0))
+      ->check(number_between(0.1, 4.0))
       ->capture_default_str();
   app.add_option("--format", args->format, "kitti: rectified images; euroc: raw images of two unlike lenses")
       ->check(CLI::IsMember({"kitti", "euroc"}))
@@ -300,7 +309,7 @@ Command add_simulate(CLI::App& parent) {
       throw CLI::ValidationError("--distortion", "needs --format euroc");
   });
   app.add_option("--noise", settings.sensor.noise_sigma, "of a pixel, grey levels")
-      ->check(CLI::Range(0.0, 50.0))
+      ->check(number_between(0.0, 50.0))
       ->capture_default_str();
   app.add_option("--threads", settings.threads, "0: one a processor; the images do not depend on it")
       ->check(CLI::Range(0, 1024))

@@ -18,14 +18,25 @@ namespace {
 /// How far a rotation read from text may be from a unit one: admits files with three digits.
 constexpr double kRotationTolerance = 1e-2;
 
+void check_position(const Eigen::Vector3d& t) {
+  constexpr double kFarthest_m = 1e9;  // squares and sums of more overflow, or are no metres
+  if (!(t.cwiseAbs().maxCoeff() <= kFarthest_m)) {
+    throw std::runtime_error(
+        fmt::format("the position is {:.3g} m away; positions are in metres, up to {:.0e}",
+                    t.cwiseAbs().maxCoeff(), kFarthest_m));
+  }
+}
+
 Eigen::Isometry3d pose_from_matrix(std::span<const double> row_major_3x4) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.affine() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(row_major_3x4.data());
+  check_position(T.translation());
   const Eigen::Matrix3d R = T.linear();
   const double defect = (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(defect <= kRotationTolerance) || R.determinant() < 0.0) {
     throw std::runtime_error("the left 3x3 block is not a rotation matrix");
   }
+  T.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
   return T;
 }
 
@@ -33,6 +44,7 @@ Eigen::Isometry3d pose_from_quaternion(const Eigen::Quaterniond& q, const Eigen:
   if (!(std::abs(q.norm() - 1.0) <= kRotationTolerance)) {
     throw std::runtime_error(fmt::format("the quaternion has length {:.6g}, not 1", q.norm()));
   }
+  check_position(t);
   return Eigen::Translation3d(t) * q.normalized();
 }
 

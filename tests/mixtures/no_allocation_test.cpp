@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A program of its own: the definition changes Eigen.
-#undef NDEBUG  // Eigen reports a forbidden allocation by an assertion
-#define EIGEN_RUNTIME_NO_MALLOC
+#include "support/no_allocation.hpp"
+
 #include <antipode/distributions/mixture_reduction.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 
@@ -10,19 +9,6 @@
 
 using namespace antipode;
 using namespace antipode::test;
-
-namespace {
-
-/// f(), stopping the program if Eigen allocates in it.
-template <class Function>
-[[nodiscard]] auto without_allocation(const Function& f) {
-  Eigen::internal::set_is_malloc_allowed(false);
-  auto result = f();
-  Eigen::internal::set_is_malloc_allowed(true);
-  return result;
-}
-
-}  // namespace
 
 TEST_CASE("Nothing is allocated for a component", "[allocation]") {
   for (const double sigma_u : {0.05, 0.3, 2.0}) {

@@ -5,13 +5,13 @@
 #include <string>
 #include <sys/wait.h>
 
-#include "stereo_slam/support.hpp"
+#include "support/files.hpp"
 
 namespace {
 
-using stereo_slam::test::read_text;
-using stereo_slam::test::TemporaryFolder;
-using stereo_slam::test::write_text;
+using antipode::test::read_text;
+using antipode::test::TemporaryFolder;
+using antipode::test::write_text;
 
 struct Called {
   int status;
@@ -33,7 +33,7 @@ std::string quoted(const std::filesystem::path& path) { return "'" + path.string
 /// The lines that begin with the number of a stage, without the columns that need the truth.
 std::string faces_of(const std::string& table) {
   std::string faces;
-  for (const auto& line : stereo_slam::test::split_lines(table)) {
+  for (const auto& line : antipode::test::split_lines(table)) {
     if (line.size() > 12 && line[2] >= '0' && line[2] <= '9') faces += line.substr(4, 7);
   }
   return faces;
@@ -59,7 +59,7 @@ TEST_CASE("A written model with its images gives the same answer again", "[objec
       const auto called = call("--model " + quoted(model) + " --left " + left + " --right " +
                                quoted(model / "right_image.png"));
       CHECK(called.status == 1);
-      CHECK(stereo_slam::test::split_lines(called.text).size() == 1);
+      CHECK(antipode::test::split_lines(called.text).size() == 1);
       return called.text;
     };
     CHECK_THAT(complaint(quoted(model / "none.png")), Catch::Contains("object_pose: no image at"));

@@ -9,15 +9,15 @@
 #include "object_pose/box_model.hpp"
 #include "object_pose/features.hpp"
 #include "object_pose/render.hpp"
-#include "stereo_slam/support.hpp"
+#include "support/files.hpp"
 
 namespace {
 
 using namespace object_pose;
-using stereo_slam::test::message_of;
-using stereo_slam::test::read_text;
-using stereo_slam::test::TemporaryFolder;
-using stereo_slam::test::write_text;
+using antipode::test::message_of;
+using antipode::test::read_text;
+using antipode::test::TemporaryFolder;
+using antipode::test::write_text;
 
 ModelFile printed_model() {
   std::mt19937_64 rng(1);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A program of its own: the definition changes Eigen.
-#undef NDEBUG  // Eigen reports a forbidden allocation by an assertion
-#define EIGEN_RUNTIME_NO_MALLOC
+#include "support/no_allocation.hpp"
+
 #include <cmath>
 
 #include <antipode/distributions/bingham_gaussian.hpp>
@@ -14,19 +13,6 @@
 
 using namespace antipode;
 using namespace antipode::test;
-
-namespace {
-
-/// f(), stopping the program if Eigen allocates in it.
-template <class Function>
-[[nodiscard]] auto without_allocation(const Function& f) {
-  Eigen::internal::set_is_malloc_allowed(false);
-  const auto result = f();
-  Eigen::internal::set_is_malloc_allowed(true);
-  return result;
-}
-
-}  // namespace
 
 TEST_CASE("Densities are built, evaluated and drawn from without the heap", "[allocation]") {
   Rng rng(1);

@@ -87,6 +87,15 @@ TEST_CASE("An error of the scale is common to all frames", "[consistency]") {
   CHECK(aware.relative[2].share_inside > 0.88);
 }
 
+TEST_CASE("Covariances that are none are no sign of honesty", "[consistency]") {
+  for (const double factor : {0.0, -1.0}) {
+    HonestRun run(101);
+    for (auto& row : run.rows) row.relative *= factor;
+    CHECK_THAT(message_of([&] { (void)score_consistency(run.truth, run.estimate, run.pairs, run.rows, {}); }),
+               Catch::Contains("is not positive definite"));
+  }
+}
+
 TEST_CASE("Relative poses that the truth does not have are left out", "[consistency]") {
   HonestRun run(30);
   run.pairs.erase(run.pairs.begin() + 15);

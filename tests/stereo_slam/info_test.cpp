@@ -102,4 +102,14 @@ TEST_CASE("Textureless images are no reason for a verdict on the cameras", "[inf
   });
   CHECK(info.errors == 0);
   CHECK_THAT(info.text, !Catch::Contains("stereo check"));
+  CHECK_THAT(info.text, Catch::Contains("only 0 features of the images looked at match"));
+}
+
+TEST_CASE("The same picture in both images is warned of", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    fs::remove_all(folder / "image_1");
+    fs::copy(folder / "image_0", folder / "image_1");
+  });
+  CHECK(info.errors == 0);
+  CHECK_THAT(info.text, Catch::Contains("image_0 and image_1 show the same picture"));
 }

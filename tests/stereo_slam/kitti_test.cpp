@@ -150,6 +150,16 @@ TEST_CASE("Missing image folders, foreign names and too few frames are refused",
                write_text(folder / "image_0/left1.jpg", "");
              }),
              Catch::Contains("holds no 000000.png but files such as left1.jpg"));
+  for (const auto* stamp : {"1403636579763555584.png", "18446744073709551615.png", "000099999.png"}) {
+    CHECK_THAT(error_after([&](const fs::path& folder) {
+                 fs::remove_all(folder / "image_0");
+                 fs::create_directory(folder / "image_0");
+                 write_text(folder / "image_0" / stamp, "");
+               }),
+               Catch::Contains("holds no 000000.png but files such as " + std::string(stamp)));
+  }
+  CHECK_THAT(error_after([](const fs::path& folder) { write_text(folder / "image_1/900000.png", ""); }),
+             Catch::Contains("one is called 900000.png; they must be numbered from 000000.png without gaps"));
   CHECK_THAT(error_after([](const fs::path&) {}, 1), Catch::Contains("holds a single frame"));
 }
 

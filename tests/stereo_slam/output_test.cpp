@@ -104,3 +104,21 @@ TEST_CASE("An output folder is created and cleared of earlier results, and of no
   CHECK_THAT(message_of([&] { prepare_output_folder(output / "mine.txt"); }),
              Catch::Contains("choose another --output"));
 }
+
+TEST_CASE("A place that is taken costs neither earlier results nor the other files", "[output]") {
+  const TemporaryFolder folder;
+  prepare_output_folder(folder.path());
+  write_results(folder.path(), two_frames());
+  fs::remove(folder / "map.ply");
+  fs::create_directories(folder / "map.ply");
+  CHECK_THAT(message_of([&] { prepare_output_folder(folder.path()); }),
+             Catch::Contains("map.ply: is a folder"));
+  CHECK(fs::exists(folder / "trajectory_kitti.txt"));
+
+  fs::remove(folder / "covariances.csv");
+  fs::remove(folder / "trajectory_tum.txt");
+  fs::create_directories(folder / "trajectory_tum.txt.partial");
+  CHECK_THAT(message_of([&] { write_results(folder.path(), two_frames()); }),
+             Catch::Contains("trajectory_tum.txt: cannot be written"));
+  CHECK(split_lines(read_text(folder / "covariances.csv")).size() == 3);
+}

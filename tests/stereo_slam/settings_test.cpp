@@ -125,6 +125,9 @@ TEST_CASE("A file of the wrong shape is refused", "[settings]") {
   CHECK_THAT(load_error("seed: [1\n"), Catch::Contains("not valid YAML"));
   CHECK_THAT(load_error("seed: 1\n\tbad: 2\n"), Catch::Contains("s.yaml:2: not valid YAML"));
   CHECK_THAT(load_error("{1, 2}: 3\n"), Catch::Contains("a key must be a plain word"));
+  CHECK(load_error("version: 1\nsettings: {seed: 3}\n").empty());
+  CHECK_THAT(load_error("settings: {seed: 3}\nfeatures: {count: 300}\n"),
+             Catch::Contains("s.yaml:2: 'features' stands beside settings:"));
   const TemporaryFolder folder;
   CHECK_THAT(message_of([&] { (void)load_settings(folder / "none.yaml"); }),
              Catch::Contains("none.yaml: cannot be read"));

@@ -151,6 +151,10 @@ TEST_CASE("Faulty pose files are refused with file and line", "[simulate]") {
   SimulationSettings settings = small_settings();
   settings.trajectory = folder / "empty.txt";
   CHECK_THAT(message_of([&] { simulate::simulate(settings, folder / "seq"); }), Catch::Contains("empty.txt"));
+  write_text(folder / "far.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1e6 0 1 0 0 0 0 1 0\n");
+  settings.trajectory = folder / "far.txt";
+  CHECK_THAT(message_of([&] { simulate::simulate(settings, folder / "seq"); }),
+             Catch::Contains("far.txt: leads 1e+06 m away from its start"));
   settings.trajectory = folder / "missing.txt";
   CHECK_THROWS_AS(simulate::simulate(settings, folder / "seq"), std::runtime_error);
   CHECK_FALSE(fs::exists(folder / "seq"));

@@ -103,7 +103,9 @@ TEST_CASE("Two runs give the same bits, whatever the number of threads", "[stere
 
 TEST_CASE("Black frames are reported lost, with growing uncertainty, and tracking goes on afterwards",
           "[stereo_slam][slam]") {
-  Slam slam(recording().camera, Settings{});
+  const std::string preset = GENERATE("default", "odometry");
+  CAPTURE(preset);
+  Slam slam(recording().camera, preset_settings(preset));
   const cv::Mat black(recording().camera.height_px, recording().camera.width_px, CV_8UC1, cv::Scalar(0));
   std::vector<FrameResult> results;
   for (auto frame : recording().frames) {
@@ -118,6 +120,19 @@ TEST_CASE("Black frames are reported lost, with growing uncertainty, and trackin
   CHECK(results.back().status == TrackingStatus::kOk);
   CHECK(slam.trajectory().size() == kFrames);
   for (const auto& pose : slam.trajectory()) CHECK(pose.pose.coeffs().allFinite());
+}
+
+TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[stereo_slam][slam]") {
+  Settings settings;
+  settings.features.count = 20000;
+  settings.features.levels = 12;
+  settings.features.scale_factor = 2.0;
+  settings.features.cell_px = 8;
+  settings.features.fast_threshold = 1;
+  settings.odometry.window_px = 21;
+  Slam slam(recording().camera, settings);
+  CHECK(slam.process(recording().frames[0]).status == TrackingStatus::kInitializing);
+  CHECK(slam.process(recording().frames[1]).status == TrackingStatus::kOk);
 }
 
 TEST_CASE("Pictures without any feature do no harm", "[stereo_slam][slam]") {

@@ -196,6 +196,12 @@ TEST_CASE("Prediction composes and its covariance grows with the lever arm", "[s
   const PoseEstimate lost = to_estimate(predict_pose(state, odometry, false, settings));
   CHECK(lost.covariance(5, 5) >
         0.9 * settings.motion.lost_translation_sigma_m * settings.motion.lost_translation_sigma_m);
+  double variance = 0.0;  // of ten lost frames in a row
+  for (int k = 1; k <= 10; ++k) {
+    variance += to_estimate(predict_pose(state, PoseEstimate{}, false, settings, k)).covariance(5, 5) -
+                to_estimate(state).covariance(5, 5);
+  }
+  CHECK(std::sqrt(variance) == Approx(10.0 * settings.motion.lost_translation_sigma_m).epsilon(0.01));
   settings.update.method = PoseUpdateMethod::kPaper;
   const PoseEstimate independent = to_estimate(predict_pose(state, odometry, true, settings));
   CHECK(std::abs(independent.covariance(1, 3)) < 1e-12);

@@ -94,6 +94,7 @@ StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
   return {.matches = offsets.size(),
           .row_offset_px = median(offsets, [](auto& o) { return std::abs(o.rows_px); }),
           .median_disparity_px = median(offsets, [](auto& o) { return o.disparity_px; }),
+          .beyond_share = static_cast<double>(beyond) / static_cast<double>(offsets.size()),
           .negative_share = beyond == 0 ? 0.0 : static_cast<double>(negative) / static_cast<double>(beyond)};
 }
 
@@ -101,7 +102,23 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   // A point in front of the cameras lies further left in the right image.
   constexpr double kMaxNegativeShare = 0.8;
   constexpr double kMaxRowOffset_px = 1.0;
-  if (!agreement.conclusive()) return {};
+  constexpr double kLeastBeyondShare = 0.01;
+  if (!agreement.conclusive()) {
+    return {
+        {Problem::Severity::kWarning,
+         fmt::format(
+             "{}: only {} features of the images looked at match between {} and {}; they are dark, blank or "
+             "blurred, or do not show the same scene",
+             sequence.folder.string(), agreement.matches, sequence.left_name, sequence.right_name)}};
+  }
+  if (agreement.beyond_share < kLeastBeyondShare) {
+    return {
+        {Problem::Severity::kWarning,
+         fmt::format(
+             "{}: {} and {} show the same picture, nothing in it is nearer than the horizon; no motion can "
+             "be measured in metres",
+             sequence.folder.string(), sequence.left_name, sequence.right_name)}};
+  }
   if (agreement.negative_share > kMaxNegativeShare) {
     return {
         {Problem::Severity::kError,

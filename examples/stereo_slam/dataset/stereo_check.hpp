@@ -14,7 +14,8 @@ struct StereoAgreement {
   std::size_t matches = 0;
   double row_offset_px = 0.0;  ///< median of |v_left - v_right|: the rectification error and 0.1 px of noise
   double median_disparity_px = 0.0;  ///< of u_left - u_right
-  double negative_share = 0.0;       ///< of the disparities beyond +-1 px, how many are negative
+  double beyond_share = 0.0;         ///< of the matches, how many have a disparity beyond +-1 px
+  double negative_share = 0.0;       ///< of those, how many are negative
 
   static constexpr std::size_t kEnoughMatches = 50;  ///< fewer say nothing
 
@@ -28,7 +29,8 @@ struct StereoAgreement {
 /// of a pixel.
 [[nodiscard]] StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames);
 
-/// What the agreement says against the recording: swapped cameras (an error), no rectification (a warning).
+/// What the agreement says against the recording: swapped cameras (an error); as warnings hardly any matches,
+/// the same picture twice, no rectification.
 [[nodiscard]] std::vector<Problem> problems_of(const StereoAgreement& agreement,
                                                const StereoSequence& sequence);
 
