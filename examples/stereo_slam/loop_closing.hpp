@@ -8,15 +8,11 @@
 
 #include "camera/stereo_camera.hpp"
 #include "keyframe_database.hpp"
+#include "loop_search.hpp"
 #include "settings.hpp"
 #include "types.hpp"
 
 namespace stereo_slam {
-
-/// New poses T_world_keyframe of the first keyframes; those after them keep their poses relative to the last.
-struct LoopCorrection {
-  std::vector<PoseEstimate> T_world_keyframe;
-};
 
 /// Where loops are looked for and the pose graph is solved. The results are the same.
 enum class LoopThread { kNone, kOwn };

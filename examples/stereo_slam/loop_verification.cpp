@@ -192,6 +192,11 @@ std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasur
     row_.clear();
     return {};
   }
+  const auto segment = [&](std::size_t id) { return keyframes[id].segment; };
+  if (!row_.empty() && (segment(row_.back().new_keyframe) != segment(loop->new_keyframe) ||
+                        segment(row_.back().old_keyframe) != segment(loop->old_keyframe))) {
+    row_.clear();
+  }
   if (!row_.empty()) {
     // T_old2_new2 again, through the last loop: over the keyframes between the old ones and the new ones.
     const LoopMeasurement& last = row_.back();

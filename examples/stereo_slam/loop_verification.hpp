@@ -61,7 +61,7 @@ class LoopConsistency {
 
   /// Takes what was measured at a keyframe (nothing, if no loop was) and the keyframe's relative density to
   /// the one before. Returns the loops of the whole row once it is long enough: those of the row so far when
-  /// it becomes so, then one by one.
+  /// it becomes so, then one by one. Rows do not reach across segments: what lies between them is a guess.
   [[nodiscard]] std::vector<LoopMeasurement> add(const std::optional<LoopMeasurement>& loop,
                                                  const KeyframeDatabase& keyframes);
 

@@ -174,7 +174,11 @@ std::vector<SettingsField> make_table() {
       .add("candidates", &PlaceRecognitionSettings::candidates, {1, 100}, "",
            "handed on for verification, at most")
       .add("min_score", &PlaceRecognitionSettings::min_score, {0.0, 1.0}, "",
-           "of a candidate: share of the points that voted, rare ones counting more");
+           "of a candidate: share of the points that voted, rare ones counting more")
+      .add("view_radius_m", &PlaceRecognitionSettings::view_radius_m, {0.0, 1000.0}, "m",
+           "keyframes as near are candidates by their place alone")
+      .add("min_share_in_view", &PlaceRecognitionSettings::min_share_in_view, {0.0, 1.0}, "",
+           "of the points of such a keyframe that should be seen");
 
   SettingsGroup(table, "loop_verification", &Settings::loop_verification)
       .add("max_descriptor_distance", &LoopVerificationSettings::max_descriptor_distance, {1, 256}, "bits",

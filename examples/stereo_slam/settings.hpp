@@ -140,7 +140,9 @@ struct PlaceRecognitionSettings {
   int max_descriptor_distance = 40;  ///< bits, of 256, between views of one point
   int min_gap_frames = 60;           ///< younger keyframes are the present, not a place seen again
   int candidates = 3;                ///< handed on for verification, at most
-  double min_score = 0.01;  ///< of a candidate: share of the points that voted, rare ones counting more
+  double min_score = 0.01;      ///< of a candidate: share of the points that voted, rare ones counting more
+  double view_radius_m = 10.0;  ///< keyframes as near are candidates by their place alone ...
+  double min_share_in_view = 0.5;  ///< ... if as many of their points should be seen
 };
 
 /// Geometry of a loop candidate.

@@ -4,13 +4,19 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
+#include <utility>
 
 #include <Eigen/LU>
 
+#include <antipode/filters/pose_algebra.hpp>
+
 #include "associate.hpp"
+#include "bridging.hpp"
+#include "constant_velocity.hpp"
 #include "features.hpp"
 #include "landmark_projection.hpp"
 #include "loop_closing.hpp"
+#include "loop_verification.hpp"
 #include "map.hpp"
 #include "match_refinement.hpp"
 #include "odometry.hpp"
@@ -49,7 +55,30 @@ struct ReferenceFrame {
 struct TrackedFrame {
   std::size_t keyframe = 0;
   PoseEstimate T_keyframe_camera;
+  bool seen = true;  // false: predicted
 };
+
+/// What the pose of a frame rests on.
+enum class PoseBasis {
+  kNothing,    ///< predicted
+  kOdometry,   ///< measured against the last frame
+  kLandmarks,  ///< and against the keyframe's landmarks
+  kKeyframe,   ///< against the keyframe, recognised
+};
+
+[[nodiscard]] TrackingStatus status_of(PoseBasis basis, bool was_lost) {
+  switch (basis) {
+    case PoseBasis::kNothing:
+      return TrackingStatus::kLost;
+    case PoseBasis::kOdometry:
+      return TrackingStatus::kWeak;
+    case PoseBasis::kLandmarks:
+      return was_lost ? TrackingStatus::kRelocalised : TrackingStatus::kOk;
+    case PoseBasis::kKeyframe:
+      return TrackingStatus::kRelocalised;
+  }
+  return TrackingStatus::kLost;
+}
 
 /// Pose of a keyframe in itself: known, up to what the densities' floors leave.
 [[nodiscard]] PoseDensity certain_pose() {
@@ -78,21 +107,26 @@ struct Slam::State {
   StereoCamera camera;
   Settings settings;
 
-  std::vector<ReferenceFrame> keyframes;
+  std::vector<ReferenceFrame> keyframes{1};  // the first is the world's origin
+  bool started = false;                      // a picture came that a map could begin with
+  std::size_t segment = 0;
+  bool placed = true;                           // the segment's place in the map is known
   Pose T_odometry_keyframe = Pose::identity();  // the last keyframe without any loop correction
   std::vector<TrackedFrame> frames;
   PoseDensity posterior = certain_pose();  // T_keyframe_camera of the last frame
   Map map;
   std::size_t keyframe_landmarks = 0;  // when the keyframe was taken
   cv::Mat keyframe_left;
+  Keyframe last_keyframe;  // what is recognised first after a loss
 
   RectificationEstimator rectification;
   std::optional<LoopClosing> loops;
 
   StereoPyramid previous;
+  std::size_t previous_frame = 0;  // of `frames`, that the pictures are from
   std::vector<StereoPoint> odometry_points;
-  Pose last_motion = Pose::identity();
-  int lost_frames = 0;  // in succession, without odometry
+  ConstantVelocity velocity;
+  bool lost = false;  // the last frame
 
   [[nodiscard]] bool anchored() const { return settings.map.layout == MapLayout::kAnchored; }
 
@@ -104,9 +138,23 @@ struct Slam::State {
     return compose(keyframes.back().T_world_keyframe, T_keyframe_camera);
   }
 
+  /// Begins the map, if this picture shows enough for one.
   void start(const StereoFrame& frame, const StereoFeatures& features) {
-    keyframes.push_back({frame.index, PoseEstimate{}, PoseEstimate{}});
-    begin_keyframe(frame, add_landmarks(frame, features.left, {}));
+    keyframes.front().frame = frame.index;
+    map.restart(0, camera);
+    auto points = add_landmarks(frame, features.left, {});
+    velocity.found(frame.stamp_ns);
+    started = points.size() >= static_cast<std::size_t>(settings.update.min_matches);
+    if (started) begin_keyframe(frame, std::move(points));
+  }
+
+  /// The same picture once more, bit by bit, as a camera that hangs delivers it: it says nothing.
+  [[nodiscard]] bool repeats_previous(const StereoFrame& frame) const {
+    const auto same = [](const cv::Mat& a, const cv::Mat& b) {
+      return a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0.0;
+    };
+    return !previous.left.empty() && same(previous.left.image(), frame.left) &&
+           same(previous.right.image(), frame.right);
   }
 
   [[nodiscard]] std::vector<Match> find_landmarks(const StereoFrame& frame, const StereoFeatures& features,
@@ -127,10 +175,23 @@ struct Slam::State {
                           camera, rectification.current(), settings.refinement);
   }
 
-  /// New landmarks from features that have a stereo match and are away from `reserved_px`; what they were
-  /// made from.
-  std::vector<KeyframePoint> add_landmarks(const StereoFrame& frame, const std::vector<Feature>& features,
-                                           const std::vector<Vector2<double>>& reserved_px) {
+  /// Features spread over the picture that have a stereo match.
+  struct StereoFeaturePoints {
+    std::vector<RectificationResidual::Measurement> rows;
+    std::vector<StereoPoint> measurements;
+    std::vector<Descriptor> descriptors;
+
+    [[nodiscard]] std::vector<KeyframePoint> keyframe_points() const {
+      std::vector<KeyframePoint> points;
+      for (std::size_t i = 0; i < measurements.size(); ++i)
+        points.push_back({measurements[i].cast<float>(), descriptors[i]});
+      return points;
+    }
+  };
+
+  [[nodiscard]] StereoFeaturePoints measure_points(const StereoFrame& frame,
+                                                   const std::vector<Feature>& features,
+                                                   const std::vector<Vector2<double>>& reserved_px) const {
     auto free = exclude_features(features, reserved_px, frame.left.size(), settings.odometry.exclusion_px);
     std::stable_sort(free.begin(), free.end(), [](auto& a, auto& b) { return a.response > b.response; });
     std::vector<Vector2<double>> candidates;
@@ -145,21 +206,36 @@ struct Slam::State {
     }
     const auto stereo =
         match_stereo(frame.left, frame.right, chosen_px, rectification.current(), settings.stereo);
-    std::vector<RectificationResidual::Measurement> rows;
-    std::vector<StereoPoint> measurements;
-    std::vector<Descriptor> descriptors;
-    std::vector<KeyframePoint> points;
+    StereoFeaturePoints points;
     for (std::size_t i = 0; i < stereo.size(); ++i) {
       if (!stereo[i]) continue;
-      rows.push_back(*stereo[i]);
-      measurements.push_back(stereo[i]->z);
-      descriptors.push_back(chosen_descriptors[i]);
-      points.push_back({stereo[i]->z.cast<float>(), chosen_descriptors[i]});
+      points.rows.push_back(*stereo[i]);
+      points.measurements.push_back(stereo[i]->z);
+      points.descriptors.push_back(chosen_descriptors[i]);
     }
-    map.add(measurements, descriptors, to_estimate(posterior),
-            stereo_pixel_covariance(settings.map.pixel_sigma_px), frame, camera, settings.map);
-    if (settings.rectification.refine) rectification.add_rows(rows);
     return points;
+  }
+
+  /// New landmarks from features that have a stereo match and are away from `reserved_px`; what they were
+  /// made from.
+  std::vector<KeyframePoint> add_landmarks(const StereoFrame& frame, const std::vector<Feature>& features,
+                                           const std::vector<Vector2<double>>& reserved_px) {
+    const auto points = measure_points(frame, features, reserved_px);
+    map.add(points.measurements, points.descriptors, to_estimate(posterior),
+            stereo_pixel_covariance(settings.map.pixel_sigma_px), frame, camera, settings.map);
+    if (settings.rectification.refine) rectification.add_rows(points.rows);
+    return points.keyframe_points();
+  }
+
+  /// The pose relative to the last keyframe from the pictures alone, as a loop would be measured.
+  [[nodiscard]] std::optional<PoseEstimate> recognise_keyframe(const StereoFrame& frame,
+                                                               const StereoFeatures& features) const {
+    Keyframe seen;
+    seen.points = measure_points(frame, features.left, {}).keyframe_points();
+    const auto verified =
+        verify_loop(last_keyframe, seen, camera, settings.loop_verification, settings.seed + frame.index);
+    if (verified.check != LoopCheck::kVerified) return std::nullopt;
+    return verified.loop.T_old_new;
   }
 
   /// Lets the landmarks of the ending keyframe, last seen in this frame, tell about the rectification.
@@ -190,6 +266,18 @@ struct Slam::State {
             frame.index >= keyframes.back().frame + static_cast<std::size_t>(rule.max_frames));
   }
 
+  /// Cuts the map before this frame: where that is relative to the last keyframe is a guess. The frame that
+  /// the odometry came from was not placed either, but is known from here.
+  void begin_segment(const StereoFrame& frame, const StereoFeatures& features,
+                     const OdometryResult& odometry) {
+    ++segment;
+    placed = false;
+    change_keyframe(frame, features, {});
+    const auto T_current_previous = antipode::inverse(antipode::PoseGaussian<double>{
+        odometry.T_previous_current.pose, odometry.T_previous_current.covariance});
+    frames[previous_frame] = {keyframes.size() - 1, {T_current_previous.pose, T_current_previous.covariance}};
+  }
+
   /// Makes the current camera the reference of pose and landmarks.
   void change_keyframe(const StereoFrame& frame, const StereoFeatures& features,
                        const std::vector<Match>& matches) {
@@ -206,24 +294,58 @@ struct Slam::State {
   void begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points) {
     keyframe_landmarks = map.landmarks().size();
     keyframe_left = frame.left.clone();
-    if (!loops) return;
-    Keyframe keyframe;
-    keyframe.frame = frame.index;
-    keyframe.stamp_ns = frame.stamp_ns;
-    keyframe.points = std::move(points);
-    keyframe.T_previous_keyframe = keyframes.back().T_previous_keyframe;
-    loops->add_keyframe(std::move(keyframe));
+    last_keyframe = {};
+    last_keyframe.frame = frame.index;
+    last_keyframe.stamp_ns = frame.stamp_ns;
+    last_keyframe.segment = segment;
+    last_keyframe.points = std::move(points);
+    last_keyframe.T_previous_keyframe = keyframes.back().T_previous_keyframe;
+    if (loops) loops->add_keyframe(last_keyframe);
   }
 
-  /// Moves the keyframes. The filter lives in the last one's frame and notices nothing.
-  void apply(const LoopCorrection& correction) {
+  /// Moves the keyframes. The filter lives in the last one's frame and notices nothing. Returns whether the
+  /// segment at hand has found its place by it.
+  bool apply(const LoopCorrection& correction) {
+    const bool known = segment < correction.segment_placed.size() && correction.segment_placed[segment];
+    const bool found = known && !std::exchange(placed, placed || known);
     for (std::size_t k = 0; k < keyframes.size(); ++k) {
       keyframes[k].T_world_keyframe =
           k < correction.T_world_keyframe.size()
               ? correction.T_world_keyframe[k]
               : compose(keyframes[k - 1].T_world_keyframe, keyframes[k].T_previous_keyframe);
     }
+    return found;
   }
+
+  /// Files the pose of the current frame, seen or predicted.
+  void record(const PoseDensity& T_keyframe_camera, bool seen, FrameResult& result) {
+    frames.push_back({keyframes.size() - 1, to_estimate(T_keyframe_camera), seen});
+    result.segment = segment;
+    result.keyframe = keyframes.back().frame;
+    result.relative_covariance = frames.back().T_keyframe_camera.covariance;
+    result.scale_sigma = settings.rectification.scale_sigma;
+    result.T_world_camera = with_scale_error(in_world(frames.back().T_keyframe_camera), result.scale_sigma);
+    result.T_odometry_camera = (T_odometry_keyframe * frames.back().T_keyframe_camera.pose).renormalized();
+  }
+
+  /// Passes a picture over that repeats the last one: its pose is a guess, and the filter waits for another.
+  void pass_over(const StereoFrame& frame, FrameResult& result) {
+    const bool first = previous_frame + 1 == frames.size();
+    result.status = started && first && !lost ? TrackingStatus::kWeak : TrackingStatus::kLost;
+    PoseEstimate motion;
+    motion.pose = velocity.motion_until(frame.stamp_ns);
+    record(predict_pose(posterior, motion, false, settings, velocity.unseen_until(frame.stamp_ns)), false,
+           result);
+  }
+
+  /// Where the filter says that the camera is now continues the odometry's way, whatever the filter says of
+  /// the way before.
+  void continue_odometry_frame(const PoseDensity& expected) {
+    T_odometry_keyframe = (T_odometry_keyframe * expected.pose() * posterior.pose().inverse()).renormalized();
+  }
+
+  std::vector<Vector2<double>> track(const StereoFrame& frame, const StereoFeatures& features,
+                                     const StereoPyramid& pyramids, StageClock& clock, FrameResult& result);
 };
 
 Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread)
@@ -240,6 +362,78 @@ Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
 Slam& Slam::operator=(Slam&&) noexcept = default;
 
+std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const StereoFeatures& features,
+                                                const StereoPyramid& pyramids, StageClock& clock,
+                                                FrameResult& result) {
+  const auto odometry = estimate_odometry(previous, odometry_points, pyramids, camera,
+                                          rectification.current(), velocity.motion_until(frame.stamp_ns),
+                                          settings.seed + frame.index, settings.odometry);
+  clock.lap("odometry");
+
+  const auto prior = predict_pose(posterior, odometry.T_previous_current, odometry.valid, settings,
+                                  velocity.unseen_until(frame.stamp_ns));
+  if (tracks_correlation()) map.predict_correlation(odometry.T_previous_current.pose);
+  clock.lap("predict");
+
+  const auto matches = find_landmarks(frame, features, pyramids, odometry, prior);
+  clock.lap("associate");
+
+  const auto update = update_pose(prior, matches, map.landmarks(), camera, settings.update);
+  if (tracks_correlation()) {
+    map.update_correlation(to_estimate(prior), update.posterior.pose(), update.used, camera);
+  }
+  clock.lap("update");
+
+  const Pose before = posterior.pose();
+  posterior = update.posterior;
+  const bool needs_odometry = settings.update.method == PoseUpdateMethod::kNone;
+  PoseBasis basis = update.converged && (!needs_odometry || odometry.valid) ? PoseBasis::kLandmarks
+                    : odometry.valid                                        ? PoseBasis::kOdometry
+                                                                            : PoseBasis::kNothing;
+  if (anchored() && (lost || basis == PoseBasis::kNothing)) {
+    if (const auto recognised = recognise_keyframe(frame, features)) {
+      posterior = PoseDensity::from_pose_covariance(recognised->pose, recognised->covariance);
+      basis = PoseBasis::kKeyframe;
+    }
+    clock.lap("recognise");
+  }
+  result.status = status_of(basis, lost);
+  if (result.status == TrackingStatus::kRelocalised) continue_odometry_frame(prior);
+
+  if (basis == PoseBasis::kNothing) {
+    velocity.unmeasured(frame.stamp_ns);
+  } else if (basis == PoseBasis::kLandmarks && !lost) {
+    velocity.measured(frame.stamp_ns, before.inverse() * posterior.pose());
+  } else if (odometry.valid) {
+    velocity.measured(frame.stamp_ns, odometry.T_previous_current.pose);
+  } else {
+    velocity.found(frame.stamp_ns);
+  }
+
+  map.mark_seen(matches, features.left, frame.index);
+  if (settings.map.update_landmarks) map.update(matches, posterior, camera);
+  const auto matches_px = positions(matches);
+  record(posterior, basis != PoseBasis::kNothing, result);
+  if (basis != PoseBasis::kNothing) {
+    map.cull(frame.index, settings.map.cull_after_frames, camera);
+    if (!anchored()) {
+      add_landmarks(frame, features.left, matches_px);
+    } else if (basis == PoseBasis::kOdometry && lost) {
+      begin_segment(frame, features, odometry);
+      result.is_keyframe = true;
+    } else if (basis == PoseBasis::kKeyframe || needs_keyframe(frame, matches.size())) {
+      change_keyframe(frame, features, matches);
+      result.is_keyframe = true;
+    }
+  }
+  result.segment = segment;
+  result.odometry = odometry.T_previous_current;
+  result.matches = static_cast<int>(matches.size());
+  result.nis = update.nis;
+  result.nis_dof = update.nis_dof;
+  return matches_px;
+}
+
 FrameResult Slam::process(const StereoFrame& frame) {
   State& s = *state_;
   StageClock clock;
@@ -247,70 +441,31 @@ FrameResult Slam::process(const StereoFrame& frame) {
   result.index = frame.index;
   result.stamp_ns = frame.stamp_ns;
 
+  bool place_found = false;
   if (s.loops) {
     const auto correction = s.loops->correction_due(frame.index);
-    if (correction) s.apply(*correction);
     result.loop_corrected = correction.has_value();
+    place_found = correction && s.apply(*correction);
     clock.lap("loops");
+  }
+  if (s.repeats_previous(frame)) {
+    s.pass_over(frame, result);
+    return result;
   }
   const auto features = extract_features(frame, s.settings.features);
   const auto pyramids = build_pyramids(frame);
   clock.lap("features");
 
-  std::vector<Match> matches;
   std::vector<Vector2<double>> landmarks_px;
-  if (s.keyframes.empty()) {
-    s.start(frame, features);
-    result.is_keyframe = true;
+  if (s.started) {
+    landmarks_px = s.track(frame, features, pyramids, clock, result);
   } else {
-    const auto odometry =
-        estimate_odometry(s.previous, s.odometry_points, pyramids, s.camera, s.rectification.current(),
-                          s.last_motion, s.settings.seed + frame.index, s.settings.odometry);
-    clock.lap("odometry");
-
-    s.lost_frames = odometry.valid ? 0 : s.lost_frames + 1;
-    const auto prior = predict_pose(s.posterior, odometry.T_previous_current, odometry.valid, s.settings,
-                                    std::max(1, s.lost_frames));
-    if (s.tracks_correlation()) s.map.predict_correlation(odometry.T_previous_current.pose);
-    clock.lap("predict");
-
-    matches = s.find_landmarks(frame, features, pyramids, odometry, prior);
-    clock.lap("associate");
-
-    const auto update = update_pose(prior, matches, s.map.landmarks(), s.camera, s.settings.update);
-    if (s.tracks_correlation()) {
-      s.map.update_correlation(to_estimate(prior), to_estimate(update.posterior).pose, update.used, s.camera);
-    }
-    clock.lap("update");
-
-    const Pose before = to_estimate(s.posterior).pose;
-    s.posterior = update.posterior;
-    s.last_motion = (before.inverse() * to_estimate(s.posterior).pose).renormalized();
-    s.map.mark_seen(matches, features.left, frame.index);
-    if (s.settings.map.update_landmarks) s.map.update(matches, s.posterior, s.camera);
-    s.map.cull(frame.index, s.settings.map.cull_after_frames, s.camera);
-    landmarks_px = positions(matches);
-    if (!s.anchored()) s.add_landmarks(frame, features.left, landmarks_px);
-
-    const bool by_odometry_alone = s.settings.update.method == PoseUpdateMethod::kNone;
-    result.status = update.converged && (!by_odometry_alone || odometry.valid) ? TrackingStatus::kOk
-                    : odometry.valid                                           ? TrackingStatus::kWeak
-                                                                               : TrackingStatus::kLost;
-    result.odometry = odometry.T_previous_current;
-    result.matches = static_cast<int>(matches.size());
-    result.nis = update.nis;
-    result.nis_dof = update.nis_dof;
-    result.is_keyframe = s.needs_keyframe(frame, matches.size());
+    s.start(frame, features);
+    s.record(s.posterior, true, result);
+    result.is_keyframe = s.started;
   }
-
-  s.frames.push_back({s.keyframes.size() - 1, to_estimate(s.posterior)});
-  result.keyframe = s.keyframes.back().frame;
-  result.relative_covariance = s.frames.back().T_keyframe_camera.covariance;
-  result.scale_sigma = s.settings.rectification.scale_sigma;
-  result.T_world_camera = with_scale_error(s.in_world(s.frames.back().T_keyframe_camera), result.scale_sigma);
-  result.T_odometry_camera = (s.T_odometry_keyframe * s.frames.back().T_keyframe_camera.pose).renormalized();
-  if (result.is_keyframe && s.keyframes.back().frame != frame.index)
-    s.change_keyframe(frame, features, matches);
+  s.lost = result.status == TrackingStatus::kLost;
+  if (place_found && !s.lost) result.status = TrackingStatus::kRelocalised;
   clock.lap("map");
 
   for (const auto& landmark : s.map.landmarks()) {
@@ -319,6 +474,7 @@ FrameResult Slam::process(const StereoFrame& frame) {
   s.odometry_points =
       select_odometry_points(features.left, landmarks_px, frame, s.rectification.current(), s.settings);
   s.previous = pyramids;
+  s.previous_frame = s.frames.size() - 1;
   clock.lap("stereo");
 
   result.features = static_cast<int>(features.left.size());
@@ -338,12 +494,13 @@ std::vector<LoopEvent> Slam::loop_events() const {
 
 std::vector<PoseEstimate> Slam::trajectory() const {
   std::vector<PoseEstimate> result;
-  result.reserve(state_->frames.size());
+  std::vector<bool> seen;
   for (const auto& frame : state_->frames) {
-    result.push_back(
-        with_scale_error(compose(state_->keyframes[frame.keyframe].T_world_keyframe, frame.T_keyframe_camera),
-                         state_->settings.rectification.scale_sigma));
+    result.push_back(compose(state_->keyframes[frame.keyframe].T_world_keyframe, frame.T_keyframe_camera));
+    seen.push_back(frame.seen);
   }
+  bridge_unseen(result, seen);
+  for (auto& pose : result) pose = with_scale_error(pose, state_->settings.rectification.scale_sigma);
   return result;
 }
 

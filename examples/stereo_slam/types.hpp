@@ -51,7 +51,13 @@ struct Feature {
 using StereoPoint = Vector3<double>;
 
 /// How far the pose of a frame can be trusted.
-enum class TrackingStatus { kInitializing, kOk, kWeak, kLost };
+enum class TrackingStatus {
+  kInitializing,  ///< nothing was seen yet that a map could begin with; the world begins at its end
+  kOk,            ///< measured against the landmarks
+  kWeak,          ///< by the odometry alone, or the same picture as before
+  kLost,          ///< by neither: predicted, with a covariance that grows
+  kRelocalised,   ///< found again after a loss: from here on its place in the map is known
+};
 
 [[nodiscard]] constexpr const char* to_string(TrackingStatus status) noexcept {
   switch (status) {
@@ -63,6 +69,8 @@ enum class TrackingStatus { kInitializing, kOk, kWeak, kLost };
       return "WEAK";
     case TrackingStatus::kLost:
       return "LOST";
+    case TrackingStatus::kRelocalised:
+      return "RELOCALISED";
   }
   return "UNKNOWN";
 }
@@ -88,7 +96,8 @@ struct FrameResult {
   PoseEstimate T_world_camera;
   Pose T_odometry_camera = Pose::identity();  ///< without any loop correction: it never jumps
   bool loop_corrected = false;                ///< a loop moved the keyframes before this frame
-  std::size_t keyframe = 0;                   ///< frame whose camera the filter's state was relative to
+  std::size_t segment = 0;   ///< of the map: a new one begins where nothing is recognised after a loss
+  std::size_t keyframe = 0;  ///< frame whose camera the filter's state was relative to
   Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to that camera,
                                                                   ///< without the error of the scale
   double scale_sigma = 0.0;  ///< relative error of the scale, the same in all frames

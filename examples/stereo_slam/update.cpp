@@ -20,17 +20,19 @@ namespace {
 
 /// Noise v_k of the prediction.
 [[nodiscard]] Matrix6<double> motion_covariance(const PoseEstimate& T_previous_current, bool odometry_valid,
-                                                int lost_frames, const MotionSettings& settings) {
+                                                const UnseenSteps& unseen, const MotionSettings& settings) {
   const auto diagonal = [](double rotation_sigma_rad, double translation_sigma_m) {
     Vector6<double> variance;
     variance << Vector3<double>::Constant(rotation_sigma_rad * rotation_sigma_rad),
         Vector3<double>::Constant(translation_sigma_m * translation_sigma_m);
     return Matrix6<double>(variance.asDiagonal());
   };
-  // What is driven unseen has a velocity: its standard deviation grows with the frames, not with their root.
-  const double growth = std::sqrt(2.0 * lost_frames - 1.0);
-  if (!odometry_valid)
-    return diagonal(settings.lost_rotation_sigma_rad, growth * settings.lost_translation_sigma_m);
+  if (!odometry_valid) {
+    // What is driven unseen has a velocity: its standard deviation grows with the steps, not with their root.
+    const double growth = std::sqrt(unseen.now * (2.0 * unseen.before + unseen.now));
+    return diagonal(std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad,
+                    growth * settings.lost_translation_sigma_m);
+  }
   return settings.covariance_scale * T_previous_current.covariance +
          diagonal(settings.min_rotation_sigma_rad, settings.min_translation_sigma_m);
 }
@@ -150,9 +152,9 @@ namespace {
 }  // namespace
 
 PoseDensity predict_pose(const PoseDensity& posterior, const PoseEstimate& T_previous_current,
-                         bool odometry_valid, const Settings& settings, int lost_frames) {
+                         bool odometry_valid, const Settings& settings, const UnseenSteps& unseen) {
   const Matrix6<double> covariance =
-      motion_covariance(T_previous_current, odometry_valid, lost_frames, settings.motion);
+      motion_covariance(T_previous_current, odometry_valid, unseen, settings.motion);
   if (settings.update.method == PoseUpdateMethod::kPaper) {
     const auto noise = decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance));
     return antipode::predict(posterior, T_previous_current.pose, noise, antipode::PaperPoseRule{},

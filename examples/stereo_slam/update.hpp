@@ -30,11 +30,18 @@ struct PoseUpdate {
                                      const std::vector<Landmark>& landmarks, const StereoCamera& camera,
                                      const UpdateSettings& settings);
 
+/// Frames, or as much time as they take, without a measured motion.
+struct UnseenSteps {
+  double before = 0.0;  ///< the one at hand
+  double now = 1.0;     ///< in the one at hand
+};
+
 /// Prior T_reference_camera of the current frame from the posterior of the last and the odometry (eq. 11).
-/// Without a valid odometry the noise is that of the given number of successive frames without one, this
-/// included. The paper's independent model drops the correlation that the odometry's lever arm causes.
+/// Without a valid odometry the noise is that of the unseen steps. The paper's independent model drops the
+/// correlation that the odometry's lever arm causes.
 [[nodiscard]] PoseDensity predict_pose(const PoseDensity& posterior, const PoseEstimate& T_previous_current,
-                                       bool odometry_valid, const Settings& settings, int lost_frames = 1);
+                                       bool odometry_valid, const Settings& settings,
+                                       const UnseenSteps& unseen = {});
 
 /// Mean and right-perturbation covariance of a density.
 [[nodiscard]] PoseEstimate to_estimate(const PoseDensity& density);

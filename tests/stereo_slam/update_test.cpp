@@ -197,10 +197,12 @@ TEST_CASE("Prediction composes and its covariance grows with the lever arm", "[s
   CHECK(lost.covariance(5, 5) >
         0.9 * settings.motion.lost_translation_sigma_m * settings.motion.lost_translation_sigma_m);
   double variance = 0.0;  // of ten lost frames in a row
-  for (int k = 1; k <= 10; ++k) {
-    variance += to_estimate(predict_pose(state, PoseEstimate{}, false, settings, k)).covariance(5, 5) -
-                to_estimate(state).covariance(5, 5);
-  }
+  const auto lost_variance = [&](const UnseenSteps& unseen) {
+    return to_estimate(predict_pose(state, PoseEstimate{}, false, settings, unseen)).covariance(5, 5) -
+           to_estimate(state).covariance(5, 5);
+  };
+  for (int k = 0; k < 10; ++k) variance += lost_variance({static_cast<double>(k), 1.0});
+  CHECK(lost_variance({0.0, 10.0}) == Approx(variance).epsilon(0.01));  // or in one frame as long as they
   CHECK(std::sqrt(variance) == Approx(10.0 * settings.motion.lost_translation_sigma_m).epsilon(0.01));
   settings.update.method = PoseUpdateMethod::kPaper;
   const PoseEstimate independent = to_estimate(predict_pose(state, odometry, true, settings));
