@@ -13,6 +13,7 @@ namespace stereo_slam {
 struct KeyframePoint {
   Vector3<float> z;  ///< (u, v, d), px: in these the noise is Gaussian, near and far
   Descriptor descriptor{};
+  std::uint32_t landmark = 0;  ///< points of one landmark share it
 };
 
 /// What remains of a frame after its image is gone: enough to recognise the place, to measure the pose of
@@ -21,6 +22,7 @@ struct Keyframe {
   std::size_t id = 0;  ///< its place in the database
   std::size_t frame = 0;
   std::int64_t stamp_ns = 0;
+  std::size_t segment = 0;  ///< of the map: a new one starts where the camera was lost
   std::vector<KeyframePoint> points;
   PoseEstimate T_previous_keyframe;  ///< relative density to the keyframe before; the first one's is unused
   PoseEstimate T_world_keyframe;     ///< as known now: loops correct it
