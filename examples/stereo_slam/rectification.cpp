@@ -34,36 +34,47 @@ RectificationResidual::Measurement RectificationResidual::measure(const Vector2<
 
 RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
                                                const RectificationSettings& settings)
-    : camera_(camera),
-      residual_(camera),
-      row_information_(Information::Identity() / (settings.row_sigma_px * settings.row_sigma_px)),
-      disparity_information_(Information::Identity() /
-                             (settings.disparity_sigma_px * settings.disparity_sigma_px)) {}
+    : camera_(camera) {
+  estimate_.row_information /= settings.row_sigma_px * settings.row_sigma_px;
+  estimate_.disparity_information /= settings.disparity_sigma_px * settings.disparity_sigma_px;
+}
+
+RectificationEstimator RectificationEstimator::resumed(const StereoCamera& camera,
+                                                       const RectificationEstimate& estimate) {
+  RectificationEstimator estimator;
+  estimator.camera_ = camera;
+  estimator.estimate_ = estimate;
+  return estimator;
+}
 
 void RectificationEstimator::add_rows(std::span<const RectificationResidual::Measurement> matches) {
+  const RectificationResidual residual = current();
   for (const auto& match : matches) {
-    const Basis terms = residual_.basis(match.z.head<2>());
-    const double offset = terms.dot(residual_.coefficients().row(1)) - match.row_error_px;
+    const RectificationResidual::Basis terms = residual.basis(match.z.head<2>());
+    const double offset = terms.dot(residual.coefficients().row(1)) - match.row_error_px;
     const double distance2 = match.row_error_px * match.row_error_px / (kRowSigma_px * kRowSigma_px);
     const double weight = 1.0 / (kRowSigma_px * kRowSigma_px * (1.0 + distance2 / kCauchyScale2));
-    row_information_ += weight * terms * terms.transpose();
-    row_vector_ += weight * offset * terms;
+    estimate_.row_information += weight * terms * terms.transpose();
+    estimate_.row_vector += weight * offset * terms;
   }
 }
 
 void RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints) {
   constexpr std::size_t kMinConstraints = 30;
   if (constraints.size() < kMinConstraints) return;
+  using Information = RectificationEstimate::Information;
+  using Basis = RectificationEstimate::Basis;
   Matrix6<double> pose_pose = Matrix6<double>::Zero();
   Information pose_bias = Information::Zero();
   Information bias_bias = Information::Zero();
   Vector6<double> pose_vector = Vector6<double>::Zero();
   Basis bias_vector = Basis::Zero();
-  const Basis applied = residual_.coefficients().row(0);
+  const RectificationResidual residual = current();
+  const Basis applied = residual.coefficients().row(0);
   for (const auto& c : constraints) {
     Eigen::Matrix<double, 3, RectificationResidual::kTerms> D =
-        -c.J_disparity * residual_.basis(c.first_px).transpose();
-    D.row(2) += residual_.basis(c.second_px).transpose();
+        -c.J_disparity * residual.basis(c.first_px).transpose();
+    D.row(2) += residual.basis(c.second_px).transpose();
     const double distance2 = c.innovation.dot(c.S_inverse * c.innovation);
     const Matrix3<double> W = c.S_inverse / (1.0 + distance2 / kCauchyScale2);
     // innovation - J_pose xi + D (bias - applied) should vanish
@@ -76,15 +87,18 @@ void RectificationEstimator::add_motion(std::span<const BiasConstraint> constrai
   }
   const Eigen::LDLT<Matrix6<double>> factor(pose_pose);
   if (factor.info() != Eigen::Success || !factor.isPositive()) return;
-  disparity_information_ += kConfidence * (bias_bias - pose_bias.transpose() * factor.solve(pose_bias));
-  disparity_vector_ += kConfidence * (bias_vector - pose_bias.transpose() * factor.solve(pose_vector));
+  estimate_.disparity_information +=
+      kConfidence * (bias_bias - pose_bias.transpose() * factor.solve(pose_bias));
+  estimate_.disparity_vector +=
+      kConfidence * (bias_vector - pose_bias.transpose() * factor.solve(pose_vector));
 }
 
 void RectificationEstimator::advance() {
+  const auto& e = estimate_;
   RectificationResidual::Coefficients coefficients;
-  coefficients.row(0) = disparity_information_.ldlt().solve(disparity_vector_).transpose();
-  coefficients.row(1) = row_information_.ldlt().solve(row_vector_).transpose();
-  residual_ = RectificationResidual(camera_, coefficients);
+  coefficients.row(0) = e.disparity_information.ldlt().solve(e.disparity_vector).transpose();
+  coefficients.row(1) = e.row_information.ldlt().solve(e.row_vector).transpose();
+  estimate_.coefficients = coefficients;
 }
 
 }  // namespace stereo_slam

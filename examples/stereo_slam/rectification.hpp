@@ -59,6 +59,20 @@ struct BiasConstraint {
   Vector2<double> first_px, second_px;  ///< left positions
 };
 
+/// What an estimator knows, complete: another one can go on with it. The coefficients of rows and disparities
+/// are Gaussian, in information form: mean = information^-1 vector.
+struct RectificationEstimate {
+  using Information = antipode::Matrix<double, RectificationResidual::kTerms>;
+  using Basis = RectificationResidual::Basis;
+
+  RectificationResidual::Coefficients coefficients =
+      RectificationResidual::Coefficients::Zero();        ///< px; in use: the means when last taken over
+  Information row_information = Information::Identity();  ///< 1/px^2
+  Basis row_vector = Basis::Zero();                       ///< 1/px
+  Information disparity_information = Information::Identity();  ///< 1/px^2
+  Basis disparity_vector = Basis::Zero();                       ///< 1/px
+};
+
 /// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
 ///
 /// Rows are seen in every stereo match. The disparity offset is seen because it makes near and far points, or
@@ -69,6 +83,9 @@ class RectificationEstimator {
  public:
   RectificationEstimator() = default;
   RectificationEstimator(const StereoCamera& camera, const RectificationSettings& settings);
+  /// One that goes on with what another one of the same camera knew.
+  [[nodiscard]] static RectificationEstimator resumed(const StereoCamera& camera,
+                                                      const RectificationEstimate& estimate);
 
   /// Stereo matches of one frame, measured with current().
   void add_rows(std::span<const RectificationResidual::Measurement> matches);
@@ -77,21 +94,17 @@ class RectificationEstimator {
   void add_motion(std::span<const BiasConstraint> constraints);
 
   /// Best estimate so far.
-  [[nodiscard]] RectificationResidual current() const { return residual_; }
+  [[nodiscard]] RectificationResidual current() const {
+    return RectificationResidual(camera_, estimate_.coefficients);
+  }
+  [[nodiscard]] const RectificationEstimate& estimate() const noexcept { return estimate_; }
 
   /// Takes what was added into current(); measurements made with the former are to be made anew.
   void advance();
 
  private:
-  using Information = antipode::Matrix<double, RectificationResidual::kTerms>;
-  using Basis = RectificationResidual::Basis;
-
   StereoCamera camera_;
-  RectificationResidual residual_;
-  Information row_information_ = Information::Identity();
-  Basis row_vector_ = Basis::Zero();
-  Information disparity_information_ = Information::Identity();
-  Basis disparity_vector_ = Basis::Zero();
+  RectificationEstimate estimate_;
 };
 
 }  // namespace stereo_slam

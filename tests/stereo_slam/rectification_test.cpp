@@ -102,6 +102,20 @@ TEST_CASE("A perfect rectification is left alone", "[stereo_slam][rectification]
   }
 }
 
+TEST_CASE("A resumed estimator goes on as if it had never stopped", "[stereo_slam][rectification]") {
+  std::mt19937_64 random(4);
+  const StereoCamera camera = test::kitti_camera();
+  const RectificationResidual truth(camera, planted());
+  RectificationEstimator estimator(camera, {});
+  for (int keyframe = 0; keyframe < 3; ++keyframe) drive(estimator, random, truth, 0.2);
+  auto resumed = RectificationEstimator::resumed(camera, estimator.estimate());
+  CHECK(resumed.current().coefficients() == estimator.current().coefficients());
+  auto same_random = random;
+  drive(estimator, random, truth, 0.2);
+  drive(resumed, same_random, truth, 0.2);
+  CHECK(resumed.current().coefficients() == estimator.current().coefficients());
+}
+
 TEST_CASE("Without data the estimate is the prior, zero", "[stereo_slam][rectification]") {
   RectificationEstimator estimator(test::kitti_camera(), {});
   estimator.add_rows({});

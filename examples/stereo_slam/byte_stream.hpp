@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include <fmt/format.h>
+
+/// Numbers of fixed width to and from bytes, least significant first, on any host. Floating-point numbers are
+/// IEEE 754.
+namespace stereo_slam {
+
+template <class T>
+concept PlainNumber = std::integral<T> || std::floating_point<T>;
+
+/// Appends to a buffer.
+class ByteWriter {
+ public:
+  template <PlainNumber Number>
+  void put(Number value) {
+    auto bytes = std::bit_cast<std::array<char, sizeof(Number)>>(value);
+    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+    bytes_.append(bytes.data(), bytes.size());
+  }
+  void put_bytes(std::string_view bytes) { bytes_.append(bytes); }
+
+  [[nodiscard]] std::string_view bytes() const noexcept { return bytes_; }
+  [[nodiscard]] std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+/// Takes from the front of bytes that the caller keeps alive, never beyond their end: that throws
+/// std::out_of_range.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+
+  [[nodiscard]] std::size_t left() const noexcept { return bytes_.size(); }
+
+  template <PlainNumber Number>
+  [[nodiscard]] Number get() {
+    std::array<char, sizeof(Number)> bytes;
+    std::memcpy(bytes.data(), get_bytes(sizeof(Number)).data(), sizeof(Number));
+    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+    return std::bit_cast<Number>(bytes);
+  }
+
+  [[nodiscard]] std::string_view get_bytes(std::size_t size) {
+    if (size > left()) {
+      throw std::out_of_range(fmt::format("{} bytes where {} are left", size, left()));
+    }
+    const auto front = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+    return front;
+  }
+
+  /// A number of elements that follow, none of which takes fewer than `min_bytes`: no more than fit into what
+  /// is left.
+  [[nodiscard]] std::size_t get_count(std::size_t min_bytes) {
+    const auto count = get<std::uint64_t>();
+    if (count > left() / min_bytes) {
+      throw std::out_of_range(
+          fmt::format("{} elements of {} bytes or more where {} bytes are left", count, min_bytes, left()));
+    }
+    return static_cast<std::size_t>(count);
+  }
+
+ private:
+  std::string_view bytes_;
+};
+
+}  // namespace stereo_slam
