@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "keyframe_database.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -39,6 +41,18 @@ void KeyframeDatabase::correct(const std::vector<PoseEstimate>& T_world_keyframe
             ? T_world_keyframe[id]
             : compose(keyframes_[id - 1].T_world_keyframe, keyframes_[id].T_previous_keyframe);
   }
+}
+
+std::size_t shared_landmarks(const Keyframe& a, const Keyframe& b) {
+  const auto numbers = [](const Keyframe& keyframe) {
+    std::vector<std::uint32_t> result;
+    for (const auto& point : keyframe.points) result.push_back(point.landmark);
+    std::sort(result.begin(), result.end());
+    return result;
+  };
+  std::vector<std::uint32_t> shared;
+  std::ranges::set_intersection(numbers(a), numbers(b), std::back_inserter(shared));
+  return shared.size();
 }
 
 std::size_t KeyframeDatabase::memory_bytes() const {

@@ -42,6 +42,7 @@ class KeyframeDatabase {
   [[nodiscard]] std::size_t size() const noexcept { return keyframes_.size(); }
   [[nodiscard]] const Keyframe& operator[](std::size_t id) const { return keyframes_[id]; }
   [[nodiscard]] const Keyframe& back() const { return keyframes_.back(); }
+  [[nodiscard]] const std::vector<Keyframe>& all() const noexcept { return keyframes_; }
 
   /// Sets the poses of the first keyframes and carries the others along. Throws std::invalid_argument for
   /// more poses than keyframes.
@@ -56,6 +57,10 @@ class KeyframeDatabase {
   std::size_t max_points_;
   std::vector<Keyframe> keyframes_;
 };
+
+/// Weight of the edge between two keyframes in the covisibility graph: landmarks that both show, as followed
+/// from the one to the other.
+[[nodiscard]] std::size_t shared_landmarks(const Keyframe& a, const Keyframe& b);
 
 /// (u, v, d) of a point.
 [[nodiscard]] inline StereoPoint measurement(const KeyframePoint& point) { return point.z.cast<double>(); }

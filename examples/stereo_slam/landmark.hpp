@@ -26,7 +26,7 @@ struct HomogeneousPoint {
 
 /// A point of the map, relative to the reference keyframe's camera (eq. 10).
 struct Landmark {
-  std::uint64_t id = 0;
+  std::uint32_t id = 0;  ///< kept from keyframe to keyframe while it is matched
   LandmarkForm form = LandmarkForm::kEuclidean;
   Vector3<double> mean;
   Matrix3<double> covariance;

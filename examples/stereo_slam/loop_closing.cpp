@@ -1,37 +1,45 @@
 // SPDX-License-Identifier: MIT
 #include "loop_closing.hpp"
 
+#include <deque>
 #include <future>
+#include <limits>
 #include <utility>
 
 namespace stereo_slam {
 struct LoopClosing::State {
+  /// Work on a keyframe, and the frame before which what it brings takes effect.
+  struct Task {
+    std::shared_future<std::optional<LoopCorrection>> correction;
+    std::size_t due = 0;
+  };
+
   LoopSearch search;
   LoopThread thread;
   std::size_t latency_frames;
-  std::future<std::optional<LoopCorrection>> running{};
-  std::size_t running_due = 0;
-  std::optional<LoopCorrection> ready{};
-  std::size_t ready_due = 0;
+  std::deque<Task> tasks{};  // in order; each waits for the one before
 
   /// The search while nothing works on it.
   [[nodiscard]] const LoopSearch& at_rest() const {
-    if (running.valid()) running.wait();
+    if (!tasks.empty()) tasks.back().correction.wait();
     return search;
   }
 
-  /// Waits for the work at hand. Its correction contains any earlier one.
-  void collect() {
-    if (!running.valid()) return;
-    auto correction = running.get();
-    if (!correction) return;
-    ready = std::move(correction);
-    ready_due = running_due;
+  /// Waits for the tasks that are due. A correction contains any earlier one.
+  [[nodiscard]] std::optional<LoopCorrection> collect(std::size_t frame) {
+    std::optional<LoopCorrection> latest;
+    while (!tasks.empty() && tasks.front().due <= frame) {
+      auto correction = tasks.front().correction.get();
+      if (correction) latest = std::move(correction);
+      tasks.pop_front();
+    }
+    return latest;
   }
 };
 
-LoopClosing::LoopClosing(const StereoCamera& camera, const Settings& settings, LoopThread thread)
-    : state_(new State{.search = LoopSearch(camera, settings),
+LoopClosing::LoopClosing(const StereoCamera& camera, const Settings& settings, LoopThread thread,
+                         const SavedMap& known, MapUse use)
+    : state_(new State{.search = LoopSearch(camera, settings, known, use),
                        .thread = thread,
                        .latency_frames = static_cast<std::size_t>(settings.loop_closure.latency_frames)}) {}
 LoopClosing::~LoopClosing() = default;
@@ -40,29 +48,32 @@ LoopClosing& LoopClosing::operator=(LoopClosing&&) noexcept = default;
 
 void LoopClosing::add_keyframe(Keyframe keyframe) {
   State& s = *state_;
-  s.collect();
-  s.running_due = keyframe.frame + s.latency_frames;
+  const std::size_t due = keyframe.frame + s.latency_frames;
   const auto policy = s.thread == LoopThread::kOwn ? std::launch::async : std::launch::deferred;
-  s.running = std::async(policy, [&search = s.search, keyframe = std::move(keyframe)]() mutable {
+  auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
+  auto work = [&search = s.search, before = std::move(before), keyframe = std::move(keyframe)]() mutable {
+    if (before.valid()) before.wait();
+    before = {};  // what it brought need not live as long as this
     return search.process(std::move(keyframe));
-  });
+  };
+  s.tasks.push_back({std::async(policy, std::move(work)).share(), due});
 }
 
 std::optional<LoopCorrection> LoopClosing::correction_due(std::size_t frame) {
-  State& s = *state_;
-  if (s.running.valid() && frame >= s.running_due) s.collect();
-  if (!s.ready || frame < s.ready_due) return std::nullopt;
-  return std::exchange(s.ready, std::nullopt);
+  return state_->collect(frame);
 }
 
 std::optional<LoopCorrection> LoopClosing::finish() {
-  State& s = *state_;
-  s.collect();
-  if (auto last = s.search.correct()) s.ready = std::move(last);
-  return std::exchange(s.ready, std::nullopt);
+  auto latest = state_->collect(std::numeric_limits<std::size_t>::max());
+  if (auto last = state_->search.correct()) latest = std::move(last);
+  return latest;
 }
 
 std::vector<LoopEvent> LoopClosing::events() const { return state_->at_rest().events(); }
+
+std::uint32_t LoopClosing::landmark(std::uint32_t number) const { return state_->at_rest().landmark(number); }
+
+void LoopClosing::save(SavedMap& map) const { state_->at_rest().save(map); }
 
 std::size_t LoopClosing::memory_bytes() const { return state_->at_rest().memory_bytes(); }
 

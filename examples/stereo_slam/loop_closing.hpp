@@ -19,11 +19,13 @@ enum class LoopThread { kNone, kOwn };
 
 /// From keyframes to corrections: recognition, verification, consistency, gate and pose graph (sec. IV-F).
 ///
-/// A keyframe is worked on away from the caller, one after the other. What it brings takes effect a fixed
+/// Keyframes are worked on away from the caller, one after the other. What one brings takes effect a fixed
 /// number of frames later, waiting if it has to: so the results depend on neither threads nor their speed.
 class LoopClosing {
  public:
-  LoopClosing(const StereoCamera& camera, const Settings& settings, LoopThread thread);
+  /// `known`: what an earlier run left behind, or nothing.
+  LoopClosing(const StereoCamera& camera, const Settings& settings, LoopThread thread,
+              const SavedMap& known = {}, MapUse use = MapUse::kContinue);
   ~LoopClosing();
   LoopClosing(LoopClosing&&) noexcept;
   LoopClosing& operator=(LoopClosing&&) noexcept;
@@ -39,6 +41,12 @@ class LoopClosing {
 
   /// Loops found so far, accepted and refused, in order; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> events() const;
+
+  /// Number that all points of a landmark have in common after the loops so far.
+  [[nodiscard]] std::uint32_t landmark(std::uint32_t number) const;
+
+  /// Adds keyframes and loops to a map, those known from the start first.
+  void save(SavedMap& map) const;
 
   /// Of keyframes and recognition.
   [[nodiscard]] std::size_t memory_bytes() const;

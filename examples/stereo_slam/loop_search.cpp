@@ -45,14 +45,61 @@ constexpr std::size_t kMarginals = 64;
 
 }  // namespace
 
-LoopSearch::LoopSearch(const StereoCamera& camera, const Settings& settings)
+LoopSearch::LoopSearch(const StereoCamera& camera, const Settings& settings, const SavedMap& known,
+                       MapUse use)
     : camera_(camera),
       settings_(settings),
       keyframes_(static_cast<std::size_t>(settings.loop_closure.max_points)),
       places_(settings.place_recognition),
-      consistency_(settings.loop_verification) {}
+      consistency_(settings.loop_verification) {
+  if (!known.keyframes.empty()) start_with(known, use);
+}
+
+void LoopSearch::start_with(const SavedMap& known, MapUse use) {
+  std::vector<PoseEstimate> poses;
+  for (const auto& keyframe : known.keyframes) {
+    const std::size_t id = keyframes_.add(keyframe);
+    add_node(keyframes_[id]);
+    places_.add(id, keyframes_[id].points);
+    poses.push_back(keyframe.T_world_keyframe);
+    graph_.poses.back() = keyframe.T_world_keyframe.pose;
+    for (const auto& point : keyframe.points)
+      known_landmarks_ = std::max(known_landmarks_, point.landmark + 1);
+  }
+  keyframes_.correct(poses);
+  for (const auto& loop : known.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
+  drop_guesses();
+  graph_.loops = known.loops;
+  known_keyframes_ = keyframes_.size();
+  known_segments_ = segments_.size();
+  known_frames_ = keyframes_.back().frame + 1;
+  if (use == MapUse::kLocalise) graph_.gauge = known_keyframes_;
+}
+
+/// Makes a keyframe of this run one after those of the known map, the first one anywhere.
+void LoopSearch::follow_known_map(Keyframe& keyframe) const {
+  keyframe.frame += known_frames_;
+  keyframe.segment += known_segments_;
+  for (auto& point : keyframe.points) point.landmark += known_landmarks_;
+  if (known_keyframes_ > 0 && keyframes_.size() == known_keyframes_) {
+    keyframe.T_previous_keyframe = {keyframes_.back().T_world_keyframe.pose.inverse(), no_knowledge()};
+  }
+}
+
+void LoopSearch::save(SavedMap& map) const {
+  map.keyframes = keyframes_.all();
+  map.loops = graph_.loops;
+  for (auto& keyframe : map.keyframes) {
+    for (auto& point : keyframe.points) point.landmark = identity_(point.landmark);
+  }
+}
+
+std::uint32_t LoopSearch::landmark(std::uint32_t number) const {
+  return identity_(known_landmarks_ + number);
+}
 
 std::optional<LoopCorrection> LoopSearch::process(Keyframe keyframe) {
+  follow_known_map(keyframe);
   const std::size_t id = keyframes_.add(std::move(keyframe));
   add_node(keyframes_[id]);
   const auto measured = measure(keyframes_[id]);
@@ -68,9 +115,14 @@ std::optional<LoopCorrection> LoopSearch::correct() {
   if (waiting_loops_ == 0) return std::nullopt;
   waiting_loops_ = 0;
   graph_.poses = optimize(graph_, settings_.pose_graph).poses;
-  LoopCorrection correction{with_covariances(graph_.poses), {}};
-  for (std::size_t s = 0; s < segments_.size(); ++s) correction.segment_placed.push_back(segments_.placed(s));
-  keyframes_.correct(correction.T_world_keyframe);
+  const auto poses = with_covariances(graph_.poses);
+  keyframes_.correct(poses);
+  LoopCorrection correction;
+  correction.T_world_keyframe.assign(poses.begin() + static_cast<std::ptrdiff_t>(known_keyframes_),
+                                     poses.end());
+  for (std::size_t s = known_segments_; s < segments_.size(); ++s) {
+    correction.segment_placed.push_back(segments_.placed(s));
+  }
   return correction;
 }
 
@@ -122,10 +174,12 @@ std::vector<std::size_t> LoopSearch::candidates(const Keyframe& keyframe) const 
   return result;
 }
 
-/// The loop with the most inliers among the candidates.
+/// The loop with the most inliers among the candidates. What was never out of sight is no place seen again.
 std::optional<LoopMeasurement> LoopSearch::measure(const Keyframe& keyframe) const {
+  constexpr std::size_t kFollowed = 10;
   std::optional<LoopMeasurement> best;
   for (const std::size_t candidate : candidates(keyframe)) {
+    if (shared_landmarks(keyframes_[candidate], keyframe) >= kFollowed) continue;
     const auto verified = verify_loop(keyframes_[candidate], keyframe, camera_, settings_.loop_verification,
                                       settings_.seed + keyframe.id);
     if (verified.check != LoopCheck::kVerified) continue;
@@ -142,8 +196,19 @@ void LoopSearch::accept(const std::vector<LoopMeasurement>& loops) {
     if (!segments_.joined(segment_of(edge.from), segment_of(edge.to))) join(edge);
     const double chi2 = contradiction(edge);
     const bool good = chi2 <= settings_.loop_verification.max_chi2;
-    if (good) accepted.push_back(edge);
-    events_.push_back({keyframes_[edge.to].frame, keyframes_[edge.from].frame, loop.inliers, chi2, good});
+    if (good) {
+      accepted.push_back(edge);
+      for (const auto& [old_landmark, new_landmark] : loop.same_landmarks) {
+        identity_.unite(old_landmark, new_landmark);
+      }
+    }
+    const bool in_known = edge.from < known_keyframes_;
+    events_.push_back({.frame = keyframes_[edge.to].frame - known_frames_,
+                       .old_frame = keyframes_[edge.from].frame - (in_known ? 0 : known_frames_),
+                       .in_loaded_map = in_known,
+                       .inliers = loop.inliers,
+                       .chi2 = chi2,
+                       .accepted = good});
   }
   graph_.loops.insert(graph_.loops.end(), accepted.begin(), accepted.end());
   waiting_loops_ += accepted.size();
@@ -170,7 +235,7 @@ double LoopSearch::way_m(std::size_t from, std::size_t to) const {
 }
 
 /// Moves the segments that hang together with the later end of the loop so that it is met, and those after
-/// them whose place is a guess from theirs. The guesses within what is now one piece are dropped.
+/// them whose place is a guess from theirs.
 void LoopSearch::join(const PoseGraphEdge& loop) {
   const std::size_t from = segments_.root(segment_of(loop.from));
   const std::size_t to = segments_.root(segment_of(loop.to));
@@ -190,6 +255,11 @@ void LoopSearch::join(const PoseGraphEdge& loop) {
     graph_.poses[id] = (motions[segment_of(id)] * graph_.poses[id]).renormalized();
   }
   segments_.join(from, to);
+  drop_guesses();
+}
+
+/// Of how segments lie that loops have joined.
+void LoopSearch::drop_guesses() {
   for (std::size_t s = 1; s < segments_.size(); ++s) {
     if (!segments_.joined(s - 1, s)) continue;
     auto& guess = graph_.odometry[segments_.first_keyframe(s) - 1];
@@ -198,13 +268,17 @@ void LoopSearch::join(const PoseGraphEdge& loop) {
   }
 }
 
-/// Keyframes, in order, whose covariance is computed: the ends, the beginnings of segments, and some between.
+/// Keyframes beyond the gauge, in order, whose covariance is computed: the ends, the beginnings of segments,
+/// and some between.
 std::vector<std::size_t> LoopSearch::marginal_nodes() const {
-  const std::size_t last = graph_.poses.size() - 1;
+  const std::size_t end = graph_.poses.size();
+  const std::size_t stride = 1 + (end - graph_.gauge) / kMarginals;
   std::vector<std::size_t> nodes;
-  for (std::size_t id = 0; id <= last; id += 1 + last / kMarginals) nodes.push_back(id);
-  for (std::size_t s = 1; s < segments_.size(); ++s) nodes.push_back(segments_.first_keyframe(s));
-  nodes.push_back(last);
+  for (std::size_t id = graph_.gauge; id < end; id += stride) nodes.push_back(id);
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    if (segments_.first_keyframe(s) >= graph_.gauge) nodes.push_back(segments_.first_keyframe(s));
+  }
+  nodes.push_back(end - 1);
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return nodes;
@@ -216,12 +290,13 @@ std::vector<PoseEstimate> LoopSearch::with_covariances(const std::vector<Pose>& 
   const auto nodes = marginal_nodes();
   const auto marginals = marginal_covariances(graph_, nodes, settings_.pose_graph);
   std::vector<PoseEstimate> result;
-  for (std::size_t id = 0; id < poses.size(); ++id) {
+  for (std::size_t id = 0; id < graph_.gauge; ++id) {
+    result.push_back({poses[id], keyframes_[id].T_world_keyframe.covariance});
+  }
+  for (std::size_t id = graph_.gauge; id < poses.size(); ++id) {
     const auto at = std::lower_bound(nodes.begin(), nodes.end(), id);
     if (*at == id && !marginals.empty()) {
       result.push_back({poses[id], marginals[static_cast<std::size_t>(at - nodes.begin())]});
-    } else if (id == 0) {
-      result.push_back({poses[0], Matrix6<double>::Zero()});
     } else {
       const Pose T_previous_keyframe = poses[id - 1].inverse() * poses[id];
       result.push_back(

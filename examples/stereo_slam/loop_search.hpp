@@ -7,10 +7,12 @@
 
 #include "camera/stereo_camera.hpp"
 #include "keyframe_database.hpp"
+#include "landmark_identity.hpp"
 #include "loop_verification.hpp"
 #include "map_segments.hpp"
 #include "place_recognition.hpp"
 #include "pose_graph.hpp"
+#include "saved_map.hpp"
 #include "settings.hpp"
 #include "types.hpp"
 
@@ -19,7 +21,7 @@ namespace stereo_slam {
 /// New poses T_world_keyframe of the first keyframes; those after them keep their poses relative to the last.
 struct LoopCorrection {
   std::vector<PoseEstimate> T_world_keyframe;
-  std::vector<bool> segment_placed;  ///< of every segment so far: loops have joined it with the first one
+  std::vector<bool> segment_placed;  ///< of every segment so far: it is joined with the one of the world
 };
 
 /// From one keyframe after the other to corrections: recognition, verification, consistency, gate and pose
@@ -30,7 +32,10 @@ struct LoopCorrection {
 /// compared with it, but replaces it: the later segment moves to where the loop says, as a whole.
 class LoopSearch {
  public:
-  LoopSearch(const StereoCamera& camera, const Settings& settings);
+  /// Starts with what another run left behind, or with nothing. Its frames, segments and ids come before
+  /// those of this run, which know nothing of them: the keyframes that are handed in and the corrections that
+  /// come out are of this run alone, and its first segment is placed when loops have joined it with the map.
+  LoopSearch(const StereoCamera& camera, const Settings& settings, const SavedMap& known, MapUse use);
 
   /// Takes the next keyframe; what it brings, if it brings anything.
   [[nodiscard]] std::optional<LoopCorrection> process(Keyframe keyframe);
@@ -41,7 +46,15 @@ class LoopSearch {
   [[nodiscard]] const std::vector<LoopEvent>& events() const noexcept { return events_; }
   [[nodiscard]] std::size_t memory_bytes() const;
 
+  /// Number that all points of a landmark have in common, of one of those of this run.
+  [[nodiscard]] std::uint32_t landmark(std::uint32_t number) const;
+
+  /// Adds keyframes and loops, those that it started with first.
+  void save(SavedMap& map) const;
+
  private:
+  void start_with(const SavedMap& known, MapUse use);
+  void follow_known_map(Keyframe& keyframe) const;
   void add_node(const Keyframe& keyframe);
   [[nodiscard]] std::size_t segment_of(std::size_t keyframe) const { return keyframes_[keyframe].segment; }
 
@@ -54,6 +67,7 @@ class LoopSearch {
   [[nodiscard]] double contradiction(const PoseGraphEdge& edge) const;
   [[nodiscard]] double way_m(std::size_t from, std::size_t to) const;
   void join(const PoseGraphEdge& loop);
+  void drop_guesses();
 
   [[nodiscard]] std::vector<std::size_t> marginal_nodes() const;
   [[nodiscard]] std::vector<PoseEstimate> with_covariances(const std::vector<Pose>& poses) const;
@@ -67,6 +81,11 @@ class LoopSearch {
   PoseGraph graph_;                // its odometry's edge k leads from keyframe k to k + 1
   std::size_t waiting_loops_ = 0;  // in the graph, but not yet in its poses
   std::vector<LoopEvent> events_;
+  std::size_t known_keyframes_ = 0;
+  std::size_t known_segments_ = 0;
+  std::size_t known_frames_ = 0;
+  std::uint32_t known_landmarks_ = 0;
+  LandmarkIdentity identity_;
 };
 
 }  // namespace stereo_slam

@@ -167,6 +167,11 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   if (!motion.valid || motion.inliers < settings.min_inliers) return result;
   result.check = LoopCheck::kVerified;
   result.loop.T_old_new = motion.T_previous_current;
+  for (std::size_t i = 0; i < guided.size(); ++i) {
+    if (!motion.inlier[i]) continue;
+    result.loop.same_landmarks.emplace_back(old_keyframe.points[guided[i].old_point].landmark,
+                                            new_keyframe.points[guided[i].new_point].landmark);
+  }
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "camera/stereo_camera.hpp"
@@ -19,6 +20,8 @@ struct LoopMeasurement {
   std::size_t new_keyframe = 0;
   PoseEstimate T_old_new;
   int inliers = 0;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>
+      same_landmarks{};  ///< numbers in the old and the new one
 };
 
 /// How far the check of a candidate came.

@@ -134,6 +134,11 @@ Command add_run(CLI::App& parent) {
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   add_pose_frame(app, args->options.pose_frame);
+  app.add_option("--save-map", args->options.save_map, "write the map at the end, for a later run")
+      ->type_name("FILE");
+  app.add_option("--load-map", args->options.load_map,
+                 "find the place in the map of an earlier run; together with --save-map, continue it")
+      ->type_name("FILE");
   app.add_flag("--clahe", args->clahe,
                "equalise the contrast locally, as images.clahe: true in the settings");
   app.add_flag("--view", args->options.view, "show the images with the map's points while running");

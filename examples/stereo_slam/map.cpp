@@ -43,15 +43,16 @@ constexpr int kEstablished = 3;  // observations after which a point is believed
 }  // namespace
 
 void Map::add(const std::vector<StereoPoint>& measurements, const std::vector<Descriptor>& descriptors,
-              const PoseEstimate& T_reference_camera, const Matrix3<double>& R, const StereoFrame& frame,
-              const StereoCamera& camera, const MapSettings& settings) {
+              const std::vector<std::uint32_t>& ids, const PoseEstimate& T_reference_camera,
+              const Matrix3<double>& R, const StereoFrame& frame, const StereoCamera& camera,
+              const MapSettings& settings) {
   const double far_disparity_px = camera.fx / settings.inverse_depth_beyond_baselines;
   const double min_disparity_px = camera.fx / settings.max_baselines;
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const StereoPoint& z = measurements[i];
     if (z.z() < min_disparity_px) continue;
     Landmark landmark;
-    landmark.id = next_id_++;
+    landmark.id = ids[i];
     landmark.T_reference_anchor = T_reference_camera.pose;
     landmark.anchor_px = landmark.last_px = z.head<2>();
     landmark.descriptor = descriptors[i];
@@ -152,7 +153,7 @@ void Map::restart(std::size_t keyframe, const StereoCamera& camera) {
 void Map::archive(const Landmark& landmark, const StereoCamera& camera) {
   const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
   if (landmark.observations >= kEstablished && point.w > 0.0) {
-    archive_.push_back({keyframe_, point.x / point.w, landmark.intensity});
+    archive_.push_back({keyframe_, landmark.id, point.x / point.w, landmark.intensity});
   }
 }
 

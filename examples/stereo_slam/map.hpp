@@ -17,6 +17,7 @@ namespace stereo_slam {
 /// Landmark that has left the active map, in its reference keyframe's camera coordinates.
 struct ArchivedPoint {
   std::size_t keyframe = 0;
+  std::uint32_t landmark = 0;
   Vector3<double> position;
   std::uint8_t intensity = 0;
 };
@@ -29,12 +30,16 @@ class Map {
   /// Active and archived points that were seen often enough to be believed.
   [[nodiscard]] std::vector<ArchivedPoint> points(const StereoCamera& camera) const;
 
-  /// Adds a landmark for every measurement, made at `T_reference_camera` with pixel noise R. Its covariance
-  /// includes that of the pose. Points nearer than `inverse_depth_beyond_baselines` are Euclidean, the others
-  /// in inverse depth.
+  /// A number that no landmark has yet.
+  [[nodiscard]] std::uint32_t new_id() noexcept { return next_id_++; }
+
+  /// Adds a landmark for every measurement, with these numbers, made at `T_reference_camera` with pixel noise
+  /// R. Its covariance includes that of the pose. Points nearer than `inverse_depth_beyond_baselines` are
+  /// Euclidean, the others in inverse depth.
   void add(const std::vector<StereoPoint>& measurements, const std::vector<Descriptor>& descriptors,
-           const PoseEstimate& T_reference_camera, const Matrix3<double>& R, const StereoFrame& frame,
-           const StereoCamera& camera, const MapSettings& settings);
+           const std::vector<std::uint32_t>& ids, const PoseEstimate& T_reference_camera,
+           const Matrix3<double>& R, const StereoFrame& frame, const StereoCamera& camera,
+           const MapSettings& settings);
 
   /// Records that the matched landmarks were seen, and where.
   void mark_seen(const std::vector<Match>& matches, const std::vector<Feature>& left_features,
@@ -63,7 +68,7 @@ class Map {
   void archive(const Landmark& landmark, const StereoCamera& camera);
 
   std::size_t keyframe_ = 0;
-  std::uint64_t next_id_ = 0;
+  std::uint32_t next_id_ = 0;
   std::vector<Landmark> landmarks_;
   std::vector<ArchivedPoint> archive_;
 };

@@ -190,10 +190,10 @@ void write_timing(std::ostream& stream, const RunRecord& record) {
 }
 
 void write_loops(std::ostream& stream, const RunRecord& record) {
-  stream << "frame,old_frame,inliers,chi2,verdict\n";
+  stream << "frame,old_frame,inliers,chi2,verdict,old_map\n";
   for (const auto& loop : record.loops) {
-    fmt::print(stream, "{},{},{},{:.6g},{}\n", loop.frame, loop.old_frame, loop.inliers, loop.chi2,
-               loop.accepted ? "accepted" : "refused");
+    fmt::print(stream, "{},{},{},{:.6g},{},{}\n", loop.frame, loop.old_frame, loop.inliers, loop.chi2,
+               loop.accepted ? "accepted" : "refused", loop.in_loaded_map ? "loaded" : "run");
   }
 }
 

@@ -49,14 +49,16 @@ void check_edge(const PoseGraphEdge& edge, std::size_t nodes) {
   }
 }
 
-/// The graph as Ceres sees it. Poses are copied in; the first is constant.
+/// The graph as Ceres sees it. Poses are copied in; those of the gauge are constant.
 class Problem {
  public:
   explicit Problem(const PoseGraph& graph) : problem_(options()) {
     for (const auto& pose : graph.poses) blocks_.push_back(pose.coeffs());
     has_edge_.assign(blocks_.size(), false);
     for (auto& block : blocks_) problem_.AddParameterBlock(block.data(), 8, &manifold_);
-    if (!blocks_.empty()) problem_.SetParameterBlockConstant(blocks_.front().data());
+    for (std::size_t node = 0; node < std::min(graph.gauge, blocks_.size()); ++node) {
+      problem_.SetParameterBlockConstant(blocks_[node].data());
+    }
     for (const auto& edge : graph.odometry) add(edge, nullptr);
     for (const auto& edge : graph.loops) {
       losses_.push_back(std::make_unique<ceres::LossFunctionWrapper>(nullptr, ceres::TAKE_OWNERSHIP));

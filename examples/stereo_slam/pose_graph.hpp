@@ -17,11 +17,12 @@ struct PoseGraphEdge {
   PoseEstimate T_from_to;
 };
 
-/// Poses, and what is known of them relative to each other. The first pose is the gauge: it stays.
+/// Poses, and what is known of them relative to each other. The first poses are the gauge: they stay.
 struct PoseGraph {
   std::vector<Pose> poses;              ///< T_world_node
   std::vector<PoseGraphEdge> odometry;  ///< believed
   std::vector<PoseGraphEdge> loops;     ///< may be wrong
+  std::size_t gauge = 1;                ///< how many poses stay, at least one
 };
 
 struct PoseGraphResult {

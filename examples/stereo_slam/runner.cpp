@@ -8,6 +8,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "frame_reader.hpp"
+#include "map_file.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "signals.hpp"
@@ -62,17 +63,45 @@ std::string process_frames(const StereoSequence& sequence, std::size_t count, co
   }
 }
 
+/// A map is made of keyframes, which the search for loops keeps.
+void require_keyframes(const Settings& settings) {
+  if (settings.loop_closure.enabled && settings.map.layout == MapLayout::kAnchored) return;
+  throw std::runtime_error(
+      "--save-map and --load-map need loop closure and the anchored layout; use the default preset");
+}
+
+/// With the loaded map, if there is one. What the map does not fit names its file.
+Slam make_slam(const StereoSequence& sequence, const Settings& settings, const RunOptions& options,
+               const SavedMap& known) {
+  const auto thread = options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn;
+  if (!options.load_map) return Slam(sequence.camera, settings, thread);
+  require_keyframes(settings);
+  if (known.keyframes.empty()) {
+    throw std::runtime_error(
+        fmt::format("{}: the map is empty; load one of a longer run", options.load_map->string()));
+  }
+  try {
+    return Slam(sequence.camera, settings, thread, known,
+                options.save_map ? MapUse::kContinue : MapUse::kLocalise);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(fmt::format("{}: {}", options.load_map->string(), error.what()));
+  }
+}
+
 }  // namespace
 
 RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
   std::optional<Eigen::Isometry3d> T_body_camera;
   if (options.pose_frame == PoseFrame::kBody) T_body_camera = require_body(sequence);
   if (options.threads) cv::setNumThreads(*options.threads);
+  if (options.save_map) require_keyframes(settings);
+  const SavedMap known = options.load_map ? load_map(*options.load_map) : SavedMap{};
   const std::size_t count =
       std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()));
   std::optional<Viewer> viewer;
   if (options.view) viewer.emplace();
   const std::string pose_frame = T_body_camera ? "body" : "camera";
+  Slam slam = make_slam(sequence, settings, options, known);
   prepare_output_folder(options.output);
   write_run_yaml(options.output,
                  {.state = "running", .error = "", .frames_processed = 0, .pose_frame = pose_frame}, sequence,
@@ -80,7 +109,6 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
 
   const SignalGuard signals;
   const auto start = Clock::now();
-  Slam slam(sequence.camera, settings, options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn);
   RunRecord record;
   RunSummary summary;
   summary.error = process_frames(sequence, count, settings.images, options, slam, viewer, record);
@@ -98,11 +126,15 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   record.loops = slam.loop_events();
   summary.landmarks = record.map_points.size();
   if (T_body_camera) record = in_body_frame(std::move(record), *T_body_camera);
-  try {
-    write_results(options.output, record);
-  } catch (const std::runtime_error& error) {
-    if (summary.error.empty()) summary.error = error.what();
-  }
+  const auto attempt = [&summary](const auto& write) {
+    try {
+      write();
+    } catch (const std::exception& error) {
+      if (summary.error.empty()) summary.error = error.what();
+    }
+  };
+  attempt([&] { write_results(options.output, record); });
+  if (options.save_map) attempt([&] { save_map(*options.save_map, slam.saved_map()); });
   const auto* state = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
   write_run_yaml(options.output, {state, summary.error, summary.frames, summary.seconds, pose_frame},
                  sequence, settings);

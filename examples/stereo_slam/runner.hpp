@@ -18,6 +18,8 @@ struct RunOptions {
   std::optional<int> threads;  ///< of OpenCV's pool; its own choice without
   bool quiet = false;
   bool view = false;
+  std::optional<std::filesystem::path> load_map;  ///< to localise in, or with save_map to continue
+  std::optional<std::filesystem::path> save_map;
   PoseFrame pose_frame = PoseFrame::kCamera;
 };
 

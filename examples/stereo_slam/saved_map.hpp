@@ -20,6 +20,12 @@ struct SavedMap {
   std::vector<MapPoint> points;      ///< what map.ply holds
 };
 
+/// What becomes of a map that a run starts with.
+enum class MapUse {
+  kLocalise,  ///< it stays as it is, and the run finds its place in it
+  kContinue,  ///< the run's keyframes join it, and loops may move all of them
+};
+
 /// Throws std::invalid_argument with the first thing that no run can have left behind: camera without extent,
 /// numbers that are not finite, positions beyond 1e9 m, poses off the Study quadric, matrices that are no
 /// covariances, frames or ways that go back, edges without their keyframes, points outside the image.

@@ -170,8 +170,8 @@ struct PoseGraphSettings {
 /// Loops, from recognition to correction.
 struct LoopClosureSettings {
   bool enabled = true;
-  int max_points = 500;    ///< a keyframe keeps
-  int latency_frames = 5;  ///< from a keyframe to the correction that its loop brings
+  int max_points = 500;     ///< a keyframe keeps
+  int latency_frames = 15;  ///< from a keyframe to the correction that its loop brings
 };
 
 struct Settings {

@@ -2,8 +2,12 @@
 #include "slam.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <map>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include <Eigen/LU>
@@ -94,6 +98,58 @@ enum class PoseBasis {
          camera.back_projection_jacobian(z).col(2);
 }
 
+void check_fits(const SavedMap& map, const StereoCamera& camera, bool with_loops) {
+  if (!with_loops) {
+    throw std::invalid_argument(
+        "the place in a loaded map is found by loop closure, which these settings leave out");
+  }
+  const auto numbers = [](const StereoCamera& c) {
+    return std::array{c.fx, c.fy, c.cx, c.cy, c.fx * c.baseline_m};
+  };
+  const auto a = numbers(map.camera);
+  const auto b = numbers(camera);
+  const bool same = std::equal(a.begin(), a.end(), b.begin(),
+                               [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(y); });
+  if (!same || map.camera.width_px != camera.width_px || map.camera.height_px != camera.height_px) {
+    throw std::invalid_argument("the map was made with another camera, or with its images at another size");
+  }
+}
+
+/// Where landmarks are in the current left image.
+struct SeenLandmarks {
+  std::vector<Vector2<double>> positions_px;
+  std::vector<std::uint32_t> ids;
+
+  /// The number of the landmark at each measurement, if there is one; each goes to one measurement.
+  [[nodiscard]] std::vector<std::optional<std::uint32_t>> near(const std::vector<StereoPoint>& measurements,
+                                                               const cv::Size& image) const {
+    constexpr double kSamePoint_px = 1.5;
+    const SpatialIndex index(positions_px, image);
+    std::vector<bool> taken(ids.size());
+    std::vector<std::optional<std::uint32_t>> result;
+    for (const auto& z : measurements) {
+      std::optional<std::size_t> nearest;
+      const auto distance = [&](std::size_t i) { return (positions_px[i] - z.head<2>()).norm(); };
+      index.for_each_in_box(z.head<2>(), Vector2<double>::Constant(kSamePoint_px), [&](std::size_t i) {
+        if (!taken[i] && (!nearest || distance(i) < distance(*nearest))) nearest = i;
+      });
+      if (nearest) taken[*nearest] = true;
+      result.push_back(nearest ? std::optional(ids[*nearest]) : std::nullopt);
+    }
+    return result;
+  }
+};
+
+[[nodiscard]] SeenLandmarks seen_landmarks(const std::vector<Match>& matches,
+                                           const std::vector<Landmark>& landmarks) {
+  SeenLandmarks seen;
+  for (const auto& match : matches) {
+    seen.positions_px.push_back(match.z.head<2>());
+    seen.ids.push_back(landmarks[match.landmark].id);
+  }
+  return seen;
+}
+
 [[nodiscard]] std::vector<Vector2<double>> positions(const std::vector<Match>& matches) {
   std::vector<Vector2<double>> result;
   result.reserve(matches.size());
@@ -110,7 +166,8 @@ struct Slam::State {
   std::vector<ReferenceFrame> keyframes{1};  // the first is the world's origin
   bool started = false;                      // a picture came that a map could begin with
   std::size_t segment = 0;
-  bool placed = true;                           // the segment's place in the map is known
+  bool placed = true;  // the segment's place in the map is known
+  std::vector<MapPoint> known_points;
   Pose T_odometry_keyframe = Pose::identity();  // the last keyframe without any loop correction
   std::vector<TrackedFrame> frames;
   PoseDensity posterior = certain_pose();  // T_keyframe_camera of the last frame
@@ -180,11 +237,12 @@ struct Slam::State {
     std::vector<RectificationResidual::Measurement> rows;
     std::vector<StereoPoint> measurements;
     std::vector<Descriptor> descriptors;
+    std::vector<std::uint32_t> landmarks;
 
     [[nodiscard]] std::vector<KeyframePoint> keyframe_points() const {
       std::vector<KeyframePoint> points;
       for (std::size_t i = 0; i < measurements.size(); ++i)
-        points.push_back({measurements[i].cast<float>(), descriptors[i]});
+        points.push_back({measurements[i].cast<float>(), descriptors[i], landmarks[i]});
       return points;
     }
   };
@@ -212,16 +270,20 @@ struct Slam::State {
       points.rows.push_back(*stereo[i]);
       points.measurements.push_back(stereo[i]->z);
       points.descriptors.push_back(chosen_descriptors[i]);
+      points.landmarks.push_back(0);
     }
     return points;
   }
 
   /// New landmarks from features that have a stereo match and are away from `reserved_px`; what they were
-  /// made from.
+  /// made from. Where one of `seen` is, it goes on.
   std::vector<KeyframePoint> add_landmarks(const StereoFrame& frame, const std::vector<Feature>& features,
-                                           const std::vector<Vector2<double>>& reserved_px) {
-    const auto points = measure_points(frame, features, reserved_px);
-    map.add(points.measurements, points.descriptors, to_estimate(posterior),
+                                           const std::vector<Vector2<double>>& reserved_px,
+                                           const SeenLandmarks& seen = {}) {
+    auto points = measure_points(frame, features, reserved_px);
+    const auto known = seen.near(points.measurements, frame.left.size());
+    for (std::size_t i = 0; i < known.size(); ++i) points.landmarks[i] = known[i] ? *known[i] : map.new_id();
+    map.add(points.measurements, points.descriptors, points.landmarks, to_estimate(posterior),
             stereo_pixel_covariance(settings.map.pixel_sigma_px), frame, camera, settings.map);
     if (settings.rectification.refine) rectification.add_rows(points.rows);
     return points.keyframe_points();
@@ -287,8 +349,9 @@ struct Slam::State {
     T_odometry_keyframe = (T_odometry_keyframe * T_previous_keyframe.pose).renormalized();
     posterior = certain_pose();
     frames.back() = {keyframes.size() - 1, PoseEstimate{}};  // a correction that moves the keyframe moves it
+    const auto seen = seen_landmarks(matches, map.landmarks());
     map.restart(keyframes.size() - 1, camera);
-    begin_keyframe(frame, add_landmarks(frame, features.left, {}));
+    begin_keyframe(frame, add_landmarks(frame, features.left, {}, seen));
   }
 
   void begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points) {
@@ -349,14 +412,23 @@ struct Slam::State {
 };
 
 Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread)
+    : Slam(camera, settings, loop_thread, SavedMap{}, MapUse::kContinue) {}
+
+Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread,
+           const SavedMap& known, MapUse use)
     : state_(std::make_unique<State>()) {
   state_->camera = camera;
   state_->settings = settings;
   // The global layout has but one keyframe, and so nothing that a loop could move.
   if (settings.loop_closure.enabled && state_->anchored()) {
-    state_->loops.emplace(camera, settings, loop_thread);
+    state_->loops.emplace(camera, settings, loop_thread, known, use);
   }
   state_->rectification = RectificationEstimator(camera, settings.rectification);
+  if (known.keyframes.empty()) return;
+  check_fits(known, camera, state_->loops.has_value());
+  state_->rectification = RectificationEstimator::resumed(camera, known.rectification);
+  state_->known_points = known.points;
+  state_->placed = false;
 }
 Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
@@ -488,6 +560,16 @@ void Slam::finish() {
   if (const auto correction = state_->loops->finish()) state_->apply(*correction);
 }
 
+SavedMap Slam::saved_map() const {
+  if (!state_->loops) throw std::logic_error("a map without loop closure has no keyframes to save");
+  SavedMap map;
+  map.camera = state_->camera;
+  map.rectification = state_->rectification.estimate();
+  map.points = state_->placed ? map_points() : state_->known_points;
+  state_->loops->save(map);
+  return map;
+}
+
 std::vector<LoopEvent> Slam::loop_events() const {
   return state_->loops ? state_->loops->events() : std::vector<LoopEvent>{};
 }
@@ -505,10 +587,22 @@ std::vector<PoseEstimate> Slam::trajectory() const {
 }
 
 std::vector<MapPoint> Slam::map_points() const {
+  const State& s = *state_;
   std::vector<MapPoint> result;
-  for (const auto& point : state_->map.points(state_->camera)) {
-    result.push_back(
-        {state_->keyframes[point.keyframe].T_world_keyframe.pose * point.position, point.intensity});
+  if (s.placed) result = s.known_points;
+  std::vector<double> views(result.size(), 1.0);
+  std::map<std::uint32_t, std::size_t> place_of;  // in the result, of each landmark
+  for (const auto& point : s.map.points(s.camera)) {
+    const auto number = s.loops ? s.loops->landmark(point.landmark) : point.landmark;
+    const auto [place, is_new] = place_of.try_emplace(number, result.size());
+    const Vector3<double> position = s.keyframes[point.keyframe].T_world_keyframe.pose * point.position;
+    if (is_new) {
+      result.push_back({position, point.intensity});
+      views.push_back(1.0);
+    } else {
+      MapPoint& mean = result[place->second];
+      mean.position_world += (position - mean.position_world) / ++views[place->second];
+    }
   }
   return result;
 }

@@ -6,6 +6,7 @@
 
 #include "camera/stereo_camera.hpp"
 #include "loop_closing.hpp"
+#include "saved_map.hpp"
 #include "settings.hpp"
 #include "types.hpp"
 
@@ -16,6 +17,12 @@ namespace stereo_slam {
 class Slam {
  public:
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread = LoopThread::kNone);
+
+  /// Starts with the map of an earlier run. Poses are relative to this run's first camera until its place in
+  /// the map is found (status kRelocalised), then to the map's. Throws std::invalid_argument for settings
+  /// without loops, by which the place would be found, and for a map of another camera.
+  Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& known,
+       MapUse use);
   ~Slam();
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
@@ -31,6 +38,10 @@ class Slam {
 
   /// All landmarks ever established, in world coordinates.
   [[nodiscard]] std::vector<MapPoint> map_points() const;
+
+  /// The map, the one that it started with included, for a later run; complete after finish(). Throws
+  /// std::logic_error without loop closure, which keeps the keyframes.
+  [[nodiscard]] SavedMap saved_map() const;
 
   /// Loops found, accepted or refused; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> loop_events() const;

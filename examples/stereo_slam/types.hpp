@@ -114,7 +114,8 @@ struct FrameResult {
 /// A place seen again, in two or more keyframes in a row.
 struct LoopEvent {
   std::size_t frame = 0;
-  std::size_t old_frame = 0;
+  std::size_t old_frame = 0;   ///< of the run, or of the map that it started with
+  bool in_loaded_map = false;  ///< the latter
   int inliers = 0;
   double chi2 = 0.0;  ///< by which it contradicts what was known, six degrees of freedom
   bool accepted = false;

@@ -92,7 +92,7 @@ TEST_CASE("Loops are closed as the settings say, unless the command line says ot
   CHECK_FALSE(enabled({"--no-loop-closure"}));
   CHECK_FALSE(enabled({"--config", folder / "off.yaml"}));
   CHECK(enabled({"--config", folder / "off.yaml", "--loop-closure"}));
-  CHECK(read_text(folder / "out/loops.csv") == "frame,old_frame,inliers,chi2,verdict\n");
+  CHECK(read_text(folder / "out/loops.csv") == "frame,old_frame,inliers,chi2,verdict,old_map\n");
 }
 
 TEST_CASE("Printed settings are a settings file", "[cli]") {

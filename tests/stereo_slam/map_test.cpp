@@ -21,8 +21,9 @@ StereoPoint at_depth(double z_m) {
 
 Map map_of(const std::vector<StereoPoint>& measurements, const PoseEstimate& pose = {}) {
   Map map;
-  map.add(measurements, std::vector<Descriptor>(measurements.size()), pose, stereo_pixel_covariance(0.4),
-          grey_frame(0), test::kitti_camera(), {});
+  map.add(measurements, std::vector<Descriptor>(measurements.size()),
+          std::vector<std::uint32_t>(measurements.size()), pose, stereo_pixel_covariance(0.4), grey_frame(0),
+          test::kitti_camera(), {});
   return map;
 }
 
@@ -141,8 +142,8 @@ double mean_nees(int runs, int frames, bool track_correlation) {
       seen.push_back(z + test::stereo_noise(random, 0.5));
     }
     Map map;
-    map.add(seen, std::vector<Descriptor>(seen.size()), {}, stereo_pixel_covariance(0.5), grey_frame(0),
-            camera, {});
+    map.add(seen, std::vector<Descriptor>(seen.size()), std::vector<std::uint32_t>(seen.size()), {},
+            stereo_pixel_covariance(0.5), grey_frame(0), camera, {});
     PoseDensity state =
         PoseDensity::from_pose_covariance(Pose::identity(), 1e-10 * Matrix6<double>::Identity());
     Pose truth = Pose::identity();

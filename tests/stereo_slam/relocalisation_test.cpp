@@ -7,6 +7,8 @@
 #include <opencv2/core.hpp>
 
 #include "dataset/sequence.hpp"
+#include "map_file.hpp"
+#include "random_map.hpp"
 #include "simulate/simulate.hpp"
 #include "slam.hpp"
 #include "stereo_slam/support.hpp"
@@ -16,9 +18,10 @@
 namespace stereo_slam {
 namespace {
 
-constexpr std::size_t kFrames = 200;
+constexpr std::size_t kFrames = 200;           // around a block, and again through the street where it began
+constexpr std::size_t kFramesOfTwoLaps = 260;  // nearly
 
-/// A drive around a block of houses, and again through the street where it began, held in memory.
+/// A drive around a block of houses, held in memory.
 struct Recording {
   StereoCamera camera;
   std::vector<StereoFrame> frames;
@@ -26,7 +29,7 @@ struct Recording {
 
   Recording() {
     simulate::SimulationSettings settings;
-    settings.frames = static_cast<int>(kFrames);
+    settings.frames = static_cast<int>(kFramesOfTwoLaps);
     settings.fps = 7.0;
     settings.loop.block_length_m = 44.0;
     settings.loop.block_width_m = 36.0;
@@ -35,7 +38,7 @@ struct Recording {
     simulate::simulate(settings, folder.path());
     const auto sequence = open_sequence(folder.path(), "kitti");
     camera = sequence.camera;
-    for (std::size_t i = 0; i < kFrames; ++i) frames.push_back(load_frame(sequence, i));
+    for (std::size_t i = 0; i < kFramesOfTwoLaps; ++i) frames.push_back(load_frame(sequence, i));
     truth = read_trajectory(folder / "poses.txt").poses;
   }
 };
@@ -90,8 +93,8 @@ struct Outcome {
   }
 };
 
-Outcome run(const Drive& drive, const Settings& settings = {}) {
-  Slam slam(recording().camera, settings);
+/// The errors are those of positions relative to the recording's frame `origin`.
+Outcome run(const Drive& drive, Slam& slam, std::size_t origin) {
   Outcome outcome;
   for (std::size_t step = 0; step < drive.seen.size(); ++step) {
     StereoFrame frame = recording().frames[drive.seen[step]];
@@ -107,10 +110,15 @@ Outcome run(const Drive& drive, const Settings& settings = {}) {
   outcome.trajectory = slam.trajectory();
   const auto& truth = recording().truth;
   for (std::size_t step = 0; step < drive.seen.size(); ++step) {
-    const Eigen::Isometry3d T = truth[drive.seen.front()].inverse() * truth[drive.seen[step]];
+    const Eigen::Isometry3d T = truth[origin].inverse() * truth[drive.seen[step]];
     outcome.errors_m.push_back((outcome.trajectory[step].pose.translation() - T.translation()).norm());
   }
   return outcome;
+}
+
+Outcome run(const Drive& drive) {
+  Slam slam(recording().camera, Settings{});
+  return run(drive, slam, drive.seen.front());
 }
 
 void blacken(StereoFrame& frame) {
@@ -208,6 +216,56 @@ TEST_CASE("Swapped pictures are not believed", "[stereo_slam][relocalisation]") 
   CAPTURE(outcome.letters(), outcome.rms_error_m(every), undisturbed().rms_error_m(every));
   CHECK(outcome.statuses[66] == TrackingStatus::kOk);
   CHECK(outcome.rms_error_m(every) < std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
+}
+
+TEST_CASE("A saved map is loaded, and a second lap from another start finds its place in it",
+          "[stereo_slam][relocalisation]") {
+  Slam first(recording().camera, Settings{});
+  static_cast<void>(run({range(0, 145)}, first, 0));
+  const test::TemporaryFolder folder;
+  save_map(folder / "streets.map", first.saved_map());
+  const SavedMap known = load_map(folder / "streets.map");
+  const auto second_lap = range(165, kFramesOfTwoLaps);
+
+  Slam localising(recording().camera, Settings{}, LoopThread::kNone, known, MapUse::kLocalise);
+  const auto outcome = run({second_lap}, localising, 0);
+  CAPTURE(outcome.letters(), outcome.errors_m);
+  CHECK(outcome.first(TrackingStatus::kRelocalised) < 40);
+  CHECK(outcome.count(TrackingStatus::kOk) == second_lap.size() - 2);
+  const auto near =
+      std::count_if(outcome.errors_m.begin(), outcome.errors_m.end(), [](double e) { return e < 0.2; });
+  CHECK(static_cast<double>(near) >= 0.95 * static_cast<double>(second_lap.size()));
+  const SavedMap after = localising.saved_map();
+  for (std::size_t id = 0; id < known.keyframes.size(); ++id) {
+    CHECK(after.keyframes[id].T_world_keyframe.pose.coeffs() ==
+          known.keyframes[id].T_world_keyframe.pose.coeffs());
+  }
+
+  Slam continuing(recording().camera, Settings{}, LoopThread::kOwn, known, MapUse::kContinue);
+  const auto continued = run({second_lap}, continuing, 0);
+  CAPTURE(continued.letters(), continued.errors_m);
+  CHECK(continued.rms_error_m(every) < 0.2);
+  save_map(folder / "longer.map", continuing.saved_map());
+  const SavedMap longer = load_map(folder / "longer.map");
+  CHECK(longer.keyframes.size() > known.keyframes.size());
+  CHECK(longer.points.size() > known.points.size());
+
+  Slam again(recording().camera, Settings{}, LoopThread::kNone, longer, MapUse::kLocalise);
+  CHECK(run({range(40, 90)}, again, 0).rms_error_m(every) < 0.2);
+}
+
+TEST_CASE("A map of another camera is refused, and so are settings that cannot use one",
+          "[stereo_slam][relocalisation]") {
+  SavedMap known = test::map_of(3, 20);
+  StereoCamera other = known.camera;
+  other.fx *= 1.1;
+  CHECK_THROWS_WITH(Slam(other, Settings{}, LoopThread::kNone, known, MapUse::kLocalise),
+                    Catch::Contains("another camera"));
+  Settings without;
+  without.loop_closure.enabled = false;
+  CHECK_THROWS_WITH(Slam(known.camera, without, LoopThread::kNone, known, MapUse::kLocalise),
+                    Catch::Contains("loop closure"));
+  CHECK_THROWS_AS(Slam(known.camera, without).saved_map(), std::logic_error);
 }
 
 }  // namespace
