@@ -136,6 +136,9 @@ Command add_run(CLI::App& parent) {
   add_pose_frame(app, args->options.pose_frame);
   app.add_flag("--clahe", args->clahe,
                "equalise the contrast locally, as images.clahe: true in the settings");
+  app.add_option("--debug-images", args->options.debug_images,
+                 "folder for pictures of every frame: predicted and observed flow, search ellipses, matches")
+      ->type_name("DIR");
   app.add_flag("--view", args->options.view, "show the images with the map's points while running");
   app.add_flag("--quiet", args->options.quiet, "print errors only");
   return [args, loop_closure] {

@@ -18,6 +18,7 @@ struct RunOptions {
   std::optional<int> threads;  ///< of OpenCV's pool; its own choice without
   bool quiet = false;
   bool view = false;
+  std::optional<std::filesystem::path> debug_images = std::nullopt;  ///< folder for them
   PoseFrame pose_frame = PoseFrame::kCamera;
 };
 

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "associate.hpp"
+#include "association_trace.hpp"
 #include "features.hpp"
 #include "landmark_projection.hpp"
 #include "loop_closing.hpp"
@@ -111,20 +112,27 @@ struct Slam::State {
 
   [[nodiscard]] std::vector<Match> find_landmarks(const StereoFrame& frame, const StereoFeatures& features,
                                                   const StereoPyramid& pyramids,
-                                                  const OdometryResult& odometry,
-                                                  const PoseDensity& prior) const {
+                                                  const OdometryResult& odometry, const PoseDensity& prior,
+                                                  AssociationTrace* trace) const {
     const PoseEstimate expected = to_estimate(prior);
     const auto predicted = project_landmarks(map.landmarks(), expected, camera, settings.map.max_baselines);
-    const auto flow = gate_by_flow(predicted, map.landmarks(), to_estimate(posterior).pose, camera,
-                                   previous.left, pyramids.left, settings.association);
+    const auto observed = observe_flow(predicted, map.landmarks(), to_estimate(posterior).pose, camera,
+                                       previous.left, pyramids.left, settings.association.flow_window_px);
+    const auto flow = gate_by_flow(predicted, observed, settings.association);
     const StereoFeatures usable{exclude_features(features.left, odometry.inliers_px, frame.left.size(),
                                                  settings.odometry.exclusion_px),
                                 features.right};
-    const auto matches =
+    auto matches =
         associate(predicted, map.landmarks(), flow, usable, frame.left.size(), settings.association);
-    if (!anchored() || !settings.refinement.enabled) return matches;
-    return refine_matches(matches, predicted, flow, map.landmarks(), keyframe_left, frame, expected.pose,
-                          camera, rectification.current(), settings.refinement);
+    if (anchored() && settings.refinement.enabled) {
+      matches = refine_matches(matches, predicted, flow, map.landmarks(), keyframe_left, frame, expected.pose,
+                               camera, rectification.current(), settings.refinement);
+    }
+    if (trace) {
+      *trace =
+          trace_association(predicted, observed, flow, matches, odometry.inliers_px, settings.association);
+    }
+    return matches;
   }
 
   /// New landmarks from features that have a stereo match and are away from `reserved_px`; what they were
@@ -240,7 +248,7 @@ Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
 Slam& Slam::operator=(Slam&&) noexcept = default;
 
-FrameResult Slam::process(const StereoFrame& frame) {
+FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
   State& s = *state_;
   StageClock clock;
   FrameResult result;
@@ -263,9 +271,9 @@ FrameResult Slam::process(const StereoFrame& frame) {
     s.start(frame, features);
     result.is_keyframe = true;
   } else {
-    const auto odometry =
-        estimate_odometry(s.previous, s.odometry_points, pyramids, s.camera, s.rectification.current(),
-                          s.last_motion, s.settings.seed + frame.index, s.settings.odometry);
+    const auto odometry = estimate_odometry(s.previous, s.odometry_points, pyramids,
+                                            s.camera, s.rectification.current(), s.last_motion,
+                                            s.settings.seed + frame.index, s.settings.odometry);
     clock.lap("odometry");
 
     s.lost_frames = odometry.valid ? 0 : s.lost_frames + 1;
@@ -274,7 +282,7 @@ FrameResult Slam::process(const StereoFrame& frame) {
     if (s.tracks_correlation()) s.map.predict_correlation(odometry.T_previous_current.pose);
     clock.lap("predict");
 
-    matches = s.find_landmarks(frame, features, pyramids, odometry, prior);
+    matches = s.find_landmarks(frame, features, pyramids, odometry, prior, trace);
     clock.lap("associate");
 
     const auto update = update_pose(prior, matches, s.map.landmarks(), s.camera, s.settings.update);
