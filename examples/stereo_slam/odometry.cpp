@@ -88,14 +88,18 @@ std::vector<StereoPoint> select_odometry_points(const std::vector<Feature>& feat
 }
 
 OdometryResult estimate_odometry(const StereoPyramid& previous, const std::vector<StereoPoint>& points,
-                                 const StereoPyramid& current, const StereoCamera& camera,
-                                 const RectificationResidual& rectification,
+                                 const std::vector<StereoPoint>& static_points, const StereoPyramid& current,
+                                 const StereoCamera& camera, const RectificationResidual& rectification,
                                  const Pose& predicted_T_previous_current, std::uint64_t seed,
                                  const OdometrySettings& settings) {
-  const auto matches =
-      match_circle(previous, current, points, camera, rectification, predicted_T_previous_current, settings);
+  const auto follow = [&](const std::vector<StereoPoint>& from) {
+    return match_circle(previous, current, from, camera, rectification, predicted_T_previous_current,
+                        settings);
+  };
+  const auto matches = follow(points);
   std::mt19937_64 random(seed);
-  const auto motion = estimate_motion(matches, camera, predicted_T_previous_current, settings, random);
+  const auto motion =
+      estimate_motion(matches, camera, predicted_T_previous_current, settings, random, follow(static_points));
 
   OdometryResult result;
   result.valid = motion.valid;

@@ -73,6 +73,13 @@ struct TrackedFrame {
   return result;
 }
 
+[[nodiscard]] std::vector<StereoPoint> measurements(const std::vector<Match>& matches) {
+  std::vector<StereoPoint> result;
+  result.reserve(matches.size());
+  for (const auto& match : matches) result.push_back(match.z);
+  return result;
+}
+
 }  // namespace
 
 struct Slam::State {
@@ -92,6 +99,7 @@ struct Slam::State {
 
   StereoPyramid previous;
   std::vector<StereoPoint> odometry_points;
+  std::vector<StereoPoint> static_points;  // landmarks as matched in the previous frame
   Pose last_motion = Pose::identity();
   int lost_frames = 0;  // in succession, without odometry
 
@@ -271,7 +279,7 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
     s.start(frame, features);
     result.is_keyframe = true;
   } else {
-    const auto odometry = estimate_odometry(s.previous, s.odometry_points, pyramids,
+    const auto odometry = estimate_odometry(s.previous, s.odometry_points, s.static_points, pyramids,
                                             s.camera, s.rectification.current(), s.last_motion,
                                             s.settings.seed + frame.index, s.settings.odometry);
     clock.lap("odometry");
@@ -326,6 +334,7 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
   }
   s.odometry_points =
       select_odometry_points(features.left, landmarks_px, frame, s.rectification.current(), s.settings);
+  s.static_points = measurements(matches);
   s.previous = pyramids;
   clock.lap("stereo");
 
