@@ -44,12 +44,12 @@ void draw_dot(cv::Mat& canvas, const Vector2<double>& centre_px, double radius_p
 }
 
 void draw_arrow(cv::Mat& canvas, const Vector2<double>& from_px, const Vector2<double>& to_px,
-                const cv::Scalar& colour, int thickness_px) {
+                const cv::Scalar& colour) {
   constexpr double kTip_px = 4.0;
   const double length_px = (to_px - from_px).norm();
   if (length_px < 1.0) return;
-  cv::arrowedLine(canvas, subpixel(from_px), subpixel(to_px), colour, thickness_px, cv::LINE_AA,
-                  kSubpixelBits, std::min(0.5, kTip_px / length_px));
+  cv::arrowedLine(canvas, subpixel(from_px), subpixel(to_px), colour, 1, cv::LINE_AA, kSubpixelBits,
+                  std::min(0.5, kTip_px / length_px));
 }
 
 /// Outline of the ellipse x' C^-1 x = chi2.
@@ -65,8 +65,8 @@ void draw_ellipse(cv::Mat& canvas, const Vector2<double>& centre_px, const Matri
 
 void draw_landmark(cv::Mat& canvas, const TracedLandmark& landmark) {
   if (landmark.flow) {
-    draw_arrow(canvas, landmark.flow->from_px, landmark.predicted_px, kOrange, 2);
-    draw_arrow(canvas, landmark.flow->from_px, landmark.flow->to_px, landmark.static_flow ? kBlue : kRed, 1);
+    draw_arrow(canvas, landmark.flow->from_px, landmark.predicted_px, kOrange);
+    draw_arrow(canvas, landmark.flow->from_px, landmark.flow->to_px, landmark.static_flow ? kBlue : kRed);
   }
   if (landmark.static_flow) {
     draw_ellipse(canvas, landmark.predicted_px, landmark.search_covariance_px2, kChi2_2_99, kGreen);

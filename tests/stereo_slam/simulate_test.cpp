@@ -64,7 +64,9 @@ TEST_CASE("The masks show where moving vehicles have changed the left images", "
     CHECK(cv::countNonZero(mask) < static_cast<int>(mask.total()) / 2);
     CHECK(cv::countNonZero(load("without/moving")) == 0);
     const cv::Mat difference = load("with/image_0") != load("without/image_0");
-    CHECK(cv::countNonZero(difference & ~mask) == 0);  // the noise is the same
+    cv::Mat blurred_mask;  // the sensor spreads the light; its noise is the same
+    cv::dilate(mask, blurred_mask, cv::getStructuringElement(cv::MORPH_RECT, {7, 7}));
+    CHECK(cv::countNonZero(difference & ~blurred_mask) == 0);
     CHECK(cv::countNonZero(difference) > cv::countNonZero(mask) / 2);
   }
 }
