@@ -14,7 +14,6 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kChi2_2_99 = 9.210;
 constexpr double kChi2_3_99 = 11.345;
 
 /// Where a landmark may be in one image.
@@ -90,11 +89,12 @@ std::vector<Feature> exclude_features(const std::vector<Feature>& features,
   return result;
 }
 
-std::vector<std::optional<Vector2<double>>> gate_by_flow(
-    const std::vector<PredictedLandmark>& predicted, const std::vector<Landmark>& landmarks,
-    const Pose& T_reference_previous, const StereoCamera& camera, const FlowPyramid& previous,
-    const FlowPyramid& current, const AssociationSettings& settings) {
-  std::vector<std::optional<Vector2<double>>> flow(predicted.size());
+std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<PredictedLandmark>& predicted,
+                                                      const std::vector<Landmark>& landmarks,
+                                                      const Pose& T_reference_previous,
+                                                      const StereoCamera& camera, const FlowPyramid& previous,
+                                                      const FlowPyramid& current, int window_px) {
+  std::vector<std::optional<LandmarkFlow>> flow(predicted.size());
   std::vector<std::size_t> tracked;
   std::vector<cv::Point2f> start;
   std::vector<cv::Point2f> guess;
@@ -106,20 +106,35 @@ std::vector<std::optional<Vector2<double>>> gate_by_flow(
     start.emplace_back(static_cast<float>(before->x()), static_cast<float>(before->y()));
     guess.emplace_back(static_cast<float>(predicted[i].z.x()), static_cast<float>(predicted[i].z.y()));
   }
-  const auto followed = track_points(previous, current, start, guess, {.window_px = settings.flow_window_px});
+  const auto followed = track_points(previous, current, start, guess, {.window_px = window_px});
   for (std::size_t k = 0; k < tracked.size(); ++k) {
     if (!followed.found[k]) continue;
-    const PredictedLandmark& p = predicted[tracked[k]];
-    const Vector2<double> origin = Eigen::Vector2f(start[k].x, start[k].y).cast<double>();
-    const Vector2<double> observed =
-        Eigen::Vector2f(followed.points[k].x, followed.points[k].y).cast<double>();
+    flow[tracked[k]] = {Eigen::Vector2f(start[k].x, start[k].y).cast<double>(),
+                        Eigen::Vector2f(followed.points[k].x, followed.points[k].y).cast<double>()};
+  }
+  return flow;
+}
+
+std::vector<std::optional<Vector2<double>>> gate_by_flow(
+    const std::vector<PredictedLandmark>& predicted, const std::vector<std::optional<LandmarkFlow>>& observed,
+    const AssociationSettings& settings) {
+  std::vector<std::optional<Vector2<double>>> flow(predicted.size());
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    if (!observed[i]) continue;
+    const auto& [from_px, to_px] = *observed[i];
+    const PredictedLandmark& p = predicted[i];
     const double spread_px = std::sqrt(kChi2_2_99 * p.pose_part.topLeftCorner<2, 2>().trace());
-    if (flow_agrees(observed - origin, p.z.head<2>() - origin, settings.flow_tolerance_px + spread_px,
+    if (flow_agrees(to_px - from_px, p.z.head<2>() - from_px, settings.flow_tolerance_px + spread_px,
                     settings.flow_relative_tolerance)) {
-      flow[tracked[k]] = observed;
+      flow[i] = to_px;
     }
   }
   return flow;
+}
+
+Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,
+                                      const AssociationSettings& settings) {
+  return predicted.landmark_part + predicted.pose_part + stereo_pixel_covariance(settings.feature_sigma_px);
 }
 
 std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
@@ -136,7 +151,7 @@ std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     if (!flow[i]) continue;
     const PredictedLandmark& p = predicted[i];
-    const Matrix3<double> S = p.landmark_part + p.pose_part + R;
+    const Matrix3<double> S = innovation_covariance(p, settings);
     const Descriptor& descriptor = landmarks[p.index].descriptor;
     const auto left = most_similar(left_region(p.z, S), descriptor, features.left, left_index, settings);
     if (!left) continue;

@@ -141,6 +141,9 @@ Command add_run(CLI::App& parent) {
       ->type_name("FILE");
   app.add_flag("--clahe", args->clahe,
                "equalise the contrast locally, as images.clahe: true in the settings");
+  app.add_option("--debug-images", args->options.debug_images,
+                 "folder for pictures of every frame: predicted and observed flow, search ellipses, matches")
+      ->type_name("DIR");
   app.add_flag("--view", args->options.view, "show the images with the map's points while running");
   app.add_flag("--quiet", args->options.quiet, "print errors only");
   return [args, loop_closure] {
@@ -292,10 +295,13 @@ Command add_simulate(CLI::App& parent) {
   app.add_option("--seed", settings.seed, "of the world, the traffic and the noise")
       ->capture_default_str()
       ->type_name("S");
-  app.add_option("--dynamic-objects", settings.dynamic_objects, "moving cars")
+  app.add_option("--dynamic-objects", settings.dynamic_objects,
+                 "moving cars and lorries, ahead and oncoming; 40 make a jam")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str()
       ->type_name("N");
+  app.add_flag("--moving-masks", settings.moving_masks,
+               "also write which pixels of the left images show them, in the folder moving");
   app.add_option("--fps", settings.fps, "frames a second")
       ->check(number_between(0.1, 1000.0))
       ->capture_default_str();

@@ -238,16 +238,18 @@ class MotionProblem {
 
 MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
                                const StereoCamera& camera, const Pose& initial_T_previous_current,
-                               const OdometrySettings& settings, std::mt19937_64& random) {
+                               const OdometrySettings& settings, std::mt19937_64& random,
+                               std::span<const StereoCorrespondence> witnesses) {
   MotionEstimate result;
   result.T_previous_current.pose = initial_T_previous_current;
   result.inlier.assign(correspondences.size(), 0);
   const auto required = static_cast<std::size_t>(std::max(3, settings.min_inliers));
   if (correspondences.size() < required) return result;
 
-  const MotionProblem rough(correspondences, camera, initial_T_previous_current, settings.pixel_sigma_px);
-  Pose pose =
-      ransac(rough, correspondences.size(), initial_T_previous_current, settings.ransac_iterations, random);
+  std::vector<StereoCorrespondence> voters(correspondences.begin(), correspondences.end());
+  voters.insert(voters.end(), witnesses.begin(), witnesses.end());
+  const MotionProblem rough(voters, camera, initial_T_previous_current, settings.pixel_sigma_px);
+  Pose pose = ransac(rough, voters.size(), initial_T_previous_current, settings.ransac_iterations, random);
 
   constexpr int kReselections = 2;
   std::optional<MotionProblem::Solution> solution;

@@ -33,9 +33,13 @@ struct MotionEstimate {
 /// where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences starts it
 /// from the largest consistent set; Cauchy weights guard what is left. The covariance is the
 /// sandwich estimate of the weighted problem, which follows the residuals' own scale.
+///
+/// `witnesses`, of points that have proved to be static, have a say in which set that is, and in nothing
+/// else: without them the largest one may be a lorry.
 [[nodiscard]] MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
                                              const StereoCamera& camera,
                                              const Pose& initial_T_previous_current,
-                                             const OdometrySettings& settings, std::mt19937_64& random);
+                                             const OdometrySettings& settings, std::mt19937_64& random,
+                                             std::span<const StereoCorrespondence> witnesses = {});
 
 }  // namespace stereo_slam

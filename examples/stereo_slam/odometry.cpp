@@ -60,6 +60,14 @@ using Points = std::vector<cv::Point2f>;
   return matches;
 }
 
+/// At most `count` of the points, evenly from the list.
+[[nodiscard]] std::vector<StereoPoint> thin_out(const std::vector<StereoPoint>& points, std::size_t count) {
+  if (points.size() <= count) return points;
+  std::vector<StereoPoint> kept;
+  for (std::size_t i = 0; i < count; ++i) kept.push_back(points[i * points.size() / count]);
+  return kept;
+}
+
 }  // namespace
 
 std::vector<StereoPoint> select_odometry_points(const std::vector<Feature>& features,
@@ -88,14 +96,19 @@ std::vector<StereoPoint> select_odometry_points(const std::vector<Feature>& feat
 }
 
 OdometryResult estimate_odometry(const StereoPyramid& previous, const std::vector<StereoPoint>& points,
-                                 const StereoPyramid& current, const StereoCamera& camera,
-                                 const RectificationResidual& rectification,
+                                 const std::vector<StereoPoint>& static_points, const StereoPyramid& current,
+                                 const StereoCamera& camera, const RectificationResidual& rectification,
                                  const Pose& predicted_T_previous_current, std::uint64_t seed,
                                  const OdometrySettings& settings) {
-  const auto matches =
-      match_circle(previous, current, points, camera, rectification, predicted_T_previous_current, settings);
+  constexpr std::size_t kMaxWitnesses = 100;  // enough to outvote a lorry
+  const auto follow = [&](const std::vector<StereoPoint>& from) {
+    return match_circle(previous, current, from, camera, rectification, predicted_T_previous_current,
+                        settings);
+  };
+  const auto matches = follow(points);
   std::mt19937_64 random(seed);
-  const auto motion = estimate_motion(matches, camera, predicted_T_previous_current, settings, random);
+  const auto motion = estimate_motion(matches, camera, predicted_T_previous_current, settings, random,
+                                      follow(thin_out(static_points, kMaxWitnesses)));
 
   OdometryResult result;
   result.valid = motion.valid;

@@ -30,10 +30,12 @@ struct OdometryResult {
                                                               const Settings& settings);
 
 /// Follows the points around the circle previous left, current left, current right, previous right, previous
-/// left, and estimates the motion from those that come back to where they started. `predicted` starts the
-/// search.
+/// left, and estimates the motion from those that come back to where they started. `static_points`, those
+/// that the filter has matched in the previous frame, do not enter the estimate, but help to tell the world
+/// from what moves in it. `predicted` starts the search.
 [[nodiscard]] OdometryResult estimate_odometry(const StereoPyramid& previous,
                                                const std::vector<StereoPoint>& points,
+                                               const std::vector<StereoPoint>& static_points,
                                                const StereoPyramid& current, const StereoCamera& camera,
                                                const RectificationResidual& rectification,
                                                const Pose& predicted_T_previous_current, std::uint64_t seed,

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
 
+#include "association_trace.hpp"
+#include "debug_image.hpp"
 #include "frame_reader.hpp"
 #include "map_file.hpp"
 #include "output.hpp"
@@ -34,7 +36,7 @@ double median(std::vector<double> values) {
 /// Processes frames until the last one, a signal or an error; returns the error's text.
 std::string process_frames(const StereoSequence& sequence, std::size_t count, const ImageSettings& images,
                            const RunOptions& options, Slam& slam, std::optional<Viewer>& viewer,
-                           RunRecord& record) {
+                           const std::optional<DebugImages>& debug_images, RunRecord& record) {
   try {
     Progress progress(options.quiet);
     FrameReader reader(
@@ -48,11 +50,13 @@ std::string process_frames(const StereoSequence& sequence, std::size_t count, co
         count);
     while (const auto frame = reader.next(SignalGuard::stop_requested)) {
       const auto start = Clock::now();
-      FrameResult result = slam.process(*frame);
+      AssociationTrace trace;
+      FrameResult result = slam.process(*frame, debug_images ? &trace : nullptr);
       const double ms = 1e3 * seconds_since(start);
       progress.update(result.index + 1, count,
                       fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
       if (viewer) viewer->show(*frame, result, slam.map_points(), sequence.camera);
+      if (debug_images) debug_images->write(*frame, result, trace);
       record.results.push_back(std::move(result));
       record.total_ms.push_back(ms);
     }
@@ -100,6 +104,8 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
       std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()));
   std::optional<Viewer> viewer;
   if (options.view) viewer.emplace();
+  std::optional<DebugImages> debug_images;
+  if (options.debug_images) debug_images.emplace(*options.debug_images);
   const std::string pose_frame = T_body_camera ? "body" : "camera";
   Slam slam = make_slam(sequence, settings, options, known);
   prepare_output_folder(options.output);
@@ -111,7 +117,8 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   const auto start = Clock::now();
   RunRecord record;
   RunSummary summary;
-  summary.error = process_frames(sequence, count, settings.images, options, slam, viewer, record);
+  summary.error =
+      process_frames(sequence, count, settings.images, options, slam, viewer, debug_images, record);
   summary.seconds = seconds_since(start);
   summary.interrupted = SignalGuard::stop_requested();
   summary.frames = record.results.size();

@@ -20,6 +20,7 @@ struct RunOptions {
   bool view = false;
   std::optional<std::filesystem::path> load_map;  ///< to localise in, or with save_map to continue
   std::optional<std::filesystem::path> save_map;
+  std::optional<std::filesystem::path> debug_images = std::nullopt;  ///< folder for them
   PoseFrame pose_frame = PoseFrame::kCamera;
 };
 

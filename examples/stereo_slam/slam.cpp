@@ -15,6 +15,7 @@
 #include <antipode/filters/pose_algebra.hpp>
 
 #include "associate.hpp"
+#include "association_trace.hpp"
 #include "bridging.hpp"
 #include "constant_velocity.hpp"
 #include "features.hpp"
@@ -157,6 +158,13 @@ struct SeenLandmarks {
   return result;
 }
 
+[[nodiscard]] std::vector<StereoPoint> measurements(const std::vector<Match>& matches) {
+  std::vector<StereoPoint> result;
+  result.reserve(matches.size());
+  for (const auto& match : matches) result.push_back(match.z);
+  return result;
+}
+
 }  // namespace
 
 struct Slam::State {
@@ -182,6 +190,7 @@ struct Slam::State {
   StereoPyramid previous;
   std::size_t previous_frame = 0;  // of `frames`, that the pictures are from
   std::vector<StereoPoint> odometry_points;
+  std::vector<StereoPoint> static_points;  // landmarks as matched in the previous frame
   ConstantVelocity velocity;
   bool lost = false;  // the last frame
 
@@ -216,20 +225,27 @@ struct Slam::State {
 
   [[nodiscard]] std::vector<Match> find_landmarks(const StereoFrame& frame, const StereoFeatures& features,
                                                   const StereoPyramid& pyramids,
-                                                  const OdometryResult& odometry,
-                                                  const PoseDensity& prior) const {
+                                                  const OdometryResult& odometry, const PoseDensity& prior,
+                                                  AssociationTrace* trace) const {
     const PoseEstimate expected = to_estimate(prior);
     const auto predicted = project_landmarks(map.landmarks(), expected, camera, settings.map.max_baselines);
-    const auto flow = gate_by_flow(predicted, map.landmarks(), to_estimate(posterior).pose, camera,
-                                   previous.left, pyramids.left, settings.association);
+    const auto observed = observe_flow(predicted, map.landmarks(), to_estimate(posterior).pose, camera,
+                                       previous.left, pyramids.left, settings.association.flow_window_px);
+    const auto flow = gate_by_flow(predicted, observed, settings.association);
     const StereoFeatures usable{exclude_features(features.left, odometry.inliers_px, frame.left.size(),
                                                  settings.odometry.exclusion_px),
                                 features.right};
-    const auto matches =
+    auto matches =
         associate(predicted, map.landmarks(), flow, usable, frame.left.size(), settings.association);
-    if (!anchored() || !settings.refinement.enabled) return matches;
-    return refine_matches(matches, predicted, flow, map.landmarks(), keyframe_left, frame, expected.pose,
-                          camera, rectification.current(), settings.refinement);
+    if (anchored() && settings.refinement.enabled) {
+      matches = refine_matches(matches, predicted, flow, map.landmarks(), keyframe_left, frame, expected.pose,
+                               camera, rectification.current(), settings.refinement);
+    }
+    if (trace) {
+      *trace =
+          trace_association(predicted, observed, flow, matches, odometry.inliers_px, settings.association);
+    }
+    return matches;
   }
 
   /// Features spread over the picture that have a stereo match.
@@ -408,7 +424,8 @@ struct Slam::State {
   }
 
   std::vector<Vector2<double>> track(const StereoFrame& frame, const StereoFeatures& features,
-                                     const StereoPyramid& pyramids, StageClock& clock, FrameResult& result);
+                                     const StereoPyramid& pyramids, AssociationTrace* trace,
+                                     StageClock& clock, FrameResult& result);
 };
 
 Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread)
@@ -435,9 +452,9 @@ Slam::Slam(Slam&&) noexcept = default;
 Slam& Slam::operator=(Slam&&) noexcept = default;
 
 std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const StereoFeatures& features,
-                                                const StereoPyramid& pyramids, StageClock& clock,
-                                                FrameResult& result) {
-  const auto odometry = estimate_odometry(previous, odometry_points, pyramids, camera,
+                                                const StereoPyramid& pyramids, AssociationTrace* trace,
+                                                StageClock& clock, FrameResult& result) {
+  const auto odometry = estimate_odometry(previous, odometry_points, static_points, pyramids, camera,
                                           rectification.current(), velocity.motion_until(frame.stamp_ns),
                                           settings.seed + frame.index, settings.odometry);
   clock.lap("odometry");
@@ -447,7 +464,7 @@ std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const 
   if (tracks_correlation()) map.predict_correlation(odometry.T_previous_current.pose);
   clock.lap("predict");
 
-  const auto matches = find_landmarks(frame, features, pyramids, odometry, prior);
+  const auto matches = find_landmarks(frame, features, pyramids, odometry, prior, trace);
   clock.lap("associate");
 
   const auto update = update_pose(prior, matches, map.landmarks(), camera, settings.update);
@@ -484,6 +501,7 @@ std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const 
 
   map.mark_seen(matches, features.left, frame.index);
   if (settings.map.update_landmarks) map.update(matches, posterior, camera);
+  static_points = basis == PoseBasis::kLandmarks ? measurements(matches) : std::vector<StereoPoint>{};
   const auto matches_px = positions(matches);
   record(posterior, basis != PoseBasis::kNothing, result);
   if (basis != PoseBasis::kNothing) {
@@ -506,7 +524,7 @@ std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const 
   return matches_px;
 }
 
-FrameResult Slam::process(const StereoFrame& frame) {
+FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
   State& s = *state_;
   StageClock clock;
   FrameResult result;
@@ -522,6 +540,7 @@ FrameResult Slam::process(const StereoFrame& frame) {
   }
   if (s.repeats_previous(frame)) {
     s.pass_over(frame, result);
+    result.times = clock.times();
     return result;
   }
   const auto features = extract_features(frame, s.settings.features);
@@ -530,7 +549,7 @@ FrameResult Slam::process(const StereoFrame& frame) {
 
   std::vector<Vector2<double>> landmarks_px;
   if (s.started) {
-    landmarks_px = s.track(frame, features, pyramids, clock, result);
+    landmarks_px = s.track(frame, features, pyramids, trace, clock, result);
   } else {
     s.start(frame, features);
     s.record(s.posterior, true, result);

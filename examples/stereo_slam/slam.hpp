@@ -12,6 +12,8 @@
 
 namespace stereo_slam {
 
+struct AssociationTrace;
+
 /// The stereo SLAM of the DQV-SLAM paper's Fig. 2. Frames go in one by one, in order; no input or output, and
 /// no threads but the loops', which changes no result.
 class Slam {
@@ -28,7 +30,8 @@ class Slam {
   Slam& operator=(Slam&&) noexcept;
 
   /// Tracks one rectified frame and updates the map. Always returns a pose; its status says what it rests on.
-  FrameResult process(const StereoFrame& frame);
+  /// A `trace` is filled with how landmarks were looked for, if they were.
+  FrameResult process(const StereoFrame& frame, AssociationTrace* trace = nullptr);
 
   /// After the last frame: lets the loops take effect that are still being worked on.
   void finish();

@@ -117,14 +117,19 @@ TEST_CASE("The flow gate keeps static points and drops what moves on its own", "
   REQUIRE(predicted.size() == 1);
   AssociationSettings settings;
   settings.flow_tolerance_px = 1.0;
-  const auto flow =
-      gate_by_flow(predicted, {landmark}, Pose::identity(), camera, previous, current, settings);
+  const auto flow_in = [&](const FlowPyramid& pyramid) {
+    return gate_by_flow(predicted,
+                        observe_flow(predicted, {landmark}, Pose::identity(), camera, previous, pyramid,
+                                     settings.flow_window_px),
+                        settings);
+  };
+  const auto flow = flow_in(current);
   REQUIRE(flow.size() == 1);
   REQUIRE(flow[0]);
   CHECK((*flow[0] - Vector2<double>(103.0, 60.0)).norm() < 0.1);
 
   const FlowPyramid moved(test::texture_image({200, 120}, {3.0, 4.0}));  // ... and the object 4 px down
-  CHECK_FALSE(gate_by_flow(predicted, {landmark}, Pose::identity(), camera, previous, moved, settings)[0]);
+  CHECK_FALSE(flow_in(moved)[0]);
 }
 
 TEST_CASE("Features near those already used are excluded", "[stereo_slam][association]") {

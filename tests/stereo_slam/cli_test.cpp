@@ -95,6 +95,15 @@ TEST_CASE("Loops are closed as the settings say, unless the command line says ot
   CHECK(read_text(folder / "out/loops.csv") == "frame,old_frame,inliers,chi2,verdict,old_map\n");
 }
 
+TEST_CASE("A folder that debug images cannot go to gives one line and status 1", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  write_text(folder / "file", "");
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out",
+                               "--debug-images", folder / "file"}),
+                         "choose another folder");
+}
+
 TEST_CASE("Printed settings are a settings file", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);

@@ -59,6 +59,25 @@ TEST_CASE("The motion survives half of the correspondences being wrong", "[stere
   CHECK(estimate.inliers <= 110);
 }
 
+TEST_CASE("Witnesses of the static world outvote a lorry that fills the picture, and weigh nothing else",
+          "[stereo_slam][odometry]") {
+  std::mt19937_64 random(14);
+  const Pose motion = test::car_motion();
+  auto matches = correspondences(random, 60, motion, kSigma_px);
+  const auto on_lorry = correspondences(random, 120, Pose::identity(), kSigma_px);  // as fast as the camera
+  matches.insert(matches.end(), on_lorry.begin(), on_lorry.end());
+  const auto witnesses = correspondences(random, 100, motion, kSigma_px);
+  const auto estimate = estimate_motion(matches, test::kitti_camera(), motion, settings(), random, witnesses);
+  REQUIRE(estimate.valid);
+  CHECK(motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.05);
+  CHECK(estimate.inlier.size() == matches.size());
+  const auto alone = estimate_motion({matches.data(), 60}, test::kitti_camera(), motion, settings(), random);
+  CHECK(estimate.T_previous_current.covariance(5, 5) > 0.3 * alone.T_previous_current.covariance(5, 5));
+
+  const auto fooled = estimate_motion(matches, test::kitti_camera(), motion, settings(), random);
+  CHECK(fooled.T_previous_current.pose.translation().norm() < 0.1);
+}
+
 TEST_CASE("The reported covariance of the motion is honest", "[stereo_slam][odometry]") {
   constexpr int kRuns = 100;
   std::mt19937_64 random(5);

@@ -106,3 +106,26 @@ TEST_CASE("A place that cannot be written to is refused before any work is done"
   CHECK_THAT(message_of([&] { (void)run_quietly(folder / "in", folder / "file/out"); }),
              Catch::Contains("choose another --output"));
 }
+
+TEST_CASE("Debug images are written for every frame, and change no result", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 4);
+  (void)run_quietly(folder / "in", folder / "plain");
+  const RunOptions options{.output = folder / "out",
+                           .max_frames = std::nullopt,
+                           .threads = std::nullopt,
+                           .quiet = true,
+                           .debug_images = folder / "images"};
+  const auto sequence = open_sequence(folder / "in", "auto");
+  CHECK(run(sequence, Settings{}, options).error.empty());
+  CHECK(std::distance(fs::directory_iterator(folder / "images"), {}) == 4);
+  for (int i = 0; i < 4; ++i) {
+    CHECK(cv::imread((folder / "images" / ("debug_" + frame_name(i))).string()).cols == TinySequence::kWidth);
+  }
+  CHECK(read_text(folder / "out/trajectory_kitti.txt") == read_text(folder / "plain/trajectory_kitti.txt"));
+
+  fs::remove(folder / "images/debug_000002.png");
+  fs::create_directories(folder / "images/debug_000002.png/x");
+  CHECK_THAT(message_of([&] { (void)run(sequence, Settings{}, options); }),
+             Catch::Contains("cannot be used for debug images"));
+}

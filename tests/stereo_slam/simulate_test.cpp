@@ -48,6 +48,29 @@ std::string complaint_about(const std::string& text) {
 
 }  // namespace
 
+TEST_CASE("The masks show where moving vehicles have changed the left images", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.moving_masks = true;
+  simulate::simulate(settings, folder / "with");
+  settings.dynamic_objects = 0;
+  simulate::simulate(settings, folder / "without");
+  for (int i = 0; i < settings.frames; ++i) {
+    const auto load = [&](const std::string& name) {
+      return cv::imread((folder / name / frame_name(i)).string(), cv::IMREAD_UNCHANGED);
+    };
+    const cv::Mat mask = load("with/moving");
+    CHECK(cv::countNonZero(mask) > 20);
+    CHECK(cv::countNonZero(mask) < static_cast<int>(mask.total()) / 2);
+    CHECK(cv::countNonZero(load("without/moving")) == 0);
+    const cv::Mat difference = load("with/image_0") != load("without/image_0");
+    cv::Mat blurred_mask;  // the sensor spreads the light; its noise is the same
+    cv::dilate(mask, blurred_mask, cv::getStructuringElement(cv::MORPH_RECT, {7, 7}));
+    CHECK(cv::countNonZero(difference & ~blurred_mask) == 0);
+    CHECK(cv::countNonZero(difference) > cv::countNonZero(mask) / 2);
+  }
+}
+
 TEST_CASE("A simulation is a complete KITTI sequence", "[simulate]") {
   const TemporaryFolder folder;
   const SimulationSettings settings = small_settings();

@@ -101,22 +101,6 @@ class CarBuilder {
     }
   }
 
-  /// Regular polygon in the side's plane, stretched picture or plain.
-  void disc(double side, double z, double y, double radius, double proud, const Paint& paint) {
-    const Vector3d along(0.0, 0.0, -side);
-    const Vector3d up = Vector3d::UnitY();
-    const Vector3d centre(side * (kHalfWidth + proud), y, z);
-    constexpr int kCorners = 12;
-    std::vector<Vector3d> corners;
-    for (int i = 0; i < kCorners; ++i) {
-      const double angle = 2.0 * std::numbers::pi * i / kCorners;
-      corners.emplace_back(centre + radius * (std::cos(angle) * along + std::sin(angle) * up));
-    }
-    Paint look = paint;
-    if (paint.stretched) look.v0 += 0.5;  // the first corner is half way up the right border of the picture
-    mesh_.polygon(corners, 2.0 * radius * along, 2.0 * radius * up, look);
-  }
-
   void flank(double side) {
     const Vector3d along(0.0, 0.0, -side);
     const Vector3d up = Vector3d::UnitY();
@@ -127,9 +111,9 @@ class CarBuilder {
     };
     const Paint rim{random_.pick(palette_.wheels), 0.9, true};
     for (const double z : {-0.6 * kHalfLength, 0.63 * kHalfLength}) {
-      disc(side, z, 0.36, 0.38, 0.004, black_);
-      disc(side, z, 0.31, 0.31, 0.012, {palette_.metal, 0.3});
-      disc(side, z, 0.31, 0.27, 0.02, rim);
+      const Vector3d hub(side * (kHalfWidth + 0.012), 0.31, z);
+      mesh_.disc(hub + Vector3d(-0.008 * side, 0.05, 0.0), 0.38, side, black_);  // the wheel's well
+      add_wheel(mesh_, hub, 0.31, side, rim, palette_);
     }
     for (const double z : {-0.3 * kHalfLength, 0.04 * kHalfLength, 0.4 * kHalfLength}) {
       patch(z, 0.58, 0.02, waist_ - 0.35, 0.006, black_);  // seams of the doors
@@ -167,6 +151,12 @@ class CarBuilder {
 };
 
 }  // namespace
+
+void add_wheel(Mesh& mesh, const Vector3d& hub, double radius_m, double side, const Paint& rim,
+               const Palette& palette) {
+  mesh.disc(hub, radius_m, side, {palette.metal, 0.3});
+  mesh.disc(hub + 0.008 * side * Vector3d::UnitX(), 0.87 * radius_m, side, rim);
+}
 
 void add_car(Mesh& mesh, Random& random, const Palette& palette) {
   CarBuilder(mesh, random, palette).build();

@@ -59,6 +59,20 @@ void Mesh::rectangle(const Vector3& p, const Vector3& a, const Vector3& b, const
   polygon({p, p + a, p + a + b, p + b}, a, b, paint);
 }
 
+void Mesh::disc(const Vector3& centre, double radius_m, double side, const Paint& paint) {
+  constexpr int kCorners = 12;
+  const Vector3 along = -side * Vector3::UnitZ();
+  const Vector3 up = Vector3::UnitY();
+  std::vector<Vector3> corners;
+  for (int i = 0; i < kCorners; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kCorners;
+    corners.emplace_back(centre + radius_m * (std::cos(angle) * along + std::sin(angle) * up));
+  }
+  Paint look = paint;
+  if (paint.stretched) look.v0 += 0.5;  // the first corner is half way up the right border of the picture
+  polygon(corners, 2.0 * radius_m * along, 2.0 * radius_m * up, look);
+}
+
 void Mesh::box(const Vector3& low, const Vector3& high, const Paint& paint) {
   const Vector3 x(high.x() - low.x(), 0.0, 0.0);
   const Vector3 y(0.0, high.y() - low.y(), 0.0);

@@ -41,6 +41,9 @@ class Mesh {
   /// and b.
   void polygon(const std::vector<Vector3>& corners, const Vector3& a, const Vector3& b, const Paint& paint);
 
+  /// Upright disc, seen from the left (side = -1) or the right (side = 1) of the object.
+  void disc(const Vector3& centre, double radius_m, double side, const Paint& paint);
+
   /// Box without a bottom.
   void box(const Vector3& low, const Vector3& high, const Paint& paint);
 

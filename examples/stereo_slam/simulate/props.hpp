@@ -38,4 +38,18 @@ struct CarSize {
 /// Car that faces the front.
 void add_car(Mesh& mesh, Random& random, const Palette& palette);
 
+/// Measures of every lorry.
+struct LorrySize {
+  static constexpr double kLength_m = 5.4;
+  static constexpr double kWidth_m = 2.05;
+  static constexpr double kHeight_m = 2.9;
+};
+
+/// Lorry with a closed body that faces the front.
+void add_lorry(Mesh& mesh, Random& random, const Palette& palette);
+
+/// Wheel of a vehicle, seen from its left (side = -1) or right (side = 1).
+void add_wheel(Mesh& mesh, const Eigen::Vector3d& hub, double radius_m, double side, const Paint& rim,
+               const Palette& palette);
+
 }  // namespace stereo_slam::simulate

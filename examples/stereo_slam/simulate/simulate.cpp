@@ -97,12 +97,13 @@ class Layout {
     images_ = settings.rig
                   ? std::array{make_image_folder(root_ / "cam0/data"), make_image_folder(root_ / "cam1/data")}
                   : std::array{make_image_folder(root_ / "image_0"), make_image_folder(root_ / "image_1")};
+    if (settings.moving_masks) make_image_folder(root_ / "moving");
   }
 
   [[nodiscard]] fs::path image(std::size_t side, std::size_t frame) const {
-    return images_[side] / (settings_.rig ? fmt::format("{}.png", euroc_stamp_ns(frame, settings_.fps))
-                                          : fmt::format("{:06}.png", frame));
+    return images_[side] / name(frame);
   }
+  [[nodiscard]] fs::path mask(std::size_t frame) const { return root_ / "moving" / name(frame); }
 
   void write_cameras() const {
     if (!settings_.rig) {
@@ -137,6 +138,11 @@ class Layout {
   }
 
  private:
+  [[nodiscard]] std::string name(std::size_t frame) const {
+    return settings_.rig ? fmt::format("{}.png", euroc_stamp_ns(frame, settings_.fps))
+                         : fmt::format("{:06}.png", frame);
+  }
+
   const SimulationSettings& settings_;
   fs::path root_;
   std::array<fs::path, 2> images_;
@@ -168,8 +174,11 @@ class Camera {
     const double time_s = static_cast<double>(frame) / settings_.fps;
     const auto moving = traffic_.at(frame);
     for (std::size_t side = 0; side < 2; ++side) {
-      cv::Mat1f light = renderers_[side].render(T_world_left * T_left_camera(side), moving);
-      if (!lenses_.empty()) light = lenses_[side].through(light);
+      const cv::Mat1f light = see(side, T_world_left, moving);
+      if (side == 0 && settings_.moving_masks) {
+        const cv::Mat1b mask = light != see(side, T_world_left, {});
+        write_image(mask, layout_.mask(frame));
+      }
       const double gain = exposure_gain(settings_.sensor, settings_.seed, time_s, static_cast<int>(side));
       Random random(settings_.seed, 1000 + 2 * frame + side);
       write_image(expose(light, settings_.sensor, gain, random.bits()), layout_.image(side, frame));
@@ -177,6 +186,13 @@ class Camera {
   }
 
  private:
+  /// The light that falls on the sensor of one side.
+  [[nodiscard]] cv::Mat1f see(std::size_t side, const Eigen::Isometry3d& T_world_left,
+                              const std::vector<Face>& moving) {
+    const cv::Mat1f light = renderers_[side].render(T_world_left * T_left_camera(side), moving);
+    return lenses_.empty() ? light : lenses_[side].through(light);
+  }
+
   [[nodiscard]] Eigen::Isometry3d T_left_camera(std::size_t side) const {
     if (side == 0) return Eigen::Isometry3d::Identity();
     if (settings_.rig) return settings_.rig->T_right_left.inverse();

@@ -16,11 +16,12 @@ namespace stereo_slam::simulate {
 
 struct SimulationSettings {
   std::filesystem::path
-      trajectory;           ///< KITTI pose file to drive along; empty drives the built-in loop of streets
-  int frames = 0;           ///< how many; 0 is all of the file, or kDefaultFrames of the loop
-  std::uint64_t seed = 1;   ///< of the world, the traffic and the noise
-  int dynamic_objects = 0;  ///< moving cars
-  double fps = 10.0;        ///< frames a second, > 0
+      trajectory;             ///< KITTI pose file to drive along; empty drives the built-in loop of streets
+  int frames = 0;             ///< how many; 0 is all of the file, or kDefaultFrames of the loop
+  std::uint64_t seed = 1;     ///< of the world, the traffic and the noise
+  int dynamic_objects = 0;    ///< moving cars and lorries
+  bool moving_masks = false;  ///< write which pixels of the left images show them
+  double fps = 10.0;          ///< frames a second, > 0
   PinholeCamera camera{1241, 376, 718.856, 718.856, 607.1928, 185.2157};  ///< of both images, px
   double baseline_m = 0.5371657;                                          ///< > 0
   double camera_height_m = 1.65;                                          ///< above the road, > 0
@@ -41,9 +42,10 @@ struct SimulationSettings {
 using Progress = std::function<bool(int done, int total)>;
 
 /// Writes calib.txt (P0 .. P3), times.txt, poses.txt and image_0, image_1/%06d.png into `output`, which is
-/// created when missing, or with a rig mav0 with cam0, cam1 and state_groundtruth_estimate0: the text files
-/// first, then each pair of images as soon as it is rendered. Throws std::invalid_argument for settings out
-/// of range and std::runtime_error for a trajectory that cannot be read, both before anything is written, and
+/// created when missing, or with a rig mav0 with cam0, cam1 and state_groundtruth_estimate0; if asked, the
+/// masks of what moves beside image_0 or cam0, in moving, white on black: the text files first, then each
+/// pair of images as soon as it is rendered. Throws std::invalid_argument for settings out of range and
+/// std::runtime_error for a trajectory that cannot be read, both before anything is written, and
 /// std::runtime_error for files that cannot be written and for folders that hold images already.
 void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
               const Progress& progress = nullptr);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "traffic.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -12,9 +13,12 @@ namespace stereo_slam::simulate {
 namespace {
 
 constexpr double kOncomingLane_m = 2.35;  ///< to the left of the camera's path
-constexpr double kOncomingCycle_m = 190.0;
+constexpr double kOncomingCycle_m = 150.0;
 constexpr double kOncomingBehind_m = 25.0;
+constexpr double kJamSpacing_m = 7.5;   ///< of oncoming vehicles in a jam, from middle to middle
+constexpr double kSpacingJitter = 0.2;  ///< of the spacing
 constexpr double kAheadSwing_m = 5.0;
+constexpr double kSparse = 8.0;  ///< more vehicles keep less distance
 constexpr double kAheadPeriod_s = 23.0;
 
 [[nodiscard]] double wrap(double x, double period) { return x - period * std::floor(x / period); }
@@ -37,7 +41,7 @@ constexpr double kAheadPeriod_s = 23.0;
 
 }  // namespace
 
-Traffic::Traffic(const World& world, const CameraPath& path, double fps, int cars, std::uint64_t seed)
+Traffic::Traffic(const World& world, const CameraPath& path, double fps, int vehicles, std::uint64_t seed)
     : world_(&world), fps_(fps) {
   // The route's stations count the distance in the same way: metre by metre, without what is lost standing
   // still.
@@ -50,44 +54,54 @@ Traffic::Traffic(const World& world, const CameraPath& path, double fps, int car
     arcs_m_.push_back(arc_m);
   }
   Random random(seed, 7);
+  const int oncoming = vehicles / 2;
+  oncoming_speed_m_s_ = random.uniform(6.0, 11.0);
+  oncoming_cycle_m_ = std::max(kOncomingCycle_m, kJamSpacing_m * oncoming);
+  ahead_swing_m_ = kAheadSwing_m * std::min(1.0, kSparse / std::max(1, vehicles));
   double ahead_m = 11.0;
-  for (int i = 0; i < cars; ++i) {
-    Car car;
-    car.oncoming = i % 2 == 1;
-    car.distance_m = car.oncoming ? random.uniform(0.0, kOncomingCycle_m) : ahead_m;
-    if (!car.oncoming) ahead_m += random.uniform(16.0, 24.0);
-    car.speed_m_s = random.uniform(6.0, 11.0);
-    car.phase_rad = random.uniform(0.0, 2.0 * std::numbers::pi);
-    Mesh mesh(world.scene().materials, car.faces);
+  for (int i = 0; i < vehicles; ++i) {
+    Vehicle vehicle;
+    vehicle.oncoming = i % 2 == 1;
+    if (vehicle.oncoming) {
+      const double place = i / 2 + random.uniform(0.0, kSpacingJitter);
+      vehicle.distance_m = place / oncoming * oncoming_cycle_m_;
+    } else {
+      vehicle.distance_m = ahead_m;
+      ahead_m += random.uniform(16.0, 24.0);
+    }
+    vehicle.phase_rad = random.uniform(0.0, 2.0 * std::numbers::pi);
+    Mesh mesh(world.scene().materials, vehicle.faces);
     mesh.place(Eigen::Isometry3d(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX())));
-    add_car(mesh, random, world.palette());
-    cars_.push_back(std::move(car));
+    const auto add_vehicle = i % 4 < 2 ? add_lorry : add_car;
+    add_vehicle(mesh, random, world.palette());
+    vehicles_.push_back(std::move(vehicle));
   }
 }
 
-std::vector<Face> Traffic::at(std::size_t frame) const {
+double Traffic::arc_m(const Vehicle& vehicle, std::size_t frame) const {
   const double time_s = static_cast<double>(frame) / fps_;
   const double camera_m = arcs_m_.at(frame);
+  if (vehicle.oncoming) {
+    const double relative_m = vehicle.distance_m - oncoming_speed_m_s_ * time_s - camera_m;
+    return camera_m + wrap(relative_m + kOncomingBehind_m, oncoming_cycle_m_) - kOncomingBehind_m;
+  }
+  const double swing = std::sin(2.0 * std::numbers::pi * time_s / kAheadPeriod_s + vehicle.phase_rad);
+  return camera_m + vehicle.distance_m + ahead_swing_m_ * (1.0 + swing);
+}
+
+std::vector<Face> Traffic::at(std::size_t frame) const {
   std::vector<Face> faces;
-  for (const Car& car : cars_) {
-    double arc_m = 0.0;
-    if (car.oncoming) {
-      const double relative = car.distance_m - car.speed_m_s * time_s - camera_m;
-      arc_m = camera_m + wrap(relative + kOncomingBehind_m, kOncomingCycle_m) - kOncomingBehind_m;
-    } else {
-      const double swing = std::sin(2.0 * std::numbers::pi * time_s / kAheadPeriod_s + car.phase_rad);
-      arc_m = camera_m + car.distance_m + kAheadSwing_m * (1.0 + swing);
-    }
-    const auto& stations = world_->route().stations();
-    if (arc_m < stations.front().arc_m || arc_m > stations.back().arc_m)
-      continue;  // off the ends of the road
-    const Route::Station station = world_->route().at_arc(arc_m);
+  const auto& stations = world_->route().stations();
+  for (const Vehicle& vehicle : vehicles_) {
+    const double arc = arc_m(vehicle, frame);
+    if (arc < stations.front().arc_m || arc > stations.back().arc_m) continue;  // off the ends of the road
+    const Route::Station station = world_->route().at_arc(arc);
     const GroundPoint left(-station.direction.y(), station.direction.x());
-    const GroundPoint position = station.position + (car.oncoming ? kOncomingLane_m : 0.0) * left;
-    const GroundPoint heading = car.oncoming ? GroundPoint(-station.direction) : station.direction;
-    const Eigen::Isometry3d T_world_car = stand(position, heading, world_->terrain().height(position)) *
-                                          Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
-    for (const Face& face : car.faces) faces.push_back(moved(face, T_world_car));
+    const GroundPoint position = station.position + (vehicle.oncoming ? kOncomingLane_m : 0.0) * left;
+    const GroundPoint heading = vehicle.oncoming ? GroundPoint(-station.direction) : station.direction;
+    const Eigen::Isometry3d T_world_vehicle = stand(position, heading, world_->terrain().height(position)) *
+                                              Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
+    for (const Face& face : vehicle.faces) faces.push_back(moved(face, T_world_vehicle));
   }
   return faces;
 }
