@@ -28,7 +28,7 @@
 #include "optical_flow.hpp"
 #include "rectification.hpp"
 #include "spatial_index.hpp"
-#include "stereo_matching.hpp"
+#include "stereo_points.hpp"
 #include "update.hpp"
 
 namespace stereo_slam {
@@ -114,41 +114,6 @@ void check_fits(const SavedMap& map, const StereoCamera& camera, bool with_loops
   if (!same || map.camera.width_px != camera.width_px || map.camera.height_px != camera.height_px) {
     throw std::invalid_argument("the map was made with another camera, or with its images at another size");
   }
-}
-
-/// Where landmarks are in the current left image.
-struct SeenLandmarks {
-  std::vector<Vector2<double>> positions_px;
-  std::vector<std::uint32_t> ids;
-
-  /// The number of the landmark at each measurement, if there is one; each goes to one measurement.
-  [[nodiscard]] std::vector<std::optional<std::uint32_t>> near(const std::vector<StereoPoint>& measurements,
-                                                               const cv::Size& image) const {
-    constexpr double kSamePoint_px = 1.5;
-    const SpatialIndex index(positions_px, image);
-    std::vector<bool> taken(ids.size());
-    std::vector<std::optional<std::uint32_t>> result;
-    for (const auto& z : measurements) {
-      std::optional<std::size_t> nearest;
-      const auto distance = [&](std::size_t i) { return (positions_px[i] - z.head<2>()).norm(); };
-      index.for_each_in_box(z.head<2>(), Vector2<double>::Constant(kSamePoint_px), [&](std::size_t i) {
-        if (!taken[i] && (!nearest || distance(i) < distance(*nearest))) nearest = i;
-      });
-      if (nearest) taken[*nearest] = true;
-      result.push_back(nearest ? std::optional(ids[*nearest]) : std::nullopt);
-    }
-    return result;
-  }
-};
-
-[[nodiscard]] SeenLandmarks seen_landmarks(const std::vector<Match>& matches,
-                                           const std::vector<Landmark>& landmarks) {
-  SeenLandmarks seen;
-  for (const auto& match : matches) {
-    seen.positions_px.push_back(match.z.head<2>());
-    seen.ids.push_back(landmarks[match.landmark].id);
-  }
-  return seen;
 }
 
 [[nodiscard]] std::vector<Vector2<double>> positions(const std::vector<Match>& matches) {
@@ -248,68 +213,29 @@ struct Slam::State {
     return matches;
   }
 
-  /// Features spread over the picture that have a stereo match.
-  struct StereoFeaturePoints {
-    std::vector<RectificationResidual::Measurement> rows;
-    std::vector<StereoPoint> measurements;
-    std::vector<Descriptor> descriptors;
-    std::vector<std::uint32_t> landmarks;
-
-    [[nodiscard]] std::vector<KeyframePoint> keyframe_points() const {
-      std::vector<KeyframePoint> points;
-      for (std::size_t i = 0; i < measurements.size(); ++i)
-        points.push_back({measurements[i].cast<float>(), descriptors[i], landmarks[i]});
-      return points;
-    }
-  };
-
-  [[nodiscard]] StereoFeaturePoints measure_points(const StereoFrame& frame,
-                                                   const std::vector<Feature>& features,
-                                                   const std::vector<Vector2<double>>& reserved_px) const {
-    auto free = exclude_features(features, reserved_px, frame.left.size(), settings.odometry.exclusion_px);
-    std::stable_sort(free.begin(), free.end(), [](auto& a, auto& b) { return a.response > b.response; });
-    std::vector<Vector2<double>> candidates;
-    for (const auto& feature : free) candidates.push_back(feature.position_px);
-    std::vector<Vector2<double>> chosen_px;
-    std::vector<Descriptor> chosen_descriptors;
-    for (const std::size_t i :
-         spread_over_buckets(candidates, frame.left.size(), settings.map.cell_px,
-                             static_cast<std::size_t>(settings.map.max_new_landmarks))) {
-      chosen_px.push_back(candidates[i]);
-      chosen_descriptors.push_back(free[i].descriptor);
-    }
-    const auto stereo =
-        match_stereo(frame.left, frame.right, chosen_px, rectification.current(), settings.stereo);
-    StereoFeaturePoints points;
-    for (std::size_t i = 0; i < stereo.size(); ++i) {
-      if (!stereo[i]) continue;
-      points.rows.push_back(*stereo[i]);
-      points.measurements.push_back(stereo[i]->z);
-      points.descriptors.push_back(chosen_descriptors[i]);
-      points.landmarks.push_back(0);
-    }
-    return points;
-  }
-
   /// New landmarks from features that have a stereo match and are away from `reserved_px`; what they were
   /// made from. Where one of `seen` is, it goes on.
   std::vector<KeyframePoint> add_landmarks(const StereoFrame& frame, const std::vector<Feature>& features,
                                            const std::vector<Vector2<double>>& reserved_px,
                                            const SeenLandmarks& seen = {}) {
-    auto points = measure_points(frame, features, reserved_px);
-    const auto known = seen.near(points.measurements, frame.left.size());
-    for (std::size_t i = 0; i < known.size(); ++i) points.landmarks[i] = known[i] ? *known[i] : map.new_id();
-    map.add(points.measurements, points.descriptors, points.landmarks, to_estimate(posterior),
+    const auto points =
+        measure_stereo_points(frame, features, reserved_px, rectification.current(), settings);
+    std::vector<std::uint32_t> ids;
+    for (const auto& known : seen.at(points.measurements, frame.left.size())) {
+      ids.push_back(known ? *known : map.new_id());
+    }
+    map.add(points.measurements, points.descriptors, ids, to_estimate(posterior),
             stereo_pixel_covariance(settings.map.pixel_sigma_px), frame, camera, settings.map);
     if (settings.rectification.refine) rectification.add_rows(points.rows);
-    return points.keyframe_points();
+    return keyframe_points(points, ids);
   }
 
   /// The pose relative to the last keyframe from the pictures alone, as a loop would be measured.
   [[nodiscard]] std::optional<PoseEstimate> recognise_keyframe(const StereoFrame& frame,
                                                                const StereoFeatures& features) const {
     Keyframe seen;
-    seen.points = measure_points(frame, features.left, {}).keyframe_points();
+    seen.points = keyframe_points(
+        measure_stereo_points(frame, features.left, {}, rectification.current(), settings), {});
     const auto verified =
         verify_loop(last_keyframe, seen, camera, settings.loop_verification, settings.seed + frame.index);
     if (verified.check != LoopCheck::kVerified) return std::nullopt;
@@ -365,7 +291,7 @@ struct Slam::State {
     T_odometry_keyframe = (T_odometry_keyframe * T_previous_keyframe.pose).renormalized();
     posterior = certain_pose();
     frames.back() = {keyframes.size() - 1, PoseEstimate{}};  // a correction that moves the keyframe moves it
-    const auto seen = seen_landmarks(matches, map.landmarks());
+    const SeenLandmarks seen(matches, map.landmarks());
     map.restart(keyframes.size() - 1, camera);
     begin_keyframe(frame, add_landmarks(frame, features.left, {}, seen));
   }
@@ -512,7 +438,7 @@ std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const 
       begin_segment(frame, features, odometry);
       result.is_keyframe = true;
     } else if (basis == PoseBasis::kKeyframe || needs_keyframe(frame, matches.size())) {
-      change_keyframe(frame, features, matches);
+      change_keyframe(frame, features, basis == PoseBasis::kLandmarks ? matches : std::vector<Match>{});
       result.is_keyframe = true;
     }
   }

@@ -36,7 +36,6 @@ Eigen::Isometry3d pose_from_matrix(std::span<const double> row_major_3x4) {
   if (!(defect <= kRotationTolerance) || R.determinant() < 0.0) {
     throw std::runtime_error("the left 3x3 block is not a rotation matrix");
   }
-  T.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
   return T;
 }
 
