@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
 
 #include "frame_reader.hpp"
 #include "output.hpp"
+#include "process_memory.hpp"
 #include "progress.hpp"
 #include "signals.hpp"
 #include "slam.hpp"
@@ -54,12 +56,40 @@ std::string process_frames(const StereoSequence& sequence, std::size_t count, co
       if (viewer) viewer->show(*frame, result, slam.map_points(), sequence.camera);
       record.results.push_back(std::move(result));
       record.total_ms.push_back(ms);
+      record.resident_mb.push_back(resident_memory_mb());
     }
     slam.finish();
     return "";
   } catch (const std::exception& error) {
     return error.what();
   }
+}
+
+/// What the SLAM knows at the end.
+void conclude(const Slam& slam, RunRecord& record) {
+  record.trajectory = slam.trajectory();
+  record.trajectory.resize(record.results.size());
+  record.map_points = slam.map_points();
+  record.loops = slam.loop_events();
+}
+
+std::size_t frames_with(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
+  return static_cast<std::size_t>(std::count_if(record.results.begin(), record.results.end(), property));
+}
+
+RunSummary summary_of(const RunRecord& record) {
+  RunSummary summary;
+  summary.frames = record.results.size();
+  summary.lost =
+      frames_with(record, [](const FrameResult& result) { return result.status == TrackingStatus::kLost; });
+  summary.landmarks = record.map_points.size();
+  summary.median_ms = median(record.total_ms);
+  return summary;
+}
+
+std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
+  const std::size_t keyframes = frames_with(record, &FrameResult::is_keyframe);
+  return keyframes > 0 ? slam.keyframe_memory_bytes() / keyframes : 0;
 }
 
 }  // namespace
@@ -72,40 +102,35 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
       std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()));
   std::optional<Viewer> viewer;
   if (options.view) viewer.emplace();
-  const std::string pose_frame = T_body_camera ? "body" : "camera";
+  RunHeader header{.state = "running", .error = "", .pose_frame = T_body_camera ? "body" : "camera"};
   prepare_output_folder(options.output);
-  write_run_yaml(options.output,
-                 {.state = "running", .error = "", .frames_processed = 0, .pose_frame = pose_frame}, sequence,
-                 settings);
+  write_run_yaml(options.output, header, sequence, settings);
 
   const SignalGuard signals;
   const auto start = Clock::now();
   Slam slam(sequence.camera, settings, options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn);
   RunRecord record;
-  RunSummary summary;
-  summary.error = process_frames(sequence, count, settings.images, options, slam, viewer, record);
-  summary.seconds = seconds_since(start);
-  summary.interrupted = SignalGuard::stop_requested();
-  summary.frames = record.results.size();
-  summary.lost = static_cast<std::size_t>(
-      std::count_if(record.results.begin(), record.results.end(),
-                    [](const FrameResult& result) { return result.status == TrackingStatus::kLost; }));
-  summary.median_ms = median(record.total_ms);
+  header.error = process_frames(sequence, count, settings.images, options, slam, viewer, record);
+  header.seconds = seconds_since(start);
+  const bool interrupted = SignalGuard::stop_requested();
+  conclude(slam, record);
+  header.frames_processed = record.results.size();
+  header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
+  RunSummary summary = summary_of(record);
 
-  record.trajectory = slam.trajectory();
-  record.trajectory.resize(record.results.size());
-  record.map_points = slam.map_points();
-  record.loops = slam.loop_events();
-  summary.landmarks = record.map_points.size();
   if (T_body_camera) record = in_body_frame(std::move(record), *T_body_camera);
   try {
     write_results(options.output, record);
   } catch (const std::runtime_error& error) {
-    if (summary.error.empty()) summary.error = error.what();
+    if (header.error.empty()) header.error = error.what();
   }
-  const auto* state = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
-  write_run_yaml(options.output, {state, summary.error, summary.frames, summary.seconds, pose_frame},
-                 sequence, settings);
+  header.state = !header.error.empty() ? "failed" : interrupted ? "interrupted" : "finished";
+  header.peak_mb = peak_resident_memory_mb();
+  write_run_yaml(options.output, header, sequence, settings);
+
+  summary.seconds = header.seconds;
+  summary.interrupted = interrupted;
+  summary.error = header.error;
   return summary;
 }
 
