@@ -33,7 +33,8 @@ constexpr auto kResultFiles = {"trajectory_kitti.txt",
                                "covariances.csv",
                                "timing.csv",
                                "loops.csv",
-                               "map.ply"};
+                               "map.ply",
+                               "report.html"};
 
 std::vector<Pose> poses_of(std::span<const PoseEstimate> estimates) {
   std::vector<Pose> poses;

@@ -12,8 +12,10 @@
 #include "output.hpp"
 #include "process_memory.hpp"
 #include "progress.hpp"
+#include "report/report.hpp"
 #include "signals.hpp"
 #include "slam.hpp"
+#include "text_file.hpp"
 #include "view.hpp"
 
 namespace stereo_slam {
@@ -92,6 +94,32 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
   return keyframes > 0 ? slam.keyframe_memory_bytes() / keyframes : 0;
 }
 
+/// Writes all files; what cannot be written becomes the run's error, unless it has one. The report shows the
+/// camera's run, whatever the others hold.
+void save(const std::filesystem::path& folder, const RunRecord& record,
+          const std::optional<Eigen::Isometry3d>& T_body_camera, RunHeader& header,
+          const StereoSequence& sequence, const Settings& settings) {
+  const auto attempt = [&](const std::function<void()>& write) {
+    try {
+      write();
+    } catch (const std::runtime_error& error) {
+      if (header.error.empty()) header.error = error.what();
+      header.state = "failed";
+    }
+  };
+  std::optional<RunRecord> of_body;
+  if (T_body_camera) of_body = in_body_frame(record, *T_body_camera);
+  attempt([&] { write_results(folder, of_body ? *of_body : record); });
+  header.peak_mb = peak_resident_memory_mb();
+  attempt([&] {
+    write_file(folder / "report.html", [&](std::ostream& out) {
+      report::write_report(out, record,
+                           {header, std::filesystem::absolute(sequence.folder).string(), settings.preset});
+    });
+  });
+  write_run_yaml(folder, header, sequence, settings);
+}
+
 }  // namespace
 
 RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
@@ -118,15 +146,8 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
   RunSummary summary = summary_of(record);
 
-  if (T_body_camera) record = in_body_frame(std::move(record), *T_body_camera);
-  try {
-    write_results(options.output, record);
-  } catch (const std::runtime_error& error) {
-    if (header.error.empty()) header.error = error.what();
-  }
   header.state = !header.error.empty() ? "failed" : interrupted ? "interrupted" : "finished";
-  header.peak_mb = peak_resident_memory_mb();
-  write_run_yaml(options.output, header, sequence, settings);
+  save(options.output, record, T_body_camera, header, sequence, settings);
 
   summary.seconds = header.seconds;
   summary.interrupted = interrupted;
