@@ -25,6 +25,9 @@ constexpr std::size_t kColumns = 300;  // of values
 
 using Points = std::vector<Vector2<double>>;
 
+/// Of the series in turn; the style sheet has eight.
+[[nodiscard]] std::string colour_class(std::size_t series) { return fmt::format("c{}", series % 8); }
+
 /// The place of a chart's data in its picture.
 struct Frame {
   Axis x;
@@ -115,7 +118,7 @@ void write_grid(std::ostream& stream, const LineChart& chart, const Frame& frame
 }
 
 /// The area between two curves: there on the one, back on the other.
-void write_area(std::ostream& stream, const char* css_class, Points there, const Points& back) {
+void write_area(std::ostream& stream, const std::string& css_class, Points there, const Points& back) {
   there.insert(there.end(), back.rbegin(), back.rend());
   fmt::print(stream, R"(<path class="{}" d="{}Z"/>)", css_class, path_data(there));
   stream << '\n';
@@ -126,7 +129,7 @@ void write_stack(std::ostream& stream, const LineChart& chart, const Frame& fram
   const auto columns = stacked(chart);
   const auto curve = [&](std::size_t k) { return points_of(columns.x, columns.sums[k], frame); };
   for (std::size_t k = 0; k < chart.stack.size(); ++k)
-    write_area(stream, fmt::format("area c{}", k).c_str(), curve(k), curve(k + 1));
+    write_area(stream, "area " + colour_class(k), curve(k), curve(k + 1));
 }
 
 /// The band's columns are those of the line's smallest and largest values.
@@ -145,8 +148,7 @@ void write_band(std::ostream& stream, const LineChart& chart, const Frame& frame
 
 void write_lines(std::ostream& stream, const LineChart& chart, const Frame& frame) {
   for (std::size_t k = 0; k < chart.lines.size(); ++k) {
-    fmt::print(stream, R"(<path class="line {}" d="{}"/>)",
-               chart.stack.empty() ? fmt::format("c{}", k) : "ink",
+    fmt::print(stream, R"(<path class="line {}" d="{}"/>)", chart.stack.empty() ? colour_class(k) : "ink",
                path_data(points_of(chart.x, chart.lines[k].values, frame)));
     stream << '\n';
   }
@@ -169,9 +171,9 @@ void write_legend(std::ostream& stream, const LineChart& chart) {
   const auto entry = [&](const std::string& css_class, const std::string& name) {
     fmt::print(stream, R"(<li><i class="{}"></i>{}</li>)", css_class, escape_markup(name));
   };
-  for (std::size_t k = 0; k < chart.stack.size(); ++k) entry(fmt::format("c{}", k), chart.stack[k].name);
+  for (std::size_t k = 0; k < chart.stack.size(); ++k) entry(colour_class(k), chart.stack[k].name);
   for (std::size_t k = 0; k < chart.lines.size(); ++k)
-    entry(chart.stack.empty() ? fmt::format("c{}", k) : "ink", chart.lines[k].name);
+    entry(chart.stack.empty() ? colour_class(k) : "ink", chart.lines[k].name);
   if (chart.band) entry("c0 faint", chart.band->name);
   if (chart.level) entry("level", chart.level->name);
   if (!chart.marks.values.empty()) entry("mark", chart.marks.name);
