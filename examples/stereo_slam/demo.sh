@@ -39,6 +39,7 @@ echo "== Estimate against truth"
   --json "$out/results/evaluation.json"
 
 echo "== Files"
+echo "report             $out/results/report.html: open it in a browser"
 echo "images and truth   $sequence"
 echo "trajectory         $out/results/trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt"
 echo "covariances        $out/results/covariances.csv"

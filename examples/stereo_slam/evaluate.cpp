@@ -19,15 +19,6 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::size_t kSegmentStep = 10;
 constexpr double kSegmentLengths_m[] = {100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 800.0};
 
-/// Metres travelled from the first pose to each.
-std::vector<double> distances_along(PoseSpan poses) {
-  std::vector<double> distances(poses.size(), 0.0);
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    distances[i] = distances[i - 1] + (poses[i].translation() - poses[i - 1].translation()).norm();
-  }
-  return distances;
-}
-
 /// In radians; unlike the arc cosine of the trace, accurate for small angles too.
 double rotation_angle(const Eigen::Isometry3d& motion) {
   return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear()).normalized()).angle();
@@ -57,6 +48,14 @@ std::size_t nearest_index(const Range& stamps, std::int64_t stamp) {
 }
 
 }  // namespace
+
+std::vector<double> distances_along(PoseSpan poses) {
+  std::vector<double> distances(poses.size(), 0.0);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    distances[i] = distances[i - 1] + (poses[i].translation() - poses[i - 1].translation()).norm();
+  }
+  return distances;
+}
 
 std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate) {
   const auto distances = distances_along(truth);

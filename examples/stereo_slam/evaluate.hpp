@@ -19,6 +19,9 @@ namespace stereo_slam {
 
 using PoseSpan = std::span<const Eigen::Isometry3d>;
 
+/// Metres travelled from the first pose to each.
+[[nodiscard]] std::vector<double> distances_along(PoseSpan poses);
+
 /// The KITTI odometry benchmark's score. Segments start at every 10th frame and are 100, 200 ... 800 m long
 /// along the truth; a segment ends at the first frame further than that from its start. The error of a
 /// segment is inverse(delta_estimate) * delta_truth, divided by the nominal length; the scores are averages

@@ -14,10 +14,12 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ostream.h>
+#include <fmt/ranges.h>
 #include <opencv2/core/utils/logger.hpp>
 
 #include "consistency.hpp"
@@ -25,6 +27,7 @@
 #include "dataset/stereo_check.hpp"
 #include "evaluate.hpp"
 #include "info.hpp"
+#include "loop_score.hpp"
 #include "progress.hpp"
 #include "runner.hpp"
 #include "settings_io.hpp"
@@ -186,6 +189,8 @@ Command add_evaluate(CLI::App& parent) {
     std::optional<fs::path> covariances;
     double truth_sigma_m = 0.0;
     double truth_sigma_deg = 0.0;
+    std::optional<fs::path> loops;
+    RevisitRule revisits;
   };
   auto args = std::make_shared<Arguments>();
   auto& app = *parent.add_subcommand("evaluate", "score an estimated trajectory against the truth");
@@ -210,23 +215,39 @@ Command add_evaluate(CLI::App& parent) {
   app.add_option("--truth-sigma-deg", args->truth_sigma_deg, "noise of the true relative rotations, per axis")
       ->check(number_between(0.0, 1e6))
       ->capture_default_str();
+  app.add_option("--loops", args->loops,
+                 "loops.csv of the run: say which are true, and which places seen again they found")
+      ->type_name("FILE");
+  app.add_option("--min-gap-frames", args->revisits.min_gap_frames,
+                 "frames after which a place may count as seen again, as place_recognition.min_gap_frames")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str()
+      ->type_name("N");
   return [args] {
     const Trajectory truth = read_trajectory(args->truth, args->format);
     const Trajectory estimate = read_trajectory(args->estimate, args->format);
     const Evaluation evaluation = evaluate(truth, estimate, args->max_difference_s);
     print_evaluation(std::cout, evaluation);
-    std::string consistency_member;
+    const FramePairs pairs = match_poses(truth, estimate, args->max_difference_s);
+    std::vector<std::string> members;
     if (args->covariances) {
       constexpr double kRadians = std::numbers::pi / 180.0;
-      const Consistency consistency = score_consistency(
-          truth, estimate, match_poses(truth, estimate, args->max_difference_s),
-          read_covariances(*args->covariances), {args->truth_sigma_m, kRadians * args->truth_sigma_deg});
+      const Consistency consistency =
+          score_consistency(truth, estimate, pairs, read_covariances(*args->covariances),
+                            {args->truth_sigma_m, kRadians * args->truth_sigma_deg});
       print_consistency(std::cout, consistency);
-      consistency_member = "\"consistency\": " + consistency_json(consistency);
+      members.push_back("\"consistency\": " + consistency_json(consistency));
+    }
+    if (args->loops) {
+      const LoopScore loops = score_loops(poses_at_frames(truth, pairs, estimate.poses.size()),
+                                          read_loops(*args->loops), args->revisits);
+      print_loop_score(std::cout, loops);
+      members.push_back("\"loops\": " + loop_score_json(loops));
     }
     if (args->json) {
-      write_file(*args->json,
-                 [&](std::ostream& out) { write_evaluation_json(out, evaluation, consistency_member); });
+      write_file(*args->json, [&](std::ostream& out) {
+        write_evaluation_json(out, evaluation, fmt::format("{}", fmt::join(members, ",\n  ")));
+      });
     }
     return kDone;
   };

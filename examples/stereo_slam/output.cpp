@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -32,7 +33,8 @@ constexpr auto kResultFiles = {"trajectory_kitti.txt",
                                "covariances.csv",
                                "timing.csv",
                                "loops.csv",
-                               "map.ply"};
+                               "map.ply",
+                               "report.html"};
 
 std::vector<Pose> poses_of(std::span<const PoseEstimate> estimates) {
   std::vector<Pose> poses;
@@ -68,6 +70,15 @@ void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
   yaml << YAML::Key << "folder" << YAML::Value << std::filesystem::absolute(sequence.folder).string();
   yaml << YAML::Key << "format" << YAML::Value << sequence.format;
   yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
+  yaml << YAML::EndMap;
+}
+
+void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
+  yaml << YAML::Key << "memory" << YAML::Value << YAML::BeginMap;
+  if (!std::isnan(header.peak_mb))
+    yaml << YAML::Key << "peak_mb" << YAML::Value << fmt::format("{:.1f}", header.peak_mb);
+  if (header.bytes_per_keyframe > 0)
+    yaml << YAML::Key << "bytes_per_keyframe" << YAML::Value << header.bytes_per_keyframe;
   yaml << YAML::EndMap;
 }
 
@@ -128,6 +139,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   yaml << YAML::Key << "frames_processed" << YAML::Value << header.frames_processed;
   yaml << YAML::Key << "seconds" << YAML::Value << fmt::format("{:.3f}", header.seconds);
   yaml << YAML::Key << "pose_frame" << YAML::Value << header.pose_frame;
+  emit_memory(yaml, header);
   emit_dataset(yaml, sequence);
   emit_host(yaml);
   yaml << YAML::EndMap;
@@ -167,25 +179,34 @@ void write_covariances(std::ostream& stream, const RunRecord& record) {
   }
 }
 
-void write_timing(std::ostream& stream, const RunRecord& record) {
+std::vector<std::string> stage_names(const RunRecord& record) {
   std::vector<std::string> stages;
   for (const auto& result : record.results) {
     for (const auto& time : result.times) {
       if (std::find(stages.begin(), stages.end(), time.stage) == stages.end()) stages.push_back(time.stage);
     }
   }
+  return stages;
+}
+
+double stage_ms(const FrameResult& result, const std::string& stage) {
+  double ms = 0.0;
+  for (const auto& time : result.times) ms += time.stage == stage ? time.ms : 0.0;
+  return ms;
+}
+
+void write_timing(std::ostream& stream, const RunRecord& record) {
+  const auto stages = stage_names(record);
   stream << "frame";
   for (const auto& stage : stages) fmt::print(stream, ",{}_ms", stage);
-  stream << ",total_ms\n";
+  stream << ",total_ms,rss_mb\n";
   for (std::size_t k = 0; k < record.results.size(); ++k) {
     const auto& result = record.results[k];
     fmt::print(stream, "{}", result.index);
-    for (const auto& stage : stages) {
-      double ms = 0.0;
-      for (const auto& time : result.times) ms += time.stage == stage ? time.ms : 0.0;
-      fmt::print(stream, ",{:.3f}", ms);
-    }
-    fmt::print(stream, ",{:.3f}\n", record.total_ms[k]);
+    for (const auto& stage : stages) fmt::print(stream, ",{:.3f}", stage_ms(result, stage));
+    fmt::print(stream, ",{:.3f},", record.total_ms[k]);
+    if (!std::isnan(record.resident_mb[k])) fmt::print(stream, "{:.1f}", record.resident_mb[k]);
+    stream << '\n';
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <ostream>
 #include <span>
 #include <string>
@@ -18,6 +19,7 @@ namespace stereo_slam {
 struct RunRecord {
   std::vector<FrameResult> results;      ///< as known when each frame was processed
   std::vector<double> total_ms;          ///< of processing each frame
+  std::vector<double> resident_mb;       ///< memory of the process after each frame; NaN where unknown
   std::vector<PoseEstimate> trajectory;  ///< as known at the end, one a frame
   std::vector<MapPoint> map_points;
   std::vector<LoopEvent> loops;
@@ -30,6 +32,8 @@ struct RunHeader {
   std::size_t frames_processed = 0;
   double seconds = 0.0;
   std::string pose_frame = "camera";  ///< whose poses the trajectories hold, or "body"
+  double peak_mb = std::numeric_limits<double>::quiet_NaN();  ///< memory of the process; NaN where unknown
+  std::size_t bytes_per_keyframe = 0;                         ///< that loop closure keeps; zero without it
 };
 
 /// Creates the folder and removes the results of an earlier run from it. Throws std::runtime_error when that
@@ -48,7 +52,14 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
 /// exp(xi).
 void write_covariances(std::ostream& stream, const RunRecord& record);
 
-/// One line a frame: milliseconds of every stage (columns in order of first appearance) and in total.
+/// Stages of any frame, in order of first appearance.
+[[nodiscard]] std::vector<std::string> stage_names(const RunRecord& record);
+
+/// Milliseconds a frame spent in a stage.
+[[nodiscard]] double stage_ms(const FrameResult& result, const std::string& stage);
+
+/// One line a frame: milliseconds of every stage (columns in order of first appearance) and in total,
+/// megabytes of resident memory, empty where unknown.
 void write_timing(std::ostream& stream, const RunRecord& record);
 
 /// One line a loop: its frames, what speaks for it, and whether it was accepted.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
@@ -12,9 +13,12 @@
 #include "frame_reader.hpp"
 #include "map_file.hpp"
 #include "output.hpp"
+#include "process_memory.hpp"
 #include "progress.hpp"
+#include "report/report.hpp"
 #include "signals.hpp"
 #include "slam.hpp"
+#include "text_file.hpp"
 #include "view.hpp"
 
 namespace stereo_slam {
@@ -59,6 +63,7 @@ std::string process_frames(const StereoSequence& sequence, std::size_t count, co
       if (debug_images) debug_images->write(*frame, result, trace);
       record.results.push_back(std::move(result));
       record.total_ms.push_back(ms);
+      record.resident_mb.push_back(resident_memory_mb());
     }
     slam.finish();
     return "";
@@ -92,6 +97,68 @@ Slam make_slam(const StereoSequence& sequence, const Settings& settings, const R
   }
 }
 
+/// What the SLAM knows at the end.
+void conclude(const Slam& slam, RunRecord& record) {
+  record.trajectory = slam.trajectory();
+  record.trajectory.resize(record.results.size());
+  record.map_points = slam.map_points();
+  record.loops = slam.loop_events();
+}
+
+std::size_t frames_with(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
+  return static_cast<std::size_t>(std::count_if(record.results.begin(), record.results.end(), property));
+}
+
+RunSummary summary_of(const RunRecord& record) {
+  RunSummary summary;
+  summary.frames = record.results.size();
+  summary.lost =
+      frames_with(record, [](const FrameResult& result) { return result.status == TrackingStatus::kLost; });
+  summary.landmarks = record.map_points.size();
+  summary.median_ms = median(record.total_ms);
+  return summary;
+}
+
+std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
+  const std::size_t keyframes = frames_with(record, &FrameResult::is_keyframe);
+  return keyframes > 0 ? slam.keyframe_memory_bytes() / keyframes : 0;
+}
+
+/// Leaves the map for a later run; if it cannot be written that is the run's error, unless it has one.
+void leave_map(const Slam& slam, const std::filesystem::path& file, RunHeader& header) {
+  try {
+    save_map(file, slam.saved_map());
+  } catch (const std::exception& error) {
+    if (header.error.empty()) header.error = error.what();
+  }
+}
+
+/// Writes all files; what cannot be written becomes the run's error, unless it has one. The report shows the
+/// camera's run, whatever the others hold.
+void save(const std::filesystem::path& folder, const RunRecord& record,
+          const std::optional<Eigen::Isometry3d>& T_body_camera, RunHeader& header,
+          const StereoSequence& sequence, const Settings& settings) {
+  const auto attempt = [&](const std::function<void()>& write) {
+    try {
+      write();
+    } catch (const std::runtime_error& error) {
+      if (header.error.empty()) header.error = error.what();
+      header.state = "failed";
+    }
+  };
+  std::optional<RunRecord> of_body;
+  if (T_body_camera) of_body = in_body_frame(record, *T_body_camera);
+  attempt([&] { write_results(folder, of_body ? *of_body : record); });
+  header.peak_mb = peak_resident_memory_mb();
+  attempt([&] {
+    write_file(folder / "report.html", [&](std::ostream& out) {
+      report::write_report(out, record,
+                           {header, std::filesystem::absolute(sequence.folder).string(), settings.preset});
+    });
+  });
+  write_run_yaml(folder, header, sequence, settings);
+}
+
 }  // namespace
 
 RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
@@ -106,45 +173,30 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (options.view) viewer.emplace();
   std::optional<DebugImages> debug_images;
   if (options.debug_images) debug_images.emplace(*options.debug_images);
-  const std::string pose_frame = T_body_camera ? "body" : "camera";
   Slam slam = make_slam(sequence, settings, options, known);
+  RunHeader header{.state = "running", .error = "", .pose_frame = T_body_camera ? "body" : "camera"};
   prepare_output_folder(options.output);
-  write_run_yaml(options.output,
-                 {.state = "running", .error = "", .frames_processed = 0, .pose_frame = pose_frame}, sequence,
-                 settings);
+  write_run_yaml(options.output, header, sequence, settings);
 
   const SignalGuard signals;
   const auto start = Clock::now();
   RunRecord record;
-  RunSummary summary;
-  summary.error =
+  header.error =
       process_frames(sequence, count, settings.images, options, slam, viewer, debug_images, record);
-  summary.seconds = seconds_since(start);
-  summary.interrupted = SignalGuard::stop_requested();
-  summary.frames = record.results.size();
-  summary.lost = static_cast<std::size_t>(
-      std::count_if(record.results.begin(), record.results.end(),
-                    [](const FrameResult& result) { return result.status == TrackingStatus::kLost; }));
-  summary.median_ms = median(record.total_ms);
+  header.seconds = seconds_since(start);
+  const bool interrupted = SignalGuard::stop_requested();
+  conclude(slam, record);
+  if (options.save_map) leave_map(slam, *options.save_map, header);
+  header.frames_processed = record.results.size();
+  header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
+  RunSummary summary = summary_of(record);
 
-  record.trajectory = slam.trajectory();
-  record.trajectory.resize(record.results.size());
-  record.map_points = slam.map_points();
-  record.loops = slam.loop_events();
-  summary.landmarks = record.map_points.size();
-  if (T_body_camera) record = in_body_frame(std::move(record), *T_body_camera);
-  const auto attempt = [&summary](const auto& write) {
-    try {
-      write();
-    } catch (const std::exception& error) {
-      if (summary.error.empty()) summary.error = error.what();
-    }
-  };
-  attempt([&] { write_results(options.output, record); });
-  if (options.save_map) attempt([&] { save_map(*options.save_map, slam.saved_map()); });
-  const auto* state = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
-  write_run_yaml(options.output, {state, summary.error, summary.frames, summary.seconds, pose_frame},
-                 sequence, settings);
+  header.state = !header.error.empty() ? "failed" : interrupted ? "interrupted" : "finished";
+  save(options.output, record, T_body_camera, header, sequence, settings);
+
+  summary.seconds = header.seconds;
+  summary.interrupted = interrupted;
+  summary.error = header.error;
   return summary;
 }
 

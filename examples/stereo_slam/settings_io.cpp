@@ -163,9 +163,9 @@ Settings load_settings(const std::filesystem::path& file, std::optional<std::str
   const YAML::Node root = nested && nested.IsMap() ? nested : document;
 
   if (nested && nested.IsMap()) {  // a run.yaml: what else it holds is not read
-    constexpr std::array<std::string_view, 9> kRunKeys = {"version",    "written",          "state",
-                                                          "error",      "frames_processed", "seconds",
-                                                          "pose_frame", "dataset",          "host"};
+    constexpr std::array<std::string_view, 10> kRunKeys = {
+        "version", "written",    "state",  "error",   "frames_processed",
+        "seconds", "pose_frame", "memory", "dataset", "host"};
     for (const auto& entry : document) {
       const auto key = as_text(entry.first);
       if (key != "settings" && std::find(kRunKeys.begin(), kRunKeys.end(), key) == kRunKeys.end()) {

@@ -519,6 +519,8 @@ std::vector<LoopEvent> Slam::loop_events() const {
   return state_->loops ? state_->loops->events() : std::vector<LoopEvent>{};
 }
 
+std::size_t Slam::keyframe_memory_bytes() const { return state_->loops ? state_->loops->memory_bytes() : 0; }
+
 std::vector<PoseEstimate> Slam::trajectory() const {
   std::vector<PoseEstimate> result;
   std::vector<bool> seen;

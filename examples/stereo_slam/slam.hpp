@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -48,6 +49,9 @@ class Slam {
 
   /// Loops found, accepted or refused; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> loop_events() const;
+
+  /// Of what loop closure keeps of the keyframes; zero without it.
+  [[nodiscard]] std::size_t keyframe_memory_bytes() const;
 
  private:
   struct State;

@@ -27,6 +27,7 @@ TEST_CASE("Wrong usage has status 2", "[cli]") {
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--format", "csv"},
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--max-time-difference", "nan"},
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--truth-sigma-m", "-1"},
+      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--min-gap-frames", "0"},
       {"simulate"},
       {"simulate", "--output", "x", "--frames", "many"},
       {"simulate", "--output", "x", "--distortion", "radtan"},
@@ -65,6 +66,24 @@ TEST_CASE("run, evaluate and info work together from the command line", "[cli]")
     CHECK_THAT(evaluate.out, Catch::Contains("frames matched                  6"));
     CHECK_THAT(read_text(folder / "e.json"), Catch::Contains("\"frames_matched\": 6"));
   }
+  std::vector<std::string> all = {"evaluate",
+                                  "--groundtruth",
+                                  in + "/poses.txt",
+                                  "--estimate",
+                                  out + "/trajectory_kitti.txt",
+                                  "--covariances",
+                                  out + "/covariances.csv",
+                                  "--loops",
+                                  out + "/loops.csv",
+                                  "--json",
+                                  folder / "e.json"};
+  const auto scored = call(all);
+  CHECK(scored.status == 0);
+  CHECK_THAT(scored.out, Catch::Contains("revisits                        none"));
+  CHECK_THAT(read_text(folder / "e.json"),
+             Catch::Contains("\"consistency\": {") && Catch::Contains("\"loops\": {\"accepted\": 0"));
+  write_text(out + "/loops.csv", "frame,old_frame,inliers,chi2,verdict,old_map\n5,2,many,1,accepted,run\n");
+  check_one_line_failure(call(all), "loops.csv:2: expected");
 }
 
 TEST_CASE("A quiet run prints nothing", "[cli]") {

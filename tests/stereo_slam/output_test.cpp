@@ -2,6 +2,7 @@
 #include "output.hpp"
 
 #include <cstring>
+#include <limits>
 #include <sstream>
 
 #include "settings_io.hpp"
@@ -23,6 +24,7 @@ RunRecord two_frames() {
   record.results[0].times = {{"features", 1.5}};
   record.results[1].times = {{"features", 2.0}, {"odometry", 3.25}, {"features", 0.5}};
   record.total_ms = {2.0, 6.0};
+  record.resident_mb = {std::numeric_limits<double>::quiet_NaN(), 123.45};
   record.trajectory.resize(2);
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) record.trajectory[1].covariance(i, j) = 10 * std::min(i, j) + std::max(i, j);
@@ -49,10 +51,12 @@ TEST_CASE("covariances.csv names every column and holds the upper triangle row b
         "0.100000000,OK,0,1,2,3,4,5,11,12,13,14,15,22,23,24,25,33,34,35,44,45,55,0,0,0,0" + zeros);
 }
 
-TEST_CASE("timing.csv has a column for every stage of any frame", "[output]") {
+TEST_CASE("timing.csv has a column for every stage of any frame, and says no more of memory than is known",
+          "[output]") {
   std::ostringstream out;
   write_timing(out, two_frames());
-  CHECK(out.str() == "frame,features_ms,odometry_ms,total_ms\n0,1.500,0.000,2.000\n1,2.500,3.250,6.000\n");
+  CHECK(out.str() ==
+        "frame,features_ms,odometry_ms,total_ms,rss_mb\n0,1.500,0.000,2.000,\n1,2.500,3.250,6.000,123.5\n");
 }
 
 TEST_CASE("map.ply holds every point in binary", "[output]") {
@@ -74,7 +78,7 @@ TEST_CASE("All result files of an empty run are valid", "[output]") {
   write_results(folder.path(), {});
   CHECK(read_text(folder / "trajectory_kitti.txt").empty());
   CHECK(split_lines(read_text(folder / "covariances.csv")).size() == 1);
-  CHECK(read_text(folder / "timing.csv") == "frame,total_ms\n");
+  CHECK(read_text(folder / "timing.csv") == "frame,total_ms,rss_mb\n");
   CHECK_THAT(read_text(folder / "map.ply"), Catch::Contains("element vertex 0"));
 }
 
@@ -90,6 +94,21 @@ TEST_CASE("run.yaml gives back the settings of the run", "[output]") {
   CHECK(read.seed == 77);
   CHECK(read.features.count == 321);
   CHECK_THAT(read_text(folder / "run.yaml"), Catch::Contains("state: failed"));
+}
+
+TEST_CASE("run.yaml says of memory what is known", "[output]") {
+  const TemporaryFolder folder;
+  StereoSequence sequence;
+  sequence.folder = "street";
+  const auto yaml = [&](const RunHeader& header) {
+    write_run_yaml(folder.path(), header, sequence, {});
+    return read_text(folder / "run.yaml");
+  };
+  RunHeader header{.state = "finished", .error = ""};
+  CHECK_THAT(yaml(header), !Catch::Contains("peak_mb") && !Catch::Contains("bytes_per_keyframe"));
+  header.peak_mb = 321.04;
+  header.bytes_per_keyframe = 55000;
+  CHECK_THAT(yaml(header), Catch::Contains("peak_mb: 321.0") && Catch::Contains("bytes_per_keyframe: 55000"));
 }
 
 TEST_CASE("An output folder is created and cleared of earlier results, and of nothing else", "[output]") {

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "runner.hpp"
 
+#include <array>
+#include <cmath>
+
+#include "process_memory.hpp"
 #include "settings_io.hpp"
+#include "stereo_slam/markup_check.hpp"
 #include "stereo_slam/support.hpp"
 #include "support/catch.hpp"
 #include "trajectory_io.hpp"
@@ -15,6 +20,12 @@ RunSummary run_quietly(const fs::path& dataset, const fs::path& output,
                        std::optional<int> threads = std::nullopt) {
   return run(open_sequence(dataset, "auto"), Settings{},
              {.output = output, .max_frames = std::nullopt, .threads = threads, .quiet = true});
+}
+
+void check_report(const fs::path& output, std::size_t frames) {
+  const auto report = read_text(output / "report.html");
+  CHECK(markup_fault(report).empty());
+  CHECK_THAT(report, Catch::Contains(fmt::format("<dt>Frames</dt><dd>{}<", frames)));
 }
 
 /// Every result file holds exactly `frames` frames.
@@ -32,6 +43,7 @@ void check_results(const fs::path& output, std::size_t frames) {
     }
   }
   CHECK_THAT(read_text(output / "map.ply"), Catch::StartsWith("ply\n"));
+  check_report(output, frames);
 }
 
 }  // namespace
@@ -58,7 +70,56 @@ TEST_CASE("An image that cannot be read ends the run with everything before it s
   CHECK(summary.frames == 5);
   CHECK_THAT(summary.error, Catch::Contains("image_1/000005.png: missing"));
   check_results(folder / "out", 5);
+  CHECK_THAT(read_text(folder / "out/report.html"), Catch::Contains("image_1/000005.png: missing"));
   CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: failed"));
+}
+
+TEST_CASE("The memory of a run is told, frame by frame and at its peak", "[runner]") {
+  if (std::isnan(resident_memory_mb())) return;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 4);
+  (void)run_quietly(folder / "in", folder / "out");
+  for (const auto& line : split_lines(read_text(folder / "out/timing.csv"))) {
+    if (line.starts_with("frame")) continue;
+    CHECK(std::stod(line.substr(line.rfind(',') + 1)) > 1.0);
+  }
+  CHECK(peak_resident_memory_mb() >= 0.9 * resident_memory_mb());  // the kernel counts lazily
+  CHECK_THAT(read_text(folder / "out/run.yaml"),
+             Catch::Contains("peak_mb: ") && Catch::Contains("bytes_per_keyframe: "));
+}
+
+TEST_CASE("A run that ends before its first frame leaves valid files, too", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  auto sequence = open_sequence(folder / "in", "auto");
+  fs::remove(folder / "in/image_0/000000.png");
+  const auto summary =
+      run(sequence, Settings{},
+          {.output = folder / "out", .max_frames = std::nullopt, .threads = std::nullopt, .quiet = true});
+  CHECK_FALSE(summary.error.empty());
+  check_report(folder / "out", 0);
+}
+
+TEST_CASE("The report shows the camera's path, whosever poses are written", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_euroc(folder / "in", 3);
+  for (const auto& [camera, was, is] : {std::array{"cam0", "0, 0, 1, 0, 0,", "0, 1, 0, 0, 0,"},
+                                        std::array{"cam1", "0.4, 0, 1, 0, 0,", "0, 1, 0, 0, 0.4,"}}) {
+    replace_in(fs::path(folder / "in/mav0") / camera / "sensor.yaml", std::string("data: [1, 0, 0, ") + was,
+               std::string("data: [0, -1, 0, ") + is);  // a quarter turn about the optical axis
+  }
+  const auto sequence = open_sequence(folder / "in", "auto");
+  const auto path = [&](PoseFrame pose_frame) {
+    RunOptions options{.output = folder / "out", .max_frames = 3, .threads = std::nullopt, .quiet = true};
+    options.pose_frame = pose_frame;
+    CHECK(run(sequence, Settings{}, options).error.empty());
+    const auto report = read_text(folder / "out/report.html");
+    const auto begin = report.find("<path class=\"track ");
+    return report.substr(begin, report.find('>', begin) - begin);
+  };
+  const auto of_camera = path(PoseFrame::kCamera);
+  CHECK(of_camera.size() > 30);
+  CHECK(path(PoseFrame::kBody) == of_camera);
 }
 
 TEST_CASE("The number of frames can be limited", "[runner]") {

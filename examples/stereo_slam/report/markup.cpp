@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#include "report/markup.hpp"
+
+namespace stereo_slam::report {
+namespace {
+
+/// Empty if the character stands for itself.
+[[nodiscard]] std::string_view entity(char character) {
+  switch (character) {
+    case '&':
+      return "&amp;";
+    case '<':
+      return "&lt;";
+    case '>':
+      return "&gt;";
+    case '"':
+      return "&quot;";
+    case '\'':
+      return "&#39;";
+    default:
+      return {};
+  }
+}
+
+[[nodiscard]] bool is_control(char character) {
+  const auto code = static_cast<unsigned char>(character);
+  return (code < 0x20 && character != '\t' && character != '\n') || code == 0x7f;
+}
+
+}  // namespace
+
+std::string escape_markup(std::string_view text) {
+  std::string result;
+  for (const char character : text) {
+    if (const auto name = entity(character); !name.empty()) {
+      result += name;
+    } else if (is_control(character)) {
+      result += "\uFFFD";
+    } else {
+      result += character;
+    }
+  }
+  return result;
+}
+
+}  // namespace stereo_slam::report

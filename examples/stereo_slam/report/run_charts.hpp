@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "output.hpp"
+#include "report/line_chart.hpp"
+
+/// What is plotted of a run of the camera.
+namespace stereo_slam::report {
+
+/// Above the first camera, against the way driven, with one standard deviation.
+[[nodiscard]] LineChart height_chart(const RunRecord& record);
+
+/// Standard deviations of the final poses along and about the camera's axes.
+[[nodiscard]] LineChart position_sigma_chart(const RunRecord& record);
+[[nodiscard]] LineChart rotation_sigma_chart(const RunRecord& record);
+
+/// Milliseconds of every stage and in total.
+[[nodiscard]] LineChart time_chart(const RunRecord& record);
+
+[[nodiscard]] LineChart memory_chart(const RunRecord& record);
+
+/// Features, landmarks and matches.
+[[nodiscard]] LineChart count_chart(const RunRecord& record);
+
+/// Normalised innovation squared of the pose update per degree of freedom.
+[[nodiscard]] LineChart innovation_chart(const RunRecord& record);
+
+}  // namespace stereo_slam::report

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "types.hpp"
+
+/// What is plotted of poses and their covariances.
+namespace stereo_slam::report {
+
+/// Metres from the first pose to each, along the path.
+[[nodiscard]] std::vector<double> path_lengths(std::span<const PoseEstimate> trajectory);
+
+/// Covariance of a position along the world's axes, m2.
+[[nodiscard]] Matrix3<double> position_covariance(const PoseEstimate& T_world_camera);
+
+/// One standard deviation of a position in the plane of x and z.
+struct SigmaEllipse {
+  Vector2<double> half_axes_m;  ///< the longer first
+  double angle_rad = 0.0;       ///< of the longer one, from x towards z
+};
+
+[[nodiscard]] SigmaEllipse sigma_ellipse(const PoseEstimate& T_world_camera);
+
+}  // namespace stereo_slam::report
