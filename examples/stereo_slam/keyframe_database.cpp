@@ -46,7 +46,9 @@ void KeyframeDatabase::correct(const std::vector<PoseEstimate>& T_world_keyframe
 std::size_t shared_landmarks(const Keyframe& a, const Keyframe& b) {
   const auto numbers = [](const Keyframe& keyframe) {
     std::vector<std::uint32_t> result;
-    for (const auto& point : keyframe.points) result.push_back(point.landmark);
+    for (const auto& point : keyframe.points) {
+      if (point.landmark > 0) result.push_back(point.landmark);
+    }
     std::sort(result.begin(), result.end());
     return result;
   };

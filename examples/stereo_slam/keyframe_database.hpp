@@ -13,7 +13,7 @@ namespace stereo_slam {
 struct KeyframePoint {
   Vector3<float> z;  ///< (u, v, d), px: in these the noise is Gaussian, near and far
   Descriptor descriptor{};
-  std::uint32_t landmark = 0;  ///< points of one landmark share it
+  std::uint32_t landmark = 0;  ///< points of one landmark share it; 0: of none
 };
 
 /// What remains of a frame after its image is gone: enough to recognise the place, to measure the pose of

@@ -63,8 +63,7 @@ void LoopSearch::start_with(const SavedMap& known, MapUse use) {
     places_.add(id, keyframes_[id].points);
     poses.push_back(keyframe.T_world_keyframe);
     graph_.poses.back() = keyframe.T_world_keyframe.pose;
-    for (const auto& point : keyframe.points)
-      known_landmarks_ = std::max(known_landmarks_, point.landmark + 1);
+    for (const auto& point : keyframe.points) known_landmarks_ = std::max(known_landmarks_, point.landmark);
   }
   keyframes_.correct(poses);
   for (const auto& loop : known.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
@@ -80,7 +79,9 @@ void LoopSearch::start_with(const SavedMap& known, MapUse use) {
 void LoopSearch::follow_known_map(Keyframe& keyframe) const {
   keyframe.frame += known_frames_;
   keyframe.segment += known_segments_;
-  for (auto& point : keyframe.points) point.landmark += known_landmarks_;
+  for (auto& point : keyframe.points) {
+    if (point.landmark > 0) point.landmark += known_landmarks_;
+  }
   if (known_keyframes_ > 0 && keyframes_.size() == known_keyframes_) {
     keyframe.T_previous_keyframe = {keyframes_.back().T_world_keyframe.pose.inverse(), no_knowledge()};
   }
@@ -243,16 +244,20 @@ void LoopSearch::join(const PoseGraphEdge& loop) {
   const Pose T_world_to = graph_.poses[loop.to];
   const Pose motion = to > from ? T_world_from * loop.T_from_to.pose * T_world_to.inverse()
                                 : T_world_to * loop.T_from_to.pose.inverse() * T_world_from.inverse();
-  std::vector<Pose> motions;
+  std::vector<std::optional<Pose>> motions;  // of each segment, if it moves
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     const std::size_t root = segments_.root(s);
-    motions.push_back(root < s                     ? motions[root]
-                      : root == std::max(from, to) ? motion
-                      : s == 0                     ? Pose::identity()
-                                                   : motions[s - 1]);
+    if (root == std::max(from, to)) {
+      motions.emplace_back(motion);
+    } else if (root < s) {
+      motions.push_back(motions[root]);
+    } else {
+      motions.push_back(s == 0 ? std::nullopt : motions[s - 1]);
+    }
   }
   for (std::size_t id = 0; id < graph_.poses.size(); ++id) {
-    graph_.poses[id] = (motions[segment_of(id)] * graph_.poses[id]).renormalized();
+    const auto& moved = motions[segment_of(id)];
+    if (moved) graph_.poses[id] = (*moved * graph_.poses[id]).renormalized();
   }
   segments_.join(from, to);
   drop_guesses();

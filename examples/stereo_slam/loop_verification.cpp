@@ -168,9 +168,11 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   result.check = LoopCheck::kVerified;
   result.loop.T_old_new = motion.T_previous_current;
   for (std::size_t i = 0; i < guided.size(); ++i) {
-    if (!motion.inlier[i]) continue;
-    result.loop.same_landmarks.emplace_back(old_keyframe.points[guided[i].old_point].landmark,
-                                            new_keyframe.points[guided[i].new_point].landmark);
+    const auto old_landmark = old_keyframe.points[guided[i].old_point].landmark;
+    const auto new_landmark = new_keyframe.points[guided[i].new_point].landmark;
+    if (motion.inlier[i] && old_landmark > 0 && new_landmark > 0) {
+      result.loop.same_landmarks.emplace_back(old_landmark, new_landmark);
+    }
   }
   return result;
 }

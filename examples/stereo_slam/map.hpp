@@ -68,7 +68,7 @@ class Map {
   void archive(const Landmark& landmark, const StereoCamera& camera);
 
   std::size_t keyframe_ = 0;
-  std::uint32_t next_id_ = 0;
+  std::uint32_t next_id_ = 1;
   std::vector<Landmark> landmarks_;
   std::vector<ArchivedPoint> archive_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "optical_flow.hpp"
 
+#include <algorithm>
+
 #include <opencv2/video/tracking.hpp>
 
 namespace stereo_slam {
@@ -18,6 +20,20 @@ StereoPyramid build_pyramids(const StereoFrame& frame) {
     }
   });
   return pyramids;
+}
+
+StereoPyramid as_bright_as(const StereoPyramid& reference, const StereoPyramid& pyramids,
+                           const StereoFrame& frame) {
+  constexpr double kDark = 5.0;  // grey levels
+  constexpr double kAlike = 1.1;
+  if (reference.left.empty()) return pyramids;
+  const double wanted = cv::mean(reference.left.image())[0];
+  const double given = cv::mean(frame.left)[0];
+  if (wanted < kDark || given < kDark || std::max(wanted / given, given / wanted) < kAlike) return pyramids;
+  StereoFrame adapted;
+  frame.left.convertTo(adapted.left, -1, wanted / given);
+  frame.right.convertTo(adapted.right, -1, wanted / given);
+  return build_pyramids(adapted);
 }
 
 FlowResult track_points(const FlowPyramid& from, const FlowPyramid& to,

@@ -35,6 +35,11 @@ struct StereoPyramid {
 
 [[nodiscard]] StereoPyramid build_pyramids(const StereoFrame& frame);
 
+/// The pyramids of a frame, made as bright as a reference if they are a tenth brighter or darker: flow
+/// compares grey values, and the exposure may jump. Of dark pictures nothing is made.
+[[nodiscard]] StereoPyramid as_bright_as(const StereoPyramid& reference, const StereoPyramid& pyramids,
+                                         const StereoFrame& frame);
+
 struct FlowOptions {
   int window_px = 15;  ///< side of the window, at most FlowPyramid::kMaxWindow_px
   int max_level = 2;   ///< coarsest level used

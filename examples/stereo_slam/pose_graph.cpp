@@ -163,6 +163,8 @@ PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settin
                    [&](double s) { return ScaledCovarianceLoss::weight(s, settings.loop_scale); });
   }
   result.poses = problem.poses();
+  std::copy_n(graph.poses.begin(), std::min(graph.gauge, graph.poses.size()),
+              result.poses.begin());  // to the bit
   return result;
 }
 

@@ -230,16 +230,32 @@ struct Slam::State {
     return keyframe_points(points, ids);
   }
 
-  /// The pose relative to the last keyframe from the pictures alone, as a loop would be measured.
-  [[nodiscard]] std::optional<PoseEstimate> recognise_keyframe(const StereoFrame& frame,
-                                                               const StereoFeatures& features) const {
+  /// The pose relative to the last keyframe from the pictures alone: measured as a loop would be, and
+  /// believed if the keyframe's landmarks look as they should from there.
+  [[nodiscard]] std::optional<PoseDensity> recognise_keyframe(const StereoFrame& frame,
+                                                              const StereoFeatures& features) const {
     Keyframe seen;
     seen.points = keyframe_points(
         measure_stereo_points(frame, features.left, {}, rectification.current(), settings), {});
     const auto verified =
         verify_loop(last_keyframe, seen, camera, settings.loop_verification, settings.seed + frame.index);
     if (verified.check != LoopCheck::kVerified) return std::nullopt;
-    return verified.loop.T_old_new;
+    const PoseEstimate& rough = verified.loop.T_old_new;
+    const auto prior = PoseDensity::from_pose_covariance(
+        rough.pose, settings.loop_verification.gate_scale * rough.covariance);
+    const auto predicted =
+        project_landmarks(map.landmarks(), to_estimate(prior), camera, settings.map.max_baselines);
+    std::vector<std::optional<Vector2<double>>> expected_px;
+    for (const auto& landmark : predicted) expected_px.emplace_back(landmark.z.head<2>());
+    const auto matches = refine_matches({}, predicted, expected_px, map.landmarks(), keyframe_left, frame,
+                                        rough.pose, camera, rectification.current(), settings.refinement);
+    constexpr std::size_t kBelieved = 3;  // one in so many
+    if (matches.size() < static_cast<std::size_t>(settings.loop_verification.min_inliers) ||
+        kBelieved * matches.size() < predicted.size()) {
+      return std::nullopt;
+    }
+    const auto update = update_pose(prior, matches, map.landmarks(), camera, settings.update);
+    return update.converged ? std::optional(update.posterior) : std::nullopt;
   }
 
   /// Lets the landmarks of the ending keyframe, last seen in this frame, tell about the rectification.
@@ -407,7 +423,7 @@ std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const 
                                                                             : PoseBasis::kNothing;
   if (anchored() && (lost || basis == PoseBasis::kNothing)) {
     if (const auto recognised = recognise_keyframe(frame, features)) {
-      posterior = PoseDensity::from_pose_covariance(recognised->pose, recognised->covariance);
+      posterior = *recognised;
       basis = PoseBasis::kKeyframe;
     }
     clock.lap("recognise");
@@ -475,7 +491,7 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
 
   std::vector<Vector2<double>> landmarks_px;
   if (s.started) {
-    landmarks_px = s.track(frame, features, pyramids, trace, clock, result);
+    landmarks_px = s.track(frame, features, as_bright_as(s.previous, pyramids, frame), trace, clock, result);
   } else {
     s.start(frame, features);
     s.record(s.posterior, true, result);

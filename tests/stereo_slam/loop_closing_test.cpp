@@ -62,7 +62,7 @@ class Town {
       const Vector3<double> p = T_world_camera.inverse() * corner.position;
       if (p.z() < 4.0 || p.z() > 35.0) continue;
       const auto z = camera_.project(p);
-      if (!z || !camera_.in_view(*z)) continue;
+      if (!z || !camera_.in_view(*z, 3.0)) continue;  // with noise, too
       points.push_back({(*z + test::stereo_noise(random_, 0.5)).cast<float>(), worn(corner.descriptor)});
     }
     std::shuffle(points.begin(), points.end(), random_);
@@ -106,28 +106,40 @@ struct Outcome {
   std::vector<PoseEstimate> closed;  ///< with the corrections
   std::vector<std::size_t> corrected_at;
   std::vector<LoopEvent> events;
+  std::vector<bool> segment_placed;  ///< after the last correction
+  SavedMap map;
 };
 
 /// Keyframe from whose place keyframe k sees: its own, another to deceive, or none to see nothing.
 using Eyes = std::function<std::optional<std::size_t>(std::size_t)>;
 
+/// What a drive starts with, and where it is interrupted.
+struct Circumstances {
+  SavedMap known{};
+  MapUse use = MapUse::kContinue;
+  std::size_t lost_before = kKeyframes;  ///< keyframe that begins the second segment
+  std::size_t keyframes = kKeyframes;
+};
+
 Outcome drive(
-    LoopThread thread, const Eyes& eyes = [](std::size_t k) { return k; }) {
+    LoopThread thread, const Eyes& eyes = [](std::size_t k) { return k; },
+    const Circumstances& circumstances = {}) {
   Settings settings;
   settings.place_recognition.min_gap_frames = 30 * kFramesApart;
   Town town;
   Outcome outcome;
-  LoopClosing loops(test::kitti_camera(), settings, thread);
+  LoopClosing loops(test::kitti_camera(), settings, thread, circumstances.known, circumstances.use);
   std::vector<PoseEstimate> steps;
   const auto apply = [&](const std::optional<LoopCorrection>& correction) {
     if (!correction) return;
+    outcome.segment_placed = correction->segment_placed;
     auto& poses = outcome.closed;
     for (std::size_t k = 0; k < poses.size(); ++k) {
       poses[k] = k < correction->T_world_keyframe.size() ? correction->T_world_keyframe[k]
                                                          : compose(poses[k - 1], steps[k]);
     }
   };
-  for (std::size_t frame = 0; frame < kKeyframes * kFramesApart; ++frame) {
+  for (std::size_t frame = 0; frame < circumstances.keyframes * kFramesApart; ++frame) {
     const auto correction = loops.correction_due(frame);
     if (correction) outcome.corrected_at.push_back(frame);
     apply(correction);
@@ -135,6 +147,7 @@ Outcome drive(
     const std::size_t k = frame / kFramesApart;
     Keyframe keyframe;
     keyframe.frame = frame;
+    keyframe.segment = k < circumstances.lost_before ? 0 : 1;
     if (const auto from = eyes(k)) keyframe.points = town.view(k, *from);
     if (k > 0) keyframe.T_previous_keyframe = town.odometry(k);
     steps.push_back(keyframe.T_previous_keyframe);
@@ -144,6 +157,8 @@ Outcome drive(
   }
   apply(loops.finish());
   outcome.events = loops.events();
+  outcome.map.camera = test::kitti_camera();
+  loops.save(outcome.map);
   CHECK(loops.memory_bytes() < kKeyframes * kPoints * 150);
   return outcome;
 }
@@ -189,7 +204,7 @@ TEST_CASE("Corrections come at fixed frames and with the same bits from a thread
   CHECK(first.corrected_at == second.corrected_at);
   REQUIRE_FALSE(first.corrected_at.empty());
   CHECK(first.corrected_at.front() % kFramesApart ==
-        static_cast<std::size_t>(LoopClosureSettings{}.latency_frames));
+        static_cast<std::size_t>(LoopClosureSettings{}.latency_frames) % kFramesApart);
   REQUIRE(first.closed.size() == second.closed.size());
   for (std::size_t k = 0; k < first.closed.size(); ++k) {
     CHECK(first.closed[k].pose.coeffs() == second.closed[k].pose.coeffs());
@@ -222,6 +237,79 @@ TEST_CASE("A street that looks like another 20 m away is refused and changes not
     CHECK(event.accepted == !(deceived(k) || deceived(old)));
   }
   CHECK(ate_m(outcome.closed) == Approx(ate_m(blind.closed)).epsilon(0.1));
+}
+
+/// Farthest that the poses of keyframes are from the true poses of those from whose places they see.
+double worst_error_m(const std::vector<PoseEstimate>& poses, const Eyes& eyes) {
+  static const std::vector<Pose> truth = Town().truth();
+  double worst = 0.0;
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    worst = std::max(worst, (poses[k].pose.translation() - truth[*eyes(k)].translation()).norm());
+  }
+  return worst;
+}
+
+TEST_CASE("A segment that begins at an earlier place is moved there as a whole", "[stereo_slam][loops]") {
+  CAPTURE(kSeed);
+  constexpr std::size_t kCut = 60;
+  const Eyes carried_back = [](std::size_t k) { return k < kCut ? k : k - 50; };
+  const Outcome outcome = drive(LoopThread::kNone, carried_back, {.lost_before = kCut, .keyframes = 100});
+  CHECK(outcome.segment_placed == std::vector<bool>{true, true});
+  CHECK(worst_error_m(outcome.open, carried_back) > 20.0);
+  CHECK(worst_error_m(outcome.closed, carried_back) < 1.5);
+  // The guess is gone: the place is as certain as the loops make it.
+  CHECK(outcome.closed[kCut].covariance.trace() < 1.0);
+  for (const auto& event : outcome.events) {
+    CAPTURE(event.frame, event.old_frame, event.chi2);
+    CHECK(event.accepted);
+  }
+}
+
+TEST_CASE("A segment that sees nothing known keeps the guess", "[stereo_slam][loops]") {
+  constexpr std::size_t kCut = 40;
+  const Eyes blinded = [](std::size_t k) { return k < kCut ? std::optional(k) : std::nullopt; };
+  const Outcome outcome = drive(LoopThread::kNone, blinded, {.lost_before = kCut, .keyframes = 80});
+  CHECK(outcome.events.empty());
+  for (std::size_t k = 0; k < outcome.closed.size(); ++k) {
+    CHECK(outcome.closed[k].pose.coeffs() == outcome.open[k].pose.coeffs());
+  }
+}
+
+TEST_CASE("A drive finds its place in the map of another", "[stereo_slam][loops]") {
+  CAPTURE(kSeed);
+  const auto use = GENERATE(MapUse::kLocalise, MapUse::kContinue);
+  const Outcome mapping = drive(LoopThread::kNone, [](std::size_t k) { return k; }, {.keyframes = 70});
+  CHECK_NOTHROW(check(mapping.map));
+  const Eyes ahead = [](std::size_t k) { return k + 25; };
+  const Outcome outcome =
+      drive(LoopThread::kNone, ahead, {.known = mapping.map, .use = use, .keyframes = 30});
+  CHECK(outcome.segment_placed == std::vector<bool>{true});
+  CHECK(count_accepted(outcome) > 15);
+  for (const auto& event : outcome.events) {
+    CAPTURE(event.frame, event.old_frame);
+    CHECK(event.in_loaded_map);
+    CHECK(std::abs(static_cast<double>(event.old_frame) - static_cast<double>(event.frame) -
+                   25.0 * kFramesApart) <= 12.0 * kFramesApart);
+  }
+  // As good as the map is, whose drift was not corrected.
+  const Eyes mapped = [](std::size_t k) { return k; };
+  CHECK(worst_error_m(outcome.closed, ahead) < 2.0 * worst_error_m(mapping.closed, mapped));
+  REQUIRE(outcome.map.keyframes.size() == mapping.map.keyframes.size() + 30);
+  for (std::size_t id = 0; id < mapping.map.keyframes.size(); ++id) {
+    const bool same = outcome.map.keyframes[id].T_world_keyframe.pose.coeffs() ==
+                      mapping.map.keyframes[id].T_world_keyframe.pose.coeffs();
+    if (use == MapUse::kLocalise) CHECK(same);
+  }
+  CHECK_NOTHROW(check(outcome.map));
+}
+
+TEST_CASE("Keyframes share the landmarks that both show", "[stereo_slam][loops]") {
+  Keyframe a;
+  Keyframe b;
+  for (const std::uint32_t number : {5U, 0U, 3U, 9U}) a.points.push_back({{}, {}, number});
+  for (const std::uint32_t number : {9U, 4U, 5U, 0U, 0U}) b.points.push_back({{}, {}, number});
+  CHECK(shared_landmarks(a, b) == 2);
+  CHECK(shared_landmarks(a, Keyframe{}) == 0);
 }
 
 }  // namespace

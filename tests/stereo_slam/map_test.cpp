@@ -21,9 +21,10 @@ StereoPoint at_depth(double z_m) {
 
 Map map_of(const std::vector<StereoPoint>& measurements, const PoseEstimate& pose = {}) {
   Map map;
-  map.add(measurements, std::vector<Descriptor>(measurements.size()),
-          std::vector<std::uint32_t>(measurements.size()), pose, stereo_pixel_covariance(0.4), grey_frame(0),
-          test::kitti_camera(), {});
+  std::vector<std::uint32_t> ids;
+  while (ids.size() < measurements.size()) ids.push_back(map.new_id());
+  map.add(measurements, std::vector<Descriptor>(measurements.size()), ids, pose, stereo_pixel_covariance(0.4),
+          grey_frame(0), test::kitti_camera(), {});
   return map;
 }
 

@@ -204,7 +204,7 @@ TEST_CASE("The exposure may jump", "[stereo_slam][relocalisation]") {
                               frame.left.convertTo(frame.left, -1, gain);
                               frame.right.convertTo(frame.right, -1, gain);
                             }});
-  CAPTURE(outcome.letters(), outcome.rms_error_m(every), undisturbed().rms_error_m(every));
+  CAPTURE(outcome.letters(), outcome.errors_m, undisturbed().rms_error_m(every));
   CHECK(outcome.count(TrackingStatus::kLost) == 0);
   CHECK(outcome.rms_error_m(every) < std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
 }
@@ -213,7 +213,7 @@ TEST_CASE("Swapped pictures are not believed", "[stereo_slam][relocalisation]") 
   const auto outcome = run({range(0, kFrames), [](std::size_t step, StereoFrame& frame) {
                               if (step >= 60 && step < 64) std::swap(frame.left, frame.right);
                             }});
-  CAPTURE(outcome.letters(), outcome.rms_error_m(every), undisturbed().rms_error_m(every));
+  CAPTURE(outcome.letters(), outcome.errors_m, undisturbed().rms_error_m(every));
   CHECK(outcome.statuses[66] == TrackingStatus::kOk);
   CHECK(outcome.rms_error_m(every) < std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
 }

@@ -75,7 +75,7 @@ TEST_CASE("Five thousand frames with a million landmarks fit into two megabytes"
     const auto a = static_cast<double>(i);
     record.map_points.push_back({{300.0 * std::sin(a), 0.0, 2500.0 + 2500.0 * std::sin(1.7 * a)}, 9});
   }
-  for (std::size_t k = 100; k < 1100; ++k) record.loops.push_back({k, k - 100, 40, 2.0, true});
+  for (std::size_t k = 100; k < 1100; ++k) record.loops.push_back({k, k - 100, false, 40, 2.0, true});
   CHECK(page(record).size() < 2'000'000);
 }
 
@@ -93,7 +93,7 @@ TEST_CASE("Nothing from a path or an error becomes markup", "[report]") {
 TEST_CASE("The report says how the run ended and what it came to", "[report]") {
   auto record = drive(101);
   record.results[50].status = TrackingStatus::kLost;
-  record.loops = {{90, 10, 55, 3.25, true}, {95, 12, 31, 99.0, false}};
+  record.loops = {{90, 10, false, 55, 3.25, true}, {95, 12, false, 31, 99.0, false}};
   const auto text =
       page(record, {{.state = "interrupted", .error = "", .seconds = 2.5}, "/data/street", "paper"});
   for (const auto* part : {"interrupted", "<h1>street</h1>", "1 lost", "100.0 m", "16.0 ms", "paper",
@@ -106,10 +106,10 @@ TEST_CASE("The report says how the run ended and what it came to", "[report]") {
 TEST_CASE("The top view has a loop for every loop, and both paths if one was accepted", "[report]") {
   auto record = drive(101);
   CHECK(count_of(top_view(record), "uncorrected") == 0);
-  record.loops = {{95, 12, 31, 99.0, false}};
+  record.loops = {{95, 12, false, 31, 99.0, false}};
   CHECK(count_of(top_view(record), "class=\"track uncorrected\"") == 0);
-  record.loops.push_back({90, 10, 55, 3.25, true});
-  record.loops.push_back({500, 10, 55, 3.25, true});  // of a frame that is not there
+  record.loops.push_back({90, 10, false, 55, 3.25, true});
+  record.loops.push_back({500, 10, false, 55, 3.25, true});  // of a frame that is not there
   const auto text = top_view(record);
   CHECK(count_of(text, "class=\"track uncorrected\"") == 1);
   CHECK(count_of(text, "<g class=\"loop\">") == 1);

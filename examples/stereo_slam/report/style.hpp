@@ -6,7 +6,7 @@
 namespace stereo_slam::report {
 
 /// The report's style sheet: light and dark, wide and narrow. Charts take colours by class: c0 ... c7 series,
-/// ok weak lost the path, loop, sigma, landmarks.
+/// ok weak lost relocalised the path, loop, sigma, landmarks.
 inline constexpr std::string_view kStyle = R"css(
 :root {
   --page: #f4f5f7; --card: #fff; --ink: #1c2430; --muted: #626d7c; --rule: #e3e6ea; --dots: #aab4c0;
@@ -48,7 +48,8 @@ ul.legend i { display: inline-block; width: 14px; height: 4px; margin-right: 6px
 .c0 { --c: var(--blue); } .c1 { --c: var(--orange); } .c2 { --c: var(--green); } .c3 { --c: var(--pink); }
 .c4 { --c: var(--violet); } .c5 { --c: var(--ochre); } .c6 { --c: var(--red); } .c7 { --c: var(--slate); }
 .ink, .level, .mark { --c: var(--ink); }
-.ok { --c: var(--blue); } .weak { --c: var(--orange); } .lost { --c: var(--red); } .initializing { --c: var(--slate); }
+.ok { --c: var(--blue); } .weak { --c: var(--orange); } .lost { --c: var(--red); } .relocalised { --c: var(--ochre); }
+.initializing { --c: var(--slate); }
 .loop, .ring { --c: var(--green); } .refused { --c: var(--pink); }
 .sigma { --c: var(--violet); } .landmarks, .dot { --c: var(--dots); } .uncorrected { --c: var(--muted); }
 .disc, .square { --c: var(--ink); }
@@ -74,7 +75,7 @@ path.mark { stroke: var(--c); stroke-width: 1.5; }
 .top-view svg text { font-size: 9px; }
 path.landmarks { fill: none; stroke: var(--c); stroke-width: 1.6; stroke-linecap: round; opacity: .75; }
 .track { fill: none; stroke: var(--c); stroke-width: 2.4; stroke-linecap: round; stroke-linejoin: round; }
-.track.weak, .track.lost { stroke-width: 4; }
+.track.weak, .track.lost, .track.relocalised { stroke-width: 4; }
 .track.uncorrected { stroke-width: 1.3; stroke-dasharray: 5 4; }
 ellipse.sigma { fill: none; stroke: var(--c); stroke-width: 1.4; }
 .loop path, .loop circle { fill: none; stroke: var(--c); stroke-width: 1.5; }

@@ -174,11 +174,12 @@ struct StatusStyle {
   const char* name;
 };
 
-constexpr std::array<StatusStyle, 4> kStatusStyles = {
+constexpr std::array<StatusStyle, 5> kStatusStyles = {
     {{TrackingStatus::kInitializing, "initializing", "starting"},
      {TrackingStatus::kOk, "ok", "tracked"},
      {TrackingStatus::kWeak, "weak", "weak: odometry only"},
-     {TrackingStatus::kLost, "lost", "lost: a guess"}}};
+     {TrackingStatus::kLost, "lost", "lost: a guess"},
+     {TrackingStatus::kRelocalised, "relocalised", "found again"}}};
 
 void write_paths(std::ostream& stream, const View& view, const Paths& paths, const RunRecord& record) {
   const Points without_loops = to_px(paths.without_loops, view);
