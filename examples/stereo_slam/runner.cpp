@@ -112,8 +112,11 @@ std::size_t frames_with(const RunRecord& record, const std::function<bool(const 
 RunSummary summary_of(const RunRecord& record) {
   RunSummary summary;
   summary.frames = record.results.size();
-  summary.lost =
-      frames_with(record, [](const FrameResult& result) { return result.status == TrackingStatus::kLost; });
+  summary.lost = frames_with(record, [](const FrameResult& result) {
+    const bool began_the_map = result.is_keyframe;
+    return result.status == TrackingStatus::kLost ||
+           (result.status == TrackingStatus::kInitializing && !began_the_map);
+  });
   summary.landmarks = record.map_points.size();
   summary.median_ms = median(record.total_ms);
   return summary;

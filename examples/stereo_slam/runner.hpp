@@ -27,7 +27,7 @@ struct RunOptions {
 /// How a run ended.
 struct RunSummary {
   std::size_t frames = 0;
-  std::size_t lost = 0;  ///< frames without any odometry or landmarks
+  std::size_t lost = 0;  ///< frames without any odometry or landmarks, those before the map began, too
   std::size_t landmarks = 0;
   double seconds = 0.0;
   double median_ms = 0.0;  ///< of processing a frame, images already read

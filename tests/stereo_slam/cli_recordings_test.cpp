@@ -87,7 +87,7 @@ TEST_CASE("A calibration that does not rectify the images is a warning of run an
   REQUIRE(warnings.size() == 2);
   CHECK_THAT(warnings[0],
              Catch::Contains("px apart in row") && Catch::Contains("the calibration is of another camera"));
-  CHECK_THAT(warnings[1], Catch::Contains("2 of 3 frames could not be tracked"));
+  CHECK_THAT(warnings[1], Catch::Contains("3 of 3 frames could not be tracked"));
 }
 
 TEST_CASE("simulate, info, run and evaluate work together on an EuRoC recording", "[cli]") {

@@ -114,6 +114,34 @@ TEST_CASE("Loops are closed as the settings say, unless the command line says ot
   CHECK(read_text(folder / "out/loops.csv") == "frame,old_frame,inliers,chi2,verdict,old_map\n");
 }
 
+TEST_CASE("A map goes from one process to the next", "[cli]") {
+  const TemporaryFolder folder;
+  CHECK(call({"simulate", "--output", folder / "s", "--frames", "5", "--scale", "0.4", "--quiet"}).status ==
+        0);
+  const auto run = [&](std::vector<std::string> options) {
+    std::vector<std::string> arguments = {"run",      "--dataset",    folder / "s",
+                                          "--output", folder / "out", "--quiet"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return call(arguments);
+  };
+  const std::string file = folder / "streets.map";
+  CHECK(run({"--save-map", file}).status == 0);
+  CHECK(run({"--load-map", file}).status == 0);
+  CHECK(run({"--load-map", file, "--save-map", folder / "longer.map"}).status == 0);
+  CHECK(fs::file_size(folder / "longer.map") > fs::file_size(file));
+
+  check_one_line_failure(run({"--load-map", folder / "none.map"}), "none.map");
+  const std::string content = read_text(file);
+  write_text(folder / "cut.map", content.substr(0, content.size() / 2));
+  check_one_line_failure(run({"--load-map", folder / "cut.map"}), "cut.map");
+  check_one_line_failure(run({"--load-map", file, "--no-loop-closure"}), "loop closure");
+  check_one_line_failure(run({"--save-map", folder / "nowhere/x.map"}), "nowhere/x.map");
+  write_tiny_sequence(folder / "other", 2);
+  check_one_line_failure(
+      call({"run", "--dataset", folder / "other", "--output", folder / "out", "--load-map", file}),
+      "another camera");
+}
+
 TEST_CASE("A folder that debug images cannot go to gives one line and status 1", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);
