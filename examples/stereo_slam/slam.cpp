@@ -365,6 +365,37 @@ struct Slam::State {
     T_odometry_keyframe = (T_odometry_keyframe * expected.pose() * posterior.pose().inverse()).renormalized();
   }
 
+  void learn_velocity(const StereoFrame& frame, PoseBasis basis, const OdometryResult& odometry,
+                      const Pose& T_keyframe_previous) {
+    if (basis == PoseBasis::kNothing) {
+      velocity.unmeasured(frame.stamp_ns);
+    } else if (basis == PoseBasis::kLandmarks && !lost) {
+      velocity.measured(frame.stamp_ns, T_keyframe_previous.inverse() * posterior.pose());
+    } else if (odometry.valid) {
+      velocity.measured(frame.stamp_ns, odometry.T_previous_current.pose);
+    } else {
+      velocity.found(frame.stamp_ns);
+    }
+  }
+
+  /// Drops landmarks, and adds some where it is time to. Returns whether the frame became a keyframe.
+  bool extend_map(const StereoFrame& frame, const StereoFeatures& features, PoseBasis basis,
+                  const OdometryResult& odometry, const std::vector<Match>& matches) {
+    map.cull(frame.index, settings.map.cull_after_frames, camera);
+    if (!anchored()) {
+      add_landmarks(frame, features.left, positions(matches));
+      return false;
+    }
+    if (basis == PoseBasis::kOdometry && lost) {
+      begin_segment(frame, features, odometry);
+      return true;
+    }
+    if (basis != PoseBasis::kKeyframe && !needs_keyframe(frame, matches.size())) return false;
+    change_keyframe(frame, features, basis == PoseBasis::kLandmarks ? matches : std::vector<Match>{});
+    return true;
+  }
+
+  /// The recursion of Fig. 2 for one frame; where its matches are in the left image.
   std::vector<Vector2<double>> track(const StereoFrame& frame, const StereoFeatures& features,
                                      const StereoPyramid& pyramids, AssociationTrace* trace,
                                      StageClock& clock, FrameResult& result);
@@ -431,39 +462,19 @@ std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const 
   result.status = status_of(basis, lost);
   if (result.status == TrackingStatus::kRelocalised) continue_odometry_frame(prior);
 
-  if (basis == PoseBasis::kNothing) {
-    velocity.unmeasured(frame.stamp_ns);
-  } else if (basis == PoseBasis::kLandmarks && !lost) {
-    velocity.measured(frame.stamp_ns, before.inverse() * posterior.pose());
-  } else if (odometry.valid) {
-    velocity.measured(frame.stamp_ns, odometry.T_previous_current.pose);
-  } else {
-    velocity.found(frame.stamp_ns);
-  }
-
+  learn_velocity(frame, basis, odometry, before);
   map.mark_seen(matches, features.left, frame.index);
   if (settings.map.update_landmarks) map.update(matches, posterior, camera);
   static_points = basis == PoseBasis::kLandmarks ? measurements(matches) : std::vector<StereoPoint>{};
-  const auto matches_px = positions(matches);
   record(posterior, basis != PoseBasis::kNothing, result);
-  if (basis != PoseBasis::kNothing) {
-    map.cull(frame.index, settings.map.cull_after_frames, camera);
-    if (!anchored()) {
-      add_landmarks(frame, features.left, matches_px);
-    } else if (basis == PoseBasis::kOdometry && lost) {
-      begin_segment(frame, features, odometry);
-      result.is_keyframe = true;
-    } else if (basis == PoseBasis::kKeyframe || needs_keyframe(frame, matches.size())) {
-      change_keyframe(frame, features, basis == PoseBasis::kLandmarks ? matches : std::vector<Match>{});
-      result.is_keyframe = true;
-    }
-  }
+  if (basis != PoseBasis::kNothing)
+    result.is_keyframe = extend_map(frame, features, basis, odometry, matches);
   result.segment = segment;
   result.odometry = odometry.T_previous_current;
   result.matches = static_cast<int>(matches.size());
   result.nis = update.nis;
   result.nis_dof = update.nis_dof;
-  return matches_px;
+  return positions(matches);
 }
 
 FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
@@ -498,6 +509,7 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
     result.is_keyframe = s.started;
   }
   s.lost = result.status == TrackingStatus::kLost;
+  if (s.started && !s.lost && !s.placed) result.status = TrackingStatus::kWeak;
   if (place_found && !s.lost) result.status = TrackingStatus::kRelocalised;
   clock.lap("map");
 

@@ -21,9 +21,10 @@ class Slam {
  public:
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread = LoopThread::kNone);
 
-  /// Starts with the map of an earlier run. Poses are relative to this run's first camera until its place in
-  /// the map is found (status kRelocalised), then to the map's. Throws std::invalid_argument for settings
-  /// without loops, by which the place would be found, and for a map of another camera.
+  /// Starts with the map of an earlier run. Poses are relative to this run's first camera, and their status
+  /// is kWeak, until its place in the map is found (status kRelocalised), then to the map's. Throws
+  /// std::invalid_argument for settings without loops, by which the place would be found, and for a map of
+  /// another camera.
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& known,
        MapUse use);
   ~Slam();

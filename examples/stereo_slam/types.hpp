@@ -54,9 +54,10 @@ using StereoPoint = Vector3<double>;
 enum class TrackingStatus {
   kInitializing,  ///< nothing was seen yet that a map could begin with; the world begins at its end
   kOk,            ///< measured against the landmarks
-  kWeak,          ///< by the odometry alone, or the same picture as before
-  kLost,          ///< by neither: predicted, with a covariance that grows
-  kRelocalised,   ///< found again after a loss: from here on its place in the map is known
+  kWeak,  ///< by the odometry alone; the same picture again; or, after a loss, its place in the map is a
+          ///< guess
+  kLost,  ///< by neither: predicted, with a covariance that grows
+  kRelocalised,  ///< found again after a loss: from here on its place in the map is known
 };
 
 [[nodiscard]] constexpr const char* to_string(TrackingStatus status) noexcept {

@@ -5,6 +5,7 @@
 #include <string>
 #include <sys/wait.h>
 
+#include "support/catch.hpp"
 #include "support/files.hpp"
 
 namespace {

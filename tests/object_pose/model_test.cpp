@@ -9,6 +9,7 @@
 #include "object_pose/box_model.hpp"
 #include "object_pose/features.hpp"
 #include "object_pose/render.hpp"
+#include "support/catch.hpp"
 #include "support/files.hpp"
 
 namespace {

@@ -177,7 +177,7 @@ struct StatusStyle {
 constexpr std::array<StatusStyle, 5> kStatusStyles = {
     {{TrackingStatus::kInitializing, "initializing", "starting"},
      {TrackingStatus::kOk, "ok", "tracked"},
-     {TrackingStatus::kWeak, "weak", "weak: odometry only"},
+     {TrackingStatus::kWeak, "weak", "weak: odometry only, or its place a guess"},
      {TrackingStatus::kLost, "lost", "lost: a guess"},
      {TrackingStatus::kRelocalised, "relocalised", "found again"}}};
 
