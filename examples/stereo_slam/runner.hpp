@@ -18,8 +18,9 @@ struct RunOptions {
   std::optional<int> threads;  ///< of OpenCV's pool; its own choice without
   bool quiet = false;
   bool view = false;
-  std::optional<std::filesystem::path> load_map;  ///< to localise in, or with save_map to continue
-  std::optional<std::filesystem::path> save_map;
+  std::optional<std::filesystem::path> load_map =
+      std::nullopt;  ///< to localise in, or with save_map to continue
+  std::optional<std::filesystem::path> save_map = std::nullopt;
   std::optional<std::filesystem::path> debug_images = std::nullopt;  ///< folder for them
   PoseFrame pose_frame = PoseFrame::kCamera;
 };
