@@ -18,7 +18,7 @@ Pose ConstantVelocity::motion_until(std::int64_t stamp_ns) const {
 }
 
 UnseenSteps ConstantVelocity::unseen_until(std::int64_t stamp_ns) const {
-  return {unseen_steps_, steps_until(stamp_ns)};
+  return {unseen_steps_, std::max(1.0, steps_until(stamp_ns))};
 }
 
 void ConstantVelocity::measured(std::int64_t stamp_ns, const Pose& T_previous_current) {
@@ -28,7 +28,7 @@ void ConstantVelocity::measured(std::int64_t stamp_ns, const Pose& T_previous_cu
 }
 
 void ConstantVelocity::unmeasured(std::int64_t stamp_ns) {
-  unseen_steps_ += steps_until(stamp_ns);
+  unseen_steps_ += unseen_until(stamp_ns).now;
   stamp_ns_ = stamp_ns;
 }
 

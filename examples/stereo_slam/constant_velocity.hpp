@@ -20,7 +20,8 @@ class ConstantVelocity {
   /// The motion from the last picture to one with this stamp; none when too long ago.
   [[nodiscard]] Pose motion_until(std::int64_t stamp_ns) const;
 
-  /// The steps that have passed unmeasured before the last picture, and those since.
+  /// The steps that have passed unmeasured before the last picture, and those since: never less than one, as
+  /// a picture whose motion is unknown adds to what is not known however soon it comes.
   [[nodiscard]] UnseenSteps unseen_until(std::int64_t stamp_ns) const;
 
   /// Takes the measured motion from the last picture to one with this stamp.

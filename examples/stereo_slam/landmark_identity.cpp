@@ -7,16 +7,19 @@
 namespace stereo_slam {
 
 void LandmarkIdentity::unite(std::uint32_t a, std::uint32_t b) {
-  const auto [kept, replaced] = std::minmax({(*this)(a), (*this)(b)});
-  while (smaller_.size() <= replaced) smaller_.push_back(static_cast<std::uint32_t>(smaller_.size()));
-  smaller_[replaced] = kept;
-  for (std::uint32_t number : {a, b}) {  // later look-ups take a shorter way
-    while (number < smaller_.size() && number != kept) number = std::exchange(smaller_[number], kept);
+  const std::uint32_t kept = std::min((*this)(a), (*this)(b));
+  for (std::uint32_t number : {a, b}) {  // all on the way: later look-ups take a shorter one
+    while (number != kept) {
+      const auto [place, is_new] = smaller_.try_emplace(number, kept);
+      number = is_new ? kept : std::exchange(place->second, kept);
+    }
   }
 }
 
 std::uint32_t LandmarkIdentity::operator()(std::uint32_t number) const {
-  while (number < smaller_.size() && smaller_[number] != number) number = smaller_[number];
+  for (auto place = smaller_.find(number); place != smaller_.end(); place = smaller_.find(number)) {
+    number = place->second;
+  }
   return number;
 }
 

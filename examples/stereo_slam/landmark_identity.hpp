@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
+#include <unordered_map>
 
 namespace stereo_slam {
 
@@ -16,7 +16,7 @@ class LandmarkIdentity {
   [[nodiscard]] std::uint32_t operator()(std::uint32_t number) const;
 
  private:
-  std::vector<std::uint32_t> smaller_;  // a smaller number of the same landmark, or the number itself
+  std::unordered_map<std::uint32_t, std::uint32_t> smaller_;  // another number of the same landmark
 };
 
 }  // namespace stereo_slam

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 
@@ -16,7 +17,7 @@
 namespace stereo_slam {
 namespace {
 
-constexpr std::string_view kHeader = "frame,old_frame,inliers,chi2,verdict,old_map";
+constexpr std::string_view kHeader = "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw";
 
 template <class Integer>
 [[nodiscard]] bool parse_whole(std::string_view field, Integer& value) {
@@ -24,21 +25,37 @@ template <class Integer>
   return error == std::errc{} && end == field.data() + field.size();
 }
 
+/// Position, then quaternion with its scalar last.
+[[nodiscard]] std::optional<Pose> parse_pose(std::span<const std::string_view, 7> fields) {
+  antipode::Vector<double, 7> values;
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const auto value = parse_numbers(fields[static_cast<std::size_t>(i)]);
+    if (!value) return std::nullopt;
+    values[i] = value->front();
+  }
+  const antipode::Vector4<double> rotation(values[6], values[3], values[4], values[5]);
+  constexpr double kTolerance = 1e-6;
+  if (!(std::abs(rotation.norm() - 1.0) <= kTolerance)) return std::nullopt;
+  return Pose::from_rotation_translation(rotation.normalized(), values.head<3>());
+}
+
 [[nodiscard]] std::optional<LoopEvent> parse_loop(const std::string& text) {
   const auto fields = split_fields(text);
-  if (fields.size() != 6 || (fields[4] != "accepted" && fields[4] != "refused") ||
+  if (fields.size() != 13 || (fields[4] != "accepted" && fields[4] != "refused") ||
       (fields[5] != "run" && fields[5] != "loaded")) {
     return std::nullopt;
   }
   LoopEvent loop;
   const auto chi2 = parse_numbers(fields[3]);
-  if (!chi2 || !parse_whole(fields[0], loop.frame) || !parse_whole(fields[1], loop.old_frame) ||
+  const auto T_old_new = parse_pose(std::span(fields).subspan<6, 7>());
+  if (!chi2 || !T_old_new || !parse_whole(fields[0], loop.frame) || !parse_whole(fields[1], loop.old_frame) ||
       !parse_whole(fields[2], loop.inliers)) {
     return std::nullopt;
   }
   loop.chi2 = chi2->front();
   loop.accepted = fields[4] == "accepted";
   loop.in_loaded_map = fields[5] == "loaded";
+  loop.T_old_new = *T_old_new;
   return loop;
 }
 
@@ -84,8 +101,8 @@ struct KnownFrame {
 }
 
 [[nodiscard]] bool is_true(const LoopEvent& loop, const TruePoses& truth, const RevisitRule& rule) {
-  return is_near(*truth[loop.frame], *truth[loop.old_frame], rule.max_loop_distance_m,
-                 rule.max_loop_angle_rad);
+  const Eigen::Isometry3d T_old_new = truth[loop.old_frame]->inverse() * *truth[loop.frame];
+  return is_near(T_old_new, loop.T_old_new.isometry(), rule.max_loop_error_m, rule.max_loop_error_rad);
 }
 
 /// Credits a true loop to the revisit that its frame is in.
@@ -152,9 +169,9 @@ std::vector<LoopEvent> read_loops(const std::filesystem::path& file) {
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto loop = parse_loop(lines[i].text);
     if (!loop) {
-      throw std::runtime_error(
-          at_line(file, lines[i].number,
-                  "expected two frames, a number of inliers, chi2, accepted or refused, and run or loaded"));
+      throw std::runtime_error(at_line(
+          file, lines[i].number,
+          "expected two frames, a number of inliers, chi2, accepted or refused, run or loaded, and a pose"));
     }
     if (!loop->in_loaded_map && loop->old_frame >= loop->frame) {
       throw std::runtime_error(

@@ -32,12 +32,12 @@ using TruePoses = std::vector<std::optional<Eigen::Isometry3d>>;
 struct RevisitRule {
   double max_distance_m = 5.0;
   double max_angle_rad = std::numbers::pi / 6;
-  std::size_t min_gap_frames = 60;    ///< as place_recognition.min_gap_frames
-  double min_path_m = 10.0;           ///< driven since
-  std::size_t max_hole_frames = 5;    ///< longer ones divide a revisit in two
-  std::size_t reach_frames = 20;      ///< after a loop that count as found by it: one keyframe's at most
-  double max_loop_distance_m = 10.0;  ///< between the true poses of a true loop
-  double max_loop_angle_rad = std::numbers::pi / 4;
+  std::size_t min_gap_frames = 60;  ///< as place_recognition.min_gap_frames
+  double min_path_m = 10.0;         ///< driven since
+  std::size_t max_hole_frames = 5;  ///< longer ones divide a revisit in two
+  std::size_t reach_frames = 20;    ///< after a loop that count as found by it: one keyframe's at most
+  double max_loop_error_m = 2.0;    ///< of the relative pose that a true loop measures
+  double max_loop_error_rad = std::numbers::pi / 36;
 };
 
 /// Frames in a row that see places again.
@@ -61,8 +61,9 @@ struct LoopScore {
   std::size_t without_truth = 0;  ///< of either verdict; those with a loaded map, too
 };
 
-/// Judges the loops by the true poses of the run's frames. Throws std::runtime_error when a loop is of a
-/// frame that the run does not have.
+/// Judges the loops by the relative poses that they measure: how far apart the two views are is no fault of
+/// a loop. Poses of loops and truth are in the same frame, of camera or body. Throws std::runtime_error when
+/// a loop is of a frame that the run does not have.
 [[nodiscard]] LoopScore score_loops(const TruePoses& truth, const std::vector<LoopEvent>& loops,
                                     const RevisitRule& rule = {});
 

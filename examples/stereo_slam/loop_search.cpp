@@ -63,26 +63,23 @@ void LoopSearch::start_with(const SavedMap& known, MapUse use) {
     places_.add(id, keyframes_[id].points);
     poses.push_back(keyframe.T_world_keyframe);
     graph_.poses.back() = keyframe.T_world_keyframe.pose;
-    for (const auto& point : keyframe.points) known_landmarks_ = std::max(known_landmarks_, point.landmark);
   }
   keyframes_.correct(poses);
   for (const auto& loop : known.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
   drop_guesses();
   graph_.loops = known.loops;
-  known_keyframes_ = keyframes_.size();
-  known_segments_ = segments_.size();
-  known_frames_ = keyframes_.back().frame + 1;
-  if (use == MapUse::kLocalise) graph_.gauge = known_keyframes_;
+  known_ = extent_of(known);
+  if (use == MapUse::kLocalise) graph_.gauge = known_.keyframes;
 }
 
 /// Makes a keyframe of this run one after those of the known map, the first one anywhere.
 void LoopSearch::follow_known_map(Keyframe& keyframe) const {
-  keyframe.frame += known_frames_;
-  keyframe.segment += known_segments_;
+  keyframe.frame += known_.frames;
+  keyframe.segment += known_.segments;
   for (auto& point : keyframe.points) {
-    if (point.landmark > 0) point.landmark += known_landmarks_;
+    if (point.landmark > 0) point.landmark += known_.landmarks;
   }
-  if (known_keyframes_ > 0 && keyframes_.size() == known_keyframes_) {
+  if (known_.keyframes > 0 && keyframes_.size() == known_.keyframes) {
     keyframe.T_previous_keyframe = {keyframes_.back().T_world_keyframe.pose.inverse(), no_knowledge()};
   }
 }
@@ -95,9 +92,7 @@ void LoopSearch::save(SavedMap& map) const {
   }
 }
 
-std::uint32_t LoopSearch::landmark(std::uint32_t number) const {
-  return identity_(known_landmarks_ + number);
-}
+std::uint32_t LoopSearch::landmark(std::uint32_t number) const { return identity_(number); }
 
 std::optional<LoopCorrection> LoopSearch::process(Keyframe keyframe) {
   follow_known_map(keyframe);
@@ -119,9 +114,10 @@ std::optional<LoopCorrection> LoopSearch::correct() {
   const auto poses = with_covariances(graph_.poses);
   keyframes_.correct(poses);
   LoopCorrection correction;
-  correction.T_world_keyframe.assign(poses.begin() + static_cast<std::ptrdiff_t>(known_keyframes_),
-                                     poses.end());
-  for (std::size_t s = known_segments_; s < segments_.size(); ++s) {
+  const auto first = static_cast<std::ptrdiff_t>(known_.keyframes);
+  correction.T_world_keyframe.assign(poses.begin() + first, poses.end());
+  correction.T_world_known_keyframe.assign(graph_.poses.begin(), graph_.poses.begin() + first);
+  for (std::size_t s = known_.segments; s < segments_.size(); ++s) {
     correction.segment_placed.push_back(segments_.placed(s));
   }
   return correction;
@@ -203,13 +199,14 @@ void LoopSearch::accept(const std::vector<LoopMeasurement>& loops) {
         identity_.unite(old_landmark, new_landmark);
       }
     }
-    const bool in_known = edge.from < known_keyframes_;
-    events_.push_back({.frame = keyframes_[edge.to].frame - known_frames_,
-                       .old_frame = keyframes_[edge.from].frame - (in_known ? 0 : known_frames_),
+    const bool in_known = edge.from < known_.keyframes;
+    events_.push_back({.frame = keyframes_[edge.to].frame - known_.frames,
+                       .old_frame = keyframes_[edge.from].frame - (in_known ? 0 : known_.frames),
                        .in_loaded_map = in_known,
                        .inliers = loop.inliers,
                        .chi2 = chi2,
-                       .accepted = good});
+                       .accepted = good,
+                       .T_old_new = edge.T_from_to.pose});
   }
   graph_.loops.insert(graph_.loops.end(), accepted.begin(), accepted.end());
   waiting_loops_ += accepted.size();

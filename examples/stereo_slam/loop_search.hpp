@@ -21,6 +21,7 @@ namespace stereo_slam {
 /// New poses T_world_keyframe of the first keyframes; those after them keep their poses relative to the last.
 struct LoopCorrection {
   std::vector<PoseEstimate> T_world_keyframe;
+  std::vector<Pose> T_world_known_keyframe;  ///< those of the map that the run started with
   std::vector<bool> segment_placed;  ///< of every segment so far: it is joined with the one of the world
 };
 
@@ -46,7 +47,7 @@ class LoopSearch {
   [[nodiscard]] const std::vector<LoopEvent>& events() const noexcept { return events_; }
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  /// Number that all points of a landmark have in common, of one of those of this run.
+  /// Number that all points of a landmark have in common, from any of its numbers in the map.
   [[nodiscard]] std::uint32_t landmark(std::uint32_t number) const;
 
   /// Adds keyframes and loops, those that it started with first.
@@ -81,10 +82,7 @@ class LoopSearch {
   PoseGraph graph_;                // its odometry's edge k leads from keyframe k to k + 1
   std::size_t waiting_loops_ = 0;  // in the graph, but not yet in its poses
   std::vector<LoopEvent> events_;
-  std::size_t known_keyframes_ = 0;
-  std::size_t known_segments_ = 0;
-  std::size_t known_frames_ = 0;
-  std::uint32_t known_landmarks_ = 0;
+  MapExtent known_;
   LandmarkIdentity identity_;
 };
 

@@ -23,7 +23,7 @@ static_assert(sizeof(std::size_t) == 8 && sizeof(int) == 4, "the file has fields
 
 // Whatever a later version changes: header and trailer stay.
 constexpr std::string_view kMagic = "antipode map\r\n\x1a\n";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kTrailerBytes = 4;
 
@@ -31,7 +31,7 @@ constexpr std::size_t kEstimateBytes = (8 + 36) * 8;
 constexpr std::size_t kKeyframeBytes = 4 * 8 + 2 * kEstimateBytes + 8;  // without points
 constexpr std::size_t kKeyframePointBytes = 3 * 4 + 32 + 4;
 constexpr std::size_t kLoopBytes = 2 * 8 + kEstimateBytes;
-constexpr std::size_t kMapPointBytes = 3 * 8 + 1;
+constexpr std::size_t kMapPointBytes = 3 * 8 + 1 + 8 + 4;
 
 constexpr auto kCopyAgain = "copy the file again, or save the map anew";
 constexpr auto kNameAMap = "name a file that --save-map wrote";
@@ -185,6 +185,8 @@ void transfer_loop(auto& stream, auto& loop) {
 void transfer_map_point(auto& stream, auto& point) {
   stream.matrix(point.position_world);
   stream.number(point.intensity);
+  stream.number(point.keyframe);
+  stream.number(point.landmark);
 }
 
 void transfer_map(auto& stream, auto& map) {

@@ -211,10 +211,13 @@ void write_timing(std::ostream& stream, const RunRecord& record) {
 }
 
 void write_loops(std::ostream& stream, const RunRecord& record) {
-  stream << "frame,old_frame,inliers,chi2,verdict,old_map\n";
+  stream << "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
   for (const auto& loop : record.loops) {
-    fmt::print(stream, "{},{},{},{:.6g},{},{}\n", loop.frame, loop.old_frame, loop.inliers, loop.chi2,
-               loop.accepted ? "accepted" : "refused", loop.in_loaded_map ? "loaded" : "run");
+    const Vector3<double> t = loop.T_old_new.translation();
+    const antipode::Vector4<double> q = antipode::canonical(loop.T_old_new.rotation());
+    fmt::print(stream, "{},{},{},{:.6g},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", loop.frame,
+               loop.old_frame, loop.inliers, loop.chi2, loop.accepted ? "accepted" : "refused",
+               loop.in_loaded_map ? "loaded" : "run", t[0], t[1], t[2], q[1], q[2], q[3], q[0]);
   }
 }
 

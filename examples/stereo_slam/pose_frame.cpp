@@ -32,6 +32,7 @@ RunRecord in_body_frame(RunRecord record, const Eigen::Isometry3d& T_body_camera
     result.relative_covariance = covariance(result.relative_covariance);
   }
   for (auto& estimate : record.trajectory) transform(estimate);
+  for (auto& loop : record.loops) loop.T_old_new = X * loop.T_old_new * X_inverse;
   for (auto& point : record.map_points) point.position_world = X * point.position_world;
   return record;
 }

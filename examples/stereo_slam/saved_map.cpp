@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "saved_map.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -13,6 +15,8 @@ namespace stereo_slam {
 namespace {
 
 constexpr double kFarthest_m = 1e9;
+constexpr std::uint32_t kMostLandmarks = 1U << 31;  // a run goes on counting
+constexpr std::size_t kMostFrames = std::size_t{1} << 53;
 constexpr double kRounding = 1e-6;  // of a correlation: what sums and products of covariances leave
 
 [[noreturn]] void refuse(std::string_view where, std::string_view what) {
@@ -88,11 +92,13 @@ void check_point(const KeyframePoint& point, const StereoCamera& camera, std::st
   require(z.x() >= 0.0 && z.x() <= camera.width_px && z.y() >= 0.0 && z.y() <= camera.height_px, where,
           "has a point outside the image");
   require(z.z() >= 0.0, where, "has a point with a negative disparity");
+  require(point.landmark <= kMostLandmarks, where, "has a point with a number beyond 2^31");
 }
 
 void check_keyframe(const Keyframe& keyframe, const StereoCamera& camera, std::string_view where) {
   check_estimate(keyframe.T_previous_keyframe, fmt::format("{}: T_previous_keyframe", where));
   check_estimate(keyframe.T_world_keyframe, fmt::format("{}: T_world_keyframe", where));
+  require(keyframe.frame <= kMostFrames, where, "is of a frame beyond 2^53");
   require(keyframe.travelled_m >= 0.0 && std::isfinite(keyframe.travelled_m), where, "has no length of way");
   for (const auto& point : keyframe.points) check_point(point, camera, where);
 }
@@ -100,6 +106,7 @@ void check_keyframe(const Keyframe& keyframe, const StereoCamera& camera, std::s
 void check_succession(const Keyframe& previous, const Keyframe& keyframe, std::string_view where) {
   require(keyframe.frame > previous.frame, where, "is not of a later frame than the one before");
   require(keyframe.segment >= previous.segment, where, "is of an earlier segment than the one before");
+  require(keyframe.segment <= previous.segment + 1, where, "leaves a segment out");
   require(keyframe.travelled_m >= previous.travelled_m, where, "has a shorter way than the one before");
   if (keyframe.segment == previous.segment) {
     check_relative(keyframe.T_previous_keyframe, fmt::format("{}: T_previous_keyframe", where));
@@ -113,7 +120,39 @@ void check_loop(const PoseGraphEdge& loop, std::size_t keyframes, std::string_vi
   check_relative(loop.T_from_to, where);
 }
 
+void check_map_point(const MapPoint& point, std::size_t keyframes, std::string_view where) {
+  require(is_near(point.position_world), where, "is not finite, or farther than 1e9 m");
+  require(point.keyframe < keyframes, where,
+          fmt::format("belongs to keyframe {} of {}", point.keyframe, keyframes));
+  require(point.landmark <= kMostLandmarks, where, "has a number beyond 2^31");
+}
+
 }  // namespace
+
+MapExtent extent_of(const SavedMap& map) {
+  if (map.keyframes.empty()) return {};
+  MapExtent extent{.keyframes = map.keyframes.size(),
+                   .segments = map.keyframes.back().segment + 1,
+                   .frames = map.keyframes.back().frame + 1};
+  for (const auto& keyframe : map.keyframes) {
+    for (const auto& point : keyframe.points) extent.landmarks = std::max(extent.landmarks, point.landmark);
+  }
+  for (const auto& point : map.points) extent.landmarks = std::max(extent.landmarks, point.landmark);
+  return extent;
+}
+
+void check_camera_of(const SavedMap& map, const StereoCamera& camera) {
+  const auto numbers = [](const StereoCamera& c) {
+    return std::array{c.fx, c.fy, c.cx, c.cy, c.fx * c.baseline_m};
+  };
+  const auto a = numbers(map.camera);
+  const auto b = numbers(camera);
+  const bool same = std::equal(a.begin(), a.end(), b.begin(),
+                               [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(y); });
+  if (!same || map.camera.width_px != camera.width_px || map.camera.height_px != camera.height_px) {
+    throw std::invalid_argument("the map was made with another camera, or with its images at another size");
+  }
+}
 
 void check(const SavedMap& map) {
   check_camera(map.camera);
@@ -122,15 +161,17 @@ void check(const SavedMap& map) {
     const std::string where = fmt::format("keyframe {}", id);
     require(map.keyframes[id].id == id, where, fmt::format("has the id {}", map.keyframes[id].id));
     check_keyframe(map.keyframes[id], map.camera, where);
-    if (id > 0) check_succession(map.keyframes[id - 1], map.keyframes[id], where);
+    if (id == 0) {
+      require(map.keyframes[id].segment == 0, where, "is of another segment than the first");
+    } else {
+      check_succession(map.keyframes[id - 1], map.keyframes[id], where);
+    }
   }
   for (std::size_t i = 0; i < map.loops.size(); ++i) {
     check_loop(map.loops[i], map.keyframes.size(), fmt::format("loop {}", i));
   }
   for (std::size_t i = 0; i < map.points.size(); ++i) {
-    if (!is_near(map.points[i].position_world)) {
-      refuse(fmt::format("map point {}", i), "is not finite, or farther than 1e9 m");
-    }
+    check_map_point(map.points[i], map.keyframes.size(), fmt::format("map point {}", i));
   }
 }
 

@@ -2,15 +2,9 @@
 #include "slam.hpp"
 
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <cmath>
-#include <map>
 #include <optional>
 #include <stdexcept>
 #include <utility>
-
-#include <Eigen/LU>
 
 #include <antipode/filters/pose_algebra.hpp>
 
@@ -19,35 +13,23 @@
 #include "bridging.hpp"
 #include "constant_velocity.hpp"
 #include "features.hpp"
+#include "keyframe_recognition.hpp"
+#include "landmark_cloud.hpp"
 #include "landmark_projection.hpp"
 #include "loop_closing.hpp"
-#include "loop_verification.hpp"
 #include "map.hpp"
 #include "match_refinement.hpp"
 #include "odometry.hpp"
 #include "optical_flow.hpp"
 #include "rectification.hpp"
+#include "rectification_constraints.hpp"
 #include "spatial_index.hpp"
+#include "stage_clock.hpp"
 #include "stereo_points.hpp"
 #include "update.hpp"
 
 namespace stereo_slam {
 namespace {
-
-/// Names and times the stages of one frame.
-class StageClock {
- public:
-  void lap(const char* stage) {
-    const auto now = std::chrono::steady_clock::now();
-    times_.push_back({stage, std::chrono::duration<double, std::milli>(now - last_).count()});
-    last_ = now;
-  }
-  [[nodiscard]] const std::vector<StageTime>& times() const noexcept { return times_; }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-  std::vector<StageTime> times_;
-};
 
 /// Camera that landmarks and poses are relative to.
 struct ReferenceFrame {
@@ -91,31 +73,6 @@ enum class PoseBasis {
   return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
 }
 
-/// d (u, v, d) in the camera at `T_keyframe_camera` / d disparity in the keyframe.
-[[nodiscard]] Vector3<double> disparity_jacobian(const StereoPoint& z, const Pose& T_keyframe_camera,
-                                                 const StereoCamera& camera) {
-  const Vector3<double> p_camera = T_keyframe_camera.inverse() * camera.back_project(z);
-  return camera.projection_jacobian(p_camera) * T_keyframe_camera.rotation_matrix().transpose() *
-         camera.back_projection_jacobian(z).col(2);
-}
-
-void check_fits(const SavedMap& map, const StereoCamera& camera, bool with_loops) {
-  if (!with_loops) {
-    throw std::invalid_argument(
-        "the place in a loaded map is found by loop closure, which these settings leave out");
-  }
-  const auto numbers = [](const StereoCamera& c) {
-    return std::array{c.fx, c.fy, c.cx, c.cy, c.fx * c.baseline_m};
-  };
-  const auto a = numbers(map.camera);
-  const auto b = numbers(camera);
-  const bool same = std::equal(a.begin(), a.end(), b.begin(),
-                               [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(y); });
-  if (!same || map.camera.width_px != camera.width_px || map.camera.height_px != camera.height_px) {
-    throw std::invalid_argument("the map was made with another camera, or with its images at another size");
-  }
-}
-
 [[nodiscard]] std::vector<Vector2<double>> positions(const std::vector<Match>& matches) {
   std::vector<Vector2<double>> result;
   result.reserve(matches.size());
@@ -139,8 +96,10 @@ struct Slam::State {
   std::vector<ReferenceFrame> keyframes{1};  // the first is the world's origin
   bool started = false;                      // a picture came that a map could begin with
   std::size_t segment = 0;
-  bool placed = true;  // the segment's place in the map is known
-  std::vector<MapPoint> known_points;
+  bool placed = true;       // the segment's place in the map is known
+  bool place_news = false;  // and no frame's status has said so yet
+  MapExtent loaded;         // the map that the run started with
+  LoadedLandmarks loaded_landmarks;
   Pose T_odometry_keyframe = Pose::identity();  // the last keyframe without any loop correction
   std::vector<TrackedFrame> frames;
   PoseDensity posterior = certain_pose();  // T_keyframe_camera of the last frame
@@ -230,51 +189,10 @@ struct Slam::State {
     return keyframe_points(points, ids);
   }
 
-  /// The pose relative to the last keyframe from the pictures alone: measured as a loop would be, and
-  /// believed if the keyframe's landmarks look as they should from there.
-  [[nodiscard]] std::optional<PoseDensity> recognise_keyframe(const StereoFrame& frame,
-                                                              const StereoFeatures& features) const {
-    Keyframe seen;
-    seen.points = keyframe_points(
-        measure_stereo_points(frame, features.left, {}, rectification.current(), settings), {});
-    const auto verified =
-        verify_loop(last_keyframe, seen, camera, settings.loop_verification, settings.seed + frame.index);
-    if (verified.check != LoopCheck::kVerified) return std::nullopt;
-    const PoseEstimate& rough = verified.loop.T_old_new;
-    const auto prior = PoseDensity::from_pose_covariance(
-        rough.pose, settings.loop_verification.gate_scale * rough.covariance);
-    const auto predicted =
-        project_landmarks(map.landmarks(), to_estimate(prior), camera, settings.map.max_baselines);
-    std::vector<std::optional<Vector2<double>>> expected_px;
-    for (const auto& landmark : predicted) expected_px.emplace_back(landmark.z.head<2>());
-    const auto matches = refine_matches({}, predicted, expected_px, map.landmarks(), keyframe_left, frame,
-                                        rough.pose, camera, rectification.current(), settings.refinement);
-    constexpr std::size_t kBelieved = 3;  // one in so many
-    if (matches.size() < static_cast<std::size_t>(settings.loop_verification.min_inliers) ||
-        kBelieved * matches.size() < predicted.size()) {
-      return std::nullopt;
-    }
-    const auto update = update_pose(prior, matches, map.landmarks(), camera, settings.update);
-    return update.converged ? std::optional(update.posterior) : std::nullopt;
-  }
-
   /// Lets the landmarks of the ending keyframe, last seen in this frame, tell about the rectification.
   void refine_rectification(const std::vector<Match>& matches) {
     if (!settings.rectification.refine || !settings.refinement.enabled) return;
-    const Pose T_keyframe_camera = to_estimate(posterior).pose;
-    std::vector<BiasConstraint> constraints;
-    for (const auto& match : matches) {
-      const Landmark& landmark = map.landmarks()[match.landmark];
-      const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
-      const auto first = project(point, Pose::identity(), camera);
-      const auto second = project(point, T_keyframe_camera, camera);
-      if (!first || !second) continue;
-      const Matrix3<double> S = match.predicted.landmark_part + match.R;
-      constraints.push_back({match.z - *second, S.inverse(), pose_jacobian(point, T_keyframe_camera, camera),
-                             disparity_jacobian(*first, T_keyframe_camera, camera), first->head<2>(),
-                             match.z.head<2>()});
-    }
-    rectification.add_motion(constraints);
+    rectification.add_motion(bias_constraints(matches, map.landmarks(), to_estimate(posterior).pose, camera));
     rectification.advance();
   }
 
@@ -324,18 +242,17 @@ struct Slam::State {
     if (loops) loops->add_keyframe(last_keyframe);
   }
 
-  /// Moves the keyframes. The filter lives in the last one's frame and notices nothing. Returns whether the
-  /// segment at hand has found its place by it.
-  bool apply(const LoopCorrection& correction) {
+  /// Moves the keyframes. The filter lives in the last one's frame and notices nothing.
+  void apply(const LoopCorrection& correction) {
     const bool known = segment < correction.segment_placed.size() && correction.segment_placed[segment];
-    const bool found = known && !std::exchange(placed, placed || known);
+    if (known && !std::exchange(placed, true)) place_news = true;
     for (std::size_t k = 0; k < keyframes.size(); ++k) {
       keyframes[k].T_world_keyframe =
           k < correction.T_world_keyframe.size()
               ? correction.T_world_keyframe[k]
               : compose(keyframes[k - 1].T_world_keyframe, keyframes[k].T_previous_keyframe);
     }
-    return found;
+    loaded_landmarks.correct(correction.T_world_known_keyframe);
   }
 
   /// Files the pose of the current frame, seen or predicted.
@@ -415,9 +332,14 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
   }
   state_->rectification = RectificationEstimator(camera, settings.rectification);
   if (known.keyframes.empty()) return;
-  check_fits(known, camera, state_->loops.has_value());
+  if (!state_->loops) {
+    throw std::invalid_argument(
+        "the place in a loaded map is found by loop closure, which these settings leave out");
+  }
+  check_camera_of(known, camera);
   state_->rectification = RectificationEstimator::resumed(camera, known.rectification);
-  state_->known_points = known.points;
+  state_->loaded = extent_of(known);
+  state_->loaded_landmarks = LoadedLandmarks(known);
   state_->placed = false;
 }
 Slam::~Slam() = default;
@@ -453,7 +375,8 @@ std::vector<Vector2<double>> Slam::State::track(const StereoFrame& frame, const 
                     : odometry.valid                                        ? PoseBasis::kOdometry
                                                                             : PoseBasis::kNothing;
   if (anchored() && (lost || basis == PoseBasis::kNothing)) {
-    if (const auto recognised = recognise_keyframe(frame, features)) {
+    if (const auto recognised = recognise_keyframe({last_keyframe, map.landmarks(), keyframe_left}, frame,
+                                                   features, camera, rectification.current(), settings)) {
       posterior = *recognised;
       basis = PoseBasis::kKeyframe;
     }
@@ -484,11 +407,10 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
   result.index = frame.index;
   result.stamp_ns = frame.stamp_ns;
 
-  bool place_found = false;
   if (s.loops) {
     const auto correction = s.loops->correction_due(frame.index);
     result.loop_corrected = correction.has_value();
-    place_found = correction && s.apply(*correction);
+    if (correction) s.apply(*correction);
     clock.lap("loops");
   }
   if (s.repeats_previous(frame)) {
@@ -510,7 +432,7 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
   }
   s.lost = result.status == TrackingStatus::kLost;
   if (s.started && !s.lost && !s.placed) result.status = TrackingStatus::kWeak;
-  if (place_found && !s.lost) result.status = TrackingStatus::kRelocalised;
+  if (!s.lost && std::exchange(s.place_news, false)) result.status = TrackingStatus::kRelocalised;
   clock.lap("map");
 
   for (const auto& landmark : s.map.landmarks()) {
@@ -538,7 +460,7 @@ SavedMap Slam::saved_map() const {
   SavedMap map;
   map.camera = state_->camera;
   map.rectification = state_->rectification.estimate();
-  map.points = state_->placed ? map_points() : state_->known_points;
+  map.points = state_->placed ? map_points() : state_->loaded_landmarks.points();
   state_->loops->save(map);
   return map;
 }
@@ -563,23 +485,17 @@ std::vector<PoseEstimate> Slam::trajectory() const {
 
 std::vector<MapPoint> Slam::map_points() const {
   const State& s = *state_;
-  std::vector<MapPoint> result;
-  if (s.placed) result = s.known_points;
-  std::vector<double> views(result.size(), 1.0);
-  std::map<std::uint32_t, std::size_t> place_of;  // in the result, of each landmark
+  std::vector<MapPoint> points;
+  if (s.placed) points = s.loaded_landmarks.points();
   for (const auto& point : s.map.points(s.camera)) {
-    const auto number = s.loops ? s.loops->landmark(point.landmark) : point.landmark;
-    const auto [place, is_new] = place_of.try_emplace(number, result.size());
-    const Vector3<double> position = s.keyframes[point.keyframe].T_world_keyframe.pose * point.position;
-    if (is_new) {
-      result.push_back({position, point.intensity});
-      views.push_back(1.0);
-    } else {
-      MapPoint& mean = result[place->second];
-      mean.position_world += (position - mean.position_world) / ++views[place->second];
-    }
+    const Pose& T_world_keyframe = s.keyframes[point.keyframe].T_world_keyframe.pose;
+    points.push_back({T_world_keyframe * point.position, point.intensity, s.loaded.keyframes + point.keyframe,
+                      s.loaded.landmarks + point.landmark});
   }
-  return result;
+  if (s.loops) {
+    for (auto& point : points) point.landmark = s.loops->landmark(point.landmark);
+  }
+  return merge_landmarks(points);
 }
 
 }  // namespace stereo_slam

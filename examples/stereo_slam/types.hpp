@@ -120,12 +120,15 @@ struct LoopEvent {
   int inliers = 0;
   double chi2 = 0.0;  ///< by which it contradicts what was known, six degrees of freedom
   bool accepted = false;
+  Pose T_old_new = Pose::identity();  ///< as measured
 };
 
-/// Landmark as written to map.ply.
+/// Landmark of a map.
 struct MapPoint {
   Vector3<double> position_world;
   std::uint8_t intensity = 0;
+  std::size_t keyframe = 0;    ///< id of the one that it moves with, in the map
+  std::uint32_t landmark = 0;  ///< its number, in the map; 0: none
 };
 
 }  // namespace stereo_slam

@@ -5,7 +5,10 @@
 
 #include <Eigen/Cholesky>
 
+#include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
+#include <antipode/filters/pose_update_result.hpp>
+#include <antipode/filters/update_status.hpp>
 
 #include "filters/models.hpp"
 #include "support/catch.hpp"

@@ -3,11 +3,13 @@
 
 #include <vector>
 
+#include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/pose_filter.hpp>
 #include <antipode/filters/predict.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
 #include <antipode/filters/unscented_update.hpp>
+#include <antipode/filters/update_status.hpp>
 
 #include "filters/models.hpp"
 #include "support/catch.hpp"

@@ -3,7 +3,9 @@
 #include <limits>
 #include <vector>
 
+#include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/pose_filter.hpp>
+#include <antipode/filters/update_status.hpp>
 
 #include "filters/models.hpp"
 #include "support/catch.hpp"

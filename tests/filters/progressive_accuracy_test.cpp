@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <antipode/filters/progressive_update.hpp>
+#include <antipode/filters/update_status.hpp>
 
 #include "filters/progressive_reference.hpp"
 #include "support/catch.hpp"

@@ -6,6 +6,7 @@
 
 #include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/filters/progressive_update.hpp>
+#include <antipode/filters/update_status.hpp>
 
 #include "filters/models.hpp"
 #include "support/catch.hpp"

@@ -9,6 +9,7 @@
 #include <antipode/detail/solve.hpp>
 #include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/filters/progressive_update.hpp>
+#include <antipode/filters/update_status.hpp>
 
 #include "filters/models.hpp"
 #include "support/catch.hpp"

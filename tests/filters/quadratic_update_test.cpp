@@ -6,7 +6,9 @@
 
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/quadratic_update.hpp>
+#include <antipode/filters/update_status.hpp>
 
 #include "filters/models.hpp"
 #include "filters/progressive_reference.hpp"

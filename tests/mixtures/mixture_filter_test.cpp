@@ -6,6 +6,7 @@
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/filters/mixture_filter.hpp>
 #include <antipode/filters/predict.hpp>
+#include <antipode/filters/update_status.hpp>
 
 #include "mixtures/random_mixtures.hpp"
 #include "support/catch.hpp"

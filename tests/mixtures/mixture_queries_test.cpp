@@ -3,6 +3,7 @@
 #include <limits>
 
 #include <antipode/distributions/mixture_queries.hpp>
+#include <antipode/distributions/projected_orientation.hpp>
 
 #include "mixtures/random_mixtures.hpp"
 #include "support/catch.hpp"

@@ -37,6 +37,17 @@ TEST_CASE("Unseen steps add up until something is seen", "[stereo_slam][velocity
   CHECK(velocity.unseen_until(8 * kStep_ns).before == 0.0);
 }
 
+TEST_CASE("A frame that nothing is seen in counts as one, also after a long step",
+          "[stereo_slam][velocity]") {
+  ConstantVelocity velocity = driving();
+  velocity.measured(11 * kStep_ns, test::car_motion());  // ten steps later
+  CHECK(velocity.unseen_until(12 * kStep_ns).now == 1.0);
+  velocity.unmeasured(12 * kStep_ns);
+  CHECK(velocity.unseen_until(13 * kStep_ns).before == 1.0);
+  CHECK(velocity.motion_until(13 * kStep_ns).translation().norm() ==
+        Approx(0.1 * test::car_motion().translation().norm()).epsilon(0.01));
+}
+
 TEST_CASE("Nothing goes on for ever", "[stereo_slam][velocity]") {
   ConstantVelocity velocity = driving();
   CHECK(velocity.motion_until(std::numeric_limits<std::int64_t>::max()).coeffs().allFinite());

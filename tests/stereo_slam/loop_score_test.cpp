@@ -38,8 +38,23 @@ TruePoses straight(std::size_t frames, double step_m) {
   return poses;
 }
 
+/// A loop of the laps that measures what is true.
 LoopEvent loop(std::size_t frame, std::size_t old_frame, bool accepted = true) {
-  return {.frame = frame, .old_frame = old_frame, .inliers = 50, .chi2 = 3.5, .accepted = accepted};
+  const Eigen::Isometry3d T_old_new =
+      on_circle(static_cast<double>(old_frame)).inverse() * on_circle(static_cast<double>(frame));
+  return {.frame = frame,
+          .old_frame = old_frame,
+          .inliers = 50,
+          .chi2 = 3.5,
+          .accepted = accepted,
+          .T_old_new = Pose::from_isometry(T_old_new)};
+}
+
+/// One that takes the other side of the circle for this one.
+LoopEvent false_loop(std::size_t frame, std::size_t old_frame, bool accepted = true) {
+  LoopEvent result = loop(frame, old_frame, accepted);
+  result.T_old_new = Pose::identity();
+  return result;
 }
 
 }  // namespace
@@ -93,16 +108,29 @@ TEST_CASE("Short holes in a revisit are bridged, long ones divide it", "[loop_sc
   CHECK(revisits[1].first == 156);
 }
 
-TEST_CASE("Loops are judged by the true poses of their frames", "[loop_score]") {
+TEST_CASE("Loops are judged by the true relative poses of their frames", "[loop_score]") {
   auto truth = laps(180);
   truth[130].reset();
-  const auto score = score_loops(truth, {loop(110, 10), loop(112, 60), loop(115, 14, false),
-                                         loop(116, 60, false), loop(130, 30), loop(120, 28)});
+  const auto score = score_loops(truth, {loop(110, 10), false_loop(112, 60), loop(115, 14, false),
+                                         false_loop(116, 60, false), loop(130, 30), loop(120, 40)});
   CHECK(score.accepted == 4);
   CHECK(score.accepted_false == 1);  // the other side of the circle
   CHECK(score.refused == 2);
   CHECK(score.refused_true == 1);
   CHECK(score.without_truth == 1);
+}
+
+TEST_CASE("A loop may be off by two metres and by five degrees", "[loop_score]") {
+  const auto is_true = [](const Vector3<double>& offset_m, double turn_deg) {
+    LoopEvent event = loop(110, 10);
+    const Eigen::AngleAxisd turn(turn_deg / 180.0 * std::numbers::pi, Eigen::Vector3d::UnitX());
+    event.T_old_new = event.T_old_new * Pose::from_matrix(turn.toRotationMatrix(), offset_m);
+    return score_loops(laps(180), {event}).accepted_false == 0;
+  };
+  CHECK(is_true({0.0, 0.0, 1.99}, 0.0));
+  CHECK_FALSE(is_true({0.0, 2.01, 0.0}, 0.0));
+  CHECK(is_true({0.0, 0.0, 0.0}, 4.9));
+  CHECK_FALSE(is_true({0.0, 0.0, 0.0}, 5.1));
 }
 
 TEST_CASE("A loop finds the revisit that its frame is in, and twenty frames of it", "[loop_score]") {
@@ -115,7 +143,7 @@ TEST_CASE("A loop finds the revisit that its frame is in, and twenty frames of i
 }
 
 TEST_CASE("A false or a refused loop finds nothing", "[loop_score]") {
-  const auto score = score_loops(laps(180), {loop(110, 60), loop(112, 12, false)});
+  const auto score = score_loops(laps(180), {false_loop(110, 60), loop(112, 12, false)});
   CHECK(revisits_found(score) == 0);
   CHECK(path_recall(score) == 0.0);
   CHECK_FALSE(median_delay_frames(score));
@@ -143,7 +171,7 @@ TEST_CASE("A drive without revisits has no recall rather than one of zero", "[lo
 TEST_CASE("People and programs are told the same figures of loops", "[loop_score]") {
   auto truth = laps(180);
   for (std::size_t k = 140; k < 150; ++k) truth[k]->translation().y() += 8.0;
-  const auto score = score_loops(truth, {loop(105, 5), loop(106, 60)});
+  const auto score = score_loops(truth, {loop(105, 5), false_loop(106, 60)});
   const auto json = nlohmann::json::parse(loop_score_json(score));
   CHECK(json["accepted"] == 2);
   CHECK(json["accepted_false"] == 1);
@@ -177,6 +205,7 @@ TEST_CASE("loops.csv is read as it is written", "[loop_score]") {
   CHECK(loops[0].inliers == 50);
   CHECK(loops[0].chi2 == 3.5);
   CHECK(loops[0].accepted);
+  CHECK(loops[0].T_old_new.is_approx(record.loops[0].T_old_new, 1e-8));
   CHECK_FALSE(loops[1].accepted);
 }
 
@@ -187,17 +216,24 @@ TEST_CASE("A broken loops.csv is refused by file and line", "[loop_score]") {
     write_text(file, text);
     return message_of([&] { (void)read_loops(file); });
   };
-  const std::string header = "frame,old_frame,inliers,chi2,verdict,old_map\n";
+  const std::string header = "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
+  const std::string pose = ",0,0,1,0,0,0,1";
   CHECK_THAT(message(""), Catch::Contains("is no loops.csv"));
   CHECK_THAT(message("frame,ms\n"), Catch::Contains("is no loops.csv"));
   for (const auto* row :
        {"110,10,50,3.5", "110,10,50,3.5,maybe,run", "110,10,50,nan,accepted,run", "-1,10,50,1,refused,run",
         "110,1.5,50,1,accepted,run", "110,10,50,3.5,accepted,7"}) {
     CAPTURE(row);
-    CHECK_THAT(message(header + "9,2,5,1,refused,run\n" + row + "\n"),
+    CHECK_THAT(message(header + "9,2,5,1,refused,run" + pose + "\n" + row + pose + "\n"),
                Catch::Contains("loops.csv:3: expected two frames"));
   }
-  CHECK_THAT(message(header + "10,10,50,3.5,accepted,run\n"),
+  for (const auto* wrong :
+       {"", ",0,0,1,0,0,0", ",0,0,1,0,0,0,1,2", ",0,0,1,0,0,0,2", ",0,0,1,0,0,0,0", ",0,nan,1,0,0,0,1"}) {
+    CAPTURE(wrong);
+    CHECK_THAT(message(header + "9,2,5,1,refused,run" + wrong + "\n"),
+               Catch::Contains("loops.csv:2: expected two frames"));
+  }
+  CHECK_THAT(message(header + "10,10,50,3.5,accepted,run" + pose + "\n"),
              Catch::Contains("loops.csv:2: the old frame 10 is not before"));
   CHECK_THAT(message_of([&] { (void)read_loops(folder / "none.csv"); }), Catch::Contains("cannot be read"));
   CHECK_THAT(message_of([&] { (void)score_loops(laps(100), {loop(100, 2)}); }),

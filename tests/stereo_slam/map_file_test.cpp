@@ -87,7 +87,8 @@ bool same(const PoseGraphEdge& a, const PoseGraphEdge& b) {
 }
 
 bool same(const MapPoint& a, const MapPoint& b) {
-  return same_bits(a.position_world, b.position_world) && a.intensity == b.intensity;
+  return same_bits(a.position_world, b.position_world) && a.intensity == b.intensity &&
+         a.keyframe == b.keyframe && a.landmark == b.landmark;
 }
 
 template <class Element>
@@ -336,6 +337,18 @@ TEST_CASE("A map that could not be loaded is not saved", "[stereo_slam][map_file
   expect("loop 0 goes from keyframe 0 to itself");
   map.points[1].position_world.y() = kNaN;
   expect("map point 1 is not finite, or farther than 1e9 m");
+  map.points[1].keyframe = 3;
+  expect("map point 1 belongs to keyframe 3 of 3");
+  map.points[1].landmark = 0xffffffff;
+  expect("map point 1 has a number beyond 2^31");
+  map.keyframes[1].points[0].landmark = 0xffffffff;
+  expect("keyframe 1 has a point with a number beyond 2^31");
+  map.keyframes[2].frame = std::numeric_limits<std::size_t>::max();
+  expect("keyframe 2 is of a frame beyond 2^53");
+  map.keyframes[2].segment = 2;
+  expect("keyframe 2 leaves a segment out");
+  for (auto& keyframe : map.keyframes) ++keyframe.segment;
+  expect("keyframe 0 is of another segment than the first");
   map.camera.width_px = 0;
   expect("camera has an image without pixels");
 }

@@ -26,10 +26,13 @@ TEST_CASE("Poses, covariances and points of the camera become those of the body"
   record.trajectory[0].covariance = P;
   record.results[0].relative_covariance = P;
   record.map_points = {{{1.0, -2.0, 3.0}, 9}};
+  record.loops.resize(1);
+  record.loops[0].T_old_new = T_world_camera;
 
   const RunRecord body = in_body_frame(record, T_body_camera);
   const Pose T_world_body = body.trajectory[0].pose;
   CHECK(T_world_body.is_approx(X * T_world_camera * X.inverse(), 1e-12));
+  CHECK(body.loops[0].T_old_new.is_approx(T_world_body, 1e-12));
   CHECK((body.map_points[0].position_world - X * Vector3<double>(1.0, -2.0, 3.0)).norm() < 1e-12);
 
   // A perturbed camera is a body perturbed by Ad(X) xi, so that the Mahalanobis distance is the same.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdio>
+#include <functional>
 #include <string>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -70,6 +71,25 @@ inline void check_one_line_failure(const Result& result, const std::string& part
   CHECK(result.status == 1);
   CHECK(split_lines(result.err).size() == 1);
   CHECK_THAT(result.err, Catch::StartsWith("stereo_slam: ") && Catch::Contains(part));
+}
+
+/// Something that makes a recording unusable, and a part of what is said about it.
+struct Breaking {
+  const char* part;
+  std::function<void(const fs::path&)> breaking;
+};
+
+/// Each of them, done to a recording of five frames, is one failure of `info` and of `run`.
+inline void check_refused(const std::function<void(const fs::path&, int)>& write_recording,
+                          const std::vector<Breaking>& cases) {
+  for (const auto& [part, breaking] : cases) {
+    CAPTURE(part);
+    const TemporaryFolder folder;
+    write_recording(folder / "in", 5);
+    breaking(folder / "in");
+    check_one_line_failure(call({"info", "--dataset", folder / "in"}), part);
+    check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out"}), part);
+  }
 }
 
 }  // namespace stereo_slam::test

@@ -23,7 +23,7 @@ inline std::vector<KeyframePoint> points_of(std::size_t count, std::mt19937_64& 
   for (auto& point : points) {
     point.z = random_measurement(random, kitti_camera(), 5.0, 80.0).cast<float>();
     for (auto& byte : point.descriptor) byte = static_cast<std::uint8_t>(random());
-    point.landmark = static_cast<std::uint32_t>(random());
+    point.landmark = static_cast<std::uint32_t>(random() >> 33);
   }
   return points;
 }
@@ -57,7 +57,7 @@ inline SavedMap map_of(std::size_t keyframes, std::size_t points) {
   map.rectification.disparity_vector.setLinSpaced(-3.0, -2.0);
   map.keyframes = keyframes_of(keyframes, points, random);
   if (keyframes > 1) map.loops = {{0, keyframes - 1, estimate(0.1, 1e-2)}};
-  map.points = {{{1.0, -2.0, 3.5}, 200}, {{0.1, 1e6, -0.0}, 7}};
+  if (keyframes > 0) map.points = {{{1.0, -2.0, 3.5}, 200, 0, 8}, {{0.1, 1e6, -0.0}, 7, keyframes - 1, 3}};
   return map;
 }
 

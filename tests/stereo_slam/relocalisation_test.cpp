@@ -238,6 +238,15 @@ TEST_CASE("A saved map is loaded, and a second lap from another start finds its 
   const auto near =
       std::count_if(outcome.errors_m.begin(), outcome.errors_m.end(), [](double e) { return e < 0.2; });
   CHECK(static_cast<double>(near) >= 0.95 * static_cast<double>(second_lap.size()));
+  const std::size_t found = outcome.first(TrackingStatus::kRelocalised);
+  auto with_repetition = second_lap;
+  with_repetition[found] = with_repetition[found - 1];
+  Slam hanging(recording().camera, Settings{}, LoopThread::kNone, known, MapUse::kLocalise);
+  const auto late = run({with_repetition}, hanging, 0);
+  CAPTURE(late.letters());
+  CHECK(late.statuses[found] == TrackingStatus::kWeak);
+  CHECK(late.statuses[found + 1] == TrackingStatus::kRelocalised);
+
   const SavedMap after = localising.saved_map();
   for (std::size_t id = 0; id < known.keyframes.size(); ++id) {
     CHECK(after.keyframes[id].T_world_keyframe.pose.coeffs() ==
