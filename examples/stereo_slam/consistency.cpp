@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kChi2Bound95 = 12.592;  // six degrees of freedom
 constexpr std::size_t kTriangle = 21;
-constexpr std::size_t kColumns = 2 + kTriangle + 4 + kTriangle;
+constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
 
 [[nodiscard]] double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -53,7 +53,7 @@ constexpr std::size_t kColumns = 2 + kTriangle + 4 + kTriangle;
     covariance += A * rows[k].relative * A.transpose();
   }
   const PoseEstimate relative{poses[from].inverse() * poses[to], covariance};
-  return with_scale_error(relative, rows[to].scale_sigma).covariance;
+  return with_calibration_error(relative, rows[to].calibration).covariance;
 }
 
 [[nodiscard]] std::vector<Pose> dual_quaternions(PoseSpan poses) {
@@ -97,8 +97,11 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
     if (tail[0] < 0.0 || tail[0] > static_cast<double>(rows.size())) {
       throw std::runtime_error(at_line(file, number, "the keyframe is not an earlier frame"));
     }
-    rows.push_back({static_cast<std::size_t>(tail[0]), from_triangle(tail + 4), tail[1],
-                    static_cast<int>(tail[2]), tail[3]});
+    rows.push_back({static_cast<std::size_t>(tail[0]),
+                    from_triangle(tail + 5),
+                    tail[1],
+                    static_cast<int>(tail[2]),
+                    {tail[3], tail[4]}});
   }
   return rows;
 }

@@ -17,10 +17,10 @@ namespace stereo_slam {
 /// A frame's row of covariances.csv.
 struct CovarianceRow {
   std::size_t keyframe = 0;  ///< row of the frame it was estimated relative to
-  Matrix6<double> relative;  ///< covariance of T_keyframe_frame, without the error of the scale
+  Matrix6<double> relative;  ///< covariance of T_keyframe_frame, without the calibration's errors
   double nis = 0.0;
   int nis_dof = 0;
-  double scale_sigma = 0.0;  ///< relative error of the scale
+  CalibrationError calibration{};
 };
 
 /// Reads covariances.csv, one row a frame. Throws std::runtime_error naming file, line and what was wrong.

@@ -165,16 +165,17 @@ void write_covariances(std::ostream& stream, const RunRecord& record) {
   };
   stream << "stamp_s,status";
   print_names("");
-  stream << ",keyframe,nis,nis_dof,scale_sigma";
+  stream << ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad";
   print_names("keyframe_");
   stream << '\n';
   for (std::size_t k = 0; k < record.results.size(); ++k) {
     fmt::print(stream, "{},{}", format_seconds(record.results[k].stamp_ns),
                to_string(record.results[k].status));
     print_triangle(record.trajectory[k].covariance);
-    fmt::print(stream, ",{},{:.6g},{},{:.6g}", record.results[k].keyframe, record.results[k].nis,
-               record.results[k].nis_dof, record.results[k].scale_sigma);
-    print_triangle(record.results[k].relative_covariance);
+    const FrameResult& result = record.results[k];
+    fmt::print(stream, ",{},{:.6g},{},{:.6g},{:.6g}", result.keyframe, result.nis, result.nis_dof,
+               result.calibration.scale_sigma, result.calibration.axes_sigma_rad);
+    print_triangle(result.relative_covariance);
     stream << '\n';
   }
 }

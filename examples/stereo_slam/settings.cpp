@@ -51,7 +51,9 @@ std::vector<SettingsField> make_table() {
       .add("disparity_sigma_px", &RectificationSettings::disparity_sigma_px, {0.001, 20.0}, "px",
            "prior spread of the disparity offset at the image border")
       .add("scale_sigma", &RectificationSettings::scale_sigma, {0.0, 0.5}, "",
-           "relative error of the calibrated baseline, common to all lengths");
+           "relative error of the calibrated baseline, common to all lengths")
+      .add("principal_point_sigma_px", &RectificationSettings::principal_point_sigma_px, {0.0, 50.0}, "px",
+           "error of the calibrated principal point, common to all frames");
 
   SettingsGroup(table, "odometry", &Settings::odometry)
       .add("max_points", &OdometrySettings::max_points, {10, 10000}, "",
@@ -221,6 +223,7 @@ void apply_default(Settings&) {}
 void apply_paper(Settings& settings) {
   settings.rectification.refine = false;
   settings.rectification.scale_sigma = 0.0;
+  settings.rectification.principal_point_sigma_px = 0.0;
   settings.refinement.enabled = false;
   settings.update.method = PoseUpdateMethod::kPaper;
   settings.update.tau = 0.05;

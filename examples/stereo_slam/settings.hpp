@@ -42,6 +42,7 @@ struct RectificationSettings {
   double row_sigma_px = 2.0;        ///< prior spread of the row offset's coefficients
   double disparity_sigma_px = 0.7;  ///< prior spread of the disparity offset's coefficients
   double scale_sigma = 0.005;       ///< relative error of baseline times focal length, common to all lengths
+  double principal_point_sigma_px = 0.5;  ///< error of the principal point, common to all frames
 };
 
 /// Frame-to-frame stereo odometry, the system input u_k.

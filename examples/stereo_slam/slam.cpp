@@ -124,6 +124,11 @@ struct Slam::State {
     return anchored() && settings.map.track_correlation && !settings.map.update_landmarks;
   }
 
+  [[nodiscard]] CalibrationError calibration_error() const {
+    const auto& sigma = settings.rectification;
+    return {sigma.scale_sigma, sigma.principal_point_sigma_px / camera.fx};
+  }
+
   [[nodiscard]] PoseEstimate in_world(const PoseEstimate& T_keyframe_camera) const {
     return compose(keyframes.back().T_world_keyframe, T_keyframe_camera);
   }
@@ -261,8 +266,9 @@ struct Slam::State {
     result.segment = segment;
     result.keyframe = keyframes.back().frame;
     result.relative_covariance = frames.back().T_keyframe_camera.covariance;
-    result.scale_sigma = settings.rectification.scale_sigma;
-    result.T_world_camera = with_scale_error(in_world(frames.back().T_keyframe_camera), result.scale_sigma);
+    result.calibration = calibration_error();
+    result.T_world_camera =
+        with_calibration_error(in_world(frames.back().T_keyframe_camera), result.calibration);
     result.T_odometry_camera = (T_odometry_keyframe * frames.back().T_keyframe_camera.pose).renormalized();
   }
 
@@ -479,7 +485,7 @@ std::vector<PoseEstimate> Slam::trajectory() const {
     seen.push_back(frame.seen);
   }
   bridge_unseen(result, seen);
-  for (auto& pose : result) pose = with_scale_error(pose, state_->settings.rectification.scale_sigma);
+  for (auto& pose : result) pose = with_calibration_error(pose, state_->calibration_error());
   return result;
 }
 

@@ -83,6 +83,12 @@ struct PoseEstimate {
   Matrix6<double> covariance = Matrix6<double>::Zero();
 };
 
+/// Standard deviations of what a calibration does not know: the same errors in all frames.
+struct CalibrationError {
+  double scale_sigma = 0.0;     ///< relative, of all lengths
+  double axes_sigma_rad = 0.0;  ///< of the camera's axes, about each of them
+};
+
 /// Milliseconds a stage took.
 struct StageTime {
   std::string stage;
@@ -100,9 +106,9 @@ struct FrameResult {
   std::size_t segment = 0;   ///< of the map: a new one begins where nothing is recognised after a loss
   std::size_t keyframe = 0;  ///< frame whose camera the filter's state was relative to
   Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to that camera,
-                                                                  ///< without the error of the scale
-  double scale_sigma = 0.0;  ///< relative error of the scale, the same in all frames
-  PoseEstimate odometry;     ///< T_previous_current, the system input u_k
+                                                                  ///< without the calibration's errors
+  CalibrationError calibration;
+  PoseEstimate odometry;  ///< T_previous_current, the system input u_k
   int features = 0;
   int landmarks = 0;
   int matches = 0;

@@ -194,10 +194,15 @@ PoseEstimate compose(const PoseEstimate& T_a_b, const PoseEstimate& T_b_c) {
   return {composed.pose, composed.covariance};
 }
 
-PoseEstimate with_scale_error(const PoseEstimate& T_a_b, double scale_sigma) {
-  const Vector3<double> along = scale_sigma * (T_a_b.pose.inverse() * Vector3<double>::Zero());
+PoseEstimate with_calibration_error(const PoseEstimate& T_a_b, const CalibrationError& error) {
+  const Pose T_b_a = T_a_b.pose.inverse();
+  const Vector3<double> along = error.scale_sigma * T_b_a.translation();
+  // X T X^-1 = T exp(Ad(T^-1) x - x) to first order in X = exp(x).
+  Matrix6x3 turn = error.axes_sigma_rad * T_b_a.adjoint().leftCols<3>();
+  turn.topRows<3>().diagonal().array() -= error.axes_sigma_rad;
   PoseEstimate result = T_a_b;
   result.covariance.bottomRightCorner<3, 3>() += along * along.transpose();
+  result.covariance += turn * turn.transpose();
   return result;
 }
 

@@ -49,10 +49,11 @@ struct UnseenSteps {
 /// T_a_c = T_a_b T_b_c of independent estimates, covariance to first order.
 [[nodiscard]] PoseEstimate compose(const PoseEstimate& T_a_b, const PoseEstimate& T_b_c);
 
-/// The estimate if all lengths share an unknown factor of the given relative standard deviation, as an error
-/// of the calibrated baseline makes it: the translation is uncertain along itself. No measurement of a stereo
-/// camera tells this factor, so it is added to what is reported, once for the whole way, and is no part of
-/// the state.
-[[nodiscard]] PoseEstimate with_scale_error(const PoseEstimate& T_a_b, double scale_sigma);
+/// The estimate if the calibration is wrong by unknown amounts that all frames share. A wrong baseline scales
+/// all lengths: the translation is uncertain along itself. A wrong principal point turns the camera's axes by
+/// some X: what is estimated is X T X^-1, so that the direction of travel is uncertain. No measurement of the
+/// camera tells either, so they are added to what is reported, once for the whole way, and are no part of the
+/// state.
+[[nodiscard]] PoseEstimate with_calibration_error(const PoseEstimate& T_a_b, const CalibrationError& error);
 
 }  // namespace stereo_slam

@@ -81,7 +81,18 @@ TEST_CASE("An error of the scale is common to all frames", "[consistency]") {
   HonestRun run(501);
   for (auto& pose : run.estimate.poses) pose.translation() *= 1.02;
   const auto unaware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
-  for (auto& row : run.rows) row.scale_sigma = 0.02;
+  for (auto& row : run.rows) row.calibration.scale_sigma = 0.02;
+  const auto aware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  CHECK(unaware.relative[2].share_inside < 0.5);
+  CHECK(aware.relative[2].share_inside > 0.88);
+}
+
+TEST_CASE("An error of the camera's axes is common to all frames", "[consistency]") {
+  HonestRun run(501);
+  const Eigen::Isometry3d X(Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.6, 0.8, 0.0)));
+  for (auto& pose : run.estimate.poses) pose = X * pose * X.inverse();
+  const auto unaware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  for (auto& row : run.rows) row.calibration.axes_sigma_rad = 0.02;
   const auto aware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
   CHECK(unaware.relative[2].share_inside < 0.5);
   CHECK(aware.relative[2].share_inside > 0.88);
@@ -117,7 +128,7 @@ TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
     record.results[k].keyframe = k / 2;
     record.results[k].nis = 1.5 * static_cast<double>(k);
     record.results[k].nis_dof = static_cast<int>(k);
-    record.results[k].scale_sigma = 0.25 * static_cast<double>(k);
+    record.results[k].calibration = {0.25 * static_cast<double>(k), 0.125 * static_cast<double>(k)};
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j)
         record.results[k].relative_covariance(i, j) = i * j + static_cast<double>(k);
@@ -133,7 +144,8 @@ TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
     CHECK(rows[k].relative == record.results[k].relative_covariance);
     CHECK(rows[k].nis == record.results[k].nis);
     CHECK(rows[k].nis_dof == record.results[k].nis_dof);
-    CHECK(rows[k].scale_sigma == record.results[k].scale_sigma);
+    CHECK(rows[k].calibration.scale_sigma == record.results[k].calibration.scale_sigma);
+    CHECK(rows[k].calibration.axes_sigma_rad == record.results[k].calibration.axes_sigma_rad);
   }
 }
 

@@ -160,10 +160,10 @@ TEST_CASE("The layout is the documented one", "[stereo_slam][map_file]") {
   CHECK(crc32_of("123456789") == 0xcbf43926);  // the check value of CRC-32
   const auto map = small_map();
   const auto bytes = file_of(map);
-  CHECK(bytes.size() == kEmptyMapBytes + 3 * kKeyframeBytes + 6 * 48 + 368 + 2 * 25);
+  CHECK(bytes.size() == kEmptyMapBytes + 3 * kKeyframeBytes + 6 * 48 + 368 + 2 * 37);
   CHECK(bytes == sealed(bytes));
   CHECK(bytes.substr(0, 16) == "antipode map\r\n\x1a\n");
-  CHECK(bytes.substr(kVersionAt, 4) == std::string("\1\0\0\0", 4));
+  CHECK(bytes.substr(kVersionAt, 4) == std::string("\2\0\0\0", 4));
   CHECK(bytes.substr(kCameraAt - 16, 8) == "camera  ");
   CHECK(bytes.substr(kRectificationAt - 16, 8) == "rectify ");
   CHECK(bytes.substr(kKeyframesAt - 16, 8) == "keyframe");
@@ -181,7 +181,7 @@ TEST_CASE("A file cut off anywhere is refused", "[stereo_slam][map_file][error]"
     if (!Catch::StartsWith("truncated").match(refusal)) FAIL(size << " bytes: " << refusal);
   }
   CHECK(refusal_of(folder / "map", bytes.substr(0, 100)) ==
-        "truncated: 100 of 3894 bytes found; copy the file again, or save the map anew");
+        "truncated: 100 of 3918 bytes found; copy the file again, or save the map anew");
 }
 
 TEST_CASE("A flipped bit is noticed in every byte", "[stereo_slam][map_file][error]") {
@@ -200,7 +200,7 @@ TEST_CASE("A flipped bit is noticed in every byte", "[stereo_slam][map_file][err
 
 TEST_CASE("Bytes added to a map are noticed", "[stereo_slam][map_file][error]") {
   CHECK_THAT(refusal_of(file_of(small_map()) + "\n"),
-             Catch::StartsWith("damaged: has 3895 bytes, its header says 3894"));
+             Catch::StartsWith("damaged: has 3919 bytes, its header says 3918"));
 }
 
 TEST_CASE("Files of other kinds are not taken for maps", "[stereo_slam][map_file][error]") {
@@ -213,11 +213,11 @@ TEST_CASE("Files of other kinds are not taken for maps", "[stereo_slam][map_file
 
 TEST_CASE("Other versions are named", "[stereo_slam][map_file][error]") {
   auto bytes = file_of(small_map());
-  put_at(bytes, kVersionAt, std::uint32_t{2});
+  put_at(bytes, kVersionAt, std::uint32_t{3});
   CHECK(refusal_of(sealed(bytes)) ==
-        "is of version 2 of the format, this program reads version 1; use a newer stereo_slam");
-  put_at(bytes, kVersionAt, std::uint32_t{0});
-  CHECK_THAT(refusal_of(sealed(bytes)), Catch::Contains("version 0") && Catch::Contains("that wrote it"));
+        "is of version 3 of the format, this program reads version 2; use a newer stereo_slam");
+  put_at(bytes, kVersionAt, std::uint32_t{1});
+  CHECK_THAT(refusal_of(sealed(bytes)), Catch::Contains("version 1") && Catch::Contains("that wrote it"));
 }
 
 TEST_CASE("What is no file is refused", "[stereo_slam][map_file][error]") {

@@ -44,11 +44,12 @@ TEST_CASE("covariances.csv names every column and holds the upper triangle row b
   REQUIRE(lines.size() == 3);
   CHECK_THAT(lines[0], Catch::StartsWith("stamp_s,status,rx_rx_rad2,rx_ry_rad2,rx_rz_rad2,rx_tx_rad_m"));
   CHECK_THAT(lines[0],
-             Catch::Contains(",ty_tz_m2,tz_tz_m2,keyframe,nis,nis_dof,scale_sigma,keyframe_rx_rx_rad2,"));
+             Catch::Contains(
+                 ",ty_tz_m2,tz_tz_m2,keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,keyframe_rx_rx_rad2,"));
   CHECK_THAT(lines[0], Catch::EndsWith(",keyframe_tz_tz_m2"));
-  CHECK(std::count(lines[0].begin(), lines[0].end(), ',') == 47);
+  CHECK(std::count(lines[0].begin(), lines[0].end(), ',') == 48);
   CHECK(lines[2] ==
-        "0.100000000,OK,0,1,2,3,4,5,11,12,13,14,15,22,23,24,25,33,34,35,44,45,55,0,0,0,0" + zeros);
+        "0.100000000,OK,0,1,2,3,4,5,11,12,13,14,15,22,23,24,25,33,34,35,44,45,55,0,0,0,0,0" + zeros);
 }
 
 TEST_CASE("timing.csv has a column for every stage of any frame, and says no more of memory than is known",
