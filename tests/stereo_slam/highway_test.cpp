@@ -10,25 +10,26 @@
 namespace stereo_slam {
 namespace {
 
-/// A drive of 110 m along a rendered highway, at 0.6 of KITTI's size, rendered once.
+/// A drive of 110 m along a rendered highway, at 0.6 of KITTI's size.
 struct Drive {
   test::TemporaryFolder folder;
   StereoSequence sequence;
   std::vector<Eigen::Isometry3d> truth;
-};
 
-const Drive& drive() {
-  static const Drive rendered = [] {
-    Drive drive;
+  Drive() {
     simulate::SimulationSettings settings;
     settings.scenery = simulate::Scenery::kHighway;
     settings.frames = 40;
     settings.camera = {744, 225, 431.3, 431.3, 364.1, 110.9};
-    simulate::simulate(settings, drive.folder.path());
-    drive.sequence = open_sequence(drive.folder.path(), "kitti");
-    drive.truth = read_trajectory(drive.folder / "poses.txt").poses;
-    return drive;
-  }();
+    simulate::simulate(settings, folder.path());
+    sequence = open_sequence(folder.path(), "kitti");
+    truth = read_trajectory(folder / "poses.txt").poses;
+  }
+};
+
+/// Rendered once.
+const Drive& drive() {
+  static const Drive rendered;
   return rendered;
 }
 
@@ -60,7 +61,11 @@ TEST_CASE("Most of what a rendered highway shows is far away", "[stereo_slam][hi
 
 TEST_CASE("Along a rendered highway every frame is tracked and the path has its length",
           "[stereo_slam][slam][highway]") {
-  Slam slam(drive().sequence.camera, Settings{});
+  Settings settings;
+  // The pictures are rectified exactly. With disparities of 3 px, what the refinement takes for an offset of
+  // the right image changes the length of so short a drive by up to 1.5 %.
+  settings.rectification.refine = false;
+  Slam slam(drive().sequence.camera, settings);
   for (std::size_t i = 0; i < drive().sequence.frames.size(); ++i) {
     CAPTURE(i);
     const FrameResult result = slam.process(load_frame(drive().sequence, i));
