@@ -302,15 +302,19 @@ Command add_simulate(CLI::App& parent) {
   };
   auto args = std::make_shared<Arguments>();
   auto& settings = args->settings;
-  auto& app = *parent.add_subcommand("simulate",
-                                     "render a street world as a KITTI or EuRoC sequence with ground truth");
+  auto& app = *parent.add_subcommand(
+      "simulate", "render a town or a highway as a KITTI or EuRoC sequence with ground truth");
   app.add_option("--output", args->output, "folder for the sequence")->required()->type_name("DIR");
   app.add_option("--trajectory", settings.trajectory,
-                 "KITTI pose file to drive along; without it a loop of streets")
+                 "KITTI pose file to drive along; without it a loop of streets, or a highway")
       ->type_name("POSES");
+  app.add_option("--scene", settings.scenery,
+                 "what is built along it: town, or highway, where most things are far; default: town")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, simulate::Scenery>{
+          {"town", simulate::Scenery::kTown}, {"highway", simulate::Scenery::kHighway}}));
   app.add_option(
          "--frames", settings.frames,
-         fmt::format("how many; default: all of the file, or {} of the loop", settings.kDefaultFrames))
+         fmt::format("how many; default: all of the file, or {} of the own drive", settings.kDefaultFrames))
       ->check(CLI::Range(2, 1'000'000))
       ->type_name("N");
   app.add_option("--seed", settings.seed, "of the world, the traffic and the noise")

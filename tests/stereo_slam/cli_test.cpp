@@ -32,6 +32,7 @@ TEST_CASE("Wrong usage has status 2", "[cli]") {
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--min-gap-frames", "0"},
       {"simulate"},
       {"simulate", "--output", "x", "--frames", "many"},
+      {"simulate", "--output", "x", "--scene", "bogus"},
       {"simulate", "--output", "x", "--distortion", "radtan"},
       {"run", "--dataset", "x", "--output", "y", "--pose-frame", "world"},
       {"info", "--dataset", "x", "--bogus"}};

@@ -140,6 +140,23 @@ TEST_CASE("The images do not depend on the number of threads, but on the seed", 
   }
 }
 
+TEST_CASE("A highway is built along its own drive, or along a pose file", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.scenery = Scenery::kHighway;
+  const auto own = camera_path(settings);
+  REQUIRE(own.size() == 4);
+  CHECK((own[1].translation() - own[0].translation()).norm() == Approx(2.8).epsilon(0.01));
+  simulate::simulate(settings, folder / "own");
+  settings.trajectory = folder / "own/poses.txt";
+  simulate::simulate(settings, folder / "again");
+  for (const std::string& name : image_names(4))
+    CHECK(read_text(folder / "own" / name) == read_text(folder / "again" / name));
+  settings.scenery = Scenery::kTown;
+  simulate::simulate(settings, folder / "town");
+  CHECK(read_text(folder / "own" / image_names(4)[0]) != read_text(folder / "town" / image_names(4)[0]));
+}
+
 TEST_CASE("A sequence along a pose file has its frames and exact rotations", "[simulate]") {
   const TemporaryFolder folder;
   std::string text;
@@ -194,6 +211,11 @@ TEST_CASE("Settings out of range are refused by name before anything is written"
       {"threads", [](auto& s) { s.threads = -2; }},
       {"samples", [](auto& s) { s.samples_per_pixel = 3; }},
       {"texture", [](auto& s) { s.texture_size_px = 100; }},
+      {"speed",
+       [](auto& s) {
+         s.scenery = Scenery::kHighway;
+         s.highway.speed_m_s = -1.0;
+       }},
       {"focal", [](auto& s) { s.camera.fx = 0.0; }},
       {"blur_sigma_px", [](auto& s) { s.sensor.blur_sigma_px = -0.1; }},
       {"noise_sigma", [](auto& s) { s.sensor.noise_sigma = -1.0; }},

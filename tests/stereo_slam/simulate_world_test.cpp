@@ -179,6 +179,31 @@ TEST_CASE("Nothing stands on the path, where it crosses itself neither", "[simul
   }
 }
 
+TEST_CASE("Nothing stands on the carriageway of a highway, and gantries let lorries through",
+          "[simulate][world]") {
+  WorldSettings settings = kSettings;
+  settings.scenery = Scenery::kHighway;
+  const World highway(highway_drive(60, kFps), settings);
+  const World crossing(crossing_path(), settings);
+  for (const World* world : {&highway, &crossing}) {
+    const auto& materials = world->scene().materials;
+    const double road = street_profile(Scenery::kHighway).road_half_width_m;
+    for (const Chunk& chunk : world->scene().chunks) {
+      for (const Face& face : chunk.faces) {
+        if (materials[face.material].opacity) continue;
+        for (int i = 0; i < face.corner_count; ++i) {
+          const Vector3d p = face.corners[static_cast<std::size_t>(i)].cast<double>();
+          const GroundPoint below(p.x(), p.z());
+          const double above_ground = world->terrain().height(below) - p.y();
+          if (above_ground < 0.3 || above_ground > 4.5) continue;
+          INFO("corner " << p.transpose() << " is " << above_ground << " m above the ground");
+          REQUIRE(world->route().distance(below, 20.0) > road);
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("The ground follows the path below the camera", "[simulate][world]") {
   const auto path = crossing_path();
   const World crossing(path, kSettings);
@@ -207,6 +232,7 @@ TEST_CASE("A revisited place looks as it did", "[simulate][world]") {
 TEST_CASE("The same seed builds the same world, another seed another one", "[simulate][world]") {
   const CameraPath path = street_loop(30, kFps);
   WorldSettings other = kSettings;
+  other.scenery = GENERATE(Scenery::kTown, Scenery::kHighway);
   other.seed = 6;
   other.texture_size_px = 64;
   WorldSettings same = other;
@@ -331,4 +357,24 @@ TEST_CASE("The built-in drive starts at the identity, turns gently, and comes ba
   CHECK(street_loop(0, kFps).empty());
   CHECK_THROWS_AS(street_loop(5, 0.0), std::invalid_argument);
   CHECK_THROWS_AS(street_loop(5, kFps, {.corner_radius_m = 40.0}), std::invalid_argument);
+}
+
+TEST_CASE("The drive along a highway starts at the identity, keeps its speed and never turns sharply",
+          "[simulate][path]") {
+  const HighwaySettings settings;
+  const auto path = highway_drive(400, kFps);
+  CHECK(path.front().isApprox(Isometry3d::Identity(), 1e-12));
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const Isometry3d step = path[i - 1].inverse() * path[i];
+    CHECK(step.translation().norm() == Approx(settings.speed_m_s / kFps).epsilon(0.002));
+    CHECK(Eigen::AngleAxisd(step.linear()).angle() < 0.015);
+    CHECK(step.translation().normalized().z() > 0.999);  // it drives where it looks
+  }
+  CHECK(highway_drive(0, kFps).empty());
+  for (const HighwaySettings& wrong :
+       {HighwaySettings{.speed_m_s = 0.0}, HighwaySettings{.bend_m = -1.0}, HighwaySettings{.bend_rad = 1.6},
+        HighwaySettings{.bend_rad = std::nan("")}, HighwaySettings{.valley_m = 0.0}}) {
+    CHECK_THROWS_AS(highway_drive(5, kFps, wrong), std::invalid_argument);
+  }
+  CHECK_THROWS_AS(highway_drive(5, 0.0), std::invalid_argument);
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "trajectory_io.hpp"
 
@@ -76,6 +77,57 @@ struct PlanPoint {
          (std::cos(0.031 * p.x() + 0.4) * std::cos(0.037 * p.y() - 0.3) - std::cos(0.4) * std::cos(0.3));
 }
 
+/// Camera of a car that pitches and rolls on a road.
+struct CarPose {
+  Vector3d position;
+  double heading_rad;
+  double slope_rad;
+  double time_s;
+  double shake_rad;
+};
+
+[[nodiscard]] Eigen::Isometry3d camera_pose(const CarPose& car) {
+  const double t = car.time_s;
+  const double pitch = car.slope_rad + car.shake_rad * (std::sin(7.3 * t) + 0.6 * std::sin(17.1 * t));
+  const double roll = car.shake_rad * (std::sin(5.9 * t) + 0.5 * std::sin(13.7 * t));
+  Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
+  T_world_camera.translation() = car.position;
+  T_world_camera.linear() =
+      (Eigen::AngleAxisd(car.heading_rad, Vector3d::UnitY()) * Eigen::AngleAxisd(pitch, Vector3d::UnitX()) *
+       Eigen::AngleAxisd(roll, Vector3d::UnitZ()))
+          .toRotationMatrix();
+  return T_world_camera;
+}
+
+/// The path in the axes of its first camera.
+[[nodiscard]] CameraPath from_identity(CameraPath path) {
+  if (path.empty()) return path;
+  const Eigen::Isometry3d T_first_world = path.front().inverse();
+  for (Eigen::Isometry3d& pose : path) pose = T_first_world * pose;
+  return path;
+}
+
+/// A road that winds about a straight line.
+struct Winding {
+  const HighwaySettings& settings;
+
+  [[nodiscard]] double heading_rad(double distance_m) const {
+    return settings.bend_rad * std::sin(2.0 * std::numbers::pi * distance_m / settings.bend_m);
+  }
+  /// Height; y points down.
+  [[nodiscard]] double y(double distance_m) const {
+    return settings.hill_m * std::cos(2.0 * std::numbers::pi * distance_m / settings.valley_m);
+  }
+  [[nodiscard]] double slope_rad(double distance_m) const {
+    const double turns = 2.0 * std::numbers::pi / settings.valley_m;
+    return std::atan(settings.hill_m * turns * std::sin(turns * distance_m));
+  }
+};
+
+void require_positive(double value, const std::string& what) {
+  if (!(value > 0.0)) throw std::invalid_argument(what + " must be positive, not " + std::to_string(value));
+}
+
 }  // namespace
 
 CameraPath read_camera_path(const std::filesystem::path& file) {
@@ -105,17 +157,8 @@ CameraPath street_loop(int frames, double fps, const LoopSettings& settings) {
     const double rise = street_y(here.position + kStep_m * direction(here.heading_rad), settings.hill_m) -
                         street_y(here.position - kStep_m * direction(here.heading_rad), settings.hill_m);
     const double slope = std::atan2(-rise, 2.0 * kStep_m);
-    const double t = frame / fps;
-    const double pitch = slope + settings.shake_rad * (std::sin(7.3 * t) + 0.6 * std::sin(17.1 * t));
-    const double roll = settings.shake_rad * (std::sin(5.9 * t) + 0.5 * std::sin(13.7 * t));
-    Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
-    T_world_camera.translation() << here.position.x(), street_y(here.position, settings.hill_m),
-        here.position.y();
-    T_world_camera.linear() =
-        (Eigen::AngleAxisd(here.heading_rad, Vector3d::UnitY()) *
-         Eigen::AngleAxisd(pitch, Vector3d::UnitX()) * Eigen::AngleAxisd(roll, Vector3d::UnitZ()))
-            .toRotationMatrix();
-    path.push_back(T_world_camera);
+    const Vector3d position(here.position.x(), street_y(here.position, settings.hill_m), here.position.y());
+    path.push_back(camera_pose({position, here.heading_rad, slope, frame / fps, settings.shake_rad}));
 
     const double ahead = std::abs(at_distance(pieces, distance_m + 6.0).curvature);
     const bool turning = std::abs(here.curvature) > 0.0 || ahead > 0.0;
@@ -123,10 +166,34 @@ CameraPath street_loop(int frames, double fps, const LoopSettings& settings) {
     speed += std::clamp(wanted - speed, -4.0 / fps, 2.0 / fps);  // brakes at 4, accelerates at 2 m/s^2
     distance_m += speed / fps;
   }
-  if (path.empty()) return path;
-  const Eigen::Isometry3d T_first_world = path.front().inverse();
-  for (Eigen::Isometry3d& pose : path) pose = T_first_world * pose;
-  return path;
+  return from_identity(std::move(path));
+}
+
+CameraPath highway_drive(int frames, double fps, const HighwaySettings& settings) {
+  require_positive(fps, "frame rate");
+  require_positive(settings.speed_m_s, "speed");
+  require_positive(settings.bend_m, "length of a bend");
+  require_positive(settings.valley_m, "length of a valley");
+  if (!(std::abs(settings.bend_rad) < 0.5 * std::numbers::pi)) {
+    throw std::invalid_argument("a highway that bends by " + std::to_string(settings.bend_rad) +
+                                " rad turns back");
+  }
+  const Winding road{settings};
+  constexpr int kSteps = 20;  // of the integration, a frame
+  const double step_m = settings.speed_m_s / fps / kSteps;
+  CameraPath path;
+  Vector2d position = Vector2d::Zero();
+  double distance_m = 0.0;
+  for (int frame = 0; frame < frames; ++frame) {
+    path.push_back(camera_pose({{position.x(), road.y(distance_m), position.y()},
+                                road.heading_rad(distance_m),
+                                road.slope_rad(distance_m),
+                                frame / fps,
+                                settings.shake_rad}));
+    for (int i = 0; i < kSteps; ++i, distance_m += step_m)
+      position += step_m * direction(road.heading_rad(distance_m + 0.5 * step_m));
+  }
+  return from_identity(std::move(path));
 }
 
 }  // namespace stereo_slam::simulate

@@ -32,4 +32,18 @@ struct LoopSettings {
 /// for a corner that does not fit into the block, or a speed or rate that is not positive.
 [[nodiscard]] CameraPath street_loop(int frames, double fps, const LoopSettings& settings = {});
 
+/// The built-in drive along a highway: long bends to the left and to the right, gentle ups and downs.
+struct HighwaySettings {
+  double speed_m_s = 28.0;
+  double bend_m = 900.0;     ///< length of a bend to the right and the next one to the left
+  double bend_rad = 0.25;    ///< largest angle between the road and the direction it began in, < pi/2
+  double valley_m = 400.0;   ///< from top to top
+  double hill_m = 2.0;       ///< amplitude
+  double shake_rad = 0.002;  ///< amplitude of the car's pitching and rolling
+};
+
+/// First `frames` poses of the drive along a highway; the first one is the identity. Throws
+/// std::invalid_argument for a speed, rate or length that is not positive, and an angle out of range.
+[[nodiscard]] CameraPath highway_drive(int frames, double fps, const HighwaySettings& settings = {});
+
 }  // namespace stereo_slam::simulate

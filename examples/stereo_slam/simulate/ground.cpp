@@ -8,7 +8,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kForestBegin_m = 90.0;  ///< distance from the route
 /// Beyond the zones of the street by more than the side of a fine triangle.
 constexpr double kZoneReach_m = 14.0;
 
@@ -58,7 +57,7 @@ void add_polygon(const Polygon& polygon, Height height, const Face& style, std::
 
 /// Upright side of the kerb between two points of a triangle; the road is on the left of the way from one to
 /// the other.
-void add_kerb_side(const TownSite& site, const GroundTriangle& triangle, const GroundPoint& from,
+void add_kerb_side(const Site& site, const GroundTriangle& triangle, const GroundPoint& from,
                    const GroundPoint& to, std::vector<Face>& faces) {
   const double scale = 1.0 / site.materials[site.palette.kerb].period_m;
   const GroundPoint along = scale * (to - from).normalized();
@@ -76,7 +75,7 @@ void add_kerb_side(const TownSite& site, const GroundTriangle& triangle, const G
 }
 
 /// Road, kerb, pavement and grass of one triangle.
-void add_zones(const TownSite& site, const GroundTriangle& triangle, std::vector<Face>& faces) {
+void add_zones(const Site& site, const GroundTriangle& triangle, std::vector<Face>& faces) {
   GroundTriangle distances = triangle;  // the distance to the route, affine over the triangle
   for (std::size_t k = 0; k < 3; ++k)
     distances.heights[k] = site.route.distance(triangle.corners[k], kZoneReach_m);
@@ -106,6 +105,7 @@ void add_zones(const TownSite& site, const GroundTriangle& triangle, std::vector
   add(clip(behind, within(garden)), raised, palette.pavements.front(), 1.15F);
   add(clip(behind, beyond(garden)), raised, palette.grass, 0.8F);
 
+  if (raised == 0.0) return;
   // The edge of the road: the side of its polygon on which the distance is the road's half width.
   for (std::size_t i = 0; i < inside.size(); ++i) {
     const GroundPoint& from = inside[i];
@@ -118,14 +118,15 @@ void add_zones(const TownSite& site, const GroundTriangle& triangle, std::vector
 
 }  // namespace
 
-void add_ground(const TownSite& site, std::vector<Face>& faces) {
+void add_ground(const Site& site, std::vector<Face>& faces) {
   site.terrain.for_each_triangle([&](const GroundTriangle& triangle, bool is_fine) {
     if (is_fine) {
       add_zones(site, triangle, faces);
       return;
     }
     const GroundPoint centre = (triangle.corners[0] + triangle.corners[1] + triangle.corners[2]) / 3.0;
-    const bool forest = site.route.distance(centre, kForestBegin_m) >= kForestBegin_m;
+    const double forest_begin = site.street.forest_begin_m;
+    const bool forest = site.route.distance(centre, forest_begin) >= forest_begin;
     add_polygon(
         {triangle.corners.begin(), triangle.corners.end()},
         [&](const GroundPoint& p) { return triangle.height(p) - site.street.kerb_height_m; },
@@ -133,7 +134,7 @@ void add_ground(const TownSite& site, std::vector<Face>& faces) {
   });
 }
 
-void drape(const TownSite& site, const std::vector<GroundPoint>& polygon, const Decal& decal,
+void drape(const Site& site, const std::vector<GroundPoint>& polygon, const Decal& decal,
            std::vector<Face>& faces) {
   GroundPoint low = polygon.front();
   GroundPoint high = polygon.front();

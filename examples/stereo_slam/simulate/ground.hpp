@@ -9,7 +9,7 @@ namespace stereo_slam::simulate {
 
 /// Appends the surface of the ground: road, kerb, pavement, grass and forest. Their outlines are level sets
 /// of the distance to the route, so that crossings and repeated passes of the camera merge into one street.
-void add_ground(const TownSite& site, std::vector<Face>& faces);
+void add_ground(const Site& site, std::vector<Face>& faces);
 
 /// Flat thing that lies on the ground. Its texture is laid in metres, with v along `along`.
 struct Decal {
@@ -21,7 +21,7 @@ struct Decal {
 };
 
 /// Appends a convex polygon, counter-clockwise in (x, z), that follows the ground.
-void drape(const TownSite& site, const std::vector<GroundPoint>& polygon, const Decal& decal,
+void drape(const Site& site, const std::vector<GroundPoint>& polygon, const Decal& decal,
            std::vector<Face>& faces);
 
 }  // namespace stereo_slam::simulate

@@ -38,8 +38,7 @@ namespace {
 /// bends.
 class Marker {
  public:
-  Marker(const TownSite& site, std::vector<Face>& faces)
-      : site_(site), faces_(faces), random_(site.seed, 4) {}
+  Marker(const Site& site, std::vector<Face>& faces) : site_(site), faces_(faces), random_(site.seed, 4) {}
 
   void centre_line(const Route::Station& station) {
     constexpr double kDash_m = 3.0;
@@ -54,6 +53,16 @@ class Marker {
     const double edge = site_.street.road_half_width_m - 0.4;
     for (double x = -edge; x + 0.5 < edge; x += 1.0)
       lay(strip(station, 0.0, 3.0, x, x + 0.5), station, {site_.palette.paint, 2.56, 1.9, 0.016});
+  }
+
+  /// Line of a highway at `right_m` of the path; dashed between lanes.
+  void lane_line(const Route::Station& station, double right_m, bool dashed) {
+    constexpr double kDash_m = 4.0;
+    constexpr double kPeriod_m = 12.0;
+    constexpr double kHalfWidth_m = 0.075;
+    const double phase = station.arc_m - kPeriod_m * std::floor(station.arc_m / kPeriod_m);
+    if (dashed && phase >= kDash_m) return;
+    paint(strip(station, 0.0, 1.0, right_m - kHalfWidth_m, right_m + kHalfWidth_m), station, 1.9);
   }
 
   void manhole(const Route::Station& station) {
@@ -98,14 +107,14 @@ class Marker {
     lay(polygon, station, {site_.palette.paint, 2.56, brightness});
   }
 
-  const TownSite& site_;
+  const Site& site_;
   std::vector<Face>& faces_;
   Random random_;
 };
 
 }  // namespace
 
-void add_ground_details(const TownSite& site, std::vector<Face>& faces) {
+void add_ground_details(const Site& site, std::vector<Face>& faces) {
   Marker marker(site, faces);
   Random random(site.seed, 5);
   double next_crossing = random.uniform(10.0, 60.0);
@@ -122,7 +131,22 @@ void add_ground_details(const TownSite& site, std::vector<Face>& faces) {
   }
 }
 
-void add_sky(const TownSite& site, std::vector<Face>& faces) {
+void add_highway_lines(const Site& site, std::vector<Face>& faces) {
+  constexpr double kLane_m = 3.7;
+  const double edge = site.street.road_half_width_m - 0.5;
+  Marker marker(site, faces);
+  Random random(site.seed, 5);
+  for (const Route::Station& station : site.route.stations()) {
+    if (!station.first_pass) continue;
+    for (const double side : {1.0, -1.0}) {
+      marker.lane_line(station, 0.5 * side * kLane_m, true);
+      marker.lane_line(station, side * edge, false);
+    }
+    if (random.chance(0.02)) marker.mended_trench(station);
+  }
+}
+
+void add_sky(const Site& site, std::vector<Face>& faces) {
   constexpr float kHeight_m = 1800.0F;
   constexpr float kTile_m = 9000.0F;
   const GroundPoint centre = 0.5 * (site.route.low() + site.route.high());

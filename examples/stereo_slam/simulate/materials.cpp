@@ -127,4 +127,22 @@ Palette make_palette(std::vector<Material>& materials, std::uint64_t seed, int s
   return palette;
 }
 
+Palette make_highway_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px) {
+  Palette palette = make_palette(materials, seed, size_px);
+  Random random(seed, 8);
+  const auto even = [&](MaterialId like, const cv::Mat1f& tile, double contrast, float stain_contrast) {
+    Material material = materials[like];
+    material.detail = make_texture(0.5 + contrast * (tile - 0.5));
+    material.macro_contrast = stain_contrast;
+    materials.push_back(material);
+    return static_cast<MaterialId>(materials.size() - 1);
+  };
+  palette.asphalt = even(palette.asphalt, asphalt_texture(random, size_px), 0.35, 0.12F);
+  palette.grass = even(palette.grass, grass_texture(random, size_px), 0.4, 0.45F);
+  const MaterialId gravel = even(palette.grounds.front(), gravel_texture(random, size_px), 0.4, 0.3F);
+  palette.kerb = gravel;
+  palette.pavements = {gravel};
+  return palette;
+}
+
 }  // namespace stereo_slam::simulate

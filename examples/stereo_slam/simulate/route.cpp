@@ -69,7 +69,7 @@ bool GroundBox::overlaps(const GroundBox& other) const {
   return !(separated(along) || separated(across()) || separated(other.along) || separated(other.across()));
 }
 
-Route::Route(const CameraPath& path, double camera_height_m) {
+Route::Route(const CameraPath& path, double camera_height_m, double run_out_m) : run_out_m_(run_out_m) {
   if (path.empty()) throw std::invalid_argument("a route needs at least one pose");
   const auto points = resample(path);
   const int n = static_cast<int>(points.size());
@@ -93,7 +93,7 @@ Route::Route(const CameraPath& path, double camera_height_m) {
   // How many stations the street goes on beyond an end before it meets another part of itself.
   const auto run_out = [&](int end, int step) {
     int count = 0;
-    for (; (count + 1) * kSpacing_m <= kRunOut_m; ++count) {
+    for (; (count + 1) * kSpacing_m <= run_out_m; ++count) {
       const Station next = station_at(end + (count + 1) * step);
       const bool meets = std::any_of(points.begin(), points.end(), [&](const Vector3d& point) {
         const double gone_m = (on_ground(point) - station_at(end).position).norm();

@@ -40,8 +40,9 @@ class Route {
     bool first_pass = true;  ///< false where the path had been before
   };
 
-  /// Throws std::invalid_argument for an empty path.
-  Route(const CameraPath& path, double camera_height_m);
+  /// Throws std::invalid_argument for an empty path. `run_out_m` is how far the street goes on, straight, at
+  /// either end.
+  Route(const CameraPath& path, double camera_height_m, double run_out_m = kRunOut_m);
 
   [[nodiscard]] const std::vector<Station>& stations() const noexcept { return stations_; }
 
@@ -57,14 +58,18 @@ class Route {
   [[nodiscard]] const GroundPoint& low() const noexcept { return low_; }  ///< bounding box
   [[nodiscard]] const GroundPoint& high() const noexcept { return high_; }
 
+  /// Length of the continuation at the ends, where it meets no other part of the street.
+  [[nodiscard]] double run_out_m() const noexcept { return run_out_m_; }
+
   static constexpr double kSpacing_m = 1.0;
-  static constexpr double kRunOut_m = 70.0;  ///< straight continuation at the ends
+  static constexpr double kRunOut_m = 70.0;
 
  private:
   /// Calls visit(station) for the stations that may be within `radius_m` of the point.
   template <class Visit>
   void for_near(const GroundPoint& point, double radius_m, Visit visit) const;
 
+  double run_out_m_;
   std::vector<Station> stations_;
   std::unordered_map<long long, std::vector<std::size_t>> cells_;  ///< stations by square of the ground
   GroundPoint low_ = GroundPoint::Zero();

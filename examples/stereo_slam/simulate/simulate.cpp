@@ -22,7 +22,6 @@
 #include "renderer.hpp"
 #include "text_file.hpp"
 #include "traffic.hpp"
-#include "world.hpp"
 
 namespace stereo_slam::simulate {
 namespace {
@@ -212,7 +211,8 @@ CameraPath camera_path(const SimulationSettings& settings) {
   validate(settings);
   if (settings.trajectory.empty()) {
     const int frames = settings.frames > 0 ? settings.frames : SimulationSettings::kDefaultFrames;
-    return street_loop(frames, settings.fps, settings.loop);
+    return settings.scenery == Scenery::kTown ? street_loop(frames, settings.fps, settings.loop)
+                                              : highway_drive(frames, settings.fps, settings.highway);
   }
   CameraPath path = read_camera_path(settings.trajectory);
   if (settings.frames > 0) path.resize(std::min(path.size(), static_cast<std::size_t>(settings.frames)));
@@ -230,7 +230,8 @@ CameraPath camera_path(const SimulationSettings& settings) {
 
 void simulate(const SimulationSettings& settings, const fs::path& output, const Progress& progress) {
   CameraPath path = camera_path(settings);
-  const World world(path, {.seed = settings.seed,
+  const World world(path, {.scenery = settings.scenery,
+                           .seed = settings.seed,
                            .camera_height_m = settings.camera_height_m,
                            .texture_size_px = settings.texture_size_px,
                            .street = {}});

@@ -10,18 +10,19 @@
 #include "dataset/stereo_rig.hpp"
 #include "projection.hpp"
 #include "sensor.hpp"
+#include "world.hpp"
 
-/// Renders a street world as a KITTI odometry or EuRoC sequence with exact ground truth.
+/// Renders a town or a highway as a KITTI odometry or EuRoC sequence with exact ground truth.
 namespace stereo_slam::simulate {
 
 struct SimulationSettings {
-  std::filesystem::path
-      trajectory;             ///< KITTI pose file to drive along; empty drives the built-in loop of streets
-  int frames = 0;             ///< how many; 0 is all of the file, or kDefaultFrames of the loop
-  std::uint64_t seed = 1;     ///< of the world, the traffic and the noise
-  int dynamic_objects = 0;    ///< moving cars and lorries
-  bool moving_masks = false;  ///< write which pixels of the left images show them
-  double fps = 10.0;          ///< frames a second, > 0
+  std::filesystem::path trajectory;  ///< KITTI pose file to drive along; empty is the scenery's own drive
+  Scenery scenery = Scenery::kTown;  ///< built along the path
+  int frames = 0;                    ///< how many; 0 is all of the file, or kDefaultFrames of the own drive
+  std::uint64_t seed = 1;            ///< of the world, the traffic and the noise
+  int dynamic_objects = 0;           ///< moving cars and lorries
+  bool moving_masks = false;         ///< write which pixels of the left images show them
+  double fps = 10.0;                 ///< frames a second, > 0
   PinholeCamera camera{1241, 376, 718.856, 718.856, 607.1928, 185.2157};  ///< of both images, px
   double baseline_m = 0.5371657;                                          ///< > 0
   double camera_height_m = 1.65;                                          ///< above the road, > 0
@@ -31,8 +32,9 @@ struct SimulationSettings {
   /// KITTI's; the path is that of the left one. T_body_left is required.
   std::optional<StereoRig> rig;
   SensorSettings sensor;
-  LoopSettings loop;
-  int threads = 0;  ///< 0 is one a processor; the images do not depend on it
+  LoopSettings loop;        ///< the drive of the town
+  HighwaySettings highway;  ///< the drive of the highway
+  int threads = 0;          ///< 0 is one a processor; the images do not depend on it
 
   static constexpr int kDefaultFrames = 400;
 };

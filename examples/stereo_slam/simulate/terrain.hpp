@@ -11,12 +11,19 @@
 
 namespace stereo_slam::simulate {
 
-/// Widths of the cross-section of a street, measured from the camera's path.
+/// Cross-section of a street, measured from the camera's path, and how one drives there. The defaults are a
+/// street of a town.
 struct StreetProfile {
   double road_half_width_m = 5.2;
   double kerb_width_m = 0.15;
   double kerb_height_m = 0.12;
   double pavement_width_m = 2.4;
+  double forest_begin_m = 90.0;  ///< distance; grass up to there
+  double run_out_m = Route::kRunOut_m;
+  double oncoming_lane_m = 2.35;  ///< to the left of the path
+  double least_gap_m = 11.0;      ///< to the vehicle ahead
+  double slowest_m_s = 6.0;       ///< oncoming
+  double fastest_m_s = 11.0;
 
   [[nodiscard]] double pavement_begin_m() const { return road_half_width_m + kerb_width_m; }
   [[nodiscard]] double pavement_end_m() const { return pavement_begin_m() + pavement_width_m; }

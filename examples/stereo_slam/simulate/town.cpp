@@ -3,75 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <utility>
 
 #include "buildings.hpp"
 #include "props.hpp"
+#include "roadside.hpp"
 
 namespace stereo_slam::simulate {
 namespace {
-
-/// Where something of the given size could stand beside a station of the route.
-struct Slot {
-  GroundBox box;
-  GroundPoint front;  ///< unit direction towards the street
-  double ground_y = 0.0;
-};
-
-/// Keeps things off the route and off each other.
-class Plan {
- public:
-  explicit Plan(const TownSite& site) : site_(site) {}
-
-  /// Rectangle of `length_m` along the street and `depth_m` away from it, whose near side is `offset_m` from
-  /// the path on the right (`side` = 1) or on the left (-1) of a station.
-  [[nodiscard]] Slot slot(const Route::Station& station, double side, double offset_m, double length_m,
-                          double depth_m) const {
-    const GroundPoint right(station.direction.y(), -station.direction.x());
-    Slot slot;
-    slot.front = -side * right;
-    slot.box = {station.position + side * (offset_m + 0.5 * depth_m) * right, station.direction,
-                0.5 * length_m, 0.5 * depth_m};
-    slot.ground_y = site_.terrain.height(slot.box.centre);
-    return slot;
-  }
-
-  /// Takes the place when it is free and `clearance_m` away from the route.
-  [[nodiscard]] bool take(const GroundBox& box, double clearance_m) {
-    if (!site_.route.is_clear(box, clearance_m)) return false;
-    const double reach = std::hypot(box.half_length_m, box.half_width_m) + kLargestReach_m;
-    for (int i = cell(box.centre.x() - reach); i <= cell(box.centre.x() + reach); ++i) {
-      for (int j = cell(box.centre.y() - reach); j <= cell(box.centre.y() + reach); ++j) {
-        const auto members = taken_.find({i, j});
-        if (members == taken_.end()) continue;
-        for (const GroundBox& other : members->second) {
-          if (box.overlaps(other)) return false;
-        }
-      }
-    }
-    taken_[{cell(box.centre.x()), cell(box.centre.y())}].push_back(box);
-    return true;
-  }
-
- private:
-  static constexpr double kCell_m = 16.0;
-  static constexpr double kLargestReach_m = 20.0;
-  [[nodiscard]] static int cell(double x) { return static_cast<int>(std::floor(x / kCell_m)); }
-
-  const TownSite& site_;
-  std::map<std::pair<int, int>, std::vector<GroundBox>> taken_;
-};
-
-/// The builders' common tools.
-struct Yard {
-  const TownSite& site;
-  Plan plan;
-  Mesh mesh;
-  Random random;
-
-  void place(const Slot& slot) { mesh.place(stand(slot.box.centre, slot.front, slot.ground_y)); }
-};
 
 /// Whether the houses of this stretch stand wall to wall at the pavement, or apart in gardens; a property of
 /// the place.
@@ -84,7 +22,7 @@ struct Yard {
 void add_houses(Yard& yard, double row_offset_m) {
   const double pavement = yard.site.street.pavement_end_m();
   for (const double side : {1.0, -1.0}) {
-    double next_arc = -Route::kRunOut_m;
+    double next_arc = -yard.site.route.run_out_m();
     for (const Route::Station& station : yard.site.route.stations()) {
       if (station.arc_m < next_arc) continue;
       const bool dense = is_dense(station, side);
@@ -106,32 +44,6 @@ void add_houses(Yard& yard, double row_offset_m) {
       yard.place(fence);
       add_boundary(yard.mesh, yard.random, yard.site.palette, length);
     }
-  }
-}
-
-/// How often a kind of thing stands along the street.
-struct Spread {
-  double offset_low_m;  ///< distance of its near side from the path
-  double offset_high_m;
-  double spacing_low_m;
-  double spacing_high_m;
-  double length_m;
-  double depth_m;
-  double clearance_m;  ///< from the path
-};
-
-/// Spreads things along one side of the street; build(slot) adds one.
-template <class Build>
-void spread(Yard& yard, double side, const Spread& how, Build build) {
-  double next_arc = -Route::kRunOut_m + yard.random.uniform(0.0, how.spacing_high_m);
-  for (const Route::Station& station : yard.site.route.stations()) {
-    if (station.arc_m < next_arc) continue;
-    const double offset = yard.random.uniform(how.offset_low_m, how.offset_high_m);
-    const Slot slot = yard.plan.slot(station, side, offset, how.length_m, how.depth_m);
-    next_arc = station.arc_m + yard.random.uniform(how.spacing_low_m, how.spacing_high_m);
-    if (!yard.plan.take(slot.box, how.clearance_m)) continue;
-    yard.place(slot);
-    build(slot);
   }
 }
 
@@ -187,27 +99,9 @@ void add_plants(Yard& yard) {
   }
 }
 
-/// Trees on the land around the streets, which close the gaps between the houses.
-void add_woods(Yard& yard) {
-  constexpr double kMargin_m = 160.0;
-  constexpr double kArea_m2 = 500.0;  ///< of land for a tree
-  constexpr int kMost = 3000;
-  const GroundPoint low = yard.site.route.low() - GroundPoint::Constant(kMargin_m);
-  const GroundPoint high = yard.site.route.high() + GroundPoint::Constant(kMargin_m);
-  const int trees = static_cast<int>(std::min<double>((high - low).prod() / kArea_m2, kMost));
-  for (int i = 0; i < trees; ++i) {
-    const GroundPoint position(yard.random.uniform(low.x(), high.x()),
-                               yard.random.uniform(low.y(), high.y()));
-    const GroundBox box{position, GroundPoint::UnitX(), 2.0, 2.0};
-    if (!yard.plan.take(box, 30.0)) continue;
-    yard.mesh.place(stand(position, GroundPoint::UnitX(), yard.site.terrain.height(position)));
-    add_tree(yard.mesh, yard.random, yard.site.palette, yard.random.uniform(6.0, 15.0), TreeDetail::kFar);
-  }
-}
-
 }  // namespace
 
-void add_town(const TownSite& site, std::vector<Face>& faces) {
+void add_town(const Site& site, std::vector<Face>& faces) {
   Yard yard{site, Plan(site), Mesh(site.materials, faces), Random(site.seed, 3)};
   add_parked_cars(yard);
   add_houses(yard, 0.0);

@@ -12,7 +12,6 @@
 namespace stereo_slam::simulate {
 namespace {
 
-constexpr double kOncomingLane_m = 2.35;  ///< to the left of the camera's path
 constexpr double kOncomingCycle_m = 150.0;
 constexpr double kOncomingBehind_m = 25.0;
 constexpr double kJamSpacing_m = 7.5;   ///< of oncoming vehicles in a jam, from middle to middle
@@ -55,10 +54,11 @@ Traffic::Traffic(const World& world, const CameraPath& path, double fps, int veh
   }
   Random random(seed, 7);
   const int oncoming = vehicles / 2;
-  oncoming_speed_m_s_ = random.uniform(6.0, 11.0);
+  const StreetProfile& street = world.street();
+  oncoming_speed_m_s_ = random.uniform(street.slowest_m_s, street.fastest_m_s);
   oncoming_cycle_m_ = std::max(kOncomingCycle_m, kJamSpacing_m * oncoming);
   ahead_swing_m_ = kAheadSwing_m * std::min(1.0, kSparse / std::max(1, vehicles));
-  double ahead_m = 11.0;
+  double ahead_m = street.least_gap_m;
   for (int i = 0; i < vehicles; ++i) {
     Vehicle vehicle;
     vehicle.oncoming = i % 2 == 1;
@@ -97,7 +97,8 @@ std::vector<Face> Traffic::at(std::size_t frame) const {
     if (arc < stations.front().arc_m || arc > stations.back().arc_m) continue;  // off the ends of the road
     const Route::Station station = world_->route().at_arc(arc);
     const GroundPoint left(-station.direction.y(), station.direction.x());
-    const GroundPoint position = station.position + (vehicle.oncoming ? kOncomingLane_m : 0.0) * left;
+    const GroundPoint position =
+        station.position + (vehicle.oncoming ? world_->street().oncoming_lane_m : 0.0) * left;
     const GroundPoint heading = vehicle.oncoming ? GroundPoint(-station.direction) : station.direction;
     const Eigen::Isometry3d T_world_vehicle = stand(position, heading, world_->terrain().height(position)) *
                                               Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
