@@ -94,6 +94,10 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
           at_line(file, number, fmt::format("expected stamp, status and {} numbers", kColumns - 2)));
     }
     const double* tail = numbers->data() + kTriangle;
+    constexpr double kMost = 1e9;  // measurements in a frame, and any error of a calibration
+    if (*std::min_element(tail + 2, tail + 5) < 0.0 || *std::max_element(tail + 2, tail + 5) > kMost) {
+      throw std::runtime_error(at_line(file, number, "degrees of freedom and sigmas are from 0 to 1e9"));
+    }
     if (tail[0] < 0.0 || tail[0] > static_cast<double>(rows.size())) {
       throw std::runtime_error(at_line(file, number, "the keyframe is not an earlier frame"));
     }

@@ -76,11 +76,13 @@ void check_camera(const StereoCamera& camera) {
   require(camera.width_px > 0 && camera.height_px > 0, "camera", "has an image without pixels");
 }
 
-void check_rectification(const RectificationEstimate& estimate) {
+void check_rectification(const RectificationEstimate& estimate, const StereoCamera& camera) {
   const std::string_view where = "rectification";
   require(estimate.coefficients.allFinite() && estimate.row_vector.allFinite() &&
               estimate.disparity_vector.allFinite(),
           where, "is not finite");
+  require(estimate.coefficients.cwiseAbs().maxCoeff() < camera.width_px, where,
+          "moves points out of the image");
   require(
       is_positive_definite(estimate.row_information) && is_positive_definite(estimate.disparity_information),
       where, "has an information that is not positive definite");
@@ -108,9 +110,7 @@ void check_succession(const Keyframe& previous, const Keyframe& keyframe, std::s
   require(keyframe.segment >= previous.segment, where, "is of an earlier segment than the one before");
   require(keyframe.segment <= previous.segment + 1, where, "leaves a segment out");
   require(keyframe.travelled_m >= previous.travelled_m, where, "has a shorter way than the one before");
-  if (keyframe.segment == previous.segment) {
-    check_relative(keyframe.T_previous_keyframe, fmt::format("{}: T_previous_keyframe", where));
-  }
+  check_relative(keyframe.T_previous_keyframe, fmt::format("{}: T_previous_keyframe", where));
 }
 
 void check_loop(const PoseGraphEdge& loop, std::size_t keyframes, std::string_view where) {
@@ -156,7 +156,7 @@ void check_camera_of(const SavedMap& map, const StereoCamera& camera) {
 
 void check(const SavedMap& map) {
   check_camera(map.camera);
-  check_rectification(map.rectification);
+  check_rectification(map.rectification, map.camera);
   for (std::size_t id = 0; id < map.keyframes.size(); ++id) {
     const std::string where = fmt::format("keyframe {}", id);
     require(map.keyframes[id].id == id, where, fmt::format("has the id {}", map.keyframes[id].id));

@@ -43,8 +43,8 @@ enum class MapUse {
 /// covariances, frames or ways that go back, segments or landmarks with numbers that they cannot have, edges
 /// and landmarks without their keyframes, points outside the image.
 ///
-/// Relative poses of loops and of keyframes in one segment are edges of the pose graph: their covariances are
-/// positive definite. Those of absolute poses, and of a segment's first keyframe, need only be semidefinite.
+/// Relative poses of loops and keyframes are edges of the pose graph: their covariances are positive
+/// definite. Those of absolute poses need only be semidefinite.
 void check(const SavedMap& map);
 
 /// Throws std::invalid_argument for a map that was made with another camera: focal length, principal point

@@ -96,9 +96,10 @@ struct Slam::State {
   std::vector<ReferenceFrame> keyframes{1};  // the first is the world's origin
   bool started = false;                      // a picture came that a map could begin with
   std::size_t segment = 0;
-  bool placed = true;       // the segment's place in the map is known
-  bool place_news = false;  // and no frame's status has said so yet
-  MapExtent loaded;         // the map that the run started with
+  bool placed = true;         // the segment's place in the map is known
+  bool place_news = false;    // and no frame's status has said so yet
+  bool in_loaded_map = true;  // so is that of some segment of the run
+  MapExtent loaded;           // the map that the run started with
   LoadedLandmarks loaded_landmarks;
   Pose T_odometry_keyframe = Pose::identity();  // the last keyframe without any loop correction
   std::vector<TrackedFrame> frames;
@@ -214,7 +215,7 @@ struct Slam::State {
   void begin_segment(const StereoFrame& frame, const StereoFeatures& features,
                      const OdometryResult& odometry) {
     ++segment;
-    placed = false;
+    placed = place_news = false;
     change_keyframe(frame, features, {});
     const auto T_current_previous = antipode::inverse(antipode::PoseGaussian<double>{
         odometry.T_previous_current.pose, odometry.T_previous_current.covariance});
@@ -251,6 +252,8 @@ struct Slam::State {
   void apply(const LoopCorrection& correction) {
     const bool known = segment < correction.segment_placed.size() && correction.segment_placed[segment];
     if (known && !std::exchange(placed, true)) place_news = true;
+    const auto& segments = correction.segment_placed;
+    in_loaded_map = in_loaded_map || std::find(segments.begin(), segments.end(), true) != segments.end();
     for (std::size_t k = 0; k < keyframes.size(); ++k) {
       keyframes[k].T_world_keyframe =
           k < correction.T_world_keyframe.size()
@@ -270,6 +273,21 @@ struct Slam::State {
     result.T_world_camera =
         with_calibration_error(in_world(frames.back().T_keyframe_camera), result.calibration);
     result.T_odometry_camera = (T_odometry_keyframe * frames.back().T_keyframe_camera.pose).renormalized();
+  }
+
+  /// Landmarks of the run, numbered as in the saved map, and those of the map that it started with.
+  [[nodiscard]] std::vector<MapPoint> all_landmarks(bool with_loaded) const {
+    std::vector<MapPoint> points;
+    if (with_loaded) points = loaded_landmarks.points();
+    for (const auto& point : map.points(camera)) {
+      const Pose& T_world_keyframe = keyframes[point.keyframe].T_world_keyframe.pose;
+      points.push_back({T_world_keyframe * point.position, point.intensity, loaded.keyframes + point.keyframe,
+                        loaded.landmarks + point.landmark});
+    }
+    if (loops) {
+      for (auto& point : points) point.landmark = loops->landmark(point.landmark);
+    }
+    return merge_landmarks(points);
   }
 
   /// Passes a picture over that repeats the last one: its pose is a guess, and the filter waits for another.
@@ -346,7 +364,7 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
   state_->rectification = RectificationEstimator::resumed(camera, known.rectification);
   state_->loaded = extent_of(known);
   state_->loaded_landmarks = LoadedLandmarks(known);
-  state_->placed = false;
+  state_->placed = state_->in_loaded_map = false;
 }
 Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
@@ -466,7 +484,7 @@ SavedMap Slam::saved_map() const {
   SavedMap map;
   map.camera = state_->camera;
   map.rectification = state_->rectification.estimate();
-  map.points = state_->placed ? map_points() : state_->loaded_landmarks.points();
+  map.points = state_->all_landmarks(/*with_loaded=*/true);
   state_->loops->save(map);
   return map;
 }
@@ -489,19 +507,6 @@ std::vector<PoseEstimate> Slam::trajectory() const {
   return result;
 }
 
-std::vector<MapPoint> Slam::map_points() const {
-  const State& s = *state_;
-  std::vector<MapPoint> points;
-  if (s.placed) points = s.loaded_landmarks.points();
-  for (const auto& point : s.map.points(s.camera)) {
-    const Pose& T_world_keyframe = s.keyframes[point.keyframe].T_world_keyframe.pose;
-    points.push_back({T_world_keyframe * point.position, point.intensity, s.loaded.keyframes + point.keyframe,
-                      s.loaded.landmarks + point.landmark});
-  }
-  if (s.loops) {
-    for (auto& point : points) point.landmark = s.loops->landmark(point.landmark);
-  }
-  return merge_landmarks(points);
-}
+std::vector<MapPoint> Slam::map_points() const { return state_->all_landmarks(state_->in_loaded_map); }
 
 }  // namespace stereo_slam

@@ -41,7 +41,8 @@ class Slam {
   /// T_world_camera of every frame so far, as known now (a loop closure may have moved earlier ones).
   [[nodiscard]] std::vector<PoseEstimate> trajectory() const;
 
-  /// All landmarks ever established, in world coordinates.
+  /// All landmarks ever established, in world coordinates; with those of a loaded map once the run has found
+  /// its place in it.
   [[nodiscard]] std::vector<MapPoint> map_points() const;
 
   /// The map, the one that it started with included, for a later run; complete after finish(). Throws

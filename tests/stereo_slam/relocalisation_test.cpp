@@ -266,6 +266,25 @@ TEST_CASE("A saved map is loaded, and a second lap from another start finds its 
   CHECK(run({range(40, 90)}, again, 0).rms_error_m(every) < 0.2);
 }
 
+TEST_CASE("The map of a run that ends somewhere unknown has all landmarks", "[stereo_slam][relocalisation]") {
+  auto seen = range(0, 30);
+  for (const std::size_t i : range(150, 160)) seen.push_back(i);  // another street, after three black frames
+  Slam slam(recording().camera, Settings{});
+  const auto outcome = run({seen,
+                            [](std::size_t step, StereoFrame& frame) {
+                              if (step >= 30 && step < 33) frame.left.setTo(0), frame.right.setTo(0);
+                            }},
+                           slam, 0);
+  CAPTURE(outcome.letters());
+  CHECK(outcome.statuses.back() == TrackingStatus::kWeak);
+  CHECK(outcome.count(TrackingStatus::kRelocalised) == 0);
+  CHECK(slam.map_points().size() > 100);
+  CHECK(slam.saved_map().points.size() == slam.map_points().size());
+  const test::TemporaryFolder folder;
+  save_map(folder / "streets.map", slam.saved_map());
+  CHECK(load_map(folder / "streets.map").points.size() == slam.map_points().size());
+}
+
 TEST_CASE("A map of another camera is refused, and so are settings that cannot use one",
           "[stereo_slam][relocalisation]") {
   SavedMap known = test::map_of(3, 20);
