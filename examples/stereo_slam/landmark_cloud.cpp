@@ -3,28 +3,34 @@
 
 #include <stdexcept>
 #include <unordered_map>
+#include <utility>
 
 #include <fmt/format.h>
 
 namespace stereo_slam {
 
-LoadedLandmarks::LoadedLandmarks(const SavedMap& map)
-    : points_(map.points), keyframes_(map.keyframes.size()) {
-  positions_.reserve(points_.size());
-  for (const auto& point : points_) {
-    const Pose& T_world_keyframe = map.keyframes[point.keyframe].T_world_keyframe.pose;
-    positions_.emplace_back(T_world_keyframe.inverse() * point.position_world);
+LoadedLandmarks::LoadedLandmarks(const SavedMap& map) : stored_(map.points) {
+  for (const auto& keyframe : map.keyframes) T_world_keyframe_.push_back(keyframe.T_world_keyframe.pose);
+  positions_.reserve(stored_.size());
+  for (const auto& point : stored_) {
+    positions_.emplace_back(T_world_keyframe_[point.keyframe].inverse() * point.position_world);
   }
 }
 
-void LoadedLandmarks::correct(const std::vector<Pose>& T_world_keyframe) {
-  if (T_world_keyframe.size() != keyframes_) {
-    throw std::invalid_argument(
-        fmt::format("{} poses for {} keyframes of a loaded map", T_world_keyframe.size(), keyframes_));
+void LoadedLandmarks::correct(std::vector<Pose> T_world_keyframe) {
+  if (T_world_keyframe.size() != T_world_keyframe_.size()) {
+    throw std::invalid_argument(fmt::format("{} poses for {} keyframes of a loaded map",
+                                            T_world_keyframe.size(), T_world_keyframe_.size()));
   }
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    points_[i].position_world = T_world_keyframe[points_[i].keyframe] * positions_[i];
+  T_world_keyframe_ = std::move(T_world_keyframe);
+}
+
+std::vector<MapPoint> LoadedLandmarks::points() const {
+  std::vector<MapPoint> points = stored_;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].position_world = T_world_keyframe_[points[i].keyframe] * positions_[i];
   }
+  return points;
 }
 
 std::vector<MapPoint> merge_landmarks(const std::vector<MapPoint>& points) {

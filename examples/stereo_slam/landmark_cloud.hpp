@@ -14,16 +14,16 @@ class LoadedLandmarks {
   LoadedLandmarks() = default;
   explicit LoadedLandmarks(const SavedMap& map);
 
-  /// Moves all of them with the keyframes of their map. Throws std::invalid_argument unless there is a pose
-  /// for each.
-  void correct(const std::vector<Pose>& T_world_keyframe);
+  /// Moves the keyframes of their map. Throws std::invalid_argument unless there is a pose for each.
+  void correct(std::vector<Pose> T_world_keyframe);
 
-  [[nodiscard]] const std::vector<MapPoint>& points() const noexcept { return points_; }
+  /// Where they are now.
+  [[nodiscard]] std::vector<MapPoint> points() const;
 
  private:
+  std::vector<MapPoint> stored_;            // as they were loaded
   std::vector<Vector3<double>> positions_;  // relative to their keyframes
-  std::vector<MapPoint> points_;
-  std::size_t keyframes_ = 0;
+  std::vector<Pose> T_world_keyframe_;
 };
 
 /// One point for all with the same number, the mean of them at the first one's place in the list. Points

@@ -168,7 +168,10 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   std::optional<Eigen::Isometry3d> T_body_camera;
   if (options.pose_frame == PoseFrame::kBody) T_body_camera = require_body(sequence);
   if (options.threads) cv::setNumThreads(*options.threads);
-  if (options.save_map) require_keyframes(settings);
+  if (options.save_map) {
+    require_keyframes(settings);
+    require_writable(*options.save_map);
+  }
   const SavedMap known = options.load_map ? load_map(*options.load_map) : SavedMap{};
   const std::size_t count =
       std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()));

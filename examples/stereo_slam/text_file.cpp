@@ -25,6 +25,23 @@ std::optional<double> parse_number(std::string_view field) {
   return value;
 }
 
+[[nodiscard]] std::filesystem::path partial_of(const std::filesystem::path& file) {
+  return file.string() + ".partial";
+}
+
+/// Fills the file that is to become `file`.
+void write_partial(const std::filesystem::path& file, const std::filesystem::path& partial,
+                   const std::function<void(std::ostream&)>& write) {
+  std::ofstream stream(partial, std::ios::binary | std::ios::trunc);
+  if (stream) write(stream);
+  stream.close();
+  if (stream) return;
+  std::error_code ignored;
+  std::filesystem::remove(partial, ignored);
+  throw std::runtime_error(
+      fmt::format("{}: cannot be written; check permissions and free space", file.string()));
+}
+
 }  // namespace
 
 std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
@@ -86,18 +103,8 @@ std::string at_line(const std::filesystem::path& file, int line, std::string_vie
 }
 
 void write_file(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write) {
-  const std::filesystem::path partial = file.string() + ".partial";
-  {
-    std::ofstream stream(partial, std::ios::binary | std::ios::trunc);
-    if (stream) write(stream);
-    stream.close();
-    if (!stream) {
-      std::error_code ignored;
-      std::filesystem::remove(partial, ignored);
-      throw std::runtime_error(
-          fmt::format("{}: cannot be written; check permissions and free space", file.string()));
-    }
-  }
+  const std::filesystem::path partial = partial_of(file);
+  write_partial(file, partial, write);
   std::error_code error;
   std::filesystem::rename(partial, file, error);
   if (error) {
@@ -105,6 +112,16 @@ void write_file(const std::filesystem::path& file, const std::function<void(std:
     std::filesystem::remove(partial, ignored);
     throw std::runtime_error(fmt::format("{}: cannot be written ({})", file.string(), error.message()));
   }
+}
+
+void require_writable(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file)) {
+    throw std::runtime_error(fmt::format("{}: is a folder, where a file is to be written", file.string()));
+  }
+  const std::filesystem::path partial = partial_of(file);
+  write_partial(file, partial, [](std::ostream&) {});
+  std::error_code ignored;
+  std::filesystem::remove(partial, ignored);
 }
 
 }  // namespace stereo_slam

@@ -43,4 +43,7 @@ struct TextLine {
 /// Throws std::runtime_error when that fails.
 void write_file(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
+/// Throws std::runtime_error if write_file() could not write `file`, as far as that can be known before.
+void require_writable(const std::filesystem::path& file);
+
 }  // namespace stereo_slam

@@ -138,7 +138,12 @@ TEST_CASE("A map goes from one process to the next", "[cli]") {
   write_text(folder / "cut.map", content.substr(0, content.size() / 2));
   check_one_line_failure(run({"--load-map", folder / "cut.map"}), "cut.map");
   check_one_line_failure(run({"--load-map", file, "--no-loop-closure"}), "loop closure");
-  check_one_line_failure(run({"--save-map", folder / "nowhere/x.map"}), "nowhere/x.map");
+  for (const auto& place : std::vector<std::string>{folder / "nowhere/x.map", folder.path().string()}) {
+    fs::remove_all(folder / "out");
+    const auto refused = run({"--save-map", place});
+    check_one_line_failure(refused, place);
+    CHECK_FALSE(fs::exists(folder / "out"));  // before the first frame
+  }
   write_tiny_sequence(folder / "other", 2);
   check_one_line_failure(
       call({"run", "--dataset", folder / "other", "--output", folder / "out", "--load-map", file}),

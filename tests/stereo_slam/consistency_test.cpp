@@ -149,6 +149,25 @@ TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
   }
 }
 
+TEST_CASE("Numbers that no run writes are refused with their line", "[consistency]") {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const FrameResult& result) {
+    RunRecord record;
+    record.results = {result};
+    record.trajectory.resize(1);
+    std::ostringstream out;
+    write_covariances(out, record);
+    write_text(folder / "covariances.csv", out.str());
+    return message_of([&] { (void)read_covariances(folder / "covariances.csv"); });
+  };
+  CHECK(refusal({}).empty());
+  FrameResult odd;
+  odd.calibration.axes_sigma_rad = 1e200;
+  CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and sigmas"));
+  odd.calibration = {-0.1, 0.0};
+  CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and sigmas"));
+}
+
 TEST_CASE("A file that is no covariances.csv, or another run's, is refused with its name", "[consistency]") {
   const TemporaryFolder folder;
   const auto file = folder / "covariances.csv";

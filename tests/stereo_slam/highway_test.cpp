@@ -1,35 +1,21 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/sequence.hpp"
 #include "features.hpp"
-#include "simulate/simulate.hpp"
 #include "slam.hpp"
 #include "stereo_points.hpp"
-#include "stereo_slam/support.hpp"
-#include "trajectory_io.hpp"
+#include "stereo_slam/rendered_drive.hpp"
 
 namespace stereo_slam {
 namespace {
 
-/// A drive of 110 m along a rendered highway, at 0.6 of KITTI's size.
-struct Drive {
-  test::TemporaryFolder folder;
-  StereoSequence sequence;
-  std::vector<Eigen::Isometry3d> truth;
-
-  Drive() {
+/// A drive of 110 m along a rendered highway, at 0.6 of KITTI's size. Rendered once.
+const test::RenderedDrive& drive() {
+  static const test::RenderedDrive rendered([] {
     simulate::SimulationSettings settings;
     settings.scenery = simulate::Scenery::kHighway;
     settings.frames = 40;
     settings.camera = {744, 225, 431.3, 431.3, 364.1, 110.9};
-    simulate::simulate(settings, folder.path());
-    sequence = open_sequence(folder.path(), "kitti");
-    truth = read_trajectory(folder / "poses.txt").poses;
-  }
-};
-
-/// Rendered once.
-const Drive& drive() {
-  static const Drive rendered;
+    return settings;
+  }());
   return rendered;
 }
 

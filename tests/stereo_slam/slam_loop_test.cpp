@@ -1,37 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 
-#include "dataset/sequence.hpp"
-#include "simulate/simulate.hpp"
 #include "slam.hpp"
-#include "stereo_slam/support.hpp"
+#include "stereo_slam/rendered_drive.hpp"
 #include "support/catch.hpp"
-#include "trajectory_io.hpp"
 
 namespace stereo_slam {
 namespace {
 
-/// A drive around a block of houses, and again through the street where it began.
-struct Recording {
-  test::TemporaryFolder folder;
-  StereoSequence sequence;
-  std::vector<Eigen::Isometry3d> truth;
-
-  Recording() {
+/// A drive around a block of houses, and again through the street where it began. Rendered once.
+const test::RenderedDrive& recording() {
+  static const test::RenderedDrive rendered([] {
     simulate::SimulationSettings settings;
     settings.frames = 200;
     settings.fps = 7.0;
     settings.loop.block_length_m = 44.0;
     settings.loop.block_width_m = 36.0;
     settings.camera = {496, 150, 288.0, 288.0, 248.0, 74.0};
-    simulate::simulate(settings, folder.path());
-    sequence = open_sequence(folder.path(), "kitti");
-    truth = read_trajectory(folder / "poses.txt").poses;
-  }
-};
-
-const Recording& recording() {
-  static const Recording rendered;
+    return settings;
+  }());
   return rendered;
 }
 
