@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "map_file.hpp"
-#include "stereo_slam/random_map.hpp"
+#include "stereo_slam/results/map_file.hpp"
+#include "stereo_slam/support/random_map.hpp"
 #include "support/catch.hpp"
 #include "support/files.hpp"
 

@@ -5,13 +5,13 @@
 //   dynamic_scenes [FRAMES [SCALE [VEHICLES...]]]     without: 200 frames of KITTI's size, among 0, 4, 12 and
 //   40
 
-#include "stereo_slam/dynamic_scenes.hpp"
+#include "stereo_slam/support/dynamic_scenes.hpp"
 
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 
-#include "settings_io.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
 
 namespace {
 

@@ -9,8 +9,8 @@
 
 #include <antipode/filters/pose_gaussian.hpp>
 
-#include "camera/stereo_camera.hpp"
-#include "types.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
 
 /// Stereo measurements of points without images: association is known, noise is what the filters are told.
 namespace consistency {

@@ -14,7 +14,7 @@
 #include <antipode/sampling/pose_rules.hpp>
 
 #include "gauss_newton.hpp"
-#include "pose_likelihood.hpp"
+#include "stereo_slam/tracking/pose_likelihood.hpp"
 #include "stereo_world.hpp"
 
 namespace consistency {

@@ -12,7 +12,7 @@
 
 #include <antipode/geometry/dual_quaternion.hpp>
 
-#include "stereo_slam/camera/stereo_camera.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
 
 /// The pose of a textured box, from SIFT features in one stereo pair.
 ///

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/euroc.hpp"
+#include "stereo_slam/dataset/euroc.hpp"
 
 #include <charconv>
 #include <cstdlib>
@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "dataset/image_file.hpp"
-#include "dataset/rig_file.hpp"
-#include "text_file.hpp"
-#include "trajectory_io.hpp"
+#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/rig_file.hpp"
+#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
 
 namespace stereo_slam {
 namespace {

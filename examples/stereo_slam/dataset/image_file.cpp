@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/image_file.hpp"
+#include "stereo_slam/dataset/image_file.hpp"
 
 #include <algorithm>
 #include <array>

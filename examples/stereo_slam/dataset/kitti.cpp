@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/kitti.hpp"
+#include "stereo_slam/dataset/kitti.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -10,9 +10,9 @@
 
 #include <fmt/format.h>
 
-#include "dataset/image_file.hpp"
-#include "text_file.hpp"
-#include "trajectory_io.hpp"
+#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
 
 namespace stereo_slam {
 namespace {

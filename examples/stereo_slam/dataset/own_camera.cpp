@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/own_camera.hpp"
+#include "stereo_slam/dataset/own_camera.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -11,9 +11,9 @@
 
 #include <fmt/format.h>
 
-#include "dataset/image_file.hpp"
-#include "dataset/rig_file.hpp"
-#include "text_file.hpp"
+#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/rig_file.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "dataset/sequence.hpp"
+#include "stereo_slam/dataset/sequence.hpp"
 
 namespace stereo_slam {
 

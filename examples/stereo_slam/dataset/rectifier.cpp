@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/rectifier.hpp"
+#include "stereo_slam/dataset/rectifier.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
-#include "camera/stereo_camera.hpp"
-#include "dataset/stereo_rig.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/dataset/stereo_rig.hpp"
 
 namespace stereo_slam {
 

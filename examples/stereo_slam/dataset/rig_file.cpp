@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/rig_file.hpp"
+#include "stereo_slam/dataset/rig_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "text_file.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "camera/stereo_camera.hpp"
-#include "dataset/stereo_rig.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/dataset/stereo_rig.hpp"
 
 /// Calibrations in YAML. Every function throws std::runtime_error naming file, line and what to do.
 namespace stereo_slam {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/sequence.hpp"
+#include "stereo_slam/dataset/sequence.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
-#include "dataset/euroc.hpp"
-#include "dataset/image_file.hpp"
-#include "dataset/kitti.hpp"
-#include "dataset/own_camera.hpp"
-#include "dataset/rig_file.hpp"
+#include "stereo_slam/dataset/euroc.hpp"
+#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/kitti.hpp"
+#include "stereo_slam/dataset/own_camera.hpp"
+#include "stereo_slam/dataset/rig_file.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -14,11 +14,11 @@
 
 #include <Eigen/Geometry>
 
-#include "camera/stereo_camera.hpp"
-#include "dataset/rectifier.hpp"
-#include "dataset/video.hpp"
-#include "settings.hpp"
-#include "types.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/dataset/rectifier.hpp"
+#include "stereo_slam/dataset/video.hpp"
+#include "stereo_slam/settings/settings.hpp"
 
 /// A recording as plain data: which files make up which frame, and how the camera sees. A new dataset format
 /// is one function that fills a SequenceScan, and one line in scan_sequence.

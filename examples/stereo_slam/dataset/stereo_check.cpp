@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/stereo_check.hpp"
+#include "stereo_slam/dataset/stereo_check.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "dataset/sequence.hpp"
-#include "types.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/dataset/sequence.hpp"
 
 namespace stereo_slam {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dataset/video.hpp"
+#include "stereo_slam/dataset/video.hpp"
 
 #include <algorithm>
 #include <array>

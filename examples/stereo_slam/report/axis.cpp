@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report/axis.hpp"
+#include "stereo_slam/report/axis.hpp"
 
 #include <algorithm>
 #include <cmath>

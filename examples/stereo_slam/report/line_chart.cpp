@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report/line_chart.hpp"
+#include "stereo_slam/report/line_chart.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
-#include "report/axis.hpp"
-#include "report/markup.hpp"
-#include "report/path_data.hpp"
+#include "stereo_slam/report/axis.hpp"
+#include "stereo_slam/report/markup.hpp"
+#include "stereo_slam/report/path_data.hpp"
 
 namespace stereo_slam::report {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report/markup.hpp"
+#include "stereo_slam/report/markup.hpp"
 
 namespace stereo_slam::report {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report/path_data.hpp"
+#include "stereo_slam/report/path_data.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "types.hpp"
+#include "stereo_slam/core/types.hpp"
 
 /// Long series as short SVG paths.
 namespace stereo_slam::report {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report/report.hpp"
+#include "stereo_slam/report/report.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,12 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
-#include "report/line_chart.hpp"
-#include "report/markup.hpp"
-#include "report/run_charts.hpp"
-#include "report/style.hpp"
-#include "report/top_view.hpp"
-#include "report/trajectory_geometry.hpp"
+#include "stereo_slam/report/line_chart.hpp"
+#include "stereo_slam/report/markup.hpp"
+#include "stereo_slam/report/run_charts.hpp"
+#include "stereo_slam/report/style.hpp"
+#include "stereo_slam/report/top_view.hpp"
+#include "stereo_slam/report/trajectory_geometry.hpp"
 
 namespace stereo_slam::report {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <ostream>
 
-#include "output.hpp"
+#include "stereo_slam/results/output.hpp"
 
 namespace stereo_slam::report {
 

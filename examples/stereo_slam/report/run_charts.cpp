@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "report/run_charts.hpp"
+#include "stereo_slam/report/run_charts.hpp"
 
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "report/trajectory_geometry.hpp"
+#include "stereo_slam/report/trajectory_geometry.hpp"
 
 namespace stereo_slam::report {
 namespace {
@@ -43,7 +43,7 @@ template <class Function>
 
 /// Square roots of the covariance's diagonal, `scale` times.
 [[nodiscard]] Series sigma(const RunRecord& record, const char* name, int axis, double scale) {
-  return {name, of_poses(record, [&](const PoseEstimate& estimate) {
+  return {name, of_poses(record, [&](const PoseGaussian& estimate) {
             return scale * std::sqrt(estimate.covariance(axis, axis));
           })};
 }
@@ -55,10 +55,10 @@ LineChart height_chart(const RunRecord& record) {
   chart.title = "Height, m";
   chart.x_title = "m driven";
   chart.x = path_lengths(record.trajectory);
-  chart.lines = {{"above the first camera", of_poses(record, [](const PoseEstimate& estimate) {
+  chart.lines = {{"above the first camera", of_poses(record, [](const PoseGaussian& estimate) {
                     return -estimate.pose.translation().y();
                   })}};
-  chart.band = {"1 sigma", of_poses(record, [](const PoseEstimate& estimate) {
+  chart.band = {"1 sigma", of_poses(record, [](const PoseGaussian& estimate) {
                   return std::sqrt(position_covariance(estimate)(1, 1));
                 })};
   chart.from_zero = false;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "output.hpp"
-#include "report/line_chart.hpp"
+#include "stereo_slam/report/line_chart.hpp"
+#include "stereo_slam/results/output.hpp"
 
 /// What is plotted of a run of the camera.
 namespace stereo_slam::report {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report/top_view.hpp"
+#include "stereo_slam/report/top_view.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
-#include "report/axis.hpp"
-#include "report/path_data.hpp"
-#include "report/trajectory_geometry.hpp"
+#include "stereo_slam/report/axis.hpp"
+#include "stereo_slam/report/path_data.hpp"
+#include "stereo_slam/report/trajectory_geometry.hpp"
 
 namespace stereo_slam::report {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report/trajectory_geometry.hpp"
+#include "stereo_slam/report/trajectory_geometry.hpp"
 
 #include <cmath>
 
@@ -7,7 +7,7 @@
 
 namespace stereo_slam::report {
 
-std::vector<double> path_lengths(std::span<const PoseEstimate> trajectory) {
+std::vector<double> path_lengths(std::span<const PoseGaussian> trajectory) {
   std::vector<double> lengths_m(trajectory.size(), 0.0);
   for (std::size_t k = 1; k < trajectory.size(); ++k) {
     lengths_m[k] =
@@ -16,12 +16,12 @@ std::vector<double> path_lengths(std::span<const PoseEstimate> trajectory) {
   return lengths_m;
 }
 
-Matrix3<double> position_covariance(const PoseEstimate& T_world_camera) {
+Matrix3<double> position_covariance(const PoseGaussian& T_world_camera) {
   const Matrix3<double> R = T_world_camera.pose.rotation_matrix();
   return R * T_world_camera.covariance.bottomRightCorner<3, 3>() * R.transpose();
 }
 
-SigmaEllipse sigma_ellipse(const PoseEstimate& T_world_camera) {
+SigmaEllipse sigma_ellipse(const PoseGaussian& T_world_camera) {
   const Matrix3<double> P = position_covariance(T_world_camera);
   Matrix2<double> in_plane;
   in_plane << P(0, 0), P(0, 2), P(2, 0), P(2, 2);

@@ -4,16 +4,16 @@
 #include <span>
 #include <vector>
 
-#include "types.hpp"
+#include "stereo_slam/core/types.hpp"
 
 /// What is plotted of poses and their covariances.
 namespace stereo_slam::report {
 
 /// Metres from the first pose to each, along the path.
-[[nodiscard]] std::vector<double> path_lengths(std::span<const PoseEstimate> trajectory);
+[[nodiscard]] std::vector<double> path_lengths(std::span<const PoseGaussian> trajectory);
 
 /// Covariance of a position along the world's axes, m2.
-[[nodiscard]] Matrix3<double> position_covariance(const PoseEstimate& T_world_camera);
+[[nodiscard]] Matrix3<double> position_covariance(const PoseGaussian& T_world_camera);
 
 /// One standard deviation of a position in the plane of x and z.
 struct SigmaEllipse {
@@ -21,6 +21,6 @@ struct SigmaEllipse {
   double angle_rad = 0.0;       ///< of the longer one, from x towards z
 };
 
-[[nodiscard]] SigmaEllipse sigma_ellipse(const PoseEstimate& T_world_camera);
+[[nodiscard]] SigmaEllipse sigma_ellipse(const PoseGaussian& T_world_camera);
 
 }  // namespace stereo_slam::report

@@ -19,8 +19,8 @@ template <std::floating_point Scalar_>
 struct PoseGaussian {
   using Scalar = Scalar_;
 
-  DualQuaternion<Scalar> pose;
-  Matrix6<Scalar> covariance;  ///< of xi: rad^2, rad m, m^2
+  DualQuaternion<Scalar> pose = DualQuaternion<Scalar>::identity();
+  Matrix6<Scalar> covariance = Matrix6<Scalar>::Zero();  ///< of xi: rad^2, rad m, m^2
 };
 
 template <std::floating_point Scalar>

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/frame_reader.hpp"
+
+#include <chrono>
+#include <utility>
+
+namespace stereo_slam {
+
+FrameReader::FrameReader(Load load, std::size_t count)
+    : thread_([this, load = std::move(load), count](const std::stop_token& stop) {
+        read_all(stop, load, count);
+      }) {}
+
+void FrameReader::read_all(const std::stop_token& stop, const Load& load, std::size_t count) {
+  try {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::optional<StereoFrame> frame = load(i);
+      if (!frame) break;
+      std::unique_lock lock(mutex_);
+      if (!changed_.wait(lock, stop, [&] { return frames_.size() < kCapacity; })) return;
+      frames_.push_back(std::move(*frame));
+      changed_.notify_all();
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+  }
+  const std::lock_guard lock(mutex_);
+  finished_ = true;
+  changed_.notify_all();
+}
+
+std::optional<StereoFrame> FrameReader::next(const std::function<bool()>& stop) {
+  using namespace std::chrono_literals;
+  std::unique_lock lock(mutex_);
+  while (!stop()) {  // a signal cannot notify, so it is polled
+    if (!changed_.wait_for(lock, 50ms, [&] { return !frames_.empty() || finished_; })) continue;
+    if (frames_.empty()) {
+      if (failure_) std::rethrow_exception(failure_);
+      return std::nullopt;
+    }
+    StereoFrame frame = std::move(frames_.front());
+    frames_.pop_front();
+    changed_.notify_all();
+    return frame;
+  }
+  return std::nullopt;
+}
+
+}  // namespace stereo_slam

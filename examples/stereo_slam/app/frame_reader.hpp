@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// Reads frames ahead on a thread of its own, in order, never holding more than kCapacity.
+class FrameReader {
+ public:
+  using Load = std::function<std::optional<StereoFrame>(std::size_t)>;
+
+  /// `load` is called with 0, 1 ... count - 1 on the reading thread; what it throws comes out of next(),
+  /// and no frame ends the recording early.
+  FrameReader(Load load, std::size_t count);
+
+  /// The next frame; nothing after the last one, or as soon as `stop` says so. Rethrows the failure of a load
+  /// in the place of its frame.
+  std::optional<StereoFrame> next(const std::function<bool()>& stop);
+
+  static constexpr std::size_t kCapacity = 4;
+
+ private:
+  void read_all(const std::stop_token& stop, const Load& load, std::size_t count);
+
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<StereoFrame> frames_;
+  std::exception_ptr failure_;
+  bool finished_ = false;
+  std::jthread thread_;  // last: ends before what it uses
+};
+
+}  // namespace stereo_slam

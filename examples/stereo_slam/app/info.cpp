@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/info.hpp"
+
+#include <algorithm>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr std::size_t kPrintedProblems = 20;
+
+/// Checks both files of every frame; returns the frames that are whole.
+std::vector<std::size_t> check_images(SequenceScan& scan) {
+  const auto& camera = scan.sequence.camera;
+  std::vector<std::size_t> whole;
+  if (scan.sequence.video) {  // only decoding would tell, and takes as long as a run
+    whole.resize(scan.sequence.frames.size());
+    std::iota(whole.begin(), whole.end(), std::size_t{0});
+    return whole;
+  }
+  bool colour = false;
+  for (std::size_t i = 0; i < scan.sequence.frames.size(); ++i) {
+    const auto& files = scan.sequence.frames[i];
+    bool good = true;
+    for (const auto& file : {files.left, files.right}) {
+      try {
+        const ImageHeader header = check_image(file);
+        colour = colour || header.colour;
+        if (header.width_px == camera.width_px && header.height_px == camera.height_px) continue;
+        scan.problems.push_back(wrong_size(file, header.width_px, header.height_px, camera));
+      } catch (const std::runtime_error& error) {
+        scan.problems.push_back({Problem::Severity::kError, error.what()});
+      }
+      good = false;
+    }
+    if (good) whole.push_back(i);
+  }
+  if (colour) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format("{}: images are in colour; they are converted to grey", scan.sequence.folder.string())});
+  }
+  return whole;
+}
+
+/// Looks at up to five frames spread over the sequence; of a video, at its beginning.
+StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_t>& whole_frames) {
+  constexpr std::size_t kSampled = 5;
+  std::vector<StereoFrame> frames;
+  const std::size_t range =
+      scan.sequence.video ? std::min(kSampled, whole_frames.size()) : whole_frames.size();
+  for (const std::size_t k : spread(range, kSampled)) {
+    attempt(scan.problems, Problem::Severity::kError,
+            [&] { frames.push_back(load_frame(scan.sequence, whole_frames[k])); });
+  }
+  return check_stereo_agreement(frames);
+}
+
+double path_length(const std::vector<Eigen::Isometry3d>& poses) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    length_m += (poses[i].translation() - poses[i - 1].translation()).norm();
+  return length_m;
+}
+
+void print_findings(std::ostream& stream, const StereoSequence& sequence) {
+  const auto& camera = sequence.camera;
+  const auto& frames = sequence.frames;
+  fmt::print(stream, "folder        {}\nformat        {}\nframes        {}\n", sequence.folder.string(),
+             sequence.format.empty() ? "unknown" : sequence.format, frames.size());
+  if (camera.width_px > 0)
+    fmt::print(stream, "image size    {} x {} px\n", camera.width_px, camera.height_px);
+  if (camera.fx > 0.0) {
+    fmt::print(stream,
+               "calibration   fx {:.6g}  fy {:.6g}  cx {:.6g}  cy {:.6g} px\nbaseline      {:.4f} m\n",
+               camera.fx, camera.fy, camera.cx, camera.cy, camera.baseline_m);
+  }
+  if (sequence.rectifier) {
+    fmt::print(
+        stream, "rectified     from {} lenses turned by {:.2f} deg; {:.1f} % of the view is covered\n",
+        sequence.lenses == "none" ? "undistorted" : sequence.lenses,
+        180.0 / std::numbers::pi * Eigen::AngleAxisd(sequence.rectifier->T_left_camera().linear()).angle(),
+        100.0 * sequence.rectifier->coverage());
+  }
+  if (frames.size() > 1 && frames.back().stamp_ns > frames.front().stamp_ns) {
+    const double duration_s = 1e-9 * static_cast<double>(frames.back().stamp_ns - frames.front().stamp_ns);
+    fmt::print(stream, "duration      {:.2f} s, {:.2f} frames a second\n", duration_s,
+               static_cast<double>(frames.size() - 1) / duration_s);
+  }
+  if (sequence.ground_truth.empty()) {
+    fmt::print(stream, "ground truth  none\n");
+  } else {
+    fmt::print(stream, "ground truth  {} poses, {:.1f} m\n", sequence.ground_truth.size(),
+               path_length(sequence.ground_truth));
+  }
+}
+
+void print_problems(std::ostream& stream, const std::vector<Problem>& problems) {
+  for (std::size_t i = 0; i < std::min(problems.size(), kPrintedProblems); ++i) {
+    fmt::print(stream, "{:<12}  {}\n", is_error(problems[i]) ? "ERROR" : "warning", problems[i].text);
+  }
+  if (problems.size() > kPrintedProblems) {
+    fmt::print(stream, "...           and {} more problems\n", problems.size() - kPrintedProblems);
+  }
+}
+
+}  // namespace
+
+Inspection inspect_sequence(const std::filesystem::path& folder, std::string_view format) {
+  Inspection inspection{.scan = scan_sequence(folder, format), .agreement = {}};
+  if (inspection.scan.sequence.camera.width_px == 0) return inspection;
+  const auto whole_frames = check_images(inspection.scan);
+  inspection.agreement = check_agreement(inspection.scan, whole_frames);
+  for (auto& problem : problems_of(inspection.agreement, inspection.scan.sequence))
+    inspection.scan.problems.push_back(std::move(problem));
+  return inspection;
+}
+
+void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame) {
+  if (sequence.ground_truth.empty())
+    throw std::runtime_error(fmt::format("{}: has no ground truth to write", sequence.folder.string()));
+  const Eigen::Isometry3d T_camera_frame =
+      frame == PoseFrame::kBody ? require_body(sequence).inverse() : Eigen::Isometry3d::Identity();
+  std::vector<Pose> poses;
+  for (const auto& T_world_camera : sequence.ground_truth) {
+    const Eigen::Isometry3d T = T_world_camera * T_camera_frame;
+    poses.push_back(
+        Pose::from_matrix(Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix(), T.translation()));
+  }
+  write_tum_trajectory(stream, sequence.ground_truth_ns, poses);
+}
+
+void print_inspection(std::ostream& stream, const Inspection& inspection) {
+  const auto& [scan, agreement] = inspection;
+  print_findings(stream, scan.sequence);
+  if (agreement.conclusive()) {
+    fmt::print(stream, "stereo check  {} matches, row offset {:.2f} px, disparity {:.1f} px (medians)\n",
+               agreement.matches, agreement.row_offset_px, agreement.median_disparity_px);
+  }
+  print_problems(stream, scan.problems);
+  const auto errors = std::count_if(scan.problems.begin(), scan.problems.end(), is_error);
+  fmt::print(stream, "verdict       {}\n",
+             errors == 0 ? "usable"
+                         : fmt::format("not usable as a whole ({} error{})", errors, errors == 1 ? "" : "s"));
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <ostream>
+#include <string_view>
+
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/results/pose_frame.hpp"
+
+namespace stereo_slam {
+
+/// A recording looked at closely: every image file, and on a few frames the rectification and the order of
+/// the cameras.
+struct Inspection {
+  SequenceScan scan;
+  StereoAgreement agreement;
+};
+
+[[nodiscard]] Inspection inspect_sequence(const std::filesystem::path& folder, std::string_view format);
+
+/// The recording's ground truth as a TUM trajectory, for `evaluate` beside that of a run with the same
+/// --pose-frame. Throws std::runtime_error when there is none.
+void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame);
+
+/// What the recording consists of and everything found wrong with it.
+void print_inspection(std::ostream& stream, const Inspection& inspection);
+
+}  // namespace stereo_slam

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/process_memory.hpp"
+
+#include <cstddef>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <unistd.h>
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+double resident_memory_mb() {
+  std::ifstream statm("/proc/self/statm");  // Linux: pages, in all and resident
+  std::size_t total = 0;
+  std::size_t resident = 0;
+  if (!(statm >> total >> resident)) return kUnknown;
+  return 1e-6 * static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+double peak_resident_memory_mb() {
+  std::ifstream status("/proc/self/status");
+  for (std::string key; status >> key;) {
+    double kibibytes = 0.0;
+    if (key == "VmHWM:" && status >> kibibytes) return 1e-6 * 1024.0 * kibibytes;
+  }
+  return kUnknown;
+}
+
+}  // namespace stereo_slam

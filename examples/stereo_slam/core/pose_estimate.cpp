@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/core/pose_estimate.hpp"
+
+namespace stereo_slam {
+
+PoseGaussian with_calibration_error(const PoseGaussian& T_a_b, const CalibrationError& error) {
+  const Pose T_b_a = T_a_b.pose.inverse();
+  const Vector3<double> along = error.scale_sigma * T_b_a.translation();
+  // X T X^-1 = T exp(Ad(T^-1) x - x) to first order in X = exp(x).
+  Matrix6x3 turn = error.axes_sigma_rad * T_b_a.adjoint().leftCols<3>();
+  turn.topRows<3>().diagonal().array() -= error.axes_sigma_rad;
+  PoseGaussian result = T_a_b;
+  result.covariance.bottomRightCorner<3, 3>() += along * along.transpose();
+  result.covariance += turn * turn.transpose();
+  return result;
+}
+
+}  // namespace stereo_slam

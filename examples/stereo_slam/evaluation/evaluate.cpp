@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/evaluation/evaluate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr std::size_t kSegmentStep = 10;
+constexpr double kSegmentLengths_m[] = {100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 800.0};
+
+/// In radians; unlike the arc cosine of the trace, accurate for small angles too.
+double rotation_angle(const Eigen::Isometry3d& motion) {
+  return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear()).normalized()).angle();
+}
+
+/// inverse(delta_estimate) * delta_truth between two frames.
+Eigen::Isometry3d motion_error(PoseSpan truth, PoseSpan estimate, std::size_t from, std::size_t to) {
+  const Eigen::Isometry3d delta_truth = truth[from].inverse(Eigen::Affine) * truth[to];
+  const Eigen::Isometry3d delta_estimate = estimate[from].inverse(Eigen::Affine) * estimate[to];
+  return delta_estimate.inverse(Eigen::Affine) * delta_truth;
+}
+
+Eigen::Matrix3Xd positions(PoseSpan poses) {
+  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(poses.size()));
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    points.col(static_cast<Eigen::Index>(i)) = poses[i].translation();
+  return points;
+}
+
+template <class Range>
+std::size_t nearest_index(const Range& stamps, std::int64_t stamp) {
+  const auto after = std::lower_bound(stamps.begin(), stamps.end(), stamp);
+  if (after == stamps.begin()) return 0;
+  const auto before = after - 1;
+  const bool take_before = after == stamps.end() || stamp - *before <= *after - stamp;
+  return static_cast<std::size_t>((take_before ? before : after) - stamps.begin());
+}
+
+}  // namespace
+
+std::vector<double> distances_along(PoseSpan poses) {
+  std::vector<double> distances(poses.size(), 0.0);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    distances[i] = distances[i - 1] + (poses[i].translation() - poses[i - 1].translation()).norm();
+  }
+  return distances;
+}
+
+std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate) {
+  const auto distances = distances_along(truth);
+  double translation_sum = 0.0;  // m per m
+  double rotation_sum = 0.0;     // rad per m
+  KittiScore score;
+  for (std::size_t first = 0; first < truth.size(); first += kSegmentStep) {
+    for (const double length_m : kSegmentLengths_m) {
+      const auto end = std::upper_bound(distances.begin(), distances.end(), distances[first] + length_m);
+      if (end == distances.end()) break;
+      const auto last = static_cast<std::size_t>(end - distances.begin());
+      const Eigen::Isometry3d error = motion_error(truth, estimate, first, last);
+      translation_sum += error.translation().norm() / length_m;
+      rotation_sum += rotation_angle(error) / length_m;
+      ++score.segments;
+    }
+  }
+  if (score.segments == 0) return std::nullopt;
+  const auto count = static_cast<double>(score.segments);
+  score.t_rel_percent = 100.0 * translation_sum / count;
+  score.r_rel_deg_per_100m = 100.0 * kDegrees * rotation_sum / count;
+  return score;
+}
+
+ErrorStatistics error_statistics(std::vector<double> errors) {
+  if (errors.empty()) throw std::invalid_argument("error_statistics: no errors");
+  const auto count = static_cast<double>(errors.size());
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  const double upper = *middle;
+  const double lower = errors.size() % 2 == 1 ? upper : *std::max_element(errors.begin(), middle);
+  return {.rmse = std::sqrt(std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0) / count),
+          .mean = std::accumulate(errors.begin(), errors.end(), 0.0) / count,
+          .median = 0.5 * (lower + upper),
+          .max = *std::max_element(errors.begin(), errors.end()),
+          .count = errors.size()};
+}
+
+Eigen::Isometry3d align(PoseSpan truth, PoseSpan estimate) {
+  return Eigen::Isometry3d(Eigen::umeyama(positions(estimate), positions(truth), /*with_scaling=*/false));
+}
+
+ErrorStatistics absolute_trajectory_error(PoseSpan truth, PoseSpan estimate,
+                                          const Eigen::Isometry3d& T_truth_estimate) {
+  std::vector<double> errors(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    errors[i] = (T_truth_estimate * estimate[i].translation() - truth[i].translation()).norm();
+  }
+  return error_statistics(std::move(errors));
+}
+
+FramePairs consecutive_pairs(std::size_t count) {
+  FramePairs pairs;
+  for (std::size_t i = 1; i < count; ++i) pairs.emplace_back(i - 1, i);
+  return pairs;
+}
+
+FramePairs pairs_by_distance(PoseSpan poses, double length_m) {
+  const auto distances = distances_along(poses);
+  std::vector<std::size_t> ends;
+  double start_m = 0.0;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    if (distances[i] - start_m < length_m) continue;
+    ends.push_back(i);
+    start_m = distances[i];
+  }
+  FramePairs pairs;
+  for (std::size_t i = 1; i < ends.size(); ++i) pairs.emplace_back(ends[i - 1], ends[i]);
+  return pairs;
+}
+
+std::optional<RelativePoseError> relative_pose_error(PoseSpan truth, PoseSpan estimate,
+                                                     const FramePairs& pairs) {
+  if (pairs.empty()) return std::nullopt;
+  std::vector<double> translations_m;
+  std::vector<double> rotations_deg;
+  for (const auto& [from, to] : pairs) {
+    const Eigen::Isometry3d error = motion_error(truth, estimate, from, to);
+    translations_m.push_back(error.translation().norm());
+    rotations_deg.push_back(kDegrees * rotation_angle(error));
+  }
+  return RelativePoseError{error_statistics(std::move(translations_m)),
+                           error_statistics(std::move(rotations_deg))};
+}
+
+FramePairs associate_by_stamp(std::span<const std::int64_t> truth_ns,
+                              std::span<const std::int64_t> estimate_ns, std::int64_t max_difference_ns) {
+  const bool truth_is_shorter = truth_ns.size() < estimate_ns.size();
+  const auto shorter = truth_is_shorter ? truth_ns : estimate_ns;
+  const auto longer = truth_is_shorter ? estimate_ns : truth_ns;
+  FramePairs pairs;
+  if (longer.empty()) return pairs;
+  for (std::size_t i = 0; i < shorter.size(); ++i) {
+    const std::size_t j = nearest_index(longer, shorter[i]);
+    if (std::abs(longer[j] - shorter[i]) > max_difference_ns) continue;
+    pairs.emplace_back(truth_is_shorter ? i : j, truth_is_shorter ? j : i);
+  }
+  return pairs;
+}
+
+FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate, double max_difference_s) {
+  if (truth.stamps_ns.empty() != estimate.stamps_ns.empty()) {
+    throw std::runtime_error(
+        "only one of the two trajectories has stamps, so their poses cannot be matched; give both as KITTI "
+        "or both stamped");
+  }
+  FramePairs pairs;
+  if (truth.stamps_ns.empty()) {
+    pairs.resize(std::min(truth.poses.size(), estimate.poses.size()));
+    for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i] = {i, i};
+  } else {
+    pairs = associate_by_stamp(truth.stamps_ns, estimate.stamps_ns, std::llround(max_difference_s * 1e9));
+  }
+  if (pairs.size() < 3) {
+    throw std::runtime_error(
+        fmt::format("only {} of {} estimated poses match one of the {} true ones, 3 are needed; check the "
+                    "stamps and their units",
+                    pairs.size(), estimate.poses.size(), truth.poses.size()));
+  }
+  return pairs;
+}
+
+Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate, double max_difference_s) {
+  std::vector<Eigen::Isometry3d> matched_truth;
+  std::vector<Eigen::Isometry3d> matched_estimate;
+  for (const auto& [i, j] : match_poses(truth, estimate, max_difference_s)) {
+    matched_truth.push_back(truth.poses[i]);
+    matched_estimate.push_back(estimate.poses[j]);
+  }
+  const std::size_t matched = matched_truth.size();
+  return {.truth_poses = truth.poses.size(),
+          .estimate_poses = estimate.poses.size(),
+          .matched = matched,
+          .truth_length_m = distances_along(matched_truth).back(),
+          .estimate_length_m = distances_along(matched_estimate).back(),
+          .kitti = kitti_score(matched_truth, matched_estimate),
+          .ate_aligned_m = absolute_trajectory_error(matched_truth, matched_estimate,
+                                                     align(matched_truth, matched_estimate)),
+          .ate_first_pose_m = absolute_trajectory_error(
+              matched_truth, matched_estimate, matched_truth.front() * matched_estimate.front().inverse()),
+          .rpe_frame = relative_pose_error(matched_truth, matched_estimate, consecutive_pairs(matched)),
+          .rpe_10m = relative_pose_error(matched_truth, matched_estimate,
+                                         pairs_by_distance(matched_estimate, 10.0))};
+}
+
+namespace {
+
+void print_statistics(std::ostream& stream, std::string_view name, const ErrorStatistics& s,
+                      std::string_view unit) {
+  fmt::print(stream, "{:<32}rmse {:.6f}  mean {:.6f}  median {:.6f}  max {:.6f} {}\n", name, s.rmse, s.mean,
+             s.median, s.max, unit);
+}
+
+void print_rpe(std::ostream& stream, std::string_view name, const std::optional<RelativePoseError>& rpe) {
+  if (!rpe) {
+    fmt::print(stream, "{:<32}n/a (the path is too short)\n", name);
+    return;
+  }
+  print_statistics(stream, name, rpe->translation_m, "m");
+  print_statistics(stream, "", rpe->rotation_deg, "deg");
+}
+
+std::string json(const ErrorStatistics& s) {
+  return fmt::format(R"({{"rmse": {}, "mean": {}, "median": {}, "max": {}, "count": {}}})", s.rmse, s.mean,
+                     s.median, s.max, s.count);
+}
+
+std::string json(const std::optional<RelativePoseError>& rpe) {
+  if (!rpe) return "null";
+  return fmt::format(R"({{"translation_m": {}, "rotation_deg": {}}})", json(rpe->translation_m),
+                     json(rpe->rotation_deg));
+}
+
+std::string json(const std::optional<KittiScore>& score) {
+  if (!score) return "null";
+  return fmt::format(R"({{"t_rel_percent": {}, "r_rel_deg_per_100m": {}, "segments": {}}})",
+                     score->t_rel_percent, score->r_rel_deg_per_100m, score->segments);
+}
+
+}  // namespace
+
+void print_evaluation(std::ostream& stream, const Evaluation& e) {
+  fmt::print(stream, "frames matched                  {} ({} true, {} estimated poses)\n", e.matched,
+             e.truth_poses, e.estimate_poses);
+  fmt::print(stream, "path length                     {:.2f} m true, {:.2f} m estimated\n", e.truth_length_m,
+             e.estimate_length_m);
+  if (e.kitti) {
+    fmt::print(stream,
+               "KITTI, segments of 100-800 m    t_rel {:.4f} %  r_rel {:.4f} deg/100 m  ({} segments)\n",
+               e.kitti->t_rel_percent, e.kitti->r_rel_deg_per_100m, e.kitti->segments);
+  } else {
+    fmt::print(stream, "KITTI, segments of 100-800 m    n/a (the path has no segment of 100 m)\n");
+  }
+  print_statistics(stream, "ATE, SE(3)-aligned", e.ate_aligned_m, "m");
+  print_statistics(stream, "ATE, first pose aligned", e.ate_first_pose_m, "m");
+  print_rpe(stream, "RPE (TUM, evo), delta 1 frame", e.rpe_frame);
+  print_rpe(stream, "RPE (TUM, evo), delta 10 m", e.rpe_10m);
+}
+
+void write_evaluation_json(std::ostream& stream, const Evaluation& e, const std::string& more) {
+  fmt::print(stream,
+             "{{\n  \"frames_matched\": {},\n  \"truth_poses\": {},\n  \"estimate_poses\": {},\n"
+             "  \"truth_length_m\": {},\n  \"estimate_length_m\": {},\n"
+             "  \"kitti\": {},\n  \"ate_se3_aligned_m\": {},\n  \"ate_first_pose_aligned_m\": {},\n"
+             "  \"rpe_1_frame\": {},\n  \"rpe_10_m\": {}{}\n}}\n",
+             e.matched, e.truth_poses, e.estimate_poses, e.truth_length_m, e.estimate_length_m, json(e.kitti),
+             json(e.ate_aligned_m), json(e.ate_first_pose_m), json(e.rpe_frame), json(e.rpe_10m),
+             more.empty() ? "" : ",\n  " + more);
+}
+
+}  // namespace stereo_slam

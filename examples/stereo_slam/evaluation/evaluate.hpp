@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <ostream>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "stereo_slam/io/trajectory_io.hpp"
+
+/// Scores of an estimated trajectory against the truth. Everywhere, truth[i] and estimate[i] are the same
+/// instant.
+namespace stereo_slam {
+
+using PoseSpan = std::span<const Eigen::Isometry3d>;
+
+/// Metres travelled from the first pose to each.
+[[nodiscard]] std::vector<double> distances_along(PoseSpan poses);
+
+/// The KITTI odometry benchmark's score. Segments start at every 10th frame and are 100, 200 ... 800 m long
+/// along the truth; a segment ends at the first frame further than that from its start. The error of a
+/// segment is inverse(delta_estimate) * delta_truth, divided by the nominal length; the scores are averages
+/// over all segments of all lengths. No alignment. Matrices are inverted as they are, like the benchmark's
+/// own program does.
+struct KittiScore {
+  double t_rel_percent = 0.0;
+  double r_rel_deg_per_100m = 0.0;
+  std::size_t segments = 0;
+};
+
+/// Nothing when the truth is too short for a single segment.
+[[nodiscard]] std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate);
+
+/// Of a set of errors, all >= 0.
+struct ErrorStatistics {
+  double rmse = 0.0;
+  double mean = 0.0;
+  double median = 0.0;
+  double max = 0.0;
+  std::size_t count = 0;
+};
+
+/// Throws std::invalid_argument when there are none.
+[[nodiscard]] ErrorStatistics error_statistics(std::vector<double> errors);
+
+/// The rigid motion T minimising sum |truth_i - T estimate_i|^2 over the positions, without scale: Umeyama,
+/// "Least-squares estimation of transformation parameters between two point patterns", PAMI 1991.
+[[nodiscard]] Eigen::Isometry3d align(PoseSpan truth, PoseSpan estimate);
+
+/// Distances between true and estimated positions after T_truth_estimate, in metres (ATE; evo: APE).
+[[nodiscard]] ErrorStatistics absolute_trajectory_error(PoseSpan truth, PoseSpan estimate,
+                                                        const Eigen::Isometry3d& T_truth_estimate);
+
+/// Relative pose error in the sense of the TUM benchmark and of evo (another measure than KITTI's): motion
+/// errors over given pairs of frames, not divided by anything.
+struct RelativePoseError {
+  ErrorStatistics translation_m;
+  ErrorStatistics rotation_deg;
+};
+
+using FramePairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+/// (0, 1), (1, 2) ... up to `count` frames.
+[[nodiscard]] FramePairs consecutive_pairs(std::size_t count);
+
+/// Consecutive stretches of at least `length_m` along `poses`, the first beginning where the first `length_m`
+/// end: the pairs evo takes for a delta in metres, there along the estimate.
+[[nodiscard]] FramePairs pairs_by_distance(PoseSpan poses, double length_m);
+
+/// Nothing without pairs.
+[[nodiscard]] std::optional<RelativePoseError> relative_pose_error(PoseSpan truth, PoseSpan estimate,
+                                                                   const FramePairs& pairs);
+
+/// Indices (truth, estimate) of poses whose stamps lie within `max_difference_ns`: each pose of the shorter
+/// list takes the nearest of the longer one.
+[[nodiscard]] FramePairs associate_by_stamp(std::span<const std::int64_t> truth_ns,
+                                            std::span<const std::int64_t> estimate_ns,
+                                            std::int64_t max_difference_ns);
+
+/// Indices (truth, estimate) of the poses of the same instants: by stamp when both have stamps, else by
+/// index. Throws std::runtime_error when fewer than three match.
+[[nodiscard]] FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate,
+                                     double max_difference_s = 0.01);
+
+/// All scores of one estimate.
+struct Evaluation {
+  std::size_t truth_poses = 0;
+  std::size_t estimate_poses = 0;
+  std::size_t matched = 0;
+  double truth_length_m = 0.0;     ///< of the matched part
+  double estimate_length_m = 0.0;  ///< of the matched part
+  std::optional<KittiScore> kitti;
+  ErrorStatistics ate_aligned_m;     ///< SE(3)-aligned
+  ErrorStatistics ate_first_pose_m;  ///< first poses laid on each other
+  std::optional<RelativePoseError> rpe_frame;
+  std::optional<RelativePoseError> rpe_10m;
+};
+
+/// Matches the poses and scores them.
+[[nodiscard]] Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate,
+                                  double max_difference_s = 0.01);
+
+/// For people.
+void print_evaluation(std::ostream& stream, const Evaluation& evaluation);
+
+/// For programs: one object; scores that do not exist are null. `more`, if any, are further members: "name":
+/// value.
+void write_evaluation_json(std::ostream& stream, const Evaluation& evaluation, const std::string& more = "");
+
+}  // namespace stereo_slam

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/evaluation/nees.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <fmt/ranges.h>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/io/text_file.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kChi2Bound95 = 12.592;  // six degrees of freedom
+constexpr std::size_t kTriangle = 21;
+constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
+
+[[nodiscard]] double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+[[nodiscard]] double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+[[nodiscard]] Matrix6<double> from_triangle(const double* values) {
+  Matrix6<double> P;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) P(i, j) = P(j, i) = *values++;
+  }
+  return P;
+}
+
+/// The covariance of T_from_to, `from` being the row of a keyframe; nothing if the state was not anchored
+/// there or if keyframes do not lead back to it.
+[[nodiscard]] std::optional<Matrix6<double>> relative_covariance(const std::vector<CovarianceRow>& rows,
+                                                                 const std::vector<Pose>& poses,
+                                                                 std::size_t from, std::size_t to) {
+  Matrix6<double> covariance = Matrix6<double>::Zero();
+  for (std::size_t k = to; k != from; k = rows[k].keyframe) {
+    if (k < from || rows[k].keyframe >= k) return std::nullopt;
+    const Matrix6<double> A = (poses[to].inverse() * poses[k]).adjoint();
+    covariance += A * rows[k].relative * A.transpose();
+  }
+  const PoseGaussian relative{poses[from].inverse() * poses[to], covariance};
+  return with_calibration_error(relative, rows[to].calibration).covariance;
+}
+
+[[nodiscard]] std::vector<Pose> dual_quaternions(PoseSpan poses) {
+  std::vector<Pose> result;
+  for (const auto& pose : poses) result.push_back(Pose::from_isometry(pose));
+  return result;
+}
+
+[[nodiscard]] RelativeNees summary_of(std::size_t frames, const std::vector<double>& nees) {
+  RelativeNees score{.frames = frames, .count = nees.size()};
+  if (nees.empty()) return score;
+  score.mean = mean_of(nees);
+  score.median = median_of(nees);
+  score.share_inside = static_cast<double>(std::count_if(nees.begin(), nees.end(),
+                                                         [](double e) { return e <= kChi2Bound95; })) /
+                       static_cast<double>(nees.size());
+  return score;
+}
+
+}  // namespace
+
+std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
+  std::vector<CovarianceRow> rows;
+  const auto lines = read_text_lines(file);
+  if (lines.empty() || !lines.front().text.starts_with("stamp_s,status,")) {
+    throw std::runtime_error(
+        fmt::format("{}: is no covariances.csv: it has no header 'stamp_s,status,...'", file.string()));
+  }
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const auto& [number, text] = lines[i];
+    const auto fields = split_fields(text);
+    const auto numbers =
+        fields.size() == kColumns
+            ? parse_numbers(fmt::format("{}", fmt::join(fields.begin() + 2, fields.end(), ",")))
+            : std::nullopt;
+    if (!numbers) {
+      throw std::runtime_error(
+          at_line(file, number, fmt::format("expected stamp, status and {} numbers", kColumns - 2)));
+    }
+    const double* tail = numbers->data() + kTriangle;
+    constexpr double kMost = 1e9;  // measurements in a frame, and any error of a calibration
+    if (*std::min_element(tail + 2, tail + 5) < 0.0 || *std::max_element(tail + 2, tail + 5) > kMost) {
+      throw std::runtime_error(at_line(file, number, "degrees of freedom and sigmas are from 0 to 1e9"));
+    }
+    if (tail[0] < 0.0 || tail[0] > static_cast<double>(rows.size())) {
+      throw std::runtime_error(at_line(file, number, "the keyframe is not an earlier frame"));
+    }
+    rows.push_back({static_cast<std::size_t>(tail[0]),
+                    from_triangle(tail + 5),
+                    tail[1],
+                    static_cast<int>(tail[2]),
+                    {tail[3], tail[4]}});
+  }
+  return rows;
+}
+
+Consistency score_consistency(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
+                              const std::vector<CovarianceRow>& rows, const TruthNoise& noise) {
+  if (rows.size() != estimate.poses.size()) {
+    throw std::runtime_error(
+        fmt::format("{} rows of covariances for {} estimated poses: the files are of "
+                    "different runs",
+                    rows.size(), estimate.poses.size()));
+  }
+  const auto poses = dual_quaternions(estimate.poses);
+  std::vector<std::optional<Pose>> true_poses(poses.size());
+  for (const auto& [i, j] : pairs) true_poses[j] = Pose::from_isometry(truth.poses[i]);
+  std::vector<bool> anchored(rows.size(), false);
+  for (const auto& row : rows) anchored[row.keyframe] = true;
+  Vector6<double> truth_variance;
+  truth_variance << Vector3<double>::Constant(noise.rotation_rad * noise.rotation_rad),
+      Vector3<double>::Constant(noise.translation_m * noise.translation_m);
+
+  Consistency result;
+  for (const std::size_t frames : {1, 10, 100}) {
+    std::vector<double> nees;
+    for (std::size_t i = 0; i + frames < rows.size(); ++i) {
+      const std::size_t j = i + frames;
+      if (!anchored[i] || !true_poses[i] || !true_poses[j]) continue;
+      auto covariance = relative_covariance(rows, poses, i, j);
+      if (!covariance) continue;
+      covariance->diagonal() += truth_variance;
+      const Vector6<double> error =
+          (true_poses[i]->inverse() * *true_poses[j]).boxminus(poses[i].inverse() * poses[j]);
+      const Eigen::LLT<Matrix6<double>> factor(*covariance);
+      if (factor.info() != Eigen::Success) {
+        throw std::runtime_error(
+            fmt::format("the covariance from frame {} to frame {} is not positive definite; the file was not "
+                        "written by run",
+                        i, j));
+      }
+      nees.push_back(error.dot(factor.solve(error)));
+    }
+    result.relative.push_back(summary_of(frames, nees));
+  }
+  std::vector<double> nis;
+  for (const auto& row : rows) {
+    if (row.nis_dof > 0) nis.push_back(row.nis / row.nis_dof);
+  }
+  result.updates = nis.size();
+  if (!nis.empty()) {
+    result.mean_nis_per_dof = mean_of(nis);
+    result.median_nis_per_dof = median_of(nis);
+  }
+  return result;
+}
+
+void print_consistency(std::ostream& stream, const Consistency& consistency) {
+  for (const auto& r : consistency.relative) {
+    const std::string name = fmt::format("NEES over {} frame{}", r.frames, r.frames == 1 ? "" : "s");
+    if (r.count == 0) {
+      fmt::print(stream, "{:<32}n/a (no keyframe that many frames before the end)\n", name);
+    } else {
+      fmt::print(stream,
+                 "{:<32}mean {:.2f}  median {:.2f} (6 and 5.35 expected), {:.0f} % inside the 95 % bound "
+                 "({} relative poses)\n",
+                 name, r.mean, r.median, 100.0 * r.share_inside, r.count);
+    }
+  }
+  if (consistency.updates > 0) {
+    fmt::print(stream, "{:<32}mean {:.3f}  median {:.3f} per degree of freedom (1 expected, {} updates)\n",
+               "NIS of the pose updates", consistency.mean_nis_per_dof, consistency.median_nis_per_dof,
+               consistency.updates);
+  }
+}
+
+std::string consistency_json(const Consistency& consistency) {
+  std::vector<std::string> relative;
+  for (const auto& r : consistency.relative) {
+    relative.push_back(
+        r.count == 0
+            ? fmt::format(R"({{"frames": {}, "count": 0}})", r.frames)
+            : fmt::format(R"({{"frames": {}, "count": {}, "mean": {}, "median": {}, "share_inside_95": {}}})",
+                          r.frames, r.count, r.mean, r.median, r.share_inside));
+  }
+  return fmt::format(
+      R"({{"relative_nees": [{}], "updates": {}, "mean_nis_per_dof": {}, "median_nis_per_dof": {}}})",
+      fmt::join(relative, ", "), consistency.updates, consistency.mean_nis_per_dof,
+      consistency.median_nis_per_dof);
+}
+
+}  // namespace stereo_slam

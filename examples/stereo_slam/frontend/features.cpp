@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/features.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include <opencv2/features2d.hpp>
+
+#include "stereo_slam/frontend/spatial_index.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kPatchSize_px = 31;
+constexpr int kBorder_px = 19;  // half the described patch, rotated
+
+// The detector is asked for many more corners than are kept: choosing among them is the grid's business.
+constexpr int kCandidatesPerFeature = 4;
+
+/// Levels of the pyramid that are large enough for a described patch, at least one.
+[[nodiscard]] int usable_levels(const cv::Size& image, const FeatureSettings& settings) {
+  double side_px = std::min(image.width, image.height);
+  int levels = 1;
+  while (levels < settings.levels && (side_px /= settings.scale_factor) > 2 * kBorder_px) ++levels;
+  return levels;
+}
+
+[[nodiscard]] cv::Ptr<cv::ORB> make_orb(const cv::Size& image, const FeatureSettings& settings) {
+  return cv::ORB::create(kCandidatesPerFeature * settings.count, static_cast<float>(settings.scale_factor),
+                         usable_levels(image, settings), kBorder_px, 0, 2, cv::ORB::HARRIS_SCORE,
+                         kPatchSize_px, settings.fast_threshold);
+}
+
+/// Grid cells, each with its candidates ordered by strength.
+class FeatureGrid {
+ public:
+  FeatureGrid(cv::Size image, int cell_px)
+      : cell_px_(cell_px),
+        columns_((image.width + cell_px - 1) / cell_px),
+        cells_(static_cast<std::size_t>(columns_ * ((image.height + cell_px - 1) / cell_px))) {}
+
+  void insert(const cv::KeyPoint& keypoint) {
+    const int column = static_cast<int>(keypoint.pt.x) / cell_px_;
+    const int row = static_cast<int>(keypoint.pt.y) / cell_px_;
+    cells_[static_cast<std::size_t>(row * columns_ + column)].push_back(keypoint);
+  }
+
+  /// Takes the strongest of every cell, then the second of every cell, and so on, keeping `min_distance_px`
+  /// within a cell: the same corner is found on several pyramid levels.
+  [[nodiscard]] std::vector<cv::KeyPoint> spread(std::size_t count, float min_distance_px) {
+    for (auto& cell : cells_) thin(cell, min_distance_px);
+    std::size_t rank = 0;
+    std::size_t taken = 0;
+    for (bool any = true; any && taken < count; ++rank) {
+      any = false;
+      for (const auto& cell : cells_) {
+        if (rank >= cell.size()) continue;
+        any = true;
+        ++taken;
+      }
+    }
+    std::vector<cv::KeyPoint> result;
+    result.reserve(taken);
+    for (const auto& cell : cells_) {
+      result.insert(result.end(), cell.begin(),
+                    cell.begin() + static_cast<std::ptrdiff_t>(std::min(rank, cell.size())));
+    }
+    return result;
+  }
+
+ private:
+  static void thin(std::vector<cv::KeyPoint>& cell, float min_distance_px) {
+    std::sort(cell.begin(), cell.end(), [](const cv::KeyPoint& a, const cv::KeyPoint& b) {
+      if (a.response != b.response) return a.response > b.response;
+      return std::pair(a.pt.y, a.pt.x) < std::pair(b.pt.y, b.pt.x);
+    });
+    std::vector<cv::KeyPoint> kept;
+    for (const auto& candidate : cell) {
+      const bool crowded = std::any_of(kept.begin(), kept.end(), [&](const cv::KeyPoint& k) {
+        return std::abs(k.pt.x - candidate.pt.x) < min_distance_px &&
+               std::abs(k.pt.y - candidate.pt.y) < min_distance_px;
+      });
+      if (!crowded) kept.push_back(candidate);
+    }
+    cell = std::move(kept);
+  }
+
+  int cell_px_;
+  int columns_;
+  std::vector<std::vector<cv::KeyPoint>> cells_;
+};
+
+[[nodiscard]] Feature to_feature(const cv::KeyPoint& keypoint, const cv::Mat& descriptor) {
+  Feature feature;
+  feature.position_px = Eigen::Vector2f(keypoint.pt.x, keypoint.pt.y).cast<double>();
+  feature.size_px = static_cast<double>(keypoint.size);
+  feature.angle_rad = static_cast<double>(keypoint.angle) * std::numbers::pi / 180.0;
+  feature.response = static_cast<double>(keypoint.response);
+  feature.octave = keypoint.octave;
+  std::memcpy(feature.descriptor.data(), descriptor.ptr(), feature.descriptor.size());
+  return feature;
+}
+
+}  // namespace
+
+std::vector<Feature> extract_features(const cv::Mat& image, const FeatureSettings& settings) {
+  constexpr float kMinDistance_px = 3.0F;
+  const auto orb = make_orb(image.size(), settings);
+  std::vector<cv::KeyPoint> candidates;
+  orb->detect(image, candidates);
+
+  FeatureGrid grid(image.size(), settings.cell_px);
+  for (const auto& candidate : candidates) grid.insert(candidate);
+  auto keypoints = grid.spread(static_cast<std::size_t>(settings.count), kMinDistance_px);
+
+  cv::Mat descriptors;
+  orb->compute(image, keypoints, descriptors);
+  std::vector<Feature> features;
+  features.reserve(keypoints.size());
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    features.push_back(to_feature(keypoints[i], descriptors.row(static_cast<int>(i))));
+  }
+  return features;
+}
+
+StereoFeatures extract_features(const StereoFrame& frame, const FeatureSettings& settings) {
+  StereoFeatures features;
+  cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& range) {
+    for (int side = range.start; side < range.end; ++side) {
+      (side == 0 ? features.left : features.right) =
+          extract_features(side == 0 ? frame.left : frame.right, settings);
+    }
+  });
+  return features;
+}
+
+std::vector<Feature> exclude_features(const std::vector<Feature>& features,
+                                      const std::vector<Vector2<double>>& used_px, cv::Size image,
+                                      double radius_px) {
+  const SpatialIndex used(used_px, image);
+  std::vector<Feature> result;
+  std::copy_if(features.begin(), features.end(), std::back_inserter(result),
+               [&](const Feature& feature) { return !used.any_within(feature.position_px, radius_px); });
+  return result;
+}
+
+int hamming_distance(const Descriptor& a, const Descriptor& b) noexcept {
+  int bits = 0;
+  for (std::size_t i = 0; i < a.size(); i += sizeof(std::uint64_t)) {
+    std::uint64_t x = 0;
+    std::uint64_t y = 0;
+    std::memcpy(&x, a.data() + i, sizeof x);
+    std::memcpy(&y, b.data() + i, sizeof y);
+    bits += std::popcount(x ^ y);
+  }
+  return bits;
+}
+
+}  // namespace stereo_slam

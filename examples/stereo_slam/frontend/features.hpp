@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+/// Corners of both images of a stereo pair.
+struct StereoFeatures {
+  std::vector<Feature> left;
+  std::vector<Feature> right;
+};
+
+/// ORB features of one grey image, the strongest of every grid cell in turn until `settings.count` are found,
+/// so that they cover the image evenly. Ordered by cell, then by strength.
+[[nodiscard]] std::vector<Feature> extract_features(const cv::Mat& image, const FeatureSettings& settings);
+
+/// Both images, side by side on OpenCV's thread pool.
+[[nodiscard]] StereoFeatures extract_features(const StereoFrame& frame, const FeatureSettings& settings);
+
+/// Features of the current frame that are at least `radius_px` from `used_px` in the left image.
+[[nodiscard]] std::vector<Feature> exclude_features(const std::vector<Feature>& features,
+                                                    const std::vector<Vector2<double>>& used_px,
+                                                    cv::Size image, double radius_px);
+
+/// Number of differing bits, 0..256.
+[[nodiscard]] int hamming_distance(const Descriptor& a, const Descriptor& b) noexcept;
+
+}  // namespace stereo_slam

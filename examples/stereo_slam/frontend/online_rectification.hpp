@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+/// What the rectification of a stereo pair has left over: a smooth offset of the right image,
+///
+///   (u_right, v_right) = (u - d, v) + C (1, x, y, x^2, x y, y^2)',
+///
+/// with (x, y) the left position relative to the principal point in half image sizes, so that a coefficient
+/// is an offset in pixels at the border. A small error of the relative rotation or of the lens model causes
+/// it; it is zero for a perfect calibration. A fraction of a pixel in u makes the path too long or too short
+/// by percents.
+class RectificationResidual {
+ public:
+  static constexpr int kTerms = 6;
+  using Basis = antipode::Vector<double, kTerms>;
+  using Coefficients = antipode::Matrix<double, 2, kTerms>;  ///< px; rows u, v
+
+  RectificationResidual() = default;
+  explicit RectificationResidual(const StereoCamera& camera,
+                                 const Coefficients& coefficients = Coefficients::Zero())
+      : camera_(camera), coefficients_(coefficients) {}
+
+  [[nodiscard]] Basis basis(const Vector2<double>& left_px) const;
+  [[nodiscard]] const Coefficients& coefficients() const noexcept { return coefficients_; }
+
+  /// Where the right image shows the point.
+  [[nodiscard]] Vector2<double> right_position(const StereoPoint& z) const;
+
+  struct Measurement {
+    StereoPoint z;
+    double row_error_px = 0.0;  ///< left minus right row, corrected
+  };
+
+  /// Stereo measurement of a point seen at `left_px` and `right_px`, corrected.
+  [[nodiscard]] Measurement measure(const Vector2<double>& left_px, const Vector2<double>& right_px) const;
+
+ private:
+  StereoCamera camera_;
+  Coefficients coefficients_ = Coefficients::Zero();
+};
+
+/// A point measured in two stereo frames, linearised at the relative pose.
+struct BiasConstraint {
+  Vector3<double> innovation;           ///< second measurement minus its prediction from the first
+  Matrix3<double> S_inverse;            ///< information of the innovation
+  Eigen::Matrix<double, 3, 6> J_pose;   ///< d prediction / d relative pose
+  Vector3<double> J_disparity;          ///< d prediction / d first disparity
+  Vector2<double> first_px, second_px;  ///< left positions
+};
+
+/// What an estimator knows, complete: another one can go on with it. The coefficients of rows and disparities
+/// are Gaussian, in information form: mean = information^-1 vector.
+struct RectificationEstimate {
+  using Information = antipode::Matrix<double, RectificationResidual::kTerms>;
+  using Basis = RectificationResidual::Basis;
+
+  RectificationResidual::Coefficients coefficients =
+      RectificationResidual::Coefficients::Zero();        ///< px; in use: the means when last taken over
+  Information row_information = Information::Identity();  ///< 1/px^2
+  Basis row_vector = Basis::Zero();                       ///< 1/px
+  Information disparity_information = Information::Identity();  ///< 1/px^2
+  Basis disparity_vector = Basis::Zero();                       ///< 1/px
+};
+
+/// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
+///
+/// Rows are seen in every stereo match. The disparity offset is seen because it makes near and far points, or
+/// those of the left and of the right, disagree about the same motion: a pose and six coefficients are solved
+/// for together, the pose is eliminated, the information of the coefficients adds up from keyframe to
+/// keyframe. No ground truth enters.
+class RectificationEstimator {
+ public:
+  RectificationEstimator() = default;
+  RectificationEstimator(const StereoCamera& camera, const RectificationSettings& settings);
+  /// One that goes on with what another one of the same camera knew.
+  [[nodiscard]] static RectificationEstimator resumed(const StereoCamera& camera,
+                                                      const RectificationEstimate& estimate);
+
+  /// Stereo matches of one frame, measured with current().
+  void add_rows(std::span<const RectificationResidual::Measurement> matches);
+
+  /// Points matched between two frames, all measured with current().
+  void add_motion(std::span<const BiasConstraint> constraints);
+
+  /// Best estimate so far.
+  [[nodiscard]] RectificationResidual current() const {
+    return RectificationResidual(camera_, estimate_.coefficients);
+  }
+  [[nodiscard]] const RectificationEstimate& estimate() const noexcept { return estimate_; }
+
+  /// Takes what was added into current(); measurements made with the former are to be made anew.
+  void advance();
+
+ private:
+  StereoCamera camera_;
+  RectificationEstimate estimate_;
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// Image pyramid with borders, ready for Lucas-Kanade; built once an image and shared by all that track in
+/// it.
+class FlowPyramid {
+ public:
+  static constexpr int kMaxLevel = 3;
+  static constexpr int kMaxWindow_px = 21;
+
+  FlowPyramid() = default;
+  explicit FlowPyramid(const cv::Mat& image);
+
+  [[nodiscard]] bool empty() const noexcept { return levels_.empty(); }
+  [[nodiscard]] const std::vector<cv::Mat>& levels() const noexcept { return levels_; }
+  [[nodiscard]] const cv::Mat& image() const noexcept { return levels_.front(); }
+
+ private:
+  std::vector<cv::Mat> levels_;
+};
+
+/// Left and right pyramid of one frame.
+struct StereoPyramid {
+  FlowPyramid left;
+  FlowPyramid right;
+};
+
+[[nodiscard]] StereoPyramid build_pyramids(const StereoFrame& frame);
+
+/// The pyramids of a frame, made as bright as a reference if they are a tenth brighter or darker: flow
+/// compares grey values, and the exposure may jump. Of dark pictures nothing is made.
+[[nodiscard]] StereoPyramid as_bright_as(const StereoPyramid& reference, const StereoPyramid& pyramids,
+                                         const StereoFrame& frame);
+
+struct FlowOptions {
+  int window_px = 15;  ///< side of the window, at most FlowPyramid::kMaxWindow_px
+  int max_level = 2;   ///< coarsest level used
+  int iterations = 20;
+  double epsilon_px = 0.01;
+};
+
+/// Where the points went, and whether each was found inside the image.
+struct FlowResult {
+  std::vector<cv::Point2f> points;
+  std::vector<std::uint8_t> found;
+};
+
+/// Pyramidal Lucas-Kanade flow of `points` (px) from one image to another, starting from `guesses` (as many).
+[[nodiscard]] FlowResult track_points(const FlowPyramid& from, const FlowPyramid& to,
+                                      const std::vector<cv::Point2f>& points,
+                                      const std::vector<cv::Point2f>& guesses, const FlowOptions& options);
+
+}  // namespace stereo_slam

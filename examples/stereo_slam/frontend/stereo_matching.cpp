@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/stereo_matching.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "stereo_slam/frontend/patch_alignment.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kRadius_px = 5;
+constexpr int kSide_px = 2 * kRadius_px + 1;
+
+/// Sum of absolute differences of two windows given by their first pixels.
+[[nodiscard]] int absolute_difference(const cv::Mat& left, const cv::Mat& right, cv::Point a, cv::Point b) {
+  int sum = 0;
+  for (int row = 0; row < kSide_px; ++row) {
+    const std::uint8_t* p = left.ptr<std::uint8_t>(a.y + row) + a.x;
+    const std::uint8_t* q = right.ptr<std::uint8_t>(b.y + row) + b.x;
+    for (int column = 0; column < kSide_px; ++column) sum += std::abs(p[column] - q[column]);
+  }
+  return sum;
+}
+
+/// Integer disparity of the best window on the row, when no other disparity comes close to it.
+[[nodiscard]] std::optional<int> search_row(const cv::Mat& left, const cv::Mat& right, cv::Point centre,
+                                            int right_row, const StereoMatchingSettings& settings) {
+  const cv::Point corner(centre.x - kRadius_px, centre.y - kRadius_px);
+  const int right_top = right_row - kRadius_px;
+  if (corner.x < 0 || std::min(corner.y, right_top) < 0 || corner.x + kSide_px > left.cols ||
+      std::max(corner.y, right_top) + kSide_px > left.rows) {
+    return std::nullopt;
+  }
+  const int max_disparity = std::min(settings.max_disparity_px, corner.x);
+  std::vector<int> cost(static_cast<std::size_t>(max_disparity) + 1);
+  for (int d = 0; d <= max_disparity; ++d) {
+    cost[static_cast<std::size_t>(d)] = absolute_difference(left, right, corner, {corner.x - d, right_top});
+  }
+  const int best = static_cast<int>(std::min_element(cost.begin(), cost.end()) - cost.begin());
+  int rival = std::numeric_limits<int>::max();
+  for (int d = 0; d <= max_disparity; ++d) {
+    if (std::abs(d - best) > 2) rival = std::min(rival, cost[static_cast<std::size_t>(d)]);
+  }
+  const double best_cost = cost[static_cast<std::size_t>(best)];
+  if (best_cost > settings.uniqueness * rival) return std::nullopt;
+  return best;
+}
+
+[[nodiscard]] std::optional<RectificationResidual::Measurement> match_point(
+    const cv::Mat& left, const cv::Mat& right, const Vector2<double>& point_px,
+    const RectificationResidual& rectification, const StereoMatchingSettings& settings) {
+  const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
+  const double right_row = rectification.right_position({point_px.x(), point_px.y(), 0.0}).y();
+  const auto disparity =
+      search_row(left, right, {rounded(point_px.x()), rounded(point_px.y())}, rounded(right_row), settings);
+  if (!disparity) return std::nullopt;
+  const auto patch = PatchTemplate::extract(left, point_px);
+  if (!patch) return std::nullopt;
+  const auto found = patch->align(right, {point_px.x() - *disparity, right_row});
+  if (!found || found->correlation < settings.min_correlation) return std::nullopt;
+  const auto measured = rectification.measure(point_px, found->position_px);
+  if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;
+  if (measured.z.z() < settings.min_disparity_px) return std::nullopt;
+  return measured;
+}
+
+}  // namespace
+
+std::vector<std::optional<RectificationResidual::Measurement>> match_stereo(
+    const cv::Mat& left, const cv::Mat& right, const std::vector<Vector2<double>>& points_px,
+    const RectificationResidual& rectification, const StereoMatchingSettings& settings) {
+  std::vector<std::optional<RectificationResidual::Measurement>> matches(points_px.size());
+  cv::parallel_for_(cv::Range(0, static_cast<int>(points_px.size())), [&](const cv::Range& range) {
+    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
+      matches[i] = match_point(left, right, points_px[i], rectification, settings);
+    }
+  });
+  return matches;
+}
+
+}  // namespace stereo_slam

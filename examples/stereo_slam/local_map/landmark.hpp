@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// How a landmark's three numbers are meant.
+enum class LandmarkForm {
+  kEuclidean,     ///< (X, Y, Z) in the reference frame, m
+  kInverseDepth,  ///< (u, v, d) in the stereo camera that saw it first, px: Gaussian there, finite at
+                  ///< infinity
+};
+
+/// Point x / w of the reference frame; w = 0 is a direction.
+struct HomogeneousPoint {
+  Vector3<double> x;
+  double w = 1.0;
+};
+
+/// A point of the map, relative to the reference keyframe's camera (eq. 10).
+struct Landmark {
+  std::uint32_t id = 0;  ///< kept from keyframe to keyframe while it is matched
+  LandmarkForm form = LandmarkForm::kEuclidean;
+  Vector3<double> mean;
+  Matrix3<double> covariance;
+  Matrix6x3 with_pose = Matrix6x3::Zero();     ///< covariance of the current pose's error and the mean's: the
+                                               ///< same error has been in every update since the keyframe
+  Pose T_reference_anchor = Pose::identity();  ///< camera that saw it first
+  Vector2<double> anchor_px;                   ///< where that was in its left image
+  Descriptor descriptor{};
+  Vector2<double> last_px;    ///< where it was seen last, left image
+  std::size_t last_seen = 0;  ///< frame index
+  int observations = 1;
+  std::uint8_t intensity = 0;
+};
+
+/// Point of the reference frame that the landmark's numbers `l` (those of the mean, or a sample) stand for.
+[[nodiscard]] HomogeneousPoint to_point(const Landmark& landmark, const Vector3<double>& l,
+                                        const StereoCamera& camera);
+
+/// d (x, w) / d l at the mean: four rows.
+[[nodiscard]] Eigen::Matrix<double, 4, 3> point_jacobian(const Landmark& landmark,
+                                                         const StereoCamera& camera);
+
+/// Stereo measurement of a homogeneous point at a camera pose; nothing when it is not in front of the camera.
+[[nodiscard]] std::optional<StereoPoint> project(const HomogeneousPoint& point,
+                                                 const Pose& T_reference_camera, const StereoCamera& camera);
+
+/// Depth Z in the camera at `T_reference_camera`, m; infinite for directions.
+[[nodiscard]] double depth(const HomogeneousPoint& point, const Pose& T_reference_camera);
+
+}  // namespace stereo_slam

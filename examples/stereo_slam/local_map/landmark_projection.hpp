@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
+
+namespace stereo_slam {
+
+/// A landmark as the camera should see it (Alg. 3).
+struct PredictedLandmark {
+  std::size_t index = 0;  ///< in the list of landmarks
+  StereoPoint z;          ///< expected measurement
+  Matrix3<double>
+      landmark_part;  ///< covariance of z from the landmark, at the mean pose: Alg. 3 before R is added
+  Matrix3<double> pose_part;  ///< covariance of z from the pose, which gating needs too
+};
+
+/// Expected measurements of the landmarks in view and nearer than `max_baselines`. The landmark's uncertainty
+/// goes through the camera by sigma points (Alg. 3), that of the pose by the Jacobian.
+[[nodiscard]] std::vector<PredictedLandmark> project_landmarks(const std::vector<Landmark>& landmarks,
+                                                               const PoseGaussian& T_reference_camera,
+                                                               const StereoCamera& camera,
+                                                               double max_baselines);
+
+/// d z / d xi of a homogeneous point under the right perturbation xi = (rotation, translation) of the camera
+/// pose.
+[[nodiscard]] Eigen::Matrix<double, 3, 6> pose_jacobian(const HomogeneousPoint& point,
+                                                        const Pose& T_reference_camera,
+                                                        const StereoCamera& camera);
+
+/// d z / d l of a landmark at its mean.
+[[nodiscard]] Matrix3<double> landmark_jacobian(const Landmark& landmark, const Pose& T_reference_camera,
+                                                const StereoCamera& camera);
+
+}  // namespace stereo_slam

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/local_map/map.hpp"
+
+#include <algorithm>
+
+#include <antipode/filters/unscented_update.hpp>
+#include <antipode/geometry/quaternion.hpp>
+#include <antipode/sampling/pose_rules.hpp>
+
+#include "stereo_slam/local_map/landmark_projection.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kEstablished = 3;  // observations after which a point is believed
+
+/// Covariance of a new Euclidean landmark: the pixel noise and the pose's, both to first order. A stereo
+/// point l_c seen from a pose perturbed by (phi, rho) moves by R_q (rho - l_c x phi).
+[[nodiscard]] Matrix3<double> triangulation_covariance(const StereoPoint& z,
+                                                       const PoseGaussian& T_reference_camera,
+                                                       const Matrix3<double>& R, const StereoCamera& camera) {
+  const Matrix3<double> R_reference_camera = T_reference_camera.pose.rotation_matrix();
+  const Matrix3<double> J_z = R_reference_camera * camera.back_projection_jacobian(z);
+  Eigen::Matrix<double, 3, 6> J_pose;
+  J_pose << -R_reference_camera * antipode::skew(camera.back_project(z)), R_reference_camera;
+  return J_z * R * J_z.transpose() + J_pose * T_reference_camera.covariance * J_pose.transpose();
+}
+
+/// The same in the pixels of an inverse-depth landmark.
+[[nodiscard]] Matrix3<double> inverse_depth_covariance(const Landmark& landmark,
+                                                       const PoseGaussian& T_reference_camera,
+                                                       const Matrix3<double>& R, const StereoCamera& camera) {
+  const auto J = pose_jacobian(to_point(landmark, landmark.mean, camera), T_reference_camera.pose, camera);
+  return R + J * T_reference_camera.covariance * J.transpose();
+}
+
+[[nodiscard]] std::uint8_t intensity_at(const cv::Mat& image, const Vector2<double>& px) {
+  const int x = std::clamp(static_cast<int>(px.x() + 0.5), 0, image.cols - 1);
+  const int y = std::clamp(static_cast<int>(px.y() + 0.5), 0, image.rows - 1);
+  return image.at<std::uint8_t>(y, x);
+}
+
+}  // namespace
+
+void Map::add(const std::vector<StereoPoint>& measurements, const std::vector<Descriptor>& descriptors,
+              const std::vector<std::uint32_t>& ids, const PoseGaussian& T_reference_camera,
+              const Matrix3<double>& R, const StereoFrame& frame, const StereoCamera& camera,
+              const MapSettings& settings) {
+  const double far_disparity_px = camera.fx / settings.inverse_depth_beyond_baselines;
+  const double min_disparity_px = camera.fx / settings.max_baselines;
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const StereoPoint& z = measurements[i];
+    if (z.z() < min_disparity_px) continue;
+    Landmark landmark;
+    landmark.id = ids[i];
+    landmark.T_reference_anchor = T_reference_camera.pose;
+    landmark.anchor_px = landmark.last_px = z.head<2>();
+    landmark.descriptor = descriptors[i];
+    landmark.last_seen = frame.index;
+    landmark.intensity = intensity_at(frame.left, landmark.anchor_px);
+    if (z.z() < far_disparity_px) {
+      landmark.form = LandmarkForm::kInverseDepth;
+      landmark.mean = z;
+      landmark.covariance = inverse_depth_covariance(landmark, T_reference_camera, R, camera);
+    } else {
+      landmark.mean = T_reference_camera.pose * camera.back_project(z);
+      landmark.covariance = triangulation_covariance(z, T_reference_camera, R, camera);
+    }
+    landmarks_.push_back(landmark);
+  }
+}
+
+void Map::mark_seen(const std::vector<Match>& matches, const std::vector<Feature>& left_features,
+                    std::size_t frame) {
+  for (const auto& match : matches) {
+    Landmark& landmark = landmarks_[match.landmark];
+    landmark.last_px = match.z.head<2>();
+    landmark.last_seen = frame;
+    ++landmark.observations;
+    if (match.left_feature) landmark.descriptor = left_features[*match.left_feature].descriptor;
+  }
+}
+
+void Map::update(const std::vector<Match>& matches,
+                 const antipode::BinghamGaussian<double>& T_reference_camera, const StereoCamera& camera) {
+  const auto poses = antipode::sample(antipode::PaperPoseRule{}, T_reference_camera);
+  for (const auto& match : matches) {
+    Landmark& landmark = landmarks_[match.landmark];
+    const auto measure = [&](const Pose& pose, const Vector3<double>& l) {
+      return project(to_point(landmark, l, camera), pose, camera);
+    };
+    const antipode::Gaussian<double, 3> prior(landmark.mean, landmark.covariance);
+    const auto updated = antipode::unscented_update(prior, poses, measure, match.z, match.R);
+    if (updated.status != antipode::UnscentedUpdateStatus::kUpdated) continue;
+    landmark.mean = updated.posterior.mean();
+    landmark.covariance = updated.posterior.covariance();
+  }
+}
+
+void Map::predict_correlation(const Pose& T_previous_current) {
+  const Matrix6<double> A = T_previous_current.inverse().adjoint();
+  for (auto& landmark : landmarks_) landmark.with_pose = (A * landmark.with_pose).eval();
+}
+
+void Map::update_correlation(const PoseGaussian& prior, const Pose& posterior,
+                             const std::vector<Match>& matches, const StereoCamera& camera) {
+  // Innovations have the covariance S = D + U M U^T: D block-diagonal, U = [H, J B^T] with the Jacobians H of
+  // the pose and J of the landmark and B = with_pose, M = [P I; I 0]. Woodbury's identity leaves a 12 x 12
+  // system, and the gain is K = [I 0] (M^-1 + U^T D^-1 U)^-1 U^T D^-1.
+  using Matrix12 = antipode::Matrix<double, 12>;
+  using Matrix12x3 = antipode::Matrix<double, 12, 3>;
+  std::vector<Matrix12x3> weighted;  // U^T D^-1 of each match
+  std::vector<Matrix3<double>> J_landmark;
+  Matrix12 information = Matrix12::Zero();
+  for (const auto& match : matches) {
+    const Landmark& landmark = landmarks_[match.landmark];
+    J_landmark.push_back(landmark_jacobian(landmark, posterior, camera));
+    antipode::Matrix<double, 3, 12> U;
+    U << pose_jacobian(to_point(landmark, landmark.mean, camera), posterior, camera),
+        J_landmark.back() * landmark.with_pose.transpose();
+    weighted.push_back((match.predicted.landmark_part + match.R).llt().solve(U).transpose());
+    information += weighted.back() * U;
+  }
+  Matrix12 system = information;
+  system.topRightCorner<6, 6>() += Matrix6<double>::Identity();
+  system.bottomLeftCorner<6, 6>() += Matrix6<double>::Identity();
+  system.bottomRightCorner<6, 6>() -= prior.covariance;
+  const antipode::Matrix<double, 6, 12> X = system.partialPivLu().inverse().topRows<6>();
+  const Matrix6<double> KH = X * information.leftCols<6>();
+  for (auto& landmark : landmarks_) landmark.with_pose -= (KH * landmark.with_pose).eval();
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    Landmark& landmark = landmarks_[matches[i].landmark];
+    landmark.with_pose -= X * weighted[i] * J_landmark[i] * landmark.covariance;
+  }
+}
+
+void Map::cull(std::size_t frame, int frames, const StereoCamera& camera) {
+  const auto stale = [&](const Landmark& landmark) {
+    return frame > landmark.last_seen + static_cast<std::size_t>(frames);
+  };
+  for (const auto& landmark : landmarks_) {
+    if (stale(landmark)) archive(landmark, camera);
+  }
+  std::erase_if(landmarks_, stale);
+}
+
+void Map::restart(std::size_t keyframe, const StereoCamera& camera) {
+  for (const auto& landmark : landmarks_) archive(landmark, camera);
+  landmarks_.clear();
+  keyframe_ = keyframe;
+}
+
+void Map::archive(const Landmark& landmark, const StereoCamera& camera) {
+  const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
+  if (landmark.observations >= kEstablished && point.w > 0.0) {
+    archive_.push_back({keyframe_, landmark.id, point.x / point.w, landmark.intensity});
+  }
+}
+
+std::vector<ArchivedPoint> Map::points(const StereoCamera& camera) const {
+  Map copy = *this;
+  for (const auto& landmark : landmarks_) copy.archive(landmark, camera);
+  return copy.archive_;
+}
+
+}  // namespace stereo_slam

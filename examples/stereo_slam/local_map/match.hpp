@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/local_map/landmark_projection.hpp"
+
+namespace stereo_slam {
+
+/// Landmark found in the current frame.
+struct Match {
+  std::size_t landmark = 0;     ///< index in the list of landmarks
+  StereoPoint z;                ///< where it was seen
+  Matrix3<double> R;            ///< pixel noise of z
+  PredictedLandmark predicted;  ///< where it was expected
+  std::optional<std::size_t>
+      left_feature;  ///< matched feature of the left image, if descriptors made the match
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/loop_closing/async_loop_closer.hpp"
+
+#include <deque>
+#include <future>
+#include <limits>
+#include <utility>
+
+namespace stereo_slam {
+struct AsyncLoopCloser::State {
+  /// Work on a keyframe, and the frame before which what it brings takes effect.
+  struct Task {
+    std::shared_future<std::optional<LoopCorrection>> correction;
+    std::size_t due = 0;
+  };
+
+  LoopCloser search;
+  LoopThread thread;
+  std::size_t latency_frames;
+  std::deque<Task> tasks{};  // in order; each waits for the one before
+
+  /// The search while nothing works on it.
+  [[nodiscard]] const LoopCloser& at_rest() const {
+    if (!tasks.empty()) tasks.back().correction.wait();
+    return search;
+  }
+
+  /// Waits for the tasks that are due. A correction contains any earlier one.
+  [[nodiscard]] std::optional<LoopCorrection> collect(std::size_t frame) {
+    std::optional<LoopCorrection> latest;
+    while (!tasks.empty() && tasks.front().due <= frame) {
+      auto correction = tasks.front().correction.get();
+      if (correction) latest = std::move(correction);
+      tasks.pop_front();
+    }
+    return latest;
+  }
+};
+
+AsyncLoopCloser::AsyncLoopCloser(const StereoCamera& camera, const Settings& settings, LoopThread thread,
+                                 const SavedMap& known, MapUse use)
+    : state_(new State{.search = LoopCloser(camera, settings, known, use),
+                       .thread = thread,
+                       .latency_frames = static_cast<std::size_t>(settings.loop_closure.latency_frames)}) {}
+AsyncLoopCloser::~AsyncLoopCloser() = default;
+AsyncLoopCloser::AsyncLoopCloser(AsyncLoopCloser&&) noexcept = default;
+AsyncLoopCloser& AsyncLoopCloser::operator=(AsyncLoopCloser&&) noexcept = default;
+
+void AsyncLoopCloser::add_keyframe(Keyframe keyframe) {
+  State& s = *state_;
+  const std::size_t due = keyframe.frame + s.latency_frames;
+  const auto policy = s.thread == LoopThread::kOwn ? std::launch::async : std::launch::deferred;
+  auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
+  auto work = [&search = s.search, before = std::move(before), keyframe = std::move(keyframe)]() mutable {
+    if (before.valid()) before.wait();
+    before = {};  // what it brought need not live as long as this
+    return search.process(std::move(keyframe));
+  };
+  s.tasks.push_back({std::async(policy, std::move(work)).share(), due});
+}
+
+std::optional<LoopCorrection> AsyncLoopCloser::correction_due(std::size_t frame) {
+  return state_->collect(frame);
+}
+
+std::optional<LoopCorrection> AsyncLoopCloser::finish() {
+  auto latest = state_->collect(std::numeric_limits<std::size_t>::max());
+  if (auto last = state_->search.correct()) latest = std::move(last);
+  return latest;
+}
+
+std::vector<LoopEvent> AsyncLoopCloser::events() const { return state_->at_rest().events(); }
+
+std::uint32_t AsyncLoopCloser::landmark(std::uint32_t number) const {
+  return state_->at_rest().landmark(number);
+}
+
+void AsyncLoopCloser::save(SavedMap& map) const { state_->at_rest().save(map); }
+
+std::size_t AsyncLoopCloser::memory_bytes() const { return state_->at_rest().memory_bytes(); }
+
+}  // namespace stereo_slam

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/loop_closing/loop_verification.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <random>
+
+#include <Eigen/Cholesky>
+#include <opencv2/calib3d.hpp>
+
+#include <antipode/filters/pose_algebra.hpp>
+#include <antipode/opencv/pose.hpp>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/odometry/motion_estimation.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// Indices of the same point in the old and the new keyframe.
+struct PointPair {
+  std::size_t old_point = 0;
+  std::size_t new_point = 0;
+};
+
+struct NearestDescriptor {
+  std::size_t index = 0;
+  int distance = std::numeric_limits<int>::max();
+  int second = std::numeric_limits<int>::max();
+
+  void offer(std::size_t candidate, int candidate_distance) {
+    if (candidate_distance < distance) {
+      second = distance;
+      distance = candidate_distance;
+      index = candidate;
+    } else {
+      second = std::min(second, candidate_distance);
+    }
+  }
+};
+
+/// Pairs that are each other's nearest, near enough, and clearly nearer than the next.
+[[nodiscard]] std::vector<PointPair> match_descriptors(const Keyframe& old_keyframe,
+                                                       const Keyframe& new_keyframe,
+                                                       const LoopVerificationSettings& settings) {
+  std::vector<NearestDescriptor> of_old(old_keyframe.points.size());
+  std::vector<NearestDescriptor> of_new(new_keyframe.points.size());
+  for (std::size_t i = 0; i < of_old.size(); ++i) {
+    for (std::size_t j = 0; j < of_new.size(); ++j) {
+      const int distance =
+          hamming_distance(old_keyframe.points[i].descriptor, new_keyframe.points[j].descriptor);
+      of_old[i].offer(j, distance);
+      of_new[j].offer(i, distance);
+    }
+  }
+  std::vector<PointPair> pairs;
+  for (std::size_t i = 0; i < of_old.size(); ++i) {
+    const auto& nearest = of_old[i];
+    if (nearest.distance <= settings.max_descriptor_distance && of_new[nearest.index].index == i &&
+        nearest.distance <= settings.descriptor_ratio * nearest.second) {
+      pairs.push_back({i, nearest.index});
+    }
+  }
+  return pairs;
+}
+
+/// T_old_new from the old keyframe's points and where the new one sees them; nothing without a majority.
+[[nodiscard]] std::optional<Pose> perspective_pose(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
+                                                   const std::vector<PointPair>& pairs,
+                                                   const StereoCamera& camera,
+                                                   const LoopVerificationSettings& settings) {
+  constexpr double kConfidence = 0.999;
+  std::vector<cv::Point3d> points;
+  std::vector<cv::Point2d> seen;
+  for (const auto& pair : pairs) {
+    const Vector3<double> p = camera.back_project(measurement(old_keyframe.points[pair.old_point]));
+    const StereoPoint z = measurement(new_keyframe.points[pair.new_point]);
+    points.emplace_back(p.x(), p.y(), p.z());
+    seen.emplace_back(z.x(), z.y());
+  }
+  const cv::Matx33d K(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
+  cv::Mat rotation;
+  cv::Mat translation;
+  cv::Mat inliers;
+  // OpenCV seeds the random numbers of this RANSAC with a constant.
+  const bool found = cv::solvePnPRansac(
+      points, seen, K, cv::noArray(), rotation, translation, false, settings.ransac_iterations,
+      static_cast<float>(settings.max_reprojection_error_px), kConfidence, inliers, cv::SOLVEPNP_AP3P);
+  if (!found || inliers.rows < 4) return std::nullopt;
+  if (!cv::checkRange(rotation) || !cv::checkRange(translation)) return std::nullopt;
+  return antipode::pose_from_cv<double>(rotation, translation).inverse();
+}
+
+/// Pairs found where the pose predicts the old points to be: near in the image, in disparity and in
+/// description. A new point serves one old one, the first that is nearest in description.
+[[nodiscard]] std::vector<PointPair> match_guided(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
+                                                  const Pose& T_old_new, const StereoCamera& camera,
+                                                  const LoopVerificationSettings& settings) {
+  std::vector<Vector2<double>> positions;
+  for (const auto& point : new_keyframe.points) positions.push_back(measurement(point).head<2>());
+  const Pose T_new_old = T_old_new.inverse();
+  std::vector<NearestDescriptor> of_new(new_keyframe.points.size());
+  std::vector<NearestDescriptor> of_old(old_keyframe.points.size());
+  for (std::size_t i = 0; i < old_keyframe.points.size(); ++i) {
+    const auto z = camera.project(T_new_old * camera.back_project(measurement(old_keyframe.points[i])));
+    if (!z) continue;
+    for (std::size_t j = 0; j < positions.size(); ++j) {
+      const Vector3<double> e = measurement(new_keyframe.points[j]) - *z;
+      if (e.cwiseAbs().maxCoeff() > settings.search_radius_px) continue;
+      const int distance =
+          hamming_distance(old_keyframe.points[i].descriptor, new_keyframe.points[j].descriptor);
+      if (distance > settings.max_descriptor_distance) continue;
+      of_old[i].offer(j, distance);
+      of_new[j].offer(i, distance);
+    }
+  }
+  std::vector<PointPair> pairs;
+  for (std::size_t i = 0; i < of_old.size(); ++i) {
+    const bool found = of_old[i].distance <= settings.max_descriptor_distance;
+    if (found && of_new[of_old[i].index].index == i) pairs.push_back({i, of_old[i].index});
+  }
+  return pairs;
+}
+
+[[nodiscard]] std::vector<StereoCorrespondence> correspondences(const Keyframe& old_keyframe,
+                                                                const Keyframe& new_keyframe,
+                                                                const std::vector<PointPair>& pairs) {
+  std::vector<StereoCorrespondence> result;
+  result.reserve(pairs.size());
+  for (const auto& pair : pairs) {
+    result.push_back(
+        {measurement(old_keyframe.points[pair.old_point]), measurement(new_keyframe.points[pair.new_point])});
+  }
+  return result;
+}
+
+}  // namespace
+
+LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
+                             const StereoCamera& camera, const LoopVerificationSettings& settings,
+                             std::uint64_t seed) {
+  LoopVerification result;
+  result.loop.old_keyframe = old_keyframe.id;
+  result.loop.new_keyframe = new_keyframe.id;
+  const auto pairs = match_descriptors(old_keyframe, new_keyframe, settings);
+  result.matches = static_cast<int>(pairs.size());
+  // Guided matching may find more, but a pose needs a core to start from.
+  constexpr int kCoreShare = 2;
+  if (kCoreShare * result.matches < settings.min_inliers) return result;
+
+  result.check = LoopCheck::kNoPose;
+  const auto rough = perspective_pose(old_keyframe, new_keyframe, pairs, camera, settings);
+  if (!rough) return result;
+  const auto guided = match_guided(old_keyframe, new_keyframe, *rough, camera, settings);
+
+  result.check = LoopCheck::kTooFewInliers;
+  constexpr int kRefinementDraws = 30;  // the pose at hand competes: draws only guard against a poor one
+  OdometrySettings adjustment;
+  adjustment.ransac_iterations = kRefinementDraws;
+  adjustment.min_inliers = settings.min_inliers;
+  adjustment.pixel_sigma_px = settings.pixel_sigma_px;
+  std::mt19937_64 random(seed);
+  const auto motion = estimate_motion(correspondences(old_keyframe, new_keyframe, guided), camera, *rough,
+                                      adjustment, random);
+  result.loop.inliers = motion.inliers;
+  if (!motion.valid || motion.inliers < settings.min_inliers) return result;
+  result.check = LoopCheck::kVerified;
+  result.loop.T_old_new = motion.T_previous_current;
+  for (std::size_t i = 0; i < guided.size(); ++i) {
+    const auto old_landmark = old_keyframe.points[guided[i].old_point].landmark;
+    const auto new_landmark = new_keyframe.points[guided[i].new_point].landmark;
+    if (motion.inlier[i] && old_landmark > 0 && new_landmark > 0) {
+      result.loop.same_landmarks.emplace_back(old_landmark, new_landmark);
+    }
+  }
+  return result;
+}
+
+double disagreement(const PoseGaussian& a, const PoseGaussian& b) {
+  const Vector6<double> e = a.pose.boxminus(b.pose);
+  return e.dot(Matrix6<double>(a.covariance + b.covariance).ldlt().solve(e));
+}
+
+Matrix6<double> drift_allowance(double length_m, const LoopVerificationSettings& settings) {
+  const double rotation_rad = settings.drift_rad_per_m * length_m;
+  // A way that comes back has nowhere been farther from its end than half its length.
+  const double swing_m = rotation_rad * 0.5 * length_m;
+  const double stretch_m = settings.drift_m_per_m * length_m;
+  Vector6<double> variance;
+  variance << Vector3<double>::Constant(rotation_rad * rotation_rad),
+      Vector3<double>::Constant(stretch_m * stretch_m + swing_m * swing_m);
+  return variance.asDiagonal();
+}
+
+std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasurement>& loop,
+                                                  const KeyframeDatabase& keyframes) {
+  if (!loop) {
+    row_.clear();
+    return {};
+  }
+  const auto segment = [&](std::size_t id) { return keyframes[id].segment; };
+  if (!row_.empty() && (segment(row_.back().new_keyframe) != segment(loop->new_keyframe) ||
+                        segment(row_.back().old_keyframe) != segment(loop->old_keyframe))) {
+    row_.clear();
+  }
+  if (!row_.empty()) {
+    // T_old2_new2 again, through the last loop: over the keyframes between the old ones and the new ones.
+    const LoopMeasurement& last = row_.back();
+    const auto relative = [&](std::size_t from, std::size_t to) {
+      PoseGaussian T_from_to;
+      for (std::size_t id = std::min(from, to) + 1; id <= std::max(from, to); ++id) {
+        T_from_to = compose(T_from_to, keyframes[id].T_previous_keyframe);
+      }
+      if (from <= to) return T_from_to;
+      const auto inverted =
+          antipode::inverse(antipode::PoseGaussian<double>{T_from_to.pose, T_from_to.covariance});
+      return PoseGaussian{inverted.pose, inverted.covariance};
+    };
+    const PoseGaussian expected =
+        compose(compose(relative(loop->old_keyframe, last.old_keyframe), last.T_old_new),
+                relative(last.new_keyframe, loop->new_keyframe));
+    const double tolerated = settings_.gate_scale * settings_.max_chi2;
+    if (disagreement(expected, loop->T_old_new) > tolerated) row_.clear();
+  }
+  row_.push_back(*loop);
+  const auto needed = static_cast<std::size_t>(settings_.consecutive);
+  if (row_.size() < needed) return {};
+  if (row_.size() == needed) return row_;
+  return {*loop};
+}
+
+}  // namespace stereo_slam

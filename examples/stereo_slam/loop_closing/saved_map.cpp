@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/loop_closing/saved_map.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kFarthest_m = 1e9;
+constexpr std::uint32_t kMostLandmarks = 1U << 31;  // a run goes on counting
+constexpr std::size_t kMostFrames = std::size_t{1} << 53;
+constexpr double kRounding = 1e-6;  // of a correlation: what sums and products of covariances leave
+
+[[noreturn]] void refuse(std::string_view where, std::string_view what) {
+  throw std::invalid_argument(fmt::format("{} {}", where, what));
+}
+
+void require(bool condition, std::string_view where, std::string_view what) {
+  if (!condition) refuse(where, what);
+}
+
+/// Symmetric and without a negative variance in any direction, whatever the units of its rows.
+[[nodiscard]] bool is_covariance(const Matrix6<double>& P) {
+  const Vector6<double> sigma = P.diagonal().cwiseSqrt();  // NaN for a negative variance
+  const Matrix6<double> bound = sigma * sigma.transpose();
+  if (!P.allFinite() || !bound.allFinite()) return false;
+  if (((P - P.transpose()).array().abs() > kRounding * bound.array()).any()) return false;
+  if ((P.array().abs() > (1.0 + kRounding) * bound.array()).any()) return false;
+  const Vector6<double> scale = sigma.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const Matrix6<double> correlation = scale.asDiagonal() * P * scale.asDiagonal();
+  return Eigen::LLT<Matrix6<double>>(correlation + kRounding * Matrix6<double>::Identity()).info() ==
+         Eigen::Success;
+}
+
+[[nodiscard]] bool is_positive_definite(const Matrix6<double>& P) {
+  return is_covariance(P) && Eigen::LLT<Matrix6<double>>(P).info() == Eigen::Success;
+}
+
+[[nodiscard]] bool is_near(const Vector3<double>& position) {
+  return position.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= kFarthest_m;
+}
+
+void check_pose(const Pose& pose, std::string_view where) {
+  try {
+    static_cast<void>(Pose::from_coefficients(pose.coeffs()));
+  } catch (const std::invalid_argument& error) {
+    refuse(where, fmt::format("is {}", error.what()));
+  }
+  require(is_near(pose.translation()), where, "is farther than 1e9 m");
+}
+
+void check_estimate(const PoseGaussian& estimate, std::string_view where) {
+  check_pose(estimate.pose, where);
+  require(is_covariance(estimate.covariance), where, "has a covariance that is none");
+}
+
+/// Of an edge of the pose graph.
+void check_relative(const PoseGaussian& estimate, std::string_view where) {
+  check_estimate(estimate, where);
+  require(is_positive_definite(estimate.covariance), where, "has a covariance that is not positive definite");
+}
+
+void check_camera(const StereoCamera& camera) {
+  const auto positive = [](double value) { return value > 0.0 && std::isfinite(value); };
+  require(positive(camera.fx) && positive(camera.fy), "camera", "has no positive focal length");
+  require(std::isfinite(camera.cx) && std::isfinite(camera.cy), "camera", "has no finite principal point");
+  require(positive(camera.baseline_m), "camera", "has no positive baseline");
+  require(camera.width_px > 0 && camera.height_px > 0, "camera", "has an image without pixels");
+}
+
+void check_rectification(const RectificationEstimate& estimate, const StereoCamera& camera) {
+  const std::string_view where = "rectification";
+  require(estimate.coefficients.allFinite() && estimate.row_vector.allFinite() &&
+              estimate.disparity_vector.allFinite(),
+          where, "is not finite");
+  require(estimate.coefficients.cwiseAbs().maxCoeff() < camera.width_px, where,
+          "moves points out of the image");
+  require(
+      is_positive_definite(estimate.row_information) && is_positive_definite(estimate.disparity_information),
+      where, "has an information that is not positive definite");
+}
+
+void check_point(const KeyframePoint& point, const StereoCamera& camera, std::string_view where) {
+  const StereoPoint z = measurement(point);
+  require(z.allFinite(), where, "has a point that is not finite");
+  require(z.x() >= 0.0 && z.x() <= camera.width_px && z.y() >= 0.0 && z.y() <= camera.height_px, where,
+          "has a point outside the image");
+  require(z.z() >= 0.0, where, "has a point with a negative disparity");
+  require(point.landmark <= kMostLandmarks, where, "has a point with a number beyond 2^31");
+}
+
+void check_keyframe(const Keyframe& keyframe, const StereoCamera& camera, std::string_view where) {
+  check_estimate(keyframe.T_previous_keyframe, fmt::format("{}: T_previous_keyframe", where));
+  check_estimate(keyframe.T_world_keyframe, fmt::format("{}: T_world_keyframe", where));
+  require(keyframe.frame <= kMostFrames, where, "is of a frame beyond 2^53");
+  require(keyframe.travelled_m >= 0.0 && std::isfinite(keyframe.travelled_m), where, "has no length of way");
+  for (const auto& point : keyframe.points) check_point(point, camera, where);
+}
+
+void check_succession(const Keyframe& previous, const Keyframe& keyframe, std::string_view where) {
+  require(keyframe.frame > previous.frame, where, "is not of a later frame than the one before");
+  require(keyframe.segment >= previous.segment, where, "is of an earlier segment than the one before");
+  require(keyframe.segment <= previous.segment + 1, where, "leaves a segment out");
+  require(keyframe.travelled_m >= previous.travelled_m, where, "has a shorter way than the one before");
+  check_relative(keyframe.T_previous_keyframe, fmt::format("{}: T_previous_keyframe", where));
+}
+
+void check_loop(const PoseGraphEdge& loop, std::size_t keyframes, std::string_view where) {
+  require(loop.from < keyframes && loop.to < keyframes, where,
+          fmt::format("goes from keyframe {} to {} of {}", loop.from, loop.to, keyframes));
+  require(loop.from != loop.to, where, fmt::format("goes from keyframe {} to itself", loop.from));
+  check_relative(loop.T_from_to, where);
+}
+
+void check_map_point(const MapPoint& point, std::size_t keyframes, std::string_view where) {
+  require(is_near(point.position_world), where, "is not finite, or farther than 1e9 m");
+  require(point.keyframe < keyframes, where,
+          fmt::format("belongs to keyframe {} of {}", point.keyframe, keyframes));
+  require(point.landmark <= kMostLandmarks, where, "has a number beyond 2^31");
+}
+
+}  // namespace
+
+MapExtent extent_of(const SavedMap& map) {
+  if (map.keyframes.empty()) return {};
+  MapExtent extent{.keyframes = map.keyframes.size(),
+                   .segments = map.keyframes.back().segment + 1,
+                   .frames = map.keyframes.back().frame + 1};
+  for (const auto& keyframe : map.keyframes) {
+    for (const auto& point : keyframe.points) extent.landmarks = std::max(extent.landmarks, point.landmark);
+  }
+  for (const auto& point : map.points) extent.landmarks = std::max(extent.landmarks, point.landmark);
+  return extent;
+}
+
+void check_camera_of(const SavedMap& map, const StereoCamera& camera) {
+  const auto numbers = [](const StereoCamera& c) {
+    return std::array{c.fx, c.fy, c.cx, c.cy, c.fx * c.baseline_m};
+  };
+  const auto a = numbers(map.camera);
+  const auto b = numbers(camera);
+  const bool same = std::equal(a.begin(), a.end(), b.begin(),
+                               [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(y); });
+  if (!same || map.camera.width_px != camera.width_px || map.camera.height_px != camera.height_px) {
+    throw std::invalid_argument("the map was made with another camera, or with its images at another size");
+  }
+}
+
+void check(const SavedMap& map) {
+  check_camera(map.camera);
+  check_rectification(map.rectification, map.camera);
+  for (std::size_t id = 0; id < map.keyframes.size(); ++id) {
+    const std::string where = fmt::format("keyframe {}", id);
+    require(map.keyframes[id].id == id, where, fmt::format("has the id {}", map.keyframes[id].id));
+    check_keyframe(map.keyframes[id], map.camera, where);
+    if (id == 0) {
+      require(map.keyframes[id].segment == 0, where, "is of another segment than the first");
+    } else {
+      check_succession(map.keyframes[id - 1], map.keyframes[id], where);
+    }
+  }
+  for (std::size_t i = 0; i < map.loops.size(); ++i) {
+    check_loop(map.loops[i], map.keyframes.size(), fmt::format("loop {}", i));
+  }
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    check_map_point(map.points[i], map.keyframes.size(), fmt::format("map point {}", i));
+  }
+}
+
+}  // namespace stereo_slam

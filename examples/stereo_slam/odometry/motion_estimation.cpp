@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/odometry/motion_estimation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <antipode/geometry/quaternion.hpp>
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kChi2_3_99 = 11.345;  // 99 % of a chi-square with 3 degrees of freedom
+constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
+constexpr int kMaxIterations = 15;
+constexpr double kConvergedStep = 1e-8;
+constexpr double kMinDisparity_px = 0.05;
+
+/// A correspondence linearised at a pose and a point.
+struct Linearization {
+  Vector3<double> innovation;          // of the current measurement, for the point at its first measurement
+  Eigen::Matrix<double, 3, 6> J_pose;  // d z_current / d xi, right perturbation (rotation, translation)
+  Matrix3<double> J_point;             // d z_current / d (u, v, d) of the point in the previous frame
+};
+
+/// Nothing when the point is not in front of the current camera.
+[[nodiscard]] std::optional<Linearization> linearize(const StereoCorrespondence& c, const StereoPoint& point,
+                                                     const Pose& T_current_previous,
+                                                     const StereoCamera& camera) {
+  const Vector3<double> p_previous = camera.back_project(point);
+  const Vector3<double> p_current = T_current_previous * p_previous;
+  const auto z = camera.project(p_current);
+  if (!z) return std::nullopt;
+  const Matrix3<double> J_projection = camera.projection_jacobian(p_current);
+  Linearization result;
+  result.J_pose.leftCols<3>() = J_projection * antipode::skew(p_current);
+  result.J_pose.rightCols<3>() = -J_projection;
+  result.J_point =
+      J_projection * T_current_previous.rotation_matrix() * camera.back_projection_jacobian(point);
+  result.innovation = c.current - *z + result.J_point * (point - c.previous);
+  return result;
+}
+
+/// Normal equations of the pose.
+struct NormalEquations {
+  Matrix6<double> information = Matrix6<double>::Zero();
+  Vector6<double> gradient = Vector6<double>::Zero();
+
+  void add(const Linearization& l, const Matrix3<double>& S_inverse, double weight) {
+    const Eigen::Matrix<double, 6, 3> JtW = weight * l.J_pose.transpose() * S_inverse;
+    information.noalias() += JtW * l.J_pose;
+    gradient.noalias() += JtW * l.innovation;
+  }
+
+  [[nodiscard]] std::optional<Vector6<double>> solve() const {
+    const Eigen::LDLT<Matrix6<double>> ldlt(information);
+    if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return std::nullopt;
+    const Vector6<double> step = ldlt.solve(gradient);
+    if (!step.allFinite()) return std::nullopt;
+    return step;
+  }
+};
+
+/// The estimation problem with the innovation covariances frozen at a given motion.
+class MotionProblem {
+ public:
+  MotionProblem(std::span<const StereoCorrespondence> correspondences, const StereoCamera& camera,
+                const Pose& initial, double pixel_sigma_px)
+      : correspondences_(correspondences), camera_(camera), R_(stereo_pixel_covariance(pixel_sigma_px)) {
+    const Pose T_current_previous = initial.inverse();
+    S_inverse_.reserve(correspondences.size());
+    for (const auto& c : correspondences) {
+      const auto l = linearize(c, c.previous, T_current_previous, camera_);
+      const Matrix3<double> S = l ? Matrix3<double>(R_ + l->J_point * R_ * l->J_point.transpose()) : 2.0 * R_;
+      S_inverse_.push_back(S.inverse());
+    }
+  }
+
+  /// Pose through three correspondences, the points taken as measured.
+  [[nodiscard]] std::optional<Pose> minimal_solution(const std::array<std::size_t, 3>& sample,
+                                                     Pose pose) const {
+    constexpr int kMinimalIterations = 6;
+    constexpr double kMinimalStep = 1e-4;
+    for (int iteration = 0; iteration < kMinimalIterations; ++iteration) {
+      NormalEquations equations;
+      const Pose T_current_previous = pose.inverse();
+      for (const std::size_t i : sample) {
+        const auto l =
+            linearize(correspondences_[i], correspondences_[i].previous, T_current_previous, camera_);
+        if (!l) return std::nullopt;
+        equations.add(*l, S_inverse_[i], 1.0);
+      }
+      const auto step = equations.solve();
+      if (!step || step->head<3>().norm() > 1.0) return std::nullopt;
+      pose = pose.boxplus(*step);
+      if (step->norm() < kMinimalStep) break;
+    }
+    return pose;
+  }
+
+  /// Squared Mahalanobis distance of every correspondence, infinite behind the camera.
+  [[nodiscard]] std::vector<double> distances(const Pose& pose) const {
+    const Pose T_current_previous = pose.inverse();
+    const Matrix3<double> R = T_current_previous.rotation_matrix();
+    const Vector3<double> t = T_current_previous.translation();
+    std::vector<double> result(correspondences_.size(), std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      const auto z = camera_.project(R * camera_.back_project(correspondences_[i].previous) + t);
+      if (!z) continue;
+      const Vector3<double> e = correspondences_[i].current - *z;
+      result[i] = e.dot(S_inverse_[i] * e);
+    }
+    return result;
+  }
+
+  struct Solution {
+    Pose pose;
+    Matrix6<double> covariance;
+    std::vector<double> distance2;  // squared Mahalanobis distance with the point adjusted; inliers only
+  };
+
+  /// Robust two-view adjustment over the flagged correspondences.
+  [[nodiscard]] std::optional<Solution> adjust(Pose pose, const std::vector<std::uint8_t>& inlier) const {
+    std::vector<StereoPoint> points;
+    points.reserve(correspondences_.size());
+    for (const auto& c : correspondences_) points.push_back(c.previous);
+
+    std::vector<std::pair<std::size_t, Linearization>> used;
+    std::vector<double> distance2;
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+      NormalEquations equations;
+      used.clear();
+      distance2.clear();
+      const Pose T_current_previous = pose.inverse();
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        if (!inlier[i]) continue;
+        const auto l = linearize(correspondences_[i], points[i], T_current_previous, camera_);
+        if (!l) continue;
+        distance2.push_back(l->innovation.dot(S_inverse_[i] * l->innovation));
+        equations.add(*l, S_inverse_[i], cauchy_weight(distance2.back()));
+        used.emplace_back(i, *l);
+      }
+      const auto step = equations.solve();
+      if (!step) return std::nullopt;
+      pose = pose.boxplus(*step).renormalized();
+      for (const auto& [i, l] : used) {
+        const Vector3<double> correction =
+            R_ * l.J_point.transpose() * S_inverse_[i] * (l.innovation - l.J_pose * *step);
+        points[i] = correspondences_[i].previous + correction;
+        points[i].z() = std::max(points[i].z(), kMinDisparity_px);
+      }
+      if (step->norm() < kConvergedStep) break;
+    }
+    if (distance2.empty()) return std::nullopt;
+    return Solution{pose, sandwich_covariance(used, distance2), distance2};
+  }
+
+ private:
+  [[nodiscard]] static double cauchy_weight(double distance2) {
+    return 1.0 / (1.0 + distance2 / kCauchyScale2);
+  }
+
+  /// Covariance A^-1 B A^-1 of an M-estimate (Huber 1981): B is the variance of the weighted residuals as
+  /// observed, A the mean slope of the influence function. Follows the residuals' own scale.
+  [[nodiscard]] Matrix6<double> sandwich_covariance(
+      const std::vector<std::pair<std::size_t, Linearization>>& used,
+      const std::vector<double>& distance2) const {
+    Matrix6<double> A = Matrix6<double>::Zero();
+    Matrix6<double> B = Matrix6<double>::Zero();
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const auto& [i, l] = used[k];
+      const Matrix6<double> information = l.J_pose.transpose() * S_inverse_[i] * l.J_pose;
+      const double w = cauchy_weight(distance2[k]);
+      A += (w - 2.0 / 3.0 * distance2[k] * w * w / kCauchyScale2) * information;
+      B += w * w * distance2[k] / 3.0 * information;
+    }
+    const Matrix6<double> A_inverse = A.ldlt().solve(Matrix6<double>::Identity());
+    const Matrix6<double> covariance = A_inverse * B * A_inverse.transpose();
+    return 0.5 * (covariance + covariance.transpose());
+  }
+
+  std::span<const StereoCorrespondence> correspondences_;
+  const StereoCamera& camera_;
+  Matrix3<double> R_;
+  std::vector<Matrix3<double>> S_inverse_;
+};
+
+[[nodiscard]] std::array<std::size_t, 3> draw_three(std::size_t count, std::mt19937_64& random) {
+  std::array<std::size_t, 3> sample{};
+  do {
+    for (auto& i : sample) i = static_cast<std::size_t>(random() % count);
+  } while (sample[0] == sample[1] || sample[1] == sample[2] || sample[0] == sample[2]);
+  return sample;
+}
+
+[[nodiscard]] std::vector<std::uint8_t> flag_inliers(const std::vector<double>& distance2) {
+  std::vector<std::uint8_t> inlier(distance2.size());
+  std::transform(distance2.begin(), distance2.end(), inlier.begin(),
+                 [](double d) { return static_cast<std::uint8_t>(d < kChi2_3_99); });
+  return inlier;
+}
+
+/// Pose with the smallest sum of truncated distances over random minimal sets; `initial` competes too.
+[[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const Pose& initial,
+                          int iterations, std::mt19937_64& random) {
+  const auto cost = [&](const Pose& pose) {
+    double sum = 0.0;
+    for (const double d : problem.distances(pose)) sum += std::min(d, kChi2_3_99);
+    return sum;
+  };
+  Pose best = initial;
+  double best_cost = cost(initial);
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    const auto pose = problem.minimal_solution(draw_three(count, random), initial);
+    if (!pose) continue;
+    const double candidate_cost = cost(*pose);
+    if (candidate_cost < best_cost) {
+      best_cost = candidate_cost;
+      best = *pose;
+    }
+  }
+  return best;
+}
+
+/// Variance of a unit-weight residual from the median distance, against its value 2.366 for a chi-square
+/// of 3.
+[[nodiscard]] double variance_factor(std::vector<double> distance2) {
+  constexpr double kMedianChi2_3 = 2.366;
+  const auto middle = distance2.begin() + static_cast<std::ptrdiff_t>(distance2.size() / 2);
+  std::nth_element(distance2.begin(), middle, distance2.end());
+  return *middle / kMedianChi2_3;
+}
+
+}  // namespace
+
+MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
+                               const StereoCamera& camera, const Pose& initial_T_previous_current,
+                               const OdometrySettings& settings, std::mt19937_64& random,
+                               std::span<const StereoCorrespondence> witnesses) {
+  MotionEstimate result;
+  result.T_previous_current.pose = initial_T_previous_current;
+  result.inlier.assign(correspondences.size(), 0);
+  const auto required = static_cast<std::size_t>(std::max(3, settings.min_inliers));
+  if (correspondences.size() < required) return result;
+
+  std::vector<StereoCorrespondence> voters(correspondences.begin(), correspondences.end());
+  voters.insert(voters.end(), witnesses.begin(), witnesses.end());
+  const MotionProblem rough(voters, camera, initial_T_previous_current, settings.pixel_sigma_px);
+  Pose pose = ransac(rough, voters.size(), initial_T_previous_current, settings.ransac_iterations, random);
+
+  constexpr int kReselections = 2;
+  std::optional<MotionProblem::Solution> solution;
+  for (int round = 0; round < kReselections; ++round) {
+    const MotionProblem problem(correspondences, camera, pose, settings.pixel_sigma_px);
+    result.inlier = flag_inliers(problem.distances(pose));
+    result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
+    if (result.inliers < static_cast<int>(required)) return result;
+    solution = problem.adjust(pose, result.inlier);
+    if (!solution) return result;
+    pose = solution->pose;
+  }
+
+  result.T_previous_current = {pose, solution->covariance};
+  result.sigma_px = settings.pixel_sigma_px * std::sqrt(variance_factor(solution->distance2));
+  result.valid = result.T_previous_current.covariance.allFinite();
+  return result;
+}
+
+}  // namespace stereo_slam

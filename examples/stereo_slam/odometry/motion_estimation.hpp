@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+/// The same point measured in two stereo frames.
+struct StereoCorrespondence {
+  StereoPoint previous;
+  StereoPoint current;
+};
+
+struct MotionEstimate {
+  bool valid = false;  ///< enough inliers and a well-posed solution
+  PoseGaussian T_previous_current;
+  std::vector<std::uint8_t> inlier;  ///< one flag a correspondence
+  int inliers = 0;
+  double sigma_px = 0.0;  ///< robust standard deviation of one coordinate, from the residuals
+};
+
+/// Relative pose of two stereo frames.
+///
+/// Both measurements of a point carry the same pixel noise, so the estimate is a two-view bundle adjustment:
+/// each Gauss-Newton step solves for the pose with the points eliminated, then moves the points, in (u, v, d)
+/// where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences starts it
+/// from the largest consistent set; Cauchy weights guard what is left. The covariance is the
+/// sandwich estimate of the weighted problem, which follows the residuals' own scale.
+///
+/// `witnesses`, of points that have proved to be static, have a say in which set that is, and in nothing
+/// else: without them the largest one may be a lorry.
+[[nodiscard]] MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
+                                             const StereoCamera& camera,
+                                             const Pose& initial_T_previous_current,
+                                             const OdometrySettings& settings, std::mt19937_64& random,
+                                             std::span<const StereoCorrespondence> witnesses = {});
+
+}  // namespace stereo_slam

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/odometry/odometry.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stereo_slam/frontend/spatial_index.hpp"
+#include "stereo_slam/frontend/stereo_matching.hpp"
+#include "stereo_slam/odometry/motion_estimation.hpp"
+
+namespace stereo_slam {
+namespace {
+
+using Points = std::vector<cv::Point2f>;
+
+[[nodiscard]] cv::Point2f to_cv(const Vector2<double>& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
+}
+
+[[nodiscard]] Vector2<double> to_eigen(const cv::Point2f& p) {
+  return Eigen::Vector2f(p.x, p.y).cast<double>();
+}
+
+/// Correspondences of the points that close the circle.
+[[nodiscard]] std::vector<StereoCorrespondence> match_circle(
+    const StereoPyramid& previous, const StereoPyramid& current, const std::vector<StereoPoint>& points,
+    const StereoCamera& camera, const RectificationResidual& rectification, const Pose& T_previous_current,
+    const OdometrySettings& settings) {
+  const FlowOptions options{.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1};
+  const Pose T_current_previous = T_previous_current.inverse();
+  Points previous_left, previous_right, left_guess;
+  std::vector<StereoPoint> predicted;
+  for (const auto& z : points) {
+    predicted.push_back(camera.project(T_current_previous * camera.back_project(z)).value_or(z));
+    previous_left.push_back(to_cv(z.head<2>()));
+    previous_right.push_back(to_cv(rectification.right_position(z)));
+    left_guess.push_back(to_cv(predicted.back().head<2>()));
+  }
+  const auto left = track_points(previous.left, current.left, previous_left, left_guess, options);
+  Points right_guess;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector2<double> found = to_eigen(left.points[i]);
+    right_guess.push_back(to_cv(rectification.right_position({found.x(), found.y(), predicted[i].z()})));
+  }
+  const auto right = track_points(current.left, current.right, left.points, right_guess, options);
+  const auto back = track_points(current.right, previous.right, right.points, previous_right, options);
+  const auto closed = track_points(previous.right, previous.left, back.points, previous_left, options);
+
+  std::vector<StereoCorrespondence> matches;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!(left.found[i] && right.found[i] && back.found[i] && closed.found[i])) continue;
+    const double loop_error = (to_eigen(closed.points[i]) - points[i].head<2>()).norm();
+    const auto measured = rectification.measure(to_eigen(left.points[i]), to_eigen(right.points[i]));
+    if (loop_error > settings.max_loop_error_px ||
+        std::abs(measured.row_error_px) > settings.max_row_error_px || measured.z.z() <= 0.0) {
+      continue;
+    }
+    matches.push_back({points[i], measured.z});
+  }
+  return matches;
+}
+
+/// At most `count` of the points, evenly from the list.
+[[nodiscard]] std::vector<StereoPoint> thin_out(const std::vector<StereoPoint>& points, std::size_t count) {
+  if (points.size() <= count) return points;
+  std::vector<StereoPoint> kept;
+  for (std::size_t i = 0; i < count; ++i) kept.push_back(points[i * points.size() / count]);
+  return kept;
+}
+
+}  // namespace
+
+std::vector<StereoPoint> select_odometry_points(const std::vector<Feature>& features,
+                                                const std::vector<Vector2<double>>& reserved_px,
+                                                const StereoFrame& frame,
+                                                const RectificationResidual& rectification,
+                                                const Settings& settings) {
+  const SpatialIndex reserved(reserved_px, frame.left.size());
+  std::vector<const Feature*> free;
+  for (const auto& feature : features) {
+    if (!reserved.any_within(feature.position_px, settings.odometry.exclusion_px)) free.push_back(&feature);
+  }
+  std::stable_sort(free.begin(), free.end(), [](auto* a, auto* b) { return a->response > b->response; });
+  std::vector<Vector2<double>> candidates;
+  for (const auto* feature : free) candidates.push_back(feature->position_px);
+  std::vector<Vector2<double>> chosen;
+  for (const std::size_t i : spread_over_buckets(candidates, frame.left.size(), settings.odometry.cell_px,
+                                                 static_cast<std::size_t>(settings.odometry.max_points))) {
+    chosen.push_back(candidates[i]);
+  }
+  std::vector<StereoPoint> points;
+  for (const auto& match : match_stereo(frame.left, frame.right, chosen, rectification, settings.stereo)) {
+    if (match) points.push_back(match->z);
+  }
+  return points;
+}
+
+OdometryResult estimate_odometry(const StereoPyramid& previous, const std::vector<StereoPoint>& points,
+                                 const std::vector<StereoPoint>& static_points, const StereoPyramid& current,
+                                 const StereoCamera& camera, const RectificationResidual& rectification,
+                                 const Pose& predicted_T_previous_current, std::uint64_t seed,
+                                 const OdometrySettings& settings) {
+  constexpr std::size_t kMaxWitnesses = 100;  // enough to outvote a lorry
+  const auto follow = [&](const std::vector<StereoPoint>& from) {
+    return match_circle(previous, current, from, camera, rectification, predicted_T_previous_current,
+                        settings);
+  };
+  const auto matches = follow(points);
+  std::mt19937_64 random(seed);
+  const auto motion = estimate_motion(matches, camera, predicted_T_previous_current, settings, random,
+                                      follow(thin_out(static_points, kMaxWitnesses)));
+
+  OdometryResult result;
+  result.valid = motion.valid;
+  result.T_previous_current = motion.T_previous_current;
+  result.tracked = static_cast<int>(matches.size());
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (motion.inlier[i]) result.inliers_px.push_back(matches[i].current.head<2>());
+  }
+  return result;
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/results/output.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <stdexcept>
+#include <string_view>
+#include <sys/utsname.h>
+#include <system_error>
+#include <thread>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <yaml-cpp/yaml.h>
+
+#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr auto kResultFiles = {"trajectory_kitti.txt",
+                               "trajectory_tum.txt",
+                               "trajectory_online.txt",
+                               "covariances.csv",
+                               "timing.csv",
+                               "loops.csv",
+                               "map.ply",
+                               "report.html"};
+
+std::vector<Pose> poses_of(std::span<const PoseGaussian> estimates) {
+  std::vector<Pose> poses;
+  for (const auto& estimate : estimates) poses.push_back(estimate.pose);
+  return poses;
+}
+
+std::string processor_name() {
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);) {
+    const auto colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+void emit_host(YAML::Emitter& yaml) {
+  utsname system{};
+  uname(&system);
+  yaml << YAML::Key << "host" << YAML::Value << YAML::BeginMap;
+  yaml << YAML::Key << "name" << YAML::Value << system.nodename;
+  yaml << YAML::Key << "system" << YAML::Value
+       << fmt::format("{} {} {}", system.sysname, system.release, system.machine);
+  yaml << YAML::Key << "processor" << YAML::Value << processor_name();
+  yaml << YAML::Key << "cores" << YAML::Value << std::thread::hardware_concurrency();
+  yaml << YAML::Key << "compiler" << YAML::Value << __VERSION__;
+  yaml << YAML::Key << "opencv" << YAML::Value << CV_VERSION;
+  yaml << YAML::EndMap;
+}
+
+void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
+  yaml << YAML::Key << "dataset" << YAML::Value << YAML::BeginMap;
+  yaml << YAML::Key << "folder" << YAML::Value << std::filesystem::absolute(sequence.folder).string();
+  yaml << YAML::Key << "format" << YAML::Value << sequence.format;
+  yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
+  yaml << YAML::EndMap;
+}
+
+void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
+  yaml << YAML::Key << "memory" << YAML::Value << YAML::BeginMap;
+  if (!std::isnan(header.peak_mb))
+    yaml << YAML::Key << "peak_mb" << YAML::Value << fmt::format("{:.1f}", header.peak_mb);
+  if (header.bytes_per_keyframe > 0)
+    yaml << YAML::Key << "bytes_per_keyframe" << YAML::Value << header.bytes_per_keyframe;
+  yaml << YAML::EndMap;
+}
+
+}  // namespace
+
+void prepare_output_folder(const std::filesystem::path& folder) {
+  try {
+    std::filesystem::create_directories(folder);
+    for (const auto* name : kResultFiles) {
+      if (std::filesystem::is_directory(folder / name)) {
+        throw std::runtime_error(
+            fmt::format("{}: is a folder, where a result is to be written; choose another --output",
+                        (folder / name).string()));
+      }
+    }
+    for (const auto* name : kResultFiles) std::filesystem::remove(folder / name);
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw std::runtime_error(fmt::format("{}: cannot be used for output ({}); choose another --output",
+                                         folder.string(), error.code().message()));
+  }
+}
+
+void write_results(const std::filesystem::path& folder, const RunRecord& record) {
+  const auto poses = poses_of(record.trajectory);
+  std::vector<Pose> online;
+  std::vector<std::int64_t> stamps_ns;
+  for (const auto& result : record.results) {
+    stamps_ns.push_back(result.stamp_ns);
+    online.push_back(result.T_odometry_camera);
+  }
+  // One file that cannot be written does not cost the others.
+  std::string first_error;
+  const auto write = [&](const char* name, const std::function<void(std::ostream&)>& content) {
+    try {
+      write_file(folder / name, content);
+    } catch (const std::runtime_error& error) {
+      if (first_error.empty()) first_error = error.what();
+    }
+  };
+  write("trajectory_kitti.txt", [&](auto& out) { write_kitti_trajectory(out, poses); });
+  write("trajectory_tum.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, poses); });
+  write("trajectory_online.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, online); });
+  write("covariances.csv", [&](auto& out) { write_covariances(out, record); });
+  write("timing.csv", [&](auto& out) { write_timing(out, record); });
+  write("loops.csv", [&](auto& out) { write_loops(out, record); });
+  write("map.ply", [&](auto& out) { write_ply(out, record.map_points); });
+  if (!first_error.empty()) throw std::runtime_error(first_error);
+}
+
+void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header,
+                    const StereoSequence& sequence, const Settings& settings) {
+  YAML::Emitter yaml;
+  yaml << YAML::BeginMap;
+  yaml << YAML::Key << "version" << YAML::Value << STEREO_SLAM_VERSION;
+  yaml << YAML::Key << "written" << YAML::Value << fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)));
+  yaml << YAML::Key << "state" << YAML::Value << header.state;
+  if (!header.error.empty()) yaml << YAML::Key << "error" << YAML::Value << header.error;
+  yaml << YAML::Key << "frames_processed" << YAML::Value << header.frames_processed;
+  yaml << YAML::Key << "seconds" << YAML::Value << fmt::format("{:.3f}", header.seconds);
+  yaml << YAML::Key << "pose_frame" << YAML::Value << header.pose_frame;
+  emit_memory(yaml, header);
+  emit_dataset(yaml, sequence);
+  emit_host(yaml);
+  yaml << YAML::EndMap;
+  write_file(folder / "run.yaml", [&](std::ostream& out) {
+    out << yaml.c_str() << "\nsettings:\n";
+    write_settings(out, settings, 2);
+  });
+}
+
+void write_covariances(std::ostream& stream, const RunRecord& record) {
+  constexpr std::array<std::string_view, 6> kAxes = {"rx", "ry", "rz", "tx", "ty", "tz"};
+  constexpr std::array<std::string_view, 3> kUnits = {"rad2", "rad_m", "m2"};
+  const auto print_names = [&](std::string_view prefix) {
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = i; j < 6; ++j)
+        fmt::print(stream, ",{}{}_{}_{}", prefix, kAxes[i], kAxes[j], kUnits[i / 3 + j / 3]);
+    }
+  };
+  const auto print_triangle = [&](const Matrix6<double>& covariance) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) fmt::print(stream, ",{:.9g}", covariance(i, j));
+    }
+  };
+  stream << "stamp_s,status";
+  print_names("");
+  stream << ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad";
+  print_names("keyframe_");
+  stream << '\n';
+  for (std::size_t k = 0; k < record.results.size(); ++k) {
+    fmt::print(stream, "{},{}", format_seconds(record.results[k].stamp_ns),
+               to_string(record.results[k].status));
+    print_triangle(record.trajectory[k].covariance);
+    const FrameResult& result = record.results[k];
+    fmt::print(stream, ",{},{:.6g},{},{:.6g},{:.6g}", result.keyframe, result.nis, result.nis_dof,
+               result.calibration.scale_sigma, result.calibration.axes_sigma_rad);
+    print_triangle(result.relative_covariance);
+    stream << '\n';
+  }
+}
+
+std::vector<std::string> stage_names(const RunRecord& record) {
+  std::vector<std::string> stages;
+  for (const auto& result : record.results) {
+    for (const auto& time : result.times) {
+      if (std::find(stages.begin(), stages.end(), time.stage) == stages.end()) stages.push_back(time.stage);
+    }
+  }
+  return stages;
+}
+
+double stage_ms(const FrameResult& result, const std::string& stage) {
+  double ms = 0.0;
+  for (const auto& time : result.times) ms += time.stage == stage ? time.ms : 0.0;
+  return ms;
+}
+
+void write_timing(std::ostream& stream, const RunRecord& record) {
+  const auto stages = stage_names(record);
+  stream << "frame";
+  for (const auto& stage : stages) fmt::print(stream, ",{}_ms", stage);
+  stream << ",total_ms,rss_mb\n";
+  for (std::size_t k = 0; k < record.results.size(); ++k) {
+    const auto& result = record.results[k];
+    fmt::print(stream, "{}", result.index);
+    for (const auto& stage : stages) fmt::print(stream, ",{:.3f}", stage_ms(result, stage));
+    fmt::print(stream, ",{:.3f},", record.total_ms[k]);
+    if (!std::isnan(record.resident_mb[k])) fmt::print(stream, "{:.1f}", record.resident_mb[k]);
+    stream << '\n';
+  }
+}
+
+void write_loops(std::ostream& stream, const RunRecord& record) {
+  stream << "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
+  for (const auto& loop : record.loops) {
+    const Vector3<double> t = loop.T_old_new.translation();
+    const antipode::Vector4<double> q = antipode::canonical(loop.T_old_new.rotation());
+    fmt::print(stream, "{},{},{},{:.6g},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", loop.frame,
+               loop.old_frame, loop.inliers, loop.chi2, loop.accepted ? "accepted" : "refused",
+               loop.in_loaded_map ? "loaded" : "run", t[0], t[1], t[2], q[1], q[2], q[3], q[0]);
+  }
+}
+
+void write_ply(std::ostream& stream, std::span<const MapPoint> points) {
+  fmt::print(stream,
+             "ply\nformat binary_{}_endian 1.0\nelement vertex {}\n"
+             "property float x\nproperty float y\nproperty float z\n"
+             "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
+             std::endian::native == std::endian::little ? "little" : "big", points.size());
+  for (const auto& point : points) {
+    const Vector3<float> position = point.position_world.cast<float>();
+    std::array<char, 15> vertex;
+    std::memcpy(vertex.data(), position.data(), 12);
+    std::fill(vertex.begin() + 12, vertex.end(), static_cast<char>(point.intensity));
+    stream.write(vertex.data(), vertex.size());
+  }
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <antipode/eigen_types.hpp>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
+#include "stereo_slam/local_map/match.hpp"
+
+namespace stereo_slam {
+
+/// Log-likelihood of camera poses given matched landmarks (eq. 13, without constants):
+///
+///   l(x) = -1/2 sum_j min( e_j' S_j^-1 e_j, cap ),   e_j = z_j - h(x, l_j)
+///
+/// Every pose projects every landmark anew; S_j (landmark and pixel noise) is frozen at the prior mean. A
+/// landmark behind a sampled camera costs `cap`. Copies what it needs: arrays over the landmarks, walked once
+/// a pose.
+///
+/// Landmarks whose errors are correlated with the prior's, C_j = Cov(l_j, xi), are expected to be off by C_j
+/// P^-1 xi at the pose x = prior exp(xi). What then remains of their errors is correlated between them:
+///
+///   l(x) = -1/2 (sum_j e_j' S_j^-1 e_j + w' (I - sum_j V_j' S_j^-1 V_j)^-1 w),   w = sum_j V_j' S_j^-1 e_j,
+///
+/// with e_j = z_j - h(x, l_j) - V_j y, y = L^-1 xi, V_j = J_j C_j L^-T, P = L L'.
+class PoseLikelihood {
+ public:
+  PoseLikelihood(std::span<const Match> matches, const std::vector<Landmark>& landmarks,
+                 const StereoCamera& camera, double cap);
+
+  /// With the landmarks' correlation to the prior.
+  PoseLikelihood(std::span<const Match> matches, const std::vector<Landmark>& landmarks,
+                 const StereoCamera& camera, double cap, const PoseGaussian& prior);
+
+  /// Batched over the columns [q; p] of `poses` (T_reference_camera).
+  template <int Count>
+  void operator()(const antipode::Matrix<double, 8, Count>& poses,
+                  antipode::Vector<double, Count>& values) const {
+    for (int k = 0; k < Count; ++k) values[k] = evaluate(poses.col(k));
+  }
+
+  /// Sum of the capped squared Mahalanobis distances at one pose.
+  [[nodiscard]] double squared_distance(const Pose& T_reference_camera) const {
+    return -2.0 * evaluate(T_reference_camera.coeffs());
+  }
+
+  [[nodiscard]] int dimension() const noexcept { return 3 * static_cast<int>(points_.cols()); }
+
+ private:
+  /// -2 l of independent landmarks whose whitened errors are reduced by correlation_ y; adds their pull on y
+  /// to w.
+  template <bool Correlated>
+  [[nodiscard]] double sum_distances(const Pose& pose, const Vector6<double>& y, Vector6<double>& w) const;
+  [[nodiscard]] double evaluate(const antipode::Vector8<double>& pose) const;
+
+  StereoCamera camera_;
+  double cap_;
+  // One column a landmark.
+  Eigen::Matrix<double, 4, Eigen::Dynamic> points_;  // homogeneous, reference frame
+  Eigen::Matrix<double, 3, Eigen::Dynamic> measurements_;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> whitening_;  // upper triangle U, S^-1 = U' U, by rows
+
+  bool correlated_ = false;
+  Pose prior_ = Pose::identity();
+  Matrix6<double> prior_whitening_ = Matrix6<double>::Identity();  // L^-1
+  Matrix6<double> shared_ = Matrix6<double>::Zero();               // (I - sum V' S^-1 V)^-1
+  Eigen::Matrix<double, 18, Eigen::Dynamic> correlation_;          // U_j V_j, by rows
+};
+
+}  // namespace stereo_slam

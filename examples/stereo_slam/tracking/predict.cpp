@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/tracking/predict.hpp"
+
+#include <cmath>
+
+#include <antipode/filters/predict.hpp>
+#include <antipode/sampling/pose_rules.hpp>
+
+namespace stereo_slam {
+namespace {
+
+/// Noise v_k of the prediction.
+[[nodiscard]] Matrix6<double> motion_covariance(const PoseGaussian& T_previous_current, bool odometry_valid,
+                                                const UnseenSteps& unseen, const MotionSettings& settings) {
+  const auto diagonal = [](double rotation_sigma_rad, double translation_sigma_m) {
+    Vector6<double> variance;
+    variance << Vector3<double>::Constant(rotation_sigma_rad * rotation_sigma_rad),
+        Vector3<double>::Constant(translation_sigma_m * translation_sigma_m);
+    return Matrix6<double>(variance.asDiagonal());
+  };
+  if (!odometry_valid) {
+    // What is driven unseen has a velocity: its standard deviation grows with the steps, not with their root.
+    const double growth = std::sqrt(unseen.now * (2.0 * unseen.before + unseen.now));
+    return diagonal(std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad,
+                    growth * settings.lost_translation_sigma_m);
+  }
+  return settings.covariance_scale * T_previous_current.covariance +
+         diagonal(settings.min_rotation_sigma_rad, settings.min_translation_sigma_m);
+}
+
+/// The density without its correlation of orientation and translation.
+[[nodiscard]] PoseDensity decoupled(const PoseDensity& density) {
+  return PoseDensity::independent(density.orientation(), density.mean_translation(),
+                                  density.translation_covariance());
+}
+
+}  // namespace
+
+PoseDensity predict_pose(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
+                         bool odometry_valid, const Settings& settings, const UnseenSteps& unseen) {
+  const Matrix6<double> covariance =
+      motion_covariance(T_previous_current, odometry_valid, unseen, settings.motion);
+  if (settings.update.method == PoseUpdateMethod::kPaper) {
+    const auto noise = decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance));
+    return antipode::predict(posterior, T_previous_current.pose, noise, antipode::PaperPoseRule{},
+                             {.keep_coupling = false});
+  }
+  return antipode::to_bingham_gaussian(antipode::predict_closed_form(
+      antipode::to_pose_gaussian(posterior), T_previous_current.pose, {Pose::identity(), covariance}));
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/odometry/constant_velocity.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+/// Prior T_reference_camera of the current frame from the posterior of the last and the odometry (eq. 11).
+/// Without a valid odometry the noise is that of the unseen steps. The paper's independent model drops the
+/// correlation that the odometry's lever arm causes.
+[[nodiscard]] PoseDensity predict_pose(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
+                                       bool odometry_valid, const Settings& settings,
+                                       const UnseenSteps& unseen = {});
+
+}  // namespace stereo_slam

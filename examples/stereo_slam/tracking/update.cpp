@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/tracking/update.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+
+#include <antipode/filters/progressive_update.hpp>
+#include <antipode/filters/quadratic_update.hpp>
+#include <antipode/sampling/pose_rules.hpp>
+
+#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/tracking/pose_likelihood.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// Order in which consecutive subsets are each spread over the image: round-robin over matches sorted by
+/// column.
+[[nodiscard]] std::vector<Match> interleaved(const std::vector<Match>& matches, int max_subset) {
+  std::vector<std::size_t> by_column(matches.size());
+  std::iota(by_column.begin(), by_column.end(), std::size_t{0});
+  std::sort(by_column.begin(), by_column.end(),
+            [&](std::size_t a, std::size_t b) { return matches[a].z.x() < matches[b].z.x(); });
+  const std::size_t subsets =
+      (matches.size() + static_cast<std::size_t>(max_subset) - 1) / static_cast<std::size_t>(max_subset);
+  std::vector<Match> result;
+  result.reserve(matches.size());
+  for (std::size_t first = 0; first < subsets; ++first) {
+    for (std::size_t i = first; i < by_column.size(); i += subsets) result.push_back(matches[by_column[i]]);
+  }
+  return result;
+}
+
+/// Alg. 2 on subsets of the correspondences, orientation and translation independent (sec. IV-D).
+[[nodiscard]] PoseUpdate update_as_in_paper(const PoseDensity& prior, const std::vector<Match>& matches,
+                                            const std::vector<Landmark>& landmarks,
+                                            const StereoCamera& camera, double cap,
+                                            const UpdateSettings& settings) {
+  const auto ordered = interleaved(matches, settings.max_correspondences);
+  const auto likelihood_of = [&](int begin, int end) {
+    const std::span<const Match> all(ordered);
+    return PoseLikelihood(all.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin)),
+                          landmarks, camera, cap);
+  };
+  const auto result = antipode::progressive_update_subsets(
+      prior, static_cast<int>(ordered.size()), likelihood_of, antipode::PaperPoseRule{},
+      {.tau = settings.tau, .keep_coupling = false},
+      {.max_size = settings.max_correspondences,
+       .min_translation_sigma_m = settings.regularizer_sigma_m,
+       .forgetting = settings.regularizer_forgetting});
+  return {.posterior = result.posterior,
+          .converged = result.status == antipode::UpdateStatus::kConverged,
+          .steps = result.steps};
+}
+
+/// Alg. 2 with points that are exact to degree 5 and the coupling.
+[[nodiscard]] PoseUpdate update_progressively(const PoseDensity& prior, const PoseLikelihood& likelihood,
+                                              const UpdateSettings& settings) {
+  const auto result =
+      antipode::progressive_update(prior, likelihood, antipode::RichPoseRule{}, {.tau = settings.tau});
+  return {.posterior = result.posterior,
+          .converged = result.status == antipode::UpdateStatus::kConverged,
+          .steps = result.steps};
+}
+
+[[nodiscard]] PoseUpdate update_quadratically(const PoseDensity& prior, const PoseLikelihood& likelihood) {
+  const auto result = antipode::quadratic_update(antipode::to_pose_gaussian(prior), likelihood);
+  return {.posterior = antipode::to_bingham_gaussian(result.posterior),
+          .converged = result.status == antipode::UpdateStatus::kConverged,
+          .steps = result.steps};
+}
+
+[[nodiscard]] PoseUpdate apply(PoseUpdateMethod method, const PoseDensity& prior,
+                               const std::vector<Match>& matches, const std::vector<Landmark>& landmarks,
+                               const StereoCamera& camera, double cap, const UpdateSettings& settings) {
+  if (method == PoseUpdateMethod::kPaper) {
+    return update_as_in_paper(prior, matches, landmarks, camera, cap, settings);
+  }
+  const PoseLikelihood likelihood(matches, landmarks, camera, cap, antipode::to_pose_gaussian(prior));
+  if (method == PoseUpdateMethod::kProgressive) return update_progressively(prior, likelihood, settings);
+  return update_quadratically(prior, likelihood);
+}
+
+/// Mean squared innovation that the prior's own uncertainty causes, in units of what the likelihood expects;
+/// at least 1.
+[[nodiscard]] double prior_spread(const std::vector<Match>& matches) {
+  double sum = 0.0;
+  for (const auto& match : matches) {
+    const Matrix3<double> S = match.predicted.landmark_part + match.R;
+    sum += S.llt().solve(match.predicted.pose_part).trace() / 3.0;
+  }
+  return 1.0 + sum / static_cast<double>(matches.size());
+}
+
+/// Matches whose squared Mahalanobis distance at a pose is within `cap`, with the landmarks' part of their
+/// covariance taken at that pose.
+[[nodiscard]] std::vector<Match> agreeing(const std::vector<Match>& matches,
+                                          const std::vector<Landmark>& landmarks,
+                                          const Pose& T_reference_camera, const StereoCamera& camera,
+                                          double cap) {
+  std::vector<Match> result;
+  for (Match match : matches) {
+    const Landmark& landmark = landmarks[match.landmark];
+    const auto z = project(to_point(landmark, landmark.mean, camera), T_reference_camera, camera);
+    if (!z) continue;
+    const Matrix3<double> J = landmark_jacobian(landmark, T_reference_camera, camera);
+    match.predicted.landmark_part = J * landmark.covariance * J.transpose();
+    const Vector3<double> e = match.z - *z;
+    if (e.dot((match.predicted.landmark_part + match.R).llt().solve(e)) <= cap) result.push_back(match);
+  }
+  return result;
+}
+
+/// Squared distance of the measurements from the posterior plus that of the posterior from the prior: for
+/// linear models the normalised innovation squared.
+[[nodiscard]] double innovation_squared(const PoseDensity& prior, const PoseDensity& posterior,
+                                        const PoseLikelihood& likelihood) {
+  const Vector6<double> correction = posterior.pose().boxminus(prior.pose());
+  return likelihood.squared_distance(posterior.pose()) +
+         correction.dot(prior.covariance().ldlt().solve(correction));
+}
+
+}  // namespace
+
+PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches,
+                       const std::vector<Landmark>& landmarks, const StereoCamera& camera,
+                       const UpdateSettings& settings) {
+  if (settings.method == PoseUpdateMethod::kNone) return {.posterior = prior, .converged = true};
+  if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
+
+  // A match may be as far off as the prior is: the cap that guards the first update includes that. The second
+  // starts from the prior again, without what contradicts the first and with covariances taken at its result.
+  const double wide_cap = settings.robust_cap * prior_spread(matches);
+  const auto first = apply(settings.method, prior, matches, landmarks, camera, wide_cap, settings);
+  if (!first.converged) return {.posterior = prior};
+  const auto kept = agreeing(matches, landmarks, first.posterior.pose(), camera, settings.robust_cap);
+  if (kept.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
+  PoseUpdate update = apply(settings.method, prior, kept, landmarks, camera, wide_cap, settings);
+  if (!update.converged) return {.posterior = prior};
+  const PoseLikelihood likelihood(kept, landmarks, camera, wide_cap, antipode::to_pose_gaussian(prior));
+  update.nis = innovation_squared(prior, update.posterior, likelihood);
+  update.nis_dof = likelihood.dimension();
+  update.used = kept;
+  return update;
+}
+
+}  // namespace stereo_slam

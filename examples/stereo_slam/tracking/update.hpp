@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
+#include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+struct PoseUpdate {
+  PoseDensity posterior;
+  bool converged = false;
+  int steps = 0;
+  double nis =
+      0.0;  ///< normalised innovation squared, chi-square with `nis_dof` degrees if all noise is as assumed
+  int nis_dof = 0;
+  std::vector<Match> used{};  ///< the matches that made the posterior
+};
+
+/// Corrects the pose prior by the matched landmarks (eq. 13, Alg. 2, or the quadratic-surrogate progression).
+[[nodiscard]] PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches,
+                                     const std::vector<Landmark>& landmarks, const StereoCamera& camera,
+                                     const UpdateSettings& settings);
+
+}  // namespace stereo_slam

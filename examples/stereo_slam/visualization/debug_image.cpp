@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/visualization/debug_image.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <regex>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "stereo_slam/io/text_file.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Blue, green, red.
+const cv::Scalar kOrange(0, 140, 255);
+const cv::Scalar kBlue(255, 170, 60);
+const cv::Scalar kRed(60, 60, 255);
+const cv::Scalar kGreen(90, 200, 90);
+const cv::Scalar kYellow(0, 235, 255);
+const cv::Scalar kWhite(235, 235, 235);
+
+constexpr int kSubpixelBits = 4;
+
+/// Position in the fixed-point numbers that OpenCV draws with.
+[[nodiscard]] cv::Point subpixel(const Vector2<double>& p) {
+  constexpr double kOne = 1 << kSubpixelBits;
+  return {static_cast<int>(std::lround(kOne * p.x())), static_cast<int>(std::lround(kOne * p.y()))};
+}
+
+void draw_dot(cv::Mat& canvas, const Vector2<double>& centre_px, double radius_px, const cv::Scalar& colour) {
+  cv::circle(canvas, subpixel(centre_px), static_cast<int>(std::lround(radius_px * (1 << kSubpixelBits))),
+             colour, cv::FILLED, cv::LINE_AA, kSubpixelBits);
+}
+
+void draw_arrow(cv::Mat& canvas, const Vector2<double>& from_px, const Vector2<double>& to_px,
+                const cv::Scalar& colour) {
+  constexpr double kTip_px = 4.0;
+  const double length_px = (to_px - from_px).norm();
+  if (length_px < 1.0) return;
+  cv::arrowedLine(canvas, subpixel(from_px), subpixel(to_px), colour, 1, cv::LINE_AA, kSubpixelBits,
+                  std::min(0.5, kTip_px / length_px));
+}
+
+/// Outline of the ellipse x' C^-1 x = chi2.
+void draw_ellipse(cv::Mat& canvas, const Vector2<double>& centre_px, const Matrix2<double>& covariance_px2,
+                  double chi2, const cv::Scalar& colour) {
+  const Eigen::SelfAdjointEigenSolver<Matrix2<double>> axes(covariance_px2);
+  const Vector2<double> half_axes_px = (chi2 * axes.eigenvalues()).cwiseMax(0.0).cwiseSqrt();
+  const Vector2<double> major = axes.eigenvectors().col(1);
+  const cv::Point size = subpixel({half_axes_px.y(), half_axes_px.x()});
+  cv::ellipse(canvas, subpixel(centre_px), {size.x, size.y}, std::atan2(major.y(), major.x()) * 180.0 / CV_PI,
+              0.0, 360.0, colour, 1, cv::LINE_AA, kSubpixelBits);
+}
+
+void draw_landmark(cv::Mat& canvas, const TracedLandmark& landmark) {
+  if (landmark.flow) {
+    draw_arrow(canvas, landmark.flow->from_px, landmark.predicted_px, kOrange);
+    draw_arrow(canvas, landmark.flow->from_px, landmark.flow->to_px, landmark.static_flow ? kBlue : kRed);
+  }
+  if (landmark.static_flow) {
+    draw_ellipse(canvas, landmark.predicted_px, landmark.search_covariance_px2, kChi2_2_99, kGreen);
+  }
+  if (landmark.matched_px) draw_dot(canvas, *landmark.matched_px, 1.6, kYellow);
+}
+
+struct LegendEntry {
+  std::string text;
+  cv::Scalar colour;
+};
+
+[[nodiscard]] std::vector<LegendEntry> legend_of(const FrameResult& result, const AssociationTrace& trace) {
+  const auto count = [&](auto&& property) {
+    return std::count_if(trace.landmarks.begin(), trace.landmarks.end(), property);
+  };
+  const auto refused = count([](const auto& landmark) { return landmark.flow && !landmark.static_flow; });
+  const auto searched = count([](const auto& landmark) { return landmark.static_flow; });
+  const auto matched = count([](const auto& landmark) { return landmark.matched_px.has_value(); });
+  return {{fmt::format("frame {}  {}{}", result.index, to_string(result.status),
+                       result.is_keyframe ? "  keyframe" : ""),
+           kWhite},
+          {"predicted flow", kOrange},
+          {"observed flow", kBlue},
+          {fmt::format("{} refused", refused), kRed},
+          {fmt::format("{} searched", searched), kGreen},
+          {fmt::format("{} matched", matched), kYellow},
+          {fmt::format("{} odometry", trace.odometry_px.size()), kWhite}};
+}
+
+/// One line of text, as wide as the image; the text shrinks with a narrow one.
+[[nodiscard]] cv::Mat draw_legend(const std::vector<LegendEntry>& entries, int width_px) {
+  constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
+  constexpr double kLargestScale = 0.5;
+  constexpr int kGap_px = 18;  // at full scale
+  int full_width_px = kGap_px;
+  for (const auto& entry : entries) {
+    full_width_px += cv::getTextSize(entry.text, kFont, kLargestScale, 1, nullptr).width + kGap_px;
+  }
+  const double shrink = std::min(1.0, static_cast<double>(width_px) / full_width_px);
+  const double scale = kLargestScale * shrink;
+  const int height_px = static_cast<int>(std::lround(24.0 * shrink));
+  const int baseline_px = static_cast<int>(std::lround(17.0 * shrink));
+  const int gap_px = static_cast<int>(kGap_px * shrink);
+
+  cv::Mat line(height_px, width_px, CV_8UC3, cv::Scalar(24, 24, 24));
+  int x = gap_px;
+  for (const auto& entry : entries) {
+    cv::putText(line, entry.text, {x, baseline_px}, kFont, scale, entry.colour, 1, cv::LINE_AA);
+    x += cv::getTextSize(entry.text, kFont, scale, 1, nullptr).width + gap_px;
+  }
+  return line;
+}
+
+}  // namespace
+
+cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result, const AssociationTrace& trace) {
+  constexpr double kDimmed = 0.7;  // so that the colours stand out
+  cv::Mat canvas;
+  cv::cvtColor(frame.left, canvas, cv::COLOR_GRAY2BGR);
+  canvas *= kDimmed;
+  for (const auto& point_px : trace.odometry_px) draw_dot(canvas, point_px, 1.2, kWhite);
+  for (const auto& landmark : trace.landmarks) draw_landmark(canvas, landmark);
+  cv::vconcat(canvas, draw_legend(legend_of(result, trace), canvas.cols), canvas);
+  return canvas;
+}
+
+DebugImages::DebugImages(fs::path folder) : folder_(std::move(folder)) {
+  try {
+    const std::regex ours("debug_[0-9]{6,}\\.png");
+    fs::create_directories(folder_);
+    std::vector<fs::path> stale;
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      if (std::regex_match(entry.path().filename().string(), ours)) stale.push_back(entry.path());
+    }
+    for (const auto& file : stale) fs::remove(file);
+  } catch (const fs::filesystem_error& error) {
+    throw std::runtime_error(fmt::format("{}: cannot be used for debug images ({}); choose another folder",
+                                         folder_.string(), error.code().message()));
+  }
+}
+
+void DebugImages::write(const StereoFrame& frame, const FrameResult& result,
+                        const AssociationTrace& trace) const {
+  std::vector<unsigned char> png;
+  cv::imencode(".png", draw_debug_image(frame, result, trace), png);
+  write_file(folder_ / fmt::format("debug_{:06}.png", result.index), [&](std::ostream& out) {
+    for (const unsigned char byte : png) out.put(static_cast<char>(byte));
+  });
+}
+
+}  // namespace stereo_slam

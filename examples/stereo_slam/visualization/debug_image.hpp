@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+
+#include <opencv2/core.hpp>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/tracking/association_trace.hpp"
+
+namespace stereo_slam {
+
+/// The paper's Fig. 4 for one frame (CV_8UC3): the left image, and over it what was looked for and found. The
+/// line below it counts and is the key of the colours:
+///   orange  predicted flow of a landmark, from the previous image to where it is expected
+///   blue    observed flow
+///   red     the observed flow where the flow gate refused it, as on what moves
+///   green   ellipse in which the landmark's feature was searched
+///   yellow  match
+///   white   points that the odometry rests on
+[[nodiscard]] cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result,
+                                       const AssociationTrace& trace);
+
+/// Folder of such images, one a frame: debug_000000.png, debug_000001.png, ...
+class DebugImages {
+ public:
+  /// Creates the folder and removes the images of an earlier run from it. Throws std::runtime_error when that
+  /// fails.
+  explicit DebugImages(std::filesystem::path folder);
+
+  /// Throws std::runtime_error when the image cannot be written.
+  void write(const StereoFrame& frame, const FrameResult& result, const AssociationTrace& trace) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// Recordings of other layouts than KITTI's, from the command line.
+#include "stereo_slam/support/program.hpp"
+
+using namespace stereo_slam::test;
+
+TEST_CASE("Broken EuRoC recordings and own cameras give one line and status 1, from run and from info",
+          "[cli]") {
+  const auto sensor = [](const char* what, const char* by) {
+    return [=](const fs::path& f) { replace_in(f / "mav0/cam1/sensor.yaml", what, by); };
+  };
+  const auto image = [](const fs::path& f, int i) { return f / "mav0/cam1/data" / (tiny_stamp(i) + ".png"); };
+  const auto own = [](const std::string& left) {
+    return [=](const fs::path& f) {
+      fs::remove_all(f / "mav0");
+      write_tiny_folders(f, 3);
+      write_text(f / "calibration.yaml",
+                 tiny_calibration("frame_rate_hz: 10\nleft: {source: " + left + "}\n"));
+      write_text(f / "noise.mp4", "no video");
+    };
+  };
+  const std::vector<Breaking> cases = {
+      {"cam1/data.csv:4: ", [&](const fs::path& f) { fs::remove(image(f, 2)); }},
+      {"the PNG is truncated", [&](const fs::path& f) { truncate_file(image(f, 3), 0.5); }},
+      {"is 200x120 pixels", [&](const fs::path& f) { cv::imwrite(image(f, 3).string(), tiny_texture(200)); }},
+      {"cam1/data.csv:5: ", [](const fs::path& f) { truncate_file(f / "mav0/cam1/data.csv", 0.8); }},
+      {"cam0/data.csv: lists no images", [](const fs::path& f) { write_text(f / "mav0/cam0/data.csv", ""); }},
+      {"intrinsics holds 'nan'", sensor("[200, 200,", "[nan, 200,")},
+      {"distortion_model is cubic", sensor("radial-tangential", "cubic")},
+      {"T_BS has 12 numbers", sensor("0, 0, 1, 0, 0, 0, 0, 1]", "0, 0, 1, 0]")},
+      {"resolution is 300x100", sensor("[320, 120]", "[300, 100]")},
+      {"noise.mp4: cannot be opened as a video", own("noise.mp4")},
+      {"nowhere: neither a folder", own("nowhere")},
+      {"left/1.pgm: the image cannot be decoded",
+       [&](const fs::path& f) {
+         own("left")(f);
+         for (const auto* side : {"left", "right"}) {
+           for (int i = 0; i < 3; ++i) {
+             const auto png = f / side / frame_name(i);
+             cv::imwrite((f / side / fmt::format("{}.pgm", i)).string(),
+                         cv::imread(png.string(), cv::IMREAD_GRAYSCALE));
+             fs::remove(png);
+           }
+         }
+         truncate_file(f / "left/1.pgm", 0.5);
+       }},
+  };
+  check_refused(write_tiny_euroc, cases);
+}
+
+TEST_CASE("Rows without a partner are a warning of run and info", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_euroc(folder / "in", 5);
+  replace_in(folder / "in/mav0/cam1/data.csv", tiny_stamp(1) + ",", "1000000000150000000,");
+  const auto info = call({"info", "--dataset", folder / "in"});
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains("frames        4") && Catch::Contains("data.csv:3: 1 of 5 rows"));
+  const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out"});
+  CHECK(run.status == 0);
+  CHECK(split_lines(run.err).size() == 2);
+  CHECK_THAT(run.err,
+             Catch::Contains("cam0/data.csv:3: 1 of 5 rows") && Catch::Contains("cam1/data.csv:3: 1 of 5"));
+}
+
+TEST_CASE("A calibration that does not rectify the images is a warning of run and info", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_euroc(folder / "in", 3);
+  replace_in(folder / "in/mav0/cam1/sensor.yaml", "0, 1, 0, 0,\n    0, 0, 1, 0",
+             "0, 0.99985, -0.01745, 0,\n    0, 0.01745, 0.99985, 0");  // a degree about x
+  const auto info = call({"info", "--dataset", folder / "in"});
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains("warning") && Catch::Contains("px apart in row"));
+  const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out"});
+  CHECK(run.status == 0);
+  const auto warnings = split_lines(run.err);
+  REQUIRE(warnings.size() == 2);
+  CHECK_THAT(warnings[0],
+             Catch::Contains("px apart in row") && Catch::Contains("the calibration is of another camera"));
+  CHECK_THAT(warnings[1], Catch::Contains("3 of 3 frames could not be tracked"));
+}
+
+TEST_CASE("simulate, info, run and evaluate work together on an EuRoC recording", "[cli]") {
+  const TemporaryFolder folder;
+  const auto simulated = call({"simulate", "--output", folder / "s", "--format", "euroc", "--distortion",
+                               "equidistant", "--frames", "4", "--scale", "0.4", "--quiet"});
+  CHECK(simulated.err.empty());
+  CHECK(simulated.status == 0);
+  const auto info = call({"info", "--dataset", folder / "s", "--write-groundtruth", folder / "truth.txt"});
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains("format        euroc") && Catch::Contains("from equidistant lenses") &&
+                           Catch::Contains("row offset 0.") && Catch::Contains("verdict       usable"));
+  for (const auto* frame : {"camera", "body"}) {
+    const auto run = call({"run", "--dataset", folder / "s/mav0", "--output", folder / "o", "--quiet",
+                           "--clahe", "--pose-frame", frame});
+    CHECK(run.err.empty());
+    CHECK(run.status == 0);
+    CHECK_THAT(read_text(folder / "o/run.yaml"),
+               Catch::Contains(fmt::format("pose_frame: {}", frame)) && Catch::Contains("clahe: true"));
+    const auto truth = std::string(frame) == "camera"
+                           ? folder / "truth.txt"
+                           : folder / "s/mav0/state_groundtruth_estimate0/data.csv";
+    const auto evaluate =
+        call({"evaluate", "--groundtruth", truth, "--estimate", folder / "o/trajectory_tum.txt"});
+    CHECK(evaluate.status == 0);
+    CHECK_THAT(evaluate.out, Catch::Contains("frames matched                  4"));
+  }
+}

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+#include <csignal>
+#include <unistd.h>
+
+#include "stereo_slam/support/program.hpp"
+
+using namespace stereo_slam::test;
+
+constexpr auto kLoopsHeader = "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
+
+TEST_CASE("Help and version are no failures", "[cli]") {
+  CHECK_THAT(call({"--help"}).out, Catch::Contains("simulate"));
+  CHECK(call({"run", "--help"}).status == 0);
+  CHECK(call({"--version"}).status == 0);
+}
+
+TEST_CASE("Wrong usage has status 2", "[cli]") {
+  const std::vector<std::vector<std::string>> wrong = {
+      {},
+      {"fly"},
+      {"run"},
+      {"run", "--dataset", "x"},
+      {"run", "--dataset", "x", "--output", "y", "--preset", "none"},
+      {"run", "--dataset", "x", "--output", "y", "--threads", "0"},
+      {"run", "--dataset", "x", "--output", "y", "--max-frames", "-3"},
+      {"info"},
+      {"info", "--dataset", "x", "--format", "rosbag"},
+      {"evaluate", "--groundtruth", "x"},
+      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--format", "csv"},
+      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--max-time-difference", "nan"},
+      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--truth-sigma-m", "-1"},
+      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--min-gap-frames", "0"},
+      {"simulate"},
+      {"simulate", "--output", "x", "--frames", "many"},
+      {"simulate", "--output", "x", "--scene", "bogus"},
+      {"simulate", "--output", "x", "--distortion", "radtan"},
+      {"run", "--dataset", "x", "--output", "y", "--pose-frame", "world"},
+      {"info", "--dataset", "x", "--bogus"}};
+  for (const auto& arguments : wrong) {
+    CAPTURE(arguments);
+    const auto result = call(arguments);
+    CHECK(result.status == 2);
+    CHECK_FALSE(result.err.empty());
+  }
+}
+
+TEST_CASE("run, evaluate and info work together from the command line", "[cli]") {
+  const TemporaryFolder folder;
+  const std::string in = folder / "in";
+  const std::string out = folder / "out";
+  write_tiny_sequence(in, 6);
+  const auto info = call({"info", "--dataset", in});
+  CHECK(info.status == 0);
+  CHECK(info.err.empty());
+
+  const auto run = call({"run", "--dataset", in, "--format", "kitti", "--preset", "default", "--output", out,
+                         "--threads", "2", "--no-loop-closure"});
+  CHECK(run.status == 0);
+  CHECK(run.err.empty());
+  CHECK_THAT(run.out, Catch::Contains("frame 6/6") && Catch::Contains("6 frames in"));
+
+  for (const auto* estimate : {"/trajectory_kitti.txt", "/trajectory_tum.txt"}) {
+    const bool stamped = std::string(estimate).find("tum") != std::string::npos;
+    const auto truth = stamped ? out + "/trajectory_online.txt" : in + "/poses.txt";
+    const auto evaluate =
+        call({"evaluate", "--groundtruth", truth, "--estimate", out + estimate, "--json", folder / "e.json"});
+    CAPTURE(evaluate.err);
+    CHECK(evaluate.status == 0);
+    CHECK_THAT(evaluate.out, Catch::Contains("frames matched                  6"));
+    CHECK_THAT(read_text(folder / "e.json"), Catch::Contains("\"frames_matched\": 6"));
+  }
+  std::vector<std::string> all = {"evaluate",
+                                  "--groundtruth",
+                                  in + "/poses.txt",
+                                  "--estimate",
+                                  out + "/trajectory_kitti.txt",
+                                  "--covariances",
+                                  out + "/covariances.csv",
+                                  "--loops",
+                                  out + "/loops.csv",
+                                  "--json",
+                                  folder / "e.json"};
+  const auto scored = call(all);
+  CHECK(scored.status == 0);
+  CHECK_THAT(scored.out, Catch::Contains("revisits                        none"));
+  CHECK_THAT(read_text(folder / "e.json"),
+             Catch::Contains("\"consistency\": {") && Catch::Contains("\"loops\": {\"accepted\": 0"));
+  write_text(out + "/loops.csv", std::string(kLoopsHeader) + "5,2,many,1,accepted,run,0,0,0,0,0,0,1\n");
+  check_one_line_failure(call(all), "loops.csv:2: expected");
+}
+
+TEST_CASE("A quiet run prints nothing", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out", "--quiet"});
+  CHECK(run.status == 0);
+  CHECK(run.out.empty());
+  CHECK(run.err.empty());
+}
+
+TEST_CASE("Loops are closed as the settings say, unless the command line says otherwise", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  write_text(folder / "off.yaml", "loop_closure: {enabled: false}\n");
+  const auto enabled = [&](std::vector<std::string> options) {
+    std::vector<std::string> arguments = {"run", "--dataset", folder / "in", "--output", folder / "out"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    CHECK(call(arguments).status == 0);
+    const auto yaml = read_text(folder / "out/run.yaml");
+    return yaml.find("enabled: true", yaml.find("loop_closure:")) ==
+           yaml.find("enabled: ", yaml.find("loop_closure:"));
+  };
+  CHECK(enabled({}));
+  CHECK_FALSE(enabled({"--no-loop-closure"}));
+  CHECK_FALSE(enabled({"--config", folder / "off.yaml"}));
+  CHECK(enabled({"--config", folder / "off.yaml", "--loop-closure"}));
+  CHECK(read_text(folder / "out/loops.csv") == kLoopsHeader);
+}
+
+TEST_CASE("A map goes from one process to the next", "[cli]") {
+  const TemporaryFolder folder;
+  CHECK(call({"simulate", "--output", folder / "s", "--frames", "5", "--scale", "0.4", "--quiet"}).status ==
+        0);
+  const auto run = [&](std::vector<std::string> options) {
+    std::vector<std::string> arguments = {"run",      "--dataset",    folder / "s",
+                                          "--output", folder / "out", "--quiet"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return call(arguments);
+  };
+  const std::string file = folder / "streets.map";
+  CHECK(run({"--save-map", file}).status == 0);
+  CHECK(run({"--load-map", file}).status == 0);
+  CHECK(run({"--load-map", file, "--save-map", folder / "longer.map"}).status == 0);
+  CHECK(fs::file_size(folder / "longer.map") > fs::file_size(file));
+
+  check_one_line_failure(run({"--load-map", folder / "none.map"}), "none.map");
+  const std::string content = read_text(file);
+  write_text(folder / "cut.map", content.substr(0, content.size() / 2));
+  check_one_line_failure(run({"--load-map", folder / "cut.map"}), "cut.map");
+  check_one_line_failure(run({"--load-map", file, "--no-loop-closure"}), "loop closure");
+  for (const auto& place : std::vector<std::string>{folder / "nowhere/x.map", folder.path().string()}) {
+    fs::remove_all(folder / "out");
+    const auto refused = run({"--save-map", place});
+    check_one_line_failure(refused, place);
+    CHECK_FALSE(fs::exists(folder / "out"));  // before the first frame
+  }
+  write_tiny_sequence(folder / "other", 2);
+  check_one_line_failure(
+      call({"run", "--dataset", folder / "other", "--output", folder / "out", "--load-map", file}),
+      "another camera");
+}
+
+TEST_CASE("A folder that debug images cannot go to gives one line and status 1", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  write_text(folder / "file", "");
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out",
+                               "--debug-images", folder / "file"}),
+                         "choose another folder");
+}
+
+TEST_CASE("Printed settings are a settings file", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  const auto printed = call({"--print-settings", "paper"});
+  CHECK(printed.status == 0);
+  write_text(folder / "s.yaml", printed.out);
+  const auto run =
+      call({"run", "--dataset", folder / "in", "--output", folder / "out", "--config", folder / "s.yaml"});
+  CHECK(run.err.empty());
+  CHECK(run.status == 0);
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("preset: paper"));
+}
+
+TEST_CASE("Broken input gives one line and status 1, from run and from info", "[cli]") {
+  const auto rename_images = [](const fs::path& f) {
+    fs::rename(f / "image_0", f / "x");
+    fs::rename(f / "image_1", f / "image_0");
+    fs::rename(f / "x", f / "image_1");
+  };
+  const std::vector<Breaking> cases = {
+      {"no such folder", [](const fs::path& f) { fs::remove_all(f); }},
+      {"calib.txt: missing", [](const fs::path& f) { fs::remove(f / "calib.txt"); }},
+      {"baseline of zero",
+       [](const fs::path& f) {
+         write_text(f / "calib.txt", projection_line("P0", 0) + projection_line("P1", 0));
+       }},
+      {"look swapped", rename_images},
+      {"image_1/000002.png: missing", [](const fs::path& f) { fs::remove(f / "image_1/000002.png"); }},
+      {"image_0/000002.png: the PNG is truncated",
+       [](const fs::path& f) { truncate_file(f / "image_0/000002.png", 0.6); }},
+      {"000003.png: is 200x120",
+       [](const fs::path& f) { cv::imwrite((f / "image_0/000003.png").string(), tiny_texture(200)); }},
+      {"times.txt:3: 'noon' is not",
+       [](const fs::path& f) { write_text(f / "times.txt", "0\n1\nnoon\n3\n4\n"); }},
+      {"has 3 times for 5 images", [](const fs::path& f) { write_text(f / "times.txt", "0\n1\n2\n"); }},
+      {"is empty",
+       [](const fs::path& f) { fs::remove_all(f / "image_0"), fs::create_directory(f / "image_0"); }},
+      {"single frame", [](const fs::path& f) { fs::remove_all(f), write_tiny_sequence(f, 1); }},
+  };
+  check_refused(write_tiny_sequence, cases);
+}
+
+TEST_CASE("A run that fails at a frame saves those before it", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 5);
+  truncate_file(folder / "in/image_1/000003.png", 0.5);
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out"}),
+                         "(the 3 frames before it are saved)");
+  CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == 3);
+}
+
+TEST_CASE("Other failures are one line and status 1, too", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  write_text(folder / "bad.yaml", "features: {count: 1}\n");
+  write_text(folder / "file", "");
+  const std::string in = folder / "in";
+  check_one_line_failure(
+      call({"run", "--dataset", in, "--output", folder / "o", "--config", folder / "bad.yaml"}),
+      "features.count");
+  check_one_line_failure(
+      call({"run", "--dataset", in, "--output", folder / "o", "--config", folder / "no.yaml"}), "no.yaml");
+  check_one_line_failure(call({"run", "--dataset", in, "--output", folder / "file"}), "--output");
+  check_one_line_failure(call({"run", "--dataset", in, "--output", folder / "o", "--format", "euroc"}),
+                         "has no cam0 and cam1");
+  check_one_line_failure(call({"run", "--dataset", in, "--output", folder / "o", "--pose-frame", "body"}),
+                         "leave out --pose-frame body");
+  check_one_line_failure(call({"info", "--dataset", in, "--write-groundtruth", folder / "no/such/place.txt"}),
+                         "place.txt");
+  check_one_line_failure(
+      call({"evaluate", "--groundtruth", in + "/poses.txt", "--estimate", in + "/none.txt"}), "none.txt");
+  check_one_line_failure(call({"simulate", "--output", folder / "s", "--trajectory", in + "/none.txt"}),
+                         "none.txt");
+}
+
+TEST_CASE("--view without a display says so", "[cli]") {
+  if (std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr) return;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "o", "--view"}),
+                         "--view");
+}
+
+TEST_CASE("SIGINT, SIGTERM and SIGHUP end a run with status 130 and all finished frames saved", "[cli]") {
+  constexpr int kFrames = 4000;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  fs::remove(folder / "in/poses.txt");  // of two frames
+  std::string times;
+  for (int i = 0; i < kFrames; ++i) {  // the same two images over and over
+    for (const auto* camera : {"in/image_0", "in/image_1"}) {
+      if (i > 1) fs::create_hard_link(folder / camera / frame_name(i % 2), folder / camera / frame_name(i));
+    }
+    times += std::to_string(i) + "\n";
+  }
+  write_text(folder / "in/times.txt", times);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out"});
+    program.wait_for_output("frame 1/");
+    program.signal(number);
+    const auto result = program.wait();
+    CAPTURE(result.out, result.err);
+    CHECK(result.status == 130);
+    CHECK(result.err.empty());
+    const auto poses = split_lines(read_text(folder / "out/trajectory_kitti.txt")).size();
+    CHECK(poses >= 1);
+    CHECK(poses < kFrames);
+    CHECK(split_lines(read_text(folder / "out/timing.csv")).size() == poses + 1);
+    CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: interrupted"));
+  }
+}
+
+TEST_CASE("SIGINT ends a rendering with status 130 and a shorter recording", "[cli]") {
+  const TemporaryFolder folder;
+  const Program program(folder.path(),
+                        {"simulate", "--output", folder / "s", "--frames", "2000", "--scale", "0.2"});
+  program.wait_for_output("frame 50/");
+  program.signal(SIGINT);
+  CHECK(program.wait().status == 130);
+  const auto info = call({"info", "--dataset", folder / "s"});
+  CAPTURE(info.err);
+  CHECK(info.status == 0);
+}
+
+TEST_CASE("simulate writes a recording that run and info accept", "[cli]") {
+  const TemporaryFolder folder;
+  const auto simulated =
+      call({"simulate", "--output", folder / "s", "--frames", "3", "--scale", "0.25", "--quiet"});
+  CHECK(simulated.err.empty());
+  CHECK(simulated.status == 0);
+  const auto info = call({"info", "--dataset", folder / "s"});
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains("310 x 94 px") && Catch::Contains("ground truth  3 poses"));
+  CHECK(call({"run", "--dataset", folder / "s", "--output", folder / "o", "--quiet"}).status == 0);
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/frame_reader.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+
+namespace {
+
+StereoFrame numbered(std::size_t index) {
+  StereoFrame frame;
+  frame.index = index;
+  return frame;
+}
+
+const auto never = [] { return false; };
+
+}  // namespace
+
+TEST_CASE("Frames come out in order, then nothing", "[reader]") {
+  FrameReader reader(numbered, 100);
+  for (std::size_t i = 0; i < 100; ++i) {
+    const auto frame = reader.next(never);
+    REQUIRE(frame);
+    CHECK(frame->index == i);
+  }
+  CHECK_FALSE(reader.next(never));
+  CHECK_FALSE(reader.next(never));
+}
+
+TEST_CASE("A failed load comes out in the place of its frame", "[reader]") {
+  FrameReader reader(
+      [](std::size_t i) -> StereoFrame {
+        if (i == 2) throw std::runtime_error("frame two");
+        return numbered(i);
+      },
+      5);
+  CHECK(reader.next(never)->index == 0);
+  CHECK(reader.next(never)->index == 1);
+  CHECK_THROWS_WITH(reader.next(never), "frame two");
+}
+
+TEST_CASE("No more frames are read ahead than the capacity, and one in the hand", "[reader]") {
+  std::atomic<std::size_t> loaded = 0;
+  std::atomic<std::size_t> taken = 0;
+  std::atomic<std::size_t> most_ahead = 0;
+  FrameReader reader(
+      [&](std::size_t i) {
+        ++loaded;
+        most_ahead = std::max(most_ahead.load(), loaded - taken);
+        return numbered(i);
+      },
+      200);
+  while (reader.next(never)) ++taken;
+  CHECK(taken == 200);
+  CHECK(most_ahead <=
+        FrameReader::kCapacity + 2);  // full queue, one loading, one just taken and not yet counted
+}
+
+TEST_CASE("A reader can be left before its end", "[reader]") {
+  FrameReader reader(numbered, 1000);
+  CHECK(reader.next(never));
+}
+
+TEST_CASE("A request to stop ends the waiting for a slow disk", "[reader]") {
+  std::atomic<bool> stop = false;
+  FrameReader reader(
+      [&](std::size_t i) {
+        while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return numbered(i);
+      },
+      3);
+  int polls = 0;
+  CHECK_FALSE(reader.next([&] {
+    stop = ++polls > 2;
+    return stop.load();
+  }));
+}
+
+TEST_CASE("A recording without frames ends at once", "[reader]") {
+  FrameReader reader(numbered, 0);
+  CHECK_FALSE(reader.next(never));
+}

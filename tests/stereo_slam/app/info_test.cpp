@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/info.hpp"
+
+#include <sstream>
+
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+struct Info {
+  std::size_t errors = 0;
+  std::string text;
+};
+
+Info info_after(const std::function<void(const fs::path&)>& breaking) {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), 4);
+  breaking(folder.path());
+  const auto inspection = inspect_sequence(folder.path(), "auto");
+  std::ostringstream out;
+  print_inspection(out, inspection);
+  const auto& problems = inspection.scan.problems;
+  return {static_cast<std::size_t>(std::count_if(problems.begin(), problems.end(), is_error)), out.str()};
+}
+
+}  // namespace
+
+TEST_CASE("A good recording is described and called usable", "[info]") {
+  const auto info = info_after([](const fs::path&) {});
+  CHECK(info.errors == 0);
+  for (const auto* part :
+       {"frames        4", "320 x 120 px", "fx 200", "baseline      0.4000 m", "10.00 frames a second",
+        "ground truth  4 poses, 0.5 m", "row offset 0.00 px, disparity 10.0 px", "verdict       usable"}) {
+    CHECK_THAT(info.text, Catch::Contains(part));
+  }
+}
+
+TEST_CASE("Every problem of a recording is listed, not just the first", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    fs::remove(folder / "times.txt");
+    write_text(folder / "calib.txt", projection_line("P0", 0) + projection_line("P1", 0));
+    fs::remove(folder / "image_1/000002.png");
+    truncate_file(folder / "image_0/000001.png", 0.5);
+    cv::imwrite((folder / "image_1/000003.png").string(), tiny_texture(100));
+  });
+  CHECK(info.errors == 5);
+  for (const auto* part : {"times.txt: missing", "baseline of zero", "image_1/000002.png: missing",
+                           "image_0/000001.png: the PNG is truncated", "000003.png: is 100x120 pixels",
+                           "not usable as a whole (5 errors)"}) {
+    CHECK_THAT(info.text, Catch::Contains(part));
+  }
+}
+
+TEST_CASE("Swapped cameras are found by their negative disparities", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    fs::rename(folder / "image_0", folder / "x");
+    fs::rename(folder / "image_1", folder / "image_0");
+    fs::rename(folder / "x", folder / "image_1");
+  });
+  CHECK(info.errors == 1);
+  CHECK_THAT(info.text, Catch::Contains("image_0 and image_1 look swapped"));
+}
+
+TEST_CASE("Images that are not rectified are found by the row offset of their features", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    for (int i = 0; i < 4; ++i) {
+      const auto file = (folder / "image_1" / frame_name(i)).string();
+      const cv::Mat image = cv::imread(file, cv::IMREAD_GRAYSCALE);
+      cv::Mat shifted;
+      cv::warpAffine(image, shifted, cv::Matx23d(1, 0, 0, 0, 1, 3), image.size(), cv::INTER_LINEAR,
+                     cv::BORDER_REFLECT);
+      cv::imwrite(file, shifted);
+    }
+  });
+  CHECK(info.errors == 0);
+  CHECK_THAT(info.text, Catch::Contains("warning") && Catch::Contains("lie 3.00 px apart in row"));
+}
+
+TEST_CASE("Colour images are mentioned", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    const auto file = (folder / "image_0/000001.png").string();
+    cv::Mat colour;
+    cv::cvtColor(cv::imread(file, cv::IMREAD_GRAYSCALE), colour, cv::COLOR_GRAY2BGR);
+    cv::imwrite(file, colour);
+  });
+  CHECK(info.errors == 0);
+  CHECK_THAT(info.text, Catch::Contains("images are in colour; they are converted to grey"));
+}
+
+TEST_CASE("Textureless images are no reason for a verdict on the cameras", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    for (const auto* camera : {"image_0", "image_1"}) {
+      for (int i = 0; i < 4; ++i) {
+        cv::imwrite((folder / camera / frame_name(i)).string(),
+                    cv::Mat(TinySequence::kHeight, TinySequence::kWidth, CV_8UC1, 90));
+      }
+    }
+  });
+  CHECK(info.errors == 0);
+  CHECK_THAT(info.text, !Catch::Contains("stereo check"));
+  CHECK_THAT(info.text, Catch::Contains("only 0 features of the images looked at match"));
+}
+
+TEST_CASE("The same picture in both images is warned of", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    fs::remove_all(folder / "image_1");
+    fs::copy(folder / "image_0", folder / "image_1");
+  });
+  CHECK(info.errors == 0);
+  CHECK_THAT(info.text, Catch::Contains("image_0 and image_1 show the same picture"));
+}

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/runner.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "stereo_slam/app/process_memory.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/report/markup_check.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+RunSummary run_quietly(const fs::path& dataset, const fs::path& output,
+                       std::optional<int> threads = std::nullopt) {
+  return run(open_sequence(dataset, "auto"), Settings{},
+             {.output = output, .max_frames = std::nullopt, .threads = threads, .quiet = true});
+}
+
+void check_report(const fs::path& output, std::size_t frames) {
+  const auto report = read_text(output / "report.html");
+  CHECK(markup_fault(report).empty());
+  CHECK_THAT(report, Catch::Contains(fmt::format("<dt>Frames</dt><dd>{}<", frames)));
+}
+
+/// Every result file holds exactly `frames` frames.
+void check_results(const fs::path& output, std::size_t frames) {
+  for (const auto* name : {"trajectory_kitti.txt", "trajectory_tum.txt", "trajectory_online.txt"}) {
+    CAPTURE(name);
+    CHECK(read_trajectory(output / name).poses.size() == frames);
+  }
+  for (const auto* name : {"covariances.csv", "timing.csv"}) {
+    CAPTURE(name);
+    const auto lines = split_lines(read_text(output / name));
+    CHECK(lines.size() == frames + 1);
+    for (const auto& line : lines) {
+      CHECK(std::count(line.begin(), line.end(), ',') == std::count(lines[0].begin(), lines[0].end(), ','));
+    }
+  }
+  CHECK_THAT(read_text(output / "map.ply"), Catch::StartsWith("ply\n"));
+  check_report(output, frames);
+}
+
+}  // namespace
+
+TEST_CASE("A run leaves a pose for every frame in every file", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  const auto summary = run_quietly(folder / "in", folder / "out");
+  CHECK(summary.error.empty());
+  CHECK_FALSE(summary.interrupted);
+  CHECK(summary.frames == 8);
+  CHECK(summary.median_ms > 0.0);
+  check_results(folder / "out", 8);
+  CHECK_THAT(read_text(folder / "out/run.yaml"),
+             Catch::Contains("state: finished") && Catch::Contains("frames_processed: 8"));
+  CHECK(load_settings(folder / "out/run.yaml").preset == "default");
+}
+
+TEST_CASE("An image that cannot be read ends the run with everything before it saved", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  fs::remove(folder / "in/image_1/000005.png");
+  const auto summary = run_quietly(folder / "in", folder / "out");
+  CHECK(summary.frames == 5);
+  CHECK_THAT(summary.error, Catch::Contains("image_1/000005.png: missing"));
+  check_results(folder / "out", 5);
+  CHECK_THAT(read_text(folder / "out/report.html"), Catch::Contains("image_1/000005.png: missing"));
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: failed"));
+}
+
+TEST_CASE("The memory of a run is told, frame by frame and at its peak", "[runner]") {
+  if (std::isnan(resident_memory_mb())) return;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 4);
+  (void)run_quietly(folder / "in", folder / "out");
+  for (const auto& line : split_lines(read_text(folder / "out/timing.csv"))) {
+    if (line.starts_with("frame")) continue;
+    CHECK(std::stod(line.substr(line.rfind(',') + 1)) > 1.0);
+  }
+  CHECK(peak_resident_memory_mb() >= 0.9 * resident_memory_mb());  // the kernel counts lazily
+  CHECK_THAT(read_text(folder / "out/run.yaml"),
+             Catch::Contains("peak_mb: ") && Catch::Contains("bytes_per_keyframe: "));
+}
+
+TEST_CASE("A run that ends before its first frame leaves valid files, too", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  auto sequence = open_sequence(folder / "in", "auto");
+  fs::remove(folder / "in/image_0/000000.png");
+  const auto summary =
+      run(sequence, Settings{},
+          {.output = folder / "out", .max_frames = std::nullopt, .threads = std::nullopt, .quiet = true});
+  CHECK_FALSE(summary.error.empty());
+  check_report(folder / "out", 0);
+}
+
+TEST_CASE("The report shows the camera's path, whosever poses are written", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_euroc(folder / "in", 3);
+  for (const auto& [camera, was, is] : {std::array{"cam0", "0, 0, 1, 0, 0,", "0, 1, 0, 0, 0,"},
+                                        std::array{"cam1", "0.4, 0, 1, 0, 0,", "0, 1, 0, 0, 0.4,"}}) {
+    replace_in(fs::path(folder / "in/mav0") / camera / "sensor.yaml", std::string("data: [1, 0, 0, ") + was,
+               std::string("data: [0, -1, 0, ") + is);  // a quarter turn about the optical axis
+  }
+  const auto sequence = open_sequence(folder / "in", "auto");
+  const auto path = [&](PoseFrame pose_frame) {
+    RunOptions options{.output = folder / "out", .max_frames = 3, .threads = std::nullopt, .quiet = true};
+    options.pose_frame = pose_frame;
+    CHECK(run(sequence, Settings{}, options).error.empty());
+    const auto report = read_text(folder / "out/report.html");
+    const auto begin = report.find("<path class=\"track ");
+    return report.substr(begin, report.find('>', begin) - begin);
+  };
+  const auto of_camera = path(PoseFrame::kCamera);
+  CHECK(of_camera.size() > 30);
+  CHECK(path(PoseFrame::kBody) == of_camera);
+}
+
+TEST_CASE("The number of frames can be limited", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  const auto sequence = open_sequence(folder / "in", "auto");
+  RunOptions options{.output = folder / "out", .max_frames = 3, .threads = std::nullopt, .quiet = true};
+  CHECK(run(sequence, Settings{}, options).frames == 3);
+  check_results(folder / "out", 3);
+  options.max_frames = 100;
+  CHECK(run(sequence, Settings{}, options).frames == 8);
+}
+
+TEST_CASE("The results do not depend on the number of threads", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  (void)run_quietly(folder / "in", folder / "one", 1);
+  (void)run_quietly(folder / "in", folder / "two", 2);
+  for (const auto* name : {"trajectory_kitti.txt", "trajectory_online.txt", "covariances.csv", "map.ply"}) {
+    CAPTURE(name);
+    CHECK(read_text(folder / "one" / name) == read_text(folder / "two" / name));
+  }
+}
+
+TEST_CASE("Real images give the same results with one and two threads", "[runner][data]") {
+  const auto data = data_folder();
+  if (!data) return;
+  const TemporaryFolder folder;
+  const auto sequence = open_sequence(*data / "kitti/00_0000-0200", "auto");
+  for (const int threads : {1, 2}) {
+    (void)run(
+        sequence, Settings{},
+        {.output = folder / std::to_string(threads), .max_frames = 8, .threads = threads, .quiet = true});
+  }
+  for (const auto* name : {"trajectory_kitti.txt", "covariances.csv", "map.ply"}) {
+    CAPTURE(name);
+    CHECK(read_text(folder / "1" / name) == read_text(folder / "2" / name));
+  }
+}
+
+TEST_CASE("A place that cannot be written to is refused before any work is done", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  write_text(folder / "file", "");
+  CHECK_THAT(message_of([&] { (void)run_quietly(folder / "in", folder / "file/out"); }),
+             Catch::Contains("choose another --output"));
+}
+
+TEST_CASE("Debug images are written for every frame, and change no result", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 4);
+  (void)run_quietly(folder / "in", folder / "plain");
+  const RunOptions options{.output = folder / "out",
+                           .max_frames = std::nullopt,
+                           .threads = std::nullopt,
+                           .quiet = true,
+                           .debug_images = folder / "images"};
+  const auto sequence = open_sequence(folder / "in", "auto");
+  CHECK(run(sequence, Settings{}, options).error.empty());
+  CHECK(std::distance(fs::directory_iterator(folder / "images"), {}) == 4);
+  for (int i = 0; i < 4; ++i) {
+    CHECK(cv::imread((folder / "images" / ("debug_" + frame_name(i))).string()).cols == TinySequence::kWidth);
+  }
+  CHECK(read_text(folder / "out/trajectory_kitti.txt") == read_text(folder / "plain/trajectory_kitti.txt"));
+
+  fs::remove(folder / "images/debug_000002.png");
+  fs::create_directories(folder / "images/debug_000002.png/x");
+  CHECK_THAT(message_of([&] { (void)run(sequence, Settings{}, options); }),
+             Catch::Contains("cannot be used for debug images"));
+}

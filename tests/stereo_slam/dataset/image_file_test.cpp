@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/image_file.hpp"
+
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+TEST_CASE("A grey PNG comes back as it was written", "[image]") {
+  const TemporaryFolder folder;
+  const cv::Mat image = tiny_texture(97);
+  cv::imwrite((folder / "a.png").string(), image);
+  const cv::Mat loaded = load_gray_image(folder / "a.png");
+  REQUIRE(loaded.type() == CV_8UC1);
+  REQUIRE(loaded.size() == image.size());
+  CHECK(cv::norm(loaded, image, cv::NORM_INF) == 0.0);
+  const auto header = check_png(folder / "a.png");
+  CHECK(header.width_px == 97);
+  CHECK(header.height_px == TinySequence::kHeight);
+  CHECK_FALSE(header.colour);
+}
+
+TEST_CASE("A colour PNG is recognised and converted to grey", "[image]") {
+  const TemporaryFolder folder;
+  cv::imwrite((folder / "a.png").string(), cv::Mat(10, 20, CV_8UC3, cv::Scalar(0, 255, 0)));
+  CHECK(check_png(folder / "a.png").colour);
+  const cv::Mat loaded = load_gray_image(folder / "a.png");
+  REQUIRE(loaded.type() == CV_8UC1);
+  CHECK(std::abs(loaded.at<std::uint8_t>(5, 5) - 150) <= 1);  // 0.587 * 255
+}
+
+TEST_CASE("A PNG cut anywhere is called truncated", "[image]") {
+  const TemporaryFolder folder;
+  cv::imwrite((folder / "a.png").string(), tiny_texture(64));
+  for (const double share : {0.001, 0.01, 0.3, 0.9, 0.9999}) {
+    CAPTURE(share);
+    fs::copy_file(folder / "a.png", folder / "b.png", fs::copy_options::overwrite_existing);
+    truncate_file(folder / "b.png", share);
+    CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "b.png"); }),
+               Catch::Contains("b.png: the PNG is truncated"));
+  }
+}
+
+TEST_CASE("A PNG with a flipped bit is called damaged", "[image]") {
+  const TemporaryFolder folder;
+  cv::imwrite((folder / "a.png").string(), tiny_texture(64));
+  std::string bytes = read_text(folder / "a.png");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  write_text(folder / "a.png", bytes);
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "a.png"); }),
+             Catch::Contains("damaged (checksum)"));
+}
+
+TEST_CASE("What is no PNG at all is said to be so", "[image]") {
+  const TemporaryFolder folder;
+  write_text(folder / "text.png", "hello, I am not an image");
+  write_text(folder / "empty.png", "");
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "text.png"); }),
+             Catch::Contains("not a PNG image"));
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "empty.png"); }),
+             Catch::Contains("the file is empty"));
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "none.png"); }),
+             Catch::Contains("none.png: missing"));
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder.path()); }), Catch::Contains("cannot be read"));
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/kitti.hpp"
+
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+/// Writes a recording of three frames, breaks it, and returns what opening it says.
+std::string error_after(const std::function<void(const fs::path&)>& breaking, int frames = 3) {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), frames);
+  breaking(folder.path());
+  const auto message = message_of([&] { (void)open_sequence(folder.path(), "auto"); });
+  CHECK(std::count(message.begin(), message.end(), '\n') == 0);
+  return message;
+}
+
+/// As error_after, but what reading frame `index` says; opening must succeed.
+std::string frame_error_after(const std::function<void(const fs::path&)>& breaking, std::size_t index) {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), 3);
+  breaking(folder.path());
+  const auto sequence = open_sequence(folder.path(), "auto");
+  return message_of([&] { (void)load_frame(sequence, index); });
+}
+
+auto with_file(const std::string& name, const std::string& text) {
+  return [=](const fs::path& folder) { write_text(folder / name, text); };
+}
+auto without(const std::string& name) {
+  return [=](const fs::path& folder) { fs::remove_all(folder / name); };
+}
+
+}  // namespace
+
+TEST_CASE("A KITTI sequence is read with calibration, stamps, images and ground truth", "[kitti]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), 3);
+  const auto sequence = open_sequence(folder.path(), "kitti");
+  CHECK(sequence.format == "kitti");
+  CHECK(sequence.camera.fx == 200.0);
+  CHECK(sequence.camera.cy == 60.0);
+  CHECK(sequence.camera.baseline_m == Approx(TinySequence::kBaseline_m).epsilon(1e-15));
+  CHECK(sequence.camera.width_px == TinySequence::kWidth);
+  CHECK(sequence.camera.height_px == TinySequence::kHeight);
+  REQUIRE(sequence.frames.size() == 3);
+  CHECK(sequence.frames[2].stamp_ns == 200'000'000);
+  REQUIRE(sequence.ground_truth.size() == 3);
+  CHECK(sequence.ground_truth[2].translation().x() == 0.32);
+
+  const auto frame = load_frame(sequence, 1);
+  CHECK(frame.index == 1);
+  CHECK(frame.stamp_ns == 100'000'000);
+  CHECK(frame.left.type() == CV_8UC1);
+  // The same wall, kDisparity_px further left in the right image.
+  const cv::Rect shared(0, 0, TinySequence::kWidth - TinySequence::kDisparity_px, TinySequence::kHeight);
+  CHECK(cv::norm(frame.left(shared + cv::Point(TinySequence::kDisparity_px, 0)), frame.right(shared),
+                 cv::NORM_INF) == 0.0);
+}
+
+TEST_CASE("Ground truth is optional, and left out with a warning when it does not fit", "[kitti]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), 3);
+  fs::remove(folder / "poses.txt");
+  CHECK(open_sequence(folder.path(), "auto").ground_truth.empty());
+  write_text(folder / "poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n");
+  const auto scan = scan_sequence(folder.path(), "auto");
+  CHECK(scan.sequence.ground_truth.empty());
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_FALSE(is_error(scan.problems[0]));
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("has 1 poses for 3 frames"));
+}
+
+TEST_CASE("A folder that is no recording is refused with what is expected", "[kitti]") {
+  const TemporaryFolder folder;
+  const auto error = [&](const fs::path& path, const char* format) {
+    return message_of([&] { (void)open_sequence(path, format); });
+  };
+  CHECK_THAT(error(folder / "none", "auto"), Catch::Contains("none: no such folder; check --dataset"));
+  CHECK_THAT(error(folder.path(), "auto"),
+             Catch::Contains("expected the KITTI layout (calib.txt, times.txt"));
+  write_text(folder / "file", "");
+  CHECK_THAT(error(folder / "file", "auto"), Catch::Contains("is not a folder"));
+  CHECK_THAT(error(folder.path(), "euroc"), Catch::Contains("has no cam0 and cam1; expected mav0/cam0"));
+  CHECK_THAT(error(folder.path(), "folders"), Catch::Contains("calibration.yaml: missing"));
+  fs::create_directories(folder / "mav0/cam0");
+  CHECK_THAT(error(folder.path(), "auto"), Catch::Contains("has no cam0 and cam1; expected mav0/cam0"));
+}
+
+TEST_CASE("A wrong calibration is refused", "[kitti]") {
+  const std::string P0 = projection_line("P0", 0.0);
+  CHECK_THAT(error_after(without("calib.txt")), Catch::Contains("calib.txt: missing"));
+  CHECK_THAT(error_after(with_file("calib.txt", "")), Catch::Contains("calib.txt: has no line 'P0: ...'"));
+  CHECK_THAT(error_after(with_file("calib.txt", P0)), Catch::Contains("has no line 'P1: ...'"));
+  CHECK_THAT(error_after(with_file("calib.txt", P0 + "P1: 1 2 3\n")),
+             Catch::Contains("calib.txt:2: P1: needs 12 numbers"));
+  CHECK_THAT(error_after(with_file("calib.txt", "P0: 200 0 160 x 0 200 60 0 0 0 1 0\n")),
+             Catch::Contains("calib.txt:1: P0: needs 12"));
+  CHECK_THAT(error_after(with_file("calib.txt", P0 + projection_line("P1", 0.0))),
+             Catch::Contains("P1 gives a baseline of zero"));
+  CHECK_THAT(error_after(with_file("calib.txt", P0 + projection_line("P1", 80.0))),
+             Catch::Contains("P1 gives a baseline of -0.4 m"));
+  CHECK_THAT(error_after(with_file("calib.txt", P0 + "P1: 210 0 160 -80 0 200 60 0 0 0 1 0\n")),
+             Catch::Contains("P0 and P1 have different intrinsics"));
+  CHECK_THAT(error_after(with_file("calib.txt",
+                                   "P0: 0 0 160 0 0 200 60 0 0 0 1 0\nP1: 0 0 160 -80 0 200 60 0 0 0 1 0\n")),
+             Catch::Contains("P0 has focal lengths 0 and 200"));
+  CHECK_THAT(error_after(with_file(
+                 "calib.txt", "P0: 200 9 160 0 0 200 60 0 0 0 1 0\nP1: 200 9 160 -80 0 200 60 0 0 0 1 0\n")),
+             Catch::Contains("P0 is not [fx 0 cx 0;"));
+  CHECK_THAT(error_after(with_file(
+                 "calib.txt", "P0: 200 0 900 0 0 200 60 0 0 0 1 0\nP1: 200 0 900 -80 0 200 60 0 0 0 1 0\n")),
+             Catch::Contains("the principal point (900, 60) lies outside the 320x120 images"));
+}
+
+TEST_CASE("Wrong times are refused", "[kitti]") {
+  CHECK_THAT(error_after(without("times.txt")), Catch::Contains("times.txt: missing"));
+  CHECK_THAT(error_after(with_file("times.txt", "0\nabc\n2\n")),
+             Catch::Contains("times.txt:2: 'abc' is not one time in seconds"));
+  CHECK_THAT(error_after(with_file("times.txt", "0\n1 2\n3\n")),
+             Catch::Contains("times.txt:2: '1 2' is not one time"));
+  CHECK_THAT(error_after(with_file("times.txt", "0\n2\n1\n")),
+             Catch::Contains("times.txt:3: 1 does not come after"));
+  CHECK_THAT(error_after(with_file("times.txt", "0\n0\n1\n")),
+             Catch::Contains("times.txt:2: 0 does not come after"));
+  CHECK_THAT(error_after(with_file("times.txt", "0\nnan\n1\n")),
+             Catch::Contains("times.txt:2: 'nan' is not one time"));
+  CHECK_THAT(error_after(with_file("times.txt", "0\n1\n")),
+             Catch::Contains("has 2 times for 3 images (the last is 000002.png)"));
+  CHECK_THAT(error_after(with_file("times.txt", "")), Catch::Contains("has 0 times for 3 images"));
+}
+
+TEST_CASE("Missing image folders, foreign names and too few frames are refused", "[kitti]") {
+  CHECK_THAT(error_after(without("image_0")), Catch::Contains("image_0: no such folder"));
+  CHECK_THAT(error_after(without("image_1")), Catch::Contains("image_1: no such folder"));
+  CHECK_THAT(error_after([](const fs::path& folder) {
+               fs::remove_all(folder / "image_0");
+               fs::create_directory(folder / "image_0");
+             }),
+             Catch::Contains("image_0: is empty"));
+  CHECK_THAT(error_after([](const fs::path& folder) { fs::rename(folder / "image_0", folder / "image_2"); }),
+             Catch::Contains("image_2 and image_3 are the colour cameras"));
+  CHECK_THAT(error_after([](const fs::path& folder) {
+               fs::remove_all(folder / "image_0");
+               fs::create_directory(folder / "image_0");
+               write_text(folder / "image_0/left1.jpg", "");
+             }),
+             Catch::Contains("holds no 000000.png but files such as left1.jpg"));
+  for (const auto* stamp : {"1403636579763555584.png", "18446744073709551615.png", "000099999.png"}) {
+    CHECK_THAT(error_after([&](const fs::path& folder) {
+                 fs::remove_all(folder / "image_0");
+                 fs::create_directory(folder / "image_0");
+                 write_text(folder / "image_0" / stamp, "");
+               }),
+               Catch::Contains("holds no 000000.png but files such as " + std::string(stamp)));
+  }
+  CHECK_THAT(error_after([](const fs::path& folder) { write_text(folder / "image_1/900000.png", ""); }),
+             Catch::Contains("one is called 900000.png; they must be numbered from 000000.png without gaps"));
+  CHECK_THAT(error_after([](const fs::path&) {}, 1), Catch::Contains("holds a single frame"));
+}
+
+TEST_CASE("A damaged first image is found on opening", "[kitti]") {
+  CHECK_THAT(error_after([](const fs::path& folder) { truncate_file(folder / "image_0/000000.png", 0.5); }),
+             Catch::Contains("image_0/000000.png: the PNG is truncated"));
+  CHECK_THAT(error_after(without("image_0/000000.png")), Catch::Contains("image_0/000000.png: missing"));
+}
+
+TEST_CASE("A damaged later frame is found when it is read, and the ones before it are not affected",
+          "[kitti]") {
+  const auto right = "image_1/000001.png";
+  CHECK_THAT(frame_error_after(without(right), 1), Catch::Contains("image_1/000001.png: missing"));
+  CHECK(frame_error_after(without(right), 0).empty());
+  CHECK_THAT(frame_error_after([&](const fs::path& f) { truncate_file(f / right, 0.7); }, 1),
+             Catch::Contains("truncated"));
+  CHECK_THAT(
+      frame_error_after([&](const fs::path& f) { cv::imwrite((f / right).string(), tiny_texture(300)); }, 1),
+      Catch::Contains("000001.png: is 300x120 pixels where the sequence has 320x120"));
+  CHECK_THAT(frame_error_after([&](const fs::path& f) { write_text(f / right, "no image"); }, 1),
+             Catch::Contains("not a PNG"));
+}
+
+TEST_CASE("The real KITTI excerpts open", "[kitti][data]") {
+  const auto data = data_folder();
+  if (!data) return;
+  const auto sequence = open_sequence(*data / "kitti/00_0000-0200", "auto");
+  CHECK(sequence.frames.size() == 201);
+  CHECK(sequence.ground_truth.size() == 201);
+  CHECK(sequence.camera.width_px == 1241);
+  CHECK(sequence.camera.baseline_m == Approx(386.1448 / 718.856).epsilon(1e-12));
+  CHECK(load_frame(sequence, 200).stamp_ns == sequence.frames[200].stamp_ns);
+}

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/own_camera.hpp"
+
+#include <opencv2/videoio.hpp>
+
+#include "stereo_slam/app/runner.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+/// Writes a recording of four frames, breaks it, and returns what opening it says.
+std::string error_after(const std::function<void(const fs::path&)>& breaking) {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 4);
+  breaking(folder.path());
+  const auto message = message_of([&] { (void)open_sequence(folder.path(), "auto"); });
+  CHECK(std::count(message.begin(), message.end(), '\n') == 0);
+  return message;
+}
+
+std::string error_with(const std::string& calibration) {
+  return error_after([&](const fs::path& folder) { write_text(folder / "calibration.yaml", calibration); });
+}
+
+/// The two cameras of the tiny recording with everything there is to say about them.
+const std::string kRawCalibration =
+    "left:\n"
+    "  resolution: [320, 120]\n"
+    "  intrinsics: [200, 200, 160, 60]\n"
+    "  distortion_model: radtan\n"
+    "  distortion_coefficients: [0, 0, 0, 0, 0]\n"
+    "right:\n"
+    "  resolution: [320, 120]\n"
+    "  intrinsics: [200, 200, 160, 60]\n"
+    "  distortion_model: none\n"
+    "T_right_left: [1, 0, 0, -0.4, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"
+    "T_body_left: [[0, 0, 1, 0.1], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]]\n"
+    "frame_rate_hz: 10\n";
+
+/// Writes the images of a folder as a video without loss of more than a few grey levels.
+void write_video(const fs::path& images, const fs::path& file, int frames) {
+  cv::VideoWriter video(file.string(), cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                        10.0, cv::Size(TinySequence::kWidth, TinySequence::kHeight));
+  REQUIRE(video.isOpened());
+  for (int i = 0; i < frames; ++i) video.write(cv::imread((images / frame_name(i)).string()));
+}
+
+/// The tiny recording as left.avi, right.avi and calibration.yaml.
+void write_tiny_video(const fs::path& folder, int left_frames, int right_frames) {
+  write_tiny_folders(folder, std::max(left_frames, right_frames));
+  write_video(folder / "left", folder / "left.avi", left_frames);
+  write_video(folder / "right", folder / "right.avi", right_frames);
+  fs::rename(folder / "left", folder / "images_left");
+  fs::rename(folder / "right", folder / "images_right");
+  write_text(folder / "calibration.yaml", tiny_calibration(""));
+}
+
+}  // namespace
+
+TEST_CASE("Two folders and a calibration are a recording", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 4);
+  for (const auto& path : {folder.path(), folder / "calibration.yaml"}) {
+    const auto sequence = open_sequence(path, "auto");
+    CHECK(sequence.format == "folders");
+    CHECK(sequence.frames.size() == 4);
+    CHECK(sequence.frames[3].stamp_ns == 300'000'000);
+    CHECK(sequence.camera.width_px == TinySequence::kWidth);
+    CHECK(sequence.camera.baseline_m == 0.4);
+    CHECK_FALSE(sequence.rectifier);
+    CHECK(cv::norm(load_frame(sequence, 1).left,
+                   cv::imread((folder / "left" / frame_name(1)).string(), cv::IMREAD_GRAYSCALE),
+                   cv::NORM_INF) == 0.0);
+  }
+}
+
+TEST_CASE("Raw images of an own camera are rectified, and its body is known", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 2);
+  write_text(folder / "calibration.yaml", kRawCalibration);
+  const auto sequence = open_sequence(folder.path(), "folders");
+  REQUIRE(sequence.rectifier);
+  CHECK(sequence.camera.baseline_m == Approx(0.4));
+  REQUIRE(sequence.T_body_camera);
+  CHECK((*sequence.T_body_camera * Eigen::Vector3d(0, 0, 1)).isApprox(Eigen::Vector3d(1.1, 0, 0), 1e-9));
+}
+
+TEST_CASE("Stamps come from a file, from the names or from the rate", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  write_text(folder / "calibration.yaml", tiny_calibration("times: times.txt\n"));
+  write_text(folder / "times.txt", "5.5\n6\n8.25\n");
+  CHECK(open_sequence(folder.path(), "auto").frames[2].stamp_ns == 8'250'000'000);
+  write_text(folder / "calibration.yaml", tiny_calibration(""));
+  for (const auto* side : {"left", "right"}) {
+    for (int i = 0; i < 3; ++i)
+      fs::rename(folder / side / frame_name(i), folder / side / (tiny_stamp(i) + ".png"));
+  }
+  CHECK(open_sequence(folder.path(), "auto").frames[2].stamp_ns == 1'000'000'000'200'000'000);
+}
+
+TEST_CASE("Images are paired by name, else by natural order", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 12);
+  fs::remove(folder / "right" / frame_name(4));
+  fs::remove(folder / "left" / frame_name(7));
+  write_text(folder / "left/notes.txt", "no image");
+  auto scan = scan_sequence(folder.path(), "auto");
+  CHECK(scan.sequence.frames.size() == 10);
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("2 images have no partner"));
+  write_tiny_folders(folder / "b", 12);
+  for (int i = 0; i < 12; ++i) {
+    for (const auto* side : {"left", "right"})
+      fs::rename(folder / "b" / side / frame_name(i), folder / "b" / side / fmt::format("{}{}.png", side, i));
+  }
+  scan = scan_sequence(folder / "b", "auto");
+  CHECK(scan.problems.empty());
+  REQUIRE(scan.sequence.frames.size() == 12);
+  CHECK(scan.sequence.frames[9].left.filename() == "left9.png");
+  CHECK(scan.sequence.frames[10].left.filename() == "left10.png");
+  CHECK(scan.sequence.frames[10].right.filename() == "right10.png");
+}
+
+TEST_CASE("A wrong calibration of an own camera is refused with file and line", "[folders]") {
+  const auto raw = [](const std::string& what, const std::string& by) {
+    std::string text = kRawCalibration;
+    return error_with(text.replace(text.find(what), what.size(), by));
+  };
+  CHECK_THAT(error_with(""), Catch::Contains("calibration.yaml:1: the file must hold `key: value` lines"));
+  CHECK_THAT(error_with("frame_rate_hz: 10\n"), Catch::Contains("there is no 'left'"));
+  CHECK_THAT(error_with("a: [\n"), Catch::Contains("calibration.yaml:") && Catch::Contains("not valid YAML"));
+  CHECK_THAT(error_with(tiny_calibration("fps: 10\n")),
+             Catch::Contains("calibration.yaml:2: ") && Catch::Contains("unknown key fps"));
+  CHECK_THAT(error_with(tiny_calibration("")), Catch::Contains("says nothing about time; add frame_rate_hz"));
+  CHECK_THAT(error_with(tiny_calibration("frame_rate_hz: -1\n")),
+             Catch::Contains("calibration.yaml:2: frame_rate_hz must be positive"));
+  CHECK_THAT(error_with(tiny_calibration("times: t.txt\n")), Catch::Contains("t.txt: missing"));
+  CHECK_THAT(
+      error_with("rectified: {fx: nan, fy: 200, cx: 160, cy: 60, baseline_m: 0.4}\nframe_rate_hz: 10\n"),
+      Catch::Contains("calibration.yaml:1: fx holds 'nan'"));
+  CHECK_THAT(
+      error_with("rectified: {fx: 200, fy: 200, cx: 160, cy: 60, baseline_m: -0.4}\nframe_rate_hz: 10\n"),
+      Catch::Contains("baseline_m is -0.4, but must be positive"));
+  CHECK_THAT(error_with("rectified: {fx: 200, fy: 200, cx: 160, cy: 60}\nframe_rate_hz: 10\n"),
+             Catch::Contains("has no baseline_m"));
+  CHECK_THAT(error_with("rectified: {fx: 200, fy: 200, cx: 960, cy: 60, baseline_m: 1}\nframe_rate_hz: 10\n"),
+             Catch::Contains("the principal point (960, 60) lies outside the 320x120 images"));
+  CHECK_THAT(raw("-0.4", "0.4"), Catch::Contains("to the left of the left one; swap the two"));
+  CHECK_THAT(raw("T_right_left", "T_left_right"), Catch::Contains("unknown key T_left_right"));
+  CHECK_THAT(raw("radtan", "brown"), Catch::Contains("calibration.yaml:4: distortion_model is brown"));
+  CHECK_THAT(raw("resolution: [320, 120]", "resolution: [640, 120]"), Catch::Contains("640x120"));
+}
+
+TEST_CASE("Missing and unlike image sources are refused", "[folders]") {
+  CHECK_THAT(
+      error_after([](const fs::path& folder) { fs::remove_all(folder / "right"); }),
+      Catch::Contains("right: neither a folder of images nor a video; correct 'source' in calibration.yaml"));
+  CHECK_THAT(error_after([](const fs::path& folder) {
+               fs::remove_all(folder / "right");
+               fs::create_directory(folder / "right");
+             }),
+             Catch::Contains("right: holds no images"));
+  CHECK_THAT(error_with(tiny_calibration("frame_rate_hz: 10\nright: {source: left}\n")),
+             Catch::Contains("is the source of both cameras"));
+  CHECK_THAT(error_after([](const fs::path& folder) {
+               for (int i = 0; i < 4; ++i)
+                 fs::rename(folder / "left" / frame_name(i), folder / fmt::format("left/l{}.png", i));
+               fs::remove(folder / "left/l2.png");
+             }),
+             Catch::Contains("holds 3 images and") && Catch::Contains("without a name in common"));
+  CHECK_THAT(error_after([](const fs::path& folder) {
+               for (int i = 1; i < 4; ++i) fs::remove(folder / "left" / frame_name(i));
+             }),
+             Catch::Contains("gives 1 frames; a sequence needs at least two"));
+}
+
+TEST_CASE("A truncated JPEG is refused", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  for (const auto* side : {"left", "right"}) {
+    for (int i = 0; i < 3; ++i) {
+      const auto png = folder / side / frame_name(i);
+      cv::imwrite((folder / side / fmt::format("{}.jpg", i)).string(),
+                  cv::imread(png.string(), cv::IMREAD_GRAYSCALE));
+      fs::remove(png);
+    }
+  }
+  const auto sequence = open_sequence(folder.path(), "auto");
+  CHECK(load_frame(sequence, 2).left.size() == cv::Size(TinySequence::kWidth, TinySequence::kHeight));
+  truncate_file(folder / "right/2.jpg", 0.6);
+  CHECK_THAT(message_of([&] { (void)load_frame(sequence, 2); }),
+             Catch::Contains("right/2.jpg: the JPEG is truncated"));
+}
+
+TEST_CASE("Two videos are a recording, readable in any order", "[video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 6, 6);
+  const auto scan = scan_sequence(folder.path(), "auto");
+  CHECK(scan.problems.empty());
+  const auto& sequence = scan.sequence;
+  CHECK(sequence.format == "video");
+  REQUIRE(sequence.frames.size() == 6);
+  CHECK(sequence.frames[5].stamp_ns == 500'000'000);  // the rate is in the file
+  for (const std::size_t i : {3U, 5U, 0U, 4U}) {
+    const auto original =
+        cv::imread((folder / "images_left" / frame_name(static_cast<int>(i))).string(), cv::IMREAD_GRAYSCALE);
+    CHECK(cv::norm(load_frame(sequence, i).left, original, cv::NORM_L1) /
+              static_cast<double>(original.total()) <
+          3.0);
+  }
+}
+
+TEST_CASE("Videos of unlike lengths count as the shorter one, with a warning", "[video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 6, 4);
+  const auto scan = scan_sequence(folder.path(), "video");
+  CHECK(scan.sequence.frames.size() == 4);
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(scan.problems[0].text,
+             Catch::Contains("left.avi: has 6 frames and") && Catch::Contains("has 4"));
+}
+
+TEST_CASE("A video that cannot be opened is refused", "[video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 3, 3);
+  const auto error = [&] { return message_of([&] { (void)open_sequence(folder.path(), "auto"); }); };
+  write_text(folder / "right.avi", "this is no video");
+  CHECK_THAT(error(), Catch::Contains("right.avi: cannot be opened as a video"));
+  write_text(folder / "right.avi", "");
+  CHECK_THAT(error(), Catch::Contains("right.avi: "));
+  fs::remove(folder / "right.avi");
+  CHECK_THAT(error(), Catch::Contains("right: neither a folder of images nor a video"));
+}
+
+TEST_CASE("A video that ends before its header says ends the run, or fails it when much is missing",
+          "[video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 12, 12);
+  auto sequence = open_sequence(folder.path(), "auto");
+  sequence.frames.resize(14, sequence.frames.back());  // a header that promises more
+  CHECK_THROWS_AS(load_frame(sequence, 12), EndOfRecording);
+  const auto summary =
+      run(sequence, Settings{},
+          {.output = folder / "out", .max_frames = std::nullopt, .threads = 1, .quiet = true});
+  CHECK(summary.error.empty());
+  CHECK(summary.frames == 12);
+  truncate_file(folder / "right.avi", 0.4);
+  const auto message = message_of([&] {
+    const auto cut = open_sequence(folder.path(), "auto");
+    for (std::size_t i = 0; i < 12; ++i) (void)load_frame(cut, i);
+  });
+  CHECK_THAT(message, Catch::Contains("right.avi") || Catch::Contains("video ends at frame"));
+}

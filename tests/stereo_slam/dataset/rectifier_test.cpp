@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/rectifier.hpp"
+
+#include <cmath>
+
+#include "simulator/lens_view.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+
+namespace {
+
+/// The formulas of Distortion as they stand there.
+Eigen::Vector2d project(const Lens& lens, const Eigen::Vector3d& p) {
+  const double x = p.x() / p.z();
+  const double y = p.y() / p.z();
+  const double r2 = x * x + y * y;
+  Eigen::Vector2d distorted(x, y);
+  const auto& k = lens.coefficients;
+  if (lens.distortion == Distortion::kRadTan) {
+    const double s = 1.0 + k[0] * r2 + k[1] * r2 * r2;
+    distorted = {s * x + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x),
+                 s * y + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y};
+  } else if (lens.distortion == Distortion::kEquidistant && r2 > 0.0) {
+    const double theta = std::atan(std::sqrt(r2));
+    const double t2 = theta * theta;
+    const double factor = 1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3])));
+    distorted *= theta * factor / std::sqrt(r2);
+  }
+  return {lens.fx * distorted.x() + lens.cx, lens.fy * distorted.y() + lens.cy};
+}
+
+/// Images whose pixels are their own column and row.
+std::pair<cv::Mat1f, cv::Mat1f> ramps(const Lens& lens) {
+  cv::Mat1f columns(lens.height_px, lens.width_px);
+  cv::Mat1f rows(lens.height_px, lens.width_px);
+  for (int y = 0; y < columns.rows; ++y) {
+    for (int x = 0; x < columns.cols; ++x) {
+      columns(y, x) = static_cast<float>(x);
+      rows(y, x) = static_cast<float>(y);
+    }
+  }
+  return {columns, rows};
+}
+
+}  // namespace
+
+TEST_CASE("The rectified views of a point lie in one row, a disparity apart", "[rectifier]") {
+  for (const auto model : {Distortion::kRadTan, Distortion::kEquidistant}) {
+    const StereoRig rig = simulate::euroc_like_rig(model);
+    const Rectifier rectifier(rig);
+    const StereoCamera& camera = rectifier.camera();
+    CHECK(camera.baseline_m == Approx(rig.T_right_left.inverse().translation().norm()));
+    CHECK(rectifier.coverage() > 0.999);
+    const auto [left_columns, left_rows] = ramps(rig.left);
+    const auto [right_columns, right_rows] = ramps(rig.right);
+    const cv::Mat1f left_u = rectifier.left(left_columns);
+    const cv::Mat1f left_v = rectifier.left(left_rows);
+    const cv::Mat1f right_u = rectifier.right(right_columns);
+    const cv::Mat1f right_v = rectifier.right(right_rows);
+    // Interpolation works with 32nds of a pixel, and the cubic kernel (a = -0.75) bends a ramp: (2a + 1)
+    // (2t^3 - 3t^2
+    // + t) at a fraction t, at most 0.0481.
+    constexpr double kTolerance_px = 1.0 / 64.0 + 0.0482;
+    for (int v = 4; v < camera.height_px - 4; v += 31) {
+      for (int u = 44; u < camera.width_px - 4; u += 37) {
+        for (const int d : {2, 40}) {
+          CAPTURE(u, v, d);
+          const Eigen::Vector3d z = Eigen::Vector3i(u, v, d).cast<double>();
+          const Eigen::Vector3d p_left = rectifier.T_left_camera() * camera.back_project(z);
+          const Eigen::Vector2d left_px = project(rig.left, p_left);
+          const Eigen::Vector2d right_px = project(rig.right, rig.T_right_left * p_left);
+          CHECK(std::abs(static_cast<double>(left_u(v, u)) - left_px.x()) < kTolerance_px);
+          CHECK(std::abs(static_cast<double>(left_v(v, u)) - left_px.y()) < kTolerance_px);
+          CHECK(std::abs(static_cast<double>(right_u(v, u - d)) - right_px.x()) < kTolerance_px);
+          CHECK(std::abs(static_cast<double>(right_v(v, u - d)) - right_px.y()) < kTolerance_px);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("A lens of 150 degrees becomes a view of 110 without a black border", "[rectifier]") {
+  StereoRig rig = simulate::euroc_like_rig(Distortion::kEquidistant);
+  for (auto* lens : {&rig.left, &rig.right}) {  // much like TUM-VI's
+    *lens = {.width_px = 512,
+             .height_px = 512,
+             .fx = 191.0,
+             .fy = 191.0,
+             .cx = 254.9,
+             .cy = 256.9,
+             .distortion = Distortion::kEquidistant,
+             .coefficients = {0.0034, 0.0007, -0.0020, 0.0002}};
+  }
+  const Rectifier rectifier(rig);
+  CHECK(rectifier.camera().fx == Approx(256.0 / std::tan(55.0 * CV_PI / 180.0)));
+  CHECK(rectifier.coverage() > 0.999);
+}
+
+TEST_CASE("The simulator's inverse lens formulas agree with the formulas", "[rectifier][simulate]") {
+  for (const auto model : {Distortion::kRadTan, Distortion::kEquidistant}) {
+    const Lens lens = simulate::euroc_like_rig(model).left;
+    for (double v = 0.0; v < lens.height_px; v += 23.3) {
+      for (double u = 0.0; u < lens.width_px; u += 31.7) {
+        const auto ray = simulate::ray_of_pixel(lens, u, v);
+        REQUIRE(ray);
+        CHECK((project(lens, {ray->x(), ray->y(), 1.0}) - Eigen::Vector2d(u, v)).norm() < 1e-9);
+      }
+    }
+  }
+}

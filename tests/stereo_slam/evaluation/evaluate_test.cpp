@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/evaluation/evaluate.hpp"
+
+#include <numbers>
+#include <random>
+#include <sstream>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+using Poses = std::vector<Eigen::Isometry3d>;
+
+/// A drive with bends and hills, `step_m` a frame.
+Poses drive(std::size_t frames, double step_m) {
+  Poses poses{Eigen::Isometry3d::Identity()};
+  while (poses.size() < frames) {
+    const auto k = static_cast<double>(poses.size());
+    const Eigen::Isometry3d motion = Eigen::AngleAxisd(0.01 * std::sin(0.03 * k), Eigen::Vector3d::UnitY()) *
+                                     Eigen::AngleAxisd(0.002 * std::cos(0.05 * k), Eigen::Vector3d::UnitX()) *
+                                     Eigen::Translation3d(0.0, 0.0, step_m);
+    poses.push_back(poses.back() * motion);
+  }
+  return poses;
+}
+
+Poses straight(std::size_t frames, double step_m) {
+  Poses poses(frames, Eigen::Isometry3d::Identity());
+  for (std::size_t i = 0; i < frames; ++i) poses[i].translation().z() = step_m * static_cast<double>(i);
+  return poses;
+}
+
+Poses noisy(const Poses& poses, double sigma_m, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0.0, sigma_m);
+  Poses moved = poses;
+  for (auto& pose : moved)
+    pose.translation() += Eigen::Vector3d(normal(random), normal(random), normal(random));
+  return moved;
+}
+
+Poses moved_by(const Eigen::Isometry3d& T, const Poses& poses) {
+  Poses moved;
+  for (const auto& pose : poses) moved.push_back(T * pose);
+  return moved;
+}
+
+const Eigen::Isometry3d kSomewhereElse =
+    Eigen::Translation3d(30, -4, 7) * Eigen::AngleAxisd(2.8, Eigen::Vector3d(1, 2, -1).normalized());
+
+Trajectory unstamped(Poses poses) { return {TrajectoryFormat::kKitti, {}, std::move(poses)}; }
+
+}  // namespace
+
+TEST_CASE("A perfect estimate has no error", "[evaluate]") {
+  const auto truth = drive(300, 1.0);
+  const auto evaluation = evaluate(unstamped(truth), unstamped(truth));
+  REQUIRE(evaluation.kitti);
+  CHECK(evaluation.kitti->t_rel_percent < 1e-10);
+  CHECK(evaluation.kitti->r_rel_deg_per_100m < 1e-6);
+  CHECK(evaluation.ate_aligned_m.max < 1e-10);
+  CHECK(evaluation.ate_first_pose_m.max < 1e-10);
+  CHECK(evaluation.rpe_frame->translation_m.max < 1e-10);
+  CHECK(evaluation.rpe_10m->rotation_deg.max < 1e-5);
+}
+
+TEST_CASE(
+    "A segment ends at the first frame beyond its length, and its error is divided by the nominal length",
+    "[evaluate]") {
+  // 2 m a frame: a segment of 100 m spans 51 frames (102 m > 100 m; 100 m itself is not beyond). An estimate
+  // 1 % too long errs by 1.02 m on it, 1.02 %. 121 frames are 240 m: starts 0 .. 60 hold one of 100 m, starts
+  // 0, 10 one of 200 m (202 m).
+  const auto truth = straight(121, 2.0);
+  const auto score = kitti_score(truth, straight(121, 2.02));
+  REQUIRE(score);
+  CHECK(score->segments == 7 + 2);
+  CHECK(score->t_rel_percent == Approx((7 * 1.02 + 2 * 1.01) / 9).epsilon(1e-12));
+  CHECK(score->r_rel_deg_per_100m < 1e-9);
+}
+
+TEST_CASE("A steady turn the truth does not make shows in r_rel", "[evaluate]") {
+  const auto truth = straight(160, 1.0);
+  Poses estimate = truth;
+  const double turn_rad = 1e-4;  // a frame
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    estimate[i].linear() =
+        Eigen::AngleAxisd(turn_rad * static_cast<double>(i), Eigen::Vector3d::UnitY()).toRotationMatrix();
+  }
+  const auto score = kitti_score(truth, estimate);
+  REQUIRE(score);
+  CHECK(score->r_rel_deg_per_100m == Approx(101 * turn_rad * 180 / std::numbers::pi).epsilon(1e-9));
+}
+
+TEST_CASE("A path too short for a segment has no KITTI score rather than a score of zero", "[evaluate]") {
+  const auto evaluation = evaluate(unstamped(straight(20, 1.0)), unstamped(straight(20, 1.1)));
+  CHECK_FALSE(evaluation.kitti);
+  std::ostringstream text;
+  print_evaluation(text, evaluation);
+  CHECK_THAT(text.str(), Catch::Contains("n/a (the path has no segment of 100 m)"));
+}
+
+TEST_CASE("Relative scores and the aligned ATE do not depend on where the estimate starts",
+          "[evaluate][law]") {
+  const auto truth = drive(400, 0.7);
+  const auto estimate = noisy(truth, 0.05, 3);
+  const auto a = evaluate(unstamped(truth), unstamped(estimate));
+  const auto b = evaluate(unstamped(truth), unstamped(moved_by(kSomewhereElse, estimate)));
+  CHECK(b.kitti->t_rel_percent == Approx(a.kitti->t_rel_percent).epsilon(1e-9));
+  CHECK(b.kitti->r_rel_deg_per_100m == Approx(a.kitti->r_rel_deg_per_100m).margin(1e-6));
+  CHECK(b.ate_aligned_m.rmse == Approx(a.ate_aligned_m.rmse).epsilon(1e-9));
+  CHECK(b.ate_first_pose_m.rmse == Approx(a.ate_first_pose_m.rmse).epsilon(1e-9));
+  CHECK(b.rpe_frame->translation_m.rmse == Approx(a.rpe_frame->translation_m.rmse).epsilon(1e-9));
+}
+
+TEST_CASE("Alignment finds the motion between two copies of a path, and no scale", "[evaluate]") {
+  const auto truth = drive(100, 1.0);
+  const auto found = align(truth, moved_by(kSomewhereElse, truth));
+  CHECK((found.matrix() - kSomewhereElse.inverse().matrix()).norm() < 1e-9);
+  auto larger = truth;
+  for (auto& pose : larger) pose.translation() *= 1.5;
+  CHECK(std::abs(align(truth, larger).linear().determinant() - 1.0) < 1e-12);
+}
+
+TEST_CASE("No rigid motion beats the alignment", "[evaluate][law]") {
+  const auto truth = drive(100, 1.0);
+  const auto estimate = noisy(truth, 0.3, 5);
+  const auto T = align(truth, estimate);
+  const double best = absolute_trajectory_error(truth, estimate, T).rmse;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double step : {-1e-3, 1e-3}) {
+      const Eigen::Vector3d direction = Eigen::Vector3d::Unit(axis);
+      CHECK(absolute_trajectory_error(truth, estimate, T * Eigen::Translation3d(step * direction)).rmse >
+            best);
+      CHECK(absolute_trajectory_error(truth, estimate, T * Eigen::AngleAxisd(step, direction)).rmse > best);
+    }
+  }
+}
+
+TEST_CASE("A standstill can be evaluated", "[evaluate]") {
+  const auto truth = straight(10, 0.0);
+  const auto evaluation = evaluate(unstamped(truth), unstamped(noisy(truth, 0.01, 9)));
+  CHECK(std::isfinite(evaluation.ate_aligned_m.rmse));
+  CHECK_FALSE(evaluation.rpe_10m);
+}
+
+TEST_CASE("The median of an even number of errors is the mean of the middle two", "[evaluate]") {
+  const auto statistics = error_statistics({4.0, 1.0, 2.0, 9.0});
+  CHECK(statistics.median == 3.0);
+  CHECK(statistics.mean == 4.0);
+  CHECK(statistics.max == 9.0);
+  CHECK(statistics.rmse == Approx(std::sqrt(102.0 / 4.0)));
+  CHECK(error_statistics({4.0, 1.0, 9.0}).median == 4.0);
+  CHECK_THROWS_AS(error_statistics({}), std::invalid_argument);
+}
+
+TEST_CASE("Pairs along the path begin where its first stretch ends and do not overlap", "[evaluate]") {
+  const FramePairs expected = {{3, 6}, {6, 9}};
+  CHECK(pairs_by_distance(straight(12, 4.0), 10.0) == expected);
+  CHECK(pairs_by_distance(straight(3, 4.0), 10.0).empty());
+  CHECK(pairs_by_distance({}, 10.0).empty());
+  CHECK(consecutive_pairs(3) == FramePairs{{0, 1}, {1, 2}});
+  CHECK(consecutive_pairs(0).empty());
+}
+
+TEST_CASE("Each pose of the shorter list takes the nearest of the longer one within the allowed difference",
+          "[evaluate]") {
+  const std::vector<std::int64_t> truth = {0, 10, 20, 30, 40};
+  const std::vector<std::int64_t> estimate = {-7, 9, 26, 43, 60};
+  CHECK(associate_by_stamp(truth, estimate, 7) == FramePairs{{0, 0}, {1, 1}, {3, 2}, {4, 3}});
+  CHECK(associate_by_stamp(truth, std::vector<std::int64_t>{9, 26, 60}, 7) == FramePairs{{1, 0}, {3, 1}});
+  CHECK(associate_by_stamp(truth, {}, 7).empty());
+}
+
+TEST_CASE("Stamps are matched across an offset of half a frame only if allowed", "[evaluate]") {
+  Trajectory truth{TrajectoryFormat::kTum, {}, straight(50, 1.0)};
+  Trajectory estimate = truth;
+  for (std::int64_t i = 0; i < 50; ++i) {
+    truth.stamps_ns.push_back(100'000'000 * i);
+    estimate.stamps_ns.push_back(100'000'000 * i + 15'000'000);
+  }
+  CHECK(evaluate(truth, estimate, 0.02).matched == 50);
+  CHECK_THAT(message_of([&] { (void)evaluate(truth, estimate, 0.01); }),
+             Catch::Contains("only 0 of 50 estimated poses match"));
+}
+
+TEST_CASE("Trajectories that cannot be matched are refused", "[evaluate]") {
+  Trajectory stamped{TrajectoryFormat::kTum, {0, 1, 2, 3}, straight(4, 1.0)};
+  CHECK_THAT(message_of([&] { (void)evaluate(stamped, unstamped(straight(4, 1.0))); }),
+             Catch::Contains("only one of the two trajectories has stamps"));
+  CHECK_THAT(message_of([&] { (void)evaluate(unstamped(straight(2, 1.0)), unstamped(straight(4, 1.0))); }),
+             Catch::Contains("3 are needed"));
+}
+
+TEST_CASE("An estimate that stops early is scored on its part", "[evaluate]") {
+  const auto evaluation = evaluate(unstamped(straight(100, 1.0)), unstamped(straight(60, 1.0)));
+  CHECK(evaluation.matched == 60);
+  CHECK(evaluation.truth_length_m == Approx(59.0));
+}
+
+TEST_CASE("The JSON report holds the same figures, and null for scores that do not exist", "[evaluate]") {
+  for (const std::size_t frames : {40U, 300U}) {
+    const auto truth = drive(frames, 1.0);
+    const auto evaluation = evaluate(unstamped(truth), unstamped(noisy(truth, 0.1, 1)));
+    std::ostringstream text;
+    write_evaluation_json(text, evaluation);
+    const auto json = nlohmann::json::parse(text.str());
+    CHECK(json["frames_matched"] == frames);
+    CHECK(json["ate_se3_aligned_m"]["rmse"] == evaluation.ate_aligned_m.rmse);
+    CHECK(json["rpe_10_m"]["rotation_deg"]["median"] == evaluation.rpe_10m->rotation_deg.median);
+    CHECK(json["kitti"].is_null() == (frames == 40));
+    if (evaluation.kitti) CHECK(json["kitti"]["t_rel_percent"] == evaluation.kitti->t_rel_percent);
+  }
+}
+
+namespace {
+
+/// Figures of independent programs (the KITTI devkit's rule, evo 1.36), to the digits they were printed with.
+struct Golden {
+  const char* estimate;
+  const char* t_rel;
+  const char* r_rel;
+  std::size_t segments;
+  const char* ate_aligned;
+  const char* ate_first;
+};
+
+std::string digits(double value, int count) { return fmt::format("{:.{}f}", value, count); }
+
+Evaluation evaluate_files(const fs::path& truth, const fs::path& estimate) {
+  return evaluate(read_trajectory(truth), read_trajectory(estimate));
+}
+
+}  // namespace
+
+TEST_CASE("The KITTI scores and ATE of published trajectories come out to the last printed digit",
+          "[evaluate][data]") {
+  const auto data = data_folder();
+  if (!data) return;
+  const auto golden =
+      GENERATE(Golden{"00/estimate_orbslam2_stereo.txt", "0.7035", "0.2492", 3283, "1.2981", "7.7540"},
+               Golden{"00/estimate_orbslam2_evo.txt", "0.6997", "0.2533", 3283, "1.3034", "7.7903"},
+               Golden{"00/estimate_sptam.txt", "1.4870", "0.5577", 3283, "3.7385", "9.2246"},
+               Golden{"04/estimate_orbslam2_stereo.txt", "0.4834", "0.1724", 43, "0.2136", "0.8108"},
+               Golden{"07/estimate_orbslam2_stereo.txt", "0.4861", "0.2688", 317, "0.5207", "0.8201"},
+               Golden{"10/estimate_orbslam2_stereo.txt", "0.5912", "0.2437", 464, "0.9164", "5.6905"});
+  CAPTURE(golden.estimate);
+  const fs::path estimate = *data / "trajectories/kitti" / golden.estimate;
+  const auto e = evaluate_files(estimate.parent_path() / "poses.txt", estimate);
+  REQUIRE(e.kitti);
+  CHECK(digits(e.kitti->t_rel_percent, 4) == golden.t_rel);
+  CHECK(digits(e.kitti->r_rel_deg_per_100m, 4) == golden.r_rel);
+  CHECK(e.kitti->segments == golden.segments);
+  CHECK(digits(e.ate_aligned_m.rmse, 4) == golden.ate_aligned);
+  CHECK(digits(e.ate_first_pose_m.rmse, 4) == golden.ate_first);
+}
+
+TEST_CASE("evo's statistics on KITTI 00 come out to the last printed digit", "[evaluate][data]") {
+  const auto data = data_folder();
+  if (!data) return;
+  const fs::path folder = *data / "trajectories/kitti/00";
+  const auto e = evaluate_files(folder / "poses.txt", folder / "estimate_orbslam2_evo.txt");
+  CHECK(digits(e.ate_aligned_m.max, 6) == "3.587949");
+  CHECK(digits(e.ate_aligned_m.mean, 6) == "1.156997");
+  CHECK(digits(e.ate_aligned_m.median, 6) == "1.065625");
+  CHECK(digits(e.ate_aligned_m.rmse, 6) == "1.303450");
+  CHECK(digits(e.rpe_10m->translation_m.rmse, 6) == "0.226261");
+  CHECK(digits(e.rpe_10m->translation_m.mean, 6) == "0.169017");
+  CHECK(digits(e.rpe_frame->translation_m.rmse, 6) == "0.028120");
+  CHECK(digits(e.rpe_frame->translation_m.mean, 6) == "0.019301");
+}
+
+TEST_CASE("evo's statistics on EuRoC V1_02 come out to the last printed digit", "[evaluate][data]") {
+  const auto data = data_folder();
+  if (!data) return;
+  const fs::path folder = *data / "trajectories/euroc";
+  const auto e = evaluate_files(folder / "V1_02_groundtruth.csv", folder / "V1_02_estimate.txt");
+  CHECK(e.estimate_poses == 807);
+  CHECK(e.matched == 798);
+  CHECK(digits(e.ate_aligned_m.max, 6) == "0.255817");
+  CHECK(digits(e.ate_aligned_m.mean, 6) == "0.081522");
+  CHECK(digits(e.ate_aligned_m.median, 6) == "0.077912");
+  CHECK(digits(e.ate_aligned_m.rmse, 6) == "0.091727");
+  CHECK(digits(e.rpe_frame->translation_m.rmse, 6) == "0.015077");
+  CHECK(digits(e.rpe_frame->translation_m.mean, 6) == "0.006107");
+}

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/evaluation/nees.hpp"
+
+#include <random>
+#include <sstream>
+
+#include <Eigen/Cholesky>
+
+#include "stereo_slam/results/output.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+constexpr std::size_t kFramesPerKeyframe = 5;
+
+/// A drive whose estimate errs as its covariances say, relative to a keyframe every five frames.
+struct HonestRun {
+  Trajectory truth, estimate;
+  FramePairs pairs;
+  std::vector<CovarianceRow> rows;
+
+  explicit HonestRun(std::size_t frames) {
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    Vector6<double> step;
+    step << 0.01, 0.02, -0.01, 0.1, 0.0, 1.0;
+    Vector6<double> sigma;
+    sigma << 1e-3, 2e-3, 1e-3, 0.01, 0.02, 0.03;
+    std::vector<Pose> true_poses{Pose::identity()}, poses{Pose::identity()};
+    rows.push_back({0, Matrix6<double>::Zero(), 0.0, 0});
+    for (std::size_t k = 1; k < frames; ++k) {
+      const std::size_t keyframe = (k - 1) / kFramesPerKeyframe * kFramesPerKeyframe;
+      Vector6<double> error;
+      for (double& e : error) e = normal(random);
+      true_poses.push_back(true_poses.back() * Pose::exp(step));
+      const Pose relative = true_poses[keyframe].inverse() * true_poses[k];
+      poses.push_back(poses[keyframe] * relative.boxplus(sigma.cwiseProduct(error)));
+      rows.push_back({keyframe, sigma.cwiseAbs2().asDiagonal(), 30.0, 30});
+    }
+    for (std::size_t k = 0; k < frames; ++k) {
+      truth.poses.push_back(true_poses[k].isometry());
+      estimate.poses.push_back(poses[k].isometry());
+      pairs.emplace_back(k, k);
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A run that errs as it says has relative errors of six degrees of freedom", "[consistency]") {
+  const HonestRun run(5001);
+  const auto score = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  REQUIRE(score.relative.size() == 3);
+  for (const auto& relative : score.relative) {
+    CAPTURE(relative.frames);
+    CHECK(relative.count >= 980);
+    // Starts five frames apart: over 10 and 100 frames 2 and 20 of them share their errors.
+    const double independent =
+        static_cast<double>(relative.count) / static_cast<double>(1 + relative.frames / 5);
+    CHECK(std::abs(relative.mean - 6.0) <= 4.0 * std::sqrt(12.0 / independent));
+    CHECK(relative.share_inside > 0.88);
+  }
+  CHECK(score.mean_nis_per_dof == Approx(1.0));
+  CHECK(score.updates == 5000);
+}
+
+TEST_CASE("Noise of the truth is allowed for", "[consistency]") {
+  HonestRun run(501);
+  for (auto& row : run.rows) row.relative *= 1e-4;
+  const auto strict = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  const auto lenient = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {0.1, 0.01});
+  CHECK(strict.relative[1].share_inside < 0.1);
+  CHECK(lenient.relative[1].share_inside > 0.99);
+}
+
+TEST_CASE("An error of the scale is common to all frames", "[consistency]") {
+  HonestRun run(501);
+  for (auto& pose : run.estimate.poses) pose.translation() *= 1.02;
+  const auto unaware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  for (auto& row : run.rows) row.calibration.scale_sigma = 0.02;
+  const auto aware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  CHECK(unaware.relative[2].share_inside < 0.5);
+  CHECK(aware.relative[2].share_inside > 0.88);
+}
+
+TEST_CASE("An error of the camera's axes is common to all frames", "[consistency]") {
+  HonestRun run(501);
+  const Eigen::Isometry3d X(Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.6, 0.8, 0.0)));
+  for (auto& pose : run.estimate.poses) pose = X * pose * X.inverse();
+  const auto unaware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  for (auto& row : run.rows) row.calibration.axes_sigma_rad = 0.02;
+  const auto aware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  CHECK(unaware.relative[2].share_inside < 0.5);
+  CHECK(aware.relative[2].share_inside > 0.88);
+}
+
+TEST_CASE("Covariances that are none are no sign of honesty", "[consistency]") {
+  for (const double factor : {0.0, -1.0}) {
+    HonestRun run(101);
+    for (auto& row : run.rows) row.relative *= factor;
+    CHECK_THAT(message_of([&] { (void)score_consistency(run.truth, run.estimate, run.pairs, run.rows, {}); }),
+               Catch::Contains("is not positive definite"));
+  }
+}
+
+TEST_CASE("Relative poses that the truth does not have are left out", "[consistency]") {
+  HonestRun run(30);
+  run.pairs.erase(run.pairs.begin() + 15);
+  const auto score = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  CHECK(score.relative[0].count == 5);  // of the starts 0, 5 .. 25 all but 15
+  CHECK(score.relative[1].count == 2);  // 0 and 10; 5 ends at the missing one and 15 starts there
+  CHECK(score.relative[2].count == 0);
+  std::ostringstream text;
+  print_consistency(text, score);
+  CHECK_THAT(text.str(), Catch::Contains("NEES over 100 frames") && Catch::Contains("n/a"));
+}
+
+TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
+  const TemporaryFolder folder;
+  RunRecord record;
+  record.results.resize(3);
+  record.trajectory.resize(3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    record.results[k].keyframe = k / 2;
+    record.results[k].nis = 1.5 * static_cast<double>(k);
+    record.results[k].nis_dof = static_cast<int>(k);
+    record.results[k].calibration = {0.25 * static_cast<double>(k), 0.125 * static_cast<double>(k)};
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j < 6; ++j)
+        record.results[k].relative_covariance(i, j) = i * j + static_cast<double>(k);
+    }
+  }
+  std::ostringstream out;
+  write_covariances(out, record);
+  write_text(folder / "covariances.csv", out.str());
+  const auto rows = read_covariances(folder / "covariances.csv");
+  REQUIRE(rows.size() == 3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK(rows[k].keyframe == record.results[k].keyframe);
+    CHECK(rows[k].relative == record.results[k].relative_covariance);
+    CHECK(rows[k].nis == record.results[k].nis);
+    CHECK(rows[k].nis_dof == record.results[k].nis_dof);
+    CHECK(rows[k].calibration.scale_sigma == record.results[k].calibration.scale_sigma);
+    CHECK(rows[k].calibration.axes_sigma_rad == record.results[k].calibration.axes_sigma_rad);
+  }
+}
+
+TEST_CASE("Numbers that no run writes are refused with their line", "[consistency]") {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const FrameResult& result) {
+    RunRecord record;
+    record.results = {result};
+    record.trajectory.resize(1);
+    std::ostringstream out;
+    write_covariances(out, record);
+    write_text(folder / "covariances.csv", out.str());
+    return message_of([&] { (void)read_covariances(folder / "covariances.csv"); });
+  };
+  CHECK(refusal({}).empty());
+  FrameResult odd;
+  odd.calibration.axes_sigma_rad = 1e200;
+  CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and sigmas"));
+  odd.calibration = {-0.1, 0.0};
+  CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and sigmas"));
+}
+
+TEST_CASE("A file that is no covariances.csv, or another run's, is refused with its name", "[consistency]") {
+  const TemporaryFolder folder;
+  const auto file = folder / "covariances.csv";
+  write_text(file, "1 2 3\n");
+  CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("covariances.csv"));
+  write_text(file, "stamp_s,status,rest\n0.0,OK,1,2,nan\n");
+  CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("covariances.csv:2"));
+  const HonestRun run(10);
+  CHECK_THAT(message_of([&] {
+               (void)score_consistency(run.truth, run.estimate, run.pairs, {run.rows[0], run.rows[1]}, {});
+             }),
+             Catch::Contains("2 rows of covariances for 10 estimated poses"));
+}

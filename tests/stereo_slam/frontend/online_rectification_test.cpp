@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/online_rectification.hpp"
+
+#include <Eigen/LU>
+
+#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/support/scenes.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+using Coefficients = RectificationResidual::Coefficients;
+
+/// As large as those of public recordings.
+Coefficients planted() {
+  Coefficients c;
+  c << 0.2, -0.3, 0.1, 0.8, 0.0, -0.1,  //
+      -0.2, 0.2, 0.1, -0.1, 1.4, 0.1;
+  return c;
+}
+
+TEST_CASE("Correcting a right position and predicting it are inverse to each other",
+          "[stereo_slam][rectification]") {
+  std::mt19937_64 random(1);
+  const RectificationResidual residual(test::kitti_camera(), planted());
+  for (int i = 0; i < 20; ++i) {
+    const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 5.0, 80.0);
+    const auto measured = residual.measure(z.head<2>(), residual.right_position(z));
+    CHECK((measured.z - z).norm() < 1e-12);
+    CHECK(std::abs(measured.row_error_px) < 1e-12);
+  }
+}
+
+/// One keyframe of the estimator's life: points measured at its beginning and at its end, with the planted
+/// offset.
+void drive(RectificationEstimator& estimator, std::mt19937_64& random, const RectificationResidual& truth,
+           double sigma_px) {
+  const StereoCamera camera = test::kitti_camera();
+  const Pose motion = test::car_motion(2.5);
+  const auto seen = [&](const StereoPoint& z) {
+    const auto noise = [&] { return std::normal_distribution<double>(0.0, sigma_px)(random); };
+    return estimator.current().measure(z.head<2>() + Vector2<double>(noise(), noise()),
+                                       truth.right_position(z) + Vector2<double>(noise(), noise()));
+  };
+  std::vector<RectificationResidual::Measurement> rows;
+  std::vector<BiasConstraint> constraints;
+  while (constraints.size() < 200) {
+    const StereoPoint z = test::random_measurement(random, camera, 6.0, 60.0);
+    const auto z_later = camera.project(motion.inverse() * camera.back_project(z));
+    if (!z_later || !camera.in_view(*z_later)) continue;
+    const auto first = seen(z);
+    const auto second = seen(*z_later);
+    rows.push_back(first);
+    Landmark landmark = test::landmark_at(first.z, camera, sigma_px);
+    const auto predicted = project(to_point(landmark, landmark.mean, camera), motion, camera);
+    if (!predicted) continue;
+    const Vector3<double> p = motion.inverse() * camera.back_project(first.z);
+    const Matrix3<double> J = camera.projection_jacobian(p) * motion.rotation_matrix().transpose() *
+                              camera.back_projection_jacobian(first.z);
+    const Matrix3<double> R = stereo_pixel_covariance(sigma_px);
+    constraints.push_back({second.z - *predicted, (R + J * R * J.transpose()).inverse(),
+                           pose_jacobian(to_point(landmark, landmark.mean, camera), motion, camera), J.col(2),
+                           first.z.head<2>(), second.z.head<2>()});
+  }
+  estimator.add_rows(rows);
+  estimator.add_motion(constraints);
+  estimator.advance();
+}
+
+TEST_CASE("A planted offset of the right image is recovered while driving", "[stereo_slam][rectification]") {
+  std::mt19937_64 random(2);
+  const StereoCamera camera = test::kitti_camera();
+  const RectificationResidual truth(camera, planted());
+  RectificationEstimator estimator(camera, {});
+  for (int keyframe = 0; keyframe < 40; ++keyframe) drive(estimator, random, truth, 0.2);
+  // What counts is the offset over the image, not the coefficients.
+  double disparity_error = 0.0;
+  double row_error = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    const StereoPoint z = test::random_measurement(random, camera, 10.0, 20.0);
+    const Vector2<double> error = truth.right_position(z) - estimator.current().right_position(z);
+    disparity_error += std::abs(error.x()) / 200;
+    row_error += std::abs(error.y()) / 200;
+  }
+  CAPTURE(disparity_error, row_error, estimator.current().coefficients());
+  CHECK(disparity_error < 0.1);
+  CHECK(row_error < 0.03);
+}
+
+TEST_CASE("A perfect rectification is left alone", "[stereo_slam][rectification]") {
+  std::mt19937_64 random(3);
+  RectificationEstimator estimator(test::kitti_camera(), {});
+  for (int keyframe = 0; keyframe < 20; ++keyframe) {
+    drive(estimator, random, RectificationResidual(test::kitti_camera()), 0.2);
+  }
+  CAPTURE(estimator.current().coefficients());
+  for (int i = 0; i < 50; ++i) {
+    const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 10.0, 20.0);
+    const Vector2<double> ideal(z.x() - z.z(), z.y());
+    CHECK((estimator.current().right_position(z) - ideal).cwiseAbs().maxCoeff() < 0.15);
+  }
+}
+
+TEST_CASE("A resumed estimator goes on as if it had never stopped", "[stereo_slam][rectification]") {
+  std::mt19937_64 random(4);
+  const StereoCamera camera = test::kitti_camera();
+  const RectificationResidual truth(camera, planted());
+  RectificationEstimator estimator(camera, {});
+  for (int keyframe = 0; keyframe < 3; ++keyframe) drive(estimator, random, truth, 0.2);
+  auto resumed = RectificationEstimator::resumed(camera, estimator.estimate());
+  CHECK(resumed.current().coefficients() == estimator.current().coefficients());
+  auto same_random = random;
+  drive(estimator, random, truth, 0.2);
+  drive(resumed, same_random, truth, 0.2);
+  CHECK(resumed.current().coefficients() == estimator.current().coefficients());
+}
+
+TEST_CASE("Without data the estimate is the prior, zero", "[stereo_slam][rectification]") {
+  RectificationEstimator estimator(test::kitti_camera(), {});
+  estimator.add_rows({});
+  estimator.add_motion({});
+  estimator.advance();
+  CHECK(estimator.current().coefficients() == Coefficients::Zero());
+}
+
+}  // namespace
+}  // namespace stereo_slam

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/patch_alignment.hpp"
+
+#include "stereo_slam/frontend/stereo_matching.hpp"
+#include "stereo_slam/support/scenes.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+const cv::Size kSize(200, 120);
+
+TEST_CASE("A patch is found to a fiftieth of a pixel, whatever the gain and offset",
+          "[stereo_slam][images]") {
+  const cv::Mat source = test::texture_image(kSize, {0.0, 0.0});
+  for (const auto& shift : {cv::Point2d(0.0, 0.0), cv::Point2d(0.37, -0.61), cv::Point2d(-1.8, 1.3)}) {
+    const cv::Mat target = test::texture_image(kSize, shift, 0.7, 20.0);
+    for (const Eigen::Vector2d& centre : {Eigen::Vector2d(60.0, 50.0), Eigen::Vector2d(121.4, 63.7)}) {
+      const auto patch = PatchTemplate::extract(source, centre);
+      REQUIRE(patch);
+      const auto found = patch->align(target, centre);
+      REQUIRE(found);
+      CHECK((found->position_px - centre - Eigen::Vector2d(shift.x, shift.y)).norm() < 0.02);
+      CHECK(found->correlation > 0.99);
+    }
+  }
+}
+
+TEST_CASE("A warped patch is found in a magnified picture", "[stereo_slam][images]") {
+  constexpr double kMagnification = 1.15;
+  const cv::Mat source = test::texture_image(kSize, {0.0, 0.0});
+  cv::Mat target(kSize, CV_8UC1);
+  for (int y = 0; y < kSize.height; ++y) {
+    for (int x = 0; x < kSize.width; ++x) {
+      target.at<std::uint8_t>(y, x) =
+          cv::saturate_cast<std::uint8_t>(test::smooth_texture(x / kMagnification, y / kMagnification));
+    }
+  }
+  const Eigen::Vector2d centre(121.4, 63.7);
+  const auto patch = PatchTemplate::extract(source, centre, Eigen::Matrix2d::Identity() / kMagnification);
+  REQUIRE(patch);
+  const auto found = patch->align(target, kMagnification * centre + Eigen::Vector2d(0.8, -0.5));
+  REQUIRE(found);
+  CHECK((found->position_px - kMagnification * centre).norm() < 0.03);
+}
+
+TEST_CASE("Patches without texture, over the edge, or gone from the picture are refused",
+          "[stereo_slam][images]") {
+  const cv::Mat source = test::texture_image(kSize, {0.0, 0.0});
+  const cv::Mat flat(kSize, CV_8UC1, cv::Scalar(90));
+  cv::Mat edge = flat.clone();
+  edge.rowRange(60, 120).setTo(160);  // an edge has no position along itself
+  CHECK_FALSE(PatchTemplate::extract(flat, {60.0, 60.0}));
+  CHECK_FALSE(PatchTemplate::extract(edge, {60.0, 60.0}));
+  CHECK_FALSE(PatchTemplate::extract(source, {3.0, 60.0}));
+  CHECK_FALSE(PatchTemplate::extract(source, {60.0, 119.0}));
+  CHECK_FALSE(PatchTemplate::extract(source, {std::numeric_limits<double>::quiet_NaN(), 60.0}));
+  const auto patch = PatchTemplate::extract(source, {60.0, 60.0});
+  REQUIRE(patch);
+  CHECK_FALSE(patch->align(flat, {60.0, 60.0}));
+  CHECK_FALSE(patch->align(source, {-40.0, 60.0}));
+  CHECK_FALSE(patch->align(source, {199.0, 60.0}));
+}
+
+TEST_CASE("Disparities are found to a fraction of a pixel, also where the right image sits lower",
+          "[stereo_slam][images]") {
+  constexpr double kDisparity_px = 17.3;
+  constexpr double kRowOffset_px = 1.4;
+  const StereoCamera camera{200.0, 200.0, 100.0, 60.0, 0.5, kSize.width, kSize.height};
+  RectificationResidual::Coefficients offset = RectificationResidual::Coefficients::Zero();
+  offset(1, 0) = kRowOffset_px;
+  const RectificationResidual rectification(camera, offset);
+  const cv::Mat left = test::texture_image(kSize, {0.0, 0.0});
+  const cv::Mat right = test::texture_image(kSize, {-kDisparity_px, kRowOffset_px});
+  const std::vector<Vector2<double>> points = {{100.0, 60.0}, {150.2, 40.8}, {4.0, 60.0}, {80.0, 118.0}};
+  StereoMatchingSettings settings;
+  settings.uniqueness = 1.0;  // the texture is periodic enough to have rivals
+  settings.max_disparity_px = 30;
+  const auto matches = match_stereo(left, right, points, rectification, settings);
+  REQUIRE(matches.size() == points.size());
+  for (const std::size_t i : {0U, 1U}) {
+    REQUIRE(matches[i]);
+    CHECK(std::abs(matches[i]->z.z() - kDisparity_px) < 0.03);
+    CHECK(std::abs(matches[i]->row_error_px) < 0.03);
+    CHECK(matches[i]->z.head<2>() == points[i]);
+  }
+  CHECK_FALSE(matches[2]);  // too near the borders
+  CHECK_FALSE(matches[3]);
+}
+
+}  // namespace
+}  // namespace stereo_slam

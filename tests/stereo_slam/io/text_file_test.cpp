@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/io/text_file.hpp"
+
+#include <clocale>
+#include <limits>
+
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+TEST_CASE("Lines keep their numbers when blanks, comments and carriage returns are dropped", "[text]") {
+  const TemporaryFolder folder;
+  write_text(folder / "a.txt", "# head\r\n\r\none\r\n   \n  # tail\ntwo");
+  const auto lines = read_text_lines(folder / "a.txt");
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[0].number == 3);
+  CHECK(lines[0].text == "one");
+  CHECK(lines[1].number == 6);
+  CHECK(lines[1].text == "two");
+}
+
+TEST_CASE("A file that cannot be read is named", "[text]") {
+  const TemporaryFolder folder;
+  CHECK_THAT(message_of([&] { (void)read_text_lines(folder / "none.txt"); }),
+             Catch::Contains("none.txt: cannot be read"));
+  CHECK_THAT(message_of([&] { (void)read_text_lines(folder.path()); }), Catch::Contains("cannot be read"));
+}
+
+TEST_CASE("Numbers are parsed whole or not at all", "[text]") {
+  CHECK(parse_numbers("1 -2.5e3,+4\t.5") == std::vector<double>{1.0, -2500.0, 4.0, 0.5});
+  CHECK(parse_numbers("  ") == std::vector<double>{});
+  for (const auto* bad : {"1 two", "1.0x", "nan", "1 inf", "-", "1e999", "0x10"}) {
+    CAPTURE(bad);
+    CHECK_FALSE(parse_numbers(bad).has_value());
+  }
+}
+
+TEST_CASE("Stamps keep their nanoseconds", "[text]") {
+  for (const auto* text :
+       {"0.000000000", "12.345678901", "1403715524.907143168", "-0.000000001", "-3.250000000"}) {
+    CAPTURE(text);
+    const auto stamp_ns = parse_seconds(text);
+    REQUIRE(stamp_ns.has_value());
+    CHECK(format_seconds(*stamp_ns) == text);
+  }
+  CHECK(parse_seconds("1.403715529112143517e+09") == 1403715529112143517);
+  for (const auto* bad : {"", "abc", "1s", "nan", "inf", "1e30"}) {
+    CAPTURE(bad);
+    CHECK_FALSE(parse_seconds(bad).has_value());
+  }
+}
+
+TEST_CASE("A file appears whole or not at all", "[text]") {
+  const TemporaryFolder folder;
+  const auto file = folder / "out.txt";
+  write_file(file, [](std::ostream& out) { out << "first"; });
+  CHECK(read_text(file) == "first");
+
+  const auto failed =
+      message_of([&] { write_file(file, [](std::ostream& out) { out.setstate(std::ios::badbit); }); });
+  CHECK_THAT(failed, Catch::Contains("out.txt: cannot be written"));
+  CHECK(read_text(file) == "first");
+  CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 1);
+
+  CHECK_THAT(message_of([&] { write_file(folder / "no/such/out.txt", [](std::ostream&) {}); }),
+             Catch::Contains("cannot be written"));
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/local_map/map.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include "stereo_slam/support/scenes.hpp"
+#include "stereo_slam/tracking/predict.hpp"
+#include "stereo_slam/tracking/update.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+StereoFrame grey_frame(std::size_t index) {
+  return {index, 0, cv::Mat(376, 1241, CV_8UC1, cv::Scalar(80)), cv::Mat(376, 1241, CV_8UC1, cv::Scalar(80))};
+}
+
+StereoPoint at_depth(double z_m) {
+  const StereoCamera camera = test::kitti_camera();
+  return {700.0, 150.0, camera.fx * camera.baseline_m / z_m};
+}
+
+Map map_of(const std::vector<StereoPoint>& measurements, const PoseGaussian& pose = {}) {
+  Map map;
+  std::vector<std::uint32_t> ids;
+  while (ids.size() < measurements.size()) ids.push_back(map.new_id());
+  map.add(measurements, std::vector<Descriptor>(measurements.size()), ids, pose, stereo_pixel_covariance(0.4),
+          grey_frame(0), test::kitti_camera(), {});
+  return map;
+}
+
+TEST_CASE("Near points become Euclidean landmarks, far ones inverse depth, too far ones none",
+          "[stereo_slam][map]") {
+  const Map map =
+      map_of({at_depth(10.0), at_depth(30.0), at_depth(80.0)});  // 40 baselines are 21 m, 140 are 75 m
+  REQUIRE(map.landmarks().size() == 2);
+  CHECK(map.landmarks()[0].form == LandmarkForm::kEuclidean);
+  CHECK(map.landmarks()[0].mean.z() == Approx(10.0));
+  CHECK(map.landmarks()[1].form == LandmarkForm::kInverseDepth);
+  CHECK((map.landmarks()[1].mean - at_depth(30.0)).norm() < 1e-12);
+  CHECK(map.landmarks()[0].id != map.landmarks()[1].id);
+  CHECK(map.landmarks()[0].intensity == 80);
+}
+
+TEST_CASE("A new landmark is as uncertain as its pixels and its pose", "[stereo_slam][map]") {
+  constexpr int kSamples = 20000;
+  std::mt19937_64 random(1);
+  const StereoCamera camera = test::kitti_camera();
+  PoseGaussian pose;
+  pose.pose = test::car_motion(4.0);
+  pose.covariance.diagonal() << 1e-6, 4e-6, 1e-6, 1e-4, 1e-4, 4e-4;
+  pose.covariance(1, 3) = pose.covariance(3, 1) = -1e-5;
+  const StereoPoint z = at_depth(9.0);
+  const Map map = map_of({z}, pose);
+  const Matrix6<double> L = pose.covariance.llt().matrixL();
+  Vector3<double> mean = Vector3<double>::Zero();
+  Matrix3<double> second = Matrix3<double>::Zero();
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < kSamples; ++i) {
+    Vector6<double> n;
+    for (double& x : n) x = normal(random);
+    const Vector3<double> p =
+        pose.pose.boxplus(Vector6<double>(L * n)) * camera.back_project(z + test::stereo_noise(random, 0.4));
+    mean += p / kSamples;
+    second += p * p.transpose() / kSamples;
+  }
+  const Matrix3<double> expected = second - mean * mean.transpose();
+  const Matrix3<double>& actual = map.landmarks()[0].covariance;
+  CAPTURE(expected, actual);
+  CHECK((actual - expected).norm() < 0.05 * expected.norm());  // 1 % of sampling noise, the rest second order
+}
+
+TEST_CASE("Unseen landmarks are culled, established ones stay in the archive", "[stereo_slam][map]") {
+  const StereoCamera camera = test::kitti_camera();
+  Map map = map_of({at_depth(10.0), at_depth(12.0)});
+  Match seen;
+  seen.landmark = 0;
+  seen.z = at_depth(10.0);
+  for (std::size_t frame = 1; frame <= 3; ++frame) map.mark_seen({seen}, {}, frame);
+  map.cull(5, 5, camera);
+  CHECK(map.landmarks().size() == 2);
+  map.cull(6, 5, camera);
+  REQUIRE(map.landmarks().size() == 1);
+  CHECK(map.landmarks()[0].last_seen == 3);
+  map.cull(20, 5, camera);
+  CHECK(map.landmarks().empty());
+  REQUIRE(map.points(camera).size() == 1);  // the other was seen once only
+  CHECK(map.points(camera)[0].position.z() == Approx(10.0));
+}
+
+TEST_CASE("A restart archives under the old keyframe and begins anew", "[stereo_slam][map]") {
+  const StereoCamera camera = test::kitti_camera();
+  Map map = map_of({at_depth(10.0)});
+  Match seen;
+  seen.z = at_depth(10.0);
+  for (std::size_t frame = 1; frame <= 3; ++frame) map.mark_seen({seen}, {}, frame);
+  map.restart(7, camera);
+  CHECK(map.landmarks().empty());
+  REQUIRE(map.points(camera).size() == 1);
+  CHECK(map.points(camera)[0].keyframe == 0);
+}
+
+TEST_CASE("Updating landmarks shrinks their covariances and keeps them positive", "[stereo_slam][map]") {
+  std::mt19937_64 random(2);
+  const StereoCamera camera = test::kitti_camera();
+  Map map = map_of({at_depth(10.0), at_depth(40.0)});
+  const auto pose = PoseDensity::from_pose_covariance(Pose::identity(), 1e-8 * Matrix6<double>::Identity());
+  std::vector<double> before;
+  for (const auto& landmark : map.landmarks()) before.push_back(landmark.covariance.trace());
+  std::vector<Match> matches;
+  for (std::size_t i = 0; i < 2; ++i) {
+    Match match;
+    match.landmark = i;
+    match.z = at_depth(i == 0 ? 10.0 : 40.0) + test::stereo_noise(random, 0.3);
+    match.R = stereo_pixel_covariance(0.4);
+    matches.push_back(match);
+  }
+  map.update(matches, pose, camera);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& P = map.landmarks()[i].covariance;
+    CHECK(P.trace() < 0.75 * before[i]);
+    CHECK(Eigen::SelfAdjointEigenSolver<Matrix3<double>>(P).eigenvalues()[0] > 0.0);
+  }
+}
+
+namespace {
+
+/// Mean NEES of the pose after a drive of `frames` past landmarks that were triangulated once.
+double mean_nees(int runs, int frames, bool track_correlation) {
+  const StereoCamera camera = test::kitti_camera();
+  Settings settings;
+  settings.update.robust_cap = 1e3;
+  PoseGaussian noise;
+  noise.covariance.diagonal() << Vector3<double>::Constant(4e-8), Vector3<double>::Constant(4e-6);
+  double sum = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    std::mt19937_64 random(static_cast<unsigned>(run));
+    std::normal_distribution<double> normal;
+    std::vector<Vector3<double>> points;
+    std::vector<StereoPoint> seen;
+    while (points.size() < 60) {
+      const StereoPoint z = test::random_measurement(random, camera, 12.0, 40.0);
+      points.push_back(camera.back_project(z));
+      seen.push_back(z + test::stereo_noise(random, 0.5));
+    }
+    Map map;
+    map.add(seen, std::vector<Descriptor>(seen.size()), std::vector<std::uint32_t>(seen.size()), {},
+            stereo_pixel_covariance(0.5), grey_frame(0), camera, {});
+    PoseDensity state =
+        PoseDensity::from_pose_covariance(Pose::identity(), 1e-10 * Matrix6<double>::Identity());
+    Pose truth = Pose::identity();
+    for (int k = 0; k < frames; ++k) {
+      truth = truth * test::car_motion(0.4);
+      Vector6<double> error;
+      for (double& e : error) e = normal(random);
+      PoseGaussian odometry;  // its covariance is the least that the settings allow
+      odometry.pose =
+          test::car_motion(0.4).boxplus(noise.covariance.diagonal().cwiseSqrt().cwiseProduct(error));
+      const auto prior = predict_pose(state, odometry, true, settings);
+      if (track_correlation) map.predict_correlation(odometry.pose);
+      std::vector<Match> matches;
+      for (const auto& p :
+           project_landmarks(map.landmarks(), antipode::to_pose_gaussian(prior), camera, 1e3)) {
+        const auto z = camera.project(truth.inverse() * points[p.index]);
+        if (!z || !camera.in_view(*z)) continue;
+        matches.push_back(
+            {p.index, *z + test::stereo_noise(random, 0.5), stereo_pixel_covariance(0.5), p, {}});
+      }
+      const auto update = update_pose(prior, matches, map.landmarks(), camera, settings.update);
+      REQUIRE(update.converged);
+      const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
+      if (track_correlation)
+        map.update_correlation(antipode::to_pose_gaussian(prior), posterior.pose, update.used, camera);
+      state = update.posterior;
+    }
+    const PoseGaussian estimate = antipode::to_pose_gaussian(state);
+    const Vector6<double> error = truth.boxminus(estimate.pose);
+    sum += error.dot(estimate.covariance.ldlt().solve(error)) / runs;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("A pose that remembers what it owes to its landmarks stays honest", "[stereo_slam][map]") {
+  // The mean of 100 chi-squares with six degrees has a standard deviation of 0.35.
+  const double tracked = mean_nees(100, 12, true);
+  const double forgotten = mean_nees(100, 12, false);
+  CAPTURE(tracked, forgotten);
+  CHECK(std::abs(tracked - 6.0) < 1.05);
+  CHECK(forgotten > 8.0);
+}
+
+}  // namespace
+}  // namespace stereo_slam

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/loop_closing/async_loop_closer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <random>
+
+#include <Eigen/Cholesky>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/support/scenes.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr unsigned kSeed = 9;
+constexpr std::size_t kLap = 90;
+constexpr std::size_t kKeyframes = 130;
+constexpr std::size_t kFramesApart = 10;
+constexpr double kRadius_m = 30.0;
+constexpr double kLateral_m = 12.0;
+constexpr std::size_t kPoints = 250;
+
+struct Corner {
+  Vector3<double> position;
+  Descriptor descriptor;
+};
+
+/// Corners on both sides of a circular street, and a drive around it, almost one and a half times.
+class Town {
+ public:
+  Town() {
+    Vector6<double> xi;
+    xi << 0.0, 2.0 * std::numbers::pi / kLap, 0.0, 0.0, 0.0, 2.0 * std::numbers::pi * kRadius_m / kLap;
+    for (std::size_t k = 0; k < kKeyframes; ++k) {
+      truth_.push_back(k == 0 ? Pose() : (truth_.back() * Pose::exp(xi)).renormalized());
+    }
+    std::uniform_real_distribution<double> side(-kLateral_m, kLateral_m);
+    std::uniform_real_distribution<double> height(-4.0, 1.6);
+    std::uniform_real_distribution<double> ahead(0.0, 2.0);
+    for (std::size_t k = 0; k < kLap; ++k) {
+      for (int i = 0; i < 60; ++i) {
+        const double x = side(random_);
+        const Vector3<double> p(x + std::copysign(3.0, x), height(random_), ahead(random_));
+        corners_.push_back({truth_[k] * p, any_descriptor()});
+      }
+    }
+  }
+
+  [[nodiscard]] const std::vector<Pose>& truth() const { return truth_; }
+
+  /// What keyframe `k` sees from the pose of keyframe `from`, with noise of its own.
+  [[nodiscard]] std::vector<KeyframePoint> view(std::size_t k, std::size_t from) {
+    random_.seed(kSeed + 1000 + k);
+    const Pose& T_world_camera = truth_[from];
+    std::vector<KeyframePoint> points;
+    for (const auto& corner : corners_) {
+      const Vector3<double> p = T_world_camera.inverse() * corner.position;
+      if (p.z() < 4.0 || p.z() > 35.0) continue;
+      const auto z = camera_.project(p);
+      if (!z || !camera_.in_view(*z, 3.0)) continue;  // with noise, too
+      points.push_back({(*z + test::stereo_noise(random_, 0.5)).cast<float>(), worn(corner.descriptor)});
+    }
+    std::shuffle(points.begin(), points.end(), random_);
+    if (points.size() > kPoints) points.resize(kPoints);
+    return points;
+  }
+
+  /// Relative pose as the filter would have it: off by what its covariance says.
+  [[nodiscard]] PoseGaussian odometry(std::size_t k) {
+    std::normal_distribution<double> normal;
+    Vector6<double> sigma;
+    sigma << 0.003, 0.006, 0.003, 0.01, 0.01, 0.02;
+    const Vector6<double> e = Vector6<double>::NullaryExpr([&] { return normal(odometry_random_); });
+    return {(truth_[k - 1].inverse() * truth_[k]).boxplus(sigma.cwiseProduct(e)),
+            sigma.cwiseAbs2().asDiagonal()};
+  }
+
+ private:
+  [[nodiscard]] Descriptor any_descriptor() {
+    Descriptor descriptor{};
+    for (auto& byte : descriptor) byte = static_cast<std::uint8_t>(random_());
+    return descriptor;
+  }
+  [[nodiscard]] Descriptor worn(Descriptor descriptor) {
+    for (int flip = 0; flip < 16; ++flip) {
+      auto& byte = descriptor[random_() % 32];
+      byte = static_cast<std::uint8_t>(byte ^ (1U << (random_() % 8)));
+    }
+    return descriptor;
+  }
+
+  std::mt19937_64 random_{kSeed};
+  std::mt19937_64 odometry_random_{kSeed + 1};  // the same errors whatever is seen
+  StereoCamera camera_ = test::kitti_camera();
+  std::vector<Pose> truth_;
+  std::vector<Corner> corners_;
+};
+
+struct Outcome {
+  std::vector<PoseGaussian> open;    ///< T_world_keyframe from odometry alone
+  std::vector<PoseGaussian> closed;  ///< with the corrections
+  std::vector<std::size_t> corrected_at;
+  std::vector<LoopEvent> events;
+  std::vector<bool> segment_placed;  ///< after the last correction
+  SavedMap map;
+};
+
+/// Keyframe from whose place keyframe k sees: its own, another to deceive, or none to see nothing.
+using Eyes = std::function<std::optional<std::size_t>(std::size_t)>;
+
+/// What a drive starts with, and where it is interrupted.
+struct Circumstances {
+  SavedMap known{};
+  MapUse use = MapUse::kContinue;
+  std::size_t lost_before = kKeyframes;  ///< keyframe that begins the second segment
+  std::size_t keyframes = kKeyframes;
+};
+
+Outcome drive(
+    LoopThread thread, const Eyes& eyes = [](std::size_t k) { return k; },
+    const Circumstances& circumstances = {}) {
+  Settings settings;
+  settings.place_recognition.min_gap_frames = 30 * kFramesApart;
+  Town town;
+  Outcome outcome;
+  AsyncLoopCloser loops(test::kitti_camera(), settings, thread, circumstances.known, circumstances.use);
+  std::vector<PoseGaussian> steps;
+  const auto apply = [&](const std::optional<LoopCorrection>& correction) {
+    if (!correction) return;
+    outcome.segment_placed = correction->segment_placed;
+    auto& poses = outcome.closed;
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      poses[k] = k < correction->T_world_keyframe.size() ? correction->T_world_keyframe[k]
+                                                         : compose(poses[k - 1], steps[k]);
+    }
+  };
+  for (std::size_t frame = 0; frame < circumstances.keyframes * kFramesApart; ++frame) {
+    const auto correction = loops.correction_due(frame);
+    if (correction) outcome.corrected_at.push_back(frame);
+    apply(correction);
+    if (frame % kFramesApart != 0) continue;
+    const std::size_t k = frame / kFramesApart;
+    Keyframe keyframe;
+    keyframe.frame = frame;
+    keyframe.segment = k < circumstances.lost_before ? 0 : 1;
+    if (const auto from = eyes(k)) keyframe.points = town.view(k, *from);
+    if (k > 0) keyframe.T_previous_keyframe = town.odometry(k);
+    steps.push_back(keyframe.T_previous_keyframe);
+    outcome.open.push_back(k == 0 ? PoseGaussian{} : compose(outcome.open.back(), steps.back()));
+    outcome.closed.push_back(k == 0 ? PoseGaussian{} : compose(outcome.closed.back(), steps.back()));
+    loops.add_keyframe(std::move(keyframe));
+  }
+  apply(loops.finish());
+  outcome.events = loops.events();
+  outcome.map.camera = test::kitti_camera();
+  loops.save(outcome.map);
+  CHECK(loops.memory_bytes() < kKeyframes * kPoints * 150);
+  return outcome;
+}
+
+double ate_m(const std::vector<PoseGaussian>& poses) {
+  static const std::vector<Pose> truth = Town().truth();
+  double sum = 0.0;
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    sum += (poses[k].pose.translation() - truth[k].translation()).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(poses.size()));
+}
+
+std::ptrdiff_t count_accepted(const Outcome& outcome) {
+  return std::count_if(outcome.events.begin(), outcome.events.end(),
+                       [](const LoopEvent& e) { return e.accepted; });
+}
+
+const Outcome& honest_drive() {
+  static const Outcome outcome = drive(LoopThread::kNone);
+  return outcome;
+}
+
+TEST_CASE("Every keyframe of a second lap finds its place, and the lap's drift goes",
+          "[stereo_slam][loops]") {
+  CAPTURE(kSeed);
+  const Outcome& outcome = honest_drive();
+  CHECK(count_accepted(outcome) >= static_cast<std::ptrdiff_t>(0.9 * (kKeyframes - kLap)));
+  for (const auto& event : outcome.events) {
+    CAPTURE(event.frame, event.old_frame, event.chi2);
+    CHECK(event.accepted);
+    CHECK(std::abs(static_cast<double>(event.frame) -
+                   static_cast<double>(event.old_frame + kLap * kFramesApart)) <= 12.0 * kFramesApart);
+  }
+  CHECK(3.0 * ate_m(outcome.closed) < ate_m(outcome.open));
+  CHECK(outcome.closed.back().covariance.trace() < outcome.open.back().covariance.trace());
+}
+
+TEST_CASE("Corrections come at fixed frames and with the same bits from a thread of their own",
+          "[stereo_slam][loops]") {
+  const Outcome& first = honest_drive();
+  const Outcome second = drive(LoopThread::kOwn);
+  CHECK(first.corrected_at == second.corrected_at);
+  REQUIRE_FALSE(first.corrected_at.empty());
+  CHECK(first.corrected_at.front() % kFramesApart ==
+        static_cast<std::size_t>(LoopClosureSettings{}.latency_frames) % kFramesApart);
+  REQUIRE(first.closed.size() == second.closed.size());
+  for (std::size_t k = 0; k < first.closed.size(); ++k) {
+    CHECK(first.closed[k].pose.coeffs() == second.closed[k].pose.coeffs());
+    CHECK(first.closed[k].covariance == second.closed[k].covariance);
+  }
+}
+
+TEST_CASE("A street that looks like another 20 m away is refused and changes nothing",
+          "[stereo_slam][loops]") {
+  CAPTURE(kSeed);
+  constexpr std::size_t kBehind = 10;  // keyframes: 21 m
+  const bool alone = GENERATE(true, false);
+  CAPTURE(alone);
+  // Where no true loop has narrowed the expectation yet, and where they have.
+  const std::size_t begin = alone ? kLap - 4 : kLap + 20;
+  const auto deceived = [&](std::size_t k) { return k >= begin && k < begin + 6; };
+  const Outcome outcome = drive(
+      LoopThread::kNone, [&](std::size_t k) { return deceived(k) ? k - kBehind - (alone ? 40 : 0) : k; });
+  const Outcome blind = drive(LoopThread::kNone, [&](std::size_t k) -> std::optional<std::size_t> {
+    return deceived(k) ? std::nullopt : std::optional(k);
+  });
+  const auto refused = std::count_if(outcome.events.begin(), outcome.events.end(),
+                                     [](const LoopEvent& e) { return !e.accepted; });
+  CHECK(refused >= 3);
+  for (const auto& event : outcome.events) {
+    const std::size_t k = event.frame / kFramesApart;
+    const std::size_t old = event.old_frame / kFramesApart;
+    CAPTURE(k, old, event.chi2);
+    // Who is deceived leaves a false view of its place behind, for later keyframes to find.
+    CHECK(event.accepted == !(deceived(k) || deceived(old)));
+  }
+  CHECK(ate_m(outcome.closed) == Approx(ate_m(blind.closed)).epsilon(0.1));
+}
+
+/// Farthest that the poses of keyframes are from the true poses of those from whose places they see.
+double worst_error_m(const std::vector<PoseGaussian>& poses, const Eyes& eyes) {
+  static const std::vector<Pose> truth = Town().truth();
+  double worst = 0.0;
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    worst = std::max(worst, (poses[k].pose.translation() - truth[*eyes(k)].translation()).norm());
+  }
+  return worst;
+}
+
+TEST_CASE("A segment that begins at an earlier place is moved there as a whole", "[stereo_slam][loops]") {
+  CAPTURE(kSeed);
+  constexpr std::size_t kCut = 60;
+  const Eyes carried_back = [](std::size_t k) { return k < kCut ? k : k - 50; };
+  const Outcome outcome = drive(LoopThread::kNone, carried_back, {.lost_before = kCut, .keyframes = 100});
+  CHECK(outcome.segment_placed == std::vector<bool>{true, true});
+  CHECK(worst_error_m(outcome.open, carried_back) > 20.0);
+  CHECK(worst_error_m(outcome.closed, carried_back) < 1.5);
+  // The guess is gone: the place is as certain as the loops make it.
+  CHECK(outcome.closed[kCut].covariance.trace() < 1.0);
+  for (const auto& event : outcome.events) {
+    CAPTURE(event.frame, event.old_frame, event.chi2);
+    CHECK(event.accepted);
+  }
+}
+
+TEST_CASE("A segment that sees nothing known keeps the guess", "[stereo_slam][loops]") {
+  constexpr std::size_t kCut = 40;
+  const Eyes blinded = [](std::size_t k) { return k < kCut ? std::optional(k) : std::nullopt; };
+  const Outcome outcome = drive(LoopThread::kNone, blinded, {.lost_before = kCut, .keyframes = 80});
+  CHECK(outcome.events.empty());
+  for (std::size_t k = 0; k < outcome.closed.size(); ++k) {
+    CHECK(outcome.closed[k].pose.coeffs() == outcome.open[k].pose.coeffs());
+  }
+}
+
+TEST_CASE("A drive finds its place in the map of another", "[stereo_slam][loops]") {
+  CAPTURE(kSeed);
+  const auto use = GENERATE(MapUse::kLocalise, MapUse::kContinue);
+  const Outcome mapping = drive(LoopThread::kNone, [](std::size_t k) { return k; }, {.keyframes = 70});
+  CHECK_NOTHROW(check(mapping.map));
+  const Eyes ahead = [](std::size_t k) { return k + 25; };
+  const Outcome outcome =
+      drive(LoopThread::kNone, ahead, {.known = mapping.map, .use = use, .keyframes = 30});
+  CHECK(outcome.segment_placed == std::vector<bool>{true});
+  CHECK(count_accepted(outcome) > 15);
+  for (const auto& event : outcome.events) {
+    CAPTURE(event.frame, event.old_frame);
+    CHECK(event.in_loaded_map);
+    CHECK(std::abs(static_cast<double>(event.old_frame) - static_cast<double>(event.frame) -
+                   25.0 * kFramesApart) <= 12.0 * kFramesApart);
+  }
+  // As good as the map is, whose drift was not corrected.
+  const Eyes mapped = [](std::size_t k) { return k; };
+  CHECK(worst_error_m(outcome.closed, ahead) < 2.0 * worst_error_m(mapping.closed, mapped));
+  REQUIRE(outcome.map.keyframes.size() == mapping.map.keyframes.size() + 30);
+  for (std::size_t id = 0; id < mapping.map.keyframes.size(); ++id) {
+    const bool same = outcome.map.keyframes[id].T_world_keyframe.pose.coeffs() ==
+                      mapping.map.keyframes[id].T_world_keyframe.pose.coeffs();
+    if (use == MapUse::kLocalise) CHECK(same);
+  }
+  CHECK_NOTHROW(check(outcome.map));
+}
+
+TEST_CASE("Keyframes share the landmarks that both show", "[stereo_slam][loops]") {
+  Keyframe a;
+  Keyframe b;
+  for (const std::uint32_t number : {5U, 0U, 3U, 9U}) a.points.push_back({{}, {}, number});
+  for (const std::uint32_t number : {9U, 4U, 5U, 0U, 0U}) b.points.push_back({{}, {}, number});
+  CHECK(shared_landmarks(a, b) == 2);
+  CHECK(shared_landmarks(a, Keyframe{}) == 0);
+}
+
+}  // namespace
+}  // namespace stereo_slam

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/loop_closing/place_recognition.hpp"
+
+#include <algorithm>
+#include <random>
+
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr unsigned kSeed = 3;
+constexpr std::size_t kPoints = 300;
+
+/// Descriptors whose bits are as uneven and as dependent as those of corners: each is one of many kinds of
+/// corner, worn by flipped bits.
+class Town {
+ public:
+  explicit Town(unsigned seed) : random_(seed) {
+    kinds_.resize(4000);
+    for (auto& kind : kinds_) kind = any();
+  }
+
+  [[nodiscard]] std::vector<KeyframePoint> place() {
+    std::vector<KeyframePoint> points(kPoints);
+    for (auto& point : points) point.descriptor = worn(kinds_[random_() % kinds_.size()], 0.12);
+    return points;
+  }
+
+  /// The same place another time: less than half of the corners again, with one bit in ten changed.
+  [[nodiscard]] std::vector<KeyframePoint> again(const std::vector<KeyframePoint>& place) {
+    auto points = this->place();
+    for (std::size_t i = 0; i < 2 * kPoints / 5; ++i) points[i].descriptor = worn(place[i].descriptor, 0.1);
+    return points;
+  }
+
+ private:
+  [[nodiscard]] Descriptor any() {
+    Descriptor descriptor{};
+    for (auto& byte : descriptor) byte = static_cast<std::uint8_t>(random_());
+    return descriptor;
+  }
+  [[nodiscard]] Descriptor worn(Descriptor descriptor, double share) {
+    std::bernoulli_distribution flipped(share);
+    for (auto& byte : descriptor) {
+      for (int bit = 0; bit < 8; ++bit) {
+        if (flipped(random_)) byte = static_cast<std::uint8_t>(byte ^ (1U << bit));
+      }
+    }
+    return descriptor;
+  }
+
+  std::mt19937_64 random_;
+  std::vector<Descriptor> kinds_;
+};
+
+TEST_CASE("Places are recognised, and the work a query grows far slower than their number",
+          "[stereo_slam][places]") {
+  CAPTURE(kSeed);
+  constexpr std::size_t kPlaces = 2000;
+  Town town(kSeed);
+  PlaceRecognition recognition{PlaceRecognitionSettings{}};
+  std::vector<std::vector<KeyframePoint>> places;
+  std::size_t few = 0;
+  std::size_t many = 0;
+  for (std::size_t id = 0; id < kPlaces; ++id) {
+    places.push_back(town.place());
+    recognition.add(id, places.back());
+    if (id + 1 == kPlaces / 20) few = recognition.query(town.again(places[id / 2]), id + 1).comparisons;
+  }
+  int found = 0;
+  int asked = 0;
+  for (std::size_t id = 7; id < kPlaces; id += 20) {
+    const auto query = recognition.query(town.again(places[id]), kPlaces);
+    many = std::max(many, query.comparisons);
+    ++asked;
+    if (!query.candidates.empty() && query.candidates.front().keyframe == id) ++found;
+  }
+  CAPTURE(asked, few, many);
+  CHECK(found >= 0.95 * asked);
+  CHECK(many < 3 * few);
+  CHECK(recognition.memory_bytes() < kPlaces * kPoints * 150);
+}
+
+TEST_CASE("A place never seen has no candidate with a score like that of one seen", "[stereo_slam][places]") {
+  CAPTURE(kSeed);
+  Town town(kSeed);
+  PlaceRecognition recognition{PlaceRecognitionSettings{}};
+  std::vector<std::vector<KeyframePoint>> places;
+  for (std::size_t id = 0; id < 300; ++id) {
+    places.push_back(town.place());
+    recognition.add(id, places.back());
+  }
+  const auto seen = recognition.query(town.again(places[50]), 300);
+  REQUIRE_FALSE(seen.candidates.empty());
+  CHECK(seen.candidates.front().keyframe == 50);
+  const auto other = recognition.query(town.place(), 300);
+  const double other_score = other.candidates.empty() ? 0.0 : other.candidates.front().score;
+  CHECK(seen.candidates.front().score > 2.0 * other_score);
+}
+
+TEST_CASE("Keyframes of the present are not candidates, and neighbours of a candidate neither",
+          "[stereo_slam][places]") {
+  CAPTURE(kSeed);
+  Town town(kSeed);
+  PlaceRecognition recognition{PlaceRecognitionSettings{}};
+  const auto place = town.place();
+  for (std::size_t id = 0; id < 30; ++id) {
+    recognition.add(id, id % 10 < 2 ? town.again(place) : town.place());
+  }
+  const auto query = recognition.query(town.again(place), 20);
+  REQUIRE(query.candidates.size() == 2);
+  CHECK(query.candidates[0].score >= query.candidates[1].score);
+  for (const auto& candidate : query.candidates) {
+    CHECK(candidate.keyframe < 20);
+    CHECK(candidate.keyframe % 10 < 2);
+  }
+}
+
+TEST_CASE("Descriptors that look the same everywhere neither split a leaf for ever nor fill it",
+          "[stereo_slam][places]") {
+  PlaceRecognition recognition{PlaceRecognitionSettings{}};
+  const std::vector<KeyframePoint> same(kPoints);
+  for (std::size_t id = 0; id < 50; ++id) recognition.add(id, same);
+  const auto query = recognition.query(same, 50);
+  CHECK(query.comparisons <= kPoints * 4 * 4 * 48);
+}
+
+TEST_CASE("Nothing is recognised in nothing", "[stereo_slam][places]") {
+  const PlaceRecognition recognition{PlaceRecognitionSettings{}};
+  CHECK(recognition.query(Town(1).place(), 0).candidates.empty());
+  CHECK(recognition.query({}, 10).candidates.empty());
+}
+
+}  // namespace
+}  // namespace stereo_slam

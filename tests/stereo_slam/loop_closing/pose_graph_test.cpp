@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/loop_closing/pose_graph.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <Eigen/Cholesky>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr unsigned kSeed = 5;
+constexpr std::size_t kLap = 100;    // nodes a lap
+constexpr std::size_t kNodes = 180;  // the second lap drives the same way
+constexpr double kStep_m = 4.0;
+constexpr double kMaxChi2 = 22.458;  // 99.9 % of six degrees of freedom
+
+const PoseGraphSettings kSettings{};
+
+/// A drive around a circle, almost twice, with the odometry's and the loops' noise as their covariances say.
+struct Drive {
+  std::vector<Pose> truth;
+  PoseGraph graph;
+  std::mt19937_64 random{kSeed};
+
+  [[nodiscard]] PoseGraphEdge measured(std::size_t from, std::size_t to, const Matrix6<double>& covariance) {
+    std::normal_distribution<double> normal;
+    const Matrix6<double> L = covariance.llt().matrixL();
+    const Vector6<double> g = Vector6<double>::NullaryExpr([&] { return normal(random); });
+    const Pose z = (truth[from].inverse() * truth[to]).boxplus(L * g);
+    return {from, to, {z, covariance}};
+  }
+
+  void add_loop(std::size_t from, std::size_t to) {
+    graph.loops.push_back(measured(from, to, loop_covariance()));
+  }
+
+  /// A loop that puts `to` 20 m beside where it is.
+  [[nodiscard]] PoseGraphEdge false_loop(std::size_t from, std::size_t to) {
+    auto edge = measured(from, to, loop_covariance());
+    const Vector3<double> t = edge.T_from_to.pose.translation() + Vector3<double>(20.0, 0.0, 0.0);
+    edge.T_from_to.pose = Pose::from_rotation_translation(edge.T_from_to.pose.rotation(), t);
+    return edge;
+  }
+
+  [[nodiscard]] static Matrix6<double> odometry_covariance() {
+    Vector6<double> sigma;
+    sigma << 0.001, 0.002, 0.001, 0.02, 0.02, 0.03;
+    Matrix6<double> P = sigma.cwiseAbs2().asDiagonal();
+    P(1, 3) = P(3, 1) = -0.8 * sigma[1] * sigma[3];
+    return P;
+  }
+  [[nodiscard]] static Matrix6<double> loop_covariance() {
+    Vector6<double> sigma;
+    sigma << 0.002, 0.002, 0.002, 0.05, 0.05, 0.08;
+    return sigma.cwiseAbs2().asDiagonal();
+  }
+};
+
+Drive drive(unsigned seed = kSeed) {
+  Drive result;
+  result.random.seed(seed);
+  Vector6<double> turn;
+  turn << 0.0, 2.0 * std::numbers::pi / static_cast<double>(kLap), 0.0, 0.0, 0.0, kStep_m;
+  for (std::size_t k = 0; k < kNodes; ++k) {
+    result.truth.push_back(k == 0 ? Pose() : (result.truth.back() * Pose::exp(turn)).renormalized());
+  }
+  result.graph.poses.push_back(Pose());
+  for (std::size_t k = 1; k < kNodes; ++k) {
+    result.graph.odometry.push_back(result.measured(k - 1, k, Drive::odometry_covariance()));
+    result.graph.poses.push_back(
+        (result.graph.poses.back() * result.graph.odometry.back().T_from_to.pose).renormalized());
+  }
+  return result;
+}
+
+/// Root mean square distance of the nodes from the truth; the first pose is common.
+double ate_m(const std::vector<Pose>& poses, const std::vector<Pose>& truth) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    sum += (poses[k].translation() - truth[k].translation()).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(poses.size()));
+}
+
+Drive drive_with_loops(unsigned seed = kSeed) {
+  Drive result = drive(seed);
+  for (std::size_t k = kLap; k < kNodes; k += 16) result.add_loop(k - kLap, k);
+  return result;
+}
+
+TEST_CASE("Loops take the drift out of drives", "[stereo_slam][pose_graph]") {
+  constexpr unsigned kDrives = 20;
+  double open_m = 0.0;
+  double closed_m = 0.0;
+  double chi2 = 0.0;
+  double dof = 0.0;
+  for (unsigned seed = 1; seed <= kDrives; ++seed) {
+    const Drive d = drive_with_loops(seed);
+    const auto result = optimize(d.graph, kSettings);
+    CHECK(result.converged);
+    CHECK(result.poses.front().is_approx(d.graph.poses.front(), 0.0));
+    for (const double weight : result.loop_weights) CHECK(weight > 0.5);
+    open_m += ate_m(d.graph.poses, d.truth);
+    closed_m += ate_m(result.poses, d.truth);
+    chi2 += 2.0 * result.final_cost;
+    dof += 6.0 * static_cast<double>(d.graph.loops.size());
+  }
+  CHECK(closed_m < 0.5 * open_m);
+  // Twice the cost is chi-square with as many degrees of freedom as there are loops, times six.
+  CHECK(chi2 == Approx(dof).margin(4.0 * std::sqrt(2.0 * dof)));
+}
+
+TEST_CASE("A false loop of 20 m among true ones changes the drive's error by less than a tenth",
+          "[stereo_slam][pose_graph]") {
+  CAPTURE(kSeed);
+  Drive d = drive_with_loops();
+  const double before_m = ate_m(optimize(d.graph, kSettings).poses, d.truth);
+  for (const std::size_t k : {kLap + 1, kLap + 24, kNodes - 1}) {
+    CAPTURE(k);
+    Drive folded = d;
+    folded.graph.loops.push_back(folded.false_loop(k - kLap, k));
+    const auto result = optimize(folded.graph, kSettings);
+    CHECK(ate_m(result.poses, d.truth) == Approx(before_m).epsilon(0.1));
+    CHECK(result.loop_weights.back() < 0.01);
+  }
+}
+
+TEST_CASE("A false loop is told by its innovation where no other loop contradicts it",
+          "[stereo_slam][pose_graph]") {
+  CAPTURE(kSeed);
+  Drive d = drive();
+  CHECK(innovation(d.graph, d.measured(0, kLap, Drive::loop_covariance()), {}, kSettings) < kMaxChi2);
+  CHECK(innovation(d.graph, d.false_loop(0, kLap), {}, kSettings) > kMaxChi2);
+  // With the odometry's share taken by an earlier loop, the next false one has nowhere to hide at all.
+  const double alone = innovation(d.graph, d.false_loop(4, kLap + 4), {}, kSettings);
+  d.add_loop(0, kLap);
+  d.graph.poses = optimize(d.graph, kSettings).poses;
+  CHECK(innovation(d.graph, d.false_loop(4, kLap + 4), {}, kSettings) > 10.0 * alone);
+}
+
+TEST_CASE("The innovation is what an edge adds to the sum of squares", "[stereo_slam][pose_graph]") {
+  CAPTURE(kSeed);
+  Drive d = drive();
+  const auto edge = d.measured(3, kLap + 5, Drive::loop_covariance());
+  const double expected = innovation(d.graph, edge, {}, kSettings);
+  const InnovationAllowance generous{4.0, Matrix6<double>::Identity()};
+  CHECK(innovation(d.graph, edge, generous, kSettings) < 0.25 * expected);
+  d.graph.loops.push_back(edge);
+  // The odometry alone fits itself exactly, so all of the cost is the edge's. To first order in the drift.
+  CHECK(2.0 * optimize(d.graph, kSettings).final_cost == Approx(expected).epsilon(0.05));
+}
+
+TEST_CASE("Marginal covariances are those of the composed odometry before a loop, and shrink with it",
+          "[stereo_slam][pose_graph]") {
+  CAPTURE(kSeed);
+  Drive d = drive();
+  const std::vector<std::size_t> nodes = {0, 1, 50, kNodes - 1};
+  const auto open = marginal_covariances(d.graph, nodes, kSettings);
+  REQUIRE(open.size() == nodes.size());
+  CHECK(open[0].isZero());
+  PoseGaussian composed;
+  for (std::size_t k = 0; k < 50; ++k) composed = compose(composed, d.graph.odometry[k].T_from_to);
+  CHECK((open[2] - composed.covariance).norm() < 1e-6 * composed.covariance.norm());
+
+  const auto relative = predicted_relative_pose(d.graph, 20, 50, kSettings);
+  PoseGaussian chain;
+  for (std::size_t k = 20; k < 50; ++k) chain = compose(chain, d.graph.odometry[k].T_from_to);
+  CHECK(relative.pose.is_approx(chain.pose, 1e-12));
+  CHECK((relative.covariance - chain.covariance).norm() < 1e-6 * chain.covariance.norm());
+
+  d.add_loop(0, kLap);
+  d.graph.poses = optimize(d.graph, kSettings).poses;
+  const auto closed = marginal_covariances(d.graph, nodes, kSettings);
+  CHECK(closed.back().bottomRightCorner<3, 3>().trace() < open.back().bottomRightCorner<3, 3>().trace());
+}
+
+TEST_CASE("Errors after the loops are as large as the marginal covariances say",
+          "[stereo_slam][pose_graph]") {
+  constexpr int kRuns = 40;
+  const std::vector<std::size_t> nodes = {kLap / 2, kNodes - 1};
+  std::vector<double> nees(nodes.size(), 0.0);
+  for (unsigned run = 0; run < kRuns; ++run) {
+    Drive d = drive(run);
+    for (std::size_t k = kLap; k < kNodes; k += 30) d.add_loop(k - kLap, k);
+    d.graph.poses = optimize(d.graph, kSettings).poses;
+    const auto P = marginal_covariances(d.graph, nodes, kSettings);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const Vector6<double> e = d.truth[nodes[i]].boxminus(d.graph.poses[nodes[i]]);
+      nees[i] += e.dot(P[i].ldlt().solve(e)) / kRuns;
+    }
+  }
+  for (const double mean : nees) {
+    CHECK(mean > 4.98);  // 95 % interval of the mean of 40 chi-squares with six degrees of freedom
+    CHECK(mean < 7.12);
+  }
+}
+
+TEST_CASE("The same graph gives the same bits", "[stereo_slam][pose_graph]") {
+  const Drive d = drive_with_loops();
+  const auto first = optimize(d.graph, kSettings);
+  const auto second = optimize(d.graph, kSettings);
+  for (std::size_t k = 0; k < kNodes; ++k) CHECK(first.poses[k].coeffs() == second.poses[k].coeffs());
+}
+
+TEST_CASE("Graphs without edges are left alone; impossible edges are refused",
+          "[stereo_slam][pose_graph][error]") {
+  CHECK(optimize({}, kSettings).poses.empty());
+  PoseGraph graph;
+  graph.poses = {Pose(), Pose()};
+  CHECK(optimize(graph, kSettings).converged);
+  graph.odometry = {{0, 2, {Pose(), Matrix6<double>::Identity()}}};
+  CHECK_THROWS_WITH(optimize(graph, kSettings), "edge from node 0 to node 2 in a graph of 2 nodes");
+  graph.odometry = {{0, 1, {Pose(), Matrix6<double>::Zero()}}};
+  CHECK_THROWS_AS(optimize(graph, kSettings), std::invalid_argument);
+  graph.odometry = {{0, 1, {Pose(), Matrix6<double>::Identity()}}};
+  graph.poses.resize(4);
+  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kSettings).empty());
+  graph.odometry.push_back({2, 3, {Pose(), Matrix6<double>::Identity()}});
+  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kSettings).empty());
+  CHECK_THROWS_AS(predicted_relative_pose(graph, 0, 2, kSettings), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace stereo_slam

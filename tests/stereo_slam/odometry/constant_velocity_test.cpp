@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/odometry/constant_velocity.hpp"
+
+#include <limits>
+
+#include "stereo_slam/support/scenes.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr std::int64_t kStep_ns = 100'000'000;
+
+ConstantVelocity driving() {
+  ConstantVelocity velocity;
+  velocity.found(0);
+  velocity.measured(kStep_ns, test::car_motion());
+  return velocity;
+}
+
+TEST_CASE("The motion goes on in proportion to the time", "[stereo_slam][velocity]") {
+  const ConstantVelocity velocity = driving();
+  CHECK(velocity.motion_until(2 * kStep_ns).is_approx(test::car_motion(), 1e-12));
+  CHECK(velocity.motion_until(4 * kStep_ns)
+            .is_approx(test::car_motion() * test::car_motion() * test::car_motion(), 1e-12));
+  CHECK(velocity.unseen_until(4 * kStep_ns).before == 0.0);
+  CHECK(velocity.unseen_until(4 * kStep_ns).now == Approx(3.0));
+}
+
+TEST_CASE("Unseen steps add up until something is seen", "[stereo_slam][velocity]") {
+  ConstantVelocity velocity = driving();
+  for (int k = 2; k <= 6; ++k) velocity.unmeasured(k * kStep_ns);
+  CHECK(velocity.unseen_until(7 * kStep_ns).before == Approx(5.0));
+  CHECK(velocity.unseen_until(7 * kStep_ns).now == Approx(1.0));
+  CHECK(velocity.motion_until(7 * kStep_ns).is_approx(test::car_motion(), 1e-12));
+  velocity.found(7 * kStep_ns);
+  CHECK(velocity.unseen_until(8 * kStep_ns).before == 0.0);
+}
+
+TEST_CASE("A frame that nothing is seen in counts as one, also after a long step",
+          "[stereo_slam][velocity]") {
+  ConstantVelocity velocity = driving();
+  velocity.measured(11 * kStep_ns, test::car_motion());  // ten steps later
+  CHECK(velocity.unseen_until(12 * kStep_ns).now == 1.0);
+  velocity.unmeasured(12 * kStep_ns);
+  CHECK(velocity.unseen_until(13 * kStep_ns).before == 1.0);
+  CHECK(velocity.motion_until(13 * kStep_ns).translation().norm() ==
+        Approx(0.1 * test::car_motion().translation().norm()).epsilon(0.01));
+}
+
+TEST_CASE("Nothing goes on for ever", "[stereo_slam][velocity]") {
+  ConstantVelocity velocity = driving();
+  CHECK(velocity.motion_until(std::numeric_limits<std::int64_t>::max()).coeffs().allFinite());
+  for (int k = 2; k <= 80; ++k) velocity.unmeasured(k * kStep_ns);
+  CHECK(velocity.motion_until(81 * kStep_ns).is_approx(Pose::identity(), 1e-12));
+}
+
+TEST_CASE("Stamps that stand still or go back count as a step, and before any motion nothing moves",
+          "[stereo_slam][velocity]") {
+  const ConstantVelocity velocity = driving();
+  CHECK(velocity.motion_until(kStep_ns).is_approx(test::car_motion(), 1e-12));
+  CHECK(velocity.motion_until(-kStep_ns).is_approx(test::car_motion(), 1e-12));
+  ConstantVelocity standing;
+  standing.found(0);
+  CHECK(standing.motion_until(kStep_ns).is_approx(Pose::identity(), 1e-12));
+  standing.measured(0, test::car_motion());  // the stamps of both pictures are equal
+  CHECK(standing.motion_until(kStep_ns).is_approx(test::car_motion(), 1e-12));
+}
+
+}  // namespace
+}  // namespace stereo_slam

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/odometry/motion_estimation.hpp"
+
+#include <Eigen/Cholesky>
+
+#include "stereo_slam/support/scenes.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kSigma_px = 0.3;
+
+/// Both measurements of random points seen before and after `motion`, with noise.
+std::vector<StereoCorrespondence> correspondences(std::mt19937_64& random, int count, const Pose& motion,
+                                                  double sigma_px, double near_m = 5.0, double far_m = 60.0) {
+  const StereoCamera camera = test::kitti_camera();
+  std::vector<StereoCorrespondence> result;
+  while (static_cast<int>(result.size()) < count) {
+    const StereoPoint previous = test::random_measurement(random, camera, near_m, far_m);
+    const auto current = camera.project(motion.inverse() * camera.back_project(previous));
+    if (!current || !camera.in_view(*current)) continue;
+    result.push_back(
+        {previous + test::stereo_noise(random, sigma_px), *current + test::stereo_noise(random, sigma_px)});
+  }
+  return result;
+}
+
+OdometrySettings settings() {
+  OdometrySettings result;
+  result.pixel_sigma_px = kSigma_px;
+  return result;
+}
+
+TEST_CASE("The motion of exact correspondences is found exactly, from any nearby start",
+          "[stereo_slam][odometry]") {
+  std::mt19937_64 random(3);
+  const Pose motion = test::car_motion();
+  const auto matches = correspondences(random, 80, motion, 0.0);
+  const auto estimate = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), random);
+  REQUIRE(estimate.valid);
+  CHECK(estimate.T_previous_current.pose.boxminus(motion).norm() < 1e-9);
+  CHECK(estimate.inliers == 80);
+}
+
+TEST_CASE("The motion survives half of the correspondences being wrong", "[stereo_slam][odometry]") {
+  std::mt19937_64 random(4);
+  const Pose motion = test::car_motion();
+  auto matches = correspondences(random, 200, motion, kSigma_px);
+  for (std::size_t i = 0; i < matches.size(); i += 2) {
+    matches[i].current = test::random_measurement(random, test::kitti_camera(), 5.0, 60.0);
+  }
+  const auto estimate = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), random);
+  REQUIRE(estimate.valid);
+  const Vector6<double> error = motion.boxminus(estimate.T_previous_current.pose);
+  CHECK(error.head<3>().norm() < 1e-3);
+  CHECK(error.tail<3>().norm() < 0.03);
+  CHECK(estimate.inliers >= 95);
+  CHECK(estimate.inliers <= 110);
+}
+
+TEST_CASE("Witnesses of the static world outvote a lorry that fills the picture, and weigh nothing else",
+          "[stereo_slam][odometry]") {
+  std::mt19937_64 random(14);
+  const Pose motion = test::car_motion();
+  auto matches = correspondences(random, 60, motion, kSigma_px);
+  const auto on_lorry = correspondences(random, 120, Pose::identity(), kSigma_px);  // as fast as the camera
+  matches.insert(matches.end(), on_lorry.begin(), on_lorry.end());
+  const auto witnesses = correspondences(random, 100, motion, kSigma_px);
+  const auto estimate = estimate_motion(matches, test::kitti_camera(), motion, settings(), random, witnesses);
+  REQUIRE(estimate.valid);
+  CHECK(motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.05);
+  CHECK(estimate.inlier.size() == matches.size());
+  const auto alone = estimate_motion({matches.data(), 60}, test::kitti_camera(), motion, settings(), random);
+  CHECK(estimate.T_previous_current.covariance(5, 5) > 0.3 * alone.T_previous_current.covariance(5, 5));
+
+  const auto fooled = estimate_motion(matches, test::kitti_camera(), motion, settings(), random);
+  CHECK(fooled.T_previous_current.pose.translation().norm() < 0.1);
+}
+
+TEST_CASE("The reported covariance of the motion is honest", "[stereo_slam][odometry]") {
+  constexpr int kRuns = 100;
+  std::mt19937_64 random(5);
+  const Pose motion = test::car_motion();
+  double nees = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    const auto matches = correspondences(random, 150, motion, kSigma_px);
+    const auto estimate = estimate_motion(matches, test::kitti_camera(), motion, settings(), random);
+    REQUIRE(estimate.valid);
+    const Vector6<double> error = motion.boxminus(estimate.T_previous_current.pose);
+    nees += error.dot(estimate.T_previous_current.covariance.ldlt().solve(error));
+  }
+  nees /= kRuns;
+  CAPTURE(nees);
+  // 95 % band of the mean of 100 chi-squares with 6 degrees of freedom is [5.34, 6.70]; the Cauchy weights
+  // cost a few per cent of the information, the variance factor from the median adds its own noise.
+  CHECK(nees > 4.7);
+  CHECK(nees < 7.3);
+}
+
+TEST_CASE("Far points do not make the motion too long", "[stereo_slam][odometry]") {
+  constexpr int kRuns = 60;
+  std::mt19937_64 random(6);
+  const Pose motion = test::car_motion(1.2);
+  double forward = 0.0;
+  double variance = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    const auto matches = correspondences(random, 300, motion, kSigma_px, 30.0, 150.0);
+    const auto estimate = estimate_motion(matches, test::kitti_camera(), motion, settings(), random);
+    REQUIRE(estimate.valid);
+    forward += motion.boxminus(estimate.T_previous_current.pose)[5] / kRuns;
+    variance += estimate.T_previous_current.covariance(5, 5) / (kRuns * kRuns);
+  }
+  CAPTURE(forward, std::sqrt(variance));
+  CHECK(std::abs(forward) < 4.0 * std::sqrt(variance));
+}
+
+TEST_CASE("Too few correspondences, or none, give no motion", "[stereo_slam][odometry]") {
+  std::mt19937_64 random(7);
+  const Pose start = test::car_motion();
+  for (const int count : {0, 2, 11}) {
+    const auto matches = correspondences(random, count, start, kSigma_px);
+    const auto estimate = estimate_motion(matches, test::kitti_camera(), start, settings(), random);
+    CHECK_FALSE(estimate.valid);
+    CHECK(estimate.T_previous_current.pose.is_approx(start, 1e-15));
+  }
+}
+
+TEST_CASE("Correspondences of nothing but noise give no confident motion", "[stereo_slam][odometry]") {
+  std::mt19937_64 random(8);
+  std::vector<StereoCorrespondence> matches;
+  for (int i = 0; i < 100; ++i) {
+    matches.push_back({test::random_measurement(random, test::kitti_camera(), 5.0, 60.0),
+                       test::random_measurement(random, test::kitti_camera(), 5.0, 60.0)});
+  }
+  const auto estimate = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), random);
+  CHECK_FALSE(estimate.valid);
+}
+
+TEST_CASE("The same seed gives the same motion, bit for bit", "[stereo_slam][odometry]") {
+  std::mt19937_64 random(9);
+  const auto matches = correspondences(random, 120, test::car_motion(), kSigma_px);
+  std::mt19937_64 first(1);
+  std::mt19937_64 second(1);
+  const auto a = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), first);
+  const auto b = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), second);
+  CHECK(a.T_previous_current.pose.coeffs() == b.T_previous_current.pose.coeffs());
+  CHECK(a.T_previous_current.covariance == b.T_previous_current.covariance);
+}
+
+}  // namespace
+}  // namespace stereo_slam

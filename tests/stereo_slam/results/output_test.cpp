@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/results/output.hpp"
+
+#include <cstring>
+#include <limits>
+#include <sstream>
+
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+RunRecord two_frames() {
+  RunRecord record;
+  record.results.resize(2);
+  record.results[1].index = 1;
+  record.results[1].stamp_ns = 100'000'000;
+  record.results[1].status = TrackingStatus::kOk;
+  record.results[0].times = {{"features", 1.5}};
+  record.results[1].times = {{"features", 2.0}, {"odometry", 3.25}, {"features", 0.5}};
+  record.total_ms = {2.0, 6.0};
+  record.resident_mb = {std::numeric_limits<double>::quiet_NaN(), 123.45};
+  record.trajectory.resize(2);
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) record.trajectory[1].covariance(i, j) = 10 * std::min(i, j) + std::max(i, j);
+  }
+  record.map_points = {{{1.0, -2.0, 3.0}, 200}, {{4.0, 5.0, 6.0}, 7}};
+  return record;
+}
+
+}  // namespace
+
+TEST_CASE("covariances.csv names every column and holds the upper triangle row by row", "[output]") {
+  std::string zeros;
+  for (int i = 0; i < 21; ++i) zeros += ",0";
+  std::ostringstream out;
+  write_covariances(out, two_frames());
+  const auto lines = split_lines(out.str());
+  REQUIRE(lines.size() == 3);
+  CHECK_THAT(lines[0], Catch::StartsWith("stamp_s,status,rx_rx_rad2,rx_ry_rad2,rx_rz_rad2,rx_tx_rad_m"));
+  CHECK_THAT(lines[0],
+             Catch::Contains(
+                 ",ty_tz_m2,tz_tz_m2,keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,keyframe_rx_rx_rad2,"));
+  CHECK_THAT(lines[0], Catch::EndsWith(",keyframe_tz_tz_m2"));
+  CHECK(std::count(lines[0].begin(), lines[0].end(), ',') == 48);
+  CHECK(lines[2] ==
+        "0.100000000,OK,0,1,2,3,4,5,11,12,13,14,15,22,23,24,25,33,34,35,44,45,55,0,0,0,0,0" + zeros);
+}
+
+TEST_CASE("timing.csv has a column for every stage of any frame, and says no more of memory than is known",
+          "[output]") {
+  std::ostringstream out;
+  write_timing(out, two_frames());
+  CHECK(out.str() ==
+        "frame,features_ms,odometry_ms,total_ms,rss_mb\n0,1.500,0.000,2.000,\n1,2.500,3.250,6.000,123.5\n");
+}
+
+TEST_CASE("map.ply holds every point in binary", "[output]") {
+  std::ostringstream out;
+  write_ply(out, two_frames().map_points);
+  const std::string text = out.str();
+  const auto body = text.find("end_header\n") + std::strlen("end_header\n");
+  CHECK_THAT(text, Catch::StartsWith("ply\nformat binary_little_endian 1.0\nelement vertex 2\n"));
+  REQUIRE(text.size() == body + 2 * 15);
+  float xyz[3];
+  std::memcpy(xyz, text.data() + body + 15, sizeof(xyz));
+  CHECK(xyz[0] == 4.0F);
+  CHECK(xyz[2] == 6.0F);
+  CHECK(text.back() == 7);
+}
+
+TEST_CASE("All result files of an empty run are valid", "[output]") {
+  const TemporaryFolder folder;
+  write_results(folder.path(), {});
+  CHECK(read_text(folder / "trajectory_kitti.txt").empty());
+  CHECK(split_lines(read_text(folder / "covariances.csv")).size() == 1);
+  CHECK(read_text(folder / "timing.csv") == "frame,total_ms,rss_mb\n");
+  CHECK_THAT(read_text(folder / "map.ply"), Catch::Contains("element vertex 0"));
+}
+
+TEST_CASE("run.yaml gives back the settings of the run", "[output]") {
+  const TemporaryFolder folder;
+  Settings settings;
+  settings.seed = 77;
+  settings.features.count = 321;
+  StereoSequence sequence;
+  sequence.folder = "a: strange \"name\"";
+  write_run_yaml(folder.path(), {"failed", "frame 3: it \"broke\"", 3, 1.5}, sequence, settings);
+  const Settings read = load_settings(folder / "run.yaml");
+  CHECK(read.seed == 77);
+  CHECK(read.features.count == 321);
+  CHECK_THAT(read_text(folder / "run.yaml"), Catch::Contains("state: failed"));
+}
+
+TEST_CASE("run.yaml says of memory what is known", "[output]") {
+  const TemporaryFolder folder;
+  StereoSequence sequence;
+  sequence.folder = "street";
+  const auto yaml = [&](const RunHeader& header) {
+    write_run_yaml(folder.path(), header, sequence, {});
+    return read_text(folder / "run.yaml");
+  };
+  RunHeader header{.state = "finished", .error = ""};
+  CHECK_THAT(yaml(header), !Catch::Contains("peak_mb") && !Catch::Contains("bytes_per_keyframe"));
+  header.peak_mb = 321.04;
+  header.bytes_per_keyframe = 55000;
+  CHECK_THAT(yaml(header), Catch::Contains("peak_mb: 321.0") && Catch::Contains("bytes_per_keyframe: 55000"));
+}
+
+TEST_CASE("An output folder is created and cleared of earlier results, and of nothing else", "[output]") {
+  const TemporaryFolder folder;
+  const auto output = folder / "a/b";
+  prepare_output_folder(output);
+  write_results(output, two_frames());
+  write_text(output / "mine.txt", "keep");
+  prepare_output_folder(output);
+  CHECK_FALSE(fs::exists(output / "trajectory_tum.txt"));
+  CHECK(fs::exists(output / "mine.txt"));
+  CHECK_THAT(message_of([&] { prepare_output_folder(output / "mine.txt"); }),
+             Catch::Contains("choose another --output"));
+}
+
+TEST_CASE("A place that is taken costs neither earlier results nor the other files", "[output]") {
+  const TemporaryFolder folder;
+  prepare_output_folder(folder.path());
+  write_results(folder.path(), two_frames());
+  fs::remove(folder / "map.ply");
+  fs::create_directories(folder / "map.ply");
+  CHECK_THAT(message_of([&] { prepare_output_folder(folder.path()); }),
+             Catch::Contains("map.ply: is a folder"));
+  CHECK(fs::exists(folder / "trajectory_kitti.txt"));
+
+  fs::remove(folder / "covariances.csv");
+  fs::remove(folder / "trajectory_tum.txt");
+  fs::create_directories(folder / "trajectory_tum.txt.partial");
+  CHECK_THAT(message_of([&] { write_results(folder.path(), two_frames()); }),
+             Catch::Contains("trajectory_tum.txt: cannot be written"));
+  CHECK(split_lines(read_text(folder / "covariances.csv")).size() == 3);
+}

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include <set>
+#include <sstream>
+
+#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+Settings load_text(const std::string& yaml, std::optional<std::string_view> preset = std::nullopt) {
+  const TemporaryFolder folder;
+  write_text(folder / "s.yaml", yaml);
+  return load_settings(folder / "s.yaml", preset);
+}
+
+std::string load_error(const std::string& yaml) {
+  return message_of([&] { (void)load_text(yaml); });
+}
+
+std::string as_yaml(const Settings& settings) {
+  std::ostringstream text;
+  write_settings(text, settings);
+  return text.str();
+}
+
+}  // namespace
+
+TEST_CASE("Every preset reads back from its own listing unchanged", "[settings][law]") {
+  for (const auto& name : preset_names()) {
+    CAPTURE(name);
+    const auto listing = as_yaml(preset_settings(name));
+    CHECK(as_yaml(load_text(listing)) == listing);
+  }
+}
+
+TEST_CASE("Every setting of every preset lies in its own allowed range and reads back exactly",
+          "[settings][law]") {
+  for (const auto& name : preset_names()) {
+    const Settings settings = preset_settings(name);
+    for (const auto& field : settings_fields()) {
+      CAPTURE(name, field.key, field.allowed);
+      Settings copy = settings;
+      CHECK(field.set(copy, field.get(settings)));
+      CHECK(field.get(copy) == field.get(settings));
+    }
+  }
+}
+
+TEST_CASE("No setting accepts nonsense, and refusing changes nothing", "[settings][law]") {
+  for (const auto& field : settings_fields()) {
+    for (const auto* nonsense :
+         {"", "abc", "nan", "inf", "-inf", "1e400", "99999999999999999999999", "-99999999", "1 2", "0x1"}) {
+      CAPTURE(field.key, nonsense);
+      Settings settings;
+      CHECK_FALSE(field.set(settings, nonsense));
+      CHECK(as_yaml(settings) == as_yaml(Settings{}));
+    }
+  }
+}
+
+TEST_CASE("Every setting has its own key and says what it means", "[settings]") {
+  std::set<std::string> keys;
+  for (const auto& field : settings_fields()) {
+    CAPTURE(field.key);
+    CHECK(keys.insert(field.key).second);
+    CHECK_FALSE(field.doc.empty());
+    CHECK_FALSE(field.allowed.empty());
+  }
+}
+
+TEST_CASE("A file changes what it names and leaves the rest to the preset", "[settings]") {
+  const Settings settings = load_text("seed: 9\nfeatures:\n  count: 700  # fewer\n  scale_factor: 1.25\n");
+  CHECK(settings.seed == 9);
+  CHECK(settings.features.count == 700);
+  CHECK(settings.features.scale_factor == 1.25);
+  CHECK(settings.features.levels == Settings{}.features.levels);
+}
+
+TEST_CASE("An empty file means the default preset", "[settings]") {
+  CHECK(as_yaml(load_text("")) == as_yaml(preset_settings("default")));
+  CHECK(as_yaml(load_text("# only a comment\n")) == as_yaml(preset_settings("default")));
+}
+
+TEST_CASE("The preset comes from the command line, else from the file, and values lie on top of it",
+          "[settings]") {
+  CHECK(load_text("preset: paper\n").preset == "paper");
+  CHECK(load_text("preset: paper\n", "default").preset == "default");
+  CHECK(load_text("seed: 3\n", "paper").preset == "paper");
+  CHECK(load_text("preset: paper\nseed: 3\n").seed == 3);
+  CHECK(as_yaml(load_text("preset: paper\n")) == as_yaml(preset_settings("paper")));
+}
+
+TEST_CASE("A wrong setting is refused with file, line, key, value and what is allowed", "[settings]") {
+  CHECK_THAT(load_error("seed: 1\nfeatures:\n  count: 3\n"),
+             Catch::EndsWith("s.yaml:3: features.count is 3, but must be a whole number from 50 to 20000"));
+  CHECK_THAT(load_error("features: {count: 3.5}"),
+             Catch::Contains("features.count is 3.5, but must be a whole number"));
+  CHECK_THAT(load_error("features: {count: many}"), Catch::Contains("features.count is many"));
+  CHECK_THAT(load_error("features: {count: [1, 2]}"), Catch::Contains("features.count is [...]"));
+  CHECK_THAT(load_error("features: {count: }"), Catch::Contains("features.count is nothing"));
+  CHECK_THAT(load_error("features: {scale_factor: .nan}"), Catch::Contains("a number from 1.01 to 2"));
+  CHECK_THAT(load_error("features: {cell_px: 9999}"), Catch::Contains("a whole number from 8 to 512 px"));
+  CHECK_THAT(load_error("preset: papr"),
+             Catch::Contains("s.yaml:1: preset is papr, but must be one of: default, paper"));
+}
+
+TEST_CASE("An unknown setting is refused, with the nearest known one", "[settings]") {
+  CHECK_THAT(load_error("features:\n  cuont: 500\n"),
+             Catch::EndsWith("s.yaml:2: unknown setting features.cuont; did you mean features.count?"));
+  CHECK_THAT(load_error("feature: {count: 500}"),
+             Catch::EndsWith("unknown setting feature; did you mean features?"));
+  CHECK_THAT(load_error("count: 500"),
+             Catch::EndsWith("unknown setting count; did you mean features.count?"));
+  CHECK_THAT(load_error("zzzzzzzzzzz: 1"), Catch::EndsWith("unknown setting zzzzzzzzzzz"));
+}
+
+TEST_CASE("A file of the wrong shape is refused", "[settings]") {
+  CHECK_THAT(load_error("features: 3"), Catch::Contains("features is a group of settings, not a value"));
+  CHECK_THAT(load_error("seed: 1\nseed: 2\n"), Catch::Contains("s.yaml:2: seed is given twice"));
+  CHECK_THAT(load_error("- 1\n- 2\n"), Catch::Contains("s.yaml:1: settings are `key: value` lines"));
+  CHECK_THAT(load_error("seed: [1\n"), Catch::Contains("not valid YAML"));
+  CHECK_THAT(load_error("seed: 1\n\tbad: 2\n"), Catch::Contains("s.yaml:2: not valid YAML"));
+  CHECK_THAT(load_error("{1, 2}: 3\n"), Catch::Contains("a key must be a plain word"));
+  CHECK(load_error("version: 1\nsettings: {seed: 3}\n").empty());
+  CHECK_THAT(load_error("settings: {seed: 3}\nfeatures: {count: 300}\n"),
+             Catch::Contains("s.yaml:2: 'features' stands beside settings:"));
+  const TemporaryFolder folder;
+  CHECK_THAT(message_of([&] { (void)load_settings(folder / "none.yaml"); }),
+             Catch::Contains("none.yaml: cannot be read"));
+}

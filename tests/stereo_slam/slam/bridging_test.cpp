@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/slam/bridging.hpp"
+
+#include "stereo_slam/support/scenes.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// A steady drive.
+std::vector<PoseGaussian> drive(std::size_t frames, const Pose& step) {
+  std::vector<PoseGaussian> poses(1);
+  while (poses.size() < frames) {
+    const double variance = 0.01 * static_cast<double>(poses.size());
+    poses.push_back({poses.back().pose * step, variance * Matrix6<double>::Identity()});
+  }
+  return poses;
+}
+
+TEST_CASE("Unseen frames of a steady drive stay where they are, and all others do",
+          "[stereo_slam][bridging]") {
+  const auto before = drive(12, test::car_motion());
+  auto poses = before;
+  bridge_unseen(poses, {true, true, true, false, false, false, true, true, false, true, true, false});
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    CAPTURE(i);
+    CHECK(poses[i].pose.is_approx(before[i].pose, 1e-9));
+  }
+  CHECK(poses[11].covariance == before[11].covariance);
+}
+
+TEST_CASE("What the guess missed is handed out in equal parts", "[stereo_slam][bridging]") {
+  const auto along = [](double z) {
+    return Pose::exp((Vector6<double>() << 0.0, 0.0, 0.0, 0.0, 0.0, z).finished());
+  };
+  auto poses = drive(6, along(1.0));
+  poses[4].pose = along(8.0);  // instead of 4
+  poses[4].covariance.setZero();
+  poses[5].pose = along(9.0);
+  const auto before = poses;
+  bridge_unseen(poses, {true, false, false, false, true, true});
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(poses[i].pose.is_approx(along(2.0 * static_cast<double>(i)), 1e-9));
+  }
+  CHECK(poses[2].covariance(0, 0) == Approx(0.5 * before[2].covariance(0, 0)));
+}
+
+TEST_CASE("Nothing to bridge", "[stereo_slam][bridging]") {
+  std::vector<PoseGaussian> none;
+  bridge_unseen(none, {});
+  CHECK(none.empty());
+  auto blind = drive(4, test::car_motion());
+  const auto before = blind;
+  bridge_unseen(blind, {true, false, false, false});
+  for (std::size_t i = 0; i < blind.size(); ++i) CHECK(blind[i].pose.coeffs() == before[i].pose.coeffs());
+}
+
+}  // namespace
+}  // namespace stereo_slam

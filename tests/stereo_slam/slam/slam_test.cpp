@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/slam/slam.hpp"
+
+#include <Eigen/Cholesky>
+#include <opencv2/core/utility.hpp>
+
+#include "simulator/simulate.hpp"
+#include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/support/scenes.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kFrames = 24;
+
+/// A short drive along a rendered street, rendered once.
+struct Recording {
+  StereoCamera camera{360.0, 360.0, 310.0, 93.0, 0.5371657, 620, 188};
+  std::vector<StereoFrame> frames;
+  std::vector<Eigen::Isometry3d> truth;
+};
+
+const Recording& recording() {
+  static const Recording rendered = [] {
+    Recording result;
+    simulate::SimulationSettings settings;
+    settings.frames = kFrames;
+    settings.camera = {result.camera.width_px, result.camera.height_px, result.camera.fx,
+                       result.camera.fy,       result.camera.cx,        result.camera.cy};
+    settings.baseline_m = result.camera.baseline_m;
+    const test::TemporaryFolder folder;
+    simulate::simulate(settings, folder.path());
+    for (int i = 0; i < kFrames; ++i) {
+      StereoFrame frame;
+      frame.index = static_cast<std::size_t>(i);
+      frame.stamp_ns = 100'000'000LL * i;
+      frame.left =
+          cv::imread((folder.path() / "image_0" / test::frame_name(i)).string(), cv::IMREAD_GRAYSCALE);
+      frame.right =
+          cv::imread((folder.path() / "image_1" / test::frame_name(i)).string(), cv::IMREAD_GRAYSCALE);
+      result.frames.push_back(frame);
+    }
+    result.truth = read_trajectory(folder.path() / "poses.txt").poses;
+    return result;
+  }();
+  return rendered;
+}
+
+std::vector<FrameResult> run(const Settings& settings) {
+  Slam slam(recording().camera, settings);
+  std::vector<FrameResult> results;
+  for (const auto& frame : recording().frames) results.push_back(slam.process(frame));
+  return results;
+}
+
+double end_error_m(const std::vector<FrameResult>& results) {
+  const Eigen::Isometry3d travelled = recording().truth.front().inverse() * recording().truth.back();
+  return (results.back().T_world_camera.pose.translation() - travelled.translation()).norm();
+}
+
+double path_length_m() {
+  double length = 0.0;
+  for (std::size_t i = 1; i < recording().truth.size(); ++i) {
+    length += (recording().truth[i].translation() - recording().truth[i - 1].translation()).norm();
+  }
+  return length;
+}
+
+TEST_CASE("The default preset follows a rendered street to a hundredth of the way", "[stereo_slam][slam]") {
+  const auto results = run(Settings{});
+  CHECK(results.front().status == TrackingStatus::kInitializing);
+  for (std::size_t i = 1; i < results.size(); ++i) {
+    CAPTURE(i);
+    CHECK(results[i].status == TrackingStatus::kOk);
+    CHECK(results[i].T_world_camera.covariance.llt().info() == Eigen::Success);
+  }
+  CAPTURE(end_error_m(results), path_length_m());
+  CHECK(end_error_m(results) < 0.01 * path_length_m());
+}
+
+TEST_CASE("The paper preset follows it too", "[stereo_slam][slam]") {
+  const auto results = run(preset_settings("paper"));
+  CAPTURE(end_error_m(results), path_length_m());
+  CHECK(end_error_m(results) < 0.05 * path_length_m());
+}
+
+TEST_CASE("Two runs give the same bits, whatever the number of threads", "[stereo_slam][slam]") {
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const auto one = run(Settings{});
+  cv::setNumThreads(2);
+  const auto two = run(Settings{});
+  cv::setNumThreads(threads);
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    CHECK(one[i].T_world_camera.pose.coeffs() == two[i].T_world_camera.pose.coeffs());
+    CHECK(one[i].T_world_camera.covariance == two[i].T_world_camera.covariance);
+  }
+}
+
+TEST_CASE("Black frames are reported lost, with growing uncertainty, and tracking goes on afterwards",
+          "[stereo_slam][slam]") {
+  const std::string preset = GENERATE("default", "odometry");
+  CAPTURE(preset);
+  Slam slam(recording().camera, preset_settings(preset));
+  const cv::Mat black(recording().camera.height_px, recording().camera.width_px, CV_8UC1, cv::Scalar(0));
+  std::vector<FrameResult> results;
+  for (auto frame : recording().frames) {
+    if (frame.index >= 8 && frame.index < 11) frame.left = frame.right = black;
+    results.push_back(slam.process(frame));
+  }
+  REQUIRE(results.size() == kFrames);
+  for (std::size_t i = 8; i < 11; ++i) {
+    CHECK(results[i].status == TrackingStatus::kLost);
+    CHECK(results[i].T_world_camera.covariance(5, 5) > results[i - 1].T_world_camera.covariance(5, 5));
+  }
+  CHECK(results.back().status == TrackingStatus::kOk);
+  CHECK(slam.trajectory().size() == kFrames);
+  for (const auto& pose : slam.trajectory()) CHECK(pose.pose.coeffs().allFinite());
+}
+
+TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[stereo_slam][slam]") {
+  Settings settings;
+  settings.features.count = 20000;
+  settings.features.levels = 12;
+  settings.features.scale_factor = 2.0;
+  settings.features.cell_px = 8;
+  settings.features.fast_threshold = 1;
+  settings.odometry.window_px = 21;
+  Slam slam(recording().camera, settings);
+  CHECK(slam.process(recording().frames[0]).status == TrackingStatus::kInitializing);
+  CHECK(slam.process(recording().frames[1]).status == TrackingStatus::kOk);
+}
+
+TEST_CASE("Pictures without any feature do no harm", "[stereo_slam][slam]") {
+  Slam slam(recording().camera, Settings{});
+  StereoFrame frame = recording().frames.front();
+  frame.left = frame.right = cv::Mat(frame.left.size(), CV_8UC1, cv::Scalar(128));
+  for (std::size_t i = 0; i < 4; ++i) {
+    frame.index = i;
+    const auto result = slam.process(frame);
+    CHECK(result.T_world_camera.pose.coeffs().allFinite());
+    CHECK(result.status != TrackingStatus::kOk);
+  }
+  CHECK(slam.map_points().empty());
+}
+
+TEST_CASE("Features are spread over the picture", "[stereo_slam][images]") {
+  const auto& frame = recording().frames.front();
+  FeatureSettings settings;
+  settings.count = 500;
+  const auto features = extract_features(frame.left, settings);
+  CHECK(features.size() > 250);
+  CHECK(features.size() < 700);
+  std::vector<int> quarter(4);
+  for (const auto& f : features) {
+    const int column = std::min(3, static_cast<int>(4.0 * f.position_px.x() / frame.left.cols));
+    ++quarter[static_cast<std::size_t>(column)];
+  }
+  for (const int count : quarter) CHECK(count > static_cast<int>(features.size()) / 12);
+}
+
+}  // namespace
+}  // namespace stereo_slam

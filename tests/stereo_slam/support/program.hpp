@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+#include "stereo_slam/support/support.hpp"
+
+/// The program stereo_slam as scripts see it: exit status, standard output, standard error.
+namespace stereo_slam::test {
+
+struct Result {
+  int status = -1;
+  std::string out;
+  std::string err;
+};
+
+/// A running stereo_slam with its output in files.
+class Program {
+ public:
+  Program(const fs::path& folder, std::vector<std::string> arguments)
+      : out_(folder / "stdout"), err_(folder / "stderr") {
+    arguments.insert(arguments.begin(), STEREO_SLAM_PROGRAM);
+    write_text(out_, "");
+    process_ = fork();
+    if (process_ != 0) return;
+    std::vector<char*> argv;
+    for (auto& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    if (std::freopen(out_.c_str(), "w", stdout) == nullptr ||
+        std::freopen(err_.c_str(), "w", stderr) == nullptr)
+      _exit(99);
+    execv(argv[0], argv.data());
+    _exit(98);
+  }
+
+  [[nodiscard]] std::string output_so_far() const { return read_text(out_); }
+  void signal(int number) const { kill(process_, number); }
+
+  /// Returns once the program has printed `text`, or after a minute.
+  void wait_for_output(const std::string& text) const {
+    for (int ms = 0; ms < 60'000 && output_so_far().find(text) == std::string::npos; ++ms) usleep(1000);
+  }
+
+  Result wait() const {
+    int status = 0;
+    waitpid(process_, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status), read_text(out_),
+            read_text(err_)};
+  }
+
+ private:
+  fs::path out_;
+  fs::path err_;
+  pid_t process_ = 0;
+};
+
+inline Result call(std::vector<std::string> arguments) {
+  const TemporaryFolder folder;
+  return Program(folder.path(), std::move(arguments)).wait();
+}
+
+/// A failure is one line on standard error that begins with the program's name.
+inline void check_one_line_failure(const Result& result, const std::string& part) {
+  CAPTURE(result.out, result.err);
+  CHECK(result.status == 1);
+  CHECK(split_lines(result.err).size() == 1);
+  CHECK_THAT(result.err, Catch::StartsWith("stereo_slam: ") && Catch::Contains(part));
+}
+
+/// Something that makes a recording unusable, and a part of what is said about it.
+struct Breaking {
+  const char* part;
+  std::function<void(const fs::path&)> breaking;
+};
+
+/// Each of them, done to a recording of five frames, is one failure of `info` and of `run`.
+inline void check_refused(const std::function<void(const fs::path&, int)>& write_recording,
+                          const std::vector<Breaking>& cases) {
+  for (const auto& [part, breaking] : cases) {
+    CAPTURE(part);
+    const TemporaryFolder folder;
+    write_recording(folder / "in", 5);
+    breaking(folder / "in");
+    check_one_line_failure(call({"info", "--dataset", folder / "in"}), part);
+    check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out"}), part);
+  }
+}
+
+}  // namespace stereo_slam::test

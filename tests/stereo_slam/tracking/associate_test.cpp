@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/tracking/associate.hpp"
+
+#include "stereo_slam/frontend/spatial_index.hpp"
+#include "stereo_slam/support/scenes.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+const cv::Size kImage(1241, 376);
+
+Descriptor random_descriptor(std::mt19937_64& random) {
+  Descriptor descriptor;
+  for (auto& byte : descriptor) byte = static_cast<std::uint8_t>(random());
+  return descriptor;
+}
+
+Feature feature_at(const Vector2<double>& px, const Descriptor& descriptor) {
+  Feature feature;
+  feature.position_px = px;
+  feature.descriptor = descriptor;
+  return feature;
+}
+
+/// Landmarks seen again where they are expected, as features of both images.
+struct Scene {
+  std::vector<Landmark> landmarks;
+  std::vector<PredictedLandmark> predicted;
+  std::vector<std::optional<Vector2<double>>> flow;
+  StereoFeatures features;
+};
+
+Scene make_scene(std::mt19937_64& random, int count) {
+  const StereoCamera camera = test::kitti_camera();
+  Scene scene;
+  for (int i = 0; i < count; ++i) {
+    const StereoPoint z = test::random_measurement(random, camera, 6.0, 40.0);
+    Landmark landmark = test::landmark_at(z, camera, 0.3);
+    landmark.descriptor = random_descriptor(random);
+    scene.features.left.push_back(feature_at(z.head<2>(), landmark.descriptor));
+    scene.features.right.push_back(feature_at({z.x() - z.z(), z.y()}, landmark.descriptor));
+    scene.landmarks.push_back(landmark);
+  }
+  PoseGaussian pose;
+  pose.covariance = 1e-6 * Matrix6<double>::Identity();
+  scene.predicted = project_landmarks(scene.landmarks, pose, camera, 140.0);
+  for (const auto& p : scene.predicted) scene.flow.emplace_back(p.z.head<2>());
+  return scene;
+}
+
+TEST_CASE("Landmarks find their features in both images", "[stereo_slam][association]") {
+  std::mt19937_64 random(1);
+  const Scene scene = make_scene(random, 100);
+  const auto matches = associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {});
+  REQUIRE(matches.size() >= 98);  // random neighbours may compete
+  for (const auto& match : matches) {
+    REQUIRE(match.left_feature);
+    CHECK(*match.left_feature == match.landmark);
+    CHECK((match.z - match.predicted.z).norm() < 0.05);
+  }
+}
+
+TEST_CASE("Without flow, with another descriptor, or outside the ellipse, nothing matches",
+          "[stereo_slam][association]") {
+  std::mt19937_64 random(2);
+  Scene scene = make_scene(random, 30);
+  for (auto& flow : scene.flow) flow.reset();
+  CHECK(associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {}).empty());
+
+  scene = make_scene(random, 30);
+  for (auto& landmark : scene.landmarks) landmark.descriptor = random_descriptor(random);
+  CHECK(associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {}).empty());
+
+  scene = make_scene(random, 30);
+  for (auto& feature : scene.features.left) feature.position_px.y() += 15.0;
+  CHECK(associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {}).empty());
+
+  CHECK(associate({}, {}, {}, {}, kImage, {}).empty());
+}
+
+TEST_CASE("Pairs that break the epipolar constraint are dropped", "[stereo_slam][association]") {
+  std::mt19937_64 random(3);
+  Scene scene = make_scene(random, 30);
+  for (auto& feature : scene.features.left) feature.position_px.y() += 1.5;
+  for (auto& feature : scene.features.right) feature.position_px.y() -= 1.5;
+  AssociationSettings settings;
+  settings.max_row_error_px = 2.0;
+  CHECK(associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, settings).empty());
+}
+
+TEST_CASE("A feature serves the landmark that is most similar to it", "[stereo_slam][association]") {
+  std::mt19937_64 random(4);
+  Scene scene = make_scene(random, 1);
+  scene.landmarks.push_back(scene.landmarks.front());
+  scene.landmarks.front().descriptor[0] ^= 0xFF;  // eight bits further away
+  PredictedLandmark twin = scene.predicted.front();
+  twin.index = 1;
+  scene.predicted.push_back(twin);
+  scene.flow.push_back(scene.flow.front());
+  const auto matches = associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {});
+  REQUIRE(matches.size() == 1);
+  CHECK(matches.front().landmark == 1);
+}
+
+TEST_CASE("The flow gate keeps static points and drops what moves on its own", "[stereo_slam][association]") {
+  const StereoCamera camera{200.0, 200.0, 100.0, 60.0, 0.5, 200, 120};
+  const FlowPyramid previous(test::texture_image({200, 120}, {0.0, 0.0}));
+  const FlowPyramid current(test::texture_image({200, 120}, {3.0, 0.0}));
+  Landmark landmark = test::landmark_at({100.0, 60.0, 10.0}, camera, 0.3);
+  // The camera moves left by 0.15 m: a static point at 10 m moves right by 3 px.
+  Vector6<double> sideways = Vector6<double>::Zero();
+  sideways[3] = -0.15;
+  PoseGaussian pose;
+  pose.pose = Pose::exp(sideways);
+  const auto predicted = project_landmarks({landmark}, pose, camera, 140.0);
+  REQUIRE(predicted.size() == 1);
+  AssociationSettings settings;
+  settings.flow_tolerance_px = 1.0;
+  const auto flow_in = [&](const FlowPyramid& pyramid) {
+    return gate_by_flow(predicted,
+                        observe_flow(predicted, {landmark}, Pose::identity(), camera, previous, pyramid,
+                                     settings.flow_window_px),
+                        settings);
+  };
+  const auto flow = flow_in(current);
+  REQUIRE(flow.size() == 1);
+  REQUIRE(flow[0]);
+  CHECK((*flow[0] - Vector2<double>(103.0, 60.0)).norm() < 0.1);
+
+  const FlowPyramid moved(test::texture_image({200, 120}, {3.0, 4.0}));  // ... and the object 4 px down
+  CHECK_FALSE(flow_in(moved)[0]);
+}
+
+TEST_CASE("Features near those already used are excluded", "[stereo_slam][association]") {
+  const Descriptor none{};
+  const std::vector<Feature> features = {feature_at({10, 10}, none), feature_at({13, 10}, none),
+                                         feature_at({50, 50}, none)};
+  const auto kept = exclude_features(features, {{11.0, 10.0}, {-5.0, 900.0}}, kImage, 1.5);
+  REQUIRE(kept.size() == 2);
+  CHECK(kept[0].position_px.x() == 13.0);
+  CHECK(exclude_features({}, {}, kImage, 3.0).empty());
+}
+
+TEST_CASE("Buckets are served in turn and the last round evenly", "[stereo_slam][association]") {
+  std::vector<Vector2<double>> points;
+  for (int column = 0; column < 10; ++column) {
+    for (int k = 0; k < 4; ++k) points.emplace_back(50.0 * column + 10.0 + k, 20.0);
+  }
+  const auto chosen = spread_over_buckets(points, {500, 40}, 50, 15);
+  REQUIRE(chosen.size() == 15);
+  for (std::size_t i = 0; i < 10; ++i) CHECK(chosen[i] == 4 * i);  // the first of each
+  CHECK(chosen[14] >= 32);                                         // the second round reaches the far end
+  CHECK(spread_over_buckets(points, {500, 40}, 50, 1000).size() == points.size());
+  CHECK(spread_over_buckets({}, {500, 40}, 50, 10).empty());
+}
+
+TEST_CASE("Points are found within a radius, across cells and at the border", "[stereo_slam][association]") {
+  const SpatialIndex index({{15.5, 15.5}, {16.5, 16.5}, {1240.0, 375.0}}, kImage);
+  CHECK(index.any_within({17.0, 17.0}, 1.0));
+  CHECK(index.any_within({14.5, 15.5}, 1.0));
+  CHECK_FALSE(index.any_within({30.0, 30.0}, 5.0));
+  CHECK(index.any_within({1245.0, 380.0}, 10.0));
+  CHECK_FALSE(index.any_within({-100.0, -100.0}, 10.0));
+}
+
+TEST_CASE("The distance of descriptors is the number of differing bits", "[stereo_slam][association]") {
+  Descriptor a{};
+  Descriptor b{};
+  CHECK(hamming_distance(a, b) == 0);
+  b[0] = 0x0F;
+  b[31] = 0x80;
+  CHECK(hamming_distance(a, b) == 5);
+  b.fill(0xFF);
+  CHECK(hamming_distance(a, b) == 256);
+}
+
+}  // namespace
+}  // namespace stereo_slam

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/tracking/update.hpp"
+
+#include <Eigen/Cholesky>
+
+#include "stereo_slam/support/scenes.hpp"
+#include "stereo_slam/tracking/pose_likelihood.hpp"
+#include "stereo_slam/tracking/predict.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kSigma_px = 0.5;
+
+/// Landmarks of a keyframe seen again from `truth`, and the prior the filter has of it.
+struct Scene {
+  std::vector<Landmark> landmarks;
+  std::vector<Match> matches;
+  PoseDensity prior = PoseDensity::from_pose_covariance(Pose::identity(), Matrix6<double>::Identity() * 1e-6);
+};
+
+Scene make_scene(std::mt19937_64& random, const Pose& truth, int count, double rotation_sigma_rad,
+                 double translation_sigma_m) {
+  const StereoCamera camera = test::kitti_camera();
+  Scene scene;
+  std::normal_distribution<double> normal;
+  Vector6<double> sigma;
+  sigma << Vector3<double>::Constant(rotation_sigma_rad), Vector3<double>::Constant(translation_sigma_m);
+  Vector6<double> error;
+  for (double& e : error) e = normal(random);
+  scene.prior = PoseDensity::from_pose_covariance(truth.boxplus(sigma.cwiseProduct(error)),
+                                                  Matrix6<double>(sigma.cwiseAbs2().asDiagonal()));
+  while (static_cast<int>(scene.matches.size()) < count) {
+    const StereoPoint z = test::random_measurement(random, camera, 5.0, 45.0);
+    const auto seen = camera.project(truth.inverse() * camera.back_project(z));
+    if (!seen || !camera.in_view(*seen)) continue;
+    const StereoPoint measured = *seen + test::stereo_noise(random, kSigma_px);
+    scene.landmarks.push_back(
+        test::landmark_at(z + test::stereo_noise(random, kSigma_px), camera, kSigma_px));
+    scene.matches.push_back(
+        {scene.landmarks.size() - 1, measured, stereo_pixel_covariance(kSigma_px), {}, std::nullopt});
+  }
+  const auto predicted =
+      project_landmarks(scene.landmarks, antipode::to_pose_gaussian(scene.prior), camera, 1e3);
+  for (const auto& p : predicted) scene.matches[p.index].predicted = p;
+  return scene;
+}
+
+UpdateSettings settings_for(PoseUpdateMethod method) {
+  UpdateSettings settings;
+  settings.method = method;
+  settings.tau = method == PoseUpdateMethod::kPaper ? 0.05 : 0.5;
+  settings.robust_cap = 1e3;
+  return settings;
+}
+
+TEST_CASE("The likelihood is highest where the landmarks were seen, and a pose and its antipode are alike",
+          "[stereo_slam][update]") {
+  std::mt19937_64 random(1);
+  const Pose truth = test::car_motion();
+  const Scene scene = make_scene(random, truth, 60, 0.01, 0.1);
+  const PoseLikelihood likelihood(scene.matches, scene.landmarks, test::kitti_camera(), 1e6);
+  CHECK(likelihood.dimension() == 180);
+  const double at_truth = likelihood.squared_distance(truth);
+  CHECK(at_truth < 180 + 5 * std::sqrt(360.0));
+  CHECK(likelihood.squared_distance(antipode::to_pose_gaussian(scene.prior).pose) > 5 * at_truth);
+  antipode::Matrix<double, 8, 2> poses;
+  poses << truth.coeffs(), -truth.coeffs();
+  antipode::Vector<double, 2> values;
+  likelihood(poses, values);
+  CHECK(values[0] == values[1]);
+  CHECK(values[0] == Approx(-0.5 * at_truth).epsilon(1e-14));
+}
+
+TEST_CASE("A landmark behind a sampled camera costs the cap, not a NaN", "[stereo_slam][update]") {
+  std::mt19937_64 random(2);
+  const Scene scene = make_scene(random, test::car_motion(), 20, 0.01, 0.1);
+  const PoseLikelihood likelihood(scene.matches, scene.landmarks, test::kitti_camera(), 16.0);
+  Vector6<double> far_ahead = Vector6<double>::Zero();
+  far_ahead[5] = 100.0;
+  CHECK(likelihood.squared_distance(Pose::exp(far_ahead)) == Approx(20 * 16.0));
+}
+
+TEST_CASE("Every method moves the pose to the landmarks", "[stereo_slam][update]") {
+  const auto method =
+      GENERATE(PoseUpdateMethod::kPaper, PoseUpdateMethod::kProgressive, PoseUpdateMethod::kQuadratic);
+  std::mt19937_64 random(3);
+  const Pose truth = test::car_motion();
+  for (int run = 0; run < 5; ++run) {
+    const Scene scene = make_scene(random, truth, 90, 0.005, 0.1);
+    const auto update =
+        update_pose(scene.prior, scene.matches, scene.landmarks, test::kitti_camera(), settings_for(method));
+    CAPTURE(static_cast<int>(method), run);
+    REQUIRE(update.converged);
+    const Vector6<double> before = truth.boxminus(antipode::to_pose_gaussian(scene.prior).pose);
+    const Vector6<double> after = truth.boxminus(antipode::to_pose_gaussian(update.posterior).pose);
+    CHECK(after.head<3>().norm() < 0.4 * before.head<3>().norm() + 0.0015);
+    CHECK(after.tail<3>().norm() < 0.4 * before.tail<3>().norm() + 0.05);
+  }
+}
+
+TEST_CASE("The quadratic update reports an honest covariance and innovation", "[stereo_slam][update]") {
+  constexpr int kRuns = 100;
+  std::mt19937_64 random(4);
+  const Pose truth = test::car_motion();
+  double nees = 0.0;
+  double nis = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    const Scene scene = make_scene(random, truth, 60, 0.005, 0.1);
+    const auto update = update_pose(scene.prior, scene.matches, scene.landmarks, test::kitti_camera(),
+                                    settings_for(PoseUpdateMethod::kQuadratic));
+    const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
+    const Vector6<double> error = truth.boxminus(posterior.pose);
+    nees += error.dot(posterior.covariance.ldlt().solve(error)) / kRuns;
+    nis += update.nis / update.nis_dof / kRuns;
+  }
+  CAPTURE(nees, nis);
+  CHECK(nees > 5.34);  // 95 % band of the mean of 100 chi-squares with 6 degrees of freedom
+  CHECK(nees < 6.70);
+  CHECK(std::abs(nis - 1.0) < 3.0 * std::sqrt(2.0 / (180.0 * kRuns)));
+}
+
+TEST_CASE("Landmarks that share their error with the pose have the likelihood of the joint Gaussian",
+          "[stereo_slam][update]") {
+  std::mt19937_64 random(7);
+  const StereoCamera camera = test::kitti_camera();
+  Scene scene = make_scene(random, test::car_motion(), 12, 0.005, 0.1);
+  const PoseGaussian prior = antipode::to_pose_gaussian(scene.prior);
+  std::uniform_real_distribution<double> uniform(-0.1, 0.1);
+  // Correlations of up to a tenth: what is left of twelve landmarks' errors must be positive definite.
+  const Matrix6<double> L = prior.covariance.llt().matrixL();
+  for (auto& landmark : scene.landmarks) {
+    Matrix6x3 correlation;
+    for (double& entry : correlation.reshaped()) entry = uniform(random);
+    const Matrix3<double> L_landmark = landmark.covariance.llt().matrixL();
+    landmark.with_pose = L * correlation * L_landmark.transpose();
+  }
+  const Pose x =
+      prior.pose.boxplus(0.3 * antipode::to_pose_gaussian(scene.prior).covariance.diagonal().cwiseSqrt());
+  const Vector6<double> xi = x.boxminus(prior.pose);
+  const auto count = static_cast<Eigen::Index>(scene.matches.size());
+  Eigen::VectorXd e(3 * count);
+  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(3 * count, 3 * count);
+  Eigen::MatrixXd JC(3 * count, 6);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    auto& match = scene.matches[static_cast<std::size_t>(i)];
+    const Landmark& landmark = scene.landmarks[match.landmark];
+    const Matrix3<double> J = landmark_jacobian(landmark, prior.pose, camera);
+    match.predicted.landmark_part = J * landmark.covariance * J.transpose();
+    JC.middleRows<3>(3 * i) = J * landmark.with_pose.transpose();
+    S.block<3, 3>(3 * i, 3 * i) = match.predicted.landmark_part + match.R;
+    const auto h = project(to_point(landmark, landmark.mean, camera), x, camera);
+    REQUIRE(h);
+    e.segment<3>(3 * i) = match.z - *h - JC.middleRows<3>(3 * i) * prior.covariance.ldlt().solve(xi);
+  }
+  S -= JC * prior.covariance.ldlt().solve(JC.transpose());
+  const PoseLikelihood likelihood(scene.matches, scene.landmarks, camera, 1e6, prior);
+  CHECK(likelihood.squared_distance(x) == Approx(e.dot(S.ldlt().solve(e))).epsilon(1e-8));
+}
+
+TEST_CASE("Wrong matches are capped", "[stereo_slam][update]") {
+  std::mt19937_64 random(5);
+  const Pose truth = test::car_motion();
+  Scene scene = make_scene(random, truth, 100, 0.002, 0.02);
+  for (std::size_t i = 0; i < 10; ++i) scene.matches[i].z.x() += 12.0;
+  UpdateSettings settings = settings_for(PoseUpdateMethod::kQuadratic);
+  settings.robust_cap = 16.0;
+  const auto update =
+      update_pose(scene.prior, scene.matches, scene.landmarks, test::kitti_camera(), settings);
+  const Vector6<double> error = truth.boxminus(antipode::to_pose_gaussian(update.posterior).pose);
+  CHECK(error.head<3>().norm() < 1e-3);
+  CHECK(error.tail<3>().norm() < 0.03);
+}
+
+TEST_CASE("Too few matches, or none, leave the prior as it is", "[stereo_slam][update]") {
+  std::mt19937_64 random(6);
+  for (const int count : {0, 5}) {
+    const Scene scene = make_scene(random, test::car_motion(), count, 0.005, 0.1);
+    const auto update =
+        update_pose(scene.prior, scene.matches, scene.landmarks, test::kitti_camera(), UpdateSettings{});
+    CHECK_FALSE(update.converged);
+    CHECK(antipode::to_pose_gaussian(update.posterior).pose.coeffs() ==
+          antipode::to_pose_gaussian(scene.prior).pose.coeffs());
+  }
+}
+
+TEST_CASE("Prediction composes and its covariance grows with the lever arm", "[stereo_slam][update]") {
+  PoseGaussian odometry;
+  odometry.pose = test::car_motion(10.0);
+  odometry.covariance = 1e-8 * Matrix6<double>::Identity();
+  Matrix6<double> P = Matrix6<double>::Zero();
+  P.diagonal() << 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6;
+  const auto state = PoseDensity::from_pose_covariance(test::car_motion(3.0), P);
+  Settings settings;
+  const PoseGaussian predicted = antipode::to_pose_gaussian(predict_pose(state, odometry, true, settings));
+  CHECK(predicted.pose.is_approx(test::car_motion(3.0) * odometry.pose, 1e-9));
+  CHECK(predicted.covariance(3, 3) > 90e-6);           // (10 m)^2 * 1e-6 rad^2 of yaw, sideways
+  CHECK(std::abs(predicted.covariance(1, 3)) > 5e-6);  // and correlated with it
+  const PoseGaussian lost = antipode::to_pose_gaussian(predict_pose(state, odometry, false, settings));
+  CHECK(lost.covariance(5, 5) >
+        0.9 * settings.motion.lost_translation_sigma_m * settings.motion.lost_translation_sigma_m);
+  double variance = 0.0;  // of ten lost frames in a row
+  const auto lost_variance = [&](const UnseenSteps& unseen) {
+    return antipode::to_pose_gaussian(predict_pose(state, PoseGaussian{}, false, settings, unseen))
+               .covariance(5, 5) -
+           antipode::to_pose_gaussian(state).covariance(5, 5);
+  };
+  for (int k = 0; k < 10; ++k) variance += lost_variance({static_cast<double>(k), 1.0});
+  CHECK(lost_variance({0.0, 10.0}) == Approx(variance).epsilon(0.01));  // or in one frame as long as they
+  CHECK(std::sqrt(variance) == Approx(10.0 * settings.motion.lost_translation_sigma_m).epsilon(0.01));
+  settings.update.method = PoseUpdateMethod::kPaper;
+  const PoseGaussian independent = antipode::to_pose_gaussian(predict_pose(state, odometry, true, settings));
+  CHECK(std::abs(independent.covariance(1, 3)) < 1e-12);
+}
+
+TEST_CASE("Composing estimates many times keeps them unit", "[stereo_slam][update]") {
+  PoseGaussian pose;
+  PoseGaussian step;
+  step.pose = test::car_motion();
+  step.covariance = 1e-8 * Matrix6<double>::Identity();
+  for (int i = 0; i < 5000; ++i) pose = compose(pose, step);
+  CHECK(std::abs(pose.pose.real().norm() - 1.0) < 1e-14);
+  CHECK(std::abs(pose.pose.real().dot(pose.pose.dual())) < 1e-10);
+  CHECK(pose.covariance.ldlt().isPositive());
+}
+
+}  // namespace
+}  // namespace stereo_slam
