@@ -5,7 +5,7 @@ set -euo pipefail
 packages=(
   build-essential cmake ninja-build git
   libeigen3-dev libopencv-dev libceres-dev catch2 libgmock-dev
-  libcli11-dev libyaml-cpp-dev libspdlog-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
+  libcli11-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
 )
 
 missing=()

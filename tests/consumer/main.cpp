@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <iostream>
 
-#include <antipode/antipode.hpp>
+#include <antipode/distributions/bingham.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
 
 int main() {
   const auto T_a_b =

@@ -1,12 +1,14 @@
-# One test for each way of using the library from another project (included by tests/CMakeLists.txt).
-set(consumer_ways add_subdirectory FetchContent)
-if(ANTIPODE_INSTALL)
-  list(APPEND consumer_ways find_package)
-endif()
-foreach(way IN LISTS consumer_ways)
-  add_test(NAME consumer_by_${way}
-           COMMAND ${CMAKE_COMMAND} -D CONSUME_BY=${way} -D SOURCE_DIR=${PROJECT_SOURCE_DIR}
-                   -D BUILD_DIR=${PROJECT_BINARY_DIR} -D WORK_DIR=${CMAKE_CURRENT_BINARY_DIR}/consumer_by_${way}
-                   -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER}
-                   -P ${CMAKE_CURRENT_LIST_DIR}/run.cmake)
-endforeach()
+# antipode_add_consumer_test(NAME BLOCK): another project gets antipode by the CMake code in the file BLOCK. The blocks are those of
+# the documentation (tests/docs).
+function(antipode_add_consumer_test name block)
+  add_test(NAME ${name}
+           COMMAND ${CMAKE_COMMAND} -D BLOCK=${block} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D BUILD_DIR=${PROJECT_BINARY_DIR}
+                   -D WORK_DIR=${PROJECT_BINARY_DIR}/tests/consumer/${name} -D GENERATOR=${CMAKE_GENERATOR}
+                   -D COMPILER=${CMAKE_CXX_COMPILER} -P ${PROJECT_SOURCE_DIR}/tests/consumer/run.cmake)
+endfunction()
+
+# With nothing but Eigen to be found, the library is configured, installed and used from where it was installed.
+add_test(NAME library_needs_only_eigen
+         COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D WORK_DIR=${PROJECT_BINARY_DIR}/tests/consumer/only_eigen
+                 -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER}
+                 -P ${CMAKE_CURRENT_LIST_DIR}/only_eigen.cmake)

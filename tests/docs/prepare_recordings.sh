@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Renders and runs what the commands of the documentation work on, under the names that it uses.
+#
+#   prepare_recordings.sh STEREO_SLAM OUTPUT_DIR
+set -euo pipefail
+program=$1
+rm -rf "$2"
+mkdir -p "$2"
+cd "$2"
+
+"$program" simulate --quiet --output DIR --frames 30 --scale 0.35
+"$program" simulate --quiet --output V1_01_easy --frames 2 --format euroc
+"$program" simulate --quiet --output RECTIFIED --frames 2
+"$program" run --quiet --dataset DIR --output OUT --save-map map
+cp -r OUT out
+cp -r DIR MONDAY
+cp -r DIR TUESDAY
+cp DIR/poses.txt poses.txt
+cp DIR/poses.txt POSES
+echo "seed: 2" >FILE.yaml

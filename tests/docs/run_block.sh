@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Runs a code block of the documentation in a folder of its own, as a reader would.
+#
+#   run_block.sh BLOCK.sh|BLOCK.yaml|BLOCK.python WORK_DIR [CHECK.sh|CHECK.py]
+#
+# The folder holds the recordings of prepare_recordings.sh under the names that the documentation uses. Environment: SOURCE_DIR,
+# BUILD_DIR, RECORDINGS, STEREO_SLAM and OBJECT_POSE (the programs), CMAKE.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+block=$1
+work=$2
+check=${3:-}
+
+rm -rf "$work"
+mkdir -p "$work"
+cp -r "$RECORDINGS"/. "$work"
+cd "$work"
+export PATH="$here/bin:$PATH" HOME=$work
+mkdir build
+ln -s "$BUILD_DIR" build/release
+
+case $block in
+  *.sh) sed 's/\bSEED\b/1/g' "$block" >block.sh; bash -euxo pipefail block.sh ;;
+  *.yaml) cp "$block" block.yaml ;;
+  *.python)
+    if ! python3 --version >/dev/null 2>&1; then
+      echo "skipped: no python3"
+      exit 0
+    fi
+    cat "$block" "$check" >block.py
+    python3 block.py
+    ;;
+esac
+case $check in
+  *.sh) bash -euxo pipefail "$check" ;;
+esac
