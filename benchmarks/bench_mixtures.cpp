@@ -12,7 +12,7 @@
 #include <antipode/distributions/mixture_reduction.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 
 namespace antipode::test {

@@ -5,9 +5,9 @@
 #include <mrpt/poses/CPose3DPDFSOG.h>
 
 #include <antipode/distributions/mixture.hpp>
-#include <antipode/distributions/mixture_queries.hpp>
+#include <antipode/sampling/mixture_moments.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 
 namespace antipode::test {

@@ -4,10 +4,11 @@
 #include <cstddef>
 #include <vector>
 
+#include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/cubature/point_sets.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
-#include <antipode/sampling/point_sets.hpp>
 #include <antipode/sampling/pose_rules.hpp>
+#include <antipode/sampling/sample_gaussian.hpp>
 
 #include "distributions/random_densities.hpp"
 #include "support/catch.hpp"

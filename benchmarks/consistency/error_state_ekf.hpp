@@ -6,8 +6,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
 
 namespace consistency {
 

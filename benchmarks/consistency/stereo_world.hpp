@@ -7,7 +7,7 @@
 
 #include <Eigen/Cholesky>
 
-#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"

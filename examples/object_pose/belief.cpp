@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include <antipode/distributions/mixture_queries.hpp>
+#include <antipode/sampling/mixture_moments.hpp>
 
 namespace object_pose {
 namespace {

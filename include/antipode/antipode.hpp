@@ -4,16 +4,20 @@
 /// Everything that needs only Eigen. The adapters in antipode/ceres, antipode/opencv and the checks in
 /// antipode/testing are included one by one.
 
-#include <antipode/concepts.hpp>
+#include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/cubature/point_sets.hpp>
 #include <antipode/distributions/bingham.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
+#include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/distributions/mixture.hpp>
 #include <antipode/distributions/mixture_fit.hpp>
 #include <antipode/distributions/mixture_queries.hpp>
 #include <antipode/distributions/mixture_reduction.hpp>
+#include <antipode/distributions/pose_algebra.hpp>
 #include <antipode/distributions/pose_box.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/distributions/projected_gaussian_operations.hpp>
@@ -21,10 +25,9 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
+#include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/mixture_filter.hpp>
-#include <antipode/filters/pose_algebra.hpp>
 #include <antipode/filters/pose_filter.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/predict.hpp>
 #include <antipode/filters/progressive_update.hpp>
@@ -34,9 +37,12 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/interpolation.hpp>
 #include <antipode/geometry/jacobians.hpp>
+#include <antipode/geometry/manifold.hpp>
 #include <antipode/geometry/quaternion.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
-#include <antipode/sampling/point_sets.hpp>
+#include <antipode/sampling/mixture_moments.hpp>
 #include <antipode/sampling/pose_rules.hpp>
+#include <antipode/sampling/sample_gaussian.hpp>
+#include <antipode/sampling/sample_projected_gaussian.hpp>
+#include <antipode/sampling/sigma_point_rule.hpp>
 #include <antipode/weighted_samples.hpp>

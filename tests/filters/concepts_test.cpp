@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include <type_traits>
 
-#include <antipode/concepts.hpp>
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/distributions/bingham.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>
+#include <antipode/filters/log_likelihood.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/manifold.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/sampling/pose_rules.hpp>
+#include <antipode/sampling/sample_gaussian.hpp>
+#include <antipode/sampling/sigma_point_rule.hpp>
 
 #include "support/catch.hpp"
 

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
 #include "support/random.hpp"

@@ -8,9 +8,9 @@
 
 #include <Eigen/LU>
 
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
 
 #include "filters/models.hpp"
 #include "support/reference.hpp"

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/update_status.hpp>
 

@@ -5,9 +5,9 @@
 #include <numbers>
 #include <type_traits>
 
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/detail/solve.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/update_status.hpp>
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <type_traits>
 
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/quadratic_update.hpp>
 #include <antipode/filters/update_status.hpp>

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 

@@ -4,9 +4,9 @@
 #include <limits>
 #include <vector>
 
+#include <antipode/cubature/point_sets.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
-#include <antipode/sampling/point_sets.hpp>
 
 #include "distributions/random_densities.hpp"
 #include "sampling/sample_list.hpp"

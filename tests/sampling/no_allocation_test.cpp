@@ -3,9 +3,9 @@
 
 #include <cmath>
 
+#include <antipode/cubature/point_sets.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
-#include <antipode/sampling/point_sets.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 
 #include "distributions/random_densities.hpp"

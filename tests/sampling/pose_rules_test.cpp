@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 
+#include <antipode/cubature/point_sets.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/sampling/point_sets.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 
 #include "distributions/random_densities.hpp"

@@ -8,7 +8,7 @@
 #include <Eigen/Cholesky>
 #include <opencv2/calib3d.hpp>
 
-#include <antipode/filters/pose_algebra.hpp>
+#include <antipode/distributions/pose_algebra.hpp>
 #include <antipode/opencv/pose.hpp>
 
 #include "stereo_slam/core/pose_estimate.hpp"

@@ -12,7 +12,7 @@
 
 #include <antipode/ceres/pose_manifold.hpp>
 #include <antipode/ceres/relative_pose_cost.hpp>
-#include <antipode/filters/pose_algebra.hpp>
+#include <antipode/distributions/pose_algebra.hpp>
 
 namespace stereo_slam {
 namespace {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include <antipode/filters/pose_algebra.hpp>
+#include <antipode/distributions/pose_algebra.hpp>
 
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"

@@ -11,12 +11,12 @@
 #include <utility>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
 #include <antipode/distributions/detail/bingham_fit.hpp>
 #include <antipode/distributions/detail/bingham_rejection.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/quaternion.hpp>
 

@@ -6,9 +6,9 @@
 #include <random>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>

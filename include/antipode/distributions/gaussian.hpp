@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include <antipode/detail/check.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
-#include <antipode/distributions/detail/standard_normal.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
+#include <antipode/detail/standard_normal.hpp>
 #include <antipode/eigen_types.hpp>
 
 namespace antipode {

@@ -11,8 +11,7 @@
 #include <Eigen/Core>
 
 #include <antipode/detail/check.hpp>
-#include <antipode/distributions/bingham_gaussian.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/distributions/mixture.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
@@ -20,7 +19,6 @@
 #include <antipode/distributions/projected_orientation.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 
 /// What a mixture of projected Gaussians says: its moments, marginals and mode, and its values on a path or a
 /// grid.
@@ -64,27 +62,6 @@ template <std::floating_point Scalar, Projection kProjection>
     }
   }
   return Mixture<Gaussian<Scalar, 3>>::normalized(std::move(elements));
-}
-
-/// The density with the moments of the mixture, however widely its components are spread: the scatter of the
-/// orientation, mean and covariance of the translation, and the correlation of both (see moment_match). Its
-/// pose() is the mean of the mixture, its covariance() that in exponential coordinates.
-template <std::floating_point Scalar, Projection kProjection>
-[[nodiscard]] BinghamGaussian<Scalar> moment_match(const detail::ProjectedMixture<Scalar, kProjection>& x,
-                                                   const MomentMatchOptions<Scalar>& options = {
-                                                       .min_eigenvalue = Scalar(1e-14)}) {
-  using Rule = MysovskikhRule<6>;
-  const auto count = static_cast<Eigen::Index>(x.size()) * Rule::kCount;
-  Matrix<Scalar, 8, Eigen::Dynamic> points(8, count);
-  Vector<Scalar, Eigen::Dynamic> weights(count);
-  Eigen::Index first = 0;
-  for (const auto& [weight, density] : x) {
-    const auto samples = sample(Rule{}, density);
-    points.template middleCols<Rule::kCount>(first) = samples.points;
-    weights.template segment<Rule::kCount>(first) = weight * samples.weights;
-    first += Rule::kCount;
-  }
-  return detail::match_moments<Scalar>(points, weights, options);
 }
 
 template <class Scalar>

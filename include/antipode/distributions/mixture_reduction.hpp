@@ -12,8 +12,8 @@
 #include <vector>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/distributions/detail/merge_table.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/distributions/mixture.hpp>

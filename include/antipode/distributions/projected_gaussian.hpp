@@ -9,10 +9,10 @@
 #include <stdexcept>
 
 #include <antipode/detail/check.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
+#include <antipode/detail/standard_normal.hpp>
 #include <antipode/distributions/detail/hemisphere_mass.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
-#include <antipode/distributions/detail/standard_normal.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>

@@ -8,21 +8,18 @@
 #include <optional>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/detail/hemisphere_mass.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/distributions/detail/tangent_moments.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/quaternion.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
-#include <antipode/sampling/pose_rules.hpp>
-#include <antipode/weighted_samples.hpp>
 
-/// Projected Gaussians seen as other densities of poses, and as samples.
+/// Conversions between projected Gaussians and other pose densities, and their fit to weighted poses.
 namespace antipode {
 
 // --- Gaussian in exponential coordinates. xi = (phi, rho) = (2 u, R^T (t - mu_t)) to first order in u.
@@ -172,28 +169,7 @@ template <std::floating_point Scalar>
   return std::nullopt;
 }
 
-// --- Samples.
-
-/// The points of a rule for N(0, I) on R^6, projected; the columns [q; p]. A push-forward density keeps the
-/// rule's weights, and the points have its mean and covariance in tangent coordinates. For a renormalised one
-/// the weights carry the factor (1 + |u|^2)^-2: right to the degree of the rule.
-template <GaussianRule Rule, std::floating_point Scalar, Projection kProjection>
-requires(Rule::kDim == 6) [[nodiscard]] WeightedSamples<Scalar, 8, Rule::kCount> sample(
-    const Rule& rule, const BasicProjectedGaussian<Scalar, kProjection>& density) {
-  const auto standard = rule.template standard<Scalar>();
-  WeightedSamples<Scalar, 8, Rule::kCount> samples;
-  samples.weights = standard.weights;
-  for (int k = 0; k < Rule::kCount; ++k) {
-    const Vector6<Scalar> y = density.mean() + density.sqrt_factor() * standard.points.col(k);
-    samples.points.col(k) = density.project(y).coeffs();
-    if constexpr (kProjection == Projection::kRenormalized) {
-      const Scalar stretch = Scalar(1) + y.template head<3>().squaredNorm();
-      samples.weights[k] /= stretch * stretch;
-    }
-  }
-  samples.weights /= samples.weights.sum();
-  return samples;
-}
+// --- Fit to samples.
 
 /// The push-forward density with the mean and the covariance of weighted poses (the columns [q; p]; the
 /// weights need not be normalised) in the tangent space at their mode: the maximum-likelihood fit. Throws on

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/eigen_types.hpp>

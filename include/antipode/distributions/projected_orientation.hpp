@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-#include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include <antipode/concepts.hpp>
 #include <antipode/detail/check.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/log_likelihood.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
 namespace antipode {

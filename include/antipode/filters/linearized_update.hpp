@@ -10,16 +10,16 @@
 #include <ranges>
 #include <type_traits>
 
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/filters/detail/rooted_pose.hpp>
+#include <antipode/filters/detail/sqrt_pose_gaussian.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/update_status.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/weighted_samples.hpp>
 
 /// Bayes update of a concentrated pose density by measurements z_i = h_i(x) + v_i, v_i ~ N(0, R_i), through
@@ -73,7 +73,7 @@ struct Linearization {
 };
 
 template <class Scalar, class Measurements, class Model, int Count>
-[[nodiscard]] Linearization<Scalar> linearize(const RootedPose<Scalar>& density,
+[[nodiscard]] Linearization<Scalar> linearize(const SqrtPoseGaussian<Scalar>& density,
                                               const Measurements& measurements, const Model& h,
                                               const WeightedSamples<Scalar, 6, Count>& standard,
                                               const LinearizedUpdateOptions<Scalar>& options) {
@@ -164,14 +164,14 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
   if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
     detail::throw_invalid("robust_scale is not positive", options.robust_scale);
   }
-  const auto origin = detail::RootedPose<Scalar>::of(prior);
+  const auto origin = detail::SqrtPoseGaussian<Scalar>::of(prior);
   // Conditioning the prior again and again takes its inverse.
   const int max_iterations = origin.invertible ? options.max_iterations : 1;
   PoseUpdateResult<Scalar> result{.posterior = prior};
   if (std::ranges::empty(measurements)) return result;
   result.limit_hit = true;
   const auto standard = rule.template standard<Scalar>();
-  detail::RootedPose<Scalar> density = origin;
+  detail::SqrtPoseGaussian<Scalar> density = origin;
   while (result.limit_hit && result.steps < max_iterations) {
     const auto fit = detail::linearize(density, measurements, h, standard, options);
     result.evaluations += Rule::kCount;

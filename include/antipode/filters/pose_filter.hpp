@@ -4,20 +4,21 @@
 #include <concepts>
 #include <utility>
 
-#include <antipode/concepts.hpp>
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
-#include <antipode/filters/detail/rooted_pose.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/filters/detail/sqrt_pose_gaussian.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/predict.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
 #include <antipode/filters/update_status.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/sampling/pose_rules.hpp>
+#include <antipode/sampling/sigma_point_rule.hpp>
 
 /// A recursive filter for a pose, put together from a density, a sigma point rule and an update.
 ///
@@ -95,7 +96,7 @@ class PoseFilter {
   void predict(const DualQuaternion<Scalar>& T_before_now, const Density& noise) {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
     if constexpr (std::same_as<Density, PoseGaussian<Scalar>>) {
-      (void)detail::RootedPose<Scalar>::of(noise);
+      (void)detail::SqrtPoseGaussian<Scalar>::of(noise);
       belief_ = predict_closed_form(belief_, T_before_now, noise);
     } else {
       const auto& options = update_.options;
@@ -105,8 +106,8 @@ class PoseFilter {
     }
   }
 
-  /// The belief given a measurement: a log-likelihood (concepts.hpp) or GaussianMeasurements. If the result's
-  /// status is not kConverged the belief stays as it was.
+  /// The belief given a measurement: a log-likelihood (log_likelihood.hpp) or GaussianMeasurements. If the
+  /// result's status is not kConverged the belief stays as it was.
   template <class Measurement>
   auto update(Measurement&& measurement) {
     auto result = update_(belief_, std::forward<Measurement>(measurement), rule_);

@@ -3,7 +3,7 @@
 
 #include <concepts>
 
-#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/filters/update_status.hpp>
 
 namespace antipode {

@@ -3,15 +3,15 @@
 
 #include <concepts>
 
-#include <antipode/concepts.hpp>
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/pose_algebra.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/filters/pose_algebra.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/quaternion.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/sampling/pose_rules.hpp>
+#include <antipode/sampling/sigma_point_rule.hpp>
 
 /// Prediction of a pose by a measured motion, x_k = x_(k-1) u_k v_k (DQV-SLAM Eqs. 5-7, 11).
 ///

@@ -7,13 +7,14 @@
 #include <limits>
 #include <type_traits>
 
-#include <antipode/concepts.hpp>
 #include <antipode/detail/check.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/progression.hpp>
+#include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/update_status.hpp>
 #include <antipode/sampling/pose_rules.hpp>
+#include <antipode/sampling/sigma_point_rule.hpp>
 
 /// Progressive Bayes update of a pose density by any likelihood (DQV-SLAM Alg. 2, corrected, in the log
 /// domain).
@@ -144,8 +145,8 @@ template <class Scalar, class L, class Rule>
 }  // namespace detail
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
-/// void(8 x Count poses, values) (see concepts.hpp). Throws on invalid options; what can go wrong with the
-/// numbers comes back as the status.
+/// void(8 x Count poses, values) (see log_likelihood.hpp). Throws on invalid options; what can go wrong with
+/// the numbers comes back as the status.
 template <std::floating_point Scalar, class L, PoseRule<BinghamGaussian<Scalar>> Rule>
 requires LogLikelihood<L, Scalar, Rule::kCount>
 [[nodiscard]] ProgressiveResult<Scalar> progressive_update(const BinghamGaussian<Scalar>& prior,

@@ -6,19 +6,19 @@
 #include <concepts>
 #include <limits>
 
-#include <antipode/concepts.hpp>
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/detail/solve.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/progression.hpp>
-#include <antipode/filters/detail/rooted_pose.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/filters/detail/sqrt_pose_gaussian.hpp>
+#include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/update_status.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/weighted_samples.hpp>
 
 /// Bayes update of a concentrated pose density by any likelihood, through quadratic models of the
@@ -73,7 +73,7 @@ struct QuadraticFit {
 /// Asks the likelihood at the points of a rule for N(0, spread^2 I) in the density's coordinates y and
 /// projects it onto Hermite polynomials.
 template <class Scalar, class L, int Count>
-[[nodiscard]] QuadraticFit<Scalar> fit_quadratic(const RootedPose<Scalar>& density, Scalar spread,
+[[nodiscard]] QuadraticFit<Scalar> fit_quadratic(const SqrtPoseGaussian<Scalar>& density, Scalar spread,
                                                  L& log_likelihood,
                                                  const WeightedSamples<Scalar, 6, Count>& standard) {
   using std::sqrt;
@@ -115,7 +115,7 @@ template <class Scalar, class L, int Count>
 /// The last step of the progression: from where, by which model, and where it led.
 template <class Scalar>
 struct QuadraticStep {
-  RootedPose<Scalar> density;
+  SqrtPoseGaussian<Scalar> density;
   QuadraticFit<Scalar> fit = {};
   Scalar power = Scalar(0);  ///< of the likelihood in the density
   Scalar next = Scalar(0);   ///< power that the whole step leads to
@@ -185,9 +185,9 @@ void check_options(const QuadraticUpdateOptions<Scalar>& options) {
 }  // namespace detail
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
-/// void(8 x Count poses, values) (see concepts.hpp). The rule must be exact to degree 5. Throws on invalid
-/// options and covariances; what can go wrong with the numbers comes back as the status. With a singular
-/// covariance the powers are applied one after another and there is no fixed point.
+/// void(8 x Count poses, values) (see log_likelihood.hpp). The rule must be exact to degree 5. Throws on
+/// invalid options and covariances; what can go wrong with the numbers comes back as the status. With a
+/// singular covariance the powers are applied one after another and there is no fixed point.
 template <std::floating_point Scalar, class L, GaussianRule Rule = MysovskikhRule<6>>
 requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
     [[nodiscard]] PoseUpdateResult<Scalar> quadratic_update(
@@ -202,10 +202,10 @@ requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
   constexpr int kMostRepeats = 2;           // of fits without growth, before steps are halved
   constexpr int kMostRetries = 12;          // of one step, each half as far
   detail::check_options(options);
-  const auto origin = detail::RootedPose<Scalar>::of(prior);
+  const auto origin = detail::SqrtPoseGaussian<Scalar>::of(prior);
   const auto standard = rule.template standard<Scalar>();
   PoseUpdateResult<Scalar> result{.posterior = prior};
-  detail::RootedPose<Scalar> density = origin;  // conditioned on the likelihood to the power
+  detail::SqrtPoseGaussian<Scalar> density = origin;  // conditioned on the likelihood to the power
   Scalar power(0), spread(1);
   detail::QuadraticStep<Scalar> last{origin};
   int retries = kMostRetries;

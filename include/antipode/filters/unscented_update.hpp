@@ -4,15 +4,15 @@
 #include <concepts>
 #include <optional>
 
-#include <antipode/concepts.hpp>
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/statistical_regression.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
 
 /// Unscented filtering of a vector x, a landmark say, that is measured from a pose: z = h(pose, x) + v, v ~

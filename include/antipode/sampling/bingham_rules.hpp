@@ -7,12 +7,12 @@
 #include <limits>
 #include <numbers>
 
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/products.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/distributions/bingham.hpp>
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/weighted_samples.hpp>
 
 /// Deterministic samples of a Bingham density. Every rule reproduces the scatter matrix E[x x^T] exactly: a

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <concepts>
 
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/quaternion.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 #include <antipode/weighted_samples.hpp>
 
 /// Deterministic samples of a pose density, the columns [q; p]. They honour the coupling of translation and

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string>
 
-#include <antipode/concepts.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/geometry/manifold.hpp>
 
 /// Comparing an analytic Jacobian with central differences, for any test framework.
 namespace antipode::testing {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include <antipode/concepts.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/geometry/manifold.hpp>
 
-/// The laws of the concepts in concepts.hpp as checks a type of one's own can be put through, in any test
+/// Checks of the laws in manifold.hpp for user-defined types, usable in any test
 /// framework.
 namespace antipode::testing {
 

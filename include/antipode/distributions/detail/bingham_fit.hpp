@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/distributions/detail/bingham_contour.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
 #include <antipode/eigen_types.hpp>
 
 namespace antipode::detail {

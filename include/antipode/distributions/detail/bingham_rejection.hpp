@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include <antipode/distributions/detail/standard_normal.hpp>
+#include <antipode/detail/standard_normal.hpp>
 #include <antipode/eigen_types.hpp>
 
 namespace antipode::detail {

@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 
 /// The normaliser of a projected Gaussian by a one-dimensional integral (MPG Eq. 12, where the paper takes

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include <antipode/distributions/detail/cholesky.hpp>
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/distributions/detail/pose_seeding.hpp>
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/distributions/detail/tangent_moments.hpp>
 #include <antipode/eigen_types.hpp>

@@ -7,8 +7,8 @@
 #include <cstddef>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>

@@ -7,12 +7,12 @@
 #include <optional>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/detail/solve.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/jacobians.hpp>
 
@@ -65,13 +65,13 @@ template <class Scalar>
 
 /// A pose density by a root of its covariance.
 template <class Scalar>
-struct RootedPose {
+struct SqrtPoseGaussian {
   DualQuaternion<Scalar> pose;
   Matrix6<Scalar> L;
   bool invertible = true;  ///< L is
 
   /// Throws unless the density is finite with a positive semidefinite covariance.
-  [[nodiscard]] static RootedPose of(const PoseGaussian<Scalar>& density) {
+  [[nodiscard]] static SqrtPoseGaussian of(const PoseGaussian<Scalar>& density) {
     require_finite("pose is not finite", density.pose.coeffs());
     const auto root = root_of_covariance<Scalar, 6>(
         "pose covariance has a negative eigenvalue",
@@ -82,19 +82,19 @@ struct RootedPose {
   /// The density of pose exp(L y) for y of the given Gaussian: the mean moves, and with it the tangent space.
   /// Nothing if y leads more than half a turn away, where there is no such tangent vector, or beyond all
   /// measure.
-  [[nodiscard]] std::optional<RootedPose> moved(const ConditionedGaussian<Scalar>& y) const {
+  [[nodiscard]] std::optional<SqrtPoseGaussian> moved(const ConditionedGaussian<Scalar>& y) const {
     const Vector6<Scalar> xi = L * y.mean;
     const Matrix6<Scalar> L_root = L * y.root;
     const bool reachable =
         std::isfinite(xi.squaredNorm()) && xi.template head<3>().norm() <= std::numbers::pi_v<Scalar>;
     if (!reachable || !std::isfinite(L_root.squaredNorm())) return std::nullopt;
-    RootedPose result{pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L_root, invertible};
+    SqrtPoseGaussian result{pose.boxplus(xi).renormalized(), se3_right_jacobian(xi) * L_root, invertible};
     if (!std::isfinite(result.L.squaredNorm())) return std::nullopt;
     return result;
   }
 
   /// `prior` times exp(l), with l in this density's coordinates y, and so the result. L must be invertible.
-  [[nodiscard]] ConditionedGaussian<Scalar> condition_prior(const RootedPose& prior,
+  [[nodiscard]] ConditionedGaussian<Scalar> condition_prior(const SqrtPoseGaussian& prior,
                                                             const QuadraticLogLikelihood<Scalar>& l) const {
     const Vector6<Scalar> to_prior = prior.pose.boxminus(pose);
     Matrix<Scalar, 6, 7> mean_and_root;

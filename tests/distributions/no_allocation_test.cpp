@@ -3,8 +3,9 @@
 
 #include <antipode/distributions/mixture_reduction.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
+#include <antipode/sampling/sample_projected_gaussian.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 
 using namespace antipode;

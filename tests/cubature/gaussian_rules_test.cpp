@@ -2,9 +2,9 @@
 #include <cmath>
 #include <limits>
 
+#include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/cubature/point_sets.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
-#include <antipode/sampling/point_sets.hpp>
 
 #include "sampling/sample_list.hpp"
 #include "support/catch.hpp"
@@ -107,7 +107,7 @@ TEST_CASE("Rules have the number of points they are known for", "[rules]") {
   STATIC_REQUIRE(CubatureRule<3>::kCount == 6);
   STATIC_REQUIRE(Degree5Rule<3>::kCount == 15);
   STATIC_REQUIRE(MysovskikhRule<6>::kCount == 57);
-  STATIC_REQUIRE(!GaussianRule<Gaussian<double, 3>>);
+  STATIC_REQUIRE(!GaussianRule<Vector3<double>>);
 }
 
 TEST_CASE("The unscented rule has kurtosis Dim + kappa", "[rules]") {
@@ -137,40 +137,6 @@ TEST_CASE("Random point sets repeat with their seed", "[rules][random]") {
   const MatrixXd points = draw(first);
   CHECK(max_difference(points, draw(second)) == 0.0);
   CHECK(max_difference(points, draw(third)) > 0.1);
-}
-
-TEMPLATE_TEST_CASE("Samples of a Gaussian have its mean and covariance, singular or not", "[rules][law]",
-                   float, double) {
-  const auto check = [](const SampleList& samples, const Gaussian<TestType, 3>& g) {
-    const VectorXd mean = g.mean().template cast<double>();
-    CHECK(max_difference(samples.mean(), mean) <= 30 * kEpsilon<TestType>);
-    CHECK(max_difference(samples.second_moments(mean), g.covariance()) <= 60 * kEpsilon<TestType>);
-  };
-  for (unsigned seed = 0; seed < 20; ++seed) {
-    CAPTURE(seed);
-    Rng rng(seed);
-    const Vector3<TestType> mean = random_matrix<TestType, 3, 1>(rng);
-    for (const int rank : {0, 1, 2, 3}) {
-      Matrix3<TestType> A = random_matrix<TestType, 3>(rng);
-      for (int i = rank; i < 3; ++i) A.col(i).setZero();
-      const Gaussian<TestType, 3> g(mean,
-                                    detail::scaled_square<TestType, 3, 3>(A, Vector3<TestType>::Ones()));
-      check(SampleList(sample(UnscentedRule<3>{1.5}, g)), g);
-      check(SampleList(sample(CubatureRule<3>{}, g)), g);
-      check(SampleList(sample(Degree5Rule<3>{}, g)), g);
-      check(SampleList(sample(PointSetRule<3, 12>::fibonacci(), g)), g);
-    }
-  }
-}
-
-TEST_CASE("The unscented points of a regular covariance use its lower Cholesky factor", "[rules]") {
-  const Gaussian<double, 2> g(Vector2<double>(1.0, 2.0), Matrix2<double>{{4.0, 2.0}, {2.0, 10.0}});
-  const auto samples = sample(UnscentedRule<2>{.kappa = 2.0}, g);
-  Matrix<double, 2, 5> expected;
-  expected << 1, 5, 1, -3, 1,  //
-      2, 4, 8, 0, -4;
-  CHECK(max_difference(samples.points, expected) <= 1e-14);
-  CHECK(samples.weights[0] == 0.5);
 }
 
 TEST_CASE("A spread that would need negative weights is refused with its value", "[rules][error]") {

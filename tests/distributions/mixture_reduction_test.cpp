@@ -5,7 +5,7 @@
 
 #include <antipode/distributions/mixture_reduction.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 #include "support/reference.hpp"

@@ -5,7 +5,7 @@
 
 #include <antipode/distributions/pose_box.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 

@@ -6,7 +6,7 @@
 
 #include <antipode/distributions/projected_gaussian_operations.hpp>
 
-#include "mixtures/random_projected_gaussians.hpp"
+#include "distributions/random_projected_gaussians.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 

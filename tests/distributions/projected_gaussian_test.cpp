@@ -7,11 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include <antipode/concepts.hpp>
+#include <antipode/distributions/density.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
 
+#include "distributions/random_projected_gaussians.hpp"
 #include "distributions/sphere_quadrature.hpp"
-#include "mixtures/random_projected_gaussians.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 

@@ -8,7 +8,7 @@
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/mixture.hpp>
 
-#include "mixtures/random_projected_gaussians.hpp"
+#include "distributions/random_projected_gaussians.hpp"
 
 namespace antipode::test {
 

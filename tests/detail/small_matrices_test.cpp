@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <limits>
 
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/detail/solve.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
 
 #include "support/catch.hpp"
 #include "support/random.hpp"

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 
 #include "support/catch.hpp"
 #include "support/random.hpp"

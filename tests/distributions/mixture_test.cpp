@@ -3,12 +3,12 @@
 #include <limits>
 #include <numbers>
 
-#include <antipode/concepts.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/distributions/mixture.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 #include "support/reference.hpp"

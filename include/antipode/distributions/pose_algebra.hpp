@@ -5,12 +5,12 @@
 #include <concepts>
 #include <cstddef>
 
+#include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/positive_semidefinite.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
-#include <antipode/sampling/gaussian_rules.hpp>
 
 /// Products, inverses and differences of uncertain poses.
 ///

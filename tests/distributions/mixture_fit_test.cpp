@@ -6,7 +6,7 @@
 
 #include <antipode/distributions/mixture_fit.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 

@@ -2,10 +2,11 @@
 #include <cmath>
 #include <limits>
 
-#include <antipode/concepts.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
+#include <antipode/sampling/sample_projected_gaussian.hpp>
+#include <antipode/sampling/sigma_point_rule.hpp>
 
-#include "mixtures/random_projected_gaussians.hpp"
+#include "distributions/random_projected_gaussians.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 

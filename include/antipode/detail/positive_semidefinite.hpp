@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/symmetric_eigen.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 
 namespace antipode::detail {

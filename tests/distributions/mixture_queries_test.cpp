@@ -4,8 +4,9 @@
 
 #include <antipode/distributions/mixture_queries.hpp>
 #include <antipode/distributions/projected_orientation.hpp>
+#include <antipode/sampling/mixture_moments.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 

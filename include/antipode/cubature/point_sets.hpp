@@ -7,9 +7,9 @@
 #include <random>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/detail/cholesky.hpp>
-#include <antipode/distributions/detail/standard_normal.hpp>
+#include <antipode/detail/standard_normal.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/weighted_samples.hpp>
 

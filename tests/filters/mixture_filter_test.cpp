@@ -8,7 +8,7 @@
 #include <antipode/filters/predict.hpp>
 #include <antipode/filters/update_status.hpp>
 
-#include "mixtures/random_mixtures.hpp"
+#include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
 
 using namespace antipode;

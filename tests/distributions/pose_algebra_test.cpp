@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-#include <antipode/filters/pose_algebra.hpp>
+#include <antipode/distributions/pose_algebra.hpp>
 
 #include "filters/models.hpp"
 #include "support/catch.hpp"

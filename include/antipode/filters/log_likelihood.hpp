@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+
+namespace antipode {
+
+/// The log-likelihood of a fixed measurement, asked for one pose at a time: Scalar(pose).
+///
+/// Laws: a pure function; the same for x and -x; constants that do not depend on the pose may be left out
+/// (then they
+///   are missing from the evidence, too). A pose that cannot explain the measurement at all, a landmark
+///   behind the camera say, has a very negative finite value or -infinity; never NaN, never +infinity.
+template <class L, class Scalar>
+concept PoseLogLikelihood = requires(L& log_likelihood, const DualQuaternion<Scalar>& pose) {
+  { log_likelihood(pose) } -> std::convertible_to<Scalar>;
+};
+
+/// The same for `Count` poses in one call, void(poses, values): 8 x Count columns [q; p] in, one value each
+/// out. Worth its while when work can be shared between the poses. An Eigen::Ref of dynamic size accepts
+/// every Count.
+template <class L, class Scalar, int Count>
+concept BatchedPoseLogLikelihood = requires(L& log_likelihood, const Matrix<Scalar, 8, Count>& poses,
+                                            Vector<Scalar, Count>& values) {
+  log_likelihood(poses, values);
+};
+
+/// A log-likelihood of poses in either form.
+template <class L, class Scalar, int Count>
+concept LogLikelihood = PoseLogLikelihood<L, Scalar> || BatchedPoseLogLikelihood<L, Scalar, Count>;
+
+/// The log-likelihood of every column of `poses`, through whichever form the callable has.
+template <class Scalar, int Count, LogLikelihood<Scalar, Count> L>
+void evaluate_log_likelihood(L& log_likelihood, const Matrix<Scalar, 8, Count>& poses,
+                             Vector<Scalar, Count>& values) {
+  if constexpr (BatchedPoseLogLikelihood<L, Scalar, Count>) {
+    log_likelihood(poses, values);
+  } else {
+    for (int k = 0; k < Count; ++k) {
+      values[k] = log_likelihood(DualQuaternion<Scalar>::unchecked(poses.col(k)));
+    }
+  }
+}
+
+}  // namespace antipode
