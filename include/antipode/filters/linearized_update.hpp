@@ -72,6 +72,66 @@ struct Linearization {
   bool finite = true;
 };
 
+/// One measurement over a density: z = mean + A y + e with Cov(e) = disturbance.
+template <class Scalar, int Dim>
+struct LinearMeasurementModel {
+  Vector<Scalar, Dim> mean;
+  Matrix<Scalar, Dim, 6> A;
+  Matrix<Scalar, Dim> disturbance;
+};
+
+/// The regression of predicted measurements, one a column, on the sigma points that they were predicted at.
+template <class Scalar, int Dim, int Count>
+[[nodiscard]] LinearMeasurementModel<Scalar, Dim> regress_on_points(
+    const Matrix<Scalar, Dim, Count>& predicted, const WeightedSamples<Scalar, 6, Count>& standard) {
+  using Z = Vector<Scalar, Dim>;
+  LinearMeasurementModel<Scalar, Dim> model{Z::Zero(), Matrix<Scalar, Dim, 6>::Zero(),
+                                            Matrix<Scalar, Dim>::Zero()};
+  for (int k = 0; k < Count; ++k) model.mean += standard.weights[k] * predicted.col(k);
+  for (int k = 0; k < Count; ++k) {
+    add_outer_product<Scalar, Dim, 6>(standard.weights[k], predicted.col(k) - model.mean,
+                                      standard.points.col(k), model.A);
+  }
+  for (int k = 0; k < Count; ++k) {
+    const Z error = predicted.col(k) - model.mean - model.A * standard.points.col(k);
+    add_outer_product(standard.weights[k], error, error, model.disturbance);
+  }
+  return model;
+}
+
+/// Adds the log-likelihood of one measurement; sets `finite` to false where its numbers are not.
+template <class Scalar, int Dim>
+void add_measurement(const Vector<Scalar, Dim>& z, const Matrix<Scalar, Dim>& R,
+                     const LinearMeasurementModel<Scalar, Dim>& h,
+                     const LinearizedUpdateOptions<Scalar>& options, Linearization<Scalar>& sum) {
+  using Square = Matrix<Scalar, Dim>;
+  using std::log;
+  const Vector<Scalar, Dim> innovation = z - h.mean;
+  const Square noise = R + h.disturbance;
+  const auto R_root = cholesky_factor<Scalar, Dim>(R);
+  const auto noise_root = cholesky_factor(noise);
+  if (!innovation.allFinite() || !R_root || !noise_root) {
+    sum.finite = false;
+    return;
+  }
+  Scalar weight(1);
+  if (options.robust != RobustWeight::kNone) {
+    const Square S = noise + scaled_square<Scalar, Dim, 6>(h.A, Vector6<Scalar>::Ones());
+    const auto S_root = cholesky_factor(S);
+    const Scalar distance =
+        S_root ? solve_lower(*S_root, innovation).squaredNorm() : std::numeric_limits<Scalar>::infinity();
+    weight = robust_weight(options.robust, distance, options.robust_scale);
+  }
+  const Vector<Scalar, Dim> whitened = solve_lower(*noise_root, innovation);
+  const Matrix<Scalar, 6, Dim> slope = solve_lower(*noise_root, h.A).transpose();
+  sum.model.gradient += weight * (slope * whitened);
+  sum.model.curvature += scaled_square<Scalar, 6, Dim>(slope, Vector<Scalar, Dim>::Constant(weight));
+  sum.model.constant -= Scalar(0.5) * weight * whitened.squaredNorm();
+  for (int j = 0; j < Dim; ++j) sum.model.constant -= log((*noise_root)(j, j) / (*R_root)(j, j));
+  const Square R_inverse_root = solve_lower<Scalar, Dim, Dim>(*R_root, Square::Identity());
+  sum.residual += congruence<Scalar, Dim, Dim>(R_inverse_root, h.disturbance).trace();
+}
+
 template <class Scalar, class Measurements, class Model, int Count>
 [[nodiscard]] Linearization<Scalar> linearize(const SqrtPoseGaussian<Scalar>& density,
                                               const Measurements& measurements, const Model& h,
@@ -79,9 +139,7 @@ template <class Scalar, class Measurements, class Model, int Count>
                                               const LinearizedUpdateOptions<Scalar>& options) {
   using Measurement = std::ranges::range_value_t<Measurements>;
   using Z = std::remove_cvref_t<decltype(std::declval<const Measurement&>().z)>;
-  using std::log;
   constexpr int kDim = Z::RowsAtCompileTime;
-  using Square = Matrix<Scalar, kDim>;
   std::array<DualQuaternion<Scalar>, Count> poses;
   for (int k = 0; k < Count; ++k) {
     const Vector6<Scalar> xi = density.L * standard.points.col(k);
@@ -89,8 +147,8 @@ template <class Scalar, class Measurements, class Model, int Count>
   }
   Linearization<Scalar> sum;
   Matrix<Scalar, kDim, Count> predicted;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(std::ranges::size(measurements)); ++i) {
-    const auto& measurement = measurements[static_cast<std::ranges::range_difference_t<Measurements>>(i)];
+  const auto count = static_cast<std::size_t>(std::ranges::size(measurements));
+  for (std::size_t i = 0; i < count && sum.finite; ++i) {
     bool measurable = true;
     for (std::size_t k = 0; k < Count && measurable; ++k) {
       const std::optional<Z> z = h(poses[k], i);
@@ -99,43 +157,9 @@ template <class Scalar, class Measurements, class Model, int Count>
     }
     if (!measurable) continue;
     ++sum.used;
-
-    Z mean = Z::Zero();
-    for (int k = 0; k < Count; ++k) mean += standard.weights[k] * predicted.col(k);
-    Matrix<Scalar, kDim, 6> A = Matrix<Scalar, kDim, 6>::Zero();
-    for (int k = 0; k < Count; ++k) {
-      add_outer_product<Scalar, kDim, 6>(standard.weights[k], predicted.col(k) - mean, standard.points.col(k),
-                                         A);
-    }
-    Square disturbance = Square::Zero();
-    for (int k = 0; k < Count; ++k) {
-      const Z error = predicted.col(k) - mean - A * standard.points.col(k);
-      add_outer_product(standard.weights[k], error, error, disturbance);
-    }
-    const Z innovation = measurement.z - mean;
-    const Square noise = measurement.R + disturbance;
-    const auto R_root = cholesky_factor<Scalar, kDim>(measurement.R);
-    const auto noise_root = cholesky_factor(noise);
-    if (!innovation.allFinite() || !R_root || !noise_root) {
-      sum.finite = false;
-      return sum;
-    }
-    Scalar weight(1);
-    if (options.robust != RobustWeight::kNone) {
-      const Square S = noise + scaled_square<Scalar, kDim, 6>(A, Vector6<Scalar>::Ones());
-      const auto S_root = cholesky_factor(S);
-      const Scalar distance =
-          S_root ? solve_lower(*S_root, innovation).squaredNorm() : std::numeric_limits<Scalar>::infinity();
-      weight = robust_weight(options.robust, distance, options.robust_scale);
-    }
-    const Z whitened = solve_lower(*noise_root, innovation);
-    const Matrix<Scalar, 6, kDim> slope = solve_lower(*noise_root, A).transpose();
-    sum.model.gradient += weight * (slope * whitened);
-    sum.model.curvature += scaled_square<Scalar, 6, kDim>(slope, Z::Constant(weight));
-    sum.model.constant -= Scalar(0.5) * weight * whitened.squaredNorm();
-    for (int j = 0; j < kDim; ++j) sum.model.constant -= log((*noise_root)(j, j) / (*R_root)(j, j));
-    const Square R_inverse_root = solve_lower<Scalar, kDim, kDim>(*R_root, Square::Identity());
-    sum.residual += congruence<Scalar, kDim, kDim>(R_inverse_root, disturbance).trace();
+    const auto& measurement = measurements[static_cast<std::ranges::range_difference_t<Measurements>>(i)];
+    add_measurement<Scalar, kDim>(measurement.z, measurement.R,
+                                  regress_on_points<Scalar, kDim, Count>(predicted, standard), options, sum);
   }
   return sum;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <type_traits>
 
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
@@ -182,120 +183,184 @@ void check_options(const QuadraticUpdateOptions<Scalar>& options) {
   }
 }
 
+enum class IterationState { kRunning, kDone, kFailed };
+
+/// The iteration of quadratic_update: fit a model, choose the power, condition the prior, move the density.
+template <class Scalar, class L, int Count>
+class QuadraticIteration {
+ public:
+  QuadraticIteration(const PoseGaussian<Scalar>& prior, L& log_likelihood,
+                     const WeightedSamples<Scalar, 6, Count>& standard,
+                     const QuadraticUpdateOptions<Scalar>& options)
+      : origin_(SqrtPoseGaussian<Scalar>::of(prior)),
+        log_likelihood_(log_likelihood),
+        standard_(standard),
+        options_(options),
+        density_(origin_),
+        last_{origin_},
+        result_{.posterior = prior} {}
+
+  [[nodiscard]] PoseUpdateResult<Scalar> run() {
+    IterationState state = IterationState::kRunning;
+    while (state == IterationState::kRunning) state = iterate();
+    if (state == IterationState::kFailed) return result_;
+    result_.posterior = density_.density();
+    if (result_.log_likelihood < options_.min_log_likelihood) result_.status = UpdateStatus::kDiverged;
+    return result_;
+  }
+
+ private:
+  static constexpr Scalar kMinSpread{1.0 / 64.0};  // of the fit, in standard deviations
+  static constexpr int kMostRepeats = 2;           // of fits without growth, before steps are halved
+  static constexpr int kMostRetries = 12;          // of one step, each half as far
+
+  [[nodiscard]] IterationState iterate() {
+    auto fit = fit_quadratic(density_, spread_, log_likelihood_, standard_);
+    result_.evaluations += Count;
+    if (!fit.range.valid || !std::isfinite(fit.residual)) return fail(UpdateStatus::kNotFinite);
+    if (overshot(fit)) {
+      fit = take_back_last_step();
+    } else {
+      if (needs_narrower_fit(fit)) return refit_narrower();
+      if (!fit.range.supported()) return fail(UpdateStatus::kNoSupport);
+      choose_power(fit);
+    }
+    result_.log_likelihood = fit.range.hi;
+    result_.residual = std::hypot(fit.residual, fit.dropped);
+    condition_on(fit);
+    if (!last_.y.finite()) return fail(UpdateStatus::kNotFinite);
+    const bool settled = has_settled(fit);
+    if (!settled) halve_step();
+    return move(settled);
+  }
+
+  /// Whether the log-likelihood fell short of what the model of the last step promised.
+  [[nodiscard]] bool overshot(const QuadraticFit<Scalar>& fit) const {
+    constexpr Scalar kMaxShortfall(6);  // in max_residual
+    return retries_ < kMostRetries && origin_.invertible &&
+           power_ * last_.shortfall(fit, spread_) > kMaxShortfall * options_.max_residual;
+  }
+
+  /// Returns to where the last step started; the next one goes half as far.
+  [[nodiscard]] QuadraticFit<Scalar> take_back_last_step() {
+    ++retries_;
+    density_ = last_.density;
+    next_ = last_.next;
+    power_ = last_.power;
+    return last_.fit;
+  }
+
+  [[nodiscard]] bool needs_narrower_fit(const QuadraticFit<Scalar>& fit) const {
+    constexpr Scalar kPoorFit(0.7);  // of what it should explain remains unexplained
+    const bool poor = !fit.range.supported() || fit.residual > kPoorFit * fit.explained;
+    return poor && fit.residual > options_.max_residual && spread_ > kMinSpread;
+  }
+
+  [[nodiscard]] IterationState refit_narrower() {
+    spread_ /= 2;
+    return IterationState::kRunning;
+  }
+
+  /// The power grows as fast as the residual of the fit allows, and by a quarter where it stalls.
+  void choose_power(const QuadraticFit<Scalar>& fit) {
+    constexpr Scalar kGrowth(1.05);        // below which the power stalls
+    constexpr Scalar kForcedGrowth(1.25);  // when it does
+    const auto wanted =
+        next_power(power_, options_.max_residual / fit.residual, result_.steps, options_.max_steps);
+    result_.limit_hit = result_.limit_hit || wanted.forced;
+    next_ = wanted.power;
+    repeats_ = next_ > kGrowth * power_ ? 0 : repeats_ + 1;
+    // The posterior is less Gaussian than max_residual asks for; the power has to grow all the same.
+    if (repeats_ > kMostRepeats) next_ = std::min(Scalar(1), std::max(next_, kForcedGrowth * power_));
+    last_.fit = fit;
+    last_.density = density_;
+    last_.power = power_;
+    last_.next = next_;
+    retries_ = 0;
+  }
+
+  void condition_on(const QuadraticFit<Scalar>& fit) {
+    last_.y = origin_.invertible ? density_.condition_prior(origin_, fit.model.scaled(next_))
+                                 : condition<Scalar>(Vector6<Scalar>::Zero(), Matrix6<Scalar>::Identity(),
+                                                     fit.model.scaled(next_ - power_));
+  }
+
+  /// Whether the density after this step is the posterior. A model that is exact over the prior is exact over
+  /// the posterior; so is one that is exact over a density that the posterior lies within.
+  [[nodiscard]] bool has_settled(const QuadraticFit<Scalar>& fit) const {
+    constexpr Scalar kExactFit(0.01);  // residual at which a fit needs no repetition
+    const bool exact = spread_ == Scalar(1) && fit.residual <= kExactFit &&
+                       (result_.steps == 0 || is_within(last_.y, options_.tolerance));
+    return next_ == Scalar(1) && retries_ == 0 &&
+           (exact || is_settled(last_.y, options_.tolerance) || !origin_.invertible);
+  }
+
+  /// Half steps end the oscillation that whole ones may fall into.
+  void halve_step() {
+    const int halvings = retries_ > 0 ? retries_ : repeats_ > kMostRepeats ? 1 : 0;
+    if (halvings == 0 || !origin_.invertible) return;
+    const Scalar share = std::pow(Scalar(0.5), Scalar(halvings));
+    last_.y = damped(last_.y, share);
+    if (retries_ > 0) next_ = power_ + share * (next_ - power_);
+  }
+
+  [[nodiscard]] IterationState move(bool settled) {
+    const auto moved = density_.moved(last_.y);
+    if (!moved) {  // a model that leads nowhere is a poor one
+      return spread_ > kMinSpread ? refit_narrower() : fail(UpdateStatus::kDiverged);
+    }
+    density_ = *moved;
+    power_ = next_;
+    ++result_.steps;
+    result_.log_evidence =
+        origin_.invertible ? last_.y.log_evidence : result_.log_evidence + last_.y.log_evidence;
+    if (settled) return IterationState::kDone;
+    if (result_.steps >= options_.max_steps) {
+      result_.status = UpdateStatus::kDiverged;
+      result_.limit_hit = true;
+      return IterationState::kDone;
+    }
+    spread_ = std::min(Scalar(1), 2 * spread_);
+    return IterationState::kRunning;
+  }
+
+  /// The posterior stays the prior.
+  [[nodiscard]] IterationState fail(UpdateStatus status) {
+    result_.status = status;
+    return IterationState::kFailed;
+  }
+
+  const SqrtPoseGaussian<Scalar> origin_;  ///< the prior
+  L& log_likelihood_;
+  const WeightedSamples<Scalar, 6, Count>& standard_;
+  const QuadraticUpdateOptions<Scalar>& options_;
+
+  SqrtPoseGaussian<Scalar> density_;  ///< the prior conditioned on the likelihood to the power
+  Scalar power_ = Scalar(0);
+  Scalar next_ = Scalar(0);    ///< power after the step
+  Scalar spread_ = Scalar(1);  ///< of the points that the model is fitted to, in standard deviations
+  QuadraticStep<Scalar> last_;
+  int retries_ = kMostRetries;  ///< of the last step
+  int repeats_ = 0;             ///< fits in succession that did not allow a larger power
+  PoseUpdateResult<Scalar> result_;
+};
+
 }  // namespace detail
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
 /// void(8 x Count poses, values) (see log_likelihood.hpp). The rule must be exact to degree 5. Throws on
-/// invalid options and covariances; what can go wrong with the numbers comes back as the status. With a
-/// singular covariance the powers are applied one after another and there is no fixed point.
+/// invalid options and covariances; numerical failures are reported in the status. With a singular covariance
+/// the powers are applied one after another and there is no fixed point.
 template <std::floating_point Scalar, class L, GaussianRule Rule = MysovskikhRule<6>>
 requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
     [[nodiscard]] PoseUpdateResult<Scalar> quadratic_update(
         const PoseGaussian<Scalar>& prior, L&& log_likelihood,
         const QuadraticUpdateOptions<Scalar>& options = {}, const Rule& rule = {}) {
-  constexpr Scalar kMinSpread(1.0 / 64.0);  // of the fit, in standard deviations
-  constexpr Scalar kPoorFit(0.7);           // of what it should explain remains unexplained
-  constexpr Scalar kExactFit(0.01);         // residual at which a fit needs no repetition
-  constexpr Scalar kMaxShortfall(6);        // of the log-likelihood behind its model, in max_residual
-  constexpr Scalar kGrowth(1.05);           // of the power, below which it stalls
-  constexpr Scalar kForcedGrowth(1.25);     // when it does
-  constexpr int kMostRepeats = 2;           // of fits without growth, before steps are halved
-  constexpr int kMostRetries = 12;          // of one step, each half as far
   detail::check_options(options);
-  const auto origin = detail::SqrtPoseGaussian<Scalar>::of(prior);
   const auto standard = rule.template standard<Scalar>();
-  PoseUpdateResult<Scalar> result{.posterior = prior};
-  detail::SqrtPoseGaussian<Scalar> density = origin;  // conditioned on the likelihood to the power
-  Scalar power(0), spread(1);
-  detail::QuadraticStep<Scalar> last{origin};
-  int retries = kMostRetries;
-  int repeats = 0;  // fits in succession that did not allow a larger power
-  for (bool settled = false; !settled;) {
-    auto fit = detail::fit_quadratic(density, spread, log_likelihood, standard);
-    result.evaluations += Rule::kCount;
-    if (!fit.range.valid || !std::isfinite(fit.residual)) {
-      result.status = UpdateStatus::kNotFinite;
-      return result;
-    }
-    Scalar next = power;
-    if (retries < kMostRetries && origin.invertible &&
-        power * last.shortfall(fit, spread) > kMaxShortfall * options.max_residual) {
-      // The model promised more than was found: back, and not so far.
-      ++retries;
-      density = last.density;
-      fit = last.fit;
-      next = last.next;
-      power = last.power;
-    } else {
-      const bool poor = !fit.range.supported() || fit.residual > kPoorFit * fit.explained;
-      if (poor && fit.residual > options.max_residual && spread > kMinSpread) {
-        spread /= 2;
-        continue;
-      }
-      if (!fit.range.supported()) {
-        result.status = UpdateStatus::kNoSupport;
-        return result;
-      }
-      const auto wanted =
-          detail::next_power(power, options.max_residual / fit.residual, result.steps, options.max_steps);
-      result.limit_hit = result.limit_hit || wanted.forced;
-      next = wanted.power;
-      repeats = next > kGrowth * power ? 0 : repeats + 1;
-      // The posterior is less Gaussian than max_residual asks for; the power has to grow all the same.
-      if (repeats > kMostRepeats) next = std::min(Scalar(1), std::max(next, kForcedGrowth * power));
-      last.fit = fit;
-      last.density = density;
-      last.power = power;
-      last.next = next;
-      retries = 0;
-    }
-    result.log_likelihood = fit.range.hi;
-    result.residual = std::hypot(fit.residual, fit.dropped);
-    last.y = origin.invertible
-                 ? density.condition_prior(origin, fit.model.scaled(next))
-                 : detail::condition<Scalar>(Vector6<Scalar>::Zero(), Matrix6<Scalar>::Identity(),
-                                             fit.model.scaled(next - power));
-    if (!last.y.finite()) {
-      result.status = UpdateStatus::kNotFinite;
-      return result;
-    }
-    // A model that is exact over the prior is exact over the posterior; so is one that is exact over a
-    // density that the posterior lies within.
-    const bool exact = spread == Scalar(1) && fit.residual <= kExactFit &&
-                       (result.steps == 0 || detail::is_within(last.y, options.tolerance));
-    settled = next == Scalar(1) && retries == 0 &&
-              (exact || detail::is_settled(last.y, options.tolerance) || !origin.invertible);
-    // Half steps end the to and fro that whole ones may fall into.
-    const int halvings = retries > 0 ? retries : repeats > kMostRepeats ? 1 : 0;
-    if (halvings > 0 && !settled && origin.invertible) {
-      const Scalar share = std::pow(Scalar(0.5), Scalar(halvings));
-      last.y = detail::damped(last.y, share);
-      if (retries > 0) next = power + share * (next - power);
-    }
-    const auto moved = density.moved(last.y);
-    if (!moved && spread > kMinSpread) {  // a model that leads nowhere is a poor one
-      spread /= 2;
-      settled = false;
-      continue;
-    }
-    if (!moved) {
-      result.status = UpdateStatus::kDiverged;
-      return result;
-    }
-    density = *moved;
-    power = next;
-    ++result.steps;
-    result.log_evidence = origin.invertible ? last.y.log_evidence : result.log_evidence + last.y.log_evidence;
-    if (!settled && result.steps >= options.max_steps) {
-      result.status = UpdateStatus::kDiverged;
-      result.limit_hit = true;
-      settled = true;
-    }
-    spread = std::min(Scalar(1), 2 * spread);
-  }
-  result.posterior = density.density();
-  if (result.log_likelihood < options.min_log_likelihood) result.status = UpdateStatus::kDiverged;
-  return result;
+  return detail::QuadraticIteration<Scalar, std::remove_reference_t<L>, Rule::kCount>(prior, log_likelihood,
+                                                                                      standard, options)
+      .run();
 }
 
 }  // namespace antipode
