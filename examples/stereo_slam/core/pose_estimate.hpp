@@ -2,7 +2,7 @@
 #pragma once
 
 #include <antipode/distributions/bingham_gaussian.hpp>
-#include <antipode/filters/pose_algebra.hpp>
+#include <antipode/distributions/pose_algebra.hpp>
 
 #include "stereo_slam/core/types.hpp"
 

@@ -12,7 +12,7 @@
 #include <opencv2/core.hpp>
 
 #include <antipode/eigen_types.hpp>
-#include <antipode/filters/pose_gaussian.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
 /// Data that the stages of the SLAM hand to each other. Pixels, metres, radians; `T_a_b` maps b to a.
