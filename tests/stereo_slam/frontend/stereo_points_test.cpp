@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/stereo_points.hpp"
 
+#include "stereo_slam/keyframes/keyframe_database.hpp"
 #include "stereo_slam/local_map/seen_landmarks.hpp"
 #include "support/catch.hpp"
 
