@@ -66,20 +66,25 @@ const Graph kMayInclude = {
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/results"}},
     {"stereo_slam/visualization",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/tracking"}},
-    {"simulator", {"stereo_slam/core", "stereo_slam/io", "stereo_slam/dataset"}},
+    {"simulator/textures", {}},
+    {"simulator/rendering", {"stereo_slam/core", "stereo_slam/dataset", "simulator/textures"}},
+    {"simulator/world", {"stereo_slam/core", "stereo_slam/io", "simulator/textures", "simulator/rendering"}},
+    {"simulator/recording",
+     {"stereo_slam/core", "stereo_slam/io", "stereo_slam/dataset", "simulator/textures",
+      "simulator/rendering", "simulator/world"}},
     {"stereo_slam/app",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/dataset",
       "stereo_slam/tracking", "stereo_slam/slam", "stereo_slam/evaluation", "stereo_slam/results",
-      "stereo_slam/report", "stereo_slam/visualization", "simulator"}},
+      "stereo_slam/report", "stereo_slam/visualization", "simulator/rendering", "simulator/recording"}},
 };
 
-/// "antipode/filters/detail/progression.hpp" is in "antipode/filters", "simulator/mesh.hpp" in "simulator".
+/// "antipode/filters/detail/progression.hpp" is in "antipode/filters".
 [[nodiscard]] std::string folder_of(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   auto part = folder.begin();
   if (part == folder.end()) return "";
   fs::path result = *part++;
-  if (result != "simulator" && part != folder.end()) result /= *part;
+  if (part != folder.end()) result /= *part;
   return result.generic_string();
 }
 

@@ -22,8 +22,8 @@
 #include <fmt/ranges.h>
 #include <opencv2/core/utils/logger.hpp>
 
-#include "simulator/lens_view.hpp"
-#include "simulator/simulate.hpp"
+#include "simulator/recording/simulate.hpp"
+#include "simulator/rendering/lens_view.hpp"
 #include "stereo_slam/app/info.hpp"
 #include "stereo_slam/app/progress.hpp"
 #include "stereo_slam/app/runner.hpp"
@@ -282,7 +282,7 @@ Command add_info(CLI::App& parent) {
 }
 
 /// The same view in an image of another size; pixel centres have integer coordinates.
-simulate::PinholeCamera scaled(const simulate::PinholeCamera& camera, double scale) {
+simulator::PinholeCamera scaled(const simulator::PinholeCamera& camera, double scale) {
   return {.width_px = static_cast<int>(std::lround(camera.width_px * scale)),
           .height_px = static_cast<int>(std::lround(camera.height_px * scale)),
           .fx = camera.fx * scale,
@@ -298,7 +298,7 @@ Command add_simulate(CLI::App& parent) {
     bool quiet = false;
     std::string format = "kitti";
     std::optional<Distortion> distortion;
-    simulate::SimulationSettings settings;
+    simulator::SimulationSettings settings;
   };
   auto args = std::make_shared<Arguments>();
   auto& settings = args->settings;
@@ -310,8 +310,8 @@ Command add_simulate(CLI::App& parent) {
       ->type_name("POSES");
   app.add_option("--scene", settings.scenery,
                  "what is built along it: town, or highway, where most things are far; default: town")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, simulate::Scenery>{
-          {"town", simulate::Scenery::kTown}, {"highway", simulate::Scenery::kHighway}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, simulator::Scenery>{
+          {"town", simulator::Scenery::kTown}, {"highway", simulator::Scenery::kHighway}}));
   app.add_option(
          "--frames", settings.frames,
          fmt::format("how many; default: all of the file, or {} of the own drive", settings.kDefaultFrames))
@@ -355,10 +355,10 @@ Command add_simulate(CLI::App& parent) {
     args->settings.camera = scaled(args->settings.camera, args->scale);
     if (args->format == "euroc")
       args->settings.rig =
-          simulate::euroc_like_rig(args->distortion.value_or(Distortion::kRadTan), args->scale);
+          simulator::euroc_like_rig(args->distortion.value_or(Distortion::kRadTan), args->scale);
     const SignalGuard signals;
     Progress progress(args->quiet);
-    simulate::simulate(args->settings, args->output, [&](int done, int total) {
+    simulator::simulate(args->settings, args->output, [&](int done, int total) {
       progress.update(static_cast<std::size_t>(done), static_cast<std::size_t>(total), "rendered");
       return !SignalGuard::stop_requested();
     });

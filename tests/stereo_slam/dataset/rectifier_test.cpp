@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "simulator/lens_view.hpp"
+#include "simulator/rendering/lens_view.hpp"
 #include "support/catch.hpp"
 
 using namespace stereo_slam;
@@ -47,7 +47,7 @@ std::pair<cv::Mat1f, cv::Mat1f> ramps(const Lens& lens) {
 
 TEST_CASE("The rectified views of a point lie in one row, a disparity apart", "[rectifier]") {
   for (const auto model : {Distortion::kRadTan, Distortion::kEquidistant}) {
-    const StereoRig rig = simulate::euroc_like_rig(model);
+    const StereoRig rig = simulator::euroc_like_rig(model);
     const Rectifier rectifier(rig);
     const StereoCamera& camera = rectifier.camera();
     CHECK(camera.baseline_m == Approx(rig.T_right_left.inverse().translation().norm()));
@@ -81,7 +81,7 @@ TEST_CASE("The rectified views of a point lie in one row, a disparity apart", "[
 }
 
 TEST_CASE("A lens of 150 degrees becomes a view of 110 without a black border", "[rectifier]") {
-  StereoRig rig = simulate::euroc_like_rig(Distortion::kEquidistant);
+  StereoRig rig = simulator::euroc_like_rig(Distortion::kEquidistant);
   for (auto* lens : {&rig.left, &rig.right}) {  // much like TUM-VI's
     *lens = {.width_px = 512,
              .height_px = 512,
@@ -99,10 +99,10 @@ TEST_CASE("A lens of 150 degrees becomes a view of 110 without a black border", 
 
 TEST_CASE("The simulator's inverse lens formulas agree with the formulas", "[rectifier][simulate]") {
   for (const auto model : {Distortion::kRadTan, Distortion::kEquidistant}) {
-    const Lens lens = simulate::euroc_like_rig(model).left;
+    const Lens lens = simulator::euroc_like_rig(model).left;
     for (double v = 0.0; v < lens.height_px; v += 23.3) {
       for (double u = 0.0; u < lens.width_px; u += 31.7) {
-        const auto ray = simulate::ray_of_pixel(lens, u, v);
+        const auto ray = simulator::ray_of_pixel(lens, u, v);
         REQUIRE(ray);
         CHECK((project(lens, {ray->x(), ray->y(), 1.0}) - Eigen::Vector2d(u, v)).norm() < 1e-9);
       }

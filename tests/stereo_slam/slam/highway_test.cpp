@@ -10,8 +10,8 @@ namespace {
 /// A drive of 110 m along a rendered highway, at 0.6 of KITTI's size. Rendered once.
 const test::RenderedDrive& drive() {
   static const test::RenderedDrive rendered([] {
-    simulate::SimulationSettings settings;
-    settings.scenery = simulate::Scenery::kHighway;
+    simulator::SimulationSettings settings;
+    settings.scenery = simulator::Scenery::kHighway;
     settings.frames = 40;
     settings.camera = {744, 225, 431.3, 431.3, 364.1, 110.9};
     return settings;

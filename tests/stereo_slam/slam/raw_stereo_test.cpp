@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // From raw images to a trajectory: rendered through distorting lenses, and real.
-#include "simulator/lens_view.hpp"
-#include "simulator/simulate.hpp"
+#include "simulator/recording/simulate.hpp"
+#include "simulator/rendering/lens_view.hpp"
 #include "stereo_slam/app/runner.hpp"
 #include "stereo_slam/dataset/euroc.hpp"
 #include "stereo_slam/dataset/stereo_check.hpp"
@@ -17,12 +17,12 @@ using namespace stereo_slam::test;
 namespace {
 
 void write_rendered(const fs::path& folder, Distortion model, int frames, double scale) {
-  simulate::SimulationSettings settings;
+  simulator::SimulationSettings settings;
   settings.frames = frames;
   settings.samples_per_pixel = 4;
   settings.texture_size_px = 256;
-  settings.rig = simulate::euroc_like_rig(model, scale);
-  simulate::simulate(settings, folder);
+  settings.rig = simulator::euroc_like_rig(model, scale);
+  simulator::simulate(settings, folder);
 }
 
 StereoAgreement agreement(const StereoSequence& sequence) {

@@ -6,7 +6,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "simulator/simulate.hpp"
+#include "simulator/recording/simulate.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/results/map_file.hpp"
@@ -28,14 +28,14 @@ struct Recording {
   std::vector<Eigen::Isometry3d> truth;
 
   Recording() {
-    simulate::SimulationSettings settings;
+    simulator::SimulationSettings settings;
     settings.frames = static_cast<int>(kFramesOfTwoLaps);
     settings.fps = 7.0;
     settings.loop.block_length_m = 44.0;
     settings.loop.block_width_m = 36.0;
     settings.camera = {496, 150, 288.0, 288.0, 248.0, 74.0};
     const test::TemporaryFolder folder;
-    simulate::simulate(settings, folder.path());
+    simulator::simulate(settings, folder.path());
     const auto sequence = open_sequence(folder.path(), "kitti");
     camera = sequence.camera;
     for (std::size_t i = 0; i < kFramesOfTwoLaps; ++i) frames.push_back(load_frame(sequence, i));

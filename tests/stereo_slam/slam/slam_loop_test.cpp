@@ -11,7 +11,7 @@ namespace {
 /// A drive around a block of houses, and again through the street where it began. Rendered once.
 const test::RenderedDrive& recording() {
   static const test::RenderedDrive rendered([] {
-    simulate::SimulationSettings settings;
+    simulator::SimulationSettings settings;
     settings.frames = 200;
     settings.fps = 7.0;
     settings.loop.block_length_m = 44.0;

@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <opencv2/core/utility.hpp>
 
-#include "simulator/simulate.hpp"
+#include "simulator/recording/simulate.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -27,13 +27,13 @@ struct Recording {
 const Recording& recording() {
   static const Recording rendered = [] {
     Recording result;
-    simulate::SimulationSettings settings;
+    simulator::SimulationSettings settings;
     settings.frames = kFrames;
     settings.camera = {result.camera.width_px, result.camera.height_px, result.camera.fx,
                        result.camera.fy,       result.camera.cx,        result.camera.cy};
     settings.baseline_m = result.camera.baseline_m;
     const test::TemporaryFolder folder;
-    simulate::simulate(settings, folder.path());
+    simulator::simulate(settings, folder.path());
     for (int i = 0; i < kFrames; ++i) {
       StereoFrame frame;
       frame.index = static_cast<std::size_t>(i);

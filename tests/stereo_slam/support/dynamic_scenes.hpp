@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "simulator/simulate.hpp"
+#include "simulator/recording/simulate.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/frontend/features.hpp"
@@ -25,7 +25,7 @@ namespace stereo_slam::test {
 class DynamicDrive {
  public:
   DynamicDrive(int frames, int vehicles, double scale) {
-    simulate::SimulationSettings settings;
+    simulator::SimulationSettings settings;
     settings.frames = frames;
     settings.dynamic_objects = vehicles;
     settings.moving_masks = true;
@@ -35,7 +35,7 @@ class DynamicDrive {
                        718.856 * scale,
                        607.1928 * scale,
                        185.2157 * scale};
-    simulate::simulate(settings, folder_.path());
+    simulator::simulate(settings, folder_.path());
     sequence_ = open_sequence(folder_.path(), "kitti");
   }
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "simulator/simulate.hpp"
+#include "simulator/recording/simulate.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/support/support.hpp"
@@ -18,8 +18,8 @@ struct RenderedDrive {
   StereoSequence sequence;
   std::vector<Eigen::Isometry3d> truth;  ///< T_world_camera of every frame
 
-  explicit RenderedDrive(const simulate::SimulationSettings& settings) {
-    simulate::simulate(settings, folder.path());
+  explicit RenderedDrive(const simulator::SimulationSettings& settings) {
+    simulator::simulate(settings, folder.path());
     sequence = open_sequence(folder.path(), "kitti");
     truth = read_trajectory(folder / "poses.txt").poses;
   }

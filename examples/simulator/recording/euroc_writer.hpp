@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <ostream>
+
+#include "simulator/world/camera_path.hpp"
+#include "stereo_slam/dataset/stereo_rig.hpp"
+
+/// The text files of a recording in EuRoC's layout. Numbers are written in the fewest digits that give them
+/// back exactly.
+namespace stereo_slam::simulator {
+
+/// Of frame i: a time after 2001, so that stamps have as many digits as real ones.
+[[nodiscard]] std::int64_t euroc_stamp_ns(std::size_t frame, double fps);
+
+/// data.csv of a camera.
+void write_euroc_rows(std::ostream& stream, std::size_t frames, double fps);
+
+/// sensor.yaml of a camera.
+void write_euroc_sensor(std::ostream& stream, const Lens& lens, const Eigen::Isometry3d& T_body_camera,
+                        double fps);
+
+/// data.csv of the ground truth, T_world_body; velocities and biases are zero.
+void write_euroc_truth(std::ostream& stream, const CameraPath& path, const Eigen::Isometry3d& T_body_camera,
+                       double fps);
+
+}  // namespace stereo_slam::simulator

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+#include "simulator/rendering/projection.hpp"
+#include "simulator/rendering/sensor.hpp"
+#include "simulator/world/camera_path.hpp"
+#include "simulator/world/world.hpp"
+#include "stereo_slam/dataset/stereo_rig.hpp"
+
+/// Renders a town or a highway as a KITTI odometry or EuRoC sequence with exact ground truth.
+namespace stereo_slam::simulator {
+
+struct SimulationSettings {
+  std::filesystem::path trajectory;  ///< KITTI pose file to drive along; empty is the scenery's own drive
+  Scenery scenery = Scenery::kTown;  ///< built along the path
+  int frames = 0;                    ///< how many; 0 is all of the file, or kDefaultFrames of the own drive
+  std::uint64_t seed = 1;            ///< of the world, the traffic and the noise
+  int dynamic_objects = 0;           ///< moving cars and lorries
+  bool moving_masks = false;         ///< write which pixels of the left images show them
+  double fps = 10.0;                 ///< frames a second, > 0
+  PinholeCamera camera{1241, 376, 718.856, 718.856, 607.1928, 185.2157};  ///< of both images, px
+  double baseline_m = 0.5371657;                                          ///< > 0
+  double camera_height_m = 1.65;                                          ///< above the road, > 0
+  int samples_per_pixel = 8;   ///< of the edges of things: 4, 8 or 16
+  int texture_size_px = 1024;  ///< side of the large textures, a power of two >= 64
+  /// Raw images of these cameras in EuRoC's layout, instead of rectified ones of `camera` and `baseline_m` in
+  /// KITTI's; the path is that of the left one. T_body_left is required.
+  std::optional<StereoRig> rig;
+  SensorSettings sensor;
+  LoopSettings loop;        ///< the drive of the town
+  HighwaySettings highway;  ///< the drive of the highway
+  int threads = 0;          ///< 0 is one a processor; the images do not depend on it
+
+  static constexpr int kDefaultFrames = 400;
+};
+
+/// Called after each frame, from any thread but never from two at once: frames done, frames in all. Returns
+/// whether to go on; if not, the frames at hand are finished and make up a shorter recording.
+using Progress = std::function<bool(int done, int total)>;
+
+/// Writes calib.txt (P0 .. P3), times.txt, poses.txt and image_0, image_1/%06d.png into `output`, which is
+/// created when missing, or with a rig mav0 with cam0, cam1 and state_groundtruth_estimate0; if asked, the
+/// masks of what moves beside image_0 or cam0, in moving, white on black: the text files first, then each
+/// pair of images as soon as it is rendered. Throws std::invalid_argument for settings out of range and
+/// std::runtime_error for a trajectory that cannot be read, both before anything is written, and
+/// std::runtime_error for files that cannot be written and for folders that hold images already.
+void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
+              const Progress& progress = nullptr);
+
+/// The path that simulate() drives with these settings; throws like it.
+[[nodiscard]] CameraPath camera_path(const SimulationSettings& settings);
+
+}  // namespace stereo_slam::simulator

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+namespace stereo_slam::simulator {
+
+/// T_world_camera of every frame; camera and world axes x right, y down, z forward.
+using CameraPath = std::vector<Eigen::Isometry3d>;
+
+/// Reads a pose file (KITTI, TUM or EuRoC, see trajectory_io.hpp). The rotations are orthonormalised, as
+/// files hold few digits. Throws std::runtime_error naming file and line when it is not one.
+[[nodiscard]] CameraPath read_camera_path(const std::filesystem::path& file);
+
+/// The built-in drive: around two blocks of houses that share a street, in a figure of eight, for ever. The
+/// street between the blocks is seen once in every lap of either block, and a lap of the whole eight ends
+/// where it began.
+struct LoopSettings {
+  double block_length_m = 50.0;
+  double block_width_m = 40.0;
+  double corner_radius_m = 9.0;
+  double speed_m_s = 8.5;  ///< on the straights
+  double corner_speed_m_s = 5.0;
+  double hill_m = 1.5;       ///< amplitude of the ups and downs of the streets
+  double shake_rad = 0.003;  ///< amplitude of the car's pitching and rolling
+};
+
+/// First `frames` poses of the built-in drive; the first one is the identity. Throws std::invalid_argument
+/// for a corner that does not fit into the block, or a speed or rate that is not positive.
+[[nodiscard]] CameraPath street_loop(int frames, double fps, const LoopSettings& settings = {});
+
+/// The built-in drive along a highway: long bends to the left and to the right, gentle ups and downs.
+struct HighwaySettings {
+  double speed_m_s = 28.0;
+  double bend_m = 900.0;     ///< length of a bend to the right and the next one to the left
+  double bend_rad = 0.25;    ///< largest angle between the road and the direction it began in, < pi/2
+  double valley_m = 400.0;   ///< from top to top
+  double hill_m = 2.0;       ///< amplitude
+  double shake_rad = 0.002;  ///< amplitude of the car's pitching and rolling
+};
+
+/// First `frames` poses of the drive along a highway; the first one is the identity. Throws
+/// std::invalid_argument for a speed, rate or length that is not positive, and an angle out of range.
+[[nodiscard]] CameraPath highway_drive(int frames, double fps, const HighwaySettings& settings = {});
+
+}  // namespace stereo_slam::simulator

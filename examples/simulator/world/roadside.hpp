@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "simulator/textures/random.hpp"
+#include "simulator/world/mesh.hpp"
+#include "simulator/world/site.hpp"
+
+/// Tools to set things up along a street.
+namespace stereo_slam::simulator {
+
+/// Where something of the given size could stand beside a station of the route.
+struct Slot {
+  GroundBox box;
+  GroundPoint front;  ///< unit direction towards the street
+  double ground_y = 0.0;
+};
+
+/// Keeps things off the route and off each other.
+class Plan {
+ public:
+  explicit Plan(const Site& site) : site_(site) {}
+
+  /// Rectangle of `length_m` along the street and `depth_m` away from it, whose near side is `offset_m` from
+  /// the path on the right (`side` = 1) or on the left (-1) of a station.
+  [[nodiscard]] Slot slot(const Route::Station& station, double side, double offset_m, double length_m,
+                          double depth_m) const;
+
+  /// Takes the place when it is free and `clearance_m` away from the route.
+  [[nodiscard]] bool take(const GroundBox& box, double clearance_m);
+
+ private:
+  static constexpr double kCell_m = 16.0;
+  static constexpr double kLargestReach_m = 20.0;
+  [[nodiscard]] static int cell(double x);
+
+  const Site& site_;
+  std::map<std::pair<int, int>, std::vector<GroundBox>> taken_;
+};
+
+/// The builders' common tools.
+struct Yard {
+  const Site& site;
+  Plan plan;
+  Mesh mesh;
+  Random random;
+
+  void place(const Slot& slot) { mesh.place(stand(slot.box.centre, slot.front, slot.ground_y)); }
+};
+
+/// How often a kind of thing stands along the street.
+struct Spread {
+  double offset_low_m;  ///< distance of its near side from the path
+  double offset_high_m;
+  double spacing_low_m;
+  double spacing_high_m;
+  double length_m;
+  double depth_m;
+  double clearance_m;  ///< from the path
+};
+
+/// Spreads things along one side of the street; build(slot) adds one.
+template <class Build>
+void spread(Yard& yard, double side, const Spread& how, Build build) {
+  double next_arc = -yard.site.route.run_out_m() + yard.random.uniform(0.0, how.spacing_high_m);
+  for (const Route::Station& station : yard.site.route.stations()) {
+    if (station.arc_m < next_arc) continue;
+    const double offset = yard.random.uniform(how.offset_low_m, how.offset_high_m);
+    const Slot slot = yard.plan.slot(station, side, offset, how.length_m, how.depth_m);
+    next_arc = station.arc_m + yard.random.uniform(how.spacing_low_m, how.spacing_high_m);
+    if (!yard.plan.take(slot.box, how.clearance_m)) continue;
+    yard.place(slot);
+    build(slot);
+  }
+}
+
+/// Trees on the land around the street.
+void add_woods(Yard& yard);
+
+}  // namespace stereo_slam::simulator

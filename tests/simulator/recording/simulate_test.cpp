@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: MIT
+#include "simulator/recording/simulate.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "simulator/rendering/sensor.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::simulator;
+using namespace stereo_slam::test;
+
+namespace {
+
+/// Small and quick.
+SimulationSettings small_settings() {
+  SimulationSettings settings;
+  settings.frames = 4;
+  settings.dynamic_objects = 2;
+  settings.camera = {160, 64, 90.0, 90.0, 79.1, 31.6};
+  settings.samples_per_pixel = 4;
+  settings.texture_size_px = 64;
+  return settings;
+}
+
+std::vector<std::string> image_names(int frames) {
+  std::vector<std::string> names;
+  for (int i = 0; i < frames; ++i) {
+    names.push_back("image_0/" + frame_name(i));
+    names.push_back("image_1/" + frame_name(i));
+  }
+  return names;
+}
+
+/// A pose file with `text` as its second line, and what reading it says.
+std::string complaint_about(const std::string& text) {
+  const TemporaryFolder folder;
+  const auto file = folder / "poses.txt";
+  write_text(file, "1 0 0 0 0 1 0 0 0 0 1 0\n" + text + "\n");
+  return message_of([&] { static_cast<void>(read_camera_path(file)); });
+}
+
+}  // namespace
+
+TEST_CASE("The masks show where moving vehicles have changed the left images", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.moving_masks = true;
+  simulator::simulate(settings, folder / "with");
+  settings.dynamic_objects = 0;
+  simulator::simulate(settings, folder / "without");
+  for (int i = 0; i < settings.frames; ++i) {
+    const auto load = [&](const std::string& name) {
+      return cv::imread((folder / name / frame_name(i)).string(), cv::IMREAD_UNCHANGED);
+    };
+    const cv::Mat mask = load("with/moving");
+    CHECK(cv::countNonZero(mask) > 20);
+    CHECK(cv::countNonZero(mask) < static_cast<int>(mask.total()) / 2);
+    CHECK(cv::countNonZero(load("without/moving")) == 0);
+    const cv::Mat difference = load("with/image_0") != load("without/image_0");
+    cv::Mat blurred_mask;  // the sensor spreads the light; its noise is the same
+    cv::dilate(mask, blurred_mask, cv::getStructuringElement(cv::MORPH_RECT, {7, 7}));
+    CHECK(cv::countNonZero(difference & ~blurred_mask) == 0);
+    CHECK(cv::countNonZero(difference) > cv::countNonZero(mask) / 2);
+  }
+}
+
+TEST_CASE("A simulation is a complete KITTI sequence", "[simulate]") {
+  const TemporaryFolder folder;
+  const SimulationSettings settings = small_settings();
+  std::vector<int> steps;
+  simulator::simulate(settings, folder / "seq", [&](int done, int total) {
+    CHECK(total == 4);
+    steps.push_back(done);
+    return true;
+  });
+  CHECK(steps == std::vector{1, 2, 3, 4});
+
+  for (const std::string& name : image_names(4)) {
+    const cv::Mat image = cv::imread((folder / "seq" / name).string(), cv::IMREAD_UNCHANGED);
+    REQUIRE(image.type() == CV_8UC1);
+    CHECK(image.size() == cv::Size(160, 64));
+  }
+  CHECK_FALSE(fs::exists(folder / "seq" / image_names(5).back()));
+
+  const auto calibration = split_lines(read_text(folder / "seq/calib.txt"));
+  REQUIRE(calibration.size() == 4);
+  CHECK(calibration[0].substr(0, 10) == "P0: 90 0 7");
+  std::istringstream right(calibration[1].substr(4));
+  std::vector<double> numbers;
+  for (double number = 0.0; right >> number;) numbers.push_back(number);
+  REQUIRE(numbers.size() == 12);
+  CHECK(numbers[0] == 90.0);
+  CHECK(numbers[2] == 79.1);
+  CHECK(numbers[3] == -90.0 * settings.baseline_m);
+  CHECK(numbers[6] == 31.6);
+
+  const auto times = split_lines(read_text(folder / "seq/times.txt"));
+  REQUIRE(times.size() == 4);
+  CHECK(std::stod(times[3]) == Approx(0.3));
+
+  const auto poses = read_trajectory(folder / "seq/poses.txt").poses;
+  const auto path = camera_path(settings);
+  REQUIRE(poses.size() == 4);
+  for (std::size_t i = 0; i < 4; ++i) CHECK(poses[i].isApprox(path[i], 1e-15));
+}
+
+TEST_CASE("A simulation that is told to stop leaves a shorter recording, whole in itself", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.frames = 40;
+  simulator::simulate(settings, folder / "seq", [](int done, int) { return done < 2; });
+  const auto poses = read_trajectory(folder / "seq/poses.txt").poses.size();
+  CHECK(poses >= 2);
+  CHECK(poses < 40);
+  CHECK(split_lines(read_text(folder / "seq/times.txt")).size() == poses);
+  const auto frames = static_cast<int>(poses);
+  for (const std::string& name : image_names(frames)) CHECK(fs::exists(folder / "seq" / name));
+  CHECK_FALSE(fs::exists(folder / "seq" / image_names(frames + 1).back()));
+}
+
+TEST_CASE("The images do not depend on the number of threads, but on the seed", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.threads = 1;
+  simulator::simulate(settings, folder / "one");
+  settings.threads = 3;
+  simulator::simulate(settings, folder / "three");
+  settings.seed = 2;
+  simulator::simulate(settings, folder / "other");
+  for (const std::string& name : image_names(4)) {
+    CHECK(read_text(folder / "one" / name) == read_text(folder / "three" / name));
+    CHECK(read_text(folder / "one" / name) != read_text(folder / "other" / name));
+  }
+}
+
+TEST_CASE("A highway is built along its own drive, or along a pose file", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.scenery = Scenery::kHighway;
+  const auto own = camera_path(settings);
+  REQUIRE(own.size() == 4);
+  CHECK((own[1].translation() - own[0].translation()).norm() == Approx(2.8).epsilon(0.01));
+  simulator::simulate(settings, folder / "own");
+  settings.trajectory = folder / "own/poses.txt";
+  simulator::simulate(settings, folder / "again");
+  for (const std::string& name : image_names(4))
+    CHECK(read_text(folder / "own" / name) == read_text(folder / "again" / name));
+  settings.scenery = Scenery::kTown;
+  simulator::simulate(settings, folder / "town");
+  CHECK(read_text(folder / "own" / image_names(4)[0]) != read_text(folder / "town" / image_names(4)[0]));
+}
+
+TEST_CASE("A sequence along a pose file has its frames and exact rotations", "[simulate]") {
+  const TemporaryFolder folder;
+  std::string text;
+  for (int i = 0; i < 6; ++i)
+    text += fmt::format("0.9999 0 0.0141 {} 0 1 0 0 -0.0141 0 0.9999 {}\n", 0.01 * i, 0.7 * i);
+  write_text(folder / "poses.txt", text);
+  SimulationSettings settings = small_settings();
+  settings.trajectory = folder / "poses.txt";
+  settings.frames = 0;
+  CHECK(camera_path(settings).size() == 6);
+  settings.frames = 3;
+  CHECK(camera_path(settings).size() == 3);
+  settings.frames = 30;
+  const auto path = camera_path(settings);
+  REQUIRE(path.size() == 6);
+  for (const auto& pose : path) {
+    CHECK((pose.linear().transpose() * pose.linear()).isIdentity(1e-15));
+    CHECK(pose.linear()(0, 2) == Approx(0.0141).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("Faulty pose files are refused with file and line", "[simulate]") {
+  for (const std::string text :
+       {"1 0 0 0 0 1 0 0 0 0 1", "1 0 0 0 0 1 0 0 0 0 1 0 0", "1 0 0 x 0 1 0 0 0 0 1 0",
+        "1 0 0 nan 0 1 0 0 0 0 1 0", "1 0 0 inf 0 1 0 0 0 0 1 0", "2 0 0 0 0 1 0 0 0 0 1 0",
+        "-1 0 0 0 0 1 0 0 0 0 1 0", "0 0 0 0 0 0 0 0 0 0 0 0"}) {
+    INFO(text);
+    CHECK_THAT(complaint_about(text), Catch::Contains("poses.txt:2"));
+  }
+  const TemporaryFolder folder;
+  write_text(folder / "empty.txt", "\n");
+  SimulationSettings settings = small_settings();
+  settings.trajectory = folder / "empty.txt";
+  CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }),
+             Catch::Contains("empty.txt"));
+  write_text(folder / "far.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1e6 0 1 0 0 0 0 1 0\n");
+  settings.trajectory = folder / "far.txt";
+  CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }),
+             Catch::Contains("far.txt: leads 1e+06 m away from its start"));
+  settings.trajectory = folder / "missing.txt";
+  CHECK_THROWS_AS(simulator::simulate(settings, folder / "seq"), std::runtime_error);
+  CHECK_FALSE(fs::exists(folder / "seq"));
+}
+
+TEST_CASE("Settings out of range are refused by name before anything is written", "[simulate]") {
+  const std::vector<std::pair<std::string, std::function<void(SimulationSettings&)>>> faults = {
+      {"frames", [](auto& s) { s.frames = -1; }},
+      {"dynamic_objects", [](auto& s) { s.dynamic_objects = -1; }},
+      {"fps", [](auto& s) { s.fps = 0.0; }},
+      {"fps", [](auto& s) { s.fps = std::nan(""); }},
+      {"baseline_m", [](auto& s) { s.baseline_m = -0.5; }},
+      {"camera_height_m", [](auto& s) { s.camera_height_m = 0.0; }},
+      {"threads", [](auto& s) { s.threads = -2; }},
+      {"samples", [](auto& s) { s.samples_per_pixel = 3; }},
+      {"texture", [](auto& s) { s.texture_size_px = 100; }},
+      {"speed",
+       [](auto& s) {
+         s.scenery = Scenery::kHighway;
+         s.highway.speed_m_s = -1.0;
+       }},
+      {"focal", [](auto& s) { s.camera.fx = 0.0; }},
+      {"blur_sigma_px", [](auto& s) { s.sensor.blur_sigma_px = -0.1; }},
+      {"noise_sigma", [](auto& s) { s.sensor.noise_sigma = -1.0; }},
+      {"read_noise_share", [](auto& s) { s.sensor.read_noise_share = 2.0; }},
+      {"vignetting", [](auto& s) { s.sensor.vignetting = 1.0; }},
+      {"exposure_change", [](auto& s) { s.sensor.exposure_change = -0.1; }},
+      {"exposure_period_s", [](auto& s) { s.sensor.exposure_period_s = 0.0; }},
+      {"gain_mismatch", [](auto& s) { s.sensor.gain_mismatch = 0.9; }}};
+  const TemporaryFolder folder;
+  for (const auto& [name, fault] : faults) {
+    SimulationSettings settings = small_settings();
+    fault(settings);
+    INFO(name);
+    CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }), Catch::Contains(name));
+    CHECK_THROWS_AS(simulator::simulate(settings, folder / "seq"), std::invalid_argument);
+    CHECK_FALSE(fs::exists(folder / "seq"));
+  }
+}
+
+TEST_CASE("A recording is never overwritten", "[simulate]") {
+  const TemporaryFolder folder;
+  simulator::simulate(small_settings(), folder / "seq");
+  const auto image = read_text(folder / "seq/image_1/000000.png");
+  SimulationSettings settings = small_settings();
+  settings.seed = 2;
+  CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }),
+             Catch::Contains("image_0: not empty"));
+  CHECK(read_text(folder / "seq/image_1/000000.png") == image);
+}
+
+TEST_CASE("A folder that cannot be written is reported by name", "[simulate]") {
+  const TemporaryFolder folder;
+  write_text(folder / "seq", "a file in the way");
+  const auto message = message_of([&] { simulator::simulate(small_settings(), folder / "seq"); });
+  CHECK_THAT(message, Catch::Contains("seq"));
+}
+
+TEST_CASE("The noise has the stated strength, grows with the signal and repeats with its seed",
+          "[simulate][sensor]") {
+  SensorSettings settings;
+  settings.noise_sigma = 3.0;
+  settings.vignetting = 0.0;
+  for (const double grey : {40.0, 128.0, 200.0}) {
+    const cv::Mat1f light(300, 400, static_cast<float>(grey));
+    const cv::Mat1b image = expose(light, settings, 1.0, 99);
+    cv::Scalar mean;
+    cv::Scalar deviation;
+    cv::meanStdDev(image, mean, deviation);
+    const double sigma = 3.0 * std::sqrt(0.3 + 0.7 * grey / 128.0);
+    const double rounded = std::sqrt(sigma * sigma + 1.0 / 12.0);
+    const double n = 300.0 * 400.0;
+    CHECK(std::abs(mean[0] - grey) < 5.0 * rounded / std::sqrt(n));
+    CHECK(std::abs(deviation[0] - rounded) < 5.0 * rounded / std::sqrt(2.0 * n));
+    CHECK(cv::norm(image, expose(light, settings, 1.0, 99), cv::NORM_INF) == 0.0);
+    CHECK(cv::norm(image, expose(light, settings, 1.0, 100), cv::NORM_INF) > 0.0);
+    // Neighbours are independent: their correlation is zero within five standard errors.
+    cv::Mat1f residual;
+    image.convertTo(residual, CV_32F, 1.0, -mean[0]);
+    const double across = residual.colRange(1, 400).dot(residual.colRange(0, 399)) / (n * rounded * rounded);
+    const double down = residual.rowRange(1, 300).dot(residual.rowRange(0, 299)) / (n * rounded * rounded);
+    CHECK(std::abs(across) < 5.0 / std::sqrt(n));
+    CHECK(std::abs(down) < 5.0 / std::sqrt(n));
+  }
+}
+
+TEST_CASE("Blur spreads a point symmetrically and keeps its light", "[simulate][sensor]") {
+  SensorSettings settings;
+  settings.blur_sigma_px = 1.0;
+  settings.noise_sigma = 0.0;
+  settings.vignetting = 0.0;
+  cv::Mat1f light(31, 31, 20.0F);
+  light(15, 15) = 1020.0F;
+  const cv::Mat1b image = expose(light, settings, 1.0, 1);
+  CHECK(image(15, 15) == Approx(20.0 + 1000.0 / (2.0 * CV_PI)).margin(2.0));
+  CHECK(image(15, 13) == image(15, 17));
+  CHECK(image(13, 15) == image(15, 17));
+  CHECK(cv::sum(image - 20)[0] == Approx(1000.0).epsilon(0.02));
+}
+
+TEST_CASE("Vignetting darkens the corners and exposure drifts slowly and alike in both cameras",
+          "[simulate][sensor]") {
+  SensorSettings settings;
+  settings.noise_sigma = 0.0;
+  settings.vignetting = 0.2;
+  const cv::Mat1b image = expose(cv::Mat1f(101, 201, 100.0F), settings, 1.5, 1);
+  CHECK(image(50, 100) == 150);
+  CHECK(image(0, 0) == 120);
+  CHECK(image(100, 200) == 120);
+  CHECK(expose(cv::Mat1f(3, 3, 1e6F), settings, 1.0, 1)(1, 1) == 255);
+  for (int i = 0; i < 300; ++i) {
+    const double time_s = 0.1 * i;
+    const double left = exposure_gain(settings, 4, time_s, 0);
+    CHECK(std::abs(left - 1.0) <= settings.exposure_change);
+    CHECK(std::abs(exposure_gain(settings, 4, time_s + 0.1, 0) - left) < 0.01);
+    CHECK(exposure_gain(settings, 4, time_s, 1) == Approx(left * (1.0 + settings.gain_mismatch)));
+  }
+}
