@@ -20,7 +20,7 @@ mkdir build
 ln -s "$BUILD_DIR" build/release
 
 case $block in
-  *.sh) sed 's/\bSEED\b/1/g' "$block" >block.sh; bash -euxo pipefail block.sh ;;
+  *.sh) sed 's/\bSEED\b/1/g' "$block" >block.sh; bash -euxo pipefail block.sh | tee block.out ;;
   *.yaml) cp "$block" block.yaml ;;
   *.python)
     if ! python3 --version >/dev/null 2>&1; then

@@ -46,6 +46,7 @@ struct Consistency {
   std::size_t updates = 0;             ///< of the pose, with an innovation
   double mean_nis_per_dof = 0.0;       ///< 1 if the noise is as assumed
   double median_nis_per_dof = 0.0;
+  bool truth_taken_as_exact = false;  ///< no noise of the ground truth was allowed for
 };
 
 /// Scores the covariances. `pairs` are (truth, estimate) indices of the same instants, in order; row i

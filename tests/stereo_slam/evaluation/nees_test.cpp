@@ -119,6 +119,18 @@ TEST_CASE("Relative poses that the truth does not have are left out", "[consiste
   CHECK_THAT(text.str(), Catch::Contains("NEES over 100 frames") && Catch::Contains("n/a"));
 }
 
+TEST_CASE("A ground truth that is taken as exact draws a hint, one with errors does not", "[consistency]") {
+  const HonestRun run(30);
+  const auto printed = [&](const TruthNoise& noise) {
+    std::ostringstream text;
+    print_consistency(text, score_consistency(run.truth, run.estimate, run.pairs, run.rows, noise));
+    return text.str();
+  };
+  CHECK_THAT(printed({}), Catch::Contains("hint: the ground truth is taken as exact"));
+  CHECK_THAT(printed({.translation_m = 0.03}), !Catch::Contains("hint"));
+  CHECK_THAT(printed({.rotation_rad = 0.002}), !Catch::Contains("hint"));
+}
+
 TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
   const TemporaryFolder folder;
   RunRecord record;
