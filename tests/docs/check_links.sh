@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fails if a link of the documentation leads to no file, or to no heading of one.
+# Fails if a link of the documentation leads to no file, or to no heading of one, or if a source file that it names does not exist.
 #
 #   check_links.sh SOURCE_DIR FILE.md...
 set -euo pipefail
@@ -11,6 +11,7 @@ anchors() {
   sed -n 's/^##* *//p' "$1" | tr '[:upper:]' '[:lower:]' | sed 's/[^a-z0-9 _-]//g; s/ /-/g'
 }
 
+sources=$(find include examples tests benchmarks -name '*.hpp' -o -name '*.cpp')
 status=0
 for file in "$@"; do
   while read -r target; do
@@ -26,5 +27,12 @@ for file in "$@"; do
       status=1
     fi
   done < <(awk '/^```/ { inside = !inside; next } !inside' "$file" | grep -o '](\([^)]*\))' | sed 's/^](//; s/)$//')
+  [ "$file" = CHANGELOG.md ] && continue  # names what there was
+  while read -r source; do
+    if ! grep -qE "(^|/)$source\$" <<<"$sources"; then
+      echo "$file: no source $source" >&2
+      status=1
+    fi
+  done < <(grep -oE '`[a-zA-Z0-9_/]+\.(hpp|cpp)`' "$file" | tr -d '`' | sort -u)
 done
 exit $status
