@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/settings/presets.hpp"
 
 namespace {
 

@@ -35,6 +35,7 @@
 #include "stereo_slam/evaluation/nees.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 
 namespace {

@@ -33,7 +33,7 @@ RectificationResidual::Measurement RectificationResidual::measure(const Vector2<
 }
 
 RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
-                                               const RectificationSettings& settings)
+                                               const OnlineRectificationSettings& settings)
     : camera_(camera) {
   estimate_.row_information /= settings.row_sigma_px * settings.row_sigma_px;
   estimate_.disparity_information /= settings.disparity_sigma_px * settings.disparity_sigma_px;

@@ -82,7 +82,7 @@ struct RectificationEstimate {
 class RectificationEstimator {
  public:
   RectificationEstimator() = default;
-  RectificationEstimator(const StereoCamera& camera, const RectificationSettings& settings);
+  RectificationEstimator(const StereoCamera& camera, const OnlineRectificationSettings& settings);
   /// One that goes on with what another one of the same camera knew.
   [[nodiscard]] static RectificationEstimator resumed(const StereoCamera& camera,
                                                       const RectificationEstimate& estimate);

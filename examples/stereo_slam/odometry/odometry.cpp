@@ -49,9 +49,9 @@ using Points = std::vector<cv::Point2f>;
   std::vector<StereoCorrespondence> matches;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!(left.found[i] && right.found[i] && back.found[i] && closed.found[i])) continue;
-    const double loop_error = (to_eigen(closed.points[i]) - points[i].head<2>()).norm();
+    const double closure_error = (to_eigen(closed.points[i]) - points[i].head<2>()).norm();
     const auto measured = rectification.measure(to_eigen(left.points[i]), to_eigen(right.points[i]));
-    if (loop_error > settings.max_loop_error_px ||
+    if (closure_error > settings.max_closure_error_px ||
         std::abs(measured.row_error_px) > settings.max_row_error_px || measured.z.z() <= 0.0) {
       continue;
     }

@@ -14,6 +14,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/settings/presets.hpp"
+#include "stereo_slam/settings/schema.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -34,8 +36,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string_view last_part(std::string_view key) { return key.substr(key.rfind('.') + 1); }
 
-/// "; did you mean x?" for the nearest candidate, or nothing when none is near. A right word in a wrong group
-/// is near.
+/// "; did you mean x?" for the nearest candidate by edit distance, or nothing when none is near. A known word
+/// in the wrong group counts as near.
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
   std::string_view best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
@@ -50,14 +52,22 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
   return best.empty() ? "" : fmt::format("; did you mean {}?", best);
 }
 
-/// Keys of the structs that hold fields: "features" for "features.count".
+/// Inserts the groups that a key is in: "features" for "features.count".
+void insert_groups(std::string_view key, std::set<std::string>& groups) {
+  for (auto dot = key.find('.'); dot != std::string_view::npos; dot = key.find('.', dot + 1))
+    groups.emplace(key.substr(0, dot));
+}
+
 std::set<std::string> group_keys() {
   std::set<std::string> groups;
-  for (const auto& field : settings_fields()) {
-    for (auto dot = field.key.find('.'); dot != std::string::npos; dot = field.key.find('.', dot + 1)) {
-      groups.insert(field.key.substr(0, dot));
-    }
-  }
+  for (const auto& field : settings_fields()) insert_groups(field.key, groups);
+  return groups;
+}
+
+/// The present groups and those of renamed keys.
+std::set<std::string> readable_groups() {
+  std::set<std::string> groups = group_keys();
+  for (const auto& renamed : renamed_keys()) insert_groups(renamed.old_key, groups);
   return groups;
 }
 
@@ -78,7 +88,7 @@ std::string allowed_with_unit(const SettingsField& field) {
   return field.unit.empty() ? field.allowed : fmt::format("{} {}", field.allowed, field.unit);
 }
 
-/// Walks the maps of a settings file and sets what it finds.
+/// Walks the maps of a settings file and sets the values it finds.
 class Overlay {
  public:
   Overlay(const std::filesystem::path& file, Settings& settings) : file_(file), settings_(settings) {}
@@ -106,6 +116,9 @@ class Overlay {
 
  private:
   void set(const std::string& key, const YAML::Node& name, const YAML::Node& value) {
+    for (const auto& renamed : renamed_keys()) {
+      if (renamed.old_key == key) fail(name, fmt::format("{} is called {} now", key, renamed.key));
+    }
     const auto& fields = settings_fields();
     const auto field =
         std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.key == key; });
@@ -118,7 +131,7 @@ class Overlay {
 
   const std::filesystem::path& file_;
   Settings& settings_;
-  const std::set<std::string> groups_ = group_keys();
+  const std::set<std::string> groups_ = readable_groups();
 };
 
 YAML::Node load_yaml(const std::filesystem::path& file) {
@@ -134,46 +147,38 @@ YAML::Node load_yaml(const std::filesystem::path& file) {
   }
 }
 
-}  // namespace
-
-std::vector<std::string> preset_names() {
-  std::vector<std::string> names;
-  for (const auto& preset : presets()) names.push_back(preset.name);
-  return names;
-}
-
-Settings preset_settings(std::string_view name) {
-  for (const auto& preset : presets()) {
-    if (preset.name != name) continue;
-    Settings settings;
-    preset.apply(settings);
-    settings.preset = preset.name;
-    return settings;
+/// Throws if the file of a run holds anything beside `settings:` that write_run_yaml does not write.
+void check_run_keys(const std::filesystem::path& file, const YAML::Node& document) {
+  constexpr std::array<std::string_view, 11> kRunKeys = {
+      "settings", "version",    "written", "state",   "error", "frames_processed",
+      "seconds",  "pose_frame", "memory",  "dataset", "host"};
+  for (const auto& entry : document) {
+    const auto key = as_text(entry.first);
+    if (std::find(kRunKeys.begin(), kRunKeys.end(), key) != kRunKeys.end()) continue;
+    throw std::runtime_error(
+        at_line(file, entry.first.Mark().line + 1,
+                fmt::format("{} stands outside `settings:`; move it into the group `settings:`", key)));
   }
-  throw std::runtime_error(
-      fmt::format("preset is {}, but must be one of: {}", name, fmt::join(preset_names(), ", ")));
 }
+
+/// The comment of a setting: meaning; range; the default, if the value is another one.
+std::string explanation(const SettingsField& field, const Settings& settings) {
+  const std::string standard = field.get(Settings{});
+  return fmt::format("{}; {}{}", field.doc, allowed_with_unit(field),
+                     field.get(settings) == standard ? "" : fmt::format("; default {}", standard));
+}
+
+}  // namespace
 
 Settings load_settings(const std::filesystem::path& file, std::optional<std::string_view> preset) {
   const YAML::Node document = load_yaml(file);
   if (document.IsNull()) return preset_settings(preset.value_or("default"));
   if (!document.IsMap())
-    throw std::runtime_error(at_line(file, 1, "settings are `key: value` lines, this is not one"));
+    throw std::runtime_error(at_line(file, 1, "not a settings file; write one `key: value` a line"));
   const YAML::Node nested = document["settings"];
-  const YAML::Node root = nested && nested.IsMap() ? nested : document;
-
-  if (nested && nested.IsMap()) {  // a run.yaml: what else it holds is not read
-    constexpr std::array<std::string_view, 10> kRunKeys = {
-        "version", "written",    "state",  "error",   "frames_processed",
-        "seconds", "pose_frame", "memory", "dataset", "host"};
-    for (const auto& entry : document) {
-      const auto key = as_text(entry.first);
-      if (key != "settings" && std::find(kRunKeys.begin(), kRunKeys.end(), key) == kRunKeys.end()) {
-        throw std::runtime_error(at_line(file, entry.first.Mark().line + 1,
-                                         fmt::format("'{}' stands beside settings: and not in it", key)));
-      }
-    }
-  }
+  const bool is_run_yaml = nested && nested.IsMap();
+  if (is_run_yaml) check_run_keys(file, document);
+  const YAML::Node root = is_run_yaml ? nested : document;
 
   Settings settings;
   const YAML::Node named = root["preset"];
@@ -187,10 +192,7 @@ Settings load_settings(const std::filesystem::path& file, std::optional<std::str
 }
 
 void write_settings(std::ostream& stream, const Settings& settings, int indent) {
-  const auto print = [&](std::size_t depth, const std::string& text, const std::string& comment) {
-    const auto width = static_cast<std::size_t>(indent) + 2 * depth;
-    fmt::print(stream, "{:{}}{:<{}}  # {}\n", "", width, text, width < 36 ? 36 - width : 0, comment);
-  };
+  const auto spaces = [&](std::size_t depth) { return static_cast<std::size_t>(indent) + 2 * depth; };
   fmt::print(stream, "{:{}}preset: {}\n", "", indent, settings.preset);
   std::string open_groups;
   for (const auto& field : settings_fields()) {
@@ -199,16 +201,15 @@ void write_settings(std::ostream& stream, const Settings& settings, int indent) 
     std::size_t depth = 0;
     for (std::size_t begin = 0; begin < groups.size(); ++depth) {
       const auto end = groups.find('.', begin) + 1;
-      if (open_groups.compare(0, end, groups, 0, end) != 0) {
-        fmt::print(stream, "{:{}}{}:\n", "", static_cast<std::size_t>(indent) + 2 * depth,
-                   groups.substr(begin, end - begin - 1));
-        open_groups = groups.substr(0, end);
-      }
+      if (open_groups.compare(0, end, groups, 0, end) != 0)
+        fmt::print(stream, "{:{}}{}:\n", "", spaces(depth), groups.substr(begin, end - begin - 1));
       begin = end;
     }
     open_groups = groups;
-    print(depth, fmt::format("{}: {}", field.key.substr(groups.size()), field.get(settings)),
-          fmt::format("{}; {}", field.doc, allowed_with_unit(field)));
+    const std::size_t width = spaces(depth);
+    fmt::print(stream, "{:{}}{:<{}}  # {}\n", "", width,
+               fmt::format("{}: {}", field.key.substr(groups.size()), field.get(settings)),
+               width < 36 ? 36 - width : 0, explanation(field, settings));
   }
 }
 

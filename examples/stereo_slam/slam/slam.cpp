@@ -128,7 +128,7 @@ struct Slam::State {
   }
 
   [[nodiscard]] CalibrationError calibration_error() const {
-    const auto& sigma = settings.rectification;
+    const auto& sigma = settings.calibration;
     return {sigma.scale_sigma, sigma.principal_point_sigma_px / camera.fx};
   }
 
@@ -194,13 +194,13 @@ struct Slam::State {
     }
     map.add(points.measurements, points.descriptors, ids, antipode::to_pose_gaussian(posterior),
             stereo_pixel_covariance(settings.map.pixel_sigma_px), frame, camera, settings.map);
-    if (settings.rectification.refine) rectification.add_rows(points.rows);
+    if (settings.online_rectification.enabled) rectification.add_rows(points.rows);
     return keyframe_points(points, ids);
   }
 
   /// Lets the landmarks of the ending keyframe, last seen in this frame, tell about the rectification.
   void refine_rectification(const std::vector<Match>& matches) {
-    if (!settings.rectification.refine || !settings.refinement.enabled) return;
+    if (!settings.online_rectification.enabled || !settings.refinement.enabled) return;
     rectification.add_motion(
         bias_constraints(matches, map.landmarks(), antipode::to_pose_gaussian(posterior).pose, camera));
     rectification.advance();
@@ -357,7 +357,7 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
   if (settings.loop_closure.enabled && state_->anchored()) {
     state_->loops.emplace(camera, settings, loop_thread, known, use);
   }
-  state_->rectification = RectificationEstimator(camera, settings.rectification);
+  state_->rectification = RectificationEstimator(camera, settings.online_rectification);
   if (known.keyframes.empty()) return;
   if (!state_->loops) {
     throw std::invalid_argument(

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <set>
 #include <sstream>
 
+#include "stereo_slam/settings/presets.hpp"
+#include "stereo_slam/settings/schema.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
@@ -50,7 +53,7 @@ TEST_CASE("Every setting of every preset lies in its own allowed range and reads
   }
 }
 
-TEST_CASE("No setting accepts nonsense, and refusing changes nothing", "[settings][law]") {
+TEST_CASE("Text that is not a value of the setting is refused and changes nothing", "[settings][law]") {
   for (const auto& field : settings_fields()) {
     for (const auto* nonsense :
          {"", "abc", "nan", "inf", "-inf", "1e400", "99999999999999999999999", "-99999999", "1 2", "0x1"}) {
@@ -62,7 +65,7 @@ TEST_CASE("No setting accepts nonsense, and refusing changes nothing", "[setting
   }
 }
 
-TEST_CASE("Every setting has its own key and says what it means", "[settings]") {
+TEST_CASE("Every setting has a unique key, a description and a range", "[settings]") {
   std::set<std::string> keys;
   for (const auto& field : settings_fields()) {
     CAPTURE(field.key);
@@ -72,7 +75,7 @@ TEST_CASE("Every setting has its own key and says what it means", "[settings]") 
   }
 }
 
-TEST_CASE("A file changes what it names and leaves the rest to the preset", "[settings]") {
+TEST_CASE("A file changes the settings that it names; the others keep the preset's values", "[settings]") {
   const Settings settings = load_text("seed: 9\nfeatures:\n  count: 700  # fewer\n  scale_factor: 1.25\n");
   CHECK(settings.seed == 9);
   CHECK(settings.features.count == 700);
@@ -85,7 +88,7 @@ TEST_CASE("An empty file means the default preset", "[settings]") {
   CHECK(as_yaml(load_text("# only a comment\n")) == as_yaml(preset_settings("default")));
 }
 
-TEST_CASE("The preset comes from the command line, else from the file, and values lie on top of it",
+TEST_CASE("The preset comes from the command line, else from the file; the file's values override it",
           "[settings]") {
   CHECK(load_text("preset: paper\n").preset == "paper");
   CHECK(load_text("preset: paper\n", "default").preset == "default");
@@ -94,7 +97,7 @@ TEST_CASE("The preset comes from the command line, else from the file, and value
   CHECK(as_yaml(load_text("preset: paper\n")) == as_yaml(preset_settings("paper")));
 }
 
-TEST_CASE("A wrong setting is refused with file, line, key, value and what is allowed", "[settings]") {
+TEST_CASE("A value out of range is refused with file, line, key, value and range", "[settings]") {
   CHECK_THAT(load_error("seed: 1\nfeatures:\n  count: 3\n"),
              Catch::EndsWith("s.yaml:3: features.count is 3, but must be a whole number from 50 to 20000"));
   CHECK_THAT(load_error("features: {count: 3.5}"),
@@ -108,7 +111,7 @@ TEST_CASE("A wrong setting is refused with file, line, key, value and what is al
              Catch::Contains("s.yaml:1: preset is papr, but must be one of: default, paper"));
 }
 
-TEST_CASE("An unknown setting is refused, with the nearest known one", "[settings]") {
+TEST_CASE("An unknown setting is refused; the message suggests the nearest known one", "[settings]") {
   CHECK_THAT(load_error("features:\n  cuont: 500\n"),
              Catch::EndsWith("s.yaml:2: unknown setting features.cuont; did you mean features.count?"));
   CHECK_THAT(load_error("feature: {count: 500}"),
@@ -118,16 +121,43 @@ TEST_CASE("An unknown setting is refused, with the nearest known one", "[setting
   CHECK_THAT(load_error("zzzzzzzzzzz: 1"), Catch::EndsWith("unknown setting zzzzzzzzzzz"));
 }
 
+TEST_CASE("A renamed setting is refused with its present name", "[settings]") {
+  CHECK_THAT(load_error("rectification:\n  refine: false\n"),
+             Catch::EndsWith("s.yaml:2: rectification.refine is called online_rectification.enabled now"));
+  CHECK_THAT(load_error("odometry: {max_loop_error_px: 1}"),
+             Catch::EndsWith("odometry.max_loop_error_px is called odometry.max_closure_error_px now"));
+  std::set<std::string_view> keys;
+  for (const auto& field : settings_fields()) keys.insert(field.key);
+  for (const auto& renamed : renamed_keys()) {
+    CAPTURE(renamed.old_key);
+    CHECK(keys.contains(renamed.key));
+    CHECK_FALSE(keys.contains(renamed.old_key));
+  }
+}
+
+TEST_CASE("The listing names the default of a setting only where the value differs from it", "[settings]") {
+  Settings settings;
+  settings.features.count = 700;
+  const auto listing = split_lines(as_yaml(settings));
+  const auto with_default = [](const std::string& line) {
+    return line.find("; default ") != std::string::npos;
+  };
+  CHECK(std::count_if(listing.begin(), listing.end(), with_default) == 1);
+  CHECK_THAT(as_yaml(settings), Catch::Contains("count: 700") &&
+                                    Catch::Contains("a whole number from 50 to 20000; default 1000\n"));
+}
+
 TEST_CASE("A file of the wrong shape is refused", "[settings]") {
   CHECK_THAT(load_error("features: 3"), Catch::Contains("features is a group of settings, not a value"));
   CHECK_THAT(load_error("seed: 1\nseed: 2\n"), Catch::Contains("s.yaml:2: seed is given twice"));
-  CHECK_THAT(load_error("- 1\n- 2\n"), Catch::Contains("s.yaml:1: settings are `key: value` lines"));
+  CHECK_THAT(load_error("- 1\n- 2\n"),
+             Catch::Contains("s.yaml:1: not a settings file; write one `key: value` a line"));
   CHECK_THAT(load_error("seed: [1\n"), Catch::Contains("not valid YAML"));
   CHECK_THAT(load_error("seed: 1\n\tbad: 2\n"), Catch::Contains("s.yaml:2: not valid YAML"));
   CHECK_THAT(load_error("{1, 2}: 3\n"), Catch::Contains("a key must be a plain word"));
   CHECK(load_error("version: 1\nsettings: {seed: 3}\n").empty());
   CHECK_THAT(load_error("settings: {seed: 3}\nfeatures: {count: 300}\n"),
-             Catch::Contains("s.yaml:2: 'features' stands beside settings:"));
+             Catch::Contains("s.yaml:2: features stands outside `settings:`"));
   const TemporaryFolder folder;
   CHECK_THAT(message_of([&] { (void)load_settings(folder / "none.yaml"); }),
              Catch::Contains("none.yaml: cannot be read"));

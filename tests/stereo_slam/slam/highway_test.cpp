@@ -50,7 +50,7 @@ TEST_CASE("Along a rendered highway every frame is tracked and the path has its 
   Settings settings;
   // The pictures are rectified exactly. With disparities of 3 px, what the refinement takes for an offset of
   // the right image changes the length of so short a drive by up to 1.5 %.
-  settings.rectification.refine = false;
+  settings.online_rectification.enabled = false;
   Slam slam(drive().sequence.camera, settings);
   for (std::size_t i = 0; i < drive().sequence.frames.size(); ++i) {
     CAPTURE(i);

@@ -7,7 +7,6 @@
 #include "stereo_slam/dataset/stereo_check.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
-#include "stereo_slam/settings/settings_io.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 

@@ -7,7 +7,7 @@
 #include "simulator/recording/simulate.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
-#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"

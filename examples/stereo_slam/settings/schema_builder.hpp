@@ -3,7 +3,6 @@
 
 #include <charconv>
 #include <concepts>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,23 +13,10 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/settings/settings.hpp"
+#include "stereo_slam/settings/schema.hpp"
 
-/// The means to describe a field of Settings once and have it read, checked, printed and explained from that
-/// description.
+/// Builds the table of settings: from one description of a field follow how it is read, checked and printed.
 namespace stereo_slam {
-
-/// One number, switch or choice a user can set.
-struct SettingsField {
-  std::string key;      ///< dotted path, "features.count"
-  std::string allowed;  ///< "a whole number from 50 to 20000", "one of: a, b"
-  std::string unit;     ///< empty when it has none
-  std::string doc;
-  /// Sets the field from text; false (and nothing changed) when the text is not of the allowed kind.
-  std::function<bool(Settings&, const std::string&)> set;
-  /// The field's value, in the notation that `set` reads.
-  std::function<std::string(const Settings&)> get;
-};
 
 /// Closed interval of allowed values.
 template <class T>
@@ -64,8 +50,8 @@ auto& follow(Object& object, Member member, Members... members) {
 
 }  // namespace detail
 
-/// Collects the fields of one nested struct of Settings under one key: `Group("features",
-/// &Settings::features)`; for deeper structs the key has dots and the path several members.
+/// Collects the fields of one nested struct of Settings under one key: `SettingsGroup(table,
+/// "features", &Settings::features)`. For deeper structs the key has dots and the path several members.
 template <class... Path>
 class SettingsGroup {
  public:

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/settings/presets.hpp"
+
+#include <array>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace stereo_slam {
+namespace {
+
+/// The DQV-SLAM paper's choices, section IV: detected corners as measurements, one global map with landmarks
+/// updated in every frame, 7 x 7 pose samples, no correlation, subsets of 30. The paper does not give tau.
+void apply_paper(Settings& settings) {
+  settings.calibration.scale_sigma = 0.0;
+  settings.calibration.principal_point_sigma_px = 0.0;
+  settings.online_rectification.enabled = false;
+  settings.refinement.enabled = false;
+  settings.update.method = PoseUpdateMethod::kPaper;
+  settings.update.tau = 0.05;
+  settings.map.layout = MapLayout::kGlobal;
+  settings.map.update_landmarks = true;
+  settings.map.pixel_sigma_px = settings.association.feature_sigma_px;
+  settings.loop_closure.enabled = false;
+}
+
+void apply_odometry(Settings& settings) {
+  settings.update.method = PoseUpdateMethod::kNone;
+  settings.loop_closure.enabled = false;
+}
+
+struct Preset {
+  std::string_view name;
+  void (*apply)(Settings&);  ///< changes what differs from the defaults
+};
+
+constexpr std::array<Preset, 3> kPresets = {
+    {{"default", [](Settings&) {}}, {"paper", apply_paper}, {"odometry", apply_odometry}}};
+
+}  // namespace
+
+std::vector<std::string> preset_names() {
+  std::vector<std::string> names;
+  for (const auto& preset : kPresets) names.emplace_back(preset.name);
+  return names;
+}
+
+Settings preset_settings(std::string_view name) {
+  for (const auto& preset : kPresets) {
+    if (preset.name != name) continue;
+    Settings settings;
+    preset.apply(settings);
+    settings.preset = preset.name;
+    return settings;
+  }
+  throw std::runtime_error(
+      fmt::format("preset is {}, but must be one of: {}", name, fmt::join(preset_names(), ", ")));
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereo_slam/settings/settings.hpp"
+
+/// Presets: named sets of values to start from.
+///   default   what measures best
+///   paper     the DQV-SLAM paper's algorithm as published
+///   odometry  the stereo odometry alone, as a baseline
+namespace stereo_slam {
+
+[[nodiscard]] std::vector<std::string> preset_names();
+
+/// The settings of a preset. Throws std::runtime_error, listing the presets, for an unknown name.
+[[nodiscard]] Settings preset_settings(std::string_view name);
+
+}  // namespace stereo_slam
