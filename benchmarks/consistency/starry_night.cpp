@@ -173,25 +173,13 @@ struct Score {
   int failures = 0;  ///< updates that said so
 };
 
-[[nodiscard]] const PoseGaussian<double>& as_density(const PoseGaussian<double>& belief) { return belief; }
-[[nodiscard]] PoseGaussian<double> as_density(const antipode::BinghamGaussian<double>& belief) {
-  return antipode::to_pose_gaussian(belief);
-}
-
 template <class Filter>
 void run(const Recording& r, const Eigen::Matrix4d& R, const PoseGaussian<double>& start, Score& score) {
   constexpr bool kEkf = std::is_same_v<Filter, ErrorStateEkf>;
-  const auto make = [](const PoseGaussian<double>& density) {
-    if constexpr (std::is_constructible_v<Filter, PoseGaussian<double>>) {
-      return density;
-    } else {
-      return antipode::to_bingham_gaussian(density);
-    }
-  };
-  Filter filter(make(start));
+  Filter filter(start);
   for (std::size_t k = 0; k < r.steps.size(); ++k) {
     const Step& step = r.steps[k];
-    if (k > 0) filter.predict(step.motion, make({Pose::identity(), step.motion_covariance}));
+    if (k > 0) filter.predict(step.motion, {Pose::identity(), step.motion_covariance});
     if (!step.measurements.empty()) {
       const auto landmark = [&](std::size_t i) { return r.landmarks[step.landmarks[i]]; };
       std::vector<antipode::NoisyMeasurement<double, 4>> noisy;
@@ -206,7 +194,7 @@ void run(const Recording& r, const Eigen::Matrix4d& R, const PoseGaussian<double
         score.failures += filter.update(measurements).status != antipode::UpdateStatus::kConverged;
       }
     }
-    score.errors.add(as_density(filter.belief()), step.truth);
+    score.errors.add(filter.belief(), step.truth);
   }
 }
 

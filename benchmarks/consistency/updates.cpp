@@ -93,7 +93,7 @@ struct Variant {
     return [=](const Scenario& s, const Likelihood& l) {
       const auto result = antipode::progressive_update(antipode::to_bingham_gaussian(s.prior), l, rule,
                                                        {.tau = tau, .keep_coupling = keep_coupling});
-      return Outcome{antipode::to_pose_gaussian(result.posterior), result.likelihood_evaluations};
+      return Outcome{antipode::to_pose_gaussian(result.posterior), result.evaluations};
     };
   };
   return {

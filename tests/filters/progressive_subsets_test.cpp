@@ -111,7 +111,7 @@ TEST_CASE("Subsets are even, within the limit, and cover every measurement once"
     CHECK(largest <= 30);
     CHECK(largest - smallest <= 1);
     CHECK(result.steps == (count + 29) / 30);
-    CHECK(result.likelihood_evaluations == result.steps * long{JointPoseRule::kCount});
+    CHECK(result.evaluations == result.steps * long{JointPoseRule::kCount});
   }
 }
 
@@ -149,8 +149,8 @@ TEST_CASE("Divergence is judged over all subsets together", "[progressive][subse
   };
   const auto result = run(-1e9);
   CHECK(result.status == UpdateStatus::kConverged);
-  CHECK(run(result.best_log_likelihood - 1.0).status == UpdateStatus::kConverged);
-  CHECK(run(result.best_log_likelihood + 1.0).status == UpdateStatus::kDiverged);
+  CHECK(run(result.log_likelihood - 1.0).status == UpdateStatus::kConverged);
+  CHECK(run(result.log_likelihood + 1.0).status == UpdateStatus::kDiverged);
 }
 
 TEST_CASE("The regulariser widens the density between subsets, and only there", "[progressive][subsets]") {

@@ -8,17 +8,18 @@
 
 namespace antipode {
 
-/// What the Bayes update of a concentrated pose density came to.
+/// The result of the Bayes update of a pose density.
 template <std::floating_point Scalar>
 struct PoseUpdateResult {
   PoseGaussian<Scalar> posterior;
   UpdateStatus status = UpdateStatus::kConverged;
-  int steps = 0;              ///< models of the measurement that the prior was conditioned on
-  long evaluations = 0;       ///< poses that the likelihood or the measurement model was asked at
+  int steps = 0;              ///< steps of the progression, or linear models of the measurement
+  long evaluations = 0;       ///< poses at which the likelihood or the measurement model was evaluated
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
   Scalar log_likelihood = 0;  ///< the best one among the last samples
-  Scalar residual = 0;        ///< standard deviation of what the last fit leaves unexplained of the
-                              ///< log-likelihood: well below 1 if the posterior is Gaussian
+  Scalar residual = 0;        ///< standard deviation of what the last model leaves unexplained of the
+                              ///< log-likelihood: well below 1 if the posterior is Gaussian. 0 for updates
+                              ///< without a model
   bool limit_hit = false;     ///< the allowed number of steps or iterations was too small
 };
 

@@ -54,14 +54,14 @@ struct ProgressiveResult {
   UpdateStatus status = UpdateStatus::kConverged;
   int steps = 0;
   int restarts = 0;
-  long likelihood_evaluations = 0;  ///< one for each pose; restarts included
+  long evaluations = 0;  ///< one for each pose; restarts included
   /// Of the rule's points, the smallest over the steps; at least 4 tau/(1 + tau)^2 of them unless
   /// step_floor_hit.
   Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
-  Scalar log_evidence = 0;         ///< log of the likelihood's mean under the prior
-  Scalar best_log_likelihood = 0;  ///< of the samples of the last step
-  bool step_floor_hit = false;     ///< max_steps or min_step forced a step longer than tau allows
-  bool moment_floor_hit = false;   ///< the orientation is as concentrated as min_eigenvalue allows
+  Scalar log_evidence = 0;        ///< log of the likelihood's mean under the prior
+  Scalar log_likelihood = 0;      ///< of the samples of the last step
+  bool step_floor_hit = false;    ///< max_steps or min_step forced a step longer than tau allows
+  bool moment_floor_hit = false;  ///< the orientation is as concentrated as min_eigenvalue allows
 };
 
 namespace detail {
@@ -116,7 +116,7 @@ template <class Scalar, class L, class Rule>
     auto samples = sample(rule, density);
     Vector<Scalar, Rule::kCount> values;
     evaluate_log_likelihood(log_likelihood, samples.points, values);
-    result.likelihood_evaluations += Rule::kCount;
+    result.evaluations += Rule::kCount;
     const LogRange<Scalar> range = bound_log_likelihoods(samples.weights, values);
     if (!range.valid || !range.supported()) {
       result.status = range.valid ? UpdateStatus::kNoSupport : UpdateStatus::kNotFinite;
@@ -135,7 +135,7 @@ template <class Scalar, class L, class Rule>
     ++result.steps;
     result.log_evidence += change.log_mean;
     result.effective_sample_size = std::min(result.effective_sample_size, change.effective_sample_size);
-    result.best_log_likelihood = range.hi;
+    result.log_likelihood = range.hi;
     result.step_floor_hit = result.step_floor_hit || step.floored;
   }
   result.moment_floor_hit = at_moment_floor(density, options.min_eigenvalue);
@@ -160,14 +160,12 @@ requires LogLikelihood<L, Scalar, Rule::kCount>
     if (detail::progress(log_likelihood, rule, tau, may_give_up, options, result)) {
       if (result.status != UpdateStatus::kConverged) {
         result.posterior = prior;
-      } else if (result.best_log_likelihood < options.min_log_likelihood) {
+      } else if (result.log_likelihood < options.min_log_likelihood) {
         result.status = UpdateStatus::kDiverged;
       }
       return result;
     }
-    result = {.posterior = prior,
-              .restarts = result.restarts + 1,
-              .likelihood_evaluations = result.likelihood_evaluations};
+    result = {.posterior = prior, .restarts = result.restarts + 1, .evaluations = result.evaluations};
   }
 }
 
@@ -246,10 +244,10 @@ requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Ru
     total.status = result.status;
     total.steps += result.steps;
     total.restarts += result.restarts;
-    total.likelihood_evaluations += result.likelihood_evaluations;
+    total.evaluations += result.evaluations;
     total.effective_sample_size = std::min(total.effective_sample_size, result.effective_sample_size);
     total.log_evidence += result.log_evidence;
-    total.best_log_likelihood += result.best_log_likelihood;
+    total.log_likelihood += result.log_likelihood;
     total.step_floor_hit = total.step_floor_hit || result.step_floor_hit;
     total.moment_floor_hit = result.moment_floor_hit;
     if (result.status != UpdateStatus::kConverged) {
@@ -257,7 +255,7 @@ requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Ru
       return total;
     }
   }
-  if (total.best_log_likelihood < options.min_log_likelihood) total.status = UpdateStatus::kDiverged;
+  if (total.log_likelihood < options.min_log_likelihood) total.status = UpdateStatus::kDiverged;
   return total;
 }
 
