@@ -86,9 +86,12 @@ template <int Samples>
   return sum / Samples;
 }
 
+/// Draws the tile whose first pixel is `corner`.
 template <int Samples>
-void draw_tile(cv::Mat1f& image, int column, int row, const std::vector<ScreenFace>& faces,
+void draw_tile(cv::Mat1f& image, const cv::Point& corner, const std::vector<ScreenFace>& faces,
                const std::vector<std::uint32_t>& listed, const View& view) {
+  const int column = corner.x;
+  const int row = corner.y;
   Tile<Samples> tile;
   tile.first_column = column;
   tile.first_row = row;
@@ -185,7 +188,7 @@ cv::Mat1f Renderer::render(const Eigen::Isometry3d& T_world_camera, const std::v
   for (int row = 0; row < buffers_->tile_rows; ++row) {
     for (int column = 0; column < buffers_->tile_columns; ++column) {
       const auto tile = static_cast<std::size_t>(row * buffers_->tile_columns + column);
-      draw(image, column * kTileSize_px, row * kTileSize_px, buffers_->faces, buffers_->tiles[tile], view);
+      draw(image, {column * kTileSize_px, row * kTileSize_px}, buffers_->faces, buffers_->tiles[tile], view);
     }
   }
   return image;

@@ -17,16 +17,22 @@ namespace {
 }
 
 /// Rows of blocks with joints, every second row shifted by half a block.
-[[nodiscard]] cv::Mat1f blocks(Random& random, int size, int rows, int blocks_a_row, double spread,
-                               double joint) {
-  cv::Mat1f tile(size, size, static_cast<float>(joint));
-  const double height = static_cast<double>(size) / rows;
-  const double width = static_cast<double>(size) / blocks_a_row;
+struct Bond {
+  int rows;
+  int blocks_a_row;
+  double spread;  ///< of the blocks' grey around 0.5
+  double joint;   ///< grey of the joints
+};
+
+[[nodiscard]] cv::Mat1f blocks(Random& random, int size, const Bond& bond) {
+  cv::Mat1f tile(size, size, static_cast<float>(bond.joint));
+  const double height = static_cast<double>(size) / bond.rows;
+  const double width = static_cast<double>(size) / bond.blocks_a_row;
   const int gap = std::max(1, size / 400);
-  for (int row = 0; row < rows; ++row) {
-    for (int block = 0; block < blocks_a_row; ++block) {
+  for (int row = 0; row < bond.rows; ++row) {
+    for (int block = 0; block < bond.blocks_a_row; ++block) {
       const double x = (block + 0.5 * (row % 2)) * width;
-      const double grey = 0.5 + random.uniform(-spread, spread);
+      const double grey = 0.5 + random.uniform(-bond.spread, bond.spread);
       const int x0 = static_cast<int>(x) + gap;
       const int x1 = static_cast<int>(x + width) - 1;
       const int y0 = static_cast<int>(row * height) + gap;
@@ -76,7 +82,7 @@ cv::Mat1f asphalt_texture(Random& random, int size) {
 }
 
 cv::Mat1f paving_texture(Random& random, int size) {
-  cv::Mat1f tile = blocks(random, size, 10, 10, 0.12, 0.25);
+  cv::Mat1f tile = blocks(random, size, {10, 10, 0.12, 0.25});
   tile += 0.07 * fractal_noise(random, tile.size(), 4, 9, 0.8);
   draw_cracks(tile, random,
               {.count = 14, .length_px = 0.25 * size, .wander_rad = 0.5, .thickness_px = 1, .change = -0.2});
@@ -88,7 +94,7 @@ cv::Mat1f paving_texture(Random& random, int size) {
 }
 
 cv::Mat1f cobble_texture(Random& random, int size) {
-  cv::Mat1f tile = blocks(random, size, 46, 46, 0.22, 0.2);
+  cv::Mat1f tile = blocks(random, size, {46, 46, 0.22, 0.2});
   tile += 0.06 * fractal_noise(random, tile.size(), 4, 9, 0.8);
   normalize_tile(tile, 0.5, 0.12);
   return tile;
@@ -136,7 +142,7 @@ cv::Mat1f paint_texture(Random& random, int size) {
 }
 
 cv::Mat1f brick_texture(Random& random, int size, int courses, int bricks_a_course) {
-  cv::Mat1f tile = blocks(random, size, courses, bricks_a_course, 0.2, 0.68);
+  cv::Mat1f tile = blocks(random, size, {courses, bricks_a_course, 0.2, 0.68});
   tile += 0.05 * fractal_noise(random, tile.size(), 4, 9, 0.8);
   scatter(
       tile, random,

@@ -10,17 +10,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The body is an extruded side view, the cabin a frustum of glass; the rest is stuck on, a few millimetres
-/// proud.
+/// The body is an extruded side view, the cabin a frustum of glass; everything else lies a few millimetres
+/// in front of them.
 class CarBuilder {
  public:
   CarBuilder(Mesh& mesh, Random& random, const Palette& palette)
       : mesh_(mesh), random_(random), palette_(palette) {
     const bool is_dark = random.chance(0.5);
-    paint_ = {palette.metal, is_dark ? random.uniform(0.2, 0.6) : random.uniform(1.0, 1.9), false, shift(),
-              shift()};
+    paint_ = varied_paint(random, palette.metal, is_dark ? 0.2 : 1.0, is_dark ? 0.6 : 1.9);
     black_ = {palette.metal, 0.16, false, shift(), shift()};
-    glass_ = {palette.glass, random.uniform(0.8, 1.3), false, shift(), shift()};
+    glass_ = varied_paint(random, palette.glass, 0.8, 1.3);
     waist_ = random.uniform(0.82, 0.95);
     roof_ = waist_ + random.uniform(0.48, 0.65);
     is_estate_ = random.chance(0.5);
@@ -104,22 +103,21 @@ class CarBuilder {
   void flank(double side) {
     const Vector3d along(0.0, 0.0, -side);
     const Vector3d up = Vector3d::UnitY();
-    const auto patch = [&](double z, double y, double length, double height, double proud,
-                           const Paint& look) {
-      const Vector3d centre(side * (kHalfWidth + proud), y, z);
-      mesh_.rectangle(centre - 0.5 * length * along - 0.5 * height * up, length * along, height * up, look);
+    const auto add = [&](const Patch& patch, double proud, const Paint& look) {
+      mesh_.centred_rectangle({side * (kHalfWidth + proud), patch.y_m, patch.x_m}, patch.width_m * along,
+                              patch.height_m * up, look);
     };
     const Paint rim{random_.pick(palette_.wheels), 0.9, true};
     for (const double z : {-0.6 * kHalfLength, 0.63 * kHalfLength}) {
       const Vector3d hub(side * (kHalfWidth + 0.012), 0.31, z);
       mesh_.disc(hub + Vector3d(-0.008 * side, 0.05, 0.0), 0.38, side, black_);  // the wheel's well
-      add_wheel(mesh_, hub, 0.31, side, rim, palette_);
+      add_wheel(mesh_, palette_, {hub, 0.31, side, rim});
     }
     for (const double z : {-0.3 * kHalfLength, 0.04 * kHalfLength, 0.4 * kHalfLength}) {
-      patch(z, 0.58, 0.02, waist_ - 0.35, 0.006, black_);  // seams of the doors
+      add({z, 0.58, 0.02, waist_ - 0.35}, 0.006, black_);  // seams of the doors
     }
-    for (const double z : {-0.24 * kHalfLength, 0.1 * kHalfLength}) patch(z, 0.76, 0.15, 0.035, 0.01, black_);
-    patch(0.05, 0.5, 2.0, 0.05, 0.008, black_);
+    for (const double z : {-0.24 * kHalfLength, 0.1 * kHalfLength}) add({z, 0.76, 0.15, 0.035}, 0.01, black_);
+    add({0.05, 0.5, 2.0, 0.05}, 0.008, black_);
     const double mirror_x = side * (kHalfWidth + 0.06);
     mesh_.box({mirror_x - 0.07, waist_ + 0.02, 0.36 * kHalfLength},
               {mirror_x + 0.07, waist_ + 0.13, 0.36 * kHalfLength + 0.08}, paint_);
@@ -128,15 +126,15 @@ class CarBuilder {
   void face(double end) {
     const Vector3d along = end * Vector3d::UnitX();
     const Vector3d up = Vector3d::UnitY();
-    const auto patch = [&](double x, double y, double width, double height, const Paint& look) {
-      const Vector3d centre(x, y, end * (kHalfLength + 0.012));
-      mesh_.rectangle(centre - 0.5 * width * along - 0.5 * height * up, width * along, height * up, look);
+    const auto add = [&](const Patch& patch, const Paint& look) {
+      mesh_.centred_rectangle({patch.x_m, patch.y_m, end * (kHalfLength + 0.012)}, patch.width_m * along,
+                              patch.height_m * up, look);
     };
-    patch(0.0, 0.3, 1.6, 0.12, black_);
-    patch(0.0, 0.44, 0.52, 0.11, {random_.pick(palette_.signs), 1.4, true});
+    add({0.0, 0.3, 1.6, 0.12}, black_);
+    add({0.0, 0.44, 0.52, 0.11}, {random_.pick(palette_.signs), 1.4, true});
     const Paint lamp{random_.pick(palette_.windows), end > 0.0 ? 1.6 : 0.8, true};
-    for (const double x : {-0.66, 0.66}) patch(x, 0.6, 0.34, 0.15, lamp);
-    if (end > 0.0) patch(0.0, 0.58, 0.7, 0.1, black_);
+    for (const double x : {-0.66, 0.66}) add({x, 0.6, 0.34, 0.15}, lamp);
+    if (end > 0.0) add({0.0, 0.58, 0.7, 0.1}, black_);
   }
 
   Mesh& mesh_;
@@ -152,10 +150,9 @@ class CarBuilder {
 
 }  // namespace
 
-void add_wheel(Mesh& mesh, const Vector3d& hub, double radius_m, double side, const Paint& rim,
-               const Palette& palette) {
-  mesh.disc(hub, radius_m, side, {palette.metal, 0.3});
-  mesh.disc(hub + 0.008 * side * Vector3d::UnitX(), 0.87 * radius_m, side, rim);
+void add_wheel(Mesh& mesh, const Palette& palette, const Wheel& wheel) {
+  mesh.disc(wheel.hub, wheel.radius_m, wheel.side, {palette.metal, 0.3});
+  mesh.disc(wheel.hub + 0.008 * wheel.side * Vector3d::UnitX(), 0.87 * wheel.radius_m, wheel.side, wheel.rim);
 }
 
 void add_car(Mesh& mesh, Random& random, const Palette& palette) {

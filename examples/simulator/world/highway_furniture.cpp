@@ -1,26 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "simulator/world/highway_furniture.hpp"
 
+#include "simulator/world/props.hpp"
+
 namespace stereo_slam::simulator {
 namespace {
 
 using Eigen::Vector3d;
 
 constexpr double kFoot_m = -0.4;  ///< things go a little into the ground
-
-[[nodiscard]] Paint metal_paint(Random& random, const Palette& palette, double low, double high) {
-  return {palette.metal, random.uniform(low, high), false, random.uniform(0.0, 64.0),
-          random.uniform(0.0, 64.0)};
-}
-
-/// Board with a picture on its front and bare metal behind.
-void add_board(Mesh& mesh, Random& random, const Palette& palette, const Vector3d& corner, double width_m,
-               double height_m, const Paint& back) {
-  const Vector3d x = Vector3d::UnitX() * width_m;
-  const Vector3d y = Vector3d::UnitY() * height_m;
-  mesh.rectangle(corner, x, y, {random.pick(palette.signs), 1.25, true});
-  mesh.rectangle(corner + x, -x, y, back);
-}
 
 }  // namespace
 
@@ -29,7 +17,7 @@ void add_guard_rail(Mesh& mesh, Random& random, const Palette& palette, double l
   constexpr double kHeight_m = 0.31;
   constexpr double kThickness_m = 0.08;
   constexpr double kPostSpacing_m = 2.0;
-  const Paint metal = metal_paint(random, palette, 0.95, 1.1);
+  const Paint metal = varied_paint(random, palette.metal, 0.95, 1.1);
   const Vector3d along(length_m, rise_m, 0.0);
   const Vector3d up(0.0, kHeight_m, 0.0);
   const Vector3d back(0.0, 0.0, -kThickness_m);
@@ -52,18 +40,19 @@ void add_delineator(Mesh& mesh, const Palette& palette) {
 }
 
 void add_direction_board(Mesh& mesh, Random& random, const Palette& palette) {
-  const Paint metal = metal_paint(random, palette, 0.7, 1.1);
+  const Paint metal = varied_paint(random, palette.metal, 0.7, 1.1);
   const double width = random.uniform(1.6, 3.0);
   const double height = random.uniform(1.2, 2.2);
   const double bottom = random.uniform(1.4, 2.0);
   for (const double x : {-0.35 * width, 0.35 * width})
-    mesh.column({x, kFoot_m, 0.0}, bottom + height - kFoot_m, 0.06, 0.06, 6, metal);
-  add_board(mesh, random, palette, {-0.5 * width, bottom, 0.08}, width, height, metal);
+    mesh.column({{x, kFoot_m, 0.0}, bottom + height - kFoot_m, 0.06, 0.06, 6}, metal);
+  add_board(mesh,
+            {{-0.5 * width, bottom, 0.08}, {width, height}, {random.pick(palette.signs), 1.25, true}, metal});
 }
 
 void add_gantry(Mesh& mesh, Random& random, const Palette& palette, double half_span_m) {
   constexpr double kBeam_m = 5.8;  ///< height above the road
-  const Paint metal = metal_paint(random, palette, 0.7, 1.1);
+  const Paint metal = varied_paint(random, palette.metal, 0.7, 1.1);
   for (const double x : {-half_span_m, half_span_m})
     mesh.box({x - 0.2, kFoot_m, -0.2}, {x + 0.2, kBeam_m, 0.2}, metal);
   mesh.box({-half_span_m - 0.2, kBeam_m, -0.25}, {half_span_m + 0.2, kBeam_m + 0.5, 0.25}, metal);
@@ -72,8 +61,11 @@ void add_gantry(Mesh& mesh, Random& random, const Palette& palette, double half_
   for (int board = 0; board < 3; ++board) {
     const double width = random.uniform(2.6, 4.2);
     const double centre = (board - 1) * 0.6 * half_span_m;
-    add_board(mesh, random, palette, {centre - 0.5 * width, kBeam_m - 0.3, 0.3}, width,
-              random.uniform(1.6, 2.4), metal);
+    const double height = random.uniform(1.6, 2.4);
+    add_board(mesh, {{centre - 0.5 * width, kBeam_m - 0.3, 0.3},
+                     {width, height},
+                     {random.pick(palette.signs), 1.25, true},
+                     metal});
   }
 }
 

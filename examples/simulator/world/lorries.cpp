@@ -6,15 +6,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Cab and body are boxes on a frame; windows, doors, pictures and lamps are stuck on, a centimetre proud.
+/// Cab and body are boxes on a frame; windows, doors, images and lamps lie a centimetre in front of
+/// them.
 class LorryBuilder {
  public:
   LorryBuilder(Mesh& mesh, Random& random, const Palette& palette)
       : mesh_(mesh), random_(random), palette_(palette) {
-    cab_ = {palette.metal, random.uniform(0.4, 1.4), false, shift(), shift()};
-    body_ = {palette.metal, random.uniform(0.8, 1.8), false, shift(), shift()};
+    cab_ = varied_paint(random, palette.metal, 0.4, 1.4);
+    body_ = varied_paint(random, palette.metal, 0.8, 1.8);
     black_ = {palette.metal, 0.16, false, shift(), shift()};
-    glass_ = {palette.glass, random.uniform(0.8, 1.3), false, shift(), shift()};
+    glass_ = varied_paint(random, palette.glass, 0.8, 1.3);
     poster_ = {random.pick(palette.signs), random.uniform(0.8, 1.3), true};
   }
 
@@ -41,45 +42,43 @@ class LorryBuilder {
 
   void flank(double side) {
     const Vector3d along(0.0, 0.0, -side);
-    const auto patch = [&](double z, double y, double length, double height, double out, const Paint& look) {
-      const Vector3d centre(side * out, y, z);
-      mesh_.rectangle(centre - 0.5 * length * along - 0.5 * height * Vector3d::UnitY(), length * along,
-                      height * Vector3d::UnitY(), look);
+    const auto add = [&](const Patch& patch, double out, const Paint& look) {
+      mesh_.centred_rectangle({side * out, patch.y_m, patch.x_m}, patch.width_m * along,
+                              patch.height_m * Vector3d::UnitY(), look);
     };
     const double body_middle = 0.5 * (kCabBack - 0.15 - kHalfLength);
-    patch(body_middle, 1.95, 2.6, 1.4, kHalfWidth + 0.01, poster_);
-    patch(body_middle, 1.02, 3.4, 0.08, kHalfWidth + 0.01, black_);
-    patch(kCabBack + 1.0, 1.75, 1.0, 0.65, 0.95 * kHalfWidth + 0.01, glass_);
-    patch(kCabBack + 0.35, 1.3, 0.03, 1.5, 0.95 * kHalfWidth + 0.01, black_);
+    add({body_middle, 1.95, 2.6, 1.4}, kHalfWidth + 0.01, poster_);
+    add({body_middle, 1.02, 3.4, 0.08}, kHalfWidth + 0.01, black_);
+    add({kCabBack + 1.0, 1.75, 1.0, 0.65}, 0.95 * kHalfWidth + 0.01, glass_);
+    add({kCabBack + 0.35, 1.3, 0.03, 1.5}, 0.95 * kHalfWidth + 0.01, black_);
     const Paint rim{random_.pick(palette_.wheels), 0.9, true};
     for (const double z : {-0.55 * kHalfLength, 0.68 * kHalfLength}) {
-      add_wheel(mesh_, {side * (kHalfWidth + 0.01), 0.48, z}, 0.48, side, rim, palette_);
+      add_wheel(mesh_, palette_, {{side * (kHalfWidth + 0.01), 0.48, z}, 0.48, side, rim});
     }
   }
 
   /// Part of the front (end = 1) or the tail (end = -1).
-  void patch(double end, double x, double y, double width, double height, const Paint& look) {
-    const Vector3d along = end * width * Vector3d::UnitX();
-    const Vector3d up = height * Vector3d::UnitY();
-    const Vector3d centre(x, y, end * (kHalfLength + 0.012));
-    mesh_.rectangle(centre - 0.5 * along - 0.5 * up, along, up, look);
+  void add(double end, const Patch& patch, const Paint& look) {
+    mesh_.centred_rectangle({patch.x_m, patch.y_m, end * (kHalfLength + 0.012)},
+                            end * patch.width_m * Vector3d::UnitX(), patch.height_m * Vector3d::UnitY(),
+                            look);
   }
 
   void front() {
     const Paint lamp{random_.pick(palette_.windows), 1.6, true};
-    patch(1.0, 0.0, 1.75, 1.7, 0.75, glass_);
-    patch(1.0, 0.0, 1.05, 1.2, 0.3, black_);
-    for (const double x : {-0.75, 0.75}) patch(1.0, x, 0.75, 0.36, 0.2, lamp);
+    add(1.0, {0.0, 1.75, 1.7, 0.75}, glass_);
+    add(1.0, {0.0, 1.05, 1.2, 0.3}, black_);
+    for (const double x : {-0.75, 0.75}) add(1.0, {x, 0.75, 0.36, 0.2}, lamp);
   }
 
   void tail() {
     const Paint lamp{random_.pick(palette_.windows), 0.8, true};
-    patch(-1.0, 0.0, 1.9, 0.03, 1.9, black_);  // between the wings of the door
-    for (const double x : {-0.35, 0.35}) patch(-1.0, x, 1.9, 0.05, 1.8, black_);
+    add(-1.0, {0.0, 1.9, 0.03, 1.9}, black_);  // between the wings of the door
+    for (const double x : {-0.35, 0.35}) add(-1.0, {x, 1.9, 0.05, 1.8}, black_);
     for (const double x : {-0.68, 0.68})
-      patch(-1.0, x, 2.3, 0.5, 0.5, {random_.pick(palette_.signs), 1.2, true});
-    for (const double x : {-0.8, 0.8}) patch(-1.0, x, 0.75, 0.3, 0.18, lamp);
-    patch(-1.0, 0.0, 0.7, 0.52, 0.11, {random_.pick(palette_.signs), 1.4, true});
+      add(-1.0, {x, 2.3, 0.5, 0.5}, {random_.pick(palette_.signs), 1.2, true});
+    for (const double x : {-0.8, 0.8}) add(-1.0, {x, 0.75, 0.3, 0.18}, lamp);
+    add(-1.0, {0.0, 0.7, 0.52, 0.11}, {random_.pick(palette_.signs), 1.4, true});
   }
 
   Mesh& mesh_;

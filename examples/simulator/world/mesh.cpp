@@ -16,6 +16,10 @@ double daylight(const Vector3d& normal) {
   return 0.36 + 0.2 * sky + 1.0 * std::max(0.0, normal.dot(direction_to_sun()));
 }
 
+Paint varied_paint(Random& random, MaterialId material, double low, double high) {
+  return {material, random.uniform(low, high), false, random.uniform(0.0, 64.0), random.uniform(0.0, 64.0)};
+}
+
 Eigen::Isometry3d stand(const GroundPoint& position, const GroundPoint& front, double ground_y) {
   Eigen::Isometry3d T_world_object = Eigen::Isometry3d::Identity();
   T_world_object.linear().col(0) = Vector3d(-front.y(), 0.0, front.x());
@@ -40,7 +44,7 @@ void Mesh::polygon(const std::vector<Vector3>& corners, const Vector3& a, const 
   style.brightness = static_cast<float>(paint.brightness * daylight(normal));
   style.u_axis = u_world.cast<float>();
   style.v_axis = v_world.cast<float>();
-  // Pictures begin at the first corner; textures in metres run on from one part of an object to the next.
+  // Images begin at the first corner; textures in metres run on from one part of an object to the next.
   const Vector3 zero = paint.stretched ? origin : T_world_object_.translation();
   style.u_offset = static_cast<float>(paint.u0 - style.u_axis.cast<double>().dot(zero));
   style.v_offset = static_cast<float>(paint.v0 - style.v_axis.cast<double>().dot(zero));
@@ -59,6 +63,10 @@ void Mesh::rectangle(const Vector3& p, const Vector3& a, const Vector3& b, const
   polygon({p, p + a, p + a + b, p + b}, a, b, paint);
 }
 
+void Mesh::centred_rectangle(const Vector3& centre, const Vector3& a, const Vector3& b, const Paint& paint) {
+  rectangle(centre - 0.5 * a - 0.5 * b, a, b, paint);
+}
+
 void Mesh::disc(const Vector3& centre, double radius_m, double side, const Paint& paint) {
   constexpr int kCorners = 12;
   const Vector3 along = -side * Vector3::UnitZ();
@@ -69,7 +77,7 @@ void Mesh::disc(const Vector3& centre, double radius_m, double side, const Paint
     corners.emplace_back(centre + radius_m * (std::cos(angle) * along + std::sin(angle) * up));
   }
   Paint look = paint;
-  if (paint.stretched) look.v0 += 0.5;  // the first corner is half way up the right border of the picture
+  if (paint.stretched) look.v0 += 0.5;  // the first corner is half way up the right border of the image
   polygon(corners, 2.0 * radius_m * along, 2.0 * radius_m * up, look);
 }
 
@@ -84,20 +92,19 @@ void Mesh::box(const Vector3& low, const Vector3& high, const Paint& paint) {
   rectangle(low + y + z, x, -z, paint);  // top
 }
 
-void Mesh::column(const Vector3& foot, double height_m, double bottom_radius_m, double top_radius_m,
-                  int sides, const Paint& paint) {
+void Mesh::column(const Column& column, const Paint& paint) {
   const auto around = [&](int i, double radius, double y) {
-    const double angle = 2.0 * std::numbers::pi * i / sides;
-    return Vector3(foot + Vector3(radius * std::cos(angle), y, -radius * std::sin(angle)));
+    const double angle = 2.0 * std::numbers::pi * i / column.sides;
+    return Vector3(column.foot + Vector3(radius * std::cos(angle), y, -radius * std::sin(angle)));
   };
-  for (int i = 0; i < sides; ++i) {
-    const Vector3 a = around(i, bottom_radius_m, 0.0);
-    const Vector3 b = around(i + 1, bottom_radius_m, 0.0);
-    const Vector3 c = around(i + 1, top_radius_m, height_m);
-    const Vector3 d = around(i, top_radius_m, height_m);
+  for (int i = 0; i < column.sides; ++i) {
+    const Vector3 a = around(i, column.bottom_radius_m, 0.0);
+    const Vector3 b = around(i + 1, column.bottom_radius_m, 0.0);
+    const Vector3 c = around(i + 1, column.top_radius_m, column.height_m);
+    const Vector3 d = around(i, column.top_radius_m, column.height_m);
     Paint side = paint;
     side.u0 += i * (b - a).norm() / (*materials_)[paint.material].period_m;
-    polygon({a, b, c, d}, b - a, Vector3::UnitY() * height_m, side);
+    polygon({a, b, c, d}, b - a, Vector3::UnitY() * column.height_m, side);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "simulator/rendering/scene.hpp"
+#include "simulator/textures/random.hpp"
 #include "simulator/world/route.hpp"
 
 namespace stereo_slam::simulator {
@@ -14,9 +15,21 @@ namespace stereo_slam::simulator {
 struct Paint {
   MaterialId material{};
   double brightness = 1.0;
-  bool stretched = false;  ///< one picture over the whole part, instead of a texture in metres
+  bool stretched = false;  ///< one image over the whole part, instead of a texture in metres
   double u0 = 0.0;         ///< shift of the texture, periods
   double v0 = 0.0;
+};
+
+/// Paint of a random brightness between `low` and `high`, with the texture shifted at random.
+[[nodiscard]] Paint varied_paint(Random& random, MaterialId material, double low, double high);
+
+/// Upright prism or truncated cone around the y axis through `foot`.
+struct Column {
+  Eigen::Vector3d foot;
+  double height_m;
+  double bottom_radius_m;
+  double top_radius_m;
+  int sides;
 };
 
 /// Builds objects out of planar faces, in axes of the object: x to the right of somebody who looks at its
@@ -37,6 +50,9 @@ class Mesh {
   /// against b.
   void rectangle(const Vector3& p, const Vector3& a, const Vector3& b, const Paint& paint);
 
+  /// The same with its centre at `centre`.
+  void centred_rectangle(const Vector3& centre, const Vector3& a, const Vector3& b, const Paint& paint);
+
   /// Planar convex polygon, counter-clockwise from the front; u and v as for a rectangle with sides along a
   /// and b.
   void polygon(const std::vector<Vector3>& corners, const Vector3& a, const Vector3& b, const Paint& paint);
@@ -47,9 +63,7 @@ class Mesh {
   /// Box without a bottom.
   void box(const Vector3& low, const Vector3& high, const Paint& paint);
 
-  /// Upright prism or frustum around the y axis through `foot`.
-  void column(const Vector3& foot, double height_m, double bottom_radius_m, double top_radius_m, int sides,
-              const Paint& paint);
+  void column(const Column& column, const Paint& paint);
 
  private:
   const std::vector<Material>* materials_;

@@ -48,8 +48,30 @@ struct LorrySize {
 /// Lorry with a closed body that faces the front.
 void add_lorry(Mesh& mesh, Random& random, const Palette& palette);
 
-/// Wheel of a vehicle, seen from its left (side = -1) or right (side = 1).
-void add_wheel(Mesh& mesh, const Eigen::Vector3d& hub, double radius_m, double side, const Paint& rim,
-               const Palette& palette);
+/// Wheel of a vehicle.
+struct Wheel {
+  Eigen::Vector3d hub;
+  double radius_m;
+  double side;  ///< of the vehicle: -1 left, 1 right
+  Paint rim;
+};
+void add_wheel(Mesh& mesh, const Palette& palette, const Wheel& wheel);
+
+/// Rectangle in a side or an end of a vehicle: its centre and its size, metres.
+struct Patch {
+  double x_m;  ///< along the side or the end
+  double y_m;  ///< height of the centre
+  double width_m;
+  double height_m;
+};
+
+/// Board of the given width and height (metres) that shows an image to the front and `back` to the rear.
+struct Board {
+  Eigen::Vector3d corner;  ///< lower left, seen from the front
+  Eigen::Vector2d size_m;
+  Paint image;
+  Paint back;
+};
+void add_board(Mesh& mesh, const Board& board);
 
 }  // namespace stereo_slam::simulator

@@ -42,6 +42,62 @@ constexpr double kSameStreet_m = 6.0;
   return points;
 }
 
+/// The street below a path and straight on beyond its ends: station i is i metres from the first position.
+class Course {
+ public:
+  Course(const CameraPath& path, double camera_height_m)
+      : points_(resample(path)),
+        first_view_(viewing_direction(path.front())),
+        camera_height_m_(camera_height_m) {}
+
+  [[nodiscard]] int last() const { return static_cast<int>(points_.size()) - 1; }
+
+  [[nodiscard]] Route::Station station(int i) const {
+    const int nearest = std::clamp(i, 0, last());
+    const Vector3d& point = points_[static_cast<std::size_t>(nearest)];
+    Route::Station station;
+    station.direction = direction(nearest);
+    station.position = on_ground(point) + (i - nearest) * Route::kSpacing_m * station.direction;
+    station.ground_y = point.y() + camera_height_m_;
+    station.arc_m = i * Route::kSpacing_m;
+    return station;
+  }
+
+  /// How many stations the street goes on beyond an end before it meets another part of itself; at most
+  /// `run_out_m`. `step` is -1 at the beginning of the path and 1 at its end.
+  [[nodiscard]] int run_out(int end, int step, double run_out_m) const {
+    const GroundPoint begin = station(end).position;
+    int count = 0;
+    for (; (count + 1) * Route::kSpacing_m <= run_out_m; ++count) {
+      const GroundPoint next = station(end + (count + 1) * step).position;
+      const bool meets = std::any_of(points_.begin(), points_.end(), [&](const Vector3d& point) {
+        const double gone_m = (on_ground(point) - begin).norm();
+        return gone_m > kSameStreet_m && (on_ground(point) - next).norm() < kSameStreet_m;
+      });
+      if (meets) break;
+    }
+    return count;
+  }
+
+ private:
+  [[nodiscard]] GroundPoint direction(int i) const {
+    if (last() < 1) return first_view_;
+    const auto& before = points_[static_cast<std::size_t>(std::clamp(i - 2, 0, last()))];
+    const auto& after = points_[static_cast<std::size_t>(std::clamp(i + 2, 0, last()))];
+    const GroundPoint step = on_ground(after - before);
+    return step.norm() > 1e-6 ? GroundPoint(step.normalized()) : first_view_;
+  }
+
+  std::vector<Vector3d> points_;
+  GroundPoint first_view_;
+  double camera_height_m_;
+};
+
+[[nodiscard]] const CameraPath& not_empty(const CameraPath& path) {
+  if (path.empty()) throw std::invalid_argument("a route needs at least one pose");
+  return path;
+}
+
 /// Whether two stations are at one place, and the path went elsewhere between them.
 [[nodiscard]] bool is_other_pass(const Route::Station& a, const Route::Station& b) {
   return std::abs(a.arc_m - b.arc_m) > 4.0 * kSameStreet_m &&
@@ -70,43 +126,15 @@ bool GroundBox::overlaps(const GroundBox& other) const {
 }
 
 Route::Route(const CameraPath& path, double camera_height_m, double run_out_m) : run_out_m_(run_out_m) {
-  if (path.empty()) throw std::invalid_argument("a route needs at least one pose");
-  const auto points = resample(path);
-  const int n = static_cast<int>(points.size());
-  const auto direction_at = [&](int i) {
-    if (n < 2) return viewing_direction(path.front());
-    const auto& before = points[static_cast<std::size_t>(std::clamp(i - 2, 0, n - 1))];
-    const auto& after = points[static_cast<std::size_t>(std::clamp(i + 2, 0, n - 1))];
-    const GroundPoint step = on_ground(after - before);
-    return step.norm() > 1e-6 ? GroundPoint(step.normalized()) : viewing_direction(path.front());
-  };
-  const auto station_at = [&](int i) {
-    const int nearest = std::clamp(i, 0, n - 1);
-    const Vector3d& point = points[static_cast<std::size_t>(nearest)];
-    Station station;
-    station.direction = direction_at(nearest);
-    station.position = on_ground(point) + (i - nearest) * kSpacing_m * station.direction;
-    station.ground_y = point.y() + camera_height_m;
-    station.arc_m = i * kSpacing_m;
-    return station;
-  };
-  // How many stations the street goes on beyond an end before it meets another part of itself.
-  const auto run_out = [&](int end, int step) {
-    int count = 0;
-    for (; (count + 1) * kSpacing_m <= run_out_m; ++count) {
-      const Station next = station_at(end + (count + 1) * step);
-      const bool meets = std::any_of(points.begin(), points.end(), [&](const Vector3d& point) {
-        const double gone_m = (on_ground(point) - station_at(end).position).norm();
-        return gone_m > kSameStreet_m && (on_ground(point) - next.position).norm() < kSameStreet_m;
-      });
-      if (meets) break;
-    }
-    return count;
-  };
-  const int first = -run_out(0, -1);
-  const int last = n - 1 + run_out(n - 1, 1);
-  for (int i = first; i <= last; ++i) stations_.push_back(station_at(i));
+  const Course course(not_empty(path), camera_height_m);
+  const int first = -course.run_out(0, -1, run_out_m);
+  const int last = course.last() + course.run_out(course.last(), 1, run_out_m);
+  for (int i = first; i <= last; ++i) stations_.push_back(course.station(i));
+  index_stations();
+  lower_to_lowest_pass();
+}
 
+void Route::index_stations() {
   low_ = high_ = stations_.front().position;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     Station& station = stations_[i];
@@ -117,8 +145,10 @@ Route::Route(const CameraPath& path, double camera_height_m, double run_out_m) :
     });
     cells_[cell_key(cell_index(station.position.x()), cell_index(station.position.y()))].push_back(i);
   }
-  // Passes of the same place at different heights: the ground lies below the lowest. Stations ahead and
-  // behind do not count, on a slope they are lower anyway.
+}
+
+void Route::lower_to_lowest_pass() {
+  // Stations ahead and behind do not count: on a slope they are lower anyway.
   std::vector<double> lowest;
   for (const Station& station : stations_) {
     double y = station.ground_y;

@@ -65,6 +65,10 @@ class Route {
   static constexpr double kRunOut_m = 70.0;
 
  private:
+  /// Fills cells_, the bounding box and first_pass.
+  void index_stations();
+  /// Where passes of one place differ in height, the ground lies below the lowest.
+  void lower_to_lowest_pass();
   /// Calls visit(station) for the stations that may be within `radius_m` of the point.
   template <class Visit>
   void for_near(const GroundPoint& point, double radius_m, Visit visit) const;

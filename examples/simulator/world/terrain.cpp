@@ -151,19 +151,19 @@ Terrain::FineHeights Terrain::fine_heights(int i, int j) const {
 void Terrain::for_triangles_of_cell(int i, int j, const Visit& visit) const {
   const auto column = static_cast<std::size_t>(i);
   const auto row = static_cast<std::size_t>(j);
-  const auto emit = [&](const GroundPoint& low, const GroundPoint& high, double h00, double h10, double h01,
-                        double h11) {
+  using CornerHeights = std::array<std::array<double, 2>, 2>;  // [z][x]
+  const auto emit = [&](const GroundPoint& low, const GroundPoint& high, const CornerHeights& h) {
     const GroundPoint p10(high.x(), low.y());
     const GroundPoint p01(low.x(), high.y());
-    visit({{low, p10, high}, {h00, h10, h11}}, is_fine(i, j));
-    visit({{low, high, p01}, {h00, h11, h01}}, is_fine(i, j));
+    visit({{low, p10, high}, {h[0][0], h[0][1], h[1][1]}}, is_fine(i, j));
+    visit({{low, high, p01}, {h[0][0], h[1][1], h[1][0]}}, is_fine(i, j));
   };
   const GroundPoint origin(xs_[column], zs_[row]);
   const GroundPoint size(xs_[column + 1] - xs_[column], zs_[row + 1] - zs_[row]);
   if (!is_fine(i, j)) {
     const std::size_t n = row * xs_.size() + column;
-    emit(origin, origin + size, heights_[n], heights_[n + 1], heights_[n + xs_.size()],
-         heights_[n + xs_.size() + 1]);
+    emit(origin, origin + size,
+         {{{heights_[n], heights_[n + 1]}, {heights_[n + xs_.size()], heights_[n + xs_.size() + 1]}}});
     return;
   }
   const FineHeights& h = *fine_[cell(i, j)];
@@ -173,7 +173,7 @@ void Terrain::for_triangles_of_cell(int i, int j, const Visit& visit) const {
         return GroundPoint(origin.x() + size.x() * static_cast<double>(a + da) / kSubdivisions,
                            origin.y() + size.y() * static_cast<double>(b + db) / kSubdivisions);
       };
-      emit(at(0, 0), at(1, 1), h[b][a], h[b][a + 1], h[b + 1][a], h[b + 1][a + 1]);
+      emit(at(0, 0), at(1, 1), {{{h[b][a], h[b][a + 1]}, {h[b + 1][a], h[b + 1][a + 1]}}});
     }
   }
 }
