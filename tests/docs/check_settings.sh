@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# Fails if the documentation names a setting, as `group.name` or `group.name: value`, that stereo_slam does not have.
+#
+#   check_settings.sh STEREO_SLAM SOURCE_DIR FILE.md...
+set -euo pipefail
+program=$1
+cd "$2"
+shift 2
+
+settings=$("$program" --print-settings | awk '
+  /^[a-z_]+:/ { group = substr($1, 1, length($1) - 1) }
+  /^  [a-z_]+:/ { print group "." substr($1, 1, length($1) - 1) }')
+groups=$(sed 's/\..*//' <<<"$settings" | sort -u | paste -sd '|')
+
+status=0
+for file in "$@"; do
+  while read -r name; do
+    case $name in *.ply | *.hpp | *.cpp) continue ;; esac
+    if ! grep -qxF "$name" <<<"$settings"; then
+      echo "$file: no setting $name" >&2
+      status=1
+    fi
+  done < <(grep -oE "\`($groups)\.[a-z_]+(:[^\`]*)?\`" "$file" | tr -d '`' | sed 's/:.*//' | sort -u)
+done
+exit $status
