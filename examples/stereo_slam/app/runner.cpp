@@ -59,7 +59,7 @@ std::string process_frames(const StereoSequence& sequence, std::size_t count, co
       const double ms = 1e3 * seconds_since(start);
       progress.update(result.index + 1, count,
                       fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
-      if (viewer) viewer->show(*frame, result, slam.map_points(), sequence.camera);
+      if (viewer) viewer->show(*frame, result, slam.archived_map_points(), sequence.camera);
       if (debug_images) debug_images->write(*frame, result, trace);
       record.results.push_back(std::move(result));
       record.total_ms.push_back(ms);

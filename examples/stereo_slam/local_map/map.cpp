@@ -139,28 +139,29 @@ void Map::cull(std::size_t frame, int frames, const StereoCamera& camera) {
     return frame > landmark.last_seen + static_cast<std::size_t>(frames);
   };
   for (const auto& landmark : landmarks_) {
-    if (stale(landmark)) archive(landmark, camera);
+    if (stale(landmark)) append_if_established(landmark, camera, archive_);
   }
   std::erase_if(landmarks_, stale);
 }
 
 void Map::restart(std::size_t keyframe, const StereoCamera& camera) {
-  for (const auto& landmark : landmarks_) archive(landmark, camera);
+  for (const auto& landmark : landmarks_) append_if_established(landmark, camera, archive_);
   landmarks_.clear();
   keyframe_ = keyframe;
 }
 
-void Map::archive(const Landmark& landmark, const StereoCamera& camera) {
-  const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
-  if (landmark.observations >= kEstablished && point.w > 0.0) {
-    archive_.push_back({keyframe_, landmark.id, point.x / point.w, landmark.intensity});
-  }
+std::vector<ArchivedPoint> Map::established(const StereoCamera& camera) const {
+  std::vector<ArchivedPoint> points;
+  for (const auto& landmark : landmarks_) append_if_established(landmark, camera, points);
+  return points;
 }
 
-std::vector<ArchivedPoint> Map::points(const StereoCamera& camera) const {
-  Map copy = *this;
-  for (const auto& landmark : landmarks_) copy.archive(landmark, camera);
-  return copy.archive_;
+void Map::append_if_established(const Landmark& landmark, const StereoCamera& camera,
+                                std::vector<ArchivedPoint>& points) const {
+  const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
+  if (landmark.observations >= kEstablished && point.w > 0.0) {
+    points.push_back({keyframe_, landmark.id, point.x / point.w, landmark.intensity});
+  }
 }
 
 }  // namespace stereo_slam

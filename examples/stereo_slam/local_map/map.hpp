@@ -27,8 +27,12 @@ class Map {
  public:
   [[nodiscard]] const std::vector<Landmark>& landmarks() const noexcept { return landmarks_; }
 
-  /// Active and archived points that were seen often enough to be believed.
-  [[nodiscard]] std::vector<ArchivedPoint> points(const StereoCamera& camera) const;
+  /// Landmarks that have left the map and were observed often enough to be kept, in the order in which they
+  /// left.
+  [[nodiscard]] const std::vector<ArchivedPoint>& archive() const noexcept { return archive_; }
+
+  /// Landmarks of the map that have been observed as often.
+  [[nodiscard]] std::vector<ArchivedPoint> established(const StereoCamera& camera) const;
 
   /// A number that no landmark has yet.
   [[nodiscard]] std::uint32_t new_id() noexcept { return next_id_++; }
@@ -65,7 +69,8 @@ class Map {
   void restart(std::size_t keyframe, const StereoCamera& camera);
 
  private:
-  void archive(const Landmark& landmark, const StereoCamera& camera);
+  void append_if_established(const Landmark& landmark, const StereoCamera& camera,
+                             std::vector<ArchivedPoint>& points) const;
 
   std::size_t keyframe_ = 0;
   std::uint32_t next_id_ = 1;

@@ -71,10 +71,6 @@ std::optional<LoopCorrection> AsyncLoopCloser::finish() {
 
 std::vector<LoopEvent> AsyncLoopCloser::events() const { return state_->at_rest().events(); }
 
-std::uint32_t AsyncLoopCloser::landmark(std::uint32_t number) const {
-  return state_->at_rest().landmark(number);
-}
-
 void AsyncLoopCloser::save(SavedMap& map) const { state_->at_rest().save(map); }
 
 std::size_t AsyncLoopCloser::memory_bytes() const { return state_->at_rest().memory_bytes(); }

@@ -42,10 +42,6 @@ class AsyncLoopCloser {
   /// Loops found so far, accepted and refused, in order; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> events() const;
 
-  /// Number that all points of a landmark have in common after the loops so far, from any of its numbers in
-  /// the map: those of the run's landmarks come after those of the map that it started with.
-  [[nodiscard]] std::uint32_t landmark(std::uint32_t number) const;
-
   /// Adds keyframes and loops to a map, those known from the start first.
   void save(SavedMap& map) const;
 

@@ -2,7 +2,6 @@
 #include "stereo_slam/loop_closing/landmark_cloud.hpp"
 
 #include <stdexcept>
-#include <unordered_map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -33,23 +32,17 @@ std::vector<MapPoint> LoadedLandmarks::points() const {
   return points;
 }
 
-std::vector<MapPoint> merge_landmarks(const std::vector<MapPoint>& points) {
-  std::vector<MapPoint> merged;
-  std::vector<double> views;                                 // of each of them
-  std::unordered_map<std::uint32_t, std::size_t> places_of;  // in them, of each landmark
-  merged.reserve(points.size());
-  for (const auto& point : points) {
-    const auto next = merged.size();
-    const auto place = point.landmark == 0 ? next : places_of.try_emplace(point.landmark, next).first->second;
-    if (place == next) {
-      merged.push_back(point);
-      views.push_back(1.0);
-    } else {
-      Vector3<double>& mean = merged[place].position_world;
-      mean += (point.position_world - mean) / ++views[place];
-    }
+void MergedLandmarks::add(const MapPoint& point) {
+  const std::size_t next = points_.size();
+  const std::size_t position =
+      point.landmark == 0 ? next : position_of_.try_emplace(point.landmark, next).first->second;
+  if (position == next) {
+    points_.push_back(point);
+    views_.push_back(1.0);
+    return;
   }
-  return merged;
+  Vector3<double>& mean = points_[position].position_world;
+  mean += (point.position_world - mean) / ++views_[position];
 }
 
 }  // namespace stereo_slam

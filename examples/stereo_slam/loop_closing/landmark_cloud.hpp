@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
@@ -26,8 +29,17 @@ class LoadedLandmarks {
   std::vector<Pose> T_world_keyframe_;
 };
 
-/// One point for all with the same number, the mean of them at the first one's place in the list. Points
-/// without a number stay as they are.
-[[nodiscard]] std::vector<MapPoint> merge_landmarks(const std::vector<MapPoint>& points);
+/// Points of a map, one for each landmark: the mean of all points that were added with its id, in the place
+/// of the first. Points without a landmark (id 0) stay as they are.
+class MergedLandmarks {
+ public:
+  void add(const MapPoint& point);
+  [[nodiscard]] const std::vector<MapPoint>& points() const noexcept { return points_; }
+
+ private:
+  std::vector<MapPoint> points_;
+  std::vector<double> views_;                                   // of each point
+  std::unordered_map<std::uint32_t, std::size_t> position_of_;  // of each landmark, in points_
+};
 
 }  // namespace stereo_slam

@@ -92,8 +92,6 @@ void LoopCloser::save(SavedMap& map) const {
   }
 }
 
-std::uint32_t LoopCloser::landmark(std::uint32_t number) const { return identity_(number); }
-
 std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
   follow_known_map(keyframe);
   const std::size_t id = keyframes_.add(std::move(keyframe));
@@ -120,6 +118,7 @@ std::optional<LoopCorrection> LoopCloser::correct() {
   for (std::size_t s = known_.segments; s < segments_.size(); ++s) {
     correction.segment_placed.push_back(segments_.placed(s));
   }
+  correction.identity = identity_;
   return correction;
 }
 

@@ -23,6 +23,7 @@ struct LoopCorrection {
   std::vector<PoseGaussian> T_world_keyframe;
   std::vector<Pose> T_world_known_keyframe;  ///< those of the map that the run started with
   std::vector<bool> segment_placed;  ///< of every segment so far: it is joined with the one of the world
+  LandmarkIdentity identity;         ///< ids of landmarks that loops have shown to be the same, so far
 };
 
 /// From one keyframe after the other to corrections: recognition, verification, consistency, gate and pose
@@ -46,9 +47,6 @@ class LoopCloser {
 
   [[nodiscard]] const std::vector<LoopEvent>& events() const noexcept { return events_; }
   [[nodiscard]] std::size_t memory_bytes() const;
-
-  /// Number that all points of a landmark have in common, from any of its numbers in the map.
-  [[nodiscard]] std::uint32_t landmark(std::uint32_t number) const;
 
   /// Adds keyframes and loops, those that it started with first.
   void save(SavedMap& map) const;

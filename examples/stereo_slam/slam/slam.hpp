@@ -2,62 +2,131 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/local_map/map.hpp"
+#include "stereo_slam/local_map/seen_landmarks.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
+#include "stereo_slam/odometry/constant_velocity.hpp"
+#include "stereo_slam/odometry/odometry.hpp"
 #include "stereo_slam/settings/settings.hpp"
+#include "stereo_slam/slam/frame_images.hpp"
+#include "stereo_slam/slam/global_map.hpp"
+#include "stereo_slam/slam/keyframe_trajectory.hpp"
+#include "stereo_slam/slam/relocalisation.hpp"
+#include "stereo_slam/slam/segment_state.hpp"
+#include "stereo_slam/slam/stage_clock.hpp"
+#include "stereo_slam/slam/tracked_pose.hpp"
 
 namespace stereo_slam {
 
 struct AssociationTrace;
 
-/// The stereo SLAM of the DQV-SLAM paper's Fig. 2. Frames go in one by one, in order; no input or output, and
-/// no threads but the loops', which changes no result.
+/// The stereo SLAM of the DQV-SLAM paper's Fig. 2.
+///
+/// The state of the filter is the pose of the camera relative to a reference keyframe; landmarks are relative
+/// to it too. Frames go in one by one, in order. Reads and writes no files; the only thread is that of the
+/// loops, and it changes no result.
 class Slam {
  public:
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread = LoopThread::kNone);
 
-  /// Starts with the map of an earlier run. Poses are relative to this run's first camera, and their status
-  /// is kWeak, until its place in the map is found (status kRelocalised), then to the map's. Throws
-  /// std::invalid_argument for settings without loops, by which the place would be found, and for a map of
+  /// Starts with the map of an earlier run. Until a loop localises this run in it, poses are relative to this
+  /// run's first camera, with status kWeak; then they are relative to the map's world, from status
+  /// kRelocalised on. Throws std::invalid_argument for settings without loop closure, and for the map of
   /// another camera.
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& known,
        MapUse use);
-  ~Slam();
-  Slam(Slam&&) noexcept;
-  Slam& operator=(Slam&&) noexcept;
 
-  /// Tracks one rectified frame and updates the map. Always returns a pose; its status says what it rests on.
-  /// A `trace` is filled with how landmarks were looked for, if they were.
+  /// Tracks one rectified frame and updates the map. Every frame gets a pose; its status says what the pose
+  /// was measured against. Fills `trace`, if there is one, with how landmarks were searched for.
   FrameResult process(const StereoFrame& frame, AssociationTrace* trace = nullptr);
 
-  /// After the last frame: lets the loops take effect that are still being worked on.
+  /// Call after the last frame: applies the loop corrections that are still being computed.
   void finish();
 
-  /// T_world_camera of every frame so far, as known now (a loop closure may have moved earlier ones).
+  /// T_world_camera of every frame so far. A loop closure may have moved earlier ones.
   [[nodiscard]] std::vector<PoseGaussian> trajectory() const;
 
-  /// All landmarks ever established, in world coordinates; with those of a loaded map once the run has found
-  /// its place in it.
+  /// All landmarks so far in world coordinates, with those of a loaded map once the run is localised in it.
+  /// Complete after finish().
   [[nodiscard]] std::vector<MapPoint> map_points() const;
 
-  /// The map, the one that it started with included, for a later run; complete after finish(). Throws
+  /// The same without the landmarks of the reference keyframe, for display: brought up to date and not
+  /// copied. Valid until the next call of a function that is not const.
+  [[nodiscard]] const std::vector<MapPoint>& archived_map_points();
+
+  /// The map for a later run, with the one that this run started with; complete after finish(). Throws
   /// std::logic_error without loop closure, which keeps the keyframes.
   [[nodiscard]] SavedMap saved_map() const;
 
-  /// Loops found, accepted or refused; complete after finish().
+  /// Loops so far, accepted and refused; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> loop_events() const;
 
-  /// Of what loop closure keeps of the keyframes; zero without it.
+  /// Memory that loop closure uses for keyframes; zero without it.
   [[nodiscard]] std::size_t keyframe_memory_bytes() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  [[nodiscard]] bool anchored() const { return settings_.map.layout == MapLayout::kAnchored; }
+  [[nodiscard]] bool tracks_correlation() const;
+  [[nodiscard]] CalibrationError calibration_error() const;
+
+  [[nodiscard]] FrameResult begin_result(const StereoFrame& frame);
+  bool apply(const std::optional<LoopCorrection>& correction);
+
+  // The stages of process(), in its order.
+  [[nodiscard]] OdometryResult measure_motion(const FrameImages& images) const;
+  [[nodiscard]] PoseDensity predict(const OdometryResult& odometry, std::int64_t stamp_ns);
+  [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseDensity& prior,
+                                                  const OdometryResult& odometry,
+                                                  AssociationTrace* trace) const;
+  [[nodiscard]] TrackedPose update(const PoseDensity& prior, const OdometryResult& odometry,
+                                   std::vector<Match> matches);
+  [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images) const;
+  void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
+  void prepare_next(const FrameImages& images, const std::vector<Match>& matches);
+
+  // What is unusual.
+  void pass_over(const StereoFrame& frame, FrameResult& result);
+  void initialise(const FrameImages& images, FrameResult& result);
+
+  void record(const PoseDensity& T_keyframe_camera, bool measured, FrameResult& result);
+  void complete(const FrameImages& images, FrameResult& result);
+  void learn_velocity(const TrackedPose& tracked, std::int64_t stamp_ns);
+
+  // The map and its keyframes.
+  bool extend_map(const TrackedPose& tracked, const FrameImages& images);
+  [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
+  void begin_segment(const FrameImages& images, const OdometryResult& odometry);
+  void change_keyframe(const FrameImages& images, const std::vector<Match>& matches);
+  void begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points);
+  [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
+                                                         const std::vector<Vector2<double>>& reserved_px,
+                                                         const SeenLandmarks& seen = {});
+  void refine_rectification(const std::vector<Match>& matches);
+
+  StereoCamera camera_;
+  Settings settings_;
+
+  PoseDensity posterior_;          // T_keyframe_camera of the last frame: the state of the filter
+  Map local_map_;                  // landmarks of the reference keyframe
+  ReferenceKeyframe reference_;    // its image and points
+  KeyframeTrajectory trajectory_;  // poses of keyframes and frames
+  GlobalMap global_map_;           // landmarks in world coordinates
+  SegmentState segment_;           // whether their place in the world is known
+  RectificationEstimator rectification_;
+  ConstantVelocity velocity_;
+  PreviousFrame previous_;
+  std::optional<AsyncLoopCloser> loops_;
+  bool started_ = false;  // there is a map
+  bool lost_ = false;     // the last frame
 };
 
 }  // namespace stereo_slam

@@ -84,8 +84,8 @@ TEST_CASE("Unseen landmarks are culled, established ones stay in the archive", "
   CHECK(map.landmarks()[0].last_seen == 3);
   map.cull(20, 5, camera);
   CHECK(map.landmarks().empty());
-  REQUIRE(map.points(camera).size() == 1);  // the other was seen once only
-  CHECK(map.points(camera)[0].position.z() == Approx(10.0));
+  REQUIRE(map.archive().size() == 1);  // the other was seen once only
+  CHECK(map.archive()[0].position.z() == Approx(10.0));
 }
 
 TEST_CASE("A restart archives under the old keyframe and begins anew", "[stereo_slam][map]") {
@@ -96,8 +96,8 @@ TEST_CASE("A restart archives under the old keyframe and begins anew", "[stereo_
   for (std::size_t frame = 1; frame <= 3; ++frame) map.mark_seen({seen}, {}, frame);
   map.restart(7, camera);
   CHECK(map.landmarks().empty());
-  REQUIRE(map.points(camera).size() == 1);
-  CHECK(map.points(camera)[0].keyframe == 0);
+  REQUIRE(map.archive().size() == 1);
+  CHECK(map.archive()[0].keyframe == 0);
 }
 
 TEST_CASE("Updating landmarks shrinks their covariances and keeps them positive", "[stereo_slam][map]") {

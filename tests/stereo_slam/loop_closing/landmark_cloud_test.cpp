@@ -27,11 +27,13 @@ TEST_CASE("Landmarks of a loaded map move with their keyframes", "[stereo_slam][
   CHECK_THROWS_AS(landmarks.correct(poses), std::invalid_argument);
 }
 
-TEST_CASE("Points of one landmark become one, those without a number stay", "[stereo_slam][landmarks]") {
+TEST_CASE("Points of one landmark become one, those without an id stay", "[stereo_slam][landmarks]") {
   const std::vector<MapPoint> points = {{{0.0, 0.0, 1.0}, 10, 0, 4}, {{5.0, 0.0, 0.0}, 20, 1, 0},
                                         {{0.0, 0.0, 2.0}, 30, 1, 4}, {{5.0, 0.0, 0.0}, 40, 1, 0},
                                         {{0.0, 3.0, 3.0}, 50, 2, 4}, {{7.0, 0.0, 0.0}, 60, 2, 3}};
-  const auto merged = merge_landmarks(points);
+  MergedLandmarks landmarks;
+  for (const auto& point : points) landmarks.add(point);
+  const auto& merged = landmarks.points();
   REQUIRE(merged.size() == 4);
   CHECK((merged[0].position_world - Vector3<double>(0.0, 1.0, 2.0)).norm() < 1e-12);
   CHECK(merged[0].intensity == 10);
@@ -39,7 +41,7 @@ TEST_CASE("Points of one landmark become one, those without a number stay", "[st
   CHECK(merged[1].intensity == 20);
   CHECK(merged[2].intensity == 40);
   CHECK(merged[3].landmark == 3);
-  CHECK(merge_landmarks({}).empty());
+  CHECK(MergedLandmarks().points().empty());
 }
 
 }  // namespace

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/slam/frame_images.hpp"
+
+#include <utility>
+
+namespace stereo_slam {
+
+bool PreviousFrame::repeated_by(const StereoFrame& frame) const {
+  const auto same = [](const cv::Mat& a, const cv::Mat& b) {
+    return a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0.0;
+  };
+  return !pyramids.left.empty() && same(pyramids.left.image(), frame.left) &&
+         same(pyramids.right.image(), frame.right);
+}
+
+FrameImages prepare_images(const StereoFrame& frame, const PreviousFrame& previous,
+                           const FeatureSettings& settings) {
+  StereoFeatures features = extract_features(frame, settings);
+  StereoPyramid pyramids = build_pyramids(frame);
+  StereoPyramid equalised =
+      previous.pyramids.left.empty() ? pyramids : as_bright_as(previous.pyramids, pyramids, frame);
+  return {frame, std::move(features), std::move(pyramids), std::move(equalised)};
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/frontend/optical_flow.hpp"
+
+namespace stereo_slam {
+
+/// What the next frame is tracked from.
+struct PreviousFrame {
+  StereoPyramid pyramids;
+  std::size_t position = 0;                  ///< in the trajectory
+  std::vector<StereoPoint> odometry_points;  ///< where its odometry starts
+  std::vector<StereoPoint> static_points;    ///< landmarks matched in it: they do not move in the world
+
+  /// Whether a frame has the same images, bit by bit, as a camera that hangs delivers them.
+  [[nodiscard]] bool repeated_by(const StereoFrame& frame) const;
+};
+
+/// A frame with what is extracted from its images once and used by all stages. Refers to the frame.
+struct FrameImages {
+  const StereoFrame& frame;
+  StereoFeatures features;
+  StereoPyramid pyramids;
+  StereoPyramid equalised;  ///< the pyramids, as bright as the previous frame's: for optical flow
+};
+
+[[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, const PreviousFrame& previous,
+                                         const FeatureSettings& settings);
+
+}  // namespace stereo_slam

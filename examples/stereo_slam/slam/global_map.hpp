@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/local_map/map.hpp"
+#include "stereo_slam/loop_closing/landmark_cloud.hpp"
+#include "stereo_slam/loop_closing/loop_closer.hpp"
+#include "stereo_slam/slam/keyframe_trajectory.hpp"
+
+namespace stereo_slam {
+
+/// Landmarks of the whole run, and of the map that it started with, in world coordinates: one point a
+/// landmark.
+///
+/// The points are computed when they are asked for: what was archived since the last time is added, and
+/// everything is computed anew after a loop correction. Nothing here waits for the loop thread.
+class GlobalMap {
+ public:
+  GlobalMap() = default;
+  /// Starts with the landmarks of an earlier run.
+  explicit GlobalMap(const SavedMap& loaded);
+
+  /// Takes the poses of the loaded map's keyframes and the landmarks that loops have shown to be one.
+  void correct(const LoopCorrection& correction);
+
+  /// Archived landmarks; those of the loaded map too, if `with_loaded`.
+  [[nodiscard]] const std::vector<MapPoint>& archived(const Map& local_map,
+                                                      const KeyframeTrajectory& trajectory, bool with_loaded);
+
+  /// The same, with the landmarks that are still in the local map.
+  [[nodiscard]] std::vector<MapPoint> all(const Map& local_map, const StereoCamera& camera,
+                                          const KeyframeTrajectory& trajectory, bool with_loaded) const;
+
+ private:
+  [[nodiscard]] MergedLandmarks start(bool with_loaded) const;
+  [[nodiscard]] MapPoint in_world(const ArchivedPoint& point, const KeyframeTrajectory& trajectory) const;
+
+  MapExtent loaded_;
+  LoadedLandmarks loaded_landmarks_;
+  LandmarkIdentity identity_;
+  MergedLandmarks merged_;    // of what archived() returned last
+  std::size_t archived_ = 0;  // how much of the archive is in it
+  bool with_loaded_ = false;
+  bool current_ = false;  // no correction has come since
+};
+
+}  // namespace stereo_slam

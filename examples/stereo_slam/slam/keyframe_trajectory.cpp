@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/slam/keyframe_trajectory.hpp"
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/slam/bridging.hpp"
+
+namespace stereo_slam {
+
+void KeyframeTrajectory::append(const PoseGaussian& T_keyframe_camera, bool measured) {
+  frames_.push_back({reference(), T_keyframe_camera, measured});
+}
+
+void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe) {
+  keyframes_.push_back({frame, T_previous_keyframe, in_world(T_previous_keyframe)});
+  T_odometry_keyframe_ = in_odometry_frame(T_previous_keyframe.pose);
+  frames_.back() = {reference(), PoseGaussian{}};  // the keyframe's own frame moves with it
+}
+
+void KeyframeTrajectory::replace(std::size_t position, const PoseGaussian& T_keyframe_camera) {
+  frames_[position] = {reference(), T_keyframe_camera};
+}
+
+void KeyframeTrajectory::correct(const std::vector<PoseGaussian>& T_world_keyframe) {
+  for (std::size_t k = 0; k < keyframes_.size(); ++k) {
+    keyframes_[k].T_world_keyframe = k < T_world_keyframe.size() ? T_world_keyframe[k]
+                                                                 : compose(keyframes_[k - 1].T_world_keyframe,
+                                                                           keyframes_[k].T_previous_keyframe);
+  }
+}
+
+void KeyframeTrajectory::continue_odometry(const Pose& expected, const Pose& found) {
+  T_odometry_keyframe_ = (T_odometry_keyframe_ * expected * found.inverse()).renormalized();
+}
+
+PoseGaussian KeyframeTrajectory::in_world(const PoseGaussian& T_keyframe_camera) const {
+  return compose(keyframes_.back().T_world_keyframe, T_keyframe_camera);
+}
+
+Pose KeyframeTrajectory::in_odometry_frame(const Pose& T_keyframe_camera) const {
+  return (T_odometry_keyframe_ * T_keyframe_camera).renormalized();
+}
+
+std::vector<PoseGaussian> KeyframeTrajectory::poses() const {
+  std::vector<PoseGaussian> T_world_camera;
+  std::vector<bool> measured;
+  for (const auto& frame : frames_) {
+    T_world_camera.push_back(compose(keyframes_[frame.keyframe].T_world_keyframe, frame.T_keyframe_camera));
+    measured.push_back(frame.measured);
+  }
+  bridge_unseen(T_world_camera, measured);
+  return T_world_camera;
+}
+
+}  // namespace stereo_slam

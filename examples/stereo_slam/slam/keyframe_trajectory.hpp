@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// Poses of all frames: keyframes in the world, every frame relative to its keyframe.
+///
+/// The last keyframe is the reference of the filter's state. A loop correction moves keyframes, and their
+/// frames with them; poses relative to keyframes never change.
+class KeyframeTrajectory {
+ public:
+  /// Makes `frame` the first keyframe, whose camera is the world's frame.
+  void begin(std::size_t frame) { keyframes_.front().frame = frame; }
+
+  /// Appends the pose of the next frame relative to the reference keyframe. `measured` is false for a
+  /// predicted pose.
+  void append(const PoseGaussian& T_keyframe_camera, bool measured);
+
+  /// Makes the last frame the reference keyframe, at its pose relative to the one before.
+  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe);
+
+  /// Replaces the pose of an earlier frame by one relative to the reference keyframe.
+  void replace(std::size_t position, const PoseGaussian& T_keyframe_camera);
+
+  /// Sets the poses of the first keyframes; the others keep their poses relative to those before them.
+  void correct(const std::vector<PoseGaussian>& T_world_keyframe);
+
+  /// Lets the odometry's path, which no loop corrects, go on from `expected` when the filter says `found`.
+  void continue_odometry(const Pose& expected, const Pose& found);
+
+  [[nodiscard]] std::size_t frames() const noexcept { return frames_.size(); }
+  /// Id of the reference keyframe.
+  [[nodiscard]] std::size_t reference() const noexcept { return keyframes_.size() - 1; }
+  /// Index of the input frame that became the reference keyframe.
+  [[nodiscard]] std::size_t reference_frame() const noexcept { return keyframes_.back().frame; }
+  [[nodiscard]] const PoseGaussian& T_previous_reference() const noexcept {
+    return keyframes_.back().T_previous_keyframe;
+  }
+  [[nodiscard]] const Pose& T_world_keyframe(std::size_t id) const {
+    return keyframes_[id].T_world_keyframe.pose;
+  }
+
+  /// T_world_camera of a pose relative to the reference keyframe.
+  [[nodiscard]] PoseGaussian in_world(const PoseGaussian& T_keyframe_camera) const;
+  /// The same on the odometry's path, which never jumps.
+  [[nodiscard]] Pose in_odometry_frame(const Pose& T_keyframe_camera) const;
+
+  /// T_world_camera of every frame as known now; predicted frames lie between their measured neighbours.
+  [[nodiscard]] std::vector<PoseGaussian> poses() const;
+
+ private:
+  struct KeyframePose {
+    std::size_t frame = 0;
+    PoseGaussian T_previous_keyframe;
+    PoseGaussian T_world_keyframe;
+  };
+  struct FramePose {
+    std::size_t keyframe = 0;
+    PoseGaussian T_keyframe_camera;
+    bool measured = true;
+  };
+
+  std::vector<KeyframePose> keyframes_{1};
+  std::vector<FramePose> frames_;
+  Pose T_odometry_keyframe_ = Pose::identity();  // the reference keyframe without loop corrections
+};
+
+}  // namespace stereo_slam

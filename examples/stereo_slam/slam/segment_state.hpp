@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace stereo_slam {
+
+/// The map segment that the tracking is in, and whether its place in the map is known.
+///
+/// A new segment begins where the camera is lost and nothing is recognised; a loop localises it. In a loaded
+/// map the first segment begins unlocalised too.
+class SegmentState {
+ public:
+  SegmentState() = default;
+  /// First segment of a run that starts with a loaded map.
+  [[nodiscard]] static SegmentState in_loaded_map() {
+    SegmentState state;
+    state.localised_ = state.any_localised_ = false;
+    return state;
+  }
+
+  /// Begins the next segment; its place is a guess.
+  void begin_next() {
+    ++current_;
+    localised_ = newly_localised_ = false;
+  }
+
+  /// Takes what a loop correction says of every segment: its place is known.
+  void correct(const std::vector<bool>& segment_localised) {
+    const bool known = current_ < segment_localised.size() && segment_localised[current_];
+    if (known && !std::exchange(localised_, true)) newly_localised_ = true;
+    any_localised_ = any_localised_ || std::find(segment_localised.begin(), segment_localised.end(), true) !=
+                                           segment_localised.end();
+  }
+
+  /// Id of the current segment.
+  [[nodiscard]] std::size_t current() const noexcept { return current_; }
+  [[nodiscard]] bool localised() const noexcept { return localised_; }
+  /// Whether any segment of the run is localised: then the loaded map and the run share one world.
+  [[nodiscard]] bool any_localised() const noexcept { return any_localised_; }
+  /// True once after the current segment was localised.
+  [[nodiscard]] bool take_newly_localised() { return std::exchange(newly_localised_, false); }
+
+ private:
+  std::size_t current_ = 0;
+  bool localised_ = true;
+  bool newly_localised_ = false;
+  bool any_localised_ = true;
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/odometry/odometry.hpp"
+
+namespace stereo_slam {
+
+/// What the pose of a frame was measured against.
+enum class PoseBasis {
+  kNothing,    ///< predicted
+  kOdometry,   ///< the previous frame alone
+  kLandmarks,  ///< the landmarks of the reference keyframe too
+  kKeyframe,   ///< the reference keyframe, recognised after a loss
+};
+
+/// One step of the filter: the pose of a frame relative to the reference keyframe, and what it came from.
+struct TrackedPose {
+  PoseDensity prior;      ///< T_keyframe_camera, predicted
+  PoseDensity posterior;  ///< T_keyframe_camera
+  PoseBasis basis = PoseBasis::kNothing;
+  OdometryResult odometry;
+  std::vector<Match> matches;  ///< landmarks found in this frame
+  double nis = 0.0;            ///< normalised innovation squared of the update
+  int nis_dof = 0;
+
+  [[nodiscard]] bool measured() const noexcept { return basis != PoseBasis::kNothing; }
+
+  /// Takes the pose relative to the recognised reference keyframe, if it was recognised.
+  void use_keyframe(const std::optional<PoseDensity>& recognised) {
+    if (!recognised) return;
+    posterior = *recognised;
+    basis = PoseBasis::kKeyframe;
+  }
+};
+
+}  // namespace stereo_slam
