@@ -26,16 +26,24 @@ for file in "$@"; do
       sub(/\.md$/, "", name)
       gsub(/[^A-Za-z0-9]/, "_", name)
     }
-    # A fence inside a block closes it.
-    inside && /^```/ { inside = 0; close(output); next }
+    inside && /^ *```/ { inside = 0; close(output); next }
     inside && joined && /^#include/ { print >> includes; next }
     inside { print >> output; next }
-    /^```/ {
-      language = substr($0, 4)
+    /^ *(~~~|<pre)/ {
+      printf "%s:%d: code blocks are fenced by three backquotes here\n", file, FNR > "/dev/stderr"
+      exit failed = 1
+    }
+    /^ *```/ {
+      language = $0
+      sub(/^ *```/, "", language)
       sub(/[ \t].*/, "", language)
       if (language == "") language = "text"
       id = name "_" language "_" ++count[language]
-      option = previous ~ /^<!-- test: .* -->$/ ? substr(previous, 12, length(previous) - 15) : ""
+      option = ""
+      if (previous ~ /^ *<!-- test: .* -->$/) {
+        option = previous
+        gsub(/^ *<!-- test: | -->$/, "", option)
+      }
       joined = language == "cpp" && option ~ /^setup=/
       output = output_dir "/" id "." language
       if (joined) {
@@ -49,7 +57,7 @@ for file in "$@"; do
     }
     { previous = $0 }
     END {
-      if (inside) {
+      if (inside && !failed) {
         printf "%s: the last code block is not closed\n", file > "/dev/stderr"
         exit 1
       }
