@@ -137,6 +137,13 @@ StereoFeatures extract_features(const StereoFrame& frame, const FeatureSettings&
   return features;
 }
 
+std::vector<Vector2<double>> positions(const std::vector<Feature>& features) {
+  std::vector<Vector2<double>> result;
+  result.reserve(features.size());
+  for (const auto& feature : features) result.push_back(feature.position_px);
+  return result;
+}
+
 std::vector<Feature> exclude_features(const std::vector<Feature>& features,
                                       const std::vector<Vector2<double>>& used_px, cv::Size image,
                                       double radius_px) {
@@ -144,6 +151,17 @@ std::vector<Feature> exclude_features(const std::vector<Feature>& features,
   std::vector<Feature> result;
   std::copy_if(features.begin(), features.end(), std::back_inserter(result),
                [&](const Feature& feature) { return !used.any_within(feature.position_px, radius_px); });
+  return result;
+}
+
+std::vector<Feature> spread_features(std::vector<Feature> features, cv::Size image, int bucket_px,
+                                     std::size_t count) {
+  std::stable_sort(features.begin(), features.end(),
+                   [](const Feature& a, const Feature& b) { return a.response > b.response; });
+  std::vector<Feature> result;
+  for (const std::size_t i : spread_over_buckets(positions(features), image, bucket_px, count)) {
+    result.push_back(features[i]);
+  }
   return result;
 }
 

@@ -23,10 +23,18 @@ struct StereoFeatures {
 /// Both images, side by side on OpenCV's thread pool.
 [[nodiscard]] StereoFeatures extract_features(const StereoFrame& frame, const FeatureSettings& settings);
 
-/// Features of the current frame that are at least `radius_px` from `used_px` in the left image.
+/// Where the features are.
+[[nodiscard]] std::vector<Vector2<double>> positions(const std::vector<Feature>& features);
+
+/// Features that are at least `radius_px` from all of `used_px`, in their order.
 [[nodiscard]] std::vector<Feature> exclude_features(const std::vector<Feature>& features,
                                                     const std::vector<Vector2<double>>& used_px,
                                                     cv::Size image, double radius_px);
+
+/// At most `count` features, spread over square buckets of the image: the strongest of every bucket, then the
+/// second strongest of every bucket, and so on.
+[[nodiscard]] std::vector<Feature> spread_features(std::vector<Feature> features, cv::Size image,
+                                                   int bucket_px, std::size_t count);
 
 /// Number of differing bits, 0..256.
 [[nodiscard]] int hamming_distance(const Descriptor& a, const Descriptor& b) noexcept;

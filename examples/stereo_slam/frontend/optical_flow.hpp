@@ -33,6 +33,12 @@ struct StereoPyramid {
   FlowPyramid right;
 };
 
+/// Pyramids of a frame and of the one before it.
+struct ConsecutivePyramids {
+  const StereoPyramid& previous;
+  const StereoPyramid& current;
+};
+
 [[nodiscard]] StereoPyramid build_pyramids(const StereoFrame& frame);
 
 /// The pyramids of a frame, made as bright as a reference if they are a tenth brighter or darker: flow

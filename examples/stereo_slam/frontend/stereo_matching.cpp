@@ -50,10 +50,11 @@ constexpr int kSide_px = 2 * kRadius_px + 1;
 }
 
 [[nodiscard]] std::optional<RectificationResidual::Measurement> match_point(
-    const cv::Mat& left, const cv::Mat& right, const Vector2<double>& point_px,
-    const RectificationResidual& rectification, const StereoMatchingSettings& settings) {
+    const StereoView& view, const Vector2<double>& point_px, const StereoMatchingSettings& settings) {
+  const cv::Mat& left = view.frame.left;
+  const cv::Mat& right = view.frame.right;
   const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
-  const double right_row = rectification.right_position({point_px.x(), point_px.y(), 0.0}).y();
+  const double right_row = view.rectification.right_position({point_px.x(), point_px.y(), 0.0}).y();
   const auto disparity =
       search_row(left, right, {rounded(point_px.x()), rounded(point_px.y())}, rounded(right_row), settings);
   if (!disparity) return std::nullopt;
@@ -61,7 +62,7 @@ constexpr int kSide_px = 2 * kRadius_px + 1;
   if (!patch) return std::nullopt;
   const auto found = patch->align(right, {point_px.x() - *disparity, right_row});
   if (!found || found->correlation < settings.min_correlation) return std::nullopt;
-  const auto measured = rectification.measure(point_px, found->position_px);
+  const auto measured = view.rectification.measure(point_px, found->position_px);
   if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;
   if (measured.z.z() < settings.min_disparity_px) return std::nullopt;
   return measured;
@@ -70,12 +71,12 @@ constexpr int kSide_px = 2 * kRadius_px + 1;
 }  // namespace
 
 std::vector<std::optional<RectificationResidual::Measurement>> match_stereo(
-    const cv::Mat& left, const cv::Mat& right, const std::vector<Vector2<double>>& points_px,
-    const RectificationResidual& rectification, const StereoMatchingSettings& settings) {
+    const StereoView& view, const std::vector<Vector2<double>>& points_px,
+    const StereoMatchingSettings& settings) {
   std::vector<std::optional<RectificationResidual::Measurement>> matches(points_px.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(points_px.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      matches[i] = match_point(left, right, points_px[i], rectification, settings);
+      matches[i] = match_point(view, points_px[i], settings);
     }
   });
   return matches;

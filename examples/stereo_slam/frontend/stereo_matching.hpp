@@ -4,10 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include <opencv2/core.hpp>
-
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -18,7 +17,7 @@ namespace stereo_slam {
 /// texture, with two similar candidates, or whose alignment leaves the row is not matched. One entry a point,
 /// in order.
 [[nodiscard]] std::vector<std::optional<RectificationResidual::Measurement>> match_stereo(
-    const cv::Mat& left, const cv::Mat& right, const std::vector<Vector2<double>>& points_px,
-    const RectificationResidual& rectification, const StereoMatchingSettings& settings);
+    const StereoView& view, const std::vector<Vector2<double>>& points_px,
+    const StereoMatchingSettings& settings);
 
 }  // namespace stereo_slam

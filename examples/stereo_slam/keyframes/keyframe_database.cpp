@@ -15,9 +15,9 @@ namespace stereo_slam {
 std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
                                            const std::vector<std::uint32_t>& landmarks) {
   std::vector<KeyframePoint> result;
-  for (std::size_t i = 0; i < points.measurements.size(); ++i) {
+  for (std::size_t i = 0; i < points.measured.size(); ++i) {
     result.push_back(
-        {points.measurements[i].cast<float>(), points.descriptors[i], landmarks.empty() ? 0 : landmarks[i]});
+        {points.measured[i].z.cast<float>(), points.descriptors[i], landmarks.empty() ? 0 : landmarks[i]});
   }
   return result;
 }

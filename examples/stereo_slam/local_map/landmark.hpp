@@ -11,7 +11,7 @@
 
 namespace stereo_slam {
 
-/// How a landmark's three numbers are meant.
+/// Parametrisation of a landmark.
 enum class LandmarkForm {
   kEuclidean,     ///< (X, Y, Z) in the reference frame, m
   kInverseDepth,  ///< (u, v, d) in the stereo camera that saw it first, px: Gaussian there, finite at
@@ -30,15 +30,21 @@ struct Landmark {
   LandmarkForm form = LandmarkForm::kEuclidean;
   Vector3<double> mean;
   Matrix3<double> covariance;
-  Matrix6x3 with_pose = Matrix6x3::Zero();     ///< covariance of the current pose's error and the mean's: the
-                                               ///< same error has been in every update since the keyframe
-  Pose T_reference_anchor = Pose::identity();  ///< camera that saw it first
-  Vector2<double> anchor_px;                   ///< where that was in its left image
+  Matrix6x3 pose_cross_covariance = Matrix6x3::Zero();  ///< of the current pose's error and the mean's: the
+                                                        ///< mean's error entered all updates of the pose
+  Pose T_reference_anchor = Pose::identity();           ///< camera that saw it first
+  Vector2<double> anchor_px;                            ///< where that was in its left image
   Descriptor descriptor{};
   Vector2<double> last_px;    ///< where it was seen last, left image
   std::size_t last_seen = 0;  ///< frame index
   int observations = 1;
   std::uint8_t intensity = 0;
+};
+
+/// Landmarks relative to the reference keyframe, and the camera that observes them.
+struct MapView {
+  const std::vector<Landmark>& landmarks;
+  const StereoCamera& camera;
 };
 
 /// Point of the reference frame that the landmark's numbers `l` (those of the mean, or a sample) stand for.

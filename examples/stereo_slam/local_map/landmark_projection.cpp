@@ -28,9 +28,10 @@ namespace {
 
 }  // namespace
 
-std::vector<PredictedLandmark> project_landmarks(const std::vector<Landmark>& landmarks,
-                                                 const PoseGaussian& T_reference_camera,
-                                                 const StereoCamera& camera, double max_baselines) {
+std::vector<PredictedLandmark> project_landmarks(const MapView& map, const PoseGaussian& T_reference_camera,
+                                                 double max_baselines) {
+  const std::vector<Landmark>& landmarks = map.landmarks;
+  const StereoCamera& camera = map.camera;
   const double min_disparity_px = camera.fx / max_baselines;
   std::vector<PredictedLandmark> predicted;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {

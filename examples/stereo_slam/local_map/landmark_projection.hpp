@@ -20,9 +20,8 @@ struct PredictedLandmark {
 
 /// Expected measurements of the landmarks in view and nearer than `max_baselines`. The landmark's uncertainty
 /// goes through the camera by sigma points (Alg. 3), that of the pose by the Jacobian.
-[[nodiscard]] std::vector<PredictedLandmark> project_landmarks(const std::vector<Landmark>& landmarks,
+[[nodiscard]] std::vector<PredictedLandmark> project_landmarks(const MapView& map,
                                                                const PoseGaussian& T_reference_camera,
-                                                               const StereoCamera& camera,
                                                                double max_baselines);
 
 /// d z / d xi of a homogeneous point under the right perturbation xi = (rotation, translation) of the camera

@@ -215,7 +215,7 @@ void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
 /// not know of.
 double LoopCloser::contradiction(const PoseGraphEdge& edge) const {
   const auto& rule = settings_.loop_verification;
-  return innovation(graph_, edge, {rule.gate_scale, drift_allowance(way_m(edge.from, edge.to), rule)},
+  return mahalanobis_squared(graph_, edge, {rule.gate_scale, drift_allowance(way_m(edge.from, edge.to), rule)},
                     settings_.pose_graph);
 }
 

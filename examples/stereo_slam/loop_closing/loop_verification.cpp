@@ -177,7 +177,7 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   return result;
 }
 
-double disagreement(const PoseGaussian& a, const PoseGaussian& b) {
+double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b) {
   const Vector6<double> e = a.pose.boxminus(b.pose);
   return e.dot(Matrix6<double>(a.covariance + b.covariance).ldlt().solve(e));
 }
@@ -221,7 +221,7 @@ std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasur
         compose(compose(relative(loop->old_keyframe, last.old_keyframe), last.T_old_new),
                 relative(last.new_keyframe, loop->new_keyframe));
     const double tolerated = settings_.gate_scale * settings_.max_chi2;
-    if (disagreement(expected, loop->T_old_new) > tolerated) row_.clear();
+    if (mahalanobis_squared(expected, loop->T_old_new) > tolerated) row_.clear();
   }
   row_.push_back(*loop);
   const auto needed = static_cast<std::size_t>(settings_.consecutive);

@@ -74,7 +74,7 @@ class LoopConsistency {
 };
 
 /// Squared Mahalanobis distance of two independent estimates of one pose, six degrees of freedom.
-[[nodiscard]] double disagreement(const PoseGaussian& a, const PoseGaussian& b);
+[[nodiscard]] double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b);
 
 /// Allowance for what the covariances do not know of, over a way of `length_m`: a stretch in proportion to
 /// it, and a turn in proportion to it that swings the end about the middle.

@@ -234,12 +234,12 @@ PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, s
   return {relative.pose, relative.covariance};
 }
 
-double innovation(const PoseGraph& graph, const PoseGraphEdge& edge, const InnovationAllowance& allowance,
-                  const PoseGraphSettings& settings) {
+double mahalanobis_squared(const PoseGraph& graph, const PoseGraphEdge& edge,
+                           const CovarianceInflation& inflation, const PoseGraphSettings& settings) {
   const PoseGaussian predicted = predicted_relative_pose(graph, edge.from, edge.to, settings);
   const Vector6<double> e = edge.T_from_to.pose.boxminus(predicted.pose);
   const Matrix6<double> S =
-      allowance.scale * (predicted.covariance + edge.T_from_to.covariance) + allowance.covariance;
+      inflation.scale * (predicted.covariance + edge.T_from_to.covariance) + inflation.covariance;
   return e.dot(S.ldlt().solve(e));
 }
 

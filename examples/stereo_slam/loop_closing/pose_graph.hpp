@@ -39,9 +39,9 @@ struct PoseGraphResult {
 /// Loops have a redescending loss (dynamic covariance scaling) with parameter `loop_scale`. From poses far
 /// away it would take every loop for wrong, so it is annealed: the loss starts as good as quadratic and
 /// narrows while the poses settle. What single loops cannot tell, whether they or the odometry err, is asked
-/// with innovation() before they become edges. Source: P. Agarwal et al., "Robust Map Optimization Using
-/// Dynamic Covariance Scaling", ICRA 2013, for the loss; H. Yang et al., "Graduated Non-Convexity for Robust
-/// Spatial Perception", RA-L 2020, for the annealing.
+/// with mahalanobis_squared() before they become edges. Source: P. Agarwal et al., "Robust Map Optimization
+/// Using Dynamic Covariance Scaling", ICRA 2013, for the loss; H. Yang et al., "Graduated Non-Convexity for
+/// Robust Spatial Perception", RA-L 2020, for the annealing.
 ///
 /// Deterministic: one thread, the same input gives the same bits. Throws std::invalid_argument for edges
 /// between nodes that do not exist and covariances that are not positive definite.
@@ -60,14 +60,15 @@ struct PoseGraphResult {
                                                    const PoseGraphSettings& settings);
 
 /// How much worse than the covariances say things may be: they are multiplied, then added to.
-struct InnovationAllowance {
+struct CovarianceInflation {
   double scale = 1.0;
   Matrix6<double> covariance = Matrix6<double>::Zero();
 };
 
 /// Squared Mahalanobis distance by which a new edge contradicts the graph, six degrees of freedom: without an
-/// allowance what adding it would add to the sum of squares, to first order.
-[[nodiscard]] double innovation(const PoseGraph& graph, const PoseGraphEdge& edge,
-                                const InnovationAllowance& allowance, const PoseGraphSettings& settings);
+/// inflation what adding it would add to the sum of squares, to first order.
+[[nodiscard]] double mahalanobis_squared(const PoseGraph& graph, const PoseGraphEdge& edge,
+                                         const CovarianceInflation& inflation,
+                                         const PoseGraphSettings& settings);
 
 }  // namespace stereo_slam

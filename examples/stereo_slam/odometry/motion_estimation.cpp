@@ -236,25 +236,25 @@ class MotionProblem {
 
 }  // namespace
 
-MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
-                               const StereoCamera& camera, const Pose& initial_T_previous_current,
-                               const OdometrySettings& settings, std::mt19937_64& random,
-                               std::span<const StereoCorrespondence> witnesses) {
+MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, const StereoCamera& camera,
+                               const Pose& initial_T_previous_current, const OdometrySettings& settings,
+                               std::mt19937_64& random) {
+  const auto& [points, static_points] = correspondences;
   MotionEstimate result;
   result.T_previous_current.pose = initial_T_previous_current;
-  result.inlier.assign(correspondences.size(), 0);
+  result.inlier.assign(points.size(), 0);
   const auto required = static_cast<std::size_t>(std::max(3, settings.min_inliers));
-  if (correspondences.size() < required) return result;
+  if (points.size() < required) return result;
 
-  std::vector<StereoCorrespondence> voters(correspondences.begin(), correspondences.end());
-  voters.insert(voters.end(), witnesses.begin(), witnesses.end());
+  std::vector<StereoCorrespondence> voters(points.begin(), points.end());
+  voters.insert(voters.end(), static_points.begin(), static_points.end());
   const MotionProblem rough(voters, camera, initial_T_previous_current, settings.pixel_sigma_px);
   Pose pose = ransac(rough, voters.size(), initial_T_previous_current, settings.ransac_iterations, random);
 
   constexpr int kReselections = 2;
   std::optional<MotionProblem::Solution> solution;
   for (int round = 0; round < kReselections; ++round) {
-    const MotionProblem problem(correspondences, camera, pose, settings.pixel_sigma_px);
+    const MotionProblem problem(points, camera, pose, settings.pixel_sigma_px);
     result.inlier = flag_inliers(problem.distances(pose));
     result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
     if (result.inliers < static_cast<int>(required)) return result;

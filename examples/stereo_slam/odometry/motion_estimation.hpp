@@ -18,10 +18,18 @@ struct StereoCorrespondence {
   StereoPoint current;
 };
 
+/// What a motion is estimated from.
+struct MotionCorrespondences {
+  std::span<const StereoCorrespondence> points;  ///< the estimate rests on them
+  std::span<const StereoCorrespondence>
+      static_points{};  ///< known to be static; they vote on the inliers and have no other weight
+};
+
+/// Motion between two stereo frames.
 struct MotionEstimate {
   bool valid = false;  ///< enough inliers and a well-posed solution
   PoseGaussian T_previous_current;
-  std::vector<std::uint8_t> inlier;  ///< one flag a correspondence
+  std::vector<std::uint8_t> inlier;  ///< one flag a point
   int inliers = 0;
   double sigma_px = 0.0;  ///< robust standard deviation of one coordinate, from the residuals
 };
@@ -34,12 +42,10 @@ struct MotionEstimate {
 /// from the largest consistent set; Cauchy weights guard what is left. The covariance is the
 /// sandwich estimate of the weighted problem, which follows the residuals' own scale.
 ///
-/// `witnesses`, of points that have proved to be static, have a say in which set that is, and in nothing
-/// else: without them the largest one may be a lorry.
-[[nodiscard]] MotionEstimate estimate_motion(std::span<const StereoCorrespondence> correspondences,
+/// Without static points the largest consistent set may be that of a moving lorry.
+[[nodiscard]] MotionEstimate estimate_motion(const MotionCorrespondences& correspondences,
                                              const StereoCamera& camera,
                                              const Pose& initial_T_previous_current,
-                                             const OdometrySettings& settings, std::mt19937_64& random,
-                                             std::span<const StereoCorrespondence> witnesses = {});
+                                             const OdometrySettings& settings, std::mt19937_64& random);
 
 }  // namespace stereo_slam

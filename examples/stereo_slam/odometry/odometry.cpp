@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stereo_slam/frontend/spatial_index.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 
@@ -21,11 +20,15 @@ using Points = std::vector<cv::Point2f>;
   return Eigen::Vector2f(p.x, p.y).cast<double>();
 }
 
-/// Correspondences of the points that close the circle.
-[[nodiscard]] std::vector<StereoCorrespondence> match_circle(
-    const StereoPyramid& previous, const StereoPyramid& current, const std::vector<StereoPoint>& points,
-    const StereoCamera& camera, const RectificationResidual& rectification, const Pose& T_previous_current,
-    const OdometrySettings& settings) {
+/// Correspondences of the points that circular matching brings back to where they started.
+[[nodiscard]] std::vector<StereoCorrespondence> match_circle(const ConsecutivePyramids& pyramids,
+                                                             const std::vector<StereoPoint>& points,
+                                                             const StereoView& view,
+                                                             const Pose& T_previous_current,
+                                                             const OdometrySettings& settings) {
+  const auto& [previous, current] = pyramids;
+  const StereoCamera& camera = view.camera;
+  const RectificationResidual& rectification = view.rectification;
   const FlowOptions options{.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1};
   const Pose T_current_previous = T_previous_current.inverse();
   Points previous_left, previous_right, left_guess;
@@ -49,9 +52,9 @@ using Points = std::vector<cv::Point2f>;
   std::vector<StereoCorrespondence> matches;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!(left.found[i] && right.found[i] && back.found[i] && closed.found[i])) continue;
-    const double closure_error = (to_eigen(closed.points[i]) - points[i].head<2>()).norm();
+    const double closure_error_px = (to_eigen(closed.points[i]) - points[i].head<2>()).norm();
     const auto measured = rectification.measure(to_eigen(left.points[i]), to_eigen(right.points[i]));
-    if (closure_error > settings.max_closure_error_px ||
+    if (closure_error_px > settings.max_closure_error_px ||
         std::abs(measured.row_error_px) > settings.max_row_error_px || measured.z.z() <= 0.0) {
       continue;
     }
@@ -70,45 +73,32 @@ using Points = std::vector<cv::Point2f>;
 
 }  // namespace
 
-std::vector<StereoPoint> select_odometry_points(const std::vector<Feature>& features,
+std::vector<StereoPoint> select_odometry_points(const StereoView& view, const std::vector<Feature>& features,
                                                 const std::vector<Vector2<double>>& reserved_px,
-                                                const StereoFrame& frame,
-                                                const RectificationResidual& rectification,
                                                 const Settings& settings) {
-  const SpatialIndex reserved(reserved_px, frame.left.size());
-  std::vector<const Feature*> free;
-  for (const auto& feature : features) {
-    if (!reserved.any_within(feature.position_px, settings.odometry.exclusion_px)) free.push_back(&feature);
-  }
-  std::stable_sort(free.begin(), free.end(), [](auto* a, auto* b) { return a->response > b->response; });
-  std::vector<Vector2<double>> candidates;
-  for (const auto* feature : free) candidates.push_back(feature->position_px);
-  std::vector<Vector2<double>> chosen;
-  for (const std::size_t i : spread_over_buckets(candidates, frame.left.size(), settings.odometry.cell_px,
-                                                 static_cast<std::size_t>(settings.odometry.max_points))) {
-    chosen.push_back(candidates[i]);
-  }
+  const cv::Size image = view.frame.left.size();
+  const auto& rule = settings.odometry;
+  const auto spread = spread_features(exclude_features(features, reserved_px, image, rule.exclusion_px),
+                                      image, rule.cell_px, static_cast<std::size_t>(rule.max_points));
   std::vector<StereoPoint> points;
-  for (const auto& match : match_stereo(frame.left, frame.right, chosen, rectification, settings.stereo)) {
+  for (const auto& match : match_stereo(view, positions(spread), settings.stereo)) {
     if (match) points.push_back(match->z);
   }
   return points;
 }
 
-OdometryResult estimate_odometry(const StereoPyramid& previous, const std::vector<StereoPoint>& points,
-                                 const std::vector<StereoPoint>& static_points, const StereoPyramid& current,
-                                 const StereoCamera& camera, const RectificationResidual& rectification,
-                                 const Pose& predicted_T_previous_current, std::uint64_t seed,
-                                 const OdometrySettings& settings) {
-  constexpr std::size_t kMaxWitnesses = 100;  // enough to outvote a lorry
+OdometryResult estimate_odometry(const ConsecutivePyramids& pyramids, const OdometryPoints& points,
+                                 const StereoView& view, const Pose& predicted_T_previous_current,
+                                 const Settings& settings) {
+  constexpr std::size_t kMaxStaticPoints = 100;  // enough to outvote a lorry
   const auto follow = [&](const std::vector<StereoPoint>& from) {
-    return match_circle(previous, current, from, camera, rectification, predicted_T_previous_current,
-                        settings);
+    return match_circle(pyramids, from, view, predicted_T_previous_current, settings.odometry);
   };
-  const auto matches = follow(points);
-  std::mt19937_64 random(seed);
-  const auto motion = estimate_motion(matches, camera, predicted_T_previous_current, settings, random,
-                                      follow(thin_out(static_points, kMaxWitnesses)));
+  const auto matches = follow(points.points);
+  const auto static_matches = follow(thin_out(points.static_points, kMaxStaticPoints));
+  std::mt19937_64 random(settings.seed + view.frame.index);
+  const auto motion = estimate_motion({matches, static_matches}, view.camera, predicted_T_previous_current,
+                                      settings.odometry, random);
 
   OdometryResult result;
   result.valid = motion.valid;

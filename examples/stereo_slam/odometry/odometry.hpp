@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
-#include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
+#include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -16,29 +15,33 @@ namespace stereo_slam {
 struct OdometryResult {
   bool valid = false;
   PoseGaussian T_previous_current;
-  int tracked = 0;                          ///< points that closed the circle
+  int tracked = 0;                          ///< points that returned to where they started
   std::vector<Vector2<double>> inliers_px;  ///< where the inliers are in the current left image
 };
 
-/// Points of a frame that the odometry of the next frame will start from: features with a stereo match,
-/// spread over buckets, at least `settings.exclusion_px` from `reserved_px` (features that belong to
-/// landmarks).
-[[nodiscard]] std::vector<StereoPoint> select_odometry_points(const std::vector<Feature>& features,
+/// Points of the previous frame, as measured there, that the odometry starts from.
+struct OdometryPoints {
+  std::vector<StereoPoint> points;         ///< the motion is estimated from them
+  std::vector<StereoPoint> static_points;  ///< landmarks matched there; they help to find the inliers only
+};
+
+/// Points from which the odometry of the next frame starts: features of this frame with a stereo match,
+/// spread over buckets, at least settings.odometry.exclusion_px from `reserved_px` (features of landmarks).
+[[nodiscard]] std::vector<StereoPoint> select_odometry_points(const StereoView& view,
+                                                              const std::vector<Feature>& features,
                                                               const std::vector<Vector2<double>>& reserved_px,
-                                                              const StereoFrame& frame,
-                                                              const RectificationResidual& rectification,
                                                               const Settings& settings);
 
-/// Follows the points around the circle previous left, current left, current right, previous right, previous
-/// left, and estimates the motion from those that come back to where they started. `static_points`, those
-/// that the filter has matched in the previous frame, do not enter the estimate, but help to tell the world
-/// from what moves in it. `predicted` starts the search.
-[[nodiscard]] OdometryResult estimate_odometry(const StereoPyramid& previous,
-                                               const std::vector<StereoPoint>& points,
-                                               const std::vector<StereoPoint>& static_points,
-                                               const StereoPyramid& current, const StereoCamera& camera,
-                                               const RectificationResidual& rectification,
-                                               const Pose& predicted_T_previous_current, std::uint64_t seed,
-                                               const OdometrySettings& settings);
+/// Motion of the camera from the previous frame to the current one, `view`.
+///
+/// Circular matching follows the points from the previous left image to the current left, the current right,
+/// the previous right and back to the previous left image. Points that return to where they started give the
+/// motion. The static points decide with them which points are inliers, so that a large moving object does
+/// not win; they have no other weight. `predicted_T_previous_current` starts the search. The random numbers
+/// depend on settings.seed and the frame's index only.
+[[nodiscard]] OdometryResult estimate_odometry(const ConsecutivePyramids& pyramids,
+                                               const OdometryPoints& points, const StereoView& view,
+                                               const Pose& predicted_T_previous_current,
+                                               const Settings& settings);
 
 }  // namespace stereo_slam

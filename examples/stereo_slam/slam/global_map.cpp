@@ -13,8 +13,8 @@ void GlobalMap::correct(const LoopCorrection& correction) {
   current_ = false;
 }
 
-const std::vector<MapPoint>& GlobalMap::archived(const Map& local_map, const KeyframeTrajectory& trajectory,
-                                                 bool with_loaded) {
+const std::vector<MapPoint>& GlobalMap::archived(const LocalMap& local_map,
+                                                 const KeyframeTrajectory& trajectory, bool with_loaded) {
   if (!std::exchange(current_, true) || with_loaded_ != with_loaded) {
     merged_ = start(with_loaded);
     archived_ = 0;
@@ -25,11 +25,11 @@ const std::vector<MapPoint>& GlobalMap::archived(const Map& local_map, const Key
   return merged_.points();
 }
 
-std::vector<MapPoint> GlobalMap::all(const Map& local_map, const StereoCamera& camera,
-                                     const KeyframeTrajectory& trajectory, bool with_loaded) const {
+std::vector<MapPoint> GlobalMap::all(const LocalMap& local_map, const KeyframeTrajectory& trajectory,
+                                     bool with_loaded) const {
   MergedLandmarks merged = start(with_loaded);
   for (const auto& point : local_map.archive()) merged.add(in_world(point, trajectory));
-  for (const auto& point : local_map.established(camera)) merged.add(in_world(point, trajectory));
+  for (const auto& point : local_map.established()) merged.add(in_world(point, trajectory));
   return merged.points();
 }
 

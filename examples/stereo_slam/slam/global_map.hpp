@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/local_map/map.hpp"
+#include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/loop_closing/landmark_cloud.hpp"
 #include "stereo_slam/loop_closing/loop_closer.hpp"
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
@@ -27,12 +27,12 @@ class GlobalMap {
   void correct(const LoopCorrection& correction);
 
   /// Archived landmarks; those of the loaded map too, if `with_loaded`.
-  [[nodiscard]] const std::vector<MapPoint>& archived(const Map& local_map,
+  [[nodiscard]] const std::vector<MapPoint>& archived(const LocalMap& local_map,
                                                       const KeyframeTrajectory& trajectory, bool with_loaded);
 
   /// The same, with the landmarks that are still in the local map.
-  [[nodiscard]] std::vector<MapPoint> all(const Map& local_map, const StereoCamera& camera,
-                                          const KeyframeTrajectory& trajectory, bool with_loaded) const;
+  [[nodiscard]] std::vector<MapPoint> all(const LocalMap& local_map, const KeyframeTrajectory& trajectory,
+                                          bool with_loaded) const;
 
  private:
   [[nodiscard]] MergedLandmarks start(bool with_loaded) const;

@@ -4,7 +4,6 @@
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/loop_closing/loop_verification.hpp"
-#include "stereo_slam/tracking/match_refinement.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -14,29 +13,28 @@ constexpr std::size_t kBelieved = 3;
 
 }  // namespace
 
-std::optional<PoseDensity> recognise_keyframe(const RecognisableKeyframe& reference, const StereoFrame& frame,
-                                              const StereoFeatures& features, const StereoCamera& camera,
-                                              const RectificationResidual& rectification,
+std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const PatchSource& source,
+                                              const StereoView& view, const StereoFeatures& features,
                                               const Settings& settings) {
   const auto& rule = settings.loop_verification;
+  const MapView map{source.landmarks, view.camera};
   Keyframe seen;
-  seen.points = keyframe_points(measure_stereo_points(frame, features.left, {}, rectification, settings), {});
-  const auto verified = verify_loop(reference.keyframe, seen, camera, rule, settings.seed + frame.index);
+  seen.points = keyframe_points(measure_stereo_points(view, features.left, {}, settings), {});
+  const auto verified = verify_loop(keyframe, seen, view.camera, rule, settings.seed + view.frame.index);
   if (verified.check != LoopCheck::kVerified) return std::nullopt;
 
   const PoseGaussian& rough = verified.loop.T_old_new;
   const auto prior = PoseDensity::from_pose_covariance(rough.pose, rule.gate_scale * rough.covariance);
-  const auto predicted = project_landmarks(reference.landmarks, antipode::to_pose_gaussian(prior), camera,
-                                           settings.map.max_baselines);
-  std::vector<std::optional<Vector2<double>>> expected_px;
-  for (const auto& landmark : predicted) expected_px.emplace_back(landmark.z.head<2>());
-  const auto matches = refine_matches({}, predicted, expected_px, reference.landmarks, reference.left, frame,
-                                      rough.pose, camera, rectification, settings.refinement);
+  Association association;
+  association.predicted =
+      project_landmarks(map, antipode::to_pose_gaussian(prior), settings.map.max_baselines);
+  for (const auto& landmark : association.predicted) association.static_px.emplace_back(landmark.z.head<2>());
+  const auto matches = refine_matches(association, source, view, rough.pose, settings.refinement);
   if (matches.size() < static_cast<std::size_t>(rule.min_inliers) ||
-      kBelieved * matches.size() < predicted.size()) {
+      kBelieved * matches.size() < association.predicted.size()) {
     return std::nullopt;
   }
-  const auto update = update_pose(prior, matches, reference.landmarks, camera, settings.update);
+  const auto update = update_pose(prior, matches, map, settings.update);
   return update.converged ? std::optional(update.posterior) : std::nullopt;
 }
 

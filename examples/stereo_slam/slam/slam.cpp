@@ -6,7 +6,6 @@
 
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
-#include "stereo_slam/local_map/seen_landmarks.hpp"
 #include "stereo_slam/tracking/associate.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/tracking/match_refinement.hpp"
@@ -61,6 +60,7 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
     : camera_(camera),
       settings_(settings),
       posterior_(certain_pose()),
+      local_map_(camera, settings.map),
       rectification_(camera, settings.online_rectification) {
   // The global layout has one keyframe only, and so nothing that a loop could move.
   if (settings.loop_closure.enabled && anchored()) loops_.emplace(camera, settings, loop_thread, known, use);
@@ -130,11 +130,9 @@ bool Slam::apply(const std::optional<LoopCorrection>& correction) {
 }
 
 OdometryResult Slam::measure_motion(const FrameImages& images) const {
-  const StereoFrame& frame = images.frame;
-  return estimate_odometry(previous_.pyramids, previous_.odometry_points, previous_.static_points,
-                           images.equalised, camera_, rectification_.current(),
-                           velocity_.motion_until(frame.stamp_ns), settings_.seed + frame.index,
-                           settings_.odometry);
+  return estimate_odometry({previous_.pyramids, images.equalised},
+                           {previous_.odometry_points, previous_.static_points}, view_of(images.frame),
+                           velocity_.motion_until(images.frame.stamp_ns), settings_);
 }
 
 PoseDensity Slam::predict(const OdometryResult& odometry, std::int64_t stamp_ns) {
@@ -145,34 +143,30 @@ PoseDensity Slam::predict(const OdometryResult& odometry, std::int64_t stamp_ns)
 
 std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDensity& prior,
                                         const OdometryResult& odometry, AssociationTrace* trace) const {
-  const StereoFrame& frame = images.frame;
-  const auto& landmarks = local_map_.landmarks();
   const PoseGaussian expected = to_pose_gaussian(prior);
-  const auto predicted = project_landmarks(landmarks, expected, camera_, settings_.map.max_baselines);
-  const auto observed =
-      observe_flow(predicted, landmarks, posterior_.pose(), camera_, previous_.pyramids.left,
-                   images.equalised.left, settings_.association.flow_window_px);
-  const auto flow = gate_by_flow(predicted, observed, settings_.association);
-  const StereoFeatures usable{exclude_features(images.features.left, odometry.inliers_px, frame.left.size(),
-                                               settings_.odometry.exclusion_px),
+  Association association;
+  association.predicted = project_landmarks(local_map_.view(), expected, settings_.map.max_baselines);
+  association.flow = observe_flow(association.predicted, local_map_.view(), posterior_.pose(),
+                                  {previous_.pyramids, images.equalised}, settings_.association);
+  association.static_px = gate_by_flow(association.predicted, association.flow, settings_.association);
+  const StereoFeatures usable{exclude_features(images.features.left, odometry.inliers_px,
+                                               images.frame.left.size(), settings_.odometry.exclusion_px),
                               images.features.right};
-  auto matches = associate(predicted, landmarks, flow, usable, frame.left.size(), settings_.association);
+  association.matches = associate(association.predicted, association.static_px, local_map_.view(), usable,
+                                  settings_.association);
   if (anchored() && settings_.refinement.enabled) {
-    matches = refine_matches(matches, predicted, flow, landmarks, reference_.left, frame, expected.pose,
-                             camera_, rectification_.current(), settings_.refinement);
+    association.matches = refine_matches(association, {local_map_.landmarks(), reference_.left},
+                                         view_of(images.frame), expected.pose, settings_.refinement);
   }
-  if (trace) {
-    *trace =
-        trace_association(predicted, observed, flow, matches, odometry.inliers_px, settings_.association);
-  }
-  return matches;
+  if (trace) *trace = trace_association(association, odometry.inliers_px, settings_.association);
+  return association.matches;
 }
 
 TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometry,
                          std::vector<Match> matches) {
-  auto update = update_pose(prior, matches, local_map_.landmarks(), camera_, settings_.update);
+  auto update = update_pose(prior, matches, local_map_.view(), settings_.update);
   if (tracks_correlation()) {
-    local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used, camera_);
+    local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used);
   }
   const bool odometry_only = settings_.update.method == PoseUpdateMethod::kNone;
   PoseBasis basis = PoseBasis::kNothing;
@@ -182,8 +176,8 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
 }
 
 std::optional<PoseDensity> Slam::relocalise(const FrameImages& images) const {
-  return recognise_keyframe({reference_.keyframe, local_map_.landmarks(), reference_.left}, images.frame,
-                            images.features, camera_, rectification_.current(), settings_);
+  return recognise_keyframe(reference_.keyframe, {local_map_.landmarks(), reference_.left},
+                            view_of(images.frame), images.features, settings_);
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
@@ -193,8 +187,8 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   }
   learn_velocity(tracked, images.frame.stamp_ns);
   posterior_ = tracked.posterior;
-  local_map_.mark_seen(tracked.matches, images.features.left, images.frame.index);
-  if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_, camera_);  // Alg. 4
+  local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
+  if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_);  // Alg. 4
   const bool against_landmarks = tracked.basis == PoseBasis::kLandmarks;
   previous_.static_points = against_landmarks ? measurements(tracked.matches) : std::vector<StereoPoint>{};
   record(posterior_, tracked.measured(), result);
@@ -211,8 +205,8 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
   for (const auto& landmark : local_map_.landmarks()) {
     if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
   }
-  previous_.odometry_points = select_odometry_points(images.features.left, landmarks_px, images.frame,
-                                                     rectification_.current(), settings_);
+  previous_.odometry_points =
+      select_odometry_points(view_of(images.frame), images.features.left, landmarks_px, settings_);
   previous_.pyramids = images.pyramids;
   previous_.position = trajectory_.frames() - 1;
 }
@@ -230,7 +224,7 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
 /// Begins the map, if the image shows enough for one.
 void Slam::initialise(const FrameImages& images, FrameResult& result) {
   trajectory_.begin(images.frame.index);
-  local_map_.restart(0, camera_);
+  local_map_.restart(0);
   auto points = add_landmarks(images, {});
   velocity_.found(images.frame.stamp_ns);
   started_ = points.size() >= static_cast<std::size_t>(settings_.update.min_matches);
@@ -276,7 +270,7 @@ void Slam::learn_velocity(const TrackedPose& tracked, std::int64_t stamp_ns) {
 
 /// Removes old landmarks, and adds new ones where it is time to. Returns whether the frame became a keyframe.
 bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
-  local_map_.cull(images.frame.index, settings_.map.cull_after_frames, camera_);
+  local_map_.cull(images.frame.index);
   if (!anchored()) {
     (void)add_landmarks(images, positions(tracked.matches));
     return false;
@@ -312,9 +306,9 @@ void Slam::change_keyframe(const FrameImages& images, const std::vector<Match>& 
   refine_rectification(matches);
   trajectory_.add_keyframe(images.frame.index, to_pose_gaussian(posterior_));
   posterior_ = certain_pose();
-  const SeenLandmarks seen(matches, local_map_.landmarks());
-  local_map_.restart(trajectory_.reference(), camera_);
-  begin_keyframe(images.frame, add_landmarks(images, {}, seen));
+  const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
+  local_map_.restart(trajectory_.reference());
+  begin_keyframe(images.frame, add_landmarks(images, {}, reobserved));
 }
 
 void Slam::begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points) {
@@ -329,28 +323,26 @@ void Slam::begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> p
   if (loops_) loops_->add_keyframe(reference_.keyframe);
 }
 
-/// Adds landmarks at features with a stereo match, away from `reserved_px`; a feature at a landmark of `seen`
-/// keeps its id. Returns what they were made from.
+/// Adds landmarks at features with a stereo match, away from `reserved_px`; a feature at a re-observed
+/// landmark keeps its id. Returns what they were made from.
 std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
                                                const std::vector<Vector2<double>>& reserved_px,
-                                               const SeenLandmarks& seen) {
+                                               const ReobservedLandmarks& reobserved) {
   const StereoFrame& frame = images.frame;
-  const auto points =
-      measure_stereo_points(frame, images.features.left, reserved_px, rectification_.current(), settings_);
+  const auto points = measure_stereo_points(view_of(frame), images.features.left, reserved_px, settings_);
   std::vector<std::uint32_t> ids;
-  for (const auto& known : seen.at(points.measurements, frame.left.size())) {
+  for (const auto& known : reobserved.ids_at(points, frame.left.size())) {
     ids.push_back(known ? *known : local_map_.new_id());
   }
-  local_map_.add(points.measurements, points.descriptors, ids, to_pose_gaussian(posterior_),
-                 stereo_pixel_covariance(settings_.map.pixel_sigma_px), frame, camera_, settings_.map);
-  if (settings_.online_rectification.enabled) rectification_.add_rows(points.rows);
+  local_map_.add(points, ids, to_pose_gaussian(posterior_), frame);
+  if (settings_.online_rectification.enabled) rectification_.add_rows(points.measured);
   return keyframe_points(points, ids);
 }
 
 /// Refines the rectification by the landmarks of the ending keyframe, matched in this frame.
 void Slam::refine_rectification(const std::vector<Match>& matches) {
   if (!settings_.online_rectification.enabled || !settings_.refinement.enabled) return;
-  rectification_.add_motion(bias_constraints(matches, local_map_.landmarks(), posterior_.pose(), camera_));
+  rectification_.add_motion(bias_constraints(matches, local_map_.view(), posterior_.pose()));
   rectification_.advance();
 }
 
@@ -374,7 +366,7 @@ std::vector<PoseGaussian> Slam::trajectory() const {
 }
 
 std::vector<MapPoint> Slam::map_points() const {
-  return global_map_.all(local_map_, camera_, trajectory_, segment_.any_localised());
+  return global_map_.all(local_map_, trajectory_, segment_.any_localised());
 }
 
 const std::vector<MapPoint>& Slam::archived_map_points() {
@@ -386,7 +378,7 @@ SavedMap Slam::saved_map() const {
   SavedMap map;
   map.camera = camera_;
   map.rectification = rectification_.estimate();
-  map.points = global_map_.all(local_map_, camera_, trajectory_, /*with_loaded=*/true);
+  map.points = global_map_.all(local_map_, trajectory_, /*with_loaded=*/true);
   loops_->save(map);
   return map;
 }

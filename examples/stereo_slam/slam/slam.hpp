@@ -10,8 +10,9 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"
-#include "stereo_slam/local_map/map.hpp"
-#include "stereo_slam/local_map/seen_landmarks.hpp"
+#include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/local_map/local_map.hpp"
+#include "stereo_slam/local_map/reobserved_landmarks.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/odometry/constant_velocity.hpp"
@@ -78,6 +79,11 @@ class Slam {
   [[nodiscard]] bool tracks_correlation() const;
   [[nodiscard]] CalibrationError calibration_error() const;
 
+  /// A frame as the camera and the rectification at hand measure it.
+  [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
+    return {frame, camera_, rectification_.current()};
+  }
+
   [[nodiscard]] FrameResult begin_result(const StereoFrame& frame);
   bool apply(const std::optional<LoopCorrection>& correction);
 
@@ -109,14 +115,14 @@ class Slam {
   void begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points);
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
                                                          const std::vector<Vector2<double>>& reserved_px,
-                                                         const SeenLandmarks& seen = {});
+                                                         const ReobservedLandmarks& reobserved = {});
   void refine_rectification(const std::vector<Match>& matches);
 
   StereoCamera camera_;
   Settings settings_;
 
   PoseDensity posterior_;          // T_keyframe_camera of the last frame: the state of the filter
-  Map local_map_;                  // landmarks of the reference keyframe
+  LocalMap local_map_;             // landmarks of the reference keyframe
   ReferenceKeyframe reference_;    // its image and points
   KeyframeTrajectory trajectory_;  // poses of keyframes and frames
   GlobalMap global_map_;           // landmarks in world coordinates

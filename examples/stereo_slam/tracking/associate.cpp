@@ -39,37 +39,82 @@ struct Candidate {
   int distance = std::numeric_limits<int>::max();
 };
 
-/// Feature with the most similar descriptor inside the region's 99 % ellipse.
-[[nodiscard]] std::optional<Candidate> most_similar(const SearchRegion& region, const Descriptor& descriptor,
-                                                    const std::vector<Feature>& features,
-                                                    const SpatialIndex& index,
-                                                    const AssociationSettings& settings) {
-  const Matrix2<double> information = region.covariance.inverse();
-  const Vector2<double> half_size = (kChi2_2_99 * region.covariance.diagonal()).cwiseSqrt();
-  Candidate best;
-  int second = std::numeric_limits<int>::max();
-  index.for_each_in_box(region.centre_px, half_size, [&](std::size_t i) {
-    const Vector2<double> e = features[i].position_px - region.centre_px;
-    if (e.dot(information * e) > kChi2_2_99) return;
-    const int distance = hamming_distance(descriptor, features[i].descriptor);
-    if (distance < best.distance) {
-      second = best.distance;
-      best = {i, distance};
-    } else {
-      second = std::min(second, distance);
-    }
-  });
-  if (best.distance > settings.max_descriptor_distance) return std::nullopt;
-  if (best.distance > settings.descriptor_ratio * second) return std::nullopt;
-  return best;
-}
+/// Features of one image, searched by position.
+class FeatureImage {
+ public:
+  FeatureImage(const std::vector<Feature>& features, cv::Size image)
+      : features_(features), index_(positions(features), image) {}
 
-[[nodiscard]] std::vector<Vector2<double>> positions(const std::vector<Feature>& features) {
-  std::vector<Vector2<double>> result;
-  result.reserve(features.size());
-  for (const auto& feature : features) result.push_back(feature.position_px);
-  return result;
-}
+  /// Feature with the most similar descriptor inside the region's 99 % ellipse.
+  [[nodiscard]] std::optional<Candidate> most_similar(const SearchRegion& region,
+                                                      const Descriptor& descriptor,
+                                                      const AssociationSettings& settings) const {
+    const Matrix2<double> information = region.covariance.inverse();
+    const Vector2<double> half_size = (kChi2_2_99 * region.covariance.diagonal()).cwiseSqrt();
+    Candidate best;
+    int second = std::numeric_limits<int>::max();
+    index_.for_each_in_box(region.centre_px, half_size, [&](std::size_t i) {
+      const Vector2<double> e = features_[i].position_px - region.centre_px;
+      if (e.dot(information * e) > kChi2_2_99) return;
+      const int distance = hamming_distance(descriptor, features_[i].descriptor);
+      if (distance < best.distance) {
+        second = best.distance;
+        best = {i, distance};
+      } else {
+        second = std::min(second, distance);
+      }
+    });
+    if (best.distance > settings.max_descriptor_distance) return std::nullopt;
+    if (best.distance > settings.descriptor_ratio * second) return std::nullopt;
+    return best;
+  }
+
+ private:
+  const std::vector<Feature>& features_;
+  SpatialIndex index_;
+};
+
+/// A match and the distance of its descriptors, bits.
+struct FeatureMatch {
+  Match match;
+  int distance = 0;
+};
+
+/// Search for the features of landmarks in both images of a frame.
+class FeatureSearch {
+ public:
+  FeatureSearch(const StereoFeatures& features, cv::Size image, const AssociationSettings& settings)
+      : features_(features),
+        left_(features.left, image),
+        right_(features.right, image),
+        settings_(settings) {}
+
+  /// The pair of features most similar to the landmark, if it satisfies the epipolar constraint and is near
+  /// the prediction.
+  [[nodiscard]] std::optional<FeatureMatch> match(const PredictedLandmark& p,
+                                                  const Descriptor& descriptor) const {
+    const Matrix3<double> S = innovation_covariance(p, settings_);
+    const auto left = left_.most_similar(left_region(p.z, S), descriptor, settings_);
+    if (!left) return std::nullopt;
+    const auto right = right_.most_similar(right_region(p.z, S), descriptor, settings_);
+    if (!right) return std::nullopt;
+    const Vector2<double>& at_left = features_.left[left->feature].position_px;
+    const Vector2<double>& at_right = features_.right[right->feature].position_px;
+    const StereoPoint z(at_left.x(), at_left.y(), at_left.x() - at_right.x());
+    const Vector3<double> innovation = z - p.z;
+    const bool coherent = std::abs(at_left.y() - at_right.y()) <= settings_.max_row_error_px && z.z() > 0.0 &&
+                          innovation.dot(S.llt().solve(innovation)) <= kChi2_3_99;
+    if (!coherent) return std::nullopt;
+    const Matrix3<double> R = stereo_pixel_covariance(settings_.feature_sigma_px);
+    return FeatureMatch{Match{p.index, z, R, p, left->feature}, left->distance};
+  }
+
+ private:
+  const StereoFeatures& features_;
+  FeatureImage left_;
+  FeatureImage right_;
+  const AssociationSettings& settings_;
+};
 
 /// Whether the observed flow is that of a static point, given the predicted one.
 [[nodiscard]] bool flow_agrees(const Vector2<double>& observed, const Vector2<double>& predicted,
@@ -80,23 +125,24 @@ struct Candidate {
 }  // namespace
 
 std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<PredictedLandmark>& predicted,
-                                                      const std::vector<Landmark>& landmarks,
-                                                      const Pose& T_reference_previous,
-                                                      const StereoCamera& camera, const FlowPyramid& previous,
-                                                      const FlowPyramid& current, int window_px) {
+                                                      const MapView& map, const Pose& T_reference_previous,
+                                                      const ConsecutivePyramids& pyramids,
+                                                      const AssociationSettings& settings) {
   std::vector<std::optional<LandmarkFlow>> flow(predicted.size());
   std::vector<std::size_t> tracked;
   std::vector<cv::Point2f> start;
   std::vector<cv::Point2f> guess;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    const Landmark& landmark = landmarks[predicted[i].index];
-    const auto before = project(to_point(landmark, landmark.mean, camera), T_reference_previous, camera);
-    if (!before || !camera.in_view(*before)) continue;
+    const Landmark& landmark = map.landmarks[predicted[i].index];
+    const auto before =
+        project(to_point(landmark, landmark.mean, map.camera), T_reference_previous, map.camera);
+    if (!before || !map.camera.in_view(*before)) continue;
     tracked.push_back(i);
     start.emplace_back(static_cast<float>(before->x()), static_cast<float>(before->y()));
     guess.emplace_back(static_cast<float>(predicted[i].z.x()), static_cast<float>(predicted[i].z.y()));
   }
-  const auto followed = track_points(previous, current, start, guess, {.window_px = window_px});
+  const auto followed = track_points(pyramids.previous.left, pyramids.current.left, start, guess,
+                                     {.window_px = settings.flow_window_px});
   for (std::size_t k = 0; k < tracked.size(); ++k) {
     if (!followed.found[k]) continue;
     flow[tracked[k]] = {Eigen::Vector2f(start[k].x, start[k].y).cast<double>(),
@@ -105,21 +151,21 @@ std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<Predicte
   return flow;
 }
 
-std::vector<std::optional<Vector2<double>>> gate_by_flow(
-    const std::vector<PredictedLandmark>& predicted, const std::vector<std::optional<LandmarkFlow>>& observed,
-    const AssociationSettings& settings) {
-  std::vector<std::optional<Vector2<double>>> flow(predicted.size());
+std::vector<std::optional<Vector2<double>>> gate_by_flow(const std::vector<PredictedLandmark>& predicted,
+                                                         const std::vector<std::optional<LandmarkFlow>>& flow,
+                                                         const AssociationSettings& settings) {
+  std::vector<std::optional<Vector2<double>>> static_px(predicted.size());
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    if (!observed[i]) continue;
-    const auto& [from_px, to_px] = *observed[i];
+    if (!flow[i]) continue;
+    const auto& [from_px, to_px] = *flow[i];
     const PredictedLandmark& p = predicted[i];
     const double spread_px = std::sqrt(kChi2_2_99 * p.pose_part.topLeftCorner<2, 2>().trace());
     if (flow_agrees(to_px - from_px, p.z.head<2>() - from_px, settings.flow_tolerance_px + spread_px,
                     settings.flow_relative_tolerance)) {
-      flow[i] = to_px;
+      static_px[i] = to_px;
     }
   }
-  return flow;
+  return static_px;
 }
 
 Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,
@@ -128,41 +174,20 @@ Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,
 }
 
 std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
-                             const std::vector<Landmark>& landmarks,
-                             const std::vector<std::optional<Vector2<double>>>& flow,
-                             const StereoFeatures& features, cv::Size image,
-                             const AssociationSettings& settings) {
-  const SpatialIndex left_index(positions(features.left), image);
-  const SpatialIndex right_index(positions(features.right), image);
-  const Matrix3<double> R = stereo_pixel_covariance(settings.feature_sigma_px);
-
-  std::unordered_map<std::size_t, std::pair<Match, int>>
-      by_feature;  // left feature -> its most similar landmark
+                             const std::vector<std::optional<Vector2<double>>>& static_px, const MapView& map,
+                             const StereoFeatures& features, const AssociationSettings& settings) {
+  const FeatureSearch search(features, {map.camera.width_px, map.camera.height_px}, settings);
+  std::unordered_map<std::size_t, FeatureMatch> by_feature;  // left feature -> its most similar landmark
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    if (!flow[i]) continue;
-    const PredictedLandmark& p = predicted[i];
-    const Matrix3<double> S = innovation_covariance(p, settings);
-    const Descriptor& descriptor = landmarks[p.index].descriptor;
-    const auto left = most_similar(left_region(p.z, S), descriptor, features.left, left_index, settings);
-    if (!left) continue;
-    const auto right = most_similar(right_region(p.z, S), descriptor, features.right, right_index, settings);
-    if (!right) continue;
-    const Vector2<double>& at_left = features.left[left->feature].position_px;
-    const Vector2<double>& at_right = features.right[right->feature].position_px;
-    const StereoPoint z(at_left.x(), at_left.y(), at_left.x() - at_right.x());
-    const Vector3<double> innovation = z - p.z;
-    const bool coherent = std::abs(at_left.y() - at_right.y()) <= settings.max_row_error_px && z.z() > 0.0 &&
-                          innovation.dot(S.llt().solve(innovation)) <= kChi2_3_99;
-    if (!coherent) continue;
-    const auto [known, is_new] =
-        by_feature.try_emplace(left->feature, Match{p.index, z, R, p, left->feature}, left->distance);
-    if (!is_new && left->distance < known->second.second) {
-      known->second = {Match{p.index, z, R, p, left->feature}, left->distance};
-    }
+    if (!static_px[i]) continue;
+    const auto found = search.match(predicted[i], map.landmarks[predicted[i].index].descriptor);
+    if (!found) continue;
+    const auto [known, is_new] = by_feature.try_emplace(*found->match.left_feature, *found);
+    if (!is_new && found->distance < known->second.distance) known->second = *found;
   }
   std::vector<Match> matches;
   matches.reserve(by_feature.size());
-  for (auto& [feature, match] : by_feature) matches.push_back(std::move(match.first));
+  for (auto& [feature, found] : by_feature) matches.push_back(std::move(found.match));
   std::sort(matches.begin(), matches.end(),
             [](const Match& a, const Match& b) { return a.landmark < b.landmark; });
   return matches;

@@ -13,38 +13,45 @@
 
 namespace stereo_slam {
 
-/// How the picture of a landmark moved from the previous left image to the current one.
+/// Motion of a landmark's image from the previous left image to the current one.
 struct LandmarkFlow {
   Vector2<double> from_px;  ///< its projection into the previous image
-  Vector2<double> to_px;    ///< where the flow led
+  Vector2<double> to_px;    ///< where optical flow finds it
 };
 
-/// Observed flow of each predicted landmark; nothing where it could not be followed. `T_reference_previous`
-/// is the last posterior.
+/// Data association of one frame (sec. IV-C). The first three lists have one entry a predicted landmark.
+struct Association {
+  std::vector<PredictedLandmark> predicted;       ///< landmarks expected in view
+  std::vector<std::optional<LandmarkFlow>> flow;  ///< nothing where the flow was lost
+  std::vector<std::optional<Vector2<double>>>
+      static_px;               ///< end of the flow, in the left image, if it is that of a static point
+  std::vector<Match> matches;  ///< by index of the landmark
+};
+
+/// Observed flow of each predicted landmark; nothing where it was lost. `T_reference_previous` is the last
+/// posterior.
 [[nodiscard]] std::vector<std::optional<LandmarkFlow>> observe_flow(
-    const std::vector<PredictedLandmark>& predicted, const std::vector<Landmark>& landmarks,
-    const Pose& T_reference_previous, const StereoCamera& camera, const FlowPyramid& previous,
-    const FlowPyramid& current, int window_px);
+    const std::vector<PredictedLandmark>& predicted, const MapView& map, const Pose& T_reference_previous,
+    const ConsecutivePyramids& pyramids, const AssociationSettings& settings);
 
 /// End, in the current left image, of each flow that agrees with the predicted one in length and direction;
 /// nothing where it does not, as on moving objects (sec. IV-C, Fig. 4 a).
 [[nodiscard]] std::vector<std::optional<Vector2<double>>> gate_by_flow(
-    const std::vector<PredictedLandmark>& predicted, const std::vector<std::optional<LandmarkFlow>>& observed,
+    const std::vector<PredictedLandmark>& predicted, const std::vector<std::optional<LandmarkFlow>>& flow,
     const AssociationSettings& settings);
 
 inline constexpr double kChi2_2_99 = 9.210;  ///< bounds the ellipse in which a feature is searched
 
-/// S of the search for a landmark's feature: of the landmark, the pose and a detected corner.
+/// Covariance S of the innovation of a detected feature: landmark, pose and corner noise.
 [[nodiscard]] Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,
                                                     const AssociationSettings& settings);
 
-/// Pairs landmarks that passed the flow gate with features of both images by Mahalanobis and descriptor
-/// distance, and keeps the pairs that satisfy the epipolar constraint (sec. IV-C). A left feature serves one
-/// landmark.
+/// Matches landmarks that passed the flow gate with features of both images, by Mahalanobis and descriptor
+/// distance and the epipolar constraint (sec. IV-C). Each left feature goes to one landmark, the most
+/// similar. `static_px` has one entry a predicted landmark.
 [[nodiscard]] std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
-                                           const std::vector<Landmark>& landmarks,
-                                           const std::vector<std::optional<Vector2<double>>>& flow,
-                                           const StereoFeatures& features, cv::Size image,
+                                           const std::vector<std::optional<Vector2<double>>>& static_px,
+                                           const MapView& map, const StereoFeatures& features,
                                            const AssociationSettings& settings);
 
 }  // namespace stereo_slam

@@ -5,24 +5,22 @@
 
 namespace stereo_slam {
 
-AssociationTrace trace_association(const std::vector<PredictedLandmark>& predicted,
-                                   const std::vector<std::optional<LandmarkFlow>>& observed,
-                                   const std::vector<std::optional<Vector2<double>>>& flow,
-                                   const std::vector<Match>& matches,
+AssociationTrace trace_association(const Association& association,
                                    const std::vector<Vector2<double>>& odometry_px,
                                    const AssociationSettings& settings) {
   std::unordered_map<std::size_t, Vector2<double>> matched_px;  // by landmark
-  for (const auto& match : matches) matched_px.emplace(match.landmark, match.z.head<2>());
+  for (const auto& match : association.matches) matched_px.emplace(match.landmark, match.z.head<2>());
 
   AssociationTrace trace;
   trace.odometry_px = odometry_px;
-  for (std::size_t i = 0; i < predicted.size(); ++i) {
+  for (std::size_t i = 0; i < association.predicted.size(); ++i) {
     TracedLandmark landmark;
-    landmark.predicted_px = predicted[i].z.head<2>();
-    landmark.flow = observed[i];
-    landmark.static_flow = flow[i].has_value();
-    landmark.search_covariance_px2 = innovation_covariance(predicted[i], settings).topLeftCorner<2, 2>();
-    const auto match = matched_px.find(predicted[i].index);
+    const PredictedLandmark& predicted = association.predicted[i];
+    landmark.predicted_px = predicted.z.head<2>();
+    landmark.flow = association.flow[i];
+    landmark.static_flow = association.static_px[i].has_value();
+    landmark.search_covariance_px2 = innovation_covariance(predicted, settings).topLeftCorner<2, 2>();
+    const auto match = matched_px.find(predicted.index);
     if (match != matched_px.end()) landmark.matched_px = match->second;
     trace.landmarks.push_back(landmark);
   }

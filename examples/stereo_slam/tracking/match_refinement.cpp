@@ -38,58 +38,68 @@ constexpr double kChi2_3_99 = 11.345;
   return warp;
 }
 
-/// Sub-pixel stereo measurement of one landmark.
-[[nodiscard]] std::optional<StereoPoint> measure(const Landmark& landmark, const PredictedLandmark& predicted,
-                                                 const Vector2<double>& start_px,
-                                                 const cv::Mat& keyframe_left, const StereoFrame& frame,
-                                                 const Pose& T_keyframe_camera, const StereoCamera& camera,
-                                                 const RectificationResidual& rectification,
-                                                 const RefinementSettings& settings) {
-  const auto warp = patch_warp(landmark, T_keyframe_camera, camera);
-  if (!warp) return std::nullopt;
-  const auto patch = PatchTemplate::extract(keyframe_left, landmark.anchor_px, warp->inverse());
-  if (!patch) return std::nullopt;
-  const auto left = patch->align(frame.left, start_px, settings.max_shift_px);
-  if (!left || left->correlation < settings.min_correlation) return std::nullopt;
-  const StereoPoint expected(left->position_px.x(), left->position_px.y(), predicted.z.z());
-  const auto right = patch->align(frame.right, rectification.right_position(expected), settings.max_shift_px);
-  if (!right || right->correlation < settings.min_correlation) return std::nullopt;
-  const auto measured = rectification.measure(left->position_px, right->position_px);
-  if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0))
-    return std::nullopt;
-  return measured.z;
-}
+/// Measures landmarks of a keyframe in one frame.
+struct PatchMeasurement {
+  const PatchSource& source;
+  const StereoView& view;
+  const Pose& T_keyframe_camera;
+  const RefinementSettings& settings;
+
+  /// Sub-pixel stereo measurement of a landmark, starting in the left image at `start_px`.
+  [[nodiscard]] std::optional<StereoPoint> measure(const PredictedLandmark& predicted,
+                                                   const Vector2<double>& start_px) const {
+    const Landmark& landmark = source.landmarks[predicted.index];
+    const auto warp = patch_warp(landmark, T_keyframe_camera, view.camera);
+    if (!warp) return std::nullopt;
+    const auto patch = PatchTemplate::extract(source.left, landmark.anchor_px, warp->inverse());
+    if (!patch) return std::nullopt;
+    const auto left = patch->align(view.frame.left, start_px, settings.max_shift_px);
+    if (!left || left->correlation < settings.min_correlation) return std::nullopt;
+    const StereoPoint expected(left->position_px.x(), left->position_px.y(), predicted.z.z());
+    const auto right =
+        patch->align(view.frame.right, view.rectification.right_position(expected), settings.max_shift_px);
+    if (!right || right->correlation < settings.min_correlation) return std::nullopt;
+    const auto measured = view.rectification.measure(left->position_px, right->position_px);
+    if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
+      return std::nullopt;
+    }
+    return measured.z;
+  }
+
+  /// Match of a landmark that agrees with its prediction.
+  [[nodiscard]] std::optional<Match> match(const PredictedLandmark& predicted,
+                                           const Vector2<double>& start_px) const {
+    const auto z = measure(predicted, start_px);
+    if (!z) return std::nullopt;
+    const Vector3<double> innovation = *z - predicted.z;
+    const Matrix3<double> S =
+        predicted.landmark_part + predicted.pose_part + stereo_pixel_covariance(settings.gate_sigma_px);
+    if (innovation.dot(S.llt().solve(innovation)) > kChi2_3_99) return std::nullopt;
+    return Match{predicted.index, *z, stereo_pixel_covariance(settings.pixel_sigma_px), predicted,
+                 std::nullopt};
+  }
+};
 
 }  // namespace
 
-std::vector<Match> refine_matches(const std::vector<Match>& matches,
-                                  const std::vector<PredictedLandmark>& predicted,
-                                  const std::vector<std::optional<Vector2<double>>>& flow,
-                                  const std::vector<Landmark>& landmarks, const cv::Mat& keyframe_left,
-                                  const StereoFrame& frame, const Pose& T_keyframe_camera,
-                                  const StereoCamera& camera, const RectificationResidual& rectification,
+std::vector<Match> refine_matches(const Association& association, const PatchSource& source,
+                                  const StereoView& view, const Pose& T_keyframe_camera,
                                   const RefinementSettings& settings) {
+  const auto& predicted = association.predicted;
   std::unordered_map<std::size_t, const Match*> by_landmark;
-  for (const auto& match : matches) by_landmark.emplace(match.landmark, &match);
-  const Matrix3<double> R = stereo_pixel_covariance(settings.pixel_sigma_px);
+  for (const auto& match : association.matches) by_landmark.emplace(match.landmark, &match);
+  const PatchMeasurement measurement{source, view, T_keyframe_camera, settings};
 
   std::vector<std::optional<Match>> refined(predicted.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(predicted.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      const PredictedLandmark& p = predicted[i];
-      const auto associated = by_landmark.find(p.index);
-      if (associated == by_landmark.end() && !flow[i]) continue;
-      const Vector2<double> start = flow[i] ? *flow[i] : Vector2<double>(associated->second->z.head<2>());
-      const auto z = measure(landmarks[p.index], p, start, keyframe_left, frame, T_keyframe_camera, camera,
-                             rectification, settings);
-      if (!z) continue;
-      const Vector3<double> innovation = *z - p.z;
-      const Matrix3<double> gate =
-          p.landmark_part + p.pose_part + stereo_pixel_covariance(settings.gate_sigma_px);
-      if (innovation.dot(gate.llt().solve(innovation)) > kChi2_3_99) continue;
-      Match match{p.index, *z, R, p, std::nullopt};
-      if (associated != by_landmark.end()) match.left_feature = associated->second->left_feature;
-      refined[i] = match;
+      const auto found = by_landmark.find(predicted[i].index);
+      const Match* associated = found == by_landmark.end() ? nullptr : found->second;
+      const auto& static_px = association.static_px[i];
+      if (!associated && !static_px) continue;
+      refined[i] =
+          measurement.match(predicted[i], static_px ? *static_px : Vector2<double>(associated->z.head<2>()));
+      if (refined[i] && associated) refined[i]->left_feature = associated->left_feature;
     }
   });
   std::vector<Match> result;

@@ -4,27 +4,29 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/match.hpp"
 #include "stereo_slam/settings/settings.hpp"
+#include "stereo_slam/tracking/associate.hpp"
 
 namespace stereo_slam {
 
-/// Measures the landmarks of the reference keyframe to a fraction of a pixel.
+/// The reference keyframe, as far as patches are taken from it.
+struct PatchSource {
+  const std::vector<Landmark>& landmarks;
+  const cv::Mat& left;  ///< its left image
+};
+
+/// Matches of the reference keyframe's landmarks with sub-pixel measurements.
 ///
-/// The patch around a landmark in the keyframe, warped to the predicted view, is aligned in both images of
-/// the current frame, starting from the feature associated with it or, without one, from its flow. Every
-/// frame is compared with the same keyframe, so no drift accumulates, and landmarks whose corner was not
-/// detected again still count. Kept are alignments that correlate, satisfy the epipolar constraint and agree
-/// with the prediction.
-[[nodiscard]] std::vector<Match> refine_matches(const std::vector<Match>& matches,
-                                                const std::vector<PredictedLandmark>& predicted,
-                                                const std::vector<std::optional<Vector2<double>>>& flow,
-                                                const std::vector<Landmark>& landmarks,
-                                                const cv::Mat& keyframe_left, const StereoFrame& frame,
-                                                const Pose& T_keyframe_camera, const StereoCamera& camera,
-                                                const RectificationResidual& rectification,
+/// The patch around a landmark in the keyframe, warped to the view predicted at `T_keyframe_camera`, is
+/// aligned in both images of `view`. It starts where the flow ends (static_px), or else at the feature that
+/// was matched. Every frame is compared with the same keyframe, so no drift accumulates, and landmarks whose
+/// corner was not detected again are matched too. Alignments that do not correlate, violate the epipolar
+/// constraint or contradict the prediction are dropped.
+[[nodiscard]] std::vector<Match> refine_matches(const Association& association, const PatchSource& source,
+                                                const StereoView& view, const Pose& T_keyframe_camera,
                                                 const RefinementSettings& settings);
 
 }  // namespace stereo_slam

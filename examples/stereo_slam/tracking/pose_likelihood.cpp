@@ -10,17 +10,16 @@
 
 namespace stereo_slam {
 
-PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const std::vector<Landmark>& landmarks,
-                               const StereoCamera& camera, double cap)
-    : camera_(camera), cap_(cap) {
+PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap)
+    : camera_(map.camera), cap_(cap) {
   const auto count = static_cast<Eigen::Index>(matches.size());
   points_.resize(4, count);
   measurements_.resize(3, count);
   whitening_.resize(6, count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Match& match = matches[static_cast<std::size_t>(i)];
-    const Landmark& landmark = landmarks[match.landmark];
-    const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
+    const Landmark& landmark = map.landmarks[match.landmark];
+    const HomogeneousPoint point = to_point(landmark, landmark.mean, camera_);
     points_.col(i) << point.x, point.w;
     measurements_.col(i) = match.z;
     const Matrix3<double> S = match.predicted.landmark_part + match.R;
@@ -29,11 +28,11 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const std::vector
   }
 }
 
-PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const std::vector<Landmark>& landmarks,
-                               const StereoCamera& camera, double cap, const PoseGaussian& prior)
-    : PoseLikelihood(matches, landmarks, camera, cap) {
+PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap,
+                               const PoseGaussian& prior)
+    : PoseLikelihood(matches, map, cap) {
   const auto is_independent = [&](const Match& match) {
-    return landmarks[match.landmark].with_pose.isZero(0.0);
+    return map.landmarks[match.landmark].pose_cross_covariance.isZero(0.0);
   };
   if (std::all_of(matches.begin(), matches.end(), is_independent)) return;
   const Eigen::LLT<Matrix6<double>> root(prior.covariance);
@@ -43,13 +42,13 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const std::vector
   correlation_.resize(18, points_.cols());
   Matrix6<double> remaining = Matrix6<double>::Identity();
   for (Eigen::Index i = 0; i < points_.cols(); ++i) {
-    const Landmark& landmark = landmarks[matches[static_cast<std::size_t>(i)].landmark];
+    const Landmark& landmark = map.landmarks[matches[static_cast<std::size_t>(i)].landmark];
     Matrix3<double> U = Matrix3<double>::Zero();
     U.row(0) = whitening_.col(i).head<3>();
     U.row(1).tail<2>() = whitening_.col(i).segment<2>(3);
     U(2, 2) = whitening_(5, i);
     const Eigen::Matrix<double, 3, 6, Eigen::RowMajor> UV =
-        U * landmark_jacobian(landmark, prior.pose, camera) * landmark.with_pose.transpose() *
+        U * landmark_jacobian(landmark, prior.pose, camera_) * landmark.pose_cross_covariance.transpose() *
         prior_whitening_.transpose();
     remaining -= UV.transpose() * UV;
     correlation_.col(i) = UV.reshaped<Eigen::RowMajor>();

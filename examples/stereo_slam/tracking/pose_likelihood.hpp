@@ -29,12 +29,10 @@ namespace stereo_slam {
 /// with e_j = z_j - h(x, l_j) - V_j y, y = L^-1 xi, V_j = J_j C_j L^-T, P = L L'.
 class PoseLikelihood {
  public:
-  PoseLikelihood(std::span<const Match> matches, const std::vector<Landmark>& landmarks,
-                 const StereoCamera& camera, double cap);
+  PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap);
 
-  /// With the landmarks' correlation to the prior.
-  PoseLikelihood(std::span<const Match> matches, const std::vector<Landmark>& landmarks,
-                 const StereoCamera& camera, double cap, const PoseGaussian& prior);
+  /// With the correlation of the landmarks' errors and the prior's.
+  PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap, const PoseGaussian& prior);
 
   /// Batched over the columns [q; p] of `poses` (T_reference_camera).
   template <int Count>

@@ -18,12 +18,12 @@ namespace {
 
 }  // namespace
 
-std::vector<BiasConstraint> bias_constraints(const std::vector<Match>& matches,
-                                             const std::vector<Landmark>& landmarks,
-                                             const Pose& T_keyframe_camera, const StereoCamera& camera) {
+std::vector<BiasConstraint> bias_constraints(const std::vector<Match>& matches, const MapView& map,
+                                             const Pose& T_keyframe_camera) {
+  const StereoCamera& camera = map.camera;
   std::vector<BiasConstraint> constraints;
   for (const auto& match : matches) {
-    const Landmark& landmark = landmarks[match.landmark];
+    const Landmark& landmark = map.landmarks[match.landmark];
     const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
     const auto first = project(point, Pose::identity(), camera);
     const auto second = project(point, T_keyframe_camera, camera);

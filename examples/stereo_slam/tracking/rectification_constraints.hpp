@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
@@ -11,11 +10,9 @@
 
 namespace stereo_slam {
 
-/// What landmarks, seen from their keyframe and again from the camera at `T_keyframe_camera`, tell about the
-/// rectification.
+/// Constraints on the rectification residual from landmarks that were measured in their keyframe and again
+/// from `T_keyframe_camera`.
 [[nodiscard]] std::vector<BiasConstraint> bias_constraints(const std::vector<Match>& matches,
-                                                           const std::vector<Landmark>& landmarks,
-                                                           const Pose& T_keyframe_camera,
-                                                           const StereoCamera& camera);
+                                                           const MapView& map, const Pose& T_keyframe_camera);
 
 }  // namespace stereo_slam

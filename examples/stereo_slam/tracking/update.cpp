@@ -36,14 +36,12 @@ namespace {
 
 /// Alg. 2 on subsets of the correspondences, orientation and translation independent (sec. IV-D).
 [[nodiscard]] PoseUpdate update_as_in_paper(const PoseDensity& prior, const std::vector<Match>& matches,
-                                            const std::vector<Landmark>& landmarks,
-                                            const StereoCamera& camera, double cap,
-                                            const UpdateSettings& settings) {
+                                            const MapView& map, double cap, const UpdateSettings& settings) {
   const auto ordered = interleaved(matches, settings.max_correspondences);
   const auto likelihood_of = [&](int begin, int end) {
     const std::span<const Match> all(ordered);
     return PoseLikelihood(all.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin)),
-                          landmarks, camera, cap);
+                          map, cap);
   };
   const auto result = antipode::progressive_update_subsets(
       prior, static_cast<int>(ordered.size()), likelihood_of, antipode::PaperPoseRule{},
@@ -73,14 +71,17 @@ namespace {
           .steps = result.steps};
 }
 
-[[nodiscard]] PoseUpdate apply(PoseUpdateMethod method, const PoseDensity& prior,
-                               const std::vector<Match>& matches, const std::vector<Landmark>& landmarks,
-                               const StereoCamera& camera, double cap, const UpdateSettings& settings) {
-  if (method == PoseUpdateMethod::kPaper) {
-    return update_as_in_paper(prior, matches, landmarks, camera, cap, settings);
+/// One update with the method of the settings. Matches count no further than a squared Mahalanobis distance
+/// of `cap`.
+[[nodiscard]] PoseUpdate update_once(const PoseDensity& prior, const std::vector<Match>& matches,
+                                     const MapView& map, double cap, const UpdateSettings& settings) {
+  if (settings.method == PoseUpdateMethod::kPaper) {
+    return update_as_in_paper(prior, matches, map, cap, settings);
   }
-  const PoseLikelihood likelihood(matches, landmarks, camera, cap, antipode::to_pose_gaussian(prior));
-  if (method == PoseUpdateMethod::kProgressive) return update_progressively(prior, likelihood, settings);
+  const PoseLikelihood likelihood(matches, map, cap, antipode::to_pose_gaussian(prior));
+  if (settings.method == PoseUpdateMethod::kProgressive) {
+    return update_progressively(prior, likelihood, settings);
+  }
   return update_quadratically(prior, likelihood);
 }
 
@@ -97,16 +98,14 @@ namespace {
 
 /// Matches whose squared Mahalanobis distance at a pose is within `cap`, with the landmarks' part of their
 /// covariance taken at that pose.
-[[nodiscard]] std::vector<Match> agreeing(const std::vector<Match>& matches,
-                                          const std::vector<Landmark>& landmarks,
-                                          const Pose& T_reference_camera, const StereoCamera& camera,
-                                          double cap) {
+[[nodiscard]] std::vector<Match> agreeing(const std::vector<Match>& matches, const MapView& map,
+                                          const Pose& T_reference_camera, double cap) {
   std::vector<Match> result;
   for (Match match : matches) {
-    const Landmark& landmark = landmarks[match.landmark];
-    const auto z = project(to_point(landmark, landmark.mean, camera), T_reference_camera, camera);
+    const Landmark& landmark = map.landmarks[match.landmark];
+    const auto z = project(to_point(landmark, landmark.mean, map.camera), T_reference_camera, map.camera);
     if (!z) continue;
-    const Matrix3<double> J = landmark_jacobian(landmark, T_reference_camera, camera);
+    const Matrix3<double> J = landmark_jacobian(landmark, T_reference_camera, map.camera);
     match.predicted.landmark_part = J * landmark.covariance * J.transpose();
     const Vector3<double> e = match.z - *z;
     if (e.dot((match.predicted.landmark_part + match.R).llt().solve(e)) <= cap) result.push_back(match);
@@ -116,8 +115,8 @@ namespace {
 
 /// Squared distance of the measurements from the posterior plus that of the posterior from the prior: for
 /// linear models the normalised innovation squared.
-[[nodiscard]] double innovation_squared(const PoseDensity& prior, const PoseDensity& posterior,
-                                        const PoseLikelihood& likelihood) {
+[[nodiscard]] double normalised_innovation_squared(const PoseDensity& prior, const PoseDensity& posterior,
+                                                   const PoseLikelihood& likelihood) {
   const Vector6<double> correction = posterior.pose().boxminus(prior.pose());
   return likelihood.squared_distance(posterior.pose()) +
          correction.dot(prior.covariance().ldlt().solve(correction));
@@ -125,8 +124,7 @@ namespace {
 
 }  // namespace
 
-PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches,
-                       const std::vector<Landmark>& landmarks, const StereoCamera& camera,
+PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches, const MapView& map,
                        const UpdateSettings& settings) {
   if (settings.method == PoseUpdateMethod::kNone) return {.posterior = prior, .converged = true};
   if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
@@ -134,14 +132,14 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   // A match may be as far off as the prior is: the cap that guards the first update includes that. The second
   // starts from the prior again, without what contradicts the first and with covariances taken at its result.
   const double wide_cap = settings.robust_cap * prior_spread(matches);
-  const auto first = apply(settings.method, prior, matches, landmarks, camera, wide_cap, settings);
+  const auto first = update_once(prior, matches, map, wide_cap, settings);
   if (!first.converged) return {.posterior = prior};
-  const auto kept = agreeing(matches, landmarks, first.posterior.pose(), camera, settings.robust_cap);
+  const auto kept = agreeing(matches, map, first.posterior.pose(), settings.robust_cap);
   if (kept.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
-  PoseUpdate update = apply(settings.method, prior, kept, landmarks, camera, wide_cap, settings);
+  PoseUpdate update = update_once(prior, kept, map, wide_cap, settings);
   if (!update.converged) return {.posterior = prior};
-  const PoseLikelihood likelihood(kept, landmarks, camera, wide_cap, antipode::to_pose_gaussian(prior));
-  update.nis = innovation_squared(prior, update.posterior, likelihood);
+  const PoseLikelihood likelihood(kept, map, wide_cap, antipode::to_pose_gaussian(prior));
+  update.nis = normalised_innovation_squared(prior, update.posterior, likelihood);
   update.nis_dof = likelihood.dimension();
   update.used = kept;
   return update;

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "stereo_slam/core/pose_estimate.hpp"
-#include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/match.hpp"
@@ -24,7 +23,6 @@ struct PoseUpdate {
 
 /// Corrects the pose prior by the matched landmarks (eq. 13, Alg. 2, or the quadratic-surrogate progression).
 [[nodiscard]] PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches,
-                                     const std::vector<Landmark>& landmarks, const StereoCamera& camera,
-                                     const UpdateSettings& settings);
+                                     const MapView& map, const UpdateSettings& settings);
 
 }  // namespace stereo_slam

@@ -10,6 +10,7 @@
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham.hpp>
 #include <antipode/distributions/gaussian.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
@@ -297,6 +298,20 @@ template <std::floating_point Scalar>
   residual_covariance += detail::congruence<Scalar, 3, 4>(squares, fourth - omega * omega.transpose());
   return {compose(x.orientation(), y.rotation()), x.mean_translation() + squares * omega, coupling,
           residual_covariance};
+}
+
+template <std::floating_point Scalar>
+[[nodiscard]] PoseGaussian<Scalar> to_pose_gaussian(const BinghamGaussian<Scalar>& density) {
+  return {density.pose(), density.covariance()};
+}
+
+/// Throws unless the covariance is symmetric positive semidefinite and narrow enough for its pose to be the
+/// mode. By default second moments of the orientation are raised to no more than 1e-14 (2e-7 rad).
+template <std::floating_point Scalar>
+[[nodiscard]] BinghamGaussian<Scalar> to_bingham_gaussian(const PoseGaussian<Scalar>& density,
+                                                          const BinghamFitOptions<Scalar>& options = {
+                                                              .min_eigenvalue = Scalar(1e-14)}) {
+  return BinghamGaussian<Scalar>::from_pose_covariance(density.pose, density.covariance, options);
 }
 
 }  // namespace antipode

@@ -76,7 +76,7 @@ TEST_CASE("Disparities are found to a fraction of a pixel, also where the right 
   StereoMatchingSettings settings;
   settings.uniqueness = 1.0;  // the texture is periodic enough to have rivals
   settings.max_disparity_px = 30;
-  const auto matches = match_stereo(left, right, points, rectification, settings);
+  const auto matches = match_stereo({{0, 0, left, right}, camera, rectification}, points, settings);
   REQUIRE(matches.size() == points.size());
   for (const std::size_t i : {0U, 1U}) {
     REQUIRE(matches[i]);

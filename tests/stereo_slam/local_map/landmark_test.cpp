@@ -113,7 +113,7 @@ TEST_CASE("Only landmarks in view and in range are expected, with both parts of 
   landmarks[3].mean.x() += 50.0;  // out of view
   PoseGaussian pose;
   pose.covariance = 1e-6 * Matrix6<double>::Identity();
-  const auto predicted = project_landmarks(landmarks, pose, camera, 140.0);  // 75 m
+  const auto predicted = project_landmarks({landmarks, camera}, pose, 140.0);  // 75 m
   REQUIRE(predicted.size() == 2);
   CHECK(predicted[0].index == 0);
   CHECK(predicted[1].index == 1);

@@ -134,22 +134,23 @@ TEST_CASE("A false loop is told by its innovation where no other loop contradict
           "[stereo_slam][pose_graph]") {
   CAPTURE(kSeed);
   Drive d = drive();
-  CHECK(innovation(d.graph, d.measured(0, kLap, Drive::loop_covariance()), {}, kSettings) < kMaxChi2);
-  CHECK(innovation(d.graph, d.false_loop(0, kLap), {}, kSettings) > kMaxChi2);
+  CHECK(mahalanobis_squared(d.graph, d.measured(0, kLap, Drive::loop_covariance()), {}, kSettings) <
+        kMaxChi2);
+  CHECK(mahalanobis_squared(d.graph, d.false_loop(0, kLap), {}, kSettings) > kMaxChi2);
   // With the odometry's share taken by an earlier loop, the next false one has nowhere to hide at all.
-  const double alone = innovation(d.graph, d.false_loop(4, kLap + 4), {}, kSettings);
+  const double alone = mahalanobis_squared(d.graph, d.false_loop(4, kLap + 4), {}, kSettings);
   d.add_loop(0, kLap);
   d.graph.poses = optimize(d.graph, kSettings).poses;
-  CHECK(innovation(d.graph, d.false_loop(4, kLap + 4), {}, kSettings) > 10.0 * alone);
+  CHECK(mahalanobis_squared(d.graph, d.false_loop(4, kLap + 4), {}, kSettings) > 10.0 * alone);
 }
 
 TEST_CASE("The innovation is what an edge adds to the sum of squares", "[stereo_slam][pose_graph]") {
   CAPTURE(kSeed);
   Drive d = drive();
   const auto edge = d.measured(3, kLap + 5, Drive::loop_covariance());
-  const double expected = innovation(d.graph, edge, {}, kSettings);
-  const InnovationAllowance generous{4.0, Matrix6<double>::Identity()};
-  CHECK(innovation(d.graph, edge, generous, kSettings) < 0.25 * expected);
+  const double expected = mahalanobis_squared(d.graph, edge, {}, kSettings);
+  const CovarianceInflation generous{4.0, Matrix6<double>::Identity()};
+  CHECK(mahalanobis_squared(d.graph, edge, generous, kSettings) < 0.25 * expected);
   d.graph.loops.push_back(edge);
   // The odometry alone fits itself exactly, so all of the cost is the edge's. To first order in the drift.
   CHECK(2.0 * optimize(d.graph, kSettings).final_cost == Approx(expected).epsilon(0.05));

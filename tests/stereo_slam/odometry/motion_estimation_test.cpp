@@ -37,7 +37,8 @@ TEST_CASE("The motion of exact correspondences is found exactly, from any nearby
   std::mt19937_64 random(3);
   const Pose motion = test::car_motion();
   const auto matches = correspondences(random, 80, motion, 0.0);
-  const auto estimate = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), random);
+  const auto estimate =
+      estimate_motion({matches}, test::kitti_camera(), Pose::identity(), settings(), random);
   REQUIRE(estimate.valid);
   CHECK(estimate.T_previous_current.pose.boxminus(motion).norm() < 1e-9);
   CHECK(estimate.inliers == 80);
@@ -50,7 +51,8 @@ TEST_CASE("The motion survives half of the correspondences being wrong", "[stere
   for (std::size_t i = 0; i < matches.size(); i += 2) {
     matches[i].current = test::random_measurement(random, test::kitti_camera(), 5.0, 60.0);
   }
-  const auto estimate = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), random);
+  const auto estimate =
+      estimate_motion({matches}, test::kitti_camera(), Pose::identity(), settings(), random);
   REQUIRE(estimate.valid);
   const Vector6<double> error = motion.boxminus(estimate.T_previous_current.pose);
   CHECK(error.head<3>().norm() < 1e-3);
@@ -59,22 +61,24 @@ TEST_CASE("The motion survives half of the correspondences being wrong", "[stere
   CHECK(estimate.inliers <= 110);
 }
 
-TEST_CASE("Witnesses of the static world outvote a lorry that fills the picture, and weigh nothing else",
+TEST_CASE("Static points outvote a lorry that fills the image, and have no other weight",
           "[stereo_slam][odometry]") {
   std::mt19937_64 random(14);
   const Pose motion = test::car_motion();
   auto matches = correspondences(random, 60, motion, kSigma_px);
   const auto on_lorry = correspondences(random, 120, Pose::identity(), kSigma_px);  // as fast as the camera
   matches.insert(matches.end(), on_lorry.begin(), on_lorry.end());
-  const auto witnesses = correspondences(random, 100, motion, kSigma_px);
-  const auto estimate = estimate_motion(matches, test::kitti_camera(), motion, settings(), random, witnesses);
+  const auto static_points = correspondences(random, 100, motion, kSigma_px);
+  const auto estimate =
+      estimate_motion({matches, static_points}, test::kitti_camera(), motion, settings(), random);
   REQUIRE(estimate.valid);
   CHECK(motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.05);
   CHECK(estimate.inlier.size() == matches.size());
-  const auto alone = estimate_motion({matches.data(), 60}, test::kitti_camera(), motion, settings(), random);
+  const auto alone =
+      estimate_motion({{matches.data(), 60}}, test::kitti_camera(), motion, settings(), random);
   CHECK(estimate.T_previous_current.covariance(5, 5) > 0.3 * alone.T_previous_current.covariance(5, 5));
 
-  const auto fooled = estimate_motion(matches, test::kitti_camera(), motion, settings(), random);
+  const auto fooled = estimate_motion({matches}, test::kitti_camera(), motion, settings(), random);
   CHECK(fooled.T_previous_current.pose.translation().norm() < 0.1);
 }
 
@@ -85,7 +89,7 @@ TEST_CASE("The reported covariance of the motion is honest", "[stereo_slam][odom
   double nees = 0.0;
   for (int run = 0; run < kRuns; ++run) {
     const auto matches = correspondences(random, 150, motion, kSigma_px);
-    const auto estimate = estimate_motion(matches, test::kitti_camera(), motion, settings(), random);
+    const auto estimate = estimate_motion({matches}, test::kitti_camera(), motion, settings(), random);
     REQUIRE(estimate.valid);
     const Vector6<double> error = motion.boxminus(estimate.T_previous_current.pose);
     nees += error.dot(estimate.T_previous_current.covariance.ldlt().solve(error));
@@ -106,7 +110,7 @@ TEST_CASE("Far points do not make the motion too long", "[stereo_slam][odometry]
   double variance = 0.0;
   for (int run = 0; run < kRuns; ++run) {
     const auto matches = correspondences(random, 300, motion, kSigma_px, 30.0, 150.0);
-    const auto estimate = estimate_motion(matches, test::kitti_camera(), motion, settings(), random);
+    const auto estimate = estimate_motion({matches}, test::kitti_camera(), motion, settings(), random);
     REQUIRE(estimate.valid);
     forward += motion.boxminus(estimate.T_previous_current.pose)[5] / kRuns;
     variance += estimate.T_previous_current.covariance(5, 5) / (kRuns * kRuns);
@@ -120,7 +124,7 @@ TEST_CASE("Too few correspondences, or none, give no motion", "[stereo_slam][odo
   const Pose start = test::car_motion();
   for (const int count : {0, 2, 11}) {
     const auto matches = correspondences(random, count, start, kSigma_px);
-    const auto estimate = estimate_motion(matches, test::kitti_camera(), start, settings(), random);
+    const auto estimate = estimate_motion({matches}, test::kitti_camera(), start, settings(), random);
     CHECK_FALSE(estimate.valid);
     CHECK(estimate.T_previous_current.pose.is_approx(start, 1e-15));
   }
@@ -133,7 +137,8 @@ TEST_CASE("Correspondences of nothing but noise give no confident motion", "[ste
     matches.push_back({test::random_measurement(random, test::kitti_camera(), 5.0, 60.0),
                        test::random_measurement(random, test::kitti_camera(), 5.0, 60.0)});
   }
-  const auto estimate = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), random);
+  const auto estimate =
+      estimate_motion({matches}, test::kitti_camera(), Pose::identity(), settings(), random);
   CHECK_FALSE(estimate.valid);
 }
 
@@ -142,8 +147,8 @@ TEST_CASE("The same seed gives the same motion, bit for bit", "[stereo_slam][odo
   const auto matches = correspondences(random, 120, test::car_motion(), kSigma_px);
   std::mt19937_64 first(1);
   std::mt19937_64 second(1);
-  const auto a = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), first);
-  const auto b = estimate_motion(matches, test::kitti_camera(), Pose::identity(), settings(), second);
+  const auto a = estimate_motion({matches}, test::kitti_camera(), Pose::identity(), settings(), first);
+  const auto b = estimate_motion({matches}, test::kitti_camera(), Pose::identity(), settings(), second);
   CHECK(a.T_previous_current.pose.coeffs() == b.T_previous_current.pose.coeffs());
   CHECK(a.T_previous_current.covariance == b.T_previous_current.covariance);
 }

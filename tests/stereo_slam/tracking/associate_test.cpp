@@ -23,17 +23,20 @@ Feature feature_at(const Vector2<double>& px, const Descriptor& descriptor) {
   return feature;
 }
 
-/// Landmarks seen again where they are expected, as features of both images.
+/// Landmarks re-observed where they are expected, as features of both images.
 struct Scene {
+  StereoCamera camera = test::kitti_camera();
   std::vector<Landmark> landmarks;
   std::vector<PredictedLandmark> predicted;
-  std::vector<std::optional<Vector2<double>>> flow;
+  std::vector<std::optional<Vector2<double>>> static_px;
   StereoFeatures features;
+
+  MapView map() const { return {landmarks, camera}; }
 };
 
 Scene make_scene(std::mt19937_64& random, int count) {
-  const StereoCamera camera = test::kitti_camera();
   Scene scene;
+  const StereoCamera& camera = scene.camera;
   for (int i = 0; i < count; ++i) {
     const StereoPoint z = test::random_measurement(random, camera, 6.0, 40.0);
     Landmark landmark = test::landmark_at(z, camera, 0.3);
@@ -44,15 +47,15 @@ Scene make_scene(std::mt19937_64& random, int count) {
   }
   PoseGaussian pose;
   pose.covariance = 1e-6 * Matrix6<double>::Identity();
-  scene.predicted = project_landmarks(scene.landmarks, pose, camera, 140.0);
-  for (const auto& p : scene.predicted) scene.flow.emplace_back(p.z.head<2>());
+  scene.predicted = project_landmarks(scene.map(), pose, 140.0);
+  for (const auto& p : scene.predicted) scene.static_px.emplace_back(p.z.head<2>());
   return scene;
 }
 
 TEST_CASE("Landmarks find their features in both images", "[stereo_slam][association]") {
   std::mt19937_64 random(1);
   const Scene scene = make_scene(random, 100);
-  const auto matches = associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {});
+  const auto matches = associate(scene.predicted, scene.static_px, scene.map(), scene.features, {});
   REQUIRE(matches.size() >= 98);  // random neighbours may compete
   for (const auto& match : matches) {
     REQUIRE(match.left_feature);
@@ -65,18 +68,18 @@ TEST_CASE("Without flow, with another descriptor, or outside the ellipse, nothin
           "[stereo_slam][association]") {
   std::mt19937_64 random(2);
   Scene scene = make_scene(random, 30);
-  for (auto& flow : scene.flow) flow.reset();
-  CHECK(associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {}).empty());
+  for (auto& end_px : scene.static_px) end_px.reset();
+  CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, {}).empty());
 
   scene = make_scene(random, 30);
   for (auto& landmark : scene.landmarks) landmark.descriptor = random_descriptor(random);
-  CHECK(associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {}).empty());
+  CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, {}).empty());
 
   scene = make_scene(random, 30);
   for (auto& feature : scene.features.left) feature.position_px.y() += 15.0;
-  CHECK(associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {}).empty());
+  CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, {}).empty());
 
-  CHECK(associate({}, {}, {}, {}, kImage, {}).empty());
+  CHECK(associate({}, {}, Scene{}.map(), {}, {}).empty());
 }
 
 TEST_CASE("Pairs that break the epipolar constraint are dropped", "[stereo_slam][association]") {
@@ -86,7 +89,7 @@ TEST_CASE("Pairs that break the epipolar constraint are dropped", "[stereo_slam]
   for (auto& feature : scene.features.right) feature.position_px.y() -= 1.5;
   AssociationSettings settings;
   settings.max_row_error_px = 2.0;
-  CHECK(associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, settings).empty());
+  CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, settings).empty());
 }
 
 TEST_CASE("A feature serves the landmark that is most similar to it", "[stereo_slam][association]") {
@@ -97,39 +100,39 @@ TEST_CASE("A feature serves the landmark that is most similar to it", "[stereo_s
   PredictedLandmark twin = scene.predicted.front();
   twin.index = 1;
   scene.predicted.push_back(twin);
-  scene.flow.push_back(scene.flow.front());
-  const auto matches = associate(scene.predicted, scene.landmarks, scene.flow, scene.features, kImage, {});
+  scene.static_px.push_back(scene.static_px.front());
+  const auto matches = associate(scene.predicted, scene.static_px, scene.map(), scene.features, {});
   REQUIRE(matches.size() == 1);
   CHECK(matches.front().landmark == 1);
 }
 
 TEST_CASE("The flow gate keeps static points and drops what moves on its own", "[stereo_slam][association]") {
   const StereoCamera camera{200.0, 200.0, 100.0, 60.0, 0.5, 200, 120};
-  const FlowPyramid previous(test::texture_image({200, 120}, {0.0, 0.0}));
-  const FlowPyramid current(test::texture_image({200, 120}, {3.0, 0.0}));
-  Landmark landmark = test::landmark_at({100.0, 60.0, 10.0}, camera, 0.3);
+  const auto pyramids_of = [](cv::Point2d shift) {
+    return StereoPyramid{FlowPyramid(test::texture_image({200, 120}, shift)), {}};
+  };
+  const StereoPyramid previous = pyramids_of({0.0, 0.0});
+  const std::vector<Landmark> landmarks = {test::landmark_at({100.0, 60.0, 10.0}, camera, 0.3)};
+  const MapView map{landmarks, camera};
   // The camera moves left by 0.15 m: a static point at 10 m moves right by 3 px.
   Vector6<double> sideways = Vector6<double>::Zero();
   sideways[3] = -0.15;
   PoseGaussian pose;
   pose.pose = Pose::exp(sideways);
-  const auto predicted = project_landmarks({landmark}, pose, camera, 140.0);
+  const auto predicted = project_landmarks(map, pose, 140.0);
   REQUIRE(predicted.size() == 1);
   AssociationSettings settings;
   settings.flow_tolerance_px = 1.0;
-  const auto flow_in = [&](const FlowPyramid& pyramid) {
-    return gate_by_flow(predicted,
-                        observe_flow(predicted, {landmark}, Pose::identity(), camera, previous, pyramid,
-                                     settings.flow_window_px),
-                        settings);
+  const auto static_px = [&](const StereoPyramid& current) {
+    const auto flow = observe_flow(predicted, map, Pose::identity(), {previous, current}, settings);
+    return gate_by_flow(predicted, flow, settings);
   };
-  const auto flow = flow_in(current);
-  REQUIRE(flow.size() == 1);
-  REQUIRE(flow[0]);
-  CHECK((*flow[0] - Vector2<double>(103.0, 60.0)).norm() < 0.1);
+  const auto end_px = static_px(pyramids_of({3.0, 0.0}));
+  REQUIRE(end_px.size() == 1);
+  REQUIRE(end_px[0]);
+  CHECK((*end_px[0] - Vector2<double>(103.0, 60.0)).norm() < 0.1);
 
-  const FlowPyramid moved(test::texture_image({200, 120}, {3.0, 4.0}));  // ... and the object 4 px down
-  CHECK_FALSE(flow_in(moved)[0]);
+  CHECK_FALSE(static_px(pyramids_of({3.0, 4.0}))[0]);  // the object moves 4 px down, too
 }
 
 TEST_CASE("Features near those already used are excluded", "[stereo_slam][association]") {

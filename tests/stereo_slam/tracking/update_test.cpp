@@ -13,17 +13,20 @@ namespace {
 
 constexpr double kSigma_px = 0.5;
 
-/// Landmarks of a keyframe seen again from `truth`, and the prior the filter has of it.
+/// Landmarks of a keyframe re-observed from `truth`, and the prior of that pose.
 struct Scene {
+  StereoCamera camera = test::kitti_camera();
   std::vector<Landmark> landmarks;
   std::vector<Match> matches;
   PoseDensity prior = PoseDensity::from_pose_covariance(Pose::identity(), Matrix6<double>::Identity() * 1e-6);
+
+  MapView map() const { return {landmarks, camera}; }
 };
 
 Scene make_scene(std::mt19937_64& random, const Pose& truth, int count, double rotation_sigma_rad,
                  double translation_sigma_m) {
-  const StereoCamera camera = test::kitti_camera();
   Scene scene;
+  const StereoCamera& camera = scene.camera;
   std::normal_distribution<double> normal;
   Vector6<double> sigma;
   sigma << Vector3<double>::Constant(rotation_sigma_rad), Vector3<double>::Constant(translation_sigma_m);
@@ -41,8 +44,7 @@ Scene make_scene(std::mt19937_64& random, const Pose& truth, int count, double r
     scene.matches.push_back(
         {scene.landmarks.size() - 1, measured, stereo_pixel_covariance(kSigma_px), {}, std::nullopt});
   }
-  const auto predicted =
-      project_landmarks(scene.landmarks, antipode::to_pose_gaussian(scene.prior), camera, 1e3);
+  const auto predicted = project_landmarks(scene.map(), antipode::to_pose_gaussian(scene.prior), 1e3);
   for (const auto& p : predicted) scene.matches[p.index].predicted = p;
   return scene;
 }
@@ -60,7 +62,7 @@ TEST_CASE("The likelihood is highest where the landmarks were seen, and a pose a
   std::mt19937_64 random(1);
   const Pose truth = test::car_motion();
   const Scene scene = make_scene(random, truth, 60, 0.01, 0.1);
-  const PoseLikelihood likelihood(scene.matches, scene.landmarks, test::kitti_camera(), 1e6);
+  const PoseLikelihood likelihood(scene.matches, scene.map(), 1e6);
   CHECK(likelihood.dimension() == 180);
   const double at_truth = likelihood.squared_distance(truth);
   CHECK(at_truth < 180 + 5 * std::sqrt(360.0));
@@ -76,7 +78,7 @@ TEST_CASE("The likelihood is highest where the landmarks were seen, and a pose a
 TEST_CASE("A landmark behind a sampled camera costs the cap, not a NaN", "[stereo_slam][update]") {
   std::mt19937_64 random(2);
   const Scene scene = make_scene(random, test::car_motion(), 20, 0.01, 0.1);
-  const PoseLikelihood likelihood(scene.matches, scene.landmarks, test::kitti_camera(), 16.0);
+  const PoseLikelihood likelihood(scene.matches, scene.map(), 16.0);
   Vector6<double> far_ahead = Vector6<double>::Zero();
   far_ahead[5] = 100.0;
   CHECK(likelihood.squared_distance(Pose::exp(far_ahead)) == Approx(20 * 16.0));
@@ -89,8 +91,7 @@ TEST_CASE("Every method moves the pose to the landmarks", "[stereo_slam][update]
   const Pose truth = test::car_motion();
   for (int run = 0; run < 5; ++run) {
     const Scene scene = make_scene(random, truth, 90, 0.005, 0.1);
-    const auto update =
-        update_pose(scene.prior, scene.matches, scene.landmarks, test::kitti_camera(), settings_for(method));
+    const auto update = update_pose(scene.prior, scene.matches, scene.map(), settings_for(method));
     CAPTURE(static_cast<int>(method), run);
     REQUIRE(update.converged);
     const Vector6<double> before = truth.boxminus(antipode::to_pose_gaussian(scene.prior).pose);
@@ -108,8 +109,8 @@ TEST_CASE("The quadratic update reports an honest covariance and innovation", "[
   double nis = 0.0;
   for (int run = 0; run < kRuns; ++run) {
     const Scene scene = make_scene(random, truth, 60, 0.005, 0.1);
-    const auto update = update_pose(scene.prior, scene.matches, scene.landmarks, test::kitti_camera(),
-                                    settings_for(PoseUpdateMethod::kQuadratic));
+    const auto update =
+        update_pose(scene.prior, scene.matches, scene.map(), settings_for(PoseUpdateMethod::kQuadratic));
     const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
     const Vector6<double> error = truth.boxminus(posterior.pose);
     nees += error.dot(posterior.covariance.ldlt().solve(error)) / kRuns;
@@ -134,7 +135,7 @@ TEST_CASE("Landmarks that share their error with the pose have the likelihood of
     Matrix6x3 correlation;
     for (double& entry : correlation.reshaped()) entry = uniform(random);
     const Matrix3<double> L_landmark = landmark.covariance.llt().matrixL();
-    landmark.with_pose = L * correlation * L_landmark.transpose();
+    landmark.pose_cross_covariance = L * correlation * L_landmark.transpose();
   }
   const Pose x =
       prior.pose.boxplus(0.3 * antipode::to_pose_gaussian(scene.prior).covariance.diagonal().cwiseSqrt());
@@ -148,14 +149,14 @@ TEST_CASE("Landmarks that share their error with the pose have the likelihood of
     const Landmark& landmark = scene.landmarks[match.landmark];
     const Matrix3<double> J = landmark_jacobian(landmark, prior.pose, camera);
     match.predicted.landmark_part = J * landmark.covariance * J.transpose();
-    JC.middleRows<3>(3 * i) = J * landmark.with_pose.transpose();
+    JC.middleRows<3>(3 * i) = J * landmark.pose_cross_covariance.transpose();
     S.block<3, 3>(3 * i, 3 * i) = match.predicted.landmark_part + match.R;
     const auto h = project(to_point(landmark, landmark.mean, camera), x, camera);
     REQUIRE(h);
     e.segment<3>(3 * i) = match.z - *h - JC.middleRows<3>(3 * i) * prior.covariance.ldlt().solve(xi);
   }
   S -= JC * prior.covariance.ldlt().solve(JC.transpose());
-  const PoseLikelihood likelihood(scene.matches, scene.landmarks, camera, 1e6, prior);
+  const PoseLikelihood likelihood(scene.matches, scene.map(), 1e6, prior);
   CHECK(likelihood.squared_distance(x) == Approx(e.dot(S.ldlt().solve(e))).epsilon(1e-8));
 }
 
@@ -166,8 +167,7 @@ TEST_CASE("Wrong matches are capped", "[stereo_slam][update]") {
   for (std::size_t i = 0; i < 10; ++i) scene.matches[i].z.x() += 12.0;
   UpdateSettings settings = settings_for(PoseUpdateMethod::kQuadratic);
   settings.robust_cap = 16.0;
-  const auto update =
-      update_pose(scene.prior, scene.matches, scene.landmarks, test::kitti_camera(), settings);
+  const auto update = update_pose(scene.prior, scene.matches, scene.map(), settings);
   const Vector6<double> error = truth.boxminus(antipode::to_pose_gaussian(update.posterior).pose);
   CHECK(error.head<3>().norm() < 1e-3);
   CHECK(error.tail<3>().norm() < 0.03);
@@ -177,8 +177,7 @@ TEST_CASE("Too few matches, or none, leave the prior as it is", "[stereo_slam][u
   std::mt19937_64 random(6);
   for (const int count : {0, 5}) {
     const Scene scene = make_scene(random, test::car_motion(), count, 0.005, 0.1);
-    const auto update =
-        update_pose(scene.prior, scene.matches, scene.landmarks, test::kitti_camera(), UpdateSettings{});
+    const auto update = update_pose(scene.prior, scene.matches, scene.map(), UpdateSettings{});
     CHECK_FALSE(update.converged);
     CHECK(antipode::to_pose_gaussian(update.posterior).pose.coeffs() ==
           antipode::to_pose_gaussian(scene.prior).pose.coeffs());

@@ -92,18 +92,18 @@ TEST_CASE("A folder that cannot take debug images is refused by name", "[stereo_
 TEST_CASE("The trace tells what became of each landmark", "[stereo_slam][debug_image]") {
   const Vector3<double> z(100.0, 50.0, 10.0);
   const Matrix3<double> part = 4.0 * Matrix3<double>::Identity();
-  const std::vector<PredictedLandmark> predicted = {{4, z, part, part}, {9, z, part, part}};
-  const std::vector<std::optional<LandmarkFlow>> observed = {LandmarkFlow{{90.0, 50.0}, {101.0, 50.0}},
-                                                             LandmarkFlow{{90.0, 50.0}, {90.0, 50.0}}};
-  const std::vector<std::optional<Vector2<double>>> flow = {observed[0]->to_px, std::nullopt};
-  const Match match{4, {100.5, 50.0, 10.0}, part, predicted[0], std::nullopt};
+  Association association;
+  association.predicted = {{4, z, part, part}, {9, z, part, part}};
+  association.flow = {LandmarkFlow{{90.0, 50.0}, {101.0, 50.0}}, LandmarkFlow{{90.0, 50.0}, {90.0, 50.0}}};
+  association.static_px = {association.flow[0]->to_px, std::nullopt};
+  association.matches = {{4, {100.5, 50.0, 10.0}, part, association.predicted[0], std::nullopt}};
   const AssociationSettings settings;
-  const auto trace = trace_association(predicted, observed, flow, {match}, {{1.0, 2.0}}, settings);
+  const auto trace = trace_association(association, {{1.0, 2.0}}, settings);
   REQUIRE(trace.landmarks.size() == 2);
   CHECK(trace.landmarks[0].static_flow);
   CHECK(trace.landmarks[0].matched_px->x() == 100.5);
   CHECK(trace.landmarks[0].search_covariance_px2 ==
-        innovation_covariance(predicted[0], settings).topLeftCorner<2, 2>());
+        innovation_covariance(association.predicted[0], settings).topLeftCorner<2, 2>());
   CHECK_FALSE(trace.landmarks[1].static_flow);
   CHECK_FALSE(trace.landmarks[1].matched_px);
   CHECK(trace.landmarks[1].flow->to_px.x() == 90.0);

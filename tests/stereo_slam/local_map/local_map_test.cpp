@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/local_map/map.hpp"
+#include "stereo_slam/local_map/local_map.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -20,18 +20,28 @@ StereoPoint at_depth(double z_m) {
   return {700.0, 150.0, camera.fx * camera.baseline_m / z_m};
 }
 
-Map map_of(const std::vector<StereoPoint>& measurements, const PoseGaussian& pose = {}) {
-  Map map;
+/// Points measured at these places, without descriptors.
+StereoPoints points_at(const std::vector<StereoPoint>& measurements) {
+  StereoPoints points;
+  for (const auto& z : measurements) points.measured.push_back({z, 0.0});
+  points.descriptors.resize(measurements.size());
+  return points;
+}
+
+LocalMap map_of(const std::vector<StereoPoint>& measurements, const PoseGaussian& pose = {},
+                double pixel_sigma_px = 0.4) {
+  MapSettings settings;
+  settings.pixel_sigma_px = pixel_sigma_px;
+  LocalMap map(test::kitti_camera(), settings);
   std::vector<std::uint32_t> ids;
   while (ids.size() < measurements.size()) ids.push_back(map.new_id());
-  map.add(measurements, std::vector<Descriptor>(measurements.size()), ids, pose, stereo_pixel_covariance(0.4),
-          grey_frame(0), test::kitti_camera(), {});
+  map.add(points_at(measurements), ids, pose, grey_frame(0));
   return map;
 }
 
 TEST_CASE("Near points become Euclidean landmarks, far ones inverse depth, too far ones none",
           "[stereo_slam][map]") {
-  const Map map =
+  const LocalMap map =
       map_of({at_depth(10.0), at_depth(30.0), at_depth(80.0)});  // 40 baselines are 21 m, 140 are 75 m
   REQUIRE(map.landmarks().size() == 2);
   CHECK(map.landmarks()[0].form == LandmarkForm::kEuclidean);
@@ -51,7 +61,7 @@ TEST_CASE("A new landmark is as uncertain as its pixels and its pose", "[stereo_
   pose.covariance.diagonal() << 1e-6, 4e-6, 1e-6, 1e-4, 1e-4, 4e-4;
   pose.covariance(1, 3) = pose.covariance(3, 1) = -1e-5;
   const StereoPoint z = at_depth(9.0);
-  const Map map = map_of({z}, pose);
+  const LocalMap map = map_of({z}, pose);
   const Matrix6<double> L = pose.covariance.llt().matrixL();
   Vector3<double> mean = Vector3<double>::Zero();
   Matrix3<double> second = Matrix3<double>::Zero();
@@ -71,30 +81,28 @@ TEST_CASE("A new landmark is as uncertain as its pixels and its pose", "[stereo_
 }
 
 TEST_CASE("Unseen landmarks are culled, established ones stay in the archive", "[stereo_slam][map]") {
-  const StereoCamera camera = test::kitti_camera();
-  Map map = map_of({at_depth(10.0), at_depth(12.0)});
+  LocalMap map = map_of({at_depth(10.0), at_depth(12.0)});
   Match seen;
   seen.landmark = 0;
   seen.z = at_depth(10.0);
-  for (std::size_t frame = 1; frame <= 3; ++frame) map.mark_seen({seen}, {}, frame);
-  map.cull(5, 5, camera);
+  for (std::size_t frame = 1; frame <= 3; ++frame) map.record_observations({seen}, {}, frame);
+  map.cull(5);
   CHECK(map.landmarks().size() == 2);
-  map.cull(6, 5, camera);
+  map.cull(6);
   REQUIRE(map.landmarks().size() == 1);
   CHECK(map.landmarks()[0].last_seen == 3);
-  map.cull(20, 5, camera);
+  map.cull(20);
   CHECK(map.landmarks().empty());
   REQUIRE(map.archive().size() == 1);  // the other was seen once only
   CHECK(map.archive()[0].position.z() == Approx(10.0));
 }
 
 TEST_CASE("A restart archives under the old keyframe and begins anew", "[stereo_slam][map]") {
-  const StereoCamera camera = test::kitti_camera();
-  Map map = map_of({at_depth(10.0)});
+  LocalMap map = map_of({at_depth(10.0)});
   Match seen;
   seen.z = at_depth(10.0);
-  for (std::size_t frame = 1; frame <= 3; ++frame) map.mark_seen({seen}, {}, frame);
-  map.restart(7, camera);
+  for (std::size_t frame = 1; frame <= 3; ++frame) map.record_observations({seen}, {}, frame);
+  map.restart(7);
   CHECK(map.landmarks().empty());
   REQUIRE(map.archive().size() == 1);
   CHECK(map.archive()[0].keyframe == 0);
@@ -102,8 +110,7 @@ TEST_CASE("A restart archives under the old keyframe and begins anew", "[stereo_
 
 TEST_CASE("Updating landmarks shrinks their covariances and keeps them positive", "[stereo_slam][map]") {
   std::mt19937_64 random(2);
-  const StereoCamera camera = test::kitti_camera();
-  Map map = map_of({at_depth(10.0), at_depth(40.0)});
+  LocalMap map = map_of({at_depth(10.0), at_depth(40.0)});
   const auto pose = PoseDensity::from_pose_covariance(Pose::identity(), 1e-8 * Matrix6<double>::Identity());
   std::vector<double> before;
   for (const auto& landmark : map.landmarks()) before.push_back(landmark.covariance.trace());
@@ -115,7 +122,7 @@ TEST_CASE("Updating landmarks shrinks their covariances and keeps them positive"
     match.R = stereo_pixel_covariance(0.4);
     matches.push_back(match);
   }
-  map.update(matches, pose, camera);
+  map.update(matches, pose);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto& P = map.landmarks()[i].covariance;
     CHECK(P.trace() < 0.75 * before[i]);
@@ -143,9 +150,7 @@ double mean_nees(int runs, int frames, bool track_correlation) {
       points.push_back(camera.back_project(z));
       seen.push_back(z + test::stereo_noise(random, 0.5));
     }
-    Map map;
-    map.add(seen, std::vector<Descriptor>(seen.size()), std::vector<std::uint32_t>(seen.size()), {},
-            stereo_pixel_covariance(0.5), grey_frame(0), camera, {});
+    LocalMap map = map_of(seen, {}, 0.5);
     PoseDensity state =
         PoseDensity::from_pose_covariance(Pose::identity(), 1e-10 * Matrix6<double>::Identity());
     Pose truth = Pose::identity();
@@ -159,18 +164,17 @@ double mean_nees(int runs, int frames, bool track_correlation) {
       const auto prior = predict_pose(state, odometry, true, settings);
       if (track_correlation) map.predict_correlation(odometry.pose);
       std::vector<Match> matches;
-      for (const auto& p :
-           project_landmarks(map.landmarks(), antipode::to_pose_gaussian(prior), camera, 1e3)) {
+      for (const auto& p : project_landmarks(map.view(), antipode::to_pose_gaussian(prior), 1e3)) {
         const auto z = camera.project(truth.inverse() * points[p.index]);
         if (!z || !camera.in_view(*z)) continue;
         matches.push_back(
             {p.index, *z + test::stereo_noise(random, 0.5), stereo_pixel_covariance(0.5), p, {}});
       }
-      const auto update = update_pose(prior, matches, map.landmarks(), camera, settings.update);
+      const auto update = update_pose(prior, matches, map.view(), settings.update);
       REQUIRE(update.converged);
       const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
       if (track_correlation)
-        map.update_correlation(antipode::to_pose_gaussian(prior), posterior.pose, update.used, camera);
+        map.update_correlation(antipode::to_pose_gaussian(prior), posterior.pose, update.used);
       state = update.posterior;
     }
     const PoseGaussian estimate = antipode::to_pose_gaussian(state);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/local_map/map.hpp"
+#include "stereo_slam/local_map/local_map.hpp"
 
 #include <algorithm>
 
@@ -12,7 +12,7 @@
 namespace stereo_slam {
 namespace {
 
-constexpr int kEstablished = 3;  // observations after which a point is believed
+constexpr int kEstablished = 3;  // observations after which a landmark is kept for the map
 
 /// Covariance of a new Euclidean landmark: the pixel noise and the pose's, both to first order. A stereo
 /// point l_c seen from a pose perturbed by (phi, rho) moves by R_q (rho - l_c x phi).
@@ -42,36 +42,35 @@ constexpr int kEstablished = 3;  // observations after which a point is believed
 
 }  // namespace
 
-void Map::add(const std::vector<StereoPoint>& measurements, const std::vector<Descriptor>& descriptors,
-              const std::vector<std::uint32_t>& ids, const PoseGaussian& T_reference_camera,
-              const Matrix3<double>& R, const StereoFrame& frame, const StereoCamera& camera,
-              const MapSettings& settings) {
-  const double far_disparity_px = camera.fx / settings.inverse_depth_beyond_baselines;
-  const double min_disparity_px = camera.fx / settings.max_baselines;
-  for (std::size_t i = 0; i < measurements.size(); ++i) {
-    const StereoPoint& z = measurements[i];
+void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
+                   const PoseGaussian& T_reference_camera, const StereoFrame& frame) {
+  const double far_disparity_px = camera_.fx / settings_.inverse_depth_beyond_baselines;
+  const double min_disparity_px = camera_.fx / settings_.max_baselines;
+  const Matrix3<double> R = stereo_pixel_covariance(settings_.pixel_sigma_px);
+  for (std::size_t i = 0; i < points.measured.size(); ++i) {
+    const StereoPoint& z = points.measured[i].z;
     if (z.z() < min_disparity_px) continue;
     Landmark landmark;
     landmark.id = ids[i];
     landmark.T_reference_anchor = T_reference_camera.pose;
     landmark.anchor_px = landmark.last_px = z.head<2>();
-    landmark.descriptor = descriptors[i];
+    landmark.descriptor = points.descriptors[i];
     landmark.last_seen = frame.index;
     landmark.intensity = intensity_at(frame.left, landmark.anchor_px);
     if (z.z() < far_disparity_px) {
       landmark.form = LandmarkForm::kInverseDepth;
       landmark.mean = z;
-      landmark.covariance = inverse_depth_covariance(landmark, T_reference_camera, R, camera);
+      landmark.covariance = inverse_depth_covariance(landmark, T_reference_camera, R, camera_);
     } else {
-      landmark.mean = T_reference_camera.pose * camera.back_project(z);
-      landmark.covariance = triangulation_covariance(z, T_reference_camera, R, camera);
+      landmark.mean = T_reference_camera.pose * camera_.back_project(z);
+      landmark.covariance = triangulation_covariance(z, T_reference_camera, R, camera_);
     }
     landmarks_.push_back(landmark);
   }
 }
 
-void Map::mark_seen(const std::vector<Match>& matches, const std::vector<Feature>& left_features,
-                    std::size_t frame) {
+void LocalMap::record_observations(const std::vector<Match>& matches,
+                                   const std::vector<Feature>& left_features, std::size_t frame) {
   for (const auto& match : matches) {
     Landmark& landmark = landmarks_[match.landmark];
     landmark.last_px = match.z.head<2>();
@@ -81,13 +80,12 @@ void Map::mark_seen(const std::vector<Match>& matches, const std::vector<Feature
   }
 }
 
-void Map::update(const std::vector<Match>& matches,
-                 const antipode::BinghamGaussian<double>& T_reference_camera, const StereoCamera& camera) {
+void LocalMap::update(const std::vector<Match>& matches, const PoseDensity& T_reference_camera) {
   const auto poses = antipode::sample(antipode::PaperPoseRule{}, T_reference_camera);
   for (const auto& match : matches) {
     Landmark& landmark = landmarks_[match.landmark];
     const auto measure = [&](const Pose& pose, const Vector3<double>& l) {
-      return project(to_point(landmark, l, camera), pose, camera);
+      return project(to_point(landmark, l, camera_), pose, camera_);
     };
     const antipode::Gaussian<double, 3> prior(landmark.mean, landmark.covariance);
     const auto updated = antipode::unscented_update(prior, poses, measure, match.z, match.R);
@@ -97,16 +95,17 @@ void Map::update(const std::vector<Match>& matches,
   }
 }
 
-void Map::predict_correlation(const Pose& T_previous_current) {
+void LocalMap::predict_correlation(const Pose& T_previous_current) {
   const Matrix6<double> A = T_previous_current.inverse().adjoint();
-  for (auto& landmark : landmarks_) landmark.with_pose = (A * landmark.with_pose).eval();
+  for (auto& landmark : landmarks_)
+    landmark.pose_cross_covariance = (A * landmark.pose_cross_covariance).eval();
 }
 
-void Map::update_correlation(const PoseGaussian& prior, const Pose& posterior,
-                             const std::vector<Match>& matches, const StereoCamera& camera) {
+void LocalMap::update_correlation(const PoseGaussian& prior, const Pose& posterior,
+                                  const std::vector<Match>& matches) {
   // Innovations have the covariance S = D + U M U^T: D block-diagonal, U = [H, J B^T] with the Jacobians H of
-  // the pose and J of the landmark and B = with_pose, M = [P I; I 0]. Woodbury's identity leaves a 12 x 12
-  // system, and the gain is K = [I 0] (M^-1 + U^T D^-1 U)^-1 U^T D^-1.
+  // the pose and J of the landmark and B = pose_cross_covariance, M = [P I; I 0]. Woodbury's identity leaves
+  // a 12 x 12 system, and the gain is K = [I 0] (M^-1 + U^T D^-1 U)^-1 U^T D^-1.
   using Matrix12 = antipode::Matrix<double, 12>;
   using Matrix12x3 = antipode::Matrix<double, 12, 3>;
   std::vector<Matrix12x3> weighted;  // U^T D^-1 of each match
@@ -114,10 +113,10 @@ void Map::update_correlation(const PoseGaussian& prior, const Pose& posterior,
   Matrix12 information = Matrix12::Zero();
   for (const auto& match : matches) {
     const Landmark& landmark = landmarks_[match.landmark];
-    J_landmark.push_back(landmark_jacobian(landmark, posterior, camera));
+    J_landmark.push_back(landmark_jacobian(landmark, posterior, camera_));
     antipode::Matrix<double, 3, 12> U;
-    U << pose_jacobian(to_point(landmark, landmark.mean, camera), posterior, camera),
-        J_landmark.back() * landmark.with_pose.transpose();
+    U << pose_jacobian(to_point(landmark, landmark.mean, camera_), posterior, camera_),
+        J_landmark.back() * landmark.pose_cross_covariance.transpose();
     weighted.push_back((match.predicted.landmark_part + match.R).llt().solve(U).transpose());
     information += weighted.back() * U;
   }
@@ -127,41 +126,46 @@ void Map::update_correlation(const PoseGaussian& prior, const Pose& posterior,
   system.bottomRightCorner<6, 6>() -= prior.covariance;
   const antipode::Matrix<double, 6, 12> X = system.partialPivLu().inverse().topRows<6>();
   const Matrix6<double> KH = X * information.leftCols<6>();
-  for (auto& landmark : landmarks_) landmark.with_pose -= (KH * landmark.with_pose).eval();
+  for (auto& landmark : landmarks_)
+    landmark.pose_cross_covariance -= (KH * landmark.pose_cross_covariance).eval();
   for (std::size_t i = 0; i < matches.size(); ++i) {
     Landmark& landmark = landmarks_[matches[i].landmark];
-    landmark.with_pose -= X * weighted[i] * J_landmark[i] * landmark.covariance;
+    landmark.pose_cross_covariance -= X * weighted[i] * J_landmark[i] * landmark.covariance;
   }
 }
 
-void Map::cull(std::size_t frame, int frames, const StereoCamera& camera) {
+void LocalMap::cull(std::size_t frame) {
   const auto stale = [&](const Landmark& landmark) {
-    return frame > landmark.last_seen + static_cast<std::size_t>(frames);
+    return frame > landmark.last_seen + static_cast<std::size_t>(settings_.cull_after_frames);
   };
   for (const auto& landmark : landmarks_) {
-    if (stale(landmark)) append_if_established(landmark, camera, archive_);
+    if (stale(landmark)) move_to_archive(landmark);
   }
   std::erase_if(landmarks_, stale);
 }
 
-void Map::restart(std::size_t keyframe, const StereoCamera& camera) {
-  for (const auto& landmark : landmarks_) append_if_established(landmark, camera, archive_);
+void LocalMap::restart(std::size_t keyframe) {
+  for (const auto& landmark : landmarks_) move_to_archive(landmark);
   landmarks_.clear();
   keyframe_ = keyframe;
 }
 
-std::vector<ArchivedPoint> Map::established(const StereoCamera& camera) const {
-  std::vector<ArchivedPoint> points;
-  for (const auto& landmark : landmarks_) append_if_established(landmark, camera, points);
-  return points;
+std::optional<ArchivedPoint> LocalMap::archived(const Landmark& landmark) const {
+  const HomogeneousPoint point = to_point(landmark, landmark.mean, camera_);
+  if (landmark.observations < kEstablished || point.w <= 0.0) return std::nullopt;
+  return ArchivedPoint{keyframe_, landmark.id, point.x / point.w, landmark.intensity};
 }
 
-void Map::append_if_established(const Landmark& landmark, const StereoCamera& camera,
-                                std::vector<ArchivedPoint>& points) const {
-  const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
-  if (landmark.observations >= kEstablished && point.w > 0.0) {
-    points.push_back({keyframe_, landmark.id, point.x / point.w, landmark.intensity});
+void LocalMap::move_to_archive(const Landmark& landmark) {
+  if (const auto point = archived(landmark)) archive_.push_back(*point);
+}
+
+std::vector<ArchivedPoint> LocalMap::established() const {
+  std::vector<ArchivedPoint> points;
+  for (const auto& landmark : landmarks_) {
+    if (const auto point = archived(landmark)) points.push_back(*point);
   }
+  return points;
 }
 
 }  // namespace stereo_slam

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/online_rectification.hpp"
+
+namespace stereo_slam {
+
+/// A stereo frame and the geometry that turns its pixels into measurements. Copies are cheap: they share the
+/// images.
+struct StereoView {
+  StereoFrame frame;
+  StereoCamera camera;
+  RectificationResidual rectification;  ///< as estimated before this frame
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/stereo_points.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
+#include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+/// Landmark that has left the local map, in the camera coordinates of its reference keyframe.
+struct ArchivedPoint {
+  std::size_t keyframe = 0;
+  std::uint32_t landmark = 0;
+  Vector3<double> position;
+  std::uint8_t intensity = 0;
+};
+
+/// Landmarks relative to the reference keyframe, and an archive of those of earlier keyframes (sec. IV-E).
+class LocalMap {
+ public:
+  LocalMap(const StereoCamera& camera, const MapSettings& settings) : camera_(camera), settings_(settings) {}
+
+  [[nodiscard]] const std::vector<Landmark>& landmarks() const noexcept { return landmarks_; }
+
+  /// Refers to this map: valid until it changes.
+  [[nodiscard]] MapView view() const noexcept { return {landmarks_, camera_}; }
+
+  /// Established landmarks that have left the map, in the order in which they left: those observed often
+  /// enough to be kept.
+  [[nodiscard]] const std::vector<ArchivedPoint>& archive() const noexcept { return archive_; }
+
+  /// Established landmarks that are in the map now.
+  [[nodiscard]] std::vector<ArchivedPoint> established() const;
+
+  /// An id that no landmark has yet.
+  [[nodiscard]] std::uint32_t new_id() noexcept { return next_id_++; }
+
+  /// Adds a landmark for every point of `frame`, with these ids, one a point. The camera was at
+  /// `T_reference_camera`, whose covariance becomes part of the landmarks'. Points nearer than
+  /// settings.inverse_depth_beyond_baselines are Euclidean, the others in inverse depth; those beyond
+  /// settings.max_baselines are left out.
+  void add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
+           const PoseGaussian& T_reference_camera, const StereoFrame& frame);
+
+  /// Records when and where the matched landmarks were observed.
+  void record_observations(const std::vector<Match>& matches, const std::vector<Feature>& left_features,
+                           std::size_t frame);
+
+  /// Updates every matched landmark with its measurement, given the posterior of the pose (Alg. 4).
+  void update(const std::vector<Match>& matches, const PoseDensity& T_reference_camera);
+
+  /// Propagates the cross-covariances of pose and landmarks through a motion of the camera.
+  void predict_correlation(const Pose& T_previous_current);
+
+  /// Updates the cross-covariances of pose and landmarks after an update of the pose that took the landmarks'
+  /// errors into account but did not reduce them (Schmidt's consider filter). `prior` and `posterior` are the
+  /// pose before the update and its mean after it, `matches` those that the update used.
+  void update_correlation(const PoseGaussian& prior, const Pose& posterior,
+                          const std::vector<Match>& matches);
+
+  /// Removes landmarks unobserved for more than settings.cull_after_frames frames.
+  void cull(std::size_t frame);
+
+  /// Archives all landmarks and starts anew relative to another keyframe.
+  void restart(std::size_t keyframe);
+
+ private:
+  /// The landmark as it is archived; nothing if it is not established, or is a direction.
+  [[nodiscard]] std::optional<ArchivedPoint> archived(const Landmark& landmark) const;
+  void move_to_archive(const Landmark& landmark);
+
+  StereoCamera camera_;
+  MapSettings settings_;
+  std::size_t keyframe_ = 0;
+  std::uint32_t next_id_ = 1;
+  std::vector<Landmark> landmarks_;
+  std::vector<ArchivedPoint> archive_;
+};
+
+}  // namespace stereo_slam
