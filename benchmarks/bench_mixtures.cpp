@@ -98,10 +98,10 @@ TEST_CASE("Normaliser", "[benchmark][mixtures]") {
     const Rotations in(sigma_u);
     const std::string width = ", sigma_u up to " + std::to_string(sigma_u).substr(0, 4);
     BENCHMARK_ADVANCED("C centred" + width)(Chronometer meter) {
-      meter.measure([&](int i) { return detail::hemisphere_mass(zero, in.covariances[at(i)]); });
+      meter.measure([&](int i) { return detail::hemisphere_mass<double>(zero, in.covariances[at(i)]); });
     };
     BENCHMARK_ADVANCED("C off centre" + width)(Chronometer meter) {
-      meter.measure([&](int i) { return detail::hemisphere_mass(in.means[at(i)], in.covariances[at(i)]); });
+      meter.measure([&](int i) { return detail::hemisphere_mass<double>(in.means[at(i)], in.covariances[at(i)]); });
     };
   }
   const Rotations in(0.3);

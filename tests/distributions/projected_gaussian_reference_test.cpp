@@ -59,14 +59,14 @@ TEST_CASE("The mass on a hemisphere is right to ten digits from certain to nearl
     }
     CAPTURE(m.transpose(), Sigma);
     const double expected = row.at("C_half").get<double>();
-    CHECK(std::abs(detail::hemisphere_mass(m, Sigma) / expected - 1.0) <= 1e-12);
-    CHECK(std::abs(detail::tilted_moments(m, Sigma).hemisphere_mass / expected - 1.0) <= 1e-12);
+    CHECK(std::abs(detail::hemisphere_mass<double>(m, Sigma) / expected - 1.0) <= 1e-12);
+    CHECK(std::abs(detail::tilted_moments<double>(m, Sigma).hemisphere_mass / expected - 1.0) <= 1e-12);
   }
 }
 
 TEST_CASE("Second moments of the renormalised density are those of the tilted Gaussian", "[reference]") {
   for (const json& row : reference().at("tilted_moments")) {
-    const auto moments = detail::tilted_moments(Vector3<double>::Zero(), to_matrix<3>(row.at("Sigma_uu")));
+    const auto moments = detail::tilted_moments<double>(Vector3<double>::Zero(), to_matrix<3>(row.at("Sigma_uu")));
     CHECK(error(moments.second_moment, to_matrix<3>(row.at("E_uuT"))) <= 1e-12);
     CHECK(moments.mean.norm() == 0.0);
   }

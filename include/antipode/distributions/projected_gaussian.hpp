@@ -107,8 +107,8 @@ class BasicProjectedGaussian {
   /// word "concentrated" fails, and with it the linearisations.
   [[nodiscard]] double hemisphere_mass() const {
     const Matrix3<Scalar> uu = covariance_.template topLeftCorner<3, 3>();
-    return detail::hemisphere_mass(mean_.template head<3>().template cast<double>(),
-                                   uu.template cast<double>());
+    return detail::hemisphere_mass<double>(mean_.template head<3>().template cast<double>(),
+                                           uu.template cast<double>());
   }
   /// log of what the Gaussian's values are divided by: log 2 C, and log 2 for the push-forward.
   [[nodiscard]] Scalar log_normalizer() const noexcept { return log_normalizer_; }

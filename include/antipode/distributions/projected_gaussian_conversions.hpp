@@ -132,8 +132,8 @@ template <class Scalar>
 template <std::floating_point Scalar>
 [[nodiscard]] PushForwardGaussian<Scalar> match_push_forward(const ProjectedGaussian<Scalar>& x) {
   const Matrix3<Scalar> uu = x.covariance().template topLeftCorner<3, 3>();
-  const auto tilted =
-      detail::tilted_moments(x.mean().template head<3>().template cast<double>(), uu.template cast<double>());
+  const auto tilted = detail::tilted_moments<double>(x.mean().template head<3>().template cast<double>(),
+                                                     uu.template cast<double>());
   Matrix3<double> S = tilted.second_moment;
   detail::add_outer_product(-1.0, tilted.mean, tilted.mean, S);
   const auto y = detail::with_rotation_moments<Scalar>(x.parameters(), tilted.mean.template cast<Scalar>(),
@@ -155,7 +155,7 @@ template <std::floating_point Scalar>
   Vector3<double> lambda = wanted;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Matrix3<double> tilted =
-        detail::tilted_moments(Vector3<double>::Zero(), lambda.asDiagonal()).second_moment;
+        detail::tilted_moments<double>(Vector3<double>::Zero(), lambda.asDiagonal()).second_moment;
     const Vector3<double> got = tilted.diagonal();
     if (((got - wanted).array().abs() <= kTolerance * wanted.array()).all()) {
       const Matrix3<double> S = detail::scaled_square<double, 3, 3>(target.vectors, lambda);

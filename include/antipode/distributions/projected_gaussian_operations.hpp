@@ -104,8 +104,8 @@ template <class Scalar>
 [[nodiscard]] Scalar log_hemisphere_mass(const TangentGaussian<Scalar>& y) {
   using std::log;
   const Matrix3<Scalar> uu = y.covariance.template topLeftCorner<3, 3>();
-  return static_cast<Scalar>(
-      log(hemisphere_mass(y.mean.template head<3>().template cast<double>(), uu.template cast<double>())));
+  return static_cast<Scalar>(log(hemisphere_mass<double>(y.mean.template head<3>().template cast<double>(),
+                                                         uu.template cast<double>())));
 }
 
 /// E[(1 + |u|^2)^2] of the Gaussian's rotation.

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
-#include <ranges>
 #include <type_traits>
 
 #include <antipode/cubature/gaussian_rules.hpp>
@@ -32,6 +31,14 @@
 /// quadratic_update. Reference: Garcia-Fernandez, Svensson, Morelande, Sarkka, "Posterior linearization
 /// filter: principles and implementation using sigma points", 2015.
 namespace antipode {
+
+/// Measurements by index: a vector, array or span of NoisyMeasurement.
+template <class Measurements>
+concept IndexedMeasurements = requires(const Measurements& measurements, std::size_t i) {
+  { measurements.size() } -> std::convertible_to<std::size_t>;
+  measurements[i].z;
+  measurements[i].R;
+};
 
 /// How much a measurement of squared Mahalanobis distance d^2 counts.
 enum class RobustWeight {
@@ -137,8 +144,7 @@ template <class Scalar, class Measurements, class Model, int Count>
                                               const Measurements& measurements, const Model& h,
                                               const WeightedSamples<Scalar, 6, Count>& standard,
                                               const LinearizedUpdateOptions<Scalar>& options) {
-  using Measurement = std::ranges::range_value_t<Measurements>;
-  using Z = std::remove_cvref_t<decltype(std::declval<const Measurement&>().z)>;
+  using Z = std::remove_cvref_t<decltype(measurements[0].z)>;
   constexpr int kDim = Z::RowsAtCompileTime;
   std::array<DualQuaternion<Scalar>, Count> poses;
   for (int k = 0; k < Count; ++k) {
@@ -147,7 +153,7 @@ template <class Scalar, class Measurements, class Model, int Count>
   }
   Linearization<Scalar> sum;
   Matrix<Scalar, kDim, Count> predicted;
-  const auto count = static_cast<std::size_t>(std::ranges::size(measurements));
+  const std::size_t count = measurements.size();
   for (std::size_t i = 0; i < count && sum.finite; ++i) {
     bool measurable = true;
     for (std::size_t k = 0; k < Count && measurable; ++k) {
@@ -157,7 +163,7 @@ template <class Scalar, class Measurements, class Model, int Count>
     }
     if (!measurable) continue;
     ++sum.used;
-    const auto& measurement = measurements[static_cast<std::ranges::range_difference_t<Measurements>>(i)];
+    const auto& measurement = measurements[i];
     add_measurement<Scalar, kDim>(measurement.z, measurement.R,
                                   regress_on_points<Scalar, kDim, Count>(predicted, standard), options, sum);
   }
@@ -166,14 +172,14 @@ template <class Scalar, class Measurements, class Model, int Count>
 
 }  // namespace detail
 
-/// The posterior of `prior` and independent measurements, a random access range of NoisyMeasurement.
+/// The posterior of `prior` and independent measurements, a std::vector of NoisyMeasurement, say.
 ///
 /// h(pose, i) predicts the i-th, as a vector or a std::optional of one. A measurement that cannot be
 /// predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. With a
 /// singular covariance of the pose there is one iteration only. Throws on
 /// invalid options and covariances of the pose; a measurement that is not finite or whose R is not positive
 /// definite comes back as kNotFinite, none that can be predicted as kNoSupport, both with the prior.
-template <std::floating_point Scalar, std::ranges::random_access_range Measurements, class Model,
+template <std::floating_point Scalar, IndexedMeasurements Measurements, class Model,
           GaussianRule Rule = CubatureRule<6>>
 requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_update(
     const PoseGaussian<Scalar>& prior, const Measurements& measurements, const Model& h,
@@ -192,7 +198,7 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
   // Conditioning the prior again and again takes its inverse.
   const int max_iterations = origin.invertible ? options.max_iterations : 1;
   PoseUpdateResult<Scalar> result{.posterior = prior};
-  if (std::ranges::empty(measurements)) return result;
+  if (measurements.size() == 0) return result;
   result.limit_hit = true;
   const auto standard = rule.template standard<Scalar>();
   detail::SqrtPoseGaussian<Scalar> density = origin;

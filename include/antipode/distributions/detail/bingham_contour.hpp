@@ -21,13 +21,16 @@
 /// itself, from the uniform density to z = -1e15.
 namespace antipode::detail {
 
+/// Types of the nodes depend on Dim, so that expressions of them are compiled only where they are used.
+template <int Dim>
 inline constexpr int kContourNodes = 20;
-using ContourArray = Eigen::Array<double, kContourNodes, 1>;
+template <int Dim>
+using ContourArray = Eigen::Array<double, kContourNodes<Dim>, 1>;
 
 /// Nodes s_k and weights w_k = (2 mu h / pi) (1 + i u_k) e^(s_k), the conjugate half folded in.
 template <int Dim>
 struct BinghamContour {
-  ContourArray s_real, s_imag, w_real, w_imag;
+  ContourArray<Dim> s_real, s_imag, w_real, w_imag;
 
   [[nodiscard]] static const BinghamContour& instance() {
     static const BinghamContour contour;
@@ -40,7 +43,7 @@ struct BinghamContour {
     // the more digits cancel when a large z leaves few dimensions. These minimise the larger error.
     constexpr long double kMu = Dim <= 4 ? 4.5L : 6.0L;
     constexpr long double kStep = Dim <= 4 ? 0.14L : 0.12L;
-    for (int k = 0; k < kContourNodes; ++k) {
+    for (int k = 0; k < kContourNodes<Dim>; ++k) {
       const std::complex<long double> direction(1.0L, (static_cast<long double>(k) + 0.5L) * kStep);
       const std::complex<long double> s = kMu * direction * direction;
       const std::complex<long double> w =
@@ -83,8 +86,8 @@ class BinghamContourSum {
   [[nodiscard]] Matrix<double, Dim> fourth_moments() const {
     Matrix<double, Dim> moments;
     for (int i = 0; i < Dim; ++i) {
-      const ContourArray v_r_real = (v_real_ * x_[i] + v_imag_ * y_) * inverse_norm_[i];
-      const ContourArray v_r_imag = (v_imag_ * x_[i] - v_real_ * y_) * inverse_norm_[i];
+      const ContourArray<Dim> v_r_real = (v_real_ * x_[i] + v_imag_ * y_) * inverse_norm_[i];
+      const ContourArray<Dim> v_r_imag = (v_imag_ * x_[i] - v_real_ * y_) * inverse_norm_[i];
       for (int j = i; j < Dim; ++j) {
         const double sum = ((v_r_real * x_[j] + v_r_imag * y_) * inverse_norm_[j]).sum();
         moments(i, j) = moments(j, i) = (i == j ? 0.75 : 0.25) * sum / sum_;
@@ -99,42 +102,42 @@ class BinghamContourSum {
   ///   sqrt(a b) = (|b| a + |a| b) / sqrt(2 (|a||b| + Re a conj(b))).
   /// The root of the whole product would lose its sheet. In odd dimensions the last factor pairs with b = 1.
   void multiply_roots(const BinghamContour<Dim>& contour) {
-    std::array<ContourArray, Dim> modulus;
+    std::array<ContourArray<Dim>, Dim> modulus;
     for (int i = 0; i < Dim; ++i) {
-      const ContourArray norm = x_[i].square() + y_.square();
+      const ContourArray<Dim> norm = x_[i].square() + y_.square();
       inverse_norm_[i] = norm.inverse();
       modulus[i] = norm.sqrt();
     }
     v_real_ = contour.w_real;
     v_imag_ = contour.w_imag;
-    ContourArray moduli = ContourArray::Ones();
-    ContourArray denominator = ContourArray::Ones();
-    const auto divide_by_root = [&](const ContourArray& root_real, const ContourArray& root_imag) {
-      const ContourArray real = v_real_ * root_real + v_imag_ * root_imag;
+    ContourArray<Dim> moduli = ContourArray<Dim>::Ones();
+    ContourArray<Dim> denominator = ContourArray<Dim>::Ones();
+    const auto divide_by_root = [&](const ContourArray<Dim>& root_real, const ContourArray<Dim>& root_imag) {
+      const ContourArray<Dim> real = v_real_ * root_real + v_imag_ * root_imag;
       v_imag_ = v_imag_ * root_real - v_real_ * root_imag;
       v_real_ = real;
     };
     for (int i = 0; i + 1 < Dim; i += 2) {
-      const ContourArray &x_a = x_[i], &x_b = x_[i + 1], &m_a = modulus[i], &m_b = modulus[i + 1];
+      const ContourArray<Dim>&x_a = x_[i], &x_b = x_[i + 1], &m_a = modulus[i], &m_b = modulus[i + 1];
       divide_by_root(m_b * x_a + m_a * x_b, y_ * (m_a + m_b));
       moduli *= m_a * m_b;
       denominator *= 2.0 * (m_a * m_b + x_a * x_b + y_.square());
     }
     if constexpr (Dim % 2 == 1) {
-      const ContourArray &x_a = x_[Dim - 1], &m_a = modulus[Dim - 1];
+      const ContourArray<Dim>&x_a = x_[Dim - 1], &m_a = modulus[Dim - 1];
       divide_by_root(x_a + m_a, y_);
       moduli *= m_a;
       denominator *= 2.0 * (m_a + x_a);
     }
-    const ContourArray scale = (moduli * denominator.sqrt()).inverse();
+    const ContourArray<Dim> scale = (moduli * denominator.sqrt()).inverse();
     v_real_ *= scale;
     v_imag_ *= scale;
   }
 
-  const ContourArray& y_;                       // Im(s - z_i), the same for all i
-  std::array<ContourArray, Dim> x_;             // Re(s - z_i)
-  std::array<ContourArray, Dim> inverse_norm_;  // 1/|s - z_i|^2
-  ContourArray v_real_, v_imag_;
+  const ContourArray<Dim>& y_;                       // Im(s - z_i), the same for all i
+  std::array<ContourArray<Dim>, Dim> x_;             // Re(s - z_i)
+  std::array<ContourArray<Dim>, Dim> inverse_norm_;  // 1/|s - z_i|^2
+  ContourArray<Dim> v_real_, v_imag_;
   double sum_;
 };
 

@@ -17,36 +17,41 @@
 /// Gaussian:
 ///
 ///   C = int_0^inf s e^-s  det(I + 2 s Sigma)^(-1/2)  exp(-s m^T (I + 2 s Sigma)^-1 m)  ds
+///
+/// Everything is computed in double. The functions are templates on Real, which is double, so that they are
+/// compiled only where they are used.
 namespace antipode::detail {
 
 /// int_0^inf s e^-s f(s) ds ~ sum_k weights_k f(nodes_k).
-template <int Count>
+template <class Real, int Count>
 struct TiltRule {
-  Eigen::Array<double, Count, 1> nodes, weights;
+  Eigen::Array<Real, Count, 1> nodes, weights;
 };
 
 /// Gauss-Laguerre: to 2e-14 for tr Sigma + |m|^2 <= 0.05. Nodes and weights are eigenvalues and first
 /// components of the eigenvectors of the recurrence's matrix (Golub and Welsch, "Calculation of Gauss
 /// quadrature rules", 1969).
-[[nodiscard]] inline const TiltRule<12>& concentrated_tilt_rule() {
-  static const TiltRule<12> rule = [] {
-    Matrix<double, 12> recurrence = Matrix<double, 12>::Zero();
+template <class Real>
+[[nodiscard]] const TiltRule<Real, 12>& concentrated_tilt_rule() {
+  static const TiltRule<Real, 12> rule = [] {
+    Matrix<Real, 12> recurrence = Matrix<Real, 12>::Zero();
     for (int k = 0; k < 12; ++k) {
       recurrence(k, k) = 2.0 * (k + 1);
       if (k > 0) recurrence(k, k - 1) = recurrence(k - 1, k) = std::sqrt(k * (k + 1.0));
     }
     const auto eigen = symmetric_eigen(recurrence);
-    return TiltRule<12>{eigen.values.array(), eigen.vectors.row(0).transpose().array().square()};
+    return TiltRule<Real, 12>{eigen.values.array(), eigen.vectors.row(0).transpose().array().square()};
   }();
   return rule;
 }
 
 /// The trapezoidal rule in x with s = exp(x - e^-x), which decays double exponentially at both ends: to 2e-15
 /// for tr Sigma + |m|^2 <= 3.
-[[nodiscard]] inline const TiltRule<32>& moderate_tilt_rule() {
-  static const TiltRule<32> rule = [] {
+template <class Real>
+[[nodiscard]] const TiltRule<Real, 32>& moderate_tilt_rule() {
+  static const TiltRule<Real, 32> rule = [] {
     constexpr double kStep = 0.22;
-    TiltRule<32> result;
+    TiltRule<Real, 32> result;
     for (int k = 0; k < 32; ++k) {
       const double x = -3.2 + k * kStep;
       const double s = std::exp(x - std::exp(-x));
@@ -59,9 +64,10 @@ struct TiltRule {
 }
 
 /// The trapezoidal rule in log s: to 4e-15 for eigenvalues of Sigma and |m|^2 up to 1e8.
-[[nodiscard]] inline const TiltRule<172>& wide_tilt_rule() {
-  static const TiltRule<172> rule = [] {
-    TiltRule<172> result;
+template <class Real>
+[[nodiscard]] const TiltRule<Real, 172>& wide_tilt_rule() {
+  static const TiltRule<Real, 172> rule = [] {
+    TiltRule<Real, 172> result;
     for (int k = 0; k < 172; ++k) {
       const double s = std::exp(0.25 * k - 39.0);
       result.nodes[k] = s;
@@ -81,38 +87,39 @@ struct TiltRule {
 ///
 ///   det(I + x Sigma) = 1 + x (e1 + x (e2 + x e3)),
 ///   m^T (I + x Sigma)^-1 m det(I + x Sigma) = m0 + x (m1 + x m2)
+template <class Real>
 struct TiltPolynomials {
-  double e1, e2, e3, m0, m1, m2;
+  Real e1, e2, e3, m0, m1, m2;
 
   /// From the entries of Sigma; their rounding errors cost up to tr(Sigma)^2 ulps of the integral.
-  [[nodiscard]] static TiltPolynomials from_matrix(const Vector3<double>& m, const Matrix3<double>& Sigma) {
-    Matrix3<double> adjugate;
+  [[nodiscard]] static TiltPolynomials from_matrix(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
+    Matrix3<Real> adjugate;
     adjugate << Sigma.col(1).cross(Sigma.col(2)), Sigma.col(2).cross(Sigma.col(0)),
         Sigma.col(0).cross(Sigma.col(1));
-    const double e1 = Sigma.trace(), m0 = m.squaredNorm();
+    const Real e1 = Sigma.trace(), m0 = m.squaredNorm();
     return {e1, adjugate.trace(),           Sigma.col(0).dot(adjugate.col(0)),
             m0, e1 * m0 - m.dot(Sigma * m), m.dot(adjugate * m)};
   }
 
   /// From its eigenvalues: only positive terms.
-  [[nodiscard]] static TiltPolynomials from_eigen(const Vector3<double>& m, const Matrix3<double>& Sigma) {
+  [[nodiscard]] static TiltPolynomials from_eigen(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
     const auto eigen = symmetric_eigen(Sigma);
-    const Vector3<double> squares = (eigen.vectors.transpose() * m).cwiseAbs2();
-    const double a = std::max(0.0, eigen.values[0]), b = std::max(0.0, eigen.values[1]), c = eigen.values[2];
+    const Vector3<Real> squares = (eigen.vectors.transpose() * m).cwiseAbs2();
+    const Real a = std::max(0.0, eigen.values[0]), b = std::max(0.0, eigen.values[1]), c = eigen.values[2];
     return {a + b + c,
             a * b + b * c + c * a,
             a * b * c,
             squares.sum(),
-            squares.dot(Vector3<double>(b + c, c + a, a + b)),
-            squares.dot(Vector3<double>(b * c, c * a, a * b))};
+            squares.dot(Vector3<Real>(b + c, c + a, a + b)),
+            squares.dot(Vector3<Real>(b * c, c * a, a * b))};
   }
 
   template <class Nodes, class Weights>
-  [[nodiscard]] double integrate(const Nodes& s, const Weights& weights) const {
+  [[nodiscard]] Real integrate(const Nodes& s, const Weights& weights) const {
     const auto x = 2.0 * s;
     const auto determinant = 1.0 + x * (e1 + x * (e2 + x * e3));
     if (m0 == 0.0) return (weights / determinant.sqrt()).sum();
-    const Eigen::Array<double, Nodes::RowsAtCompileTime, 1, 0, Nodes::MaxRowsAtCompileTime, 1> r =
+    const Eigen::Array<Real, Nodes::RowsAtCompileTime, 1, 0, Nodes::MaxRowsAtCompileTime, 1> r =
         determinant.inverse();
     return (weights * r.sqrt() * (-s * (m0 + x * (m1 + x * m2)) * r).exp()).sum();
   }
@@ -120,52 +127,55 @@ struct TiltPolynomials {
 
 /// C = E[(1 + |u|^2)^-2] for u ~ N(m, Sigma), in (0, 1]; Sigma positive semidefinite, eigenvalues and |m|^2
 /// up to 1e8. Relative error 1e-12, and 2e-14 for tr Sigma + |m|^2 <= 3.
-[[nodiscard]] inline double hemisphere_mass(const Vector3<double>& m, const Matrix3<double>& Sigma) {
-  const double size = Sigma.trace() + m.squaredNorm();
+template <class Real>
+[[nodiscard]] Real hemisphere_mass(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
+  const Real size = Sigma.trace() + m.squaredNorm();
   if (size <= 3.0) {
-    const auto f = TiltPolynomials::from_matrix(m, Sigma);
+    const auto f = TiltPolynomials<Real>::from_matrix(m, Sigma);
     if (size <= 0.05) {
-      return f.integrate(concentrated_tilt_rule().nodes, concentrated_tilt_rule().weights);
+      return f.integrate(concentrated_tilt_rule<Real>().nodes, concentrated_tilt_rule<Real>().weights);
     }
-    return f.integrate(moderate_tilt_rule().nodes, moderate_tilt_rule().weights);
+    return f.integrate(moderate_tilt_rule<Real>().nodes, moderate_tilt_rule<Real>().weights);
   }
-  const auto f =
-      size <= 30.0 ? TiltPolynomials::from_matrix(m, Sigma) : TiltPolynomials::from_eigen(m, Sigma);
-  using Segment = Eigen::Array<double, Eigen::Dynamic, 1, 0, 172, 1>;
+  const auto f = size <= 30.0 ? TiltPolynomials<Real>::from_matrix(m, Sigma)
+                              : TiltPolynomials<Real>::from_eigen(m, Sigma);
+  using Segment = Eigen::Array<Real, Eigen::Dynamic, 1, 0, 172, 1>;
   const int first = first_wide_node(size);
-  const Segment nodes = wide_tilt_rule().nodes.tail(172 - first);
-  return f.integrate(nodes, wide_tilt_rule().weights.tail(172 - first));
+  const Segment nodes = wide_tilt_rule<Real>().nodes.tail(172 - first);
+  return f.integrate(nodes, wide_tilt_rule<Real>().weights.tail(172 - first));
 }
 
 /// C and the moments of u under N(m, Sigma) (1 + |u|^2)^-2 / C, the renormalised density on the tangent
 /// space.
+template <class Real>
 struct TiltedMoments {
-  double hemisphere_mass;
-  Vector3<double> mean;
-  Matrix3<double> second_moment;  ///< E[u u^T]
+  Real hemisphere_mass;
+  Vector3<Real> mean;
+  Matrix3<Real> second_moment;  ///< E[u u^T]
 };
 
 /// Given s the tilted u is Gaussian: N(A m, A Sigma) with A = (I + 2 s Sigma)^-1. For Sigma and m as in
 /// hemisphere_mass.
-[[nodiscard]] inline TiltedMoments tilted_moments(const Vector3<double>& m, const Matrix3<double>& Sigma) {
-  const TiltRule<172>& rule = wide_tilt_rule();
+template <class Real>
+[[nodiscard]] TiltedMoments<Real> tilted_moments(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
+  const TiltRule<Real, 172>& rule = wide_tilt_rule<Real>();
   const auto eigen = symmetric_eigen(Sigma);
-  const Vector3<double> mu = eigen.vectors.transpose() * m;
-  const Vector3<double> lambda = eigen.values.cwiseMax(0.0);
-  double mass = 0.0;
-  Vector3<double> mean = Vector3<double>::Zero();
-  Matrix3<double> second = Matrix3<double>::Zero();
+  const Vector3<Real> mu = eigen.vectors.transpose() * m;
+  const Vector3<Real> lambda = eigen.values.cwiseMax(0.0);
+  Real mass = 0.0;
+  Vector3<Real> mean = Vector3<Real>::Zero();
+  Matrix3<Real> second = Matrix3<Real>::Zero();
   for (int k = 0; k < 172; ++k) {
-    const double s = rule.nodes[k];
-    const Vector3<double> shrink = (1.0 + 2.0 * s * lambda.array()).inverse();
-    const Vector3<double> center = shrink.cwiseProduct(mu);
-    const double weight = rule.weights[k] * std::sqrt(shrink.prod()) * std::exp(-s * center.dot(mu));
+    const Real s = rule.nodes[k];
+    const Vector3<Real> shrink = (1.0 + 2.0 * s * lambda.array()).inverse();
+    const Vector3<Real> center = shrink.cwiseProduct(mu);
+    const Real weight = rule.weights[k] * std::sqrt(shrink.prod()) * std::exp(-s * center.dot(mu));
     mass += weight;
     mean += weight * center;
     second += weight * center * center.transpose();
     second.diagonal() += weight * shrink.cwiseProduct(lambda);
   }
-  const Matrix3<double>& V = eigen.vectors;
+  const Matrix3<Real>& V = eigen.vectors;
   return {mass, V * mean / mass, V * second * V.transpose() / mass};
 }
 
