@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/slam/keyframe_trajectory.hpp"
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/support/scenes.hpp"
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+PoseGaussian step(double forward_m) {
+  return {test::car_motion(forward_m), 1e-4 * Matrix6<double>::Identity()};
+}
+
+/// Frames 0 to 5; frames 0, 2 and 4 are keyframes.
+KeyframeTrajectory drive() {
+  KeyframeTrajectory trajectory;
+  trajectory.begin(0);
+  trajectory.append({}, true);
+  for (std::size_t frame = 1; frame < 6; ++frame) {
+    const PoseGaussian pose = step(frame % 2 == 0 ? 2.0 : 1.0);
+    trajectory.append(pose, true);
+    if (frame % 2 == 0) trajectory.add_keyframe(frame, pose);
+  }
+  return trajectory;
+}
+
+TEST_CASE("Poses of frames are compositions over their keyframes", "[stereo_slam][slam]") {
+  const auto trajectory = drive();
+  CHECK(trajectory.reference() == 2);
+  CHECK(trajectory.reference_frame() == 4);
+  const auto poses = trajectory.poses();
+  REQUIRE(poses.size() == 6);
+  const PoseGaussian fourth = compose(step(2.0), step(2.0));
+  CHECK(poses[0].pose.is_approx(Pose::identity(), 0.0));
+  CHECK(poses[4].pose.is_approx(fourth.pose, 1e-12));
+  CHECK(poses[4].covariance.isApprox(fourth.covariance, 1e-12));
+  CHECK(poses[5].pose.is_approx(compose(fourth, step(1.0)).pose, 1e-12));
+}
+
+TEST_CASE("A correction moves frames with their keyframes and carries later keyframes along",
+          "[stereo_slam][slam]") {
+  auto trajectory = drive();
+  const auto before = trajectory.poses();
+  const Pose motion = test::car_motion(-0.3);
+  trajectory.correct({{}, {motion * before[2].pose, before[2].covariance}});  // says nothing of keyframe 2
+  const auto after = trajectory.poses();
+  CHECK(after[1].pose.is_approx(before[1].pose, 1e-12));
+  for (std::size_t frame = 2; frame < 6; ++frame) {
+    CAPTURE(frame);
+    CHECK(after[frame].pose.is_approx(motion * before[frame].pose, 1e-12));
+    CHECK(after[frame].covariance.isApprox(before[frame].covariance, 1e-12));
+  }
+}
+
+TEST_CASE("The odometry's path does not move with a correction", "[stereo_slam][slam]") {
+  auto trajectory = drive();
+  const Pose pose = test::car_motion(0.5);
+  const Pose before = trajectory.in_odometry_frame(pose);
+  trajectory.correct({{}, {test::car_motion(7.0), Matrix6<double>::Identity()}});
+  CHECK(trajectory.in_odometry_frame(pose).coeffs() == before.coeffs());
+
+  const Pose found = test::car_motion(3.0);
+  trajectory.continue_odometry(pose, found);
+  CHECK(trajectory.in_odometry_frame(found).is_approx(before, 1e-12));
+}
+
+TEST_CASE("Predicted frames lie between their measured neighbours", "[stereo_slam][slam]") {
+  KeyframeTrajectory trajectory;
+  trajectory.append({}, true);
+  trajectory.append(step(5.0), false);
+  trajectory.append({test::car_motion(2.0), Matrix6<double>::Identity()}, true);
+  const double z = trajectory.poses()[1].pose.translation().z();
+  CHECK(z > 0.0);
+  CHECK(z < 2.0 + 1e-9);
+}
+
+}  // namespace
+}  // namespace stereo_slam
