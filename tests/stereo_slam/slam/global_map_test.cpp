@@ -10,7 +10,7 @@ namespace {
 /// A run that archives landmarks under one keyframe after the other.
 struct Run {
   StereoCamera camera = test::kitti_camera();
-  Map local_map;
+  LocalMap local_map{camera, MapSettings{}};
   KeyframeTrajectory trajectory;
   std::mt19937_64 random{5};
 
@@ -22,27 +22,25 @@ struct Run {
   /// Adds landmarks to the reference keyframe, each observed often enough to be kept.
   void observe(std::size_t count) {
     const StereoFrame frame{0, 0, cv::Mat::zeros(camera.height_px, camera.width_px, CV_8UC1), {}};
-    std::vector<StereoPoint> z;
+    StereoPoints points;
+    points.descriptors.resize(count);
     std::vector<std::uint32_t> ids;
-    for (std::size_t i = 0; i < count; ++i) {
-      z.push_back(test::random_measurement(random, camera, 5.0, 20.0));
-      ids.push_back(local_map.new_id());
-    }
-    local_map.add(z, std::vector<Descriptor>(count), ids, {}, stereo_pixel_covariance(0.5), frame, camera,
-                  MapSettings{});
     std::vector<Match> matches(count);
     for (std::size_t i = 0; i < count; ++i) {
       matches[i].landmark = i;
-      matches[i].z = z[i];
+      matches[i].z = test::random_measurement(random, camera, 5.0, 20.0);
+      points.measured.push_back({matches[i].z, 0.0});
+      ids.push_back(local_map.new_id());
     }
-    for (std::size_t seen = 1; seen < 4; ++seen) local_map.mark_seen(matches, {}, seen);
+    local_map.add(points, ids, {}, frame);
+    for (std::size_t again = 1; again < 4; ++again) local_map.record_observations(matches, {}, again);
   }
 
   void next_keyframe() {
     const PoseGaussian motion{test::car_motion(2.0), 1e-4 * Matrix6<double>::Identity()};
     trajectory.append(motion, true);
     trajectory.add_keyframe(trajectory.frames() - 1, motion);
-    local_map.restart(trajectory.reference(), camera);
+    local_map.restart(trajectory.reference());
     observe(10);
   }
 };
@@ -62,10 +60,10 @@ TEST_CASE("Landmarks are archived with their keyframe, and the local map's come 
   Run run;
   GlobalMap map;
   CHECK(map.archived(run.local_map, run.trajectory, false).empty());
-  CHECK(map.all(run.local_map, run.camera, run.trajectory, false).size() == 20);
+  CHECK(map.all(run.local_map, run.trajectory, false).size() == 20);
   run.next_keyframe();
   CHECK(map.archived(run.local_map, run.trajectory, false).size() == 20);
-  CHECK(map.all(run.local_map, run.camera, run.trajectory, false).size() == 30);
+  CHECK(map.all(run.local_map, run.trajectory, false).size() == 30);
 }
 
 TEST_CASE("Points added one keyframe at a time are those computed at once", "[stereo_slam][slam]") {
