@@ -10,16 +10,15 @@ shift 2
 settings=$("$program" --print-settings | awk '
   /^[a-z_]+:/ { group = substr($1, 1, length($1) - 1) }
   /^  [a-z_]+:/ { print group "." substr($1, 1, length($1) - 1) }')
-groups=$(sed 's/\..*//' <<<"$settings" | sort -u | paste -sd '|')
 
 status=0
 for file in "$@"; do
   while read -r name; do
-    case $name in *.ply | *.hpp | *.cpp) continue ;; esac
+    case $name in *.csv | *.txt | *.ply | *.yaml | *.html | *.hpp | *.cpp) continue ;; esac
     if ! grep -qxF "$name" <<<"$settings"; then
       echo "$file: no setting $name" >&2
       status=1
     fi
-  done < <(grep -oE "\`($groups)\.[a-z_]+(:[^\`]*)?\`" "$file" | tr -d '`' | sed 's/:.*//' | sort -u)
+  done < <(grep -oE '`[a-z_]+\.[a-z_]+(:[^`]*)?`' "$file" | tr -d '`' | sed 's/:.*//' | sort -u)
 done
 exit $status
