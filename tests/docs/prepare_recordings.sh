@@ -9,7 +9,7 @@ mkdir -p "$2"
 cd "$2"
 
 "$program" simulate --quiet --output DIR --frames 30 --scale 0.35
-"$program" simulate --quiet --output V1_01_easy --frames 2 --format euroc
+"$program" simulate --quiet --output V1_01_easy --frames 3 --format euroc
 "$program" simulate --quiet --output RECTIFIED --frames 2
 "$program" run --quiet --dataset DIR --output OUT --save-map map
 cp -r OUT out
