@@ -70,7 +70,7 @@ TEST_CASE("Plus and its Jacobian are those of the toolkit", "[ceres]") {
   CHECK(result);
 }
 
-TEST_CASE("A step that is not finite is refused, not taken", "[ceres][error]") {
+TEST_CASE("A step that is not finite is refused", "[ceres][error]") {
   const PoseManifold manifold;
   const Vector8<double> x = Vector8<double>::Unit(0);
   Vector8<double> moved;

@@ -148,7 +148,7 @@ TEST_CASE("A spread that would need negative weights is refused with its value",
   CHECK(contains(error_message([] { return UnscentedRule<3>{-0.5}.standard<double>(); }), "-0.5"));
 }
 
-TEST_CASE("Points drawn in a plane make no rule", "[rules][error]") {
+TEST_CASE("Points in a plane are refused as a rule", "[rules][error]") {
   struct Constant {
     using result_type = std::uint32_t;
     static constexpr result_type min() { return 0; }

@@ -73,7 +73,7 @@ TEMPLATE_TEST_CASE_SIG("A Cholesky factor squares to its matrix and solves for i
   }
 }
 
-TEST_CASE("What is not positive definite has no Cholesky factor", "[matrix][error]") {
+TEST_CASE("A matrix that is not positive definite has no Cholesky factor", "[matrix][error]") {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(detail::cholesky_factor(Matrix2<double>{{1.0, 2.0}, {2.0, 1.0}}).has_value());
   CHECK_FALSE(detail::cholesky_factor(Matrix2<double>{{1.0, 1.0}, {1.0, 1.0}}).has_value());

@@ -122,7 +122,7 @@ TEMPLATE_TEST_CASE("Eigenvalues below the smallest allowed are raised to it", "[
   CHECK(certain.concentrations()[0] == Approx(-1e8).epsilon(1e-6));
 }
 
-TEMPLATE_TEST_CASE("What is no scatter matrix is refused with its value", "[bingham][fit][error]", float,
+TEMPLATE_TEST_CASE("Invalid scatter matrices are refused with their value", "[bingham][fit][error]", float,
                    double) {
   using Density = Bingham<TestType, 4>;
   const auto message = [](const Matrix4<TestType>& S, const BinghamFitOptions<TestType>& options = {}) {

@@ -90,7 +90,7 @@ TEMPLATE_TEST_CASE("Flipping an axis with its column of the coupling changes not
   }
 }
 
-TEST_CASE("Translation has the mean and covariance it says, and that with the orientation", "[pose]") {
+TEST_CASE("Draws have the translation's mean, covariance and correlation with the orientation", "[pose]") {
   // E over the sphere by quadrature, over t | q in closed form.
   Rng rng(1);
   const auto x = random_bingham_gaussian<double>(rng, -1.0, 1.3);
@@ -145,7 +145,7 @@ TEMPLATE_TEST_CASE("Draws have the moments of the density", "[pose][random]", fl
   CHECK(relative_covariance_difference(expected, squares) <= 5.0 * std::sqrt(3.0 / kDraws));
 }
 
-TEMPLATE_TEST_CASE("A pose covariance survives the way there and back", "[pose][law]", float, double) {
+TEMPLATE_TEST_CASE("Conversion of a pose covariance and back is exact", "[pose][law]", float, double) {
   for (unsigned seed = 0; seed < 60; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
@@ -257,7 +257,7 @@ TEMPLATE_TEST_CASE("The identity changes no frame", "[pose][law]", float, double
   }
 }
 
-TEMPLATE_TEST_CASE("Arguments that make no pose density are refused", "[pose][error]", float, double) {
+TEMPLATE_TEST_CASE("Invalid arguments of a pose density are refused", "[pose][error]", float, double) {
   using Density = BinghamGaussian<TestType>;
   constexpr TestType kNan = std::numeric_limits<TestType>::quiet_NaN();
   const auto orientation = Bingham<TestType, 4>::uniform();
@@ -284,7 +284,8 @@ TEMPLATE_TEST_CASE("Arguments that make no pose density are refused", "[pose][er
   CHECK(contains(from(Matrix6<TestType>::Identity() * TestType(2)), "too wide"));
 }
 
-TEST_CASE("A density without spread about its conditional mean has samples but no values", "[pose][error]") {
+TEST_CASE("A density without spread about its conditional mean has samples but no density values",
+          "[pose][error]") {
   const auto x = BinghamGaussian<double>::independent(Bingham<double, 4>::uniform(), Vector3<double>(1, 2, 3),
                                                       Matrix3<double>::Zero());
   Rng rng(9);

@@ -15,7 +15,7 @@
 using namespace antipode;
 using namespace antipode::test;
 
-TEST_CASE("The density integrates to one and has the moments it says", "[bingham]") {
+TEST_CASE("The density integrates to one and has the reported moments", "[bingham]") {
   for (unsigned seed = 0; seed < 3; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
@@ -219,8 +219,7 @@ TEMPLATE_TEST_CASE("The most concentrated densities still have their moments", "
   CHECK(b.log_density(b.mode()) == -b.log_normalizer());
 }
 
-TEMPLATE_TEST_CASE("Parameters that make no density are refused with their value", "[bingham][error]", float,
-                   double) {
+TEMPLATE_TEST_CASE("Invalid parameters are refused with their value", "[bingham][error]", float, double) {
   using Density = Bingham<TestType, 4>;
   constexpr TestType kNan = std::numeric_limits<TestType>::quiet_NaN();
   const Matrix4<TestType> I = Matrix4<TestType>::Identity();

@@ -79,7 +79,7 @@ TEMPLATE_TEST_CASE("Draws have the mean and the covariance", "[gaussian][random]
         5.0 * std::sqrt(2.0 / kDraws));
 }
 
-TEMPLATE_TEST_CASE("What is no covariance is refused with its value", "[gaussian][error]", float, double) {
+TEMPLATE_TEST_CASE("Invalid covariances are refused with their value", "[gaussian][error]", float, double) {
   using Density = Gaussian<TestType, 2>;
   constexpr TestType kNan = std::numeric_limits<TestType>::quiet_NaN();
   const Vector2<TestType> zero = Vector2<TestType>::Zero();

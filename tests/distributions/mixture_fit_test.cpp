@@ -156,7 +156,7 @@ TEST_CASE("Samples that agree are fitted with the smallest spread", "[fit]") {
   CHECK(density.positive_definite());
 }
 
-TEST_CASE("More components than the samples bear give up some", "[fit]") {
+TEST_CASE("More components than the samples support are reduced", "[fit]") {
   Rng rng(5);
   const Fitted x = planted_mixture(rng, 1);
   const Poses poses = draw(x, 30, rng);
@@ -167,7 +167,7 @@ TEST_CASE("More components than the samples bear give up some", "[fit]") {
   CHECK(fit_mixture_by_bic(poses, Weights::Ones(30), 8, rng).mixture.size() == 1);
 }
 
-TEST_CASE("A handful of samples is one component, whatever is asked for", "[fit]") {
+TEST_CASE("A few samples give one component, whatever number is requested", "[fit]") {
   for (unsigned seed = 0; seed < 20; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
@@ -198,7 +198,7 @@ TEST_CASE("Poses a half-turn apart, as of a symmetric thing, are two components"
         Approx(std::numbers::pi / 2.0).margin(0.02));
 }
 
-TEST_CASE("Samples that make no mixture are refused", "[fit][error]") {
+TEST_CASE("Samples that determine no mixture are refused", "[fit][error]") {
   Rng rng(8);
   const Poses poses = draw(planted_mixture(rng, 1), 10, rng);
   const auto message = [&](const Weights& weights, std::size_t components,

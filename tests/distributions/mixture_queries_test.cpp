@@ -168,7 +168,7 @@ TEST_CASE("The mode of one component is its own", "[mixture][queries]") {
   CHECK_THROWS_AS(mode(PoseMixture(PoseComponent(x.pose(), Matrix6<double>::Zero()))), std::domain_error);
 }
 
-TEST_CASE("A path and a grid show the density where they say", "[mixture][queries]") {
+TEST_CASE("A path and a grid return the density at their poses", "[mixture][queries]") {
   Rng rng(10);
   const auto x = random_mixture(rng, 3, random_pose<double>(rng));
   const auto from = x.sample(rng), to = x.sample(rng);

@@ -100,7 +100,7 @@ TEST_CASE("The cheap bound is below the cost of merging", "[reduction][law]") {
   }
 }
 
-TEST_CASE("The table hands out pairs as a search through all of them would", "[reduction]") {
+TEST_CASE("The table returns pairs in the order of an exhaustive search", "[reduction]") {
   for (unsigned seed = 0; seed < 50; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
@@ -238,7 +238,7 @@ TEST_CASE("A budget of divergence is used and not exceeded", "[reduction]") {
   CHECK(half.mixture.size() < 10);
 }
 
-TEST_CASE("Copies merge for nothing, whatever their signs", "[reduction]") {
+TEST_CASE("Merging copies costs nothing, for either sign", "[reduction]") {
   Rng rng(3);
   const auto x = random_density_at(rng, random_pose<double>(rng), 0.1, 0.3);
   for (const MergeCriterion criterion : kCriteria) {
@@ -249,7 +249,7 @@ TEST_CASE("Copies merge for nothing, whatever their signs", "[reduction]") {
   }
 }
 
-TEST_CASE("What lies too far apart to merge is dropped, the lightest first", "[reduction]") {
+TEST_CASE("Components too far apart to merge are dropped, smallest weight first", "[reduction]") {
   Rng rng(4);
   const auto pose = random_pose<double>(rng);
   const auto at = [&](double angle) {
@@ -273,7 +273,7 @@ TEST_CASE("A certain component is never merged", "[reduction]") {
   CHECK_THROWS_AS(symmetric_kl_divergence(certain, x), std::domain_error);
 }
 
-TEST_CASE("A reduction to nothing is refused", "[reduction][error]") {
+TEST_CASE("A reduction to zero components is refused", "[reduction][error]") {
   Rng rng(6);
   const PoseMixture x(random_density_at(rng, random_pose<double>(rng), 0.1, 0.3));
   const auto message = [&](const MixtureReductionOptions<double>& options) {

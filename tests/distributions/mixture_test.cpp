@@ -234,7 +234,7 @@ TEST_CASE("Mixtures compose associatively, and with single and certain poses", "
   }
 }
 
-TEST_CASE("The gate rejects what is too far apart, and says how much that was", "[mixture]") {
+TEST_CASE("The gate rejects components too far apart and reports their weight", "[mixture]") {
   Rng rng(3);
   const auto pose = random_pose<double>(rng);
   const auto at = [&](double degrees) {  // of the quaternion; the rotation turns twice as far
@@ -270,7 +270,7 @@ TEST_CASE("The paper's weights make a broad pair count as much as a precise one"
   CHECK(std::log10(exact.mixture[0].weight / exact.mixture[3].weight) == Approx(12.0).epsilon(0.01));
 }
 
-TEST_CASE("A mixture draws each component as often as its weight says", "[mixture][random]") {
+TEST_CASE("A mixture draws each component in proportion to its weight", "[mixture][random]") {
   Rng rng(5);
   const PoseMixture x({{0.7, random_density_at(rng, random_pose<double>(rng), 0.01, 0.01)},
                        {0.0, random_density_at(rng, random_pose<double>(rng), 0.01, 0.01)},
@@ -332,7 +332,7 @@ TEST_CASE("Mixtures of the tightest and the widest components stay finite", "[mi
   }
 }
 
-TEST_CASE("What is no mixture is refused", "[mixture][error]") {
+TEST_CASE("Invalid mixtures are refused", "[mixture][error]") {
   Rng rng(8);
   const auto x = random_density_at(rng, random_pose<double>(rng), 0.1, 0.1);
   using Elements = std::vector<PoseMixture::Element>;

@@ -11,7 +11,7 @@
 using namespace antipode;
 using namespace antipode::test;
 
-TEST_CASE("Nothing is allocated for a component", "[allocation]") {
+TEST_CASE("Operations on single components do not allocate", "[allocation]") {
   for (const double sigma_u : {0.05, 0.3, 2.0}) {
     Rng rng(1);
     const auto pose = random_pose<double>(rng);

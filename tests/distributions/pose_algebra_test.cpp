@@ -117,7 +117,7 @@ TEST_CASE("Sigma points agree with the closed forms for concentrated poses", "[a
   }
 }
 
-TEST_CASE("Sigma points see what the closed form of wide, correlated poses misses", "[algebra]") {
+TEST_CASE("Sigma points are more accurate than the closed form for wide, correlated poses", "[algebra]") {
   // The product of two correlated errors does not have the mean zero.
   constexpr std::size_t kSamples = 10000;
   Rng rng(3);
@@ -145,7 +145,7 @@ TEST_CASE("Sigma points see what the closed form of wide, correlated poses misse
   CHECK(error(sampled) < 0.3 * error(closed));
 }
 
-TEST_CASE("Certain directions may be certain, but not less", "[algebra]") {
+TEST_CASE("Variances of zero are accepted, negative ones are not", "[algebra]") {
   const Density certain{Pose::identity(), Matrix6<double>::Zero()};
   const auto square = [](const Pose& x) { return x * x; };
   CHECK(propagate(CubatureRule<6>{}, certain, square).covariance.isZero());

@@ -58,7 +58,7 @@ TEST_CASE("Orthants of correlated coordinates have the probabilities of the text
   CHECK(std::abs(box.probability - expected) <= 5.0 * box.standard_error);
 }
 
-TEMPLATE_TEST_CASE("Tangent boxes catch as many draws as they say", "[box][random]",
+TEMPLATE_TEST_CASE("Tangent boxes contain the predicted share of draws", "[box][random]",
                    ProjectedGaussian<double>, PushForwardGaussian<double>) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     CAPTURE(seed);
@@ -96,7 +96,7 @@ TEST_CASE("A box contains small motions of either sign and no others", "[box]") 
   CHECK_FALSE(box.contains(motion(std::numbers::pi, 0.0)));
 }
 
-TEST_CASE("A grasp finds the place where the box catches most", "[box][random]") {
+TEST_CASE("A grasp maximises the probability in the box", "[box][random]") {
   Rng rng(1);
   // Two ways the object may lie: sharply known with a third of the probability, and vaguely.
   const auto pose = random_pose<double>(rng);
@@ -125,7 +125,7 @@ TEST_CASE("A box that is not around its middle moves the grasp", "[box][random]"
   CHECK(std::abs(ahead - 0.15) < 0.02);
 }
 
-TEST_CASE("Probabilities of nothing are refused", "[box][error]") {
+TEST_CASE("Probabilities of empty boxes are refused", "[box][error]") {
   Rng rng(3);
   const auto box = box_of(0.1, 0.1);
   const auto identity = DualQuaternion<double>::identity();

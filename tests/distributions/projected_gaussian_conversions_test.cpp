@@ -35,7 +35,7 @@ double relative_difference(const Matrix6<Scalar>& A, const Matrix6<Scalar>& B) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("A Gaussian in exponential coordinates survives the way there and back",
+TEMPLATE_TEST_CASE("Conversion of a Gaussian in exponential coordinates and back is exact",
                    "[projected][conversion][law]", float, double) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     CAPTURE(seed);
@@ -47,7 +47,7 @@ TEMPLATE_TEST_CASE("A Gaussian in exponential coordinates survives the way there
   }
 }
 
-TEST_CASE("Exponential coordinates have the covariance the conversion says",
+TEST_CASE("Draws have the converted covariance in exponential coordinates",
           "[projected][conversion][random]") {
   Rng rng(1);
   const auto x = random_density_at<PushForwardGaussian<double>>(rng, random_pose<double>(rng), 0.02, 0.3);
@@ -62,7 +62,7 @@ TEST_CASE("Exponential coordinates have the covariance the conversion says",
   CHECK(relative_difference(gaussian.covariance, squares) <= 5.0 * std::sqrt(2.0 / kDraws) + 0.01);
 }
 
-TEMPLATE_TEST_CASE("A projected Gaussian survives as a Bingham density with a coupled Gaussian",
+TEMPLATE_TEST_CASE("Conversion of a projected Gaussian to a Bingham density and back is exact",
                    "[projected][conversion][law]", float, double) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     CAPTURE(seed);
@@ -183,7 +183,7 @@ TEST_CASE("A fit follows the law of large numbers", "[projected][conversion][ran
         5.0 * std::sqrt(2.0 / kDraws));
 }
 
-TEST_CASE("Samples that make no density are refused", "[projected][conversion][error]") {
+TEST_CASE("Samples that determine no density are refused", "[projected][conversion][error]") {
   Rng rng(8);
   Matrix<double, 8, Eigen::Dynamic> poses(8, 10);
   for (int k = 0; k < 10; ++k) poses.col(k) = random_pose<double>(rng).coeffs();

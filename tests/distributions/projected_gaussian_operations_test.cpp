@@ -54,7 +54,7 @@ std::pair<Density, Density> compatible_pair(Rng& rng, double sigma_u, double ang
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("Fusion is commutative and does not see signs", "[projected][fusion][law]",
+TEMPLATE_TEST_CASE("Fusion is commutative and independent of signs", "[projected][fusion][law]",
                    ProjectedGaussian<float>, ProjectedGaussian<double>, PushForwardGaussian<double>) {
   using Scalar = typename TestType::Scalar;
   for (unsigned seed = 0; seed < 30; ++seed) {
@@ -108,7 +108,7 @@ TEST_CASE("The mass of a product of push-forwards is its integral", "[projected]
   CHECK(std::abs(std::exp(fuse(a, b).log_mass) - sum) <= 4.0 * error);
 }
 
-TEST_CASE("A fused pose lies where the precise one of two says", "[projected][fusion]") {
+TEST_CASE("A fused pose lies at the more precise of two poses", "[projected][fusion]") {
   Rng rng(4);
   const auto pose = random_pose<double>(rng);
   const ProjectedGaussian<double> precise(pose, 1e-10 * Matrix6<double>::Identity());
@@ -221,7 +221,7 @@ TEST_CASE("Composition and inversion have the Jacobians of what they do", "[proj
   }
 }
 
-TEST_CASE("Sigma points see what a wide rotation takes off the lever", "[projected][composition][random]") {
+TEST_CASE("Sigma points model how a wide rotation shortens the lever", "[projected][composition][random]") {
   Rng rng(6);
   const auto a = random_density_at<PushForwardGaussian<double>>(rng, random_pose<double>(rng), 0.3, 0.1);
   const auto b = random_density_at<PushForwardGaussian<double>>(rng, random_pose<double>(rng), 0.1, 0.1);

@@ -47,7 +47,8 @@ void check_density(const Density& value, const json& row, const char* q, const c
 
 }  // namespace
 
-TEST_CASE("The mass on a hemisphere is right to ten digits from certain to nearly uniform", "[reference]") {
+TEST_CASE("The mass on a hemisphere is accurate to ten digits from certain to nearly uniform",
+          "[reference]") {
   for (const json& row : reference().at("normaliser")) {
     Vector3<double> m;
     Matrix3<double> Sigma;
@@ -66,7 +67,8 @@ TEST_CASE("The mass on a hemisphere is right to ten digits from certain to nearl
 
 TEST_CASE("Second moments of the renormalised density are those of the tilted Gaussian", "[reference]") {
   for (const json& row : reference().at("tilted_moments")) {
-    const auto moments = detail::tilted_moments<double>(Vector3<double>::Zero(), to_matrix<3>(row.at("Sigma_uu")));
+    const auto moments =
+        detail::tilted_moments<double>(Vector3<double>::Zero(), to_matrix<3>(row.at("Sigma_uu")));
     CHECK(error(moments.second_moment, to_matrix<3>(row.at("E_uuT"))) <= 1e-12);
     CHECK(moments.mean.norm() == 0.0);
   }

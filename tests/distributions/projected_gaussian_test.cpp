@@ -259,7 +259,7 @@ TEST_CASE("A certain rotation has draws but no values", "[projected][error]") {
   CHECK_THROWS_AS(x.log_density(pose), std::domain_error);
 }
 
-TEMPLATE_TEST_CASE("Arguments that make no projected Gaussian are refused", "[projected][error]", float,
+TEMPLATE_TEST_CASE("Invalid arguments of a projected Gaussian are refused", "[projected][error]", float,
                    double) {
   using Density = ProjectedGaussian<TestType>;
   constexpr TestType kNan = std::numeric_limits<TestType>::quiet_NaN();

@@ -43,7 +43,7 @@ struct Both : OnePose, ManyPoses {
 
 }  // namespace
 
-TEST_CASE("The library's own types are what the concepts ask for", "[concepts]") {
+TEST_CASE("The library's own types satisfy the concepts", "[concepts]") {
   STATIC_REQUIRE(LieGroup<DualQuaternion<float>>);
   STATIC_REQUIRE(LieGroup<DualQuaternion<double>>);
   STATIC_REQUIRE(std::is_same_v<Tangent<DualQuaternion<double>>, Vector6<double>>);
@@ -58,7 +58,7 @@ TEST_CASE("The library's own types are what the concepts ask for", "[concepts]")
   STATIC_REQUIRE(PoseRule<JointPoseRule, BinghamGaussian<double>>);
 }
 
-TEST_CASE("The concepts refuse what does not fit", "[concepts]") {
+TEST_CASE("The concepts reject other types", "[concepts]") {
   STATIC_REQUIRE_FALSE(Manifold<Vector3<double>>);
   STATIC_REQUIRE_FALSE(LieGroup<double>);
   STATIC_REQUIRE_FALSE(Density<Gaussian<double, 3>, Pose>);
@@ -69,7 +69,7 @@ TEST_CASE("The concepts refuse what does not fit", "[concepts]") {
   STATIC_REQUIRE_FALSE(BatchedPoseLogLikelihood<ManyPoses, double, 49>);
 }
 
-TEST_CASE("A log-likelihood comes for one pose or for many, and many are preferred", "[concepts]") {
+TEST_CASE("A log-likelihood takes one pose or many; the form for many is preferred", "[concepts]") {
   STATIC_REQUIRE(PoseLogLikelihood<OnePose, double>);
   STATIC_REQUIRE_FALSE(BatchedPoseLogLikelihood<OnePose, double, 57>);
   STATIC_REQUIRE(BatchedPoseLogLikelihood<ManyPoses, double, 57>);

@@ -117,7 +117,7 @@ TEMPLATE_TEST_CASE("One iteration for a linear model is the Kalman update", "[li
   }
 }
 
-TEST_CASE("The covariance of the linearised update is as large as its error", "[linearized]") {
+TEST_CASE("The covariance of the linearised update matches its error", "[linearized]") {
   CHECK(std::abs(mean_nees(60, 0.003, 0.05, 0, {}) - 6.0) <= nees_tolerance(60));
   CHECK(std::abs(mean_nees(60, 0.03, 0.5, 0, {}) - 6.0) <= nees_tolerance(60));
 }
@@ -132,7 +132,7 @@ TEST_CASE("Robust weights ignore a third of wrong measurements", "[linearized]")
   }
 }
 
-TEST_CASE("A landmark behind the camera tells nothing", "[linearized]") {
+TEST_CASE("A landmark behind the camera is ignored", "[linearized]") {
   Rng rng(3);
   const auto prior = around(rng, 0.02, 0.2);
   auto scene = StereoScene<double>::random(rng, draw(rng, prior), 40);
@@ -144,7 +144,7 @@ TEST_CASE("A landmark behind the camera tells nothing", "[linearized]") {
   CHECK(max_difference(result.posterior.covariance, expected.posterior.covariance) == 0.0);
 }
 
-TEST_CASE("What cannot be measured or is not a number leaves the prior", "[linearized][error]") {
+TEST_CASE("Measurements that are impossible or not a number leave the prior", "[linearized][error]") {
   Rng rng(4);
   const auto prior = around(rng, 0.02, 0.2);
   const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 10);
@@ -170,7 +170,7 @@ TEST_CASE("What cannot be measured or is not a number leaves the prior", "[linea
   CHECK(is_prior(indefinite));
 }
 
-TEST_CASE("Options and covariances that make no update are refused", "[linearized][error]") {
+TEST_CASE("Invalid options and covariances are refused", "[linearized][error]") {
   Rng rng(5);
   const auto prior = around(rng, 0.02, 0.2);
   const auto scene = StereoScene<double>::random(rng, prior.pose, 10);

@@ -52,7 +52,7 @@ struct Drive {
 
 }  // namespace
 
-TEST_CASE("The filter finds the side of a box that the motion betrays", "[filter]") {
+TEST_CASE("The filter finds the side of a box from its motion", "[filter]") {
   const Drive drive;
   for (unsigned seed = 0; seed < 5; ++seed) {
     CAPTURE(seed);
@@ -142,7 +142,7 @@ TEST_CASE("A measurement of something else leaves the belief as it was", "[filte
   CHECK(filter.belief()[1].density.covariance() == start[1].density.covariance());
 }
 
-TEST_CASE("The belief is held to its number of components, and the filter says what that may change",
+TEST_CASE("The belief keeps to its number of components, and the filter reports the bound of the error",
           "[filter]") {
   Rng rng(4);
   const auto pose = random_pose<double>(rng);

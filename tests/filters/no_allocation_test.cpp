@@ -75,7 +75,7 @@ TEST_CASE("The linearised update does not allocate", "[allocation]") {
   CHECK(without_allocation([&] { return measurements(s.state.pose); }) < 0.0);
 }
 
-TEST_CASE("Uncertain poses are composed without allocation", "[allocation]") {
+TEST_CASE("Composition of uncertain poses does not allocate", "[allocation]") {
   const Scenario s(6);
   const auto product = [](const DualQuaternion<double>& a, const DualQuaternion<double>& b) { return a * b; };
   const Matrix6<double> none = Matrix6<double>::Zero();

@@ -62,7 +62,7 @@ template <class Filter>
 
 }  // namespace
 
-TEST_CASE("Filters of other densities, rules and updates are used alike, and are honest", "[filter]") {
+TEST_CASE("All filters have the same interface, and consistent covariances (NEES)", "[filter]") {
   // Three standard deviations; steps of a drive are nearly independent, since its updates are much sharper
   // than its predictions.
   const auto tolerance = [](unsigned drives) { return 3.0 * std::sqrt(12.0 / (drives * kSteps)); };
@@ -133,7 +133,7 @@ TEMPLATE_TEST_CASE("Every filter starts from any pose density and reports the sa
   CHECK_THROWS_AS(TestType({pose, -P}), std::invalid_argument);
 }
 
-TEST_CASE("A filter that linearises the measurement refuses a mere log-likelihood", "[filter]") {
+TEST_CASE("A filter that linearises the measurement does not accept a log-likelihood", "[filter]") {
   const auto takes = []<class Filter, class Measurement>() {
     return requires(Filter & filter, const Measurement& measurement) { filter.update(measurement); };
   };
@@ -149,7 +149,7 @@ TEST_CASE("The paper's filter is overconfident", "[filter]") {
   CHECK(mean_nees_of_drives<PaperPoseFilter<double>>(1, 30, 0.035) > 12.0);
 }
 
-TEST_CASE("A failed update leaves the belief alone", "[filter]") {
+TEST_CASE("A failed update leaves the belief unchanged", "[filter]") {
   const PoseGaussian<double> start{Pose::identity(), pose_covariance<double>(0.02, 0.2)};
   QuadraticPoseFilter<double> filter(start);
   CHECK(filter.update([](const Pose&) { return std::nan(""); }).status == UpdateStatus::kNotFinite);
@@ -157,7 +157,7 @@ TEST_CASE("A failed update leaves the belief alone", "[filter]") {
   CHECK(filter.belief().pose.coeffs() == start.pose.coeffs());
 }
 
-TEST_CASE("A density that collapsed under steps that were too long is not taken over", "[filter]") {
+TEST_CASE("A density that collapsed under too long steps is not accepted", "[filter]") {
   const PoseGaussian<double> start{{}, 0.01 * Matrix6<double>::Identity()};
   RichPoseFilter<double> filter(start);
   const auto result = filter.update(

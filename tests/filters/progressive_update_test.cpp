@@ -248,7 +248,7 @@ TEST_CASE("The number of steps is bounded whatever tau asks for", "[progressive]
   CHECK(floored.step_floor_hit);
 }
 
-TEST_CASE("Steps too long for the samples are taken again, shorter", "[progressive]") {
+TEST_CASE("Steps too long for the samples are repeated with shorter ones", "[progressive]") {
   Rng rng(3);
   const auto prior = random_prior<double>(rng, 0.3, 0.5);
   const auto sharp = [target = prior.pose()](const Pose<double>& x) {
@@ -280,8 +280,8 @@ TEST_CASE("An orientation below min_eigenvalue is reported", "[progressive]") {
   CHECK_FALSE(resolved.moment_floor_hit);
 }
 
-TEMPLATE_TEST_CASE("A likelihood that is no number returns the prior and says so", "[progressive]", float,
-                   double) {
+TEMPLATE_TEST_CASE("A likelihood that is not a number returns the prior and is reported", "[progressive]",
+                   float, double) {
   Rng rng(5);
   const auto prior = random_prior<TestType>(rng, 0.1, 0.5);
   const auto smooth = SmoothLikelihood<TestType>::around(rng, prior);
@@ -319,7 +319,7 @@ TEST_CASE("Poses that are impossible are excluded", "[progressive]") {
   CHECK(result.posterior.translation_covariance()(0, 0) < 1.0);
 }
 
-TEST_CASE("Landmarks behind some of a wide prior's cameras do no harm", "[progressive]") {
+TEST_CASE("Landmarks behind some samples of a wide prior do not degrade the update", "[progressive]") {
   constexpr double kSigma = 25.0 * std::numbers::pi / 180.0;
   for (unsigned seed = 0; seed < 10; ++seed) {
     CAPTURE(seed);

@@ -149,7 +149,7 @@ TEST_CASE("A few fits reach the true posterior", "[quadratic][reference]") {
   }
 }
 
-TEST_CASE("The covariance is as large as the error", "[quadratic]") {
+TEST_CASE("The covariance matches the error", "[quadratic]") {
   constexpr int kTrials = 60;
   double sum = 0.0;
   for (unsigned seed = 0; seed < kTrials; ++seed) {
@@ -180,7 +180,7 @@ TEST_CASE("A capped likelihood ignores a third of wrong measurements", "[quadrat
   CHECK(std::abs(sum / kTrials - 6.0) <= 3.0 * std::sqrt(12.0 / kTrials));
 }
 
-TEST_CASE("A cap tighter than the prior's spread leaves most runs honest", "[quadratic]") {
+TEST_CASE("With a cap tighter than the prior's spread most runs stay consistent", "[quadratic]") {
   // Most of the prior sees most measurements capped.
   constexpr int kTrials = 40;
   double sum = 0.0;
@@ -196,7 +196,7 @@ TEST_CASE("A cap tighter than the prior's spread leaves most runs honest", "[qua
   CHECK(sum / kTrials <= 12.0);
 }
 
-TEST_CASE("Landmarks behind some of a wide prior's cameras are survived", "[quadratic]") {
+TEST_CASE("The update converges with landmarks behind some samples of a wide prior", "[quadratic]") {
   for (unsigned seed = 0; seed < 10; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
@@ -270,7 +270,7 @@ TEST_CASE("Directions the prior is certain of stay fixed", "[quadratic]") {
   CHECK(result.posterior.covariance.diagonal()[0] <= 1e-6);
 }
 
-TEST_CASE("What a likelihood cannot answer comes back as the status", "[quadratic]") {
+TEST_CASE("Invalid values of the likelihood are reported in the status", "[quadratic]") {
   Rng rng(5);
   const auto prior = around(rng, 0.02, 0.2);
   const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 30);
@@ -300,7 +300,7 @@ TEST_CASE("The steps of the surrogate are bounded", "[quadratic]") {
   CHECK(result.limit_hit);
 }
 
-TEST_CASE("A likelihood that is flat where the posterior is does not bring the prior back", "[quadratic]") {
+TEST_CASE("A likelihood that is flat at the posterior does not restore the prior", "[quadratic]") {
   const PoseGaussian<double> prior{{}, 0.01 * Matrix6<double>::Identity()};
   for (double steepness : {1e4, 1e6}) {
     CAPTURE(steepness);
@@ -312,7 +312,7 @@ TEST_CASE("A likelihood that is flat where the posterior is does not bring the p
   }
 }
 
-TEST_CASE("A log-likelihood that curves upwards is not fitted, and the residual says so", "[quadratic]") {
+TEST_CASE("A log-likelihood that curves upwards is not fitted, and the residual reports it", "[quadratic]") {
   const PoseGaussian<double> prior{{}, 0.01 * Matrix6<double>::Identity()};
   const auto result =
       update(prior, [](const DualQuaternion<double>& x) { return 40.0 * x.translation().squaredNorm(); });
@@ -341,7 +341,7 @@ TEST_CASE("Invalid priors and options of the surrogate are refused with the valu
   CHECK(contains(message(broken, {}), "pose covariance is not finite or not symmetric"));
 }
 
-TEST_CASE("A concentrated pose density survives the round trip", "[quadratic]") {
+TEST_CASE("Conversion of a concentrated pose density and back is exact", "[quadratic]") {
   for (unsigned seed = 0; seed < 20; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);

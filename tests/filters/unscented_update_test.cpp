@@ -301,7 +301,7 @@ TEST_CASE("q and -q of the pose, and one sample in place of a known pose, measur
   CHECK(max_difference(sampled.posterior.covariance(), expected.posterior.covariance()) <= 1e-13);
 }
 
-TEST_CASE("An uncertain pose lets a landmark learn less", "[unscented]") {
+TEST_CASE("An uncertain pose reduces a landmark's gain", "[unscented]") {
   const Model h = StereoModel<double>{};
   const Landmark prior({2.0, 1.0, 15.0}, 0.2 * Matrix3<double>::Identity());
   const Vector3<double> z = *h(Pose{}, Vector3<double>(2.1, 0.9, 14.5));
@@ -313,7 +313,7 @@ TEST_CASE("An uncertain pose lets a landmark learn less", "[unscented]") {
   CHECK(uncertain.nis < known.nis);
 }
 
-TEST_CASE("What cannot be measured is reported and changes nothing", "[unscented]") {
+TEST_CASE("A landmark that cannot be measured is reported and stays unchanged", "[unscented]") {
   const Matrix3<double> R = Matrix3<double>::Identity();
   const Landmark behind({0.0, 0.0, -5.0}, 0.01 * Matrix3<double>::Identity());
   const Landmark half_behind({0.0, 0.0, 1.0}, Matrix3<double>::Identity());

@@ -207,7 +207,7 @@ TEST_CASE("Coefficients slightly off the Study quadric are projected onto it", "
   }
 }
 
-TEST_CASE("What is no pose is refused, with the value", "[dual_quaternion][error]") {
+TEST_CASE("Invalid poses are refused with their value", "[dual_quaternion][error]") {
   using Pose = DualQuaternion<double>;
   const Vector4<double> one = Vector4<double>::Unit(0);
   Vector8<double> off_quadric = Vector8<double>::Unit(0);

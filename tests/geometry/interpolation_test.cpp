@@ -19,7 +19,7 @@ DualQuaternion<Scalar> antipode_of(const DualQuaternion<Scalar>& x) {
   return DualQuaternion<Scalar>::unchecked(-x.coeffs());
 }
 
-TEMPLATE_TEST_CASE("ScLERP meets both ends, moves at constant velocity and does not see signs",
+TEMPLATE_TEST_CASE("ScLERP meets both ends, moves at constant velocity and is independent of signs",
                    "[interpolation][law]", float, double) {
   using Pose = DualQuaternion<TestType>;
   Rng rng(kSeed);
@@ -47,7 +47,7 @@ TEST_CASE("ScLERP extrapolates beyond its ends, and refuses a tau that is not fi
   CHECK_THROWS_AS(sclerp(a, b, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
 }
 
-TEST_CASE("ScLERP over half a turn takes one of the two ways", "[interpolation]") {
+TEST_CASE("ScLERP over half a turn follows one of the two screws", "[interpolation]") {
   using Pose = DualQuaternion<double>;
   const Pose b = Pose::from_rotation_translation(Vector4<double>(0, 0, 0, 1), Vector3<double>(1, 2, 3));
   const Pose middle = sclerp(Pose(), b, 0.5);
@@ -124,14 +124,13 @@ TEST_CASE("The mean of one pose is that pose, with any number of poses of weight
   CHECK(mean(poses, Vector3<double>(0, 1, 0)).pose.is_approx(x, 1e-14));
 }
 
-TEST_CASE("A mean without convergence says so", "[interpolation]") {
+TEST_CASE("A mean that does not converge is reported", "[interpolation]") {
   Rng rng(kSeed);
   const Cloud cloud = random_cloud(rng, random_pose<double>(rng), 0.5);
   CHECK_FALSE(mean(cloud.poses, cloud.weights, {.max_iterations = 1}).converged);
 }
 
-TEST_CASE("Means of nothing, of negative weights or of what is no pose are refused",
-          "[interpolation][error]") {
+TEST_CASE("Means of no poses, negative weights or invalid poses are refused", "[interpolation][error]") {
   Rng rng(kSeed);
   const Cloud cloud = random_cloud(rng, random_pose<double>(rng), 0.1);
   Cloud bad = cloud;

@@ -137,7 +137,7 @@ TEST_CASE("Conversions keep the meaning of Eigen's quaternion, not the order of 
   CHECK(to_eigen(q).coeffs() == eigen.coeffs());
 }
 
-TEST_CASE("What is no rotation is refused, with the value", "[quaternion][error]") {
+TEST_CASE("Invalid rotations are refused with their value", "[quaternion][error]") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Matrix3<double> reflection = Matrix3<double>::Identity();
   reflection(2, 2) = -1;

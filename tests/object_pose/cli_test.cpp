@@ -40,7 +40,7 @@ std::string faces_of(const std::string& table) {
   return faces;
 }
 
-TEST_CASE("A written model with its images gives the same answer again", "[object_pose][cli]") {
+TEST_CASE("A written model and its images give the same result when read", "[object_pose][cli]") {
   const TemporaryFolder folder;
   const auto model = folder / "model", pictures = folder / "pictures";
   const auto rendered =

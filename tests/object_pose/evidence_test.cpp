@@ -73,7 +73,7 @@ TEST_CASE("A pattern that appears small is likely tilted", "[object_pose]") {
   CHECK(feature_pose(seen, 0.01, camera)[0].weight < 0.5 * weight_facing);
 }
 
-TEST_CASE("A lever moves a wide belief with the moments of its draws", "[object_pose]") {
+TEST_CASE("Composition with a lever has the moments of draws", "[object_pose]") {
   const StereoCamera camera = SceneSettings{}.camera;
   const Pose pose = tilted_feature({0.1, 0.0, 0.9}, {0.2, 0.1, 0.0}, 0.0);
   const Belief feature = feature_pose(seen_without_error(pose, 0.01, camera), 0.01, camera);

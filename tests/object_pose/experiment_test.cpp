@@ -31,7 +31,7 @@ std::optional<Belief> after_three_features(const std::vector<Stage>& stages) {
   return belief;
 }
 
-TEST_CASE("Three features tell the pose of a box, and how well", "[object_pose]") {
+TEST_CASE("Three features determine the pose of a box and its covariance", "[object_pose]") {
   constexpr std::uint64_t kPoses = 20;
   const EstimateSettings settings;
   std::vector<double> errors_deg, errors_cm;
@@ -55,7 +55,7 @@ TEST_CASE("Three features tell the pose of a box, and how well", "[object_pose]"
   CHECK(inside >= 18);
 }
 
-TEST_CASE("Features that belong elsewhere are refused, even as the first", "[object_pose]") {
+TEST_CASE("Features of other objects are refused, even as the first", "[object_pose]") {
   const Scene scene = render_scene({}, 11);
   const FeatureModel model = learn_features(scene.box);
   auto matches = match_features(scene.images, scene.camera, model);

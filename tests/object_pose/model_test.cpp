@@ -58,7 +58,7 @@ TEST_CASE("Faces have their axes into the box and meet at its corners", "[object
   }
 }
 
-TEST_CASE("A bad model is refused with a line that says what is wrong", "[object_pose]") {
+TEST_CASE("An invalid model is refused with an error that names the line", "[object_pose]") {
   const TemporaryFolder folder;
   write_model(folder.path(), printed_model());
   const auto file = folder / "model.yaml";

@@ -15,8 +15,8 @@ namespace {
 constexpr unsigned kSeed = 8;
 constexpr int kTrials = 100;
 
-TEMPLATE_TEST_CASE("A pose survives OpenCV's R and t, rvec and tvec, and dual quaternion", "[opencv]", float,
-                   double) {
+TEMPLATE_TEST_CASE("Conversion to OpenCV's R and t, rvec and tvec, dual quaternion and back is exact",
+                   "[opencv]", float, double) {
   using Pose = DualQuaternion<TestType>;
   Rng rng(kSeed);
   CAPTURE(kSeed);
@@ -59,7 +59,7 @@ TEST_CASE("Single-precision matrices make double-precision poses", "[opencv]") {
             .is_approx(DualQuaternion<double>(), 0));
 }
 
-TEST_CASE("Matrices that are no pose are refused, with their size or value", "[opencv][error]") {
+TEST_CASE("Invalid matrices are refused with their size or value", "[opencv][error]") {
   const cv::Mat R = cv::Mat::eye(3, 3, CV_64F), t = cv::Mat::zeros(3, 1, CV_64F);
   CHECK(error_message([&] { return pose_from_cv(cv::Mat(), t); }) ==
         "rotation has the wrong size or several channels: 0 x 0 x 1");

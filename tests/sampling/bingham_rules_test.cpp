@@ -216,7 +216,7 @@ TEST_CASE("A dozen points or more can have equal weights", "[rules]") {
   }
 }
 
-TEST_CASE("Where equal weights cannot be had the samples are the gnomonic ones", "[rules]") {
+TEST_CASE("Where equal weights are impossible the samples are the gnomonic ones", "[rules]") {
   const auto b = Bingham<double, 4>::from_parameters(Matrix4<double>::Identity(), {-1e4, -1e4, -1e-3, 0.0});
   const EqualWeightRule<CubatureRule<3>> rule{};
   const auto samples = sample(rule, b), expected = sample(GnomonicRule<CubatureRule<3>>{}, b);

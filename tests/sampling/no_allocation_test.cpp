@@ -14,7 +14,7 @@
 using namespace antipode;
 using namespace antipode::test;
 
-TEST_CASE("Densities are built, evaluated and drawn from without the heap", "[allocation]") {
+TEST_CASE("Construction, evaluation and draws of densities do not allocate", "[allocation]") {
   Rng rng(1);
   const auto x = random_bingham_gaussian<double>(rng, 0.0, 3.0);
   const auto y = random_pose<double>(rng);
@@ -31,7 +31,7 @@ TEST_CASE("Densities are built, evaluated and drawn from without the heap", "[al
   CHECK(std::isfinite(sum));
 }
 
-TEST_CASE("Samples are made and matched without the heap", "[allocation]") {
+TEST_CASE("Sampling and moment matching do not allocate", "[allocation]") {
   Rng rng(2);
   const auto x = random_bingham_gaussian<double>(rng, 0.0, 3.0);
   const auto match = [&](const auto& rule) {

@@ -52,7 +52,7 @@ TEST_CASE("A correct manifold passes its laws", "[testing]") {
   CHECK(report);
 }
 
-TEST_CASE("A difference that is not wrapped breaks a law, and the report names it", "[testing]") {
+TEST_CASE("A difference that is not wrapped violates a law, which the report names", "[testing]") {
   const testing::LawReport report = testing::check_manifold_laws(UnwrappedAngle{3.0}, UnwrappedAngle{-3.0},
                                                                  {Vector<double, 1>(0.5)}, 1e-14);
   CHECK_FALSE(report);
@@ -62,7 +62,7 @@ TEST_CASE("A difference that is not wrapped breaks a law, and the report names i
   CHECK(text.str().find("1 law(s) violated") != std::string::npos);
 }
 
-TEST_CASE("A wrong adjoint is the one law it breaks", "[testing]") {
+TEST_CASE("A wrong adjoint violates only its own law", "[testing]") {
   Rng rng(6);
   const WrongAdjoint x = random_pose<double>(rng), y = random_pose<double>(rng), z = random_pose<double>(rng);
   const auto report = testing::check_lie_group_laws(x, y, z, random_twist<double>(rng, 0.5), 1e-12);
@@ -71,7 +71,7 @@ TEST_CASE("A wrong adjoint is the one law it breaks", "[testing]") {
   CHECK(report.violations[0].find("Ad(x)") != std::string::npos);
 }
 
-TEST_CASE("NaN breaks every law", "[testing]") {
+TEST_CASE("NaN violates every law", "[testing]") {
   const double nan = std::nan("");
   CHECK(testing::check_manifold_laws(Angle{{nan}}, Angle{{nan}}, {Vector<double, 1>(nan)}, 1.0)
             .violations.size() == 4);

@@ -48,6 +48,19 @@ template <class Scalar>
   return m;
 }
 
+/// sum_k weights_k A_k, from left to right. Loops compile faster than nested Eigen expressions.
+template <class Scalar, int Count>
+[[nodiscard]] Matrix3<Scalar> weighted_sum(const Scalar (&weights)[Count],
+                                           const Matrix3<Scalar> (&A)[Count]) noexcept {
+  Matrix3<Scalar> sum;
+  for (int i = 0; i < 9; ++i) {
+    Scalar entry = weights[0] * A[0].data()[i];
+    for (int k = 1; k < Count; ++k) entry += weights[k] * A[k].data()[i];
+    sum.data()[i] = entry;
+  }
+  return sum;
+}
+
 /// The action of the dual matrix A + eps B on dual vectors: [[A, 0], [B, A]].
 template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> dual_matrix(const Matrix3<Scalar>& A, const Matrix3<Scalar>& B) noexcept {
@@ -67,7 +80,8 @@ template <detail::MatrixExpression<3> V>
   using Scalar = typename V::Scalar;
   const Vector3<Scalar> phi = rotation_vector;
   const auto c = detail::jacobian_coefficients<Scalar>(phi.squaredNorm());
-  return Matrix3<Scalar>::Identity() + c.a * skew(phi) + c.b * detail::skew_squared(phi);
+  return detail::weighted_sum<Scalar, 3>({Scalar(1), c.a, c.b},
+                                         {Matrix3<Scalar>::Identity(), skew(phi), detail::skew_squared(phi)});
 }
 
 /// Inverse of so3_left_jacobian.
@@ -76,7 +90,8 @@ template <detail::MatrixExpression<3> V>
   using Scalar = typename V::Scalar;
   const Vector3<Scalar> phi = rotation_vector;
   const auto c = detail::inverse_jacobian_coefficients<Scalar>(phi.squaredNorm());
-  return Matrix3<Scalar>::Identity() - Scalar(0.5) * skew(phi) + c.k * detail::skew_squared(phi);
+  return detail::weighted_sum<Scalar, 3>({Scalar(1), Scalar(-0.5), c.k},
+                                         {Matrix3<Scalar>::Identity(), skew(phi), detail::skew_squared(phi)});
 }
 
 /// Right Jacobian of SO(3), so3_left_jacobian(-phi).
@@ -101,9 +116,11 @@ template <detail::MatrixExpression<6> V>
   const Scalar phi_rho = phi.dot(rho);
   const Matrix3<Scalar> P = skew(phi);
   const Matrix3<Scalar> P2 = detail::skew_squared(phi);
-  return detail::dual_matrix<Scalar>(Matrix3<Scalar>::Identity() + c.a * P + c.b * P2,
-                                     c.a * skew(rho) + c.b * detail::skew_squared_along(phi, rho) +
-                                         (c.a_slope * phi_rho) * P + (c.b_slope * phi_rho) * P2);
+  const Matrix3<Scalar> along = detail::skew_squared_along(phi, rho);
+  return detail::dual_matrix<Scalar>(
+      detail::weighted_sum<Scalar, 3>({Scalar(1), c.a, c.b}, {Matrix3<Scalar>::Identity(), P, P2}),
+      detail::weighted_sum<Scalar, 4>({c.a, c.b, c.a_slope * phi_rho, c.b_slope * phi_rho},
+                                      {skew(rho), along, P, P2}));
 }
 
 /// Inverse of se3_left_jacobian.
@@ -114,9 +131,11 @@ template <detail::MatrixExpression<6> V>
   const Vector3<Scalar> rho = xi.template tail<3>();
   const auto c = detail::inverse_jacobian_coefficients<Scalar>(phi.squaredNorm());
   const Matrix3<Scalar> P2 = detail::skew_squared(phi);
-  return detail::dual_matrix<Scalar>(Matrix3<Scalar>::Identity() - Scalar(0.5) * skew(phi) + c.k * P2,
-                                     Scalar(-0.5) * skew(rho) + c.k * detail::skew_squared_along(phi, rho) +
-                                         (c.k_slope * phi.dot(rho)) * P2);
+  const Matrix3<Scalar> along = detail::skew_squared_along(phi, rho);
+  return detail::dual_matrix<Scalar>(
+      detail::weighted_sum<Scalar, 3>({Scalar(1), Scalar(-0.5), c.k},
+                                      {Matrix3<Scalar>::Identity(), skew(phi), P2}),
+      detail::weighted_sum<Scalar, 3>({Scalar(-0.5), c.k, c.k_slope * phi.dot(rho)}, {skew(rho), along, P2}));
 }
 
 /// Right Jacobian of SE(3), se3_left_jacobian(-xi).
