@@ -206,24 +206,26 @@ TEST_CASE("Landmark update", "[benchmark][filters]") {
   };
   BENCHMARK_ADVANCED("landmark: unscented, known pose, 1 iteration")(Chronometer meter) {
     meter.measure([&](int i) {
-      return unscented_update(landmark(at(i)), in.priors[at(i)].pose, camera, z(at(i)), R, {.iterations = 1});
+      return unscented_update(landmark(at(i)), in.priors[at(i)].pose, camera, {z(at(i)), R},
+                              {.iterations = 1});
     });
   };
   BENCHMARK_ADVANCED("landmark: unscented, known pose, 2 iterations")(Chronometer meter) {
-    meter.measure(
-        [&](int i) { return unscented_update(landmark(at(i)), in.priors[at(i)].pose, camera, z(at(i)), R); });
+    meter.measure([&](int i) {
+      return unscented_update(landmark(at(i)), in.priors[at(i)].pose, camera, {z(at(i)), R});
+    });
   };
   BENCHMARK_ADVANCED("landmark: unscented, 49 poses, 1 iteration")(Chronometer meter) {
     const auto poses = sample(PaperPoseRule{}, in.densities[0]);
     const auto prior =
         Gaussian<double, 3>(in.likelihoods[0].scene.landmarks[0], 0.04 * Matrix3<double>::Identity());
-    meter.measure([&] { return unscented_update(prior, poses, camera, z(0), R, {.iterations = 1}); });
+    meter.measure([&] { return unscented_update(prior, poses, camera, {z(0), R}, {.iterations = 1}); });
   };
   BENCHMARK_ADVANCED("landmark: unscented, 57 poses, 2 iterations")(Chronometer meter) {
     const auto poses = sample(JointPoseRule{}, in.densities[0]);
     const auto prior =
         Gaussian<double, 3>(in.likelihoods[0].scene.landmarks[0], 0.04 * Matrix3<double>::Identity());
-    meter.measure([&] { return unscented_update(prior, poses, camera, z(0), R); });
+    meter.measure([&] { return unscented_update(prior, poses, camera, {z(0), R}); });
   };
 }
 

@@ -137,9 +137,9 @@ std::string components(std::size_t count) {
 
 }  // namespace
 
-cv::Mat3b draw_stage(const Stage& stage, const Match& match, const cv::Mat1b& left,
-                     const StereoCamera& camera, const BoxSize& size_m, const std::optional<Pose>& truth,
-                     const Pose& view, const FlagSettings& settings) {
+cv::Mat3b draw_stage(const Stage& stage, const Match& match, const StageBackground& background,
+                     const FlagSettings& settings) {
+  const auto& [left, camera, size_m, truth, view] = background;
   const cv::Rect2d part = around(view, size_m, camera, settings.margin);
   Panel apart(left, camera, part, settings.panel_px), together(left, camera, part, settings.panel_px);
   if (stage.before) plant(*stage.before, kBefore, settings, apart);

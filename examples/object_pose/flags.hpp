@@ -20,12 +20,18 @@ struct FlagSettings {
   double margin = 0.2;  ///< around the box, as a share of its size
 };
 
-/// A stage as two squares cut from the left image: what was believed before (green) and what the feature says
-/// (blue, its place a dot); and what is believed now (red, opaque where it is dense). The true pose is
-/// outlined.
-[[nodiscard]] cv::Mat3b draw_stage(const Stage& stage, const Match& match, const cv::Mat1b& left,
-                                   const StereoCamera& camera, const BoxSize& size_m,
-                                   const std::optional<Pose>& truth, const Pose& view,
+/// What a stage is drawn on.
+struct StageBackground {
+  const cv::Mat1b& left;  ///< image
+  const StereoCamera& camera;
+  const BoxSize& size_m;
+  const std::optional<Pose>& ground_truth;  ///< outlined if known
+  Pose view;                                ///< of the box: decides which part of the image is shown
+};
+
+/// A stage as two squares cut from the left image: the belief before (green) and the poses of the feature
+/// (blue, its place a dot); and the belief after (red, opaque where it is dense).
+[[nodiscard]] cv::Mat3b draw_stage(const Stage& stage, const Match& match, const StageBackground& background,
                                    const FlagSettings& settings = {});
 
 }  // namespace object_pose

@@ -85,11 +85,11 @@ void write_input(const fs::path& folder, const Input& input) {
 void draw_stages(const fs::path& folder, const std::vector<Stage>& stages, const std::vector<Match>& matches,
                  const Input& input) {
   fs::create_directories(folder);
-  const Pose view = input.truth.value_or(summarize(stages.back().after).pose);
+  const StageBackground background{input.images.left, input.model.camera, input.model.box.size_m, input.truth,
+                                   input.truth.value_or(summarize(stages.back().after).pose)};
   for (std::size_t k = 0; k < stages.size(); ++k) {
     write_image(folder / fmt::format("stage_{:02}.png", k + 1),
-                draw_stage(stages[k], matches[stages[k].match], input.images.left, input.model.camera,
-                           input.model.box.size_m, input.truth, view));
+                draw_stage(stages[k], matches[stages[k].match], background));
   }
 }
 
@@ -101,7 +101,7 @@ void run(const Arguments& args) {
   const std::vector<Match> matches = match_features(input.images, camera, model);
   const std::vector<Stage> stages = estimate_pose(matches, model, box.size_m, camera, args.estimate);
   fmt::print("{} features of the model, {} seen in both images\n", model.features.size(), matches.size());
-  print_table(std::cout, stages, model, matches, box, input.truth);
+  print_table(std::cout, {stages, model, matches, box, input.truth});
   if (args.output) draw_stages(*args.output, stages, matches, input);
   if (const std::size_t support = supporting_features(stages); support < 3) {
     throw std::runtime_error(

@@ -43,24 +43,23 @@ const char* remark(Verdict verdict) {
 
 }  // namespace
 
-void print_table(std::ostream& stream, const std::vector<Stage>& stages, const FeatureModel& model,
-                 const std::vector<Match>& matches, const BoxModel& box, const std::optional<Pose>& truth) {
+void print_table(std::ostream& stream, const EstimateRecord& record) {
   fmt::print(stream, "{:>3} {:<7}{:>22} {:>9} {:>8} {:>8} {:>8}  {}\n", "", "face", "components", "evidence",
              "entropy", "deg", "cm", "");
   int line = 0;
-  for (const auto& stage : stages) {
-    const auto& feature = model.features[matches[stage.match].model_feature];
+  for (const auto& stage : record.stages) {
+    const auto& feature = record.model.features[record.matches[stage.match].model_feature];
     const std::string evidence =
         stage.verdict == Verdict::kFirst ? "" : fmt::format("{:.1f}", stage.log_evidence);
     std::string deg, cm;
-    if (truth) {
-      const PoseError error = error_of(summarize(stage.after).pose, *truth);
+    if (record.ground_truth) {
+      const PoseError error = error_of(summarize(stage.after).pose, *record.ground_truth);
       deg = fmt::format("{:.2f}", error.rotation_deg);
       cm = fmt::format("{:.2f}", error.translation_cm);
     }
     fmt::print(stream, "{:>3} {:<7}{:>22} {:>9} {:>8.1f} {:>8} {:>8}  {}\n", ++line,
-               box.faces[feature.face].name, components(stage), evidence, entropy(stage.after), deg, cm,
-               remark(stage.verdict));
+               record.box.faces[feature.face].name, components(stage), evidence, entropy(stage.after), deg,
+               cm, remark(stage.verdict));
   }
 }
 

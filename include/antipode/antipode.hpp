@@ -27,6 +27,7 @@
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/mixture_filter.hpp>
+#include <antipode/filters/noisy_measurement.hpp>
 #include <antipode/filters/pose_filter.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/predict.hpp>

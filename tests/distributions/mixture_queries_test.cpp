@@ -178,7 +178,7 @@ TEST_CASE("A path and a grid return the density at their poses", "[mixture][quer
   CHECK(path[2] == Approx(x.log_density(from.boxplus(0.5 * to.boxminus(from)))));
 
   const Vector6<double> a = random_twist<double>(rng, 0.1, 0.2), b = random_twist<double>(rng, 0.1, 0.2);
-  const auto grid = log_density_on_grid(x, from, a, b, 3, 5);
+  const auto grid = log_density_on_grid(x, {from, a, b, 3, 5});
   CHECK(grid(1, 2) == Approx(x.log_density(from)));
   CHECK(grid(0, 4) == Approx(x.log_density(from.boxplus(b - a))));
 
@@ -188,5 +188,5 @@ TEST_CASE("A path and a grid return the density at their poses", "[mixture][quer
   CHECK(values[0] == x.log_density(from));
   CHECK(values[1] == x.log_density(to));
   CHECK(contains(error_message([&] { return log_density_on_path(x, from, to, 1); }), "two points"));
-  CHECK(contains(error_message([&] { return log_density_on_grid(x, from, a, b, 3, 1); }), "two rows"));
+  CHECK(contains(error_message([&] { return log_density_on_grid(x, {from, a, b, 3, 1}); }), "two rows"));
 }

@@ -93,7 +93,8 @@ TEST_CASE("The unscented update does not allocate", "[allocation]") {
   const auto projected =
       without_allocation([&] { return project_gaussian(landmark, poses, s.scene.camera); });
   CHECK(projected.has_value());
-  const auto result =
-      without_allocation([&] { return unscented_update(landmark, poses, s.scene.camera, z, R); });
+  const auto result = without_allocation([&] {
+    return unscented_update(landmark, poses, s.scene.camera, {z, R});
+  });
   CHECK(result.status == UnscentedUpdateStatus::kUpdated);
 }

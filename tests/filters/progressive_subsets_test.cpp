@@ -46,9 +46,8 @@ using LikelihoodOf = std::function<AnyLogLikelihood<double>(int, int)>;
 template <class Rule>
 [[nodiscard]] ProgressiveResult<double> update(const BinghamGaussian<double>& prior, int count,
                                                const LikelihoodOf& likelihood_of, const Rule& rule,
-                                               const ProgressiveOptions<double>& options = {},
-                                               const SubsetOptions<double>& subset_options = {}) {
-  return progressive_update_subsets(prior, count, likelihood_of, rule, options, subset_options);
+                                               const SubsetOptions<double>& options = {}) {
+  return progressive_update_subsets(prior, count, likelihood_of, rule, options);
 }
 
 [[nodiscard]] AnyLogLikelihood<double> flat(int, int) {
@@ -74,13 +73,14 @@ TEST_CASE("Subsets, in any order, agree with all at once to the accuracy of the 
     const Scenario s(rng, 80);
     const auto prior = to_bingham_gaussian(s.prior);
     const ProgressiveOptions<double> options{.tau = 0.8};
-    const auto at_once =
-        update(prior, 80, [&](int, int) { return s.scene; }, RichPoseRule{}, options, {.max_size = 80});
-    const auto in_subsets = update(prior, 80, s.likelihood_of(), RichPoseRule{}, options);
+    const auto at_once = update(prior, 80, [&](int, int) { return s.scene; }, RichPoseRule{},
+                                {.progressive = options, .max_size = 80});
+    const auto in_subsets = update(prior, 80, s.likelihood_of(), RichPoseRule{}, {.progressive = options});
     Scenario reversed = s;
     std::reverse(reversed.scene.landmarks.begin(), reversed.scene.landmarks.end());
     std::reverse(reversed.scene.measurements.begin(), reversed.scene.measurements.end());
-    const auto backwards = update(prior, 80, reversed.likelihood_of(), RichPoseRule{}, options);
+    const auto backwards =
+        update(prior, 80, reversed.likelihood_of(), RichPoseRule{}, {.progressive = options});
     for (const auto& result : {in_subsets, backwards}) {
       CHECK(result.status == UpdateStatus::kConverged);
       CHECK(distance_in_sigmas(at_once.posterior, result.posterior) <= 0.1);
@@ -145,7 +145,7 @@ TEST_CASE("Divergence is judged over all subsets together", "[progressive][subse
   const Scenario s(rng, 60);
   const auto run = [&](double min_log_likelihood) {
     return update(to_bingham_gaussian(s.prior), 60, s.likelihood_of(), JointPoseRule{},
-                  {.min_log_likelihood = min_log_likelihood});
+                  {.progressive = {.min_log_likelihood = min_log_likelihood}});
   };
   const auto result = run(-1e9);
   CHECK(result.status == UpdateStatus::kConverged);
@@ -156,7 +156,7 @@ TEST_CASE("Divergence is judged over all subsets together", "[progressive][subse
 TEST_CASE("The regulariser widens the density between subsets, and only there", "[progressive][subsets]") {
   const auto prior = to_bingham_gaussian(PoseGaussian<double>{{}, pose_covariance<double>(0.01, 0.1)});
   const auto run = [&](int count, const SubsetOptions<double>& options) {
-    return update(prior, count, flat, JointPoseRule{}, {}, options).posterior;
+    return update(prior, count, flat, JointPoseRule{}, options).posterior;
   };
   const SubsetOptions<double> regularizer{.min_translation_sigma_m = 0.2, .forgetting = 1e-3};
   const auto one = run(30, regularizer);
@@ -172,7 +172,7 @@ TEST_CASE("The regulariser widens the density between subsets, and only there", 
 TEST_CASE("Invalid subsets are refused with the value", "[progressive][subsets]") {
   const auto prior = to_bingham_gaussian(PoseGaussian<double>{{}, pose_covariance<double>(0.01, 0.1)});
   const auto message = [&](int count, const SubsetOptions<double>& options) {
-    return error_message([&] { return update(prior, count, flat, JointPoseRule{}, {}, options).steps; });
+    return error_message([&] { return update(prior, count, flat, JointPoseRule{}, options).steps; });
   };
   CHECK(contains(message(-1, {}), "number of measurements is negative: -1"));
   CHECK(contains(message(1, {.max_size = 0}), "max_size of a subset is not positive: 0"));

@@ -110,7 +110,7 @@ TEST_CASE("One iteration at a known pose is the unscented Kalman filter", "[unsc
     const Model h = camera_of(entry);
     const Vector3<double> z = to_vector<3>(entry.at("z"));
     const auto result =
-        unscented_update(landmark_of(entry), pose_of(entry), h, z, to_matrix<3>(entry.at("R")),
+        unscented_update(landmark_of(entry), pose_of(entry), h, {z, to_matrix<3>(entry.at("R"))},
                          {.kappa = entry.at("kappa"), .iterations = 1});
     CHECK(result.status == UnscentedUpdateStatus::kUpdated);
     CHECK(result.iterations == 1);
@@ -136,7 +136,7 @@ TEST_CASE("One iteration with samples of the pose takes all pairs", "[unscented]
     const auto poses = sample(rule, density);
     const Vector3<double> z = to_vector<3>(entry.at("z"));
     const auto update = [&](int iterations) {
-      return unscented_update(landmark_of(entry), poses, h, z, to_matrix<3>(entry.at("R")),
+      return unscented_update(landmark_of(entry), poses, h, {z, to_matrix<3>(entry.at("R"))},
                               {.kappa = entry.at("kappa_l"), .iterations = iterations});
     };
     const auto result = update(1);
@@ -161,8 +161,8 @@ TEST_CASE("A second iteration reaches the true posterior of a wide prior", "[uns
   for (const auto& entry : cases("alg4_fixed_pose", 16)) {
     const Model h = camera_of(entry);
     const auto score = [&](int iterations) {
-      const auto result = unscented_update(landmark_of(entry), pose_of(entry), h, to_vector<3>(entry.at("z")),
-                                           to_matrix<3>(entry.at("R")),
+      const auto result = unscented_update(landmark_of(entry), pose_of(entry), h,
+                                           {to_vector<3>(entry.at("z")), to_matrix<3>(entry.at("R"))},
                                            {.kappa = entry.at("kappa"), .iterations = iterations});
       CHECK(result.iterations == iterations);
       return LandmarkScore(result.posterior, entry.at("truth"));
@@ -226,7 +226,7 @@ TEMPLATE_TEST_CASE("A linear model gives the Kalman update, however often iterat
         prior.covariance() - detail::scaled_square<TestType, 3, 3>(W_transposed, Vec::Ones());
     for (int iterations : {1, 3}) {
       CAPTURE(seed, iterations);
-      const auto result = unscented_update(prior, pose, h, z, R, {.iterations = iterations});
+      const auto result = unscented_update(prior, pose, h, {z, R}, {.iterations = iterations});
       const double tolerance = 1e4 * kEpsilon<TestType>;  // condition number of S, up to 1e3
       CHECK(max_difference(result.posterior.mean(), mean) <= tolerance);
       CHECK(max_difference(result.posterior.covariance(), covariance) <= tolerance);
@@ -243,8 +243,7 @@ TEST_CASE("A singular prior moves only where it is uncertain", "[unscented]") {
   detail::add_outer_product(0.5, direction, direction, along_the_ray);
   const Landmark prior(20.0 * direction, along_the_ray);
   const Vector3<double> z = *camera(pose, 20.7 * direction);
-  const auto result =
-      unscented_update(prior, pose, Model(camera), z, Matrix3<double>(0.25 * Matrix3<double>::Identity()));
+  const auto result = unscented_update(prior, pose, Model(camera), {z, 0.25 * Matrix3<double>::Identity()});
   CHECK(result.status == UnscentedUpdateStatus::kUpdated);
   const Vector3<double> moved = result.posterior.mean() - prior.mean();
   CHECK(moved.cross(direction).norm() <= 1e-12);
@@ -266,7 +265,7 @@ TEST_CASE("The posterior covariance is positive definite and below the prior", "
     const Landmark prior(l, scale * depth * depth * random_covariance<double, 3>(rng, 1e-6));
     const Matrix3<double> R =
         std::pow(10.0, uniform<double>(rng, -6.0, 1.0)) * random_covariance<double, 3>(rng);
-    const auto result = unscented_update(prior, pose, Model(camera), z, R);
+    const auto result = unscented_update(prior, pose, Model(camera), {z, R});
     REQUIRE(result.status == UnscentedUpdateStatus::kUpdated);
     const Matrix3<double> P = result.posterior.covariance();
     CHECK(max_difference(P, P.transpose()) == 0.0);
@@ -285,8 +284,8 @@ TEST_CASE("q and -q of the pose, and one sample in place of a known pose, measur
   const Landmark prior({2.0, 1.0, 15.0}, 0.2 * Matrix3<double>::Identity());
   const Vector3<double> z = *h(pose, Vector3<double>(2.1, 0.9, 14.5));
   const Matrix3<double> R = Matrix3<double>::Identity();
-  const auto expected = unscented_update(prior, pose, h, z, R);
-  const auto antipodal = unscented_update(prior, antipode_of(pose), h, z, R);
+  const auto expected = unscented_update(prior, pose, h, {z, R});
+  const auto antipodal = unscented_update(prior, antipode_of(pose), h, {z, R});
   CHECK(max_difference(antipodal.posterior.mean(), expected.posterior.mean()) == 0.0);
   CHECK(max_difference(antipodal.posterior.covariance(), expected.posterior.covariance()) == 0.0);
   // All samples but the first have no weight, and see nothing.
@@ -296,7 +295,7 @@ TEST_CASE("q and -q of the pose, and one sample in place of a known pose, measur
     samples.points.col(k) = k == 0 ? pose.coeffs() : turned.coeffs();
     samples.weights[k] = k == 0 ? 1.0 : 0.0;
   }
-  const auto sampled = unscented_update(prior, samples, h, z, R);
+  const auto sampled = unscented_update(prior, samples, h, {z, R});
   CHECK(max_difference(sampled.posterior.mean(), expected.posterior.mean()) <= 1e-13);
   CHECK(max_difference(sampled.posterior.covariance(), expected.posterior.covariance()) <= 1e-13);
 }
@@ -307,8 +306,8 @@ TEST_CASE("An uncertain pose reduces a landmark's gain", "[unscented]") {
   const Vector3<double> z = *h(Pose{}, Vector3<double>(2.1, 0.9, 14.5));
   const Matrix3<double> R = Matrix3<double>::Identity();
   const auto density = to_bingham_gaussian(PoseGaussian<double>{{}, pose_covariance<double>(0.01, 0.1)});
-  const auto known = unscented_update(prior, Pose{}, h, z, R);
-  const auto uncertain = unscented_update(prior, sample(PaperPoseRule{}, density), h, z, R);
+  const auto known = unscented_update(prior, Pose{}, h, {z, R});
+  const auto uncertain = unscented_update(prior, sample(PaperPoseRule{}, density), h, {z, R});
   CHECK(uncertain.posterior.covariance().trace() > known.posterior.covariance().trace());
   CHECK(uncertain.nis < known.nis);
 }
@@ -323,7 +322,7 @@ TEST_CASE("A landmark that cannot be measured is reported and stays unchanged", 
   };
   for (const auto& [prior, h] : {std::pair{behind, camera}, {half_behind, camera}, {behind, nowhere}}) {
     CHECK_FALSE(project_gaussian(prior, Pose{}, h).has_value());
-    const auto result = unscented_update(prior, Pose{}, h, Vector3<double>(600.0, 200.0, 10.0), R);
+    const auto result = unscented_update(prior, Pose{}, h, {Vector3<double>(600.0, 200.0, 10.0), R});
     CHECK(result.status == UnscentedUpdateStatus::kNotObservable);
     CHECK(result.iterations == 0);
     CHECK(max_difference(result.posterior.mean(), prior.mean()) == 0.0);
@@ -339,8 +338,8 @@ TEST_CASE("An iteration that leaves the view keeps the one before", "[unscented]
   const Landmark prior({0.0, 0.0, 10.0}, Matrix3<double>::Identity());
   const Vector3<double> z(0.0, 0.0, 13.0);
   const Matrix3<double> R = 0.1 * Matrix3<double>::Identity();
-  const auto once = unscented_update(prior, Pose{}, h, z, R, {.iterations = 1});
-  const auto result = unscented_update(prior, Pose{}, h, z, R, {.iterations = 5});
+  const auto once = unscented_update(prior, Pose{}, h, {z, R}, {.iterations = 1});
+  const auto result = unscented_update(prior, Pose{}, h, {z, R}, {.iterations = 5});
   CHECK(result.status == UnscentedUpdateStatus::kUpdated);
   CHECK(result.iterations == 1);
   CHECK(max_difference(result.posterior.mean(), once.posterior.mean()) == 0.0);
@@ -351,7 +350,7 @@ TEST_CASE("Invalid measurements, noise and options are refused with the value", 
   const Model h = StereoModel<double>{};
   const auto message = [&](const Vector3<double>& z, const Matrix3<double>& R,
                            const UnscentedUpdateOptions& options) {
-    return error_message([&] { return unscented_update(prior, Pose{}, h, z, R, options).nis; });
+    return error_message([&] { return unscented_update(prior, Pose{}, h, {z, R}, options).nis; });
   };
   const Vector3<double> z(600.0, 200.0, 25.0);
   const Matrix3<double> R = Matrix3<double>::Identity();

@@ -88,7 +88,7 @@ void LocalMap::update(const std::vector<Match>& matches, const PoseDensity& T_re
       return project(to_point(landmark, l, camera_), pose, camera_);
     };
     const antipode::Gaussian<double, 3> prior(landmark.mean, landmark.covariance);
-    const auto updated = antipode::unscented_update(prior, poses, measure, match.z, match.R);
+    const auto updated = antipode::unscented_update(prior, poses, measure, {match.z, match.R});
     if (updated.status != antipode::UnscentedUpdateStatus::kUpdated) continue;
     landmark.mean = updated.posterior.mean();
     landmark.covariance = updated.posterior.covariance();

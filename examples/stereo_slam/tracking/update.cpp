@@ -45,8 +45,8 @@ namespace {
   };
   const auto result = antipode::progressive_update_subsets(
       prior, static_cast<int>(ordered.size()), likelihood_of, antipode::PaperPoseRule{},
-      {.tau = settings.tau, .keep_coupling = false},
-      {.max_size = settings.max_correspondences,
+      {.progressive = {.tau = settings.tau, .keep_coupling = false},
+       .max_size = settings.max_correspondences,
        .min_translation_sigma_m = settings.regularizer_sigma_m,
        .forgetting = settings.regularizer_forgetting});
   return {.posterior = result.posterior,

@@ -12,6 +12,7 @@
 
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/cholesky.hpp>
+#include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/distributions/mixture.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
@@ -20,7 +21,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
-/// What a mixture of projected Gaussians says: its moments, marginals and mode, and its values on a path or a
+/// Marginals and mode of a mixture of projected Gaussians, and values of any pose density on a path or a
 /// grid.
 namespace antipode {
 
@@ -138,10 +139,10 @@ template <std::floating_point Scalar, Projection kProjection>
 }
 
 /// log p of every column [q; p].
-template <class Density, class Poses>
-requires(Poses::RowsAtCompileTime == 8)
+template <class D, class Poses>
+requires(Poses::RowsAtCompileTime == 8 && Density<D, DualQuaternion<typename Poses::Scalar>>)
     [[nodiscard]] Vector<typename Poses::Scalar, Eigen::Dynamic> log_density_of(
-        const Density& density, const Eigen::MatrixBase<Poses>& poses) {
+        const D& density, const Eigen::MatrixBase<Poses>& poses) {
   using Scalar = typename Poses::Scalar;
   Vector<Scalar, Eigen::Dynamic> values(poses.cols());
   for (Eigen::Index k = 0; k < poses.cols(); ++k) {
@@ -151,8 +152,9 @@ requires(Poses::RowsAtCompileTime == 8)
 }
 
 /// log p at `count` poses evenly spaced on the screw motion between two.
-template <class Density, class Scalar = typename Density::Scalar>
-[[nodiscard]] Vector<Scalar, Eigen::Dynamic> log_density_on_path(const Density& density,
+template <class D, class Scalar = typename D::Scalar>
+requires Density<D, DualQuaternion<Scalar>>
+[[nodiscard]] Vector<Scalar, Eigen::Dynamic> log_density_on_path(const D& density,
                                                                  const DualQuaternion<Scalar>& from,
                                                                  const DualQuaternion<Scalar>& to,
                                                                  int count) {
@@ -168,21 +170,29 @@ template <class Density, class Scalar = typename Density::Scalar>
   return values;
 }
 
-/// log p at center exp(a xi_a + b xi_b), a and b evenly spaced in [-1, 1]: the rows belong to a, the columns
-/// to b.
-template <class Density, class Scalar = typename Density::Scalar>
+/// The poses center exp(a xi_a + b xi_b), a and b evenly spaced in [-1, 1].
+template <class Scalar>
+struct PoseGrid {
+  DualQuaternion<Scalar> center;
+  Vector6<Scalar> xi_a, xi_b;
+  int rows, cols;  ///< values of a, and of b: two or more of each
+};
+
+/// log p on a grid: the rows belong to a, the columns to b.
+template <class D, class Scalar = typename D::Scalar>
+requires Density<D, DualQuaternion<Scalar>>
 [[nodiscard]] Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> log_density_on_grid(
-    const Density& density, const DualQuaternion<Scalar>& center, const Vector6<Scalar>& xi_a,
-    const Vector6<Scalar>& xi_b, int rows, int cols) {
-  if (rows < 2 || cols < 2) [[unlikely]] {
-    detail::throw_invalid("a grid needs two rows and columns or more, fewest", std::min(rows, cols));
+    const D& density, const PoseGrid<Scalar>& grid) {
+  if (grid.rows < 2 || grid.cols < 2) [[unlikely]] {
+    detail::throw_invalid("a grid needs two rows and columns or more, fewest",
+                          std::min(grid.rows, grid.cols));
   }
   const auto spaced = [](int k, int count) { return Scalar(2 * k) / Scalar(count - 1) - Scalar(1); };
-  Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> values(rows, cols);
-  for (int j = 0; j < cols; ++j) {
-    for (int i = 0; i < rows; ++i) {
-      const Vector6<Scalar> xi = spaced(i, rows) * xi_a + spaced(j, cols) * xi_b;
-      values(i, j) = density.log_density(center.boxplus(xi));
+  Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> values(grid.rows, grid.cols);
+  for (int j = 0; j < grid.cols; ++j) {
+    for (int i = 0; i < grid.rows; ++i) {
+      const Vector6<Scalar> xi = spaced(i, grid.rows) * grid.xi_a + spaced(j, grid.cols) * grid.xi_b;
+      values(i, j) = density.log_density(grid.center.boxplus(xi));
     }
   }
   return values;

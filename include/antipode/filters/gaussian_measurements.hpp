@@ -13,16 +13,10 @@
 #include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/log_likelihood.hpp>
+#include <antipode/filters/noisy_measurement.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
 namespace antipode {
-
-/// A measured vector and the covariance of its noise.
-template <std::floating_point Scalar, int Dim>
-struct NoisyMeasurement {
-  Vector<Scalar, Dim> z;
-  Matrix<Scalar, Dim> R;
-};
 
 /// Independent measurements z_i = h(x, i) + v_i, v_i ~ N(0, R_i), with their model h(pose, i), which returns
 /// a vector or a std::optional of one.

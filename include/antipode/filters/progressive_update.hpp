@@ -105,10 +105,16 @@ template <class Scalar>
          (at_moment_floor(before, min_eigenvalue) && at_moment_floor(after, min_eigenvalue));
 }
 
+template <class Scalar>
+struct ProgressionAttempt {
+  Scalar tau;
+  bool may_give_up;
+};
+
 /// One run through Alg. 2 from the density in `result`; returns false if it gave up because the steps are too
 /// long.
 template <class Scalar, class L, class Rule>
-[[nodiscard]] bool progress(L& log_likelihood, const Rule& rule, Scalar tau, bool may_give_up,
+[[nodiscard]] bool progress(L& log_likelihood, const Rule& rule, const ProgressionAttempt<Scalar>& attempt,
                             const ProgressiveOptions<Scalar>& options, ProgressiveResult<Scalar>& result) {
   BinghamGaussian<Scalar>& density = result.posterior;
   Scalar remaining(1);
@@ -123,12 +129,13 @@ template <class Scalar, class L, class Rule>
       return true;
     }
 
-    const ProgressionStep<Scalar> step = progression_step(remaining, reweighting_step(range, tau),
+    const ProgressionStep<Scalar> step = progression_step(remaining, reweighting_step(range, attempt.tau),
                                                           options.min_step, result.steps, options.max_steps);
     const Reweighting<Scalar> change = reweight(step.size, values, samples.weights);
     const auto next = moment_match(
         samples, {.keep_coupling = options.keep_coupling, .min_eigenvalue = options.min_eigenvalue});
-    if (may_give_up && !step.floored && degenerates(density, next, options.min_eigenvalue)) return false;
+    if (attempt.may_give_up && !step.floored && degenerates(density, next, options.min_eigenvalue))
+      return false;
 
     density = next;
     remaining -= step.size;
@@ -156,8 +163,8 @@ requires LogLikelihood<L, Scalar, Rule::kCount>
   detail::require_valid(options);
   Scalar tau = options.tau;
   for (ProgressiveResult<Scalar> result{.posterior = prior};; tau = sqrt(tau)) {
-    const bool may_give_up = result.restarts < options.max_restarts;
-    if (detail::progress(log_likelihood, rule, tau, may_give_up, options, result)) {
+    const detail::ProgressionAttempt<Scalar> attempt{tau, result.restarts < options.max_restarts};
+    if (detail::progress(log_likelihood, rule, attempt, options, result)) {
       if (result.status != UpdateStatus::kConverged) {
         result.posterior = prior;
       } else if (result.log_likelihood < options.min_log_likelihood) {
@@ -171,6 +178,8 @@ requires LogLikelihood<L, Scalar, Rule::kCount>
 
 template <std::floating_point Scalar>
 struct SubsetOptions {
+  /// Of the update by each subset; min_log_likelihood applies to all of them together.
+  ProgressiveOptions<Scalar> progressive = {};
   /// Most measurements that are applied together.
   int max_size = 30;
   /// Regulariser: between two subsets the square of this is added to every variance of the translation.
@@ -216,28 +225,28 @@ template <class Scalar>
 /// possible (DQV-SLAM sec. IV-D). likelihood_of(begin, end) returns the log-likelihood of the measurements
 /// begin..end-1.
 ///
-/// The numbers in the result are totals or worst cases over the subsets. Ranges of log-likelihoods
-/// add up, so that subsets save no steps; they are there because the paper has them.
+/// The numbers in the result are totals or worst cases over the subsets. Ranges of log-likelihoods add up, so
+/// that subsets save no steps; they reproduce the paper.
 template <std::floating_point Scalar, class LikelihoodOf, PoseRule<BinghamGaussian<Scalar>> Rule>
 requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Rule::kCount>
 [[nodiscard]] ProgressiveResult<Scalar> progressive_update_subsets(
     const BinghamGaussian<Scalar>& prior, int count, LikelihoodOf&& likelihood_of, const Rule& rule,
-    const ProgressiveOptions<Scalar>& options = {}, const SubsetOptions<Scalar>& subset_options = {}) {
+    const SubsetOptions<Scalar>& options = {}) {
+  detail::require_valid(options.progressive);
   detail::require_valid(options);
-  detail::require_valid(subset_options);
   if (count < 0) [[unlikely]] {
     detail::throw_invalid("number of measurements is negative", count);
   }
-  ProgressiveOptions<Scalar> without_final_check = options;
+  ProgressiveOptions<Scalar> without_final_check = options.progressive;
   without_final_check.min_log_likelihood = ProgressiveOptions<Scalar>{}.min_log_likelihood;
 
   ProgressiveResult<Scalar> total{.posterior = prior};
-  const int subsets = (count + subset_options.max_size - 1) / subset_options.max_size;
+  const int subsets = (count + options.max_size - 1) / options.max_size;
   for (int i = 0; i < subsets; ++i) {
     const auto boundary = [&](int k) {
       return static_cast<int>(static_cast<long long>(count) * k / subsets);
     };
-    const auto& start = i == 0 ? prior : detail::regularized(total.posterior, subset_options);
+    const auto& start = i == 0 ? prior : detail::regularized(total.posterior, options);
     const auto result =
         progressive_update(start, likelihood_of(boundary(i), boundary(i + 1)), rule, without_final_check);
     total.posterior = result.posterior;
@@ -255,7 +264,7 @@ requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Ru
       return total;
     }
   }
-  if (total.log_likelihood < options.min_log_likelihood) total.status = UpdateStatus::kDiverged;
+  if (total.log_likelihood < options.progressive.min_log_likelihood) total.status = UpdateStatus::kDiverged;
   return total;
 }
 

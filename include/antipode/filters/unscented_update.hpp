@@ -12,6 +12,7 @@
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/statistical_regression.hpp>
+#include <antipode/filters/noisy_measurement.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
 
@@ -87,8 +88,8 @@ struct UnscentedUpdateResult {
   Scalar nis = Scalar(0);
 };
 
-/// Bayes update of x by the measurement z (DQV-SLAM Alg. 4 with its line 13 corrected: the cross-covariance
-/// is that of x and z).
+/// Bayes update of x by a measurement {z, R} (DQV-SLAM Alg. 4 with its line 13 corrected: the
+/// cross-covariance is that of x and z).
 ///
 /// Works on a = L^-1 (x - mean), L the root of the prior's covariance: a ~ N(0, I) whether or not that is
 /// singular. With z = A a + b + e, Cov(e) = Omega from the regression,
@@ -97,21 +98,19 @@ struct UnscentedUpdateResult {
 ///
 /// which is a sum of squares and thus stays positive definite. Throws unless z is finite and R positive
 /// definite.
-template <std::floating_point Scalar, int Dim, int Measured, PoseOrSamples<Scalar> Poses,
-          MeasurementModel<Scalar, Dim> Model>
-requires(detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime == Measured)
-    [[nodiscard]] UnscentedUpdateResult<Scalar, Dim, Measured> unscented_update(
-        const Gaussian<Scalar, Dim>& prior, const Poses& poses, const Model& h,
-        const Vector<Scalar, Measured>& z, const Matrix<Scalar, Measured>& noise_covariance,
-        const UnscentedUpdateOptions& options = {}) {
+template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
+          MeasurementModel<Scalar, Dim> Model,
+          int Measured = detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime>
+[[nodiscard]] UnscentedUpdateResult<Scalar, Dim, Measured> unscented_update(
+    const Gaussian<Scalar, Dim>& prior, const Poses& poses, const Model& h,
+    const NoisyMeasurement<Scalar, Measured>& measurement, const UnscentedUpdateOptions& options = {}) {
   using State = Vector<Scalar, Dim>;
   using Square = Matrix<Scalar, Dim>;
-  const auto R =
-      detail::checked_symmetric("measurement noise is not finite or not symmetric", noise_covariance);
+  const auto R = detail::checked_symmetric("measurement noise is not finite or not symmetric", measurement.R);
   if (!detail::cholesky_factor(R)) [[unlikely]] {
     detail::throw_invalid("measurement noise is not positive definite", R);
   }
-  detail::require_finite("measurement is not finite", z);
+  detail::require_finite("measurement is not finite", measurement.z);
   if (options.iterations < 1) [[unlikely]] {
     detail::throw_invalid("iterations is not positive", options.iterations);
   }
@@ -137,7 +136,7 @@ requires(detail::MeasurementOf<Model, Scalar, Dim>::RowsAtCompileTime == Measure
         detail::solve_lower<Scalar, Measured, Measured>(*C, Matrix<Scalar, Measured>::Identity());
     const Matrix<Scalar, Dim, Measured> whitened_gain = (C_inverse * A).transpose();
     const Matrix<Scalar, Dim, Measured> K = whitened_gain * C_inverse;
-    const Vector<Scalar, Measured> innovation = z - model->mean + A * a;
+    const Vector<Scalar, Measured> innovation = measurement.z - model->mean + A * a;
     if (result.iterations == 0) {
       result.innovation = innovation;
       result.innovation_covariance = S;
