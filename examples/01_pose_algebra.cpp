@@ -30,7 +30,7 @@ void expect(bool holds, const char* what) {
 }  // namespace
 
 int main() {
-  // Poses compose, and the names tell in which order: neighbouring frames cancel.
+  // Poses compose, and the names give the order: neighbouring frames cancel.
   const antipode::Vector4<double> quarter_turn_left =
       antipode::quaternion_exp(Point(0, 0, std::numbers::pi / 2));
   const Pose T_world_robot = Pose::from_rotation_translation(quarter_turn_left, Point(10, 0, 0));

@@ -31,7 +31,7 @@ void expect(bool holds, const char* what) {
 
 double degrees(double rad) { return rad * 180.0 / std::numbers::pi; }
 
-/// The angle between two orientations, whatever their signs.
+/// The angle between two orientations; q and -q are the same.
 double angle_deg(const Quaternion& a, const Quaternion& b) {
   return degrees(antipode::quaternion_log(antipode::hamilton_product(antipode::conjugate(a), b)).norm());
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A pose filter in a dozen lines. A drone flies a circle among known beacons. Its odometry drifts, and after
-// every step it hears how far away the beacons are. Where is it, and how well does it know?
+// every step it measures the distances to the beacons. Where is it, and with which uncertainty?
 //
 //   T_world_drone   the pose that is estimated, as a PoseGaussian: its mean, and the covariance of a small
 //                   motion (rotation [rad], translation [m]) in the drone's own frame
@@ -9,7 +9,7 @@
 //   T_before_now    one step by the odometry: maps coordinates after it to coordinates before it
 //
 //   range_m         distance from a beacon to the antenna, which sticks out of the drone, so that ranges
-//                   tell of its attitude, too
+//                   depend on its attitude, too
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -37,7 +37,7 @@ double range_m(const Pose& T_world_drone, const Point& beacon_world) {
   return (T_world_drone * kAntenna_drone - beacon_world).norm();
 }
 
-// What was heard, and how it comes about from a pose. No derivatives are needed.
+// The measured ranges and their model. No derivatives are needed.
 auto measurement_of(const std::vector<double>& ranges_m) {
   std::vector<antipode::NoisyMeasurement<double, 1>> measured;
   for (const double range : ranges_m) {
@@ -111,13 +111,13 @@ int main() {
 
   const double position_error = (truth.translation() - filter.belief().pose.translation()).norm();
   const double odometry_error = (truth.translation() - odometry_only.pose.translation()).norm();
-  const double honesty = squared_error_sum / (6 * kSteps);
+  const double error_ratio = squared_error_sum / (6 * kSteps);
   std::cout << "position error after " << kSteps << " m: " << position_error << " m, by odometry alone "
-            << odometry_error << " m\nsquared error over predicted variance: " << honesty
-            << " (1 is honest)\nthe two filters differ by at most " << largest_difference_sigmas
+            << odometry_error << " m\nsquared error over predicted variance: " << error_ratio
+            << " (1 is consistent)\nthe two filters differ by at most " << largest_difference_sigmas
             << " standard deviations\n";
   expect(position_error < 0.15, "the position is known to a few centimetres");
   expect(odometry_error > 5 * position_error, "the odometry drifts");
   expect(largest_difference_sigmas < 0.5, "the two filters agree");
-  expect(honesty > 0.6 && honesty < 1.6, "the covariance is as large as the error");
+  expect(error_ratio > 0.6 && error_ratio < 1.6, "the covariance matches the error");
 }

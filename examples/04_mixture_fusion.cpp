@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A box lies on a table. One camera sees a face of it, but all four sides look alike; another sees a long
-// edge and cannot tell up from down. Each view leaves several answers. What do both say together, and where
-// should a gripper reach?
+// edge and cannot distinguish up from down. Each view leaves several poses. What do both say together, and
+// where should a gripper reach?
 //
 //   T_world_box     the pose that is wanted
 //   p = sum pi_i N  a mixture of projected Gaussians: what one view knows of T_world_box

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Monte-Carlo study of whole runs: which layout of the state gives the better pose, and an honest covariance
-// of it, after hundreds of frames. Prints a Markdown table.
+// Monte-Carlo study of whole runs: which layout of the state gives the better pose, and a consistent
+// covariance of it, after hundreds of frames. Prints a Markdown table.
 #include <algorithm>
 #include <array>
 #include <cstdio>

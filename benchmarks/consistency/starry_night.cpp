@@ -170,7 +170,7 @@ struct Recording {
 
 struct Score {
   ErrorStatistics errors;
-  int failures = 0;  ///< updates that said so
+  int failures = 0;  ///< updates that did not converge
 };
 
 template <class Filter>

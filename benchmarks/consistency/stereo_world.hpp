@@ -12,7 +12,7 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 
-/// Stereo measurements of points without images: association is known, noise is what the filters are told.
+/// Stereo measurements of points without images: association is known, and the filters know the noise.
 namespace consistency {
 
 using antipode::Matrix3;
@@ -54,7 +54,7 @@ template <int Dim>
   return variance.asDiagonal();
 }
 
-/// Normalised estimation error squared: chi-square with six degrees if the density is honest.
+/// Normalised estimation error squared: chi-square with six degrees if the density is consistent.
 [[nodiscard]] inline double nees(const PoseGaussian<double>& density, const Pose& truth) {
   const Vector6<double> error = truth.boxminus(density.pose);
   return error.dot(density.covariance.ldlt().solve(error));

@@ -73,7 +73,7 @@ struct Scenario {
 struct Outcome {
   PoseGaussian<double> posterior;
   long evaluations = 0;
-  bool failed = false;  ///< and said so
+  bool failed = false;  ///< and reported it
 };
 
 /// A log-likelihood that falls short of this by chance once in a million, for measurements of dimension 3.

@@ -14,7 +14,7 @@ struct EstimateSettings {
   std::size_t max_features = 8;     ///< to fuse; refused ones do not count
   std::size_t max_components = 10;  ///< left after each fusion
   double min_weight = 1e-3;         ///< lighter components are dropped
-  /// How often a match is wrong, before the fusion says anything.
+  /// Prior probability that a match is wrong.
   double mismatch_rate = 0.1;
   /// How certain it must be that a feature is no mismatch: others will follow.
   double certainty = 0.999;
@@ -38,7 +38,7 @@ struct Stage {
   /// a mismatch.
   double log_evidence = 0.0;
   std::optional<Belief> before;  ///< the belief that it was fused with
-  Belief feature;                ///< what it says of the object's pose
+  Belief feature;                ///< the object's pose given this feature alone
   Belief after;                  ///< the belief from now on
 };
 

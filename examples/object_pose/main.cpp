@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The command line, and nothing else. Exit status: 0 done, 1 the input is bad or tells no pose, 2 wrong
-// usage.
+// The command line, and nothing else. Exit status: 0 done, 1 the input is invalid or determines no pose, 2
+// wrong usage.
 #include <algorithm>
 #include <cstdint>
 #include <exception>

@@ -13,7 +13,7 @@ namespace object_pose {
 using Component = antipode::ProjectedGaussian<double>;
 using Belief = antipode::Mixture<Component>;
 
-/// What a feature tells of the pose.
+/// The pose given one feature.
 struct EvidenceSettings {
   static constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -43,7 +43,7 @@ struct EvidenceSettings {
 /// spread of many degrees into an arc, which the linearised composition takes for its tangent.
 [[nodiscard]] Belief compose_with_lever(const Belief& x, const Pose& y);
 
-/// What one feature says.
+/// The density of the pose given one feature.
 struct FeatureEvidence {
   Belief T_camera_feature;
   Pose T_object_feature;

@@ -103,7 +103,7 @@ template <class Scalar>
   return density.pose.boxplus(xi);
 }
 
-/// Normalised estimation error squared, chi^2(6) if the density is honest.
+/// Normalised estimation error squared, chi^2(6) if the density is consistent.
 template <class Scalar>
 [[nodiscard]] double nees(const PoseGaussian<Scalar>& density, const DualQuaternion<Scalar>& truth) {
   const auto L = detail::cholesky_factor(density.covariance);

@@ -42,7 +42,7 @@ void set_axis_points(int first, Scalar radius, Matrix<Scalar, Dim, Count>& point
 
 /// 2 Dim + 1 points: the centre with weight kappa/(Dim + kappa) and +-sqrt(Dim + kappa) e_i. Exact to degree
 /// 3; the fourth moments are Dim + kappa and 0. Weights are non-negative for kappa >= 0; for kappa = 0 the
-/// centre counts nothing, and CubatureRule saves it. Reference: Julier and Uhlmann, "Unscented filtering and
+/// centre has no weight, and CubatureRule omits it. Reference: Julier and Uhlmann, "Unscented filtering and
 /// nonlinear estimation", 2004.
 template <int Dim>
 struct UnscentedRule {

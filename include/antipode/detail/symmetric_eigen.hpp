@@ -21,7 +21,7 @@ struct SymmetricEigen {
 /// The eigenvalues and eigenvectors of a small symmetric matrix, by cyclic Jacobi rotations.
 ///
 /// For positive definite matrices this keeps the small eigenvalues that a reduction to tridiagonal form
-/// drowns in the rounding errors of the large ones (Demmel and Veselic, "Jacobi's method is more accurate
+/// loses in the rounding errors of the large ones (Demmel and Veselic, "Jacobi's method is more accurate
 /// than QR", 1992), and scatter matrices have eigenvalues from 1e-9 to 1. It also compiles much faster than
 /// Eigen's solver.
 template <class Scalar, int N>

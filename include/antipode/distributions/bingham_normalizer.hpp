@@ -11,7 +11,7 @@
 /// and its first two derivatives, which are the moments of the density.
 ///
 /// N is with respect to the surface measure of the whole sphere (2 pi^2 for Dim = 4). The z_i may come in any
-/// order and with any shift: log N(z + c) = log N(z) + c. Computed in double whatever the scalar, to 1e-13
+/// order and with any shift: log N(z + c) = log N(z) + c. Computed in double for any scalar, to 1e-13
 /// relative, at a cost that does not depend on z. Each function throws std::invalid_argument when a z_i is
 /// not finite or when the z_i are more than kMaxConcentrationSpread apart.
 namespace antipode {

@@ -9,7 +9,7 @@ namespace antipode {
 ///
 /// Laws: exp(log_density) integrates to one over the whole space, with respect to the measure the class
 /// documents;
-///   two points that stand for the same thing (q and -q) have the same density, bit for bit.
+///   two points that represent the same rotation (q and -q) have the same density, bit for bit.
 template <class D, class Point>
 concept Density = requires(const D& density, const Point& x) {
   typename D::Scalar;

@@ -16,7 +16,7 @@
 ///
 /// Two poses are x = x0 exp(a) and y = y0 exp(b) with zero-mean a and b, which may be correlated: `cross` is
 /// E[a b^T], zero if they are independent. The closed forms are of first order; propagate() follows any
-/// function through sigma points, at the price of a few dozen calls, and is right to second order. Both are
+/// function through sigma points, with a few dozen calls, and is correct to second order. Both are
 /// for concentrated poses. Source: adjoint calculus of SE(3), as for example in Sola, Deray, Atchuthan, "A
 /// micro Lie theory for state estimation in robotics", 2018.
 namespace antipode {

@@ -93,7 +93,7 @@ template <std::floating_point Scalar, Projection kProjection>
 }
 
 struct GraspOptions {
-  int draws = 4000;     ///< for the search, and as many again to tell the probability found
+  int draws = 4000;     ///< for the search, and as many again to estimate its probability
   int starts = 3;       ///< searches, from the components' modes that promise most
   int refinements = 6;  ///< halvings of the step, which starts with a quarter of the box
 };

@@ -106,8 +106,8 @@ template <Projection kProjection = Projection::kRenormalized, std::floating_poin
   return {density.pose(), Sigma};
 }
 
-// --- The two readings of the Gaussian. With the same parameters (the explicit constructor) they differ by a
-// factor (1 + |u|^2)^2 that a wide rotation notices; these have the same moments of (u, t) instead.
+// --- The two projections of the Gaussian. With the same parameters (the explicit constructor) they differ by
+// a factor (1 + |u|^2)^2 that a wide rotation notices; these have the same moments of (u, t) instead.
 
 namespace detail {
 

@@ -144,7 +144,7 @@ template <class Scalar>
   return sqrt(((d2 + Scalar(18)) * d2 + Scalar(144)) * d2 + Scalar(480));
 }
 
-/// fuse() with the tangent points close enough, whatever the angle.
+/// fuse() without the check that the tangent points are close enough.
 template <class Scalar, Projection kProjection>
 [[nodiscard]] Fusion<BasicProjectedGaussian<Scalar, kProjection>> fuse_anyway(
     const BasicProjectedGaussian<Scalar, kProjection>& a,

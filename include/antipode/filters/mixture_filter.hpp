@@ -10,7 +10,7 @@
 #include <antipode/distributions/projected_gaussian_operations.hpp>
 #include <antipode/filters/update_status.hpp>
 
-/// A bank of hypotheses about a moving pose: MPG in the dynamic case, which the paper leaves open (sec. VII).
+/// A filter bank for a moving pose: MPG in the dynamic case, which the paper leaves open (sec. VII).
 namespace antipode {
 
 template <std::floating_point Scalar>
@@ -32,7 +32,7 @@ struct MixtureFilterStep {
 };
 
 /// Estimates a pose T_world_body, known by a mixture, from uncertain motions and measurements of it. Both may
-/// be mixtures: wheels that slip or not, a marker seen from one of two sides.
+/// be mixtures: wheels that may slip, a marker seen from one of two sides.
 template <std::floating_point Scalar>
 class MixtureFilter {
  public:

@@ -62,7 +62,7 @@ class PoseMoments {
 
 /// The density with the moments of x u v over all pairs of a sample of the state x and one of the noise v.
 ///
-/// The scatter matrix of the orientation is exact, whatever the rule; so is E[t]. Cov(t) and the coupling are
+/// The scatter matrix of the orientation is exact for any rule; so is E[t]. Cov(t) and the coupling are
 /// as good as the rule's fourth moments: take RichPoseRule or JointPoseRule for wide orientations. A long u
 /// makes translation and orientation correlated through R(q) t_u: the coupling holds that, and the paper,
 /// which has none, drops it (keep_coupling = false). Cost: the square of the rule's points.

@@ -32,9 +32,9 @@ struct ProgressiveOptions {
   /// Smallest ratio of two samples' likelihoods within a step, inside (0, 1). Nearer to one: more and more
   /// accurate steps; 0.8 for weak priors.
   Scalar tau = Scalar(0.5);
-  /// Most steps, whatever tau asks for: once half of them are used, the others share what remains evenly.
+  /// Limit of the steps, which overrides tau: once half of them are used, the others divide the rest evenly.
   int max_steps = 1000;
-  /// No step is below, whatever tau asks for; in [0, 1]. A floor of 1/1000 bites at once where a precise
+  /// Smallest step, which overrides tau; in [0, 1]. A floor of 1/1000 takes effect at once where a precise
   /// measurement meets a weak prior, and costs accuracy.
   Scalar min_step = Scalar(0);
   /// Whether the posterior may correlate orientation and translation; the paper's may not.
@@ -152,8 +152,8 @@ template <class Scalar, class L, class Rule>
 }  // namespace detail
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
-/// void(8 x Count poses, values) (see log_likelihood.hpp). Throws on invalid options; what can go wrong with
-/// the numbers comes back as the status.
+/// void(8 x Count poses, values) (see log_likelihood.hpp). Throws on invalid options; numerical failures are
+/// reported in the status.
 template <std::floating_point Scalar, class L, PoseRule<BinghamGaussian<Scalar>> Rule>
 requires LogLikelihood<L, Scalar, Rule::kCount>
 [[nodiscard]] ProgressiveResult<Scalar> progressive_update(const BinghamGaussian<Scalar>& prior,

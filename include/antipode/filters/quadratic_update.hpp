@@ -39,7 +39,7 @@
 /// posterior itself: a fixed point, as in variational inference. A linear model with Gaussian noise takes one
 /// fit and is the Kalman update.
 ///
-/// No derivatives are needed, and robust or other non-Gaussian likelihoods are welcome as long as the
+/// No derivatives are needed, and the likelihood may be robust or otherwise non-Gaussian as long as the
 /// posterior has one mode that the prior reaches: a cap that hides most of the measurement from most of the
 /// prior leaves no slope to follow. For multimodal densities use progressive_update.
 namespace antipode {
@@ -50,7 +50,7 @@ struct QuadraticUpdateOptions {
   Scalar max_residual = Scalar(1);
   /// The posterior is settled when a fit moves it by less, in standard deviations.
   Scalar tolerance = Scalar(0.2);
-  /// Most steps. Once half of them are used, the power grows evenly, whatever max_residual asks for. Steps
+  /// Most steps. Once half of them are used, the power grows evenly and overrides max_residual. Steps
   /// that have not settled by then are kDiverged.
   int max_steps = 50;
   /// Below this log-likelihood at the posterior's samples (the best of them) the result is reported as

@@ -84,7 +84,7 @@ struct UnscentedUpdateResult {
   Matrix<Scalar, Measured> innovation_covariance = Matrix<Scalar, Measured>::Zero();       ///< S = Cov(z)
   Matrix<Scalar, Dim, Measured> cross_covariance = Matrix<Scalar, Dim, Measured>::Zero();  ///< Cov(x, z)
   Matrix<Scalar, Dim, Measured> gain = Matrix<Scalar, Dim, Measured>::Zero();              ///< Cov(x, z) S^-1
-  /// Normalised innovation squared, chi^2 of the measurement's dimension if all is well.
+  /// Normalised innovation squared: chi-square of the measurement's dimension if the model is correct.
   Scalar nis = Scalar(0);
 };
 

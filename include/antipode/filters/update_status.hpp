@@ -11,7 +11,8 @@ enum class UpdateStatus {
                ///< turn away (then it is the prior)
   kNoSupport,  ///< no sample explains the measurement: all log-likelihoods -infinity. The posterior is the
                ///< prior
-  kNotFinite,  ///< a log-likelihood was NaN, +infinity or beyond all measure. The posterior is the prior
+  kNotFinite,  ///< a log-likelihood was NaN, +infinity or too large to compute with. The posterior is the
+               ///< prior
 };
 
 }  // namespace antipode

@@ -221,7 +221,7 @@ class BasicDualQuaternion {
     return (other.inverse() * *this).log();
   }
 
-  /// Whether both are the same pose: |x -+ y| <= tolerance (1 + |p|), whatever the signs.
+  /// Whether both are the same pose: |x -+ y| <= tolerance (1 + |p|), for either sign.
   template <class Other>
   [[nodiscard]] bool is_approx(const BasicDualQuaternion<Other>& other, Scalar tolerance) const noexcept {
     const Scalar sign = real().dot(other.real()) < Scalar(0) ? Scalar(-1) : Scalar(1);

@@ -10,7 +10,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
 
-/// Between and amidst poses: screw interpolation and means. Nothing here sees the sign of its arguments.
+/// Screw interpolation and means of poses. The results do not depend on the signs of the arguments.
 namespace antipode {
 
 /// The pose at `tau` on the screw motion from a (tau = 0) to b (tau = 1); tau outside [0, 1] extrapolates.

@@ -13,7 +13,7 @@
 ///
 /// A unit quaternion q rotates a vector by v' = q (0, v) q*, and -q is the same rotation. Note the order of
 /// the entries: Eigen::Quaternion stores (x, y, z, w), hence from_eigen and to_eigen. The algebra is noexcept
-/// and lets NaN through; whatever enters from outside goes through the checked factories.
+/// and lets NaN through; unchecked input goes through the factories, which validate it.
 namespace antipode {
 
 /// How far from unit length a quaternion given by a caller may be before it is refused rather than

@@ -35,7 +35,7 @@ struct GnomonicRule {
   Cubature cubature{};
 };
 
-/// 15 points on S^3: what the filters use unless told otherwise.
+/// 15 points on S^3: the default of the filters.
 using BinghamGnomonicRule = GnomonicRule<Degree5Rule<3>>;
 
 namespace detail {
@@ -101,7 +101,7 @@ template <std::floating_point Scalar, int Dim>
 ///
 /// until their scatter T is that of the density, S. A dozen points need 2 to 9 steps where the density is
 /// concentrated, up to some 65 where it is dispersed. Few points cannot match every dispersed density with
-/// equal weights; the samples are then those of GnomonicRule, and their weights tell.
+/// equal weights; the samples are then those of GnomonicRule, as their weights show.
 template <GaussianRule Cubature>
 struct EqualWeightRule {
   static constexpr int kDim = Cubature::kDim + 1;

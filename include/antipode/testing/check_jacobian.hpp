@@ -72,7 +72,7 @@ template <class Y>
 /// size.
 ///
 /// f returns either of the two, too; columns belong to directions of the tangent space at x, rows to that at
-/// f(x). The tolerance is what central differences can tell at that step, so it needs no tuning.
+/// f(x). The tolerance is the accuracy of central differences at that step, so it needs no tuning.
 template <class Function, class X, class Derived>
 [[nodiscard]] JacobianCheck check_jacobian(const Function& f, const X& x,
                                            const Eigen::MatrixBase<Derived>& analytic,

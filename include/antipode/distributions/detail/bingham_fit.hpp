@@ -22,7 +22,7 @@ struct BinghamMomentSolution {
 ///
 /// log N is strictly convex in z up to a shift, so the solution is unique. Newton's method on the reciprocals
 /// 1/omega_i, which are nearly linear in z, from the leading saddlepoint relation omega_i ~ 1/(2 (s0 - z_i)):
-/// four iterations on average whatever the concentration. Scaled by omega the Jacobian is the covariance
+/// four iterations on average for any concentration. Scaled by omega the Jacobian is the covariance
 /// matrix of x_i^2/omega_i: symmetric, positive definite and of order one.
 template <int Dim>
 [[nodiscard]] BinghamMomentSolution<Dim> solve_bingham_moments(const Vector<double, Dim>& target) {

@@ -73,7 +73,7 @@ template <int Dim, class Weight>
         const double width = standard_normal_cdf((upper[i] - center) / L(i, i)) - low;
         const double irrational = std::sqrt(kPrimes[static_cast<std::size_t>(i)]);
         const double draw = std::fmod((k + 1 + kPoints * shift) * irrational, 1.0);
-        const double folded = std::abs(2.0 * draw - 1.0);  // periodic, for the lattice's sake
+        const double folded = std::abs(2.0 * draw - 1.0);  // periodic, as the lattice requires
         z[i] = standard_normal_quantile(std::clamp(low + folded * width, kTiny, 1.0 - 1e-16));
         x[i] = center + L(i, i) * z[i];
         probability *= std::max(0.0, width);

@@ -9,8 +9,8 @@
 
 namespace antipode::detail {
 
-/// The pairs of a shrinking set of things, by what merging them costs. A pair starts with a lower bound of
-/// its cost, which is cheap, and is worked out only when no other pair can be cheaper.
+/// The pairs of a shrinking set of components, ordered by the cost of merging them. A pair starts with a
+/// lower bound of its cost, which is cheap, and is worked out only when no other pair can be cheaper.
 template <class Scalar>
 class MergeTable {
  public:
@@ -35,7 +35,7 @@ class MergeTable {
     }
   }
 
-  /// How many things are left.
+  /// The number of components left.
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool alive(std::size_t i) const { return alive_[i]; }
 
@@ -54,7 +54,7 @@ class MergeTable {
     }
   }
 
-  /// j goes into i, which is another thing from now on.
+  /// Merges j into i; the costs of all pairs of i change.
   template <class Bound>
   void merge(std::size_t i, std::size_t j, const Bound& bound) {
     alive_[j] = false;

@@ -28,7 +28,7 @@ class PoseMetric {
       rotation += sample.weights[k] / total * squared_angle(q, sample.rotation(k));
       translation += sample.weights[k] / total * (sample.translation(k) - t).squaredNorm();
     }
-    // Samples that agree in one of the two are told apart by the other.
+    // Samples that agree in one of the two are distinguished by the other.
     rotation_scale_ = rotation > Scalar(0) ? Scalar(1) / rotation : Scalar(0);
     translation_scale_ = translation > Scalar(0) ? Scalar(1) / translation : Scalar(0);
     translation_variance_ = translation / Scalar(3);

@@ -45,7 +45,7 @@ struct PoseSample {
   [[nodiscard]] Vector3<Scalar> translation(Eigen::Index k) const { return translations.row(k).transpose(); }
 };
 
-/// The principal axis of sum w q q^T, the mean rotation whatever the signs.
+/// The principal axis of sum w q q^T, the mean rotation for any signs.
 template <class Scalar>
 [[nodiscard]] Vector4<Scalar> mean_rotation(const PoseSample<Scalar>& sample,
                                             const Weights<Scalar>& weights) {

@@ -97,7 +97,7 @@ template <class Scalar>
   return {std::min(Scalar(1), std::max(wanted, least)), wanted < least && least > last};
 }
 
-/// What a reweighting tells about the samples.
+/// Statistics of a reweighting.
 template <class Scalar>
 struct Reweighting {
   Scalar log_mean;               ///< log sum_k w_k r_k, of the factors r_k

@@ -42,14 +42,14 @@ struct ConditionedGaussian {
   [[nodiscard]] bool finite() const { return mean.allFinite() && root.allFinite(); }
 };
 
-/// N(mean, L L^T) times exp(l), normalised. Not a number where l is beyond all measure.
+/// N(mean, L L^T) times exp(l), normalised. Not a number where l is too large to compute with.
 template <class Scalar>
 [[nodiscard]] ConditionedGaussian<Scalar> condition(const Vector6<Scalar>& mean, const Matrix6<Scalar>& L,
                                                     const QuadraticLogLikelihood<Scalar>& l) {
   using std::log;
   const Matrix6<Scalar> Lt = L.transpose();
   const Matrix6<Scalar> H = congruence<Scalar, 6, 6>(Lt, l.curvature);
-  // No pivot of I + H is below one; rounding may tell otherwise of a steep likelihood.
+  // No pivot of I + H is below one; rounding may violate that for a steep likelihood.
   const Matrix6<Scalar> C =
       cholesky_factor<Scalar, 6>(Matrix6<Scalar>::Identity() + H, Scalar(1))
           .value_or(Matrix6<Scalar>::Constant(std::numeric_limits<Scalar>::quiet_NaN()));
@@ -80,8 +80,7 @@ struct SqrtPoseGaussian {
   }
 
   /// The density of pose exp(L y) for y of the given Gaussian: the mean moves, and with it the tangent space.
-  /// Nothing if y leads more than half a turn away, where there is no such tangent vector, or beyond all
-  /// measure.
+  /// Nothing if y leads more than half a turn away, where there is no such tangent vector, or overflows.
   [[nodiscard]] std::optional<SqrtPoseGaussian> moved(const ConditionedGaussian<Scalar>& y) const {
     const Vector6<Scalar> xi = L * y.mean;
     const Matrix6<Scalar> L_root = L * y.root;
