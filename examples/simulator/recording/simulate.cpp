@@ -2,26 +2,21 @@
 #include "simulator/recording/simulate.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <exception>
 #include <mutex>
-#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <fmt/format.h>
-#include <fmt/ostream.h>
-#include <opencv2/imgcodecs.hpp>
 
-#include "simulator/recording/euroc_writer.hpp"
+#include "simulator/recording/recording_folder.hpp"
 #include "simulator/rendering/lens_view.hpp"
 #include "simulator/rendering/renderer.hpp"
 #include "simulator/textures/random.hpp"
 #include "simulator/world/traffic.hpp"
-#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam::simulator {
 namespace {
@@ -49,104 +44,6 @@ void validate(const SimulationSettings& settings) {
   validate(settings.sensor);
 }
 
-/// KITTI's projection matrices; P2 and P3, the colour cameras, are the grey ones again. All numbers are
-/// written in the fewest digits that give them back exactly.
-void write_calibration(std::ostream& stream, const SimulationSettings& settings) {
-  const PinholeCamera& camera = settings.camera;
-  for (int i = 0; i < 4; ++i) {
-    const double shift = i % 2 == 0 ? 0.0 : -camera.fx * settings.baseline_m;
-    fmt::print(stream, "P{}: {} 0 {} {} 0 {} {} 0 0 0 1 0\n", i, camera.fx, camera.cx, shift, camera.fy,
-               camera.cy);
-  }
-}
-
-void write_times(std::ostream& stream, std::size_t frames, double fps) {
-  for (std::size_t i = 0; i < frames; ++i) fmt::print(stream, "{}\n", static_cast<double>(i) / fps);
-}
-
-void write_poses(std::ostream& stream, const CameraPath& path) {
-  for (const Eigen::Isometry3d& pose : path) {
-    const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = pose.matrix().topRows<3>();
-    fmt::print(stream, "{}\n", fmt::join(rows.data(), rows.data() + rows.size(), " "));
-  }
-}
-
-/// Creates a folder for images; throws when it has any, so that no recording is overwritten or mixed with
-/// another.
-fs::path make_image_folder(const fs::path& folder) {
-  fs::create_directories(folder);
-  if (!fs::is_empty(folder)) {
-    throw std::runtime_error(folder.string() + ": not empty; remove it or choose another output folder");
-  }
-  return folder;
-}
-
-void write_image(const cv::Mat1b& image, const fs::path& file) {
-  if (!cv::imwrite(file.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
-    throw std::runtime_error(file.string() + ": cannot be written; check permissions and free space");
-  }
-}
-
-/// Where everything of a recording goes.
-class Layout {
- public:
-  /// Creates the folders of the images.
-  Layout(const SimulationSettings& settings, const fs::path& output) : settings_(settings), root_(output) {
-    if (settings.rig) root_ /= "mav0";
-    images_ = settings.rig
-                  ? std::array{make_image_folder(root_ / "cam0/data"), make_image_folder(root_ / "cam1/data")}
-                  : std::array{make_image_folder(root_ / "image_0"), make_image_folder(root_ / "image_1")};
-    if (settings.moving_masks) make_image_folder(root_ / "moving");
-  }
-
-  [[nodiscard]] fs::path image(std::size_t side, std::size_t frame) const {
-    return images_[side] / name(frame);
-  }
-  [[nodiscard]] fs::path mask(std::size_t frame) const { return root_ / "moving" / name(frame); }
-
-  void write_cameras() const {
-    if (!settings_.rig) {
-      write_file(root_ / "calib.txt", [&](std::ostream& stream) { write_calibration(stream, settings_); });
-      return;
-    }
-    const StereoRig& rig = *settings_.rig;
-    const Eigen::Isometry3d T_body_right = *rig.T_body_left * rig.T_right_left.inverse();
-    write_file(root_ / "cam0/sensor.yaml", [&](std::ostream& stream) {
-      write_euroc_sensor(stream, rig.left, *rig.T_body_left, settings_.fps);
-    });
-    write_file(root_ / "cam1/sensor.yaml", [&](std::ostream& stream) {
-      write_euroc_sensor(stream, rig.right, T_body_right, settings_.fps);
-    });
-  }
-
-  void write_times_and_poses(const CameraPath& path) const {
-    if (!settings_.rig) {
-      write_file(root_ / "times.txt",
-                 [&](std::ostream& stream) { write_times(stream, path.size(), settings_.fps); });
-      write_file(root_ / "poses.txt", [&](std::ostream& stream) { write_poses(stream, path); });
-      return;
-    }
-    for (const auto* camera : {"cam0", "cam1"}) {
-      write_file(root_ / camera / "data.csv",
-                 [&](std::ostream& stream) { write_euroc_rows(stream, path.size(), settings_.fps); });
-    }
-    fs::create_directories(root_ / "state_groundtruth_estimate0");
-    write_file(root_ / "state_groundtruth_estimate0/data.csv", [&](std::ostream& stream) {
-      write_euroc_truth(stream, path, *settings_.rig->T_body_left, settings_.fps);
-    });
-  }
-
- private:
-  [[nodiscard]] std::string name(std::size_t frame) const {
-    return settings_.rig ? fmt::format("{}.png", euroc_stamp_ns(frame, settings_.fps))
-                         : fmt::format("{:06}.png", frame);
-  }
-
-  const SimulationSettings& settings_;
-  fs::path root_;
-  std::array<fs::path, 2> images_;
-};
-
 /// The lenses of a rig: none with rectified images.
 std::vector<LensView> lens_views(const SimulationSettings& settings) {
   std::vector<LensView> views;
@@ -161,8 +58,8 @@ std::vector<LensView> lens_views(const SimulationSettings& settings) {
 class Camera {
  public:
   Camera(const SimulationSettings& settings, const World& world, const Traffic& traffic,
-         const std::vector<LensView>& lenses, const Layout& layout)
-      : settings_(settings), traffic_(traffic), lenses_(lenses), layout_(layout) {
+         const std::vector<LensView>& lenses, const RecordingFolder& folder)
+      : settings_(settings), traffic_(traffic), lenses_(lenses), folder_(folder) {
     for (std::size_t side = 0; side < 2; ++side) {
       renderers_.emplace_back(world.scene(), lenses.empty() ? settings.camera : lenses[side].pinhole(),
                               settings.samples_per_pixel);
@@ -176,11 +73,11 @@ class Camera {
       const cv::Mat1f light = see(side, T_world_left, moving);
       if (side == 0 && settings_.moving_masks) {
         const cv::Mat1b mask = light != see(side, T_world_left, {});
-        write_image(mask, layout_.mask(frame));
+        folder_.write_mask(mask, frame);
       }
       const double gain = exposure_gain(settings_.sensor, settings_.seed, time_s, static_cast<int>(side));
       Random random(settings_.seed, 1000 + 2 * frame + side);
-      write_image(expose(light, settings_.sensor, gain, random.bits()), layout_.image(side, frame));
+      folder_.write_image(expose(light, settings_.sensor, gain, random.bits()), side, frame);
     }
   }
 
@@ -201,7 +98,7 @@ class Camera {
   const SimulationSettings& settings_;
   const Traffic& traffic_;
   const std::vector<LensView>& lenses_;
-  const Layout& layout_;
+  const RecordingFolder& folder_;
   std::vector<Renderer> renderers_;
 };
 
@@ -238,9 +135,9 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
   const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
 
   const std::vector<LensView> lenses = lens_views(settings);
-  const Layout layout(settings, output);
-  layout.write_cameras();
-  layout.write_times_and_poses(path);
+  const RecordingFolder folder(settings, output);
+  folder.write_cameras();
+  folder.write_times_and_poses(path);
 
   // Each worker renders and writes whole frames, so that one writes while another renders.
   std::atomic<std::size_t> next_frame = 0;
@@ -249,7 +146,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
   std::exception_ptr failure;
   const auto work = [&] {
     try {
-      Camera camera(settings, world, traffic, lenses, layout);
+      Camera camera(settings, world, traffic, lenses, folder);
       for (std::size_t frame = next_frame++; frame < path.size(); frame = next_frame++) {
         camera.shoot(frame, path[frame]);
         const std::lock_guard lock(mutex);
@@ -272,7 +169,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
   if (failure) std::rethrow_exception(failure);
   if (done == path.size()) return;
   path.resize(done);  // frames are begun in order and all that were begun are finished
-  layout.write_times_and_poses(path);
+  folder.write_times_and_poses(path);
 }
 
 }  // namespace stereo_slam::simulator

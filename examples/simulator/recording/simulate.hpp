@@ -26,7 +26,7 @@ struct SimulationSettings {
   PinholeCamera camera{1241, 376, 718.856, 718.856, 607.1928, 185.2157};  ///< of both images, px
   double baseline_m = 0.5371657;                                          ///< > 0
   double camera_height_m = 1.65;                                          ///< above the road, > 0
-  int samples_per_pixel = 8;   ///< of the edges of things: 4, 8 or 16
+  int samples_per_pixel = 8;                                              ///< for anti-aliasing: 4, 8 or 16
   int texture_size_px = 1024;  ///< side of the large textures, a power of two >= 64
   /// Raw images of these cameras in EuRoC's layout, instead of rectified ones of `camera` and `baseline_m` in
   /// KITTI's; the path is that of the left one. T_body_left is required.
@@ -34,13 +34,13 @@ struct SimulationSettings {
   SensorSettings sensor;
   LoopSettings loop;        ///< the drive of the town
   HighwaySettings highway;  ///< the drive of the highway
-  int threads = 0;          ///< 0 is one a processor; the images do not depend on it
+  int threads = 0;          ///< 0 is one per processor; the images do not depend on it
 
   static constexpr int kDefaultFrames = 400;
 };
 
-/// Called after each frame, from any thread but never from two at once: frames done, frames in all. Returns
-/// whether to go on; if not, the frames at hand are finished and make up a shorter recording.
+/// Called after each frame, from any thread but never concurrently, with the frames done and the total.
+/// Returns whether to continue; if not, the frames in progress are finished and make a shorter recording.
 using Progress = std::function<bool(int done, int total)>;
 
 /// Writes calib.txt (P0 .. P3), times.txt, poses.txt and image_0, image_1/%06d.png into `output`, which is

@@ -11,17 +11,17 @@
 
 namespace stereo_slam::simulator {
 
-/// The ray (X/Z, Y/Z) that a lens shows at a pixel: the inverse of the formulas of Distortion, by Newton's
-/// method or fixed-point iteration. Nothing where there is none within 85 degrees of the axis.
+/// The ray (X/Z, Y/Z) of a pixel: the inverse of the formulas of Distortion, by Newton's method or
+/// fixed-point iteration. Empty if there is none within 85 degrees of the axis.
 [[nodiscard]] std::optional<Eigen::Vector2d> ray_of_pixel(const Lens& lens, double u, double v);
 
-/// Makes the image of a lens out of that of a pinhole, which is what the renderer draws.
+/// Warps the pinhole image that the renderer draws into the image of a lens.
 class LensView {
  public:
-  /// Throws std::invalid_argument when parts of the image see nothing.
+  /// Throws std::invalid_argument when pixels of the image have no ray.
   explicit LensView(const Lens& lens);
 
-  /// To render with: looks the same way, sees all that the lens sees, no coarser than it anywhere.
+  /// The camera to render with: same direction, covers the view of the lens at no lower resolution.
   [[nodiscard]] const PinholeCamera& pinhole() const noexcept { return pinhole_; }
 
   /// The light behind the lens; every pixel is the mean of four points.
@@ -33,8 +33,8 @@ class LensView {
   cv::Mat2f positions_;  ///< in the pinhole image, of two by two points a pixel
 };
 
-/// Two cameras much like EuRoC's, 0.3 m apart and not quite parallel, with distortion of a model. `scale` is
-/// the share of 752x480 pixels. Throws std::invalid_argument for kNone.
+/// A rig similar to EuRoC's, with a baseline of 0.3 m, axes slightly off parallel and the given distortion.
+/// `scale` is the share of 752x480 pixels. Throws std::invalid_argument for kNone.
 [[nodiscard]] StereoRig euroc_like_rig(Distortion distortion, double scale = 1.0);
 
 }  // namespace stereo_slam::simulator

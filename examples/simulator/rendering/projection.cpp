@@ -62,7 +62,7 @@ struct Polygon {
   return true;
 }
 
-/// Fills the edges, all turned inwards whichever way the polygon runs.
+/// Fills the edges, all turned inwards, whatever the orientation of the polygon.
 void set_edges(ScreenFace& screen, const Polygon<Vector2d>& outline) {
   double twice_area = 0.0;
   for (int i = 1; i + 1 < outline.count; ++i) {

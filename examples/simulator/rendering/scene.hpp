@@ -12,8 +12,8 @@
 
 namespace stereo_slam::simulator {
 
-/// Look of a surface: grey = 255 * brightness * detail(u, v) * (1 + macro_contrast * (2 macro(s u, s v) -
-/// 1)).
+/// Appearance of a surface: grey = 255 * brightness * detail(u, v) * (1 + macro_contrast * (2 macro(s u, s v)
+/// - 1)).
 ///
 /// `detail` is the fine structure, repeated; `macro` breaks the repetition: its period is incommensurate with
 /// the detail's. `opacity`, where given, cuts holes (foliage, fences); it shares the detail's coordinates.
@@ -60,7 +60,7 @@ struct Chunk {
   std::vector<Face> faces;
 };
 
-/// Everything that can be rendered and does not move. Grey levels are on the scale 0 .. 255 of the image.
+/// Everything static that can be rendered. Grey levels are on the scale 0 .. 255 of the image.
 struct Scene {
   std::vector<Material> materials;
   std::vector<Chunk> chunks;

@@ -7,7 +7,7 @@
 
 namespace stereo_slam::simulator {
 
-/// What the camera makes of the light, in grey levels of an 8-bit image.
+/// How the camera turns light into grey levels of an 8-bit image.
 struct SensorSettings {
   double blur_sigma_px = 0.5;  ///< Gaussian blur of lens and rectification, [0, 10]
   double noise_sigma = 2.0;    ///< standard deviation at mid grey (128); it grows with the root of the signal
@@ -25,8 +25,8 @@ void validate(const SensorSettings& settings);
 [[nodiscard]] double exposure_gain(const SensorSettings& settings, std::uint64_t seed, double time_s,
                                    int camera);
 
-/// Turns light into an 8-bit image: blur, gain and vignetting, noise. The noise of a pixel depends on nothing
-/// but `noise_seed` and its place.
+/// Turns light into an 8-bit image: blur, gain and vignetting, noise. The noise of a pixel depends only on
+/// `noise_seed` and the position of the pixel.
 [[nodiscard]] cv::Mat1b expose(const cv::Mat1f& light, const SensorSettings& settings, double gain,
                                std::uint64_t noise_seed);
 

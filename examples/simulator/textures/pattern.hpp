@@ -54,7 +54,7 @@ void write_text(cv::Mat1f& tile, Random& random, const cv::Rect& area, double gr
 /// 8-bit texture image of a tile whose values are [0, 1].
 [[nodiscard]] cv::Mat1b to_bytes(const cv::Mat1f& tile);
 
-/// Shifts and scales the values to a mean and a standard deviation.
+/// Shifts and scales the values to the given mean and a standard deviation.
 void normalize_tile(cv::Mat1f& tile, double mean, double deviation);
 
 }  // namespace stereo_slam::simulator

@@ -11,13 +11,13 @@ namespace stereo_slam::simulator {
 /// T_world_camera of every frame; camera and world axes x right, y down, z forward.
 using CameraPath = std::vector<Eigen::Isometry3d>;
 
-/// Reads a pose file (KITTI, TUM or EuRoC, see trajectory_io.hpp). The rotations are orthonormalised, as
-/// files hold few digits. Throws std::runtime_error naming file and line when it is not one.
+/// Reads a pose file (KITTI, TUM or EuRoC, see trajectory_io.hpp). The rotations are orthonormalised, since
+/// files hold few digits. Throws std::runtime_error with file and line for a faulty file.
 [[nodiscard]] CameraPath read_camera_path(const std::filesystem::path& file);
 
-/// The built-in drive: around two blocks of houses that share a street, in a figure of eight, for ever. The
-/// street between the blocks is seen once in every lap of either block, and a lap of the whole eight ends
-/// where it began.
+/// The built-in drive: a figure of eight around two blocks of houses that share a street, repeated without
+/// end. The shared street is seen once in the lap around either block; a lap of the whole figure ends where
+/// it began.
 struct LoopSettings {
   double block_length_m = 50.0;
   double block_width_m = 40.0;

@@ -103,8 +103,8 @@ class CarBuilder {
   void flank(double side) {
     const Vector3d along(0.0, 0.0, -side);
     const Vector3d up = Vector3d::UnitY();
-    const auto add = [&](const Patch& patch, double proud, const Paint& look) {
-      mesh_.centred_rectangle({side * (kHalfWidth + proud), patch.y_m, patch.x_m}, patch.width_m * along,
+    const auto add = [&](const Patch& patch, double offset_m, const Paint& look) {
+      mesh_.centred_rectangle({side * (kHalfWidth + offset_m), patch.y_m, patch.x_m}, patch.width_m * along,
                               patch.height_m * up, look);
     };
     const Paint rim{random_.pick(palette_.wheels), 0.9, true};

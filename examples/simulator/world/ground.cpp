@@ -55,8 +55,8 @@ void add_polygon(const Polygon& polygon, Height height, const Face& style, std::
   return style;
 }
 
-/// Upright side of the kerb between two points of a triangle; the road is on the left of the way from one to
-/// the other.
+/// Upright side of the kerb between two points of a triangle; the road is on the left from `from` to
+/// `to`.
 void add_kerb_side(const Site& site, const GroundTriangle& triangle, const GroundPoint& from,
                    const GroundPoint& to, std::vector<Face>& faces) {
   const double scale = 1.0 / site.materials[site.palette.kerb].period_m;

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFoot_m = -0.4;  ///< things go a little into the ground
+constexpr double kFoot_m = -0.4;  ///< objects reach a little into the ground
 
 }  // namespace
 

@@ -42,8 +42,8 @@ class Shelf {
     return id;
   }
 
-  /// Picture that is stretched over a face.
-  MaterialId picture(const cv::Mat1f& detail) {
+  /// Image that is stretched over a face.
+  MaterialId image(const cv::Mat1f& detail) {
     Material material;
     material.detail = make_texture(detail);
     return add(material);
@@ -61,12 +61,12 @@ class Shelf {
   TexturePtr stains_;
 };
 
-/// `count` pictures of one kind.
+/// `count` images of one kind.
 template <class Synthesis>
-[[nodiscard]] std::vector<MaterialId> pictures(Shelf& shelf, Random& random, int count, int size_px,
-                                               Synthesis make) {
+[[nodiscard]] std::vector<MaterialId> images(Shelf& shelf, Random& random, int count, int size_px,
+                                             Synthesis make) {
   std::vector<MaterialId> ids;
-  for (int i = 0; i < count; ++i) ids.push_back(shelf.picture(make(random, size_px)));
+  for (int i = 0; i < count; ++i) ids.push_back(shelf.image(make(random, size_px)));
   return ids;
 }
 
@@ -109,11 +109,11 @@ Palette make_palette(std::vector<Material>& materials, std::uint64_t seed, int s
                    shelf.surface(boards_texture(random, size_px), 5.12, 16.9, 0.35F)};
   palette.roofs = {shelf.surface(roof_texture(random, size_px), 5.12, 15.1, 0.4F),
                    shelf.surface(roof_texture(random, half), 3.7, 18.3, 0.4F)};
-  palette.windows = pictures(shelf, random, 40, quarter, window_texture);
-  palette.doors = pictures(shelf, random, 16, quarter, door_texture);
-  palette.shops = pictures(shelf, random, 24, quarter, shop_texture);
-  palette.signs = pictures(shelf, random, 64, quarter / 2, sign_texture);
-  palette.wheels = pictures(shelf, random, 3, quarter / 2, wheel_texture);
+  palette.windows = images(shelf, random, 40, quarter, window_texture);
+  palette.doors = images(shelf, random, 16, quarter, door_texture);
+  palette.shops = images(shelf, random, 24, quarter, shop_texture);
+  palette.signs = images(shelf, random, 64, quarter / 2, sign_texture);
+  palette.wheels = images(shelf, random, 3, quarter / 2, wheel_texture);
   palette.metal = shelf.surface(metal_texture(random, half), 2.56, 7.3, 0.3F);
   palette.glass = shelf.surface(glass_texture(random, quarter), 2.56, 5.9, 0.4F);
   palette.bark = shelf.surface(bark_texture(random, quarter), 1.28, 7.7, 0.4F);

@@ -28,7 +28,8 @@ struct Palette {
 /// textures, a power of two of at least 64; throws std::invalid_argument otherwise.
 [[nodiscard]] Palette make_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px);
 
-/// The same with a ground that shows little near by: even asphalt, gravel beside it, and grass of one colour.
+/// The same with little texture on the ground nearby: uniform asphalt, gravel beside it, and grass of one
+/// colour.
 [[nodiscard]] Palette make_highway_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px);
 
 }  // namespace stereo_slam::simulator

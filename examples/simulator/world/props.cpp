@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFoot_m = -0.3;  ///< things go a little into the ground
+constexpr double kFoot_m = -0.3;  ///< objects reach a little into the ground
 
 [[nodiscard]] Vector3d random_direction(Random& random) {
   const double z = random.uniform(-1.0, 1.0);

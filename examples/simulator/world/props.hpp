@@ -5,7 +5,7 @@
 #include "simulator/world/materials.hpp"
 #include "simulator/world/mesh.hpp"
 
-/// Smaller things of the street. Each stands at the origin of the mesh's placement.
+/// Street furniture, plants and vehicles. Each stands at the origin of the mesh's placement.
 namespace stereo_slam::simulator {
 
 /// How finely a tree's crown is built.

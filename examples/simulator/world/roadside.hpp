@@ -9,17 +9,17 @@
 #include "simulator/world/mesh.hpp"
 #include "simulator/world/site.hpp"
 
-/// Tools to set things up along a street.
+/// Tools to place objects along a street.
 namespace stereo_slam::simulator {
 
-/// Where something of the given size could stand beside a station of the route.
+/// Place for an object beside a station of the route.
 struct Slot {
   GroundBox box;
   GroundPoint front;  ///< unit direction towards the street
   double ground_y = 0.0;
 };
 
-/// Keeps things off the route and off each other.
+/// Keeps objects off the route and apart from each other.
 class Plan {
  public:
   explicit Plan(const Site& site) : site_(site) {}
@@ -51,7 +51,7 @@ struct Yard {
   void place(const Slot& slot) { mesh.place(stand(slot.box.centre, slot.front, slot.ground_y)); }
 };
 
-/// How often a kind of thing stands along the street.
+/// How densely one kind of object stands along the street.
 struct Spread {
   double offset_low_m;  ///< distance of its near side from the path
   double offset_high_m;
@@ -62,7 +62,7 @@ struct Spread {
   double clearance_m;  ///< from the path
 };
 
-/// Spreads things along one side of the street; build(slot) adds one.
+/// Places objects along one side of the street; build(slot) adds one.
 template <class Build>
 void spread(Yard& yard, double side, const Spread& how, Build build) {
   double next_arc = -yard.site.route.run_out_m() + yard.random.uniform(0.0, how.spacing_high_m);

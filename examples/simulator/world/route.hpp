@@ -28,8 +28,8 @@ struct GroundBox {
   [[nodiscard]] bool overlaps(const GroundBox& other) const;
 };
 
-/// Where the camera drives, as the town planner sees it: stations a metre apart along the path, continued
-/// straight beyond both of its ends, with fast look-up of what is near.
+/// The street along the camera path: stations a metre apart, continued straight beyond both ends, with fast
+/// look-up of nearby stations.
 class Route {
  public:
   struct Station {
@@ -37,7 +37,7 @@ class Route {
     GroundPoint direction;   ///< unit
     double ground_y = 0.0;   ///< world y of the ground below the camera
     double arc_m = 0.0;      ///< distance driven; negative before the path begins
-    bool first_pass = true;  ///< false where the path had been before
+    bool first_pass = true;  ///< false where an earlier part of the path passes
   };
 
   /// Throws std::invalid_argument for an empty path. `run_out_m` is how far the street goes on, straight, at

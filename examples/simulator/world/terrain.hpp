@@ -11,8 +11,8 @@
 
 namespace stereo_slam::simulator {
 
-/// Cross-section of a street, measured from the camera's path, and how one drives there. The defaults are a
-/// street of a town.
+/// Cross-section of a street, measured from the camera's path, and its traffic. The defaults are a street in
+/// a town.
 struct StreetProfile {
   double road_half_width_m = 5.2;
   double kerb_width_m = 0.15;

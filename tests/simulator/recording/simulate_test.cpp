@@ -111,7 +111,7 @@ TEST_CASE("A simulation is a complete KITTI sequence", "[simulate]") {
   for (std::size_t i = 0; i < 4; ++i) CHECK(poses[i].isApprox(path[i], 1e-15));
 }
 
-TEST_CASE("A simulation that is told to stop leaves a shorter recording, whole in itself", "[simulate]") {
+TEST_CASE("A simulation that is stopped leaves a shorter, complete recording", "[simulate]") {
   const TemporaryFolder folder;
   SimulationSettings settings = small_settings();
   settings.frames = 40;
@@ -125,7 +125,7 @@ TEST_CASE("A simulation that is told to stop leaves a shorter recording, whole i
   CHECK_FALSE(fs::exists(folder / "seq" / image_names(frames + 1).back()));
 }
 
-TEST_CASE("The images do not depend on the number of threads, but on the seed", "[simulate]") {
+TEST_CASE("The images depend on the seed, not on the number of threads", "[simulate]") {
   const TemporaryFolder folder;
   SimulationSettings settings = small_settings();
   settings.threads = 1;
@@ -157,7 +157,7 @@ TEST_CASE("A highway is built along its own drive, or along a pose file", "[simu
   CHECK(read_text(folder / "own" / image_names(4)[0]) != read_text(folder / "town" / image_names(4)[0]));
 }
 
-TEST_CASE("A sequence along a pose file has its frames and exact rotations", "[simulate]") {
+TEST_CASE("A sequence along a pose file has as many frames and orthonormal rotations", "[simulate]") {
   const TemporaryFolder folder;
   std::string text;
   for (int i = 0; i < 6; ++i)
@@ -178,7 +178,7 @@ TEST_CASE("A sequence along a pose file has its frames and exact rotations", "[s
   }
 }
 
-TEST_CASE("Faulty pose files are refused with file and line", "[simulate]") {
+TEST_CASE("Faulty pose files are rejected with file and line", "[simulate]") {
   for (const std::string text :
        {"1 0 0 0 0 1 0 0 0 0 1", "1 0 0 0 0 1 0 0 0 0 1 0 0", "1 0 0 x 0 1 0 0 0 0 1 0",
         "1 0 0 nan 0 1 0 0 0 0 1 0", "1 0 0 inf 0 1 0 0 0 0 1 0", "2 0 0 0 0 1 0 0 0 0 1 0",
@@ -201,7 +201,7 @@ TEST_CASE("Faulty pose files are refused with file and line", "[simulate]") {
   CHECK_FALSE(fs::exists(folder / "seq"));
 }
 
-TEST_CASE("Settings out of range are refused by name before anything is written", "[simulate]") {
+TEST_CASE("Settings out of range are rejected by name before anything is written", "[simulate]") {
   const std::vector<std::pair<std::string, std::function<void(SimulationSettings&)>>> faults = {
       {"frames", [](auto& s) { s.frames = -1; }},
       {"dynamic_objects", [](auto& s) { s.dynamic_objects = -1; }},
@@ -282,7 +282,7 @@ TEST_CASE("The noise has the stated strength, grows with the signal and repeats 
   }
 }
 
-TEST_CASE("Blur spreads a point symmetrically and keeps its light", "[simulate][sensor]") {
+TEST_CASE("Blur is symmetric and keeps the total light", "[simulate][sensor]") {
   SensorSettings settings;
   settings.blur_sigma_px = 1.0;
   settings.noise_sigma = 0.0;
@@ -296,7 +296,7 @@ TEST_CASE("Blur spreads a point symmetrically and keeps its light", "[simulate][
   CHECK(cv::sum(image - 20)[0] == Approx(1000.0).epsilon(0.02));
 }
 
-TEST_CASE("Vignetting darkens the corners and exposure drifts slowly and alike in both cameras",
+TEST_CASE("Vignetting darkens the corners and exposure drifts slowly and equally in both cameras",
           "[simulate][sensor]") {
   SensorSettings settings;
   settings.noise_sigma = 0.0;

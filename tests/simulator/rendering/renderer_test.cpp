@@ -74,8 +74,8 @@ Shape polygon_shape(const std::vector<Vector2d>& outline) {
   return shape;
 }
 
-/// The same of a picture of a white shape on black; pixel centres have integer coordinates.
-Shape picture_shape(const cv::Mat1f& image) {
+/// The same of an image of a white shape on black; pixel centres have integer coordinates.
+Shape shape_in_image(const cv::Mat1f& image) {
   Shape shape;
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
@@ -126,7 +126,7 @@ TEST_CASE("A marker is drawn where the pinhole model puts it", "[simulate][rende
       outline.push_back(project(T_world_camera.inverse() * corner.cast<double>()));
     }
     const Shape expected = polygon_shape(outline);
-    const Shape drawn = picture_shape(Renderer(scene, kCamera, samples).render(T_world_camera));
+    const Shape drawn = shape_in_image(Renderer(scene, kCamera, samples).render(T_world_camera));
     const Vector2d error = drawn.centroid - expected.centroid;
     worst = std::max(worst, error.cwiseAbs().maxCoeff());
     mean += error / kMarkers;
@@ -140,7 +140,7 @@ TEST_CASE("A marker is drawn where the pinhole model puts it", "[simulate][rende
   if (samples >= 8) CHECK(worst < 0.05);
 }
 
-TEST_CASE("A smooth texture appears at the exact perspective position", "[simulate][renderer]") {
+TEST_CASE("A smooth texture is drawn at its exact perspective position", "[simulate][renderer]") {
   // Every pixel shows the wave at the point where its central ray meets the slanted plane.
   constexpr int kSize = 512;
   constexpr int kCycles = 8;
@@ -197,7 +197,7 @@ TEST_CASE("The right image shows a plane moved by the disparity", "[simulate][re
   CHECK(largest_difference(left(overlap), right(overlap - cv::Point(5, 0))) < 2.5);
 }
 
-TEST_CASE("The nearer face hides the farther one, in whatever order they come", "[simulate][renderer]") {
+TEST_CASE("The nearer face hides the farther one in either order", "[simulate][renderer]") {
   const Face near = parallelogram({-1.0, -1.0, 4.0}, {2.0, 0.0, 0.0}, {0.0, 2.0, 0.0}, 1);
   const Face far = parallelogram({-20.0, -20.0, 9.0}, {40.0, 0.0, 0.0}, {0.0, 40.0, 0.0}, 2);
   for (const auto& faces : {std::vector{near, far}, std::vector{far, near}}) {
@@ -249,7 +249,7 @@ TEST_CASE("A mesh of faces that share edges has no holes and no doubled pixels",
   }
 }
 
-TEST_CASE("A face is seen from its front only, unless it has two sides", "[simulate][renderer]") {
+TEST_CASE("A face is visible from its front only, unless it is two-sided", "[simulate][renderer]") {
   const Face facing = parallelogram({-9.0, 9.0, 5.0}, {18.0, 0.0, 0.0}, {0.0, -18.0, 0.0}, 0);
   const Face averted = parallelogram({-9.0, -9.0, 5.0}, {18.0, 0.0, 0.0}, {0.0, 18.0, 0.0}, 0);
   Scene scene = dark_scene({facing});
@@ -261,7 +261,7 @@ TEST_CASE("A face is seen from its front only, unless it has two sides", "[simul
   CHECK(Renderer(scene, kCamera, 4).render(Isometry3d::Identity())(70, 100) == Approx(255.0));
 }
 
-TEST_CASE("Faces around, behind and across the camera are drawn without fault", "[simulate][renderer]") {
+TEST_CASE("Faces around, behind and across the camera are drawn correctly", "[simulate][renderer]") {
   // A floor that passes below the camera and behind it: below the horizon everything is floor.
   const Face floor = parallelogram({-500.0, 1.5, -500.0}, {1000.0, 0.0, 0.0}, {0.0, 0.0, 1000.0}, 0);
   const Face behind = parallelogram({-5.0, -5.0, -3.0}, {10.0, 0.0, 0.0}, {0.0, 10.0, 0.0}, 1);
@@ -305,7 +305,7 @@ TEST_CASE("Distance fades into haze and shadow darkens the ground", "[simulate][
   CHECK(image(110, 160) == Approx(100.0));
 }
 
-TEST_CASE("A renderer refuses impossible cameras and sample counts", "[simulate][renderer]") {
+TEST_CASE("The renderer rejects impossible cameras and sample counts", "[simulate][renderer]") {
   const Scene scene = dark_scene({});
   CHECK_THROWS_AS(Renderer(scene, kCamera, 5), std::invalid_argument);
   CHECK_THROWS_AS(Renderer(scene, PinholeCamera{0, 10, 1.0, 1.0, 0.0, 0.0}, 4), std::invalid_argument);

@@ -37,14 +37,14 @@ double read(const Texture& texture, const Footprint& footprint) {
 
 }  // namespace
 
-TEST_CASE("Textures whose sides are not powers of two are refused", "[simulate][texture]") {
+TEST_CASE("Textures whose sides are not powers of two are rejected", "[simulate][texture]") {
   for (const cv::Size size : {cv::Size(0, 0), cv::Size(12, 16), cv::Size(16, 12), cv::Size(1, 3)}) {
     CHECK_THROWS_AS(Texture(cv::Mat1b(size, std::uint8_t{7})), std::invalid_argument);
   }
   CHECK_NOTHROW(Texture(cv::Mat1b(1, 1, std::uint8_t{7})));
 }
 
-TEST_CASE("A texel's centre reads as the texel, and between two centres lies their mean",
+TEST_CASE("Sampling at a texel's centre gives the texel, halfway between two their mean",
           "[simulate][texture]") {
   cv::Mat1b image(4, 8, std::uint8_t{0});
   for (int i = 0; i < 32; ++i) image(i / 8, i % 8) = static_cast<std::uint8_t>(7 * i + 3);
@@ -62,7 +62,7 @@ TEST_CASE("A texel's centre reads as the texel, and between two centres lies the
   }
 }
 
-TEST_CASE("A texture repeats with period one in both directions, far from the origin too",
+TEST_CASE("A texture repeats with period one in both directions, also far from the origin",
           "[simulate][texture]") {
   Random random(11);
   const Texture texture(cv::Mat1b(to_bytes(stain_texture(random, 64))));
@@ -78,7 +78,7 @@ TEST_CASE("A texture repeats with period one in both directions, far from the or
   }
 }
 
-TEST_CASE("Every footprint on an even texture reads its grey", "[simulate][texture]") {
+TEST_CASE("Every footprint on a uniform texture gives its grey", "[simulate][texture]") {
   const Texture texture(cv::Mat1b(256, 256, std::uint8_t{100}));
   Random random(5);
   for (int i = 0; i < 500; ++i) {
@@ -95,7 +95,7 @@ TEST_CASE("Every footprint on an even texture reads its grey", "[simulate][textu
   }
 }
 
-TEST_CASE("A smooth texture under small footprints reads as the function it was made of",
+TEST_CASE("Small footprints sample a smooth texture like the function it was made of",
           "[simulate][texture]") {
   constexpr int kSize = 256;
   constexpr int kCycles = 4;
@@ -141,7 +141,7 @@ TEST_CASE("The palette fills every list with textured materials", "[simulate][te
   CHECK_THROWS_AS(make_palette(materials, 3, 32), std::invalid_argument);
 }
 
-TEST_CASE("Random numbers are the same everywhere, and streams of a seed differ", "[simulate][random]") {
+TEST_CASE("Random numbers match the published ones, and streams of a seed differ", "[simulate][random]") {
   // SplitMix64 from state 1234567: the published first outputs.
   CHECK(mix_bits(1234567 + 0x9e3779b97f4a7c15ULL) == 6457827717110365317ULL);
   CHECK(mix_bits(1234567 + 2 * 0x9e3779b97f4a7c15ULL) == 3203168211198807973ULL);

@@ -38,8 +38,8 @@ const World& loop_world() {
   return world;
 }
 
-cv::Mat1b picture(Renderer& renderer, const Isometry3d& T_world_camera,
-                  const std::vector<Face>& moving = {}) {
+cv::Mat1b rendered(Renderer& renderer, const Isometry3d& T_world_camera,
+                   const std::vector<Face>& moving = {}) {
   cv::Mat1b image;
   renderer.render(T_world_camera, moving).convertTo(image, CV_8U);
   return image;
@@ -97,8 +97,8 @@ Vector2d to_vector(const cv::Point2f& p) { return {static_cast<double>(p.x), sta
 /// show.
 std::vector<Vector2d> tracking_errors(const World& world, const Isometry3d& from, const Isometry3d& to) {
   Renderer renderer(world.scene(), kCamera, 8);
-  const cv::Mat1b first = picture(renderer, from);
-  const cv::Mat1b second = picture(renderer, to);
+  const cv::Mat1b first = rendered(renderer, from);
+  const cv::Mat1b second = rendered(renderer, to);
   std::vector<cv::Point2f> corners;
   cv::goodFeaturesToTrack(first, corners, 250, 0.01, 8.0);
   std::vector<Vector2d> expected;
@@ -178,7 +178,7 @@ void check_clear(const World& world, double highest_m, double clearance_m) {
 
 }  // namespace
 
-TEST_CASE("Nothing stands on the path, where it crosses itself neither", "[simulate][world]") {
+TEST_CASE("Nothing stands on the path, crossings included", "[simulate][world]") {
   check_clear(loop_world(), 3.5, 2.0);
   check_clear(World(crossing_path(), kSettings), 3.5, 2.0);
 }
@@ -208,7 +208,7 @@ TEST_CASE("The ground follows the path below the camera", "[simulate][world]") {
   }
 }
 
-TEST_CASE("A revisited place looks as it did", "[simulate][world]") {
+TEST_CASE("A revisited place looks the same", "[simulate][world]") {
   Renderer renderer(loop_world().scene(), kCamera, 8);
   Renderer another(loop_world().scene(), kCamera, 8);
   const cv::Mat1f before = renderer.render(loop_path()[10]);
@@ -217,7 +217,7 @@ TEST_CASE("A revisited place looks as it did", "[simulate][world]") {
   CHECK(cv::norm(before, another.render(loop_path()[10]), cv::NORM_INF) == 0.0);
 }
 
-TEST_CASE("The same seed builds the same world, another seed another one", "[simulate][world]") {
+TEST_CASE("The same seed builds the same world, another seed a different one", "[simulate][world]") {
   const CameraPath path = street_loop(30, kFps);
   WorldSettings other = kSettings;
   other.scenery = GENERATE(Scenery::kTown, Scenery::kHighway);
@@ -233,11 +233,11 @@ TEST_CASE("The same seed builds the same world, another seed another one", "[sim
   CHECK(cv::norm(view(a), view(c), cv::NORM_INF) > 50.0);
 }
 
-TEST_CASE("Every view of the drive is full of corners, turns included", "[simulate][world]") {
+TEST_CASE("Every view of the drive shows many corners, turns included", "[simulate][world]") {
   const PinholeCamera full{1241, 376, 718.856, 718.856, 607.1928, 185.2157};
   Renderer renderer(loop_world().scene(), full, 8);
   for (std::size_t frame = 0; frame < loop_path().size(); frame += 23) {
-    const cv::Mat1b image = picture(renderer, loop_path()[frame]);
+    const cv::Mat1b image = rendered(renderer, loop_path()[frame]);
     std::vector<cv::KeyPoint> corners;
     cv::FAST(image, corners, 12);
     std::array<std::array<int, 6>, 3> cells{};
@@ -256,7 +256,8 @@ TEST_CASE("Every view of the drive is full of corners, turns included", "[simula
   }
 }
 
-TEST_CASE("Tracked corners move as the geometry says, in time and between the cameras", "[simulate][world]") {
+TEST_CASE("Tracked corners move as the geometry predicts, in time and between the cameras",
+          "[simulate][world]") {
   std::vector<Vector2d> in_time;
   std::vector<Vector2d> in_stereo;
   const auto append = [](std::vector<Vector2d>& all, const std::vector<Vector2d>& more) {
@@ -286,7 +287,7 @@ TEST_CASE("Tracked corners move as the geometry says, in time and between the ca
   }
 }
 
-TEST_CASE("A camera that stays in a room, and one that looks about, get a world too", "[simulate][world]") {
+TEST_CASE("Cameras that hardly move or look up and down get a world, too", "[simulate][world]") {
   CameraPath path;
   for (int i = 0; i < 20; ++i) {
     Isometry3d pose = Isometry3d::Identity();
@@ -329,8 +330,7 @@ TEST_CASE("Traffic stays on the road, never drives into the camera, and moves", 
   CHECK(Traffic(loop_world(), loop_path(), kFps, 0, 9).at(3).empty());
 }
 
-TEST_CASE("The built-in drive starts at the identity, turns gently, and comes back to where it has been",
-          "[simulate][path]") {
+TEST_CASE("The built-in drive starts at the identity, turns gently and revisits places", "[simulate][path]") {
   const auto path = street_loop(700, kFps);
   CHECK(path.front().isApprox(Isometry3d::Identity(), 1e-12));
   double nearest = std::numeric_limits<double>::max();

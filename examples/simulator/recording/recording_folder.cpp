@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "simulator/recording/recording_folder.hpp"
+
+#include <ostream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "simulator/recording/euroc_writer.hpp"
+#include "simulator/recording/kitti_writer.hpp"
+#include "stereo_slam/io/text_file.hpp"
+
+namespace stereo_slam::simulator {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Creates a folder for images; throws when it is not empty.
+fs::path make_image_folder(const fs::path& folder) {
+  fs::create_directories(folder);
+  if (!fs::is_empty(folder)) {
+    throw std::runtime_error(folder.string() + ": not empty; remove it or choose another output folder");
+  }
+  return folder;
+}
+
+void write_png(const cv::Mat1b& image, const fs::path& file) {
+  if (!cv::imwrite(file.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
+    throw std::runtime_error(file.string() + ": cannot be written; check permissions and free space");
+  }
+}
+
+}  // namespace
+
+RecordingFolder::RecordingFolder(const SimulationSettings& settings, const fs::path& output)
+    : settings_(settings), root_(output) {
+  if (settings.rig) root_ /= "mav0";
+  images_ = settings.rig
+                ? std::array{make_image_folder(root_ / "cam0/data"), make_image_folder(root_ / "cam1/data")}
+                : std::array{make_image_folder(root_ / "image_0"), make_image_folder(root_ / "image_1")};
+  if (settings.moving_masks) make_image_folder(root_ / "moving");
+}
+
+void RecordingFolder::write_cameras() const {
+  if (!settings_.rig) {
+    write_file(root_ / "calib.txt", [&](std::ostream& stream) {
+      write_kitti_calibration(stream, settings_.camera, settings_.baseline_m);
+    });
+    return;
+  }
+  const StereoRig& rig = *settings_.rig;
+  const Eigen::Isometry3d T_body_right = *rig.T_body_left * rig.T_right_left.inverse();
+  write_file(root_ / "cam0/sensor.yaml", [&](std::ostream& stream) {
+    write_euroc_sensor(stream, rig.left, *rig.T_body_left, settings_.fps);
+  });
+  write_file(root_ / "cam1/sensor.yaml", [&](std::ostream& stream) {
+    write_euroc_sensor(stream, rig.right, T_body_right, settings_.fps);
+  });
+}
+
+void RecordingFolder::write_times_and_poses(const CameraPath& path) const {
+  if (!settings_.rig) {
+    write_file(root_ / "times.txt",
+               [&](std::ostream& stream) { write_kitti_times(stream, path.size(), settings_.fps); });
+    write_file(root_ / "poses.txt", [&](std::ostream& stream) { write_kitti_poses(stream, path); });
+    return;
+  }
+  for (const auto* camera : {"cam0", "cam1"}) {
+    write_file(root_ / camera / "data.csv",
+               [&](std::ostream& stream) { write_euroc_rows(stream, path.size(), settings_.fps); });
+  }
+  fs::create_directories(root_ / "state_groundtruth_estimate0");
+  write_file(root_ / "state_groundtruth_estimate0/data.csv", [&](std::ostream& stream) {
+    write_euroc_truth(stream, path, *settings_.rig->T_body_left, settings_.fps);
+  });
+}
+
+void RecordingFolder::write_image(const cv::Mat1b& image, std::size_t side, std::size_t frame) const {
+  write_png(image, images_[side] / name(frame));
+}
+
+void RecordingFolder::write_mask(const cv::Mat1b& mask, std::size_t frame) const {
+  write_png(mask, root_ / "moving" / name(frame));
+}
+
+std::string RecordingFolder::name(std::size_t frame) const {
+  return settings_.rig ? fmt::format("{}.png", euroc_stamp_ns(frame, settings_.fps))
+                       : fmt::format("{:06}.png", frame);
+}
+
+}  // namespace stereo_slam::simulator

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+#include <opencv2/core.hpp>
+
+#include "simulator/recording/simulate.hpp"
+#include "simulator/world/camera_path.hpp"
+
+namespace stereo_slam::simulator {
+
+/// The folder of a recording, in KITTI's layout or, with a rig, in EuRoC's. All functions throw
+/// std::runtime_error with the path where a file cannot be written.
+class RecordingFolder {
+ public:
+  /// Creates the folders of the images; throws std::runtime_error when one is not empty, so that no recording
+  /// is overwritten or mixed with another. `settings` must outlive it.
+  RecordingFolder(const SimulationSettings& settings, const std::filesystem::path& output);
+
+  void write_cameras() const;
+  void write_times_and_poses(const CameraPath& path) const;
+  /// `side` is 0 for the left camera, 1 for the right one.
+  void write_image(const cv::Mat1b& image, std::size_t side, std::size_t frame) const;
+  /// The mask of what moves in the left image.
+  void write_mask(const cv::Mat1b& mask, std::size_t frame) const;
+
+ private:
+  [[nodiscard]] std::string name(std::size_t frame) const;
+
+  const SimulationSettings& settings_;
+  std::filesystem::path root_;
+  std::array<std::filesystem::path, 2> images_;
+};
+
+}  // namespace stereo_slam::simulator
