@@ -161,7 +161,7 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   adjustment.min_inliers = settings.min_inliers;
   adjustment.pixel_sigma_px = settings.pixel_sigma_px;
   std::mt19937_64 random(seed);
-  const auto motion = estimate_motion(correspondences(old_keyframe, new_keyframe, guided), camera, *rough,
+  const auto motion = estimate_motion({correspondences(old_keyframe, new_keyframe, guided)}, camera, *rough,
                                       adjustment, random);
   result.loop.inliers = motion.inliers;
   if (!motion.valid || motion.inliers < settings.min_inliers) return result;
