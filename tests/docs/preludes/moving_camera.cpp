@@ -83,7 +83,7 @@ Drive drive_of(std::uint64_t seed) {
   return drive;
 }
 
-/// A chi-square quantile by Wilson and Hilferty; right to a per cent at a hundred degrees of freedom.
+/// A chi-square quantile by Wilson and Hilferty; accurate to a per cent at a hundred degrees of freedom.
 double chi_square_quantile(double dof, double normal_quantile) {
   const double c = 2.0 / (9.0 * dof);
   return dof * std::pow(1.0 - c + normal_quantile * std::sqrt(c), 3);
@@ -91,7 +91,10 @@ double chi_square_quantile(double dof, double normal_quantile) {
 
 /// Runs README's block; what it printed goes to `printed`.
 PoseGaussian<double> run_block(const Drive& drive, std::ostream& printed) {
-  const auto& [start, Q, variance, frames, truth] = drive;
+  const auto& start = drive.start;
+  const auto& Q = drive.Q;
+  const auto& variance = drive.variance;
+  const auto& frames = drive.frames;
   std::streambuf* const console = std::cout.rdbuf(printed.rdbuf());
 #include "moving_camera.inc"
   std::cout.rdbuf(console);
