@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Renders a drive through a made-up town, runs the stereo SLAM on its images and scores the result.
+# Renders a drive through a synthetic town, runs the stereo SLAM on its images and evaluates the result.
 #
-#   demo.sh [DIR]       DIR: where everything goes, out/demo without it
+#   demo.sh [DIR]       DIR: output folder (default: out/demo)
 #
-# Environment: FRAMES (300), SCALE (share of KITTI's image size, 1), STEREO_SLAM (a built program; without it one is built).
+# Environment: FRAMES (300), SCALE (image size relative to KITTI's, 1), STEREO_SLAM (the program; built if not given).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -21,7 +21,7 @@ fi
 
 sequence=$out/sequence_${frames}_${scale}
 if [ "$sequence/times.txt" -nt "$program" ] && "$program" info --dataset "$sequence" >/dev/null 2>&1; then
-  echo "== The drive is already rendered: $sequence"
+  echo "== The sequence is already rendered: $sequence"
 else
   echo "== Rendering $frames stereo frames"
   rm -rf "$sequence"
@@ -34,15 +34,15 @@ echo "== The recording"
 echo "== SLAM"
 "$program" run --dataset "$sequence" --output "$out/results"
 
-echo "== Estimate against truth"
+echo "== Estimate against ground truth"
 "$program" evaluate --groundtruth "$sequence/poses.txt" --estimate "$out/results/trajectory_kitti.txt" \
   --json "$out/results/evaluation.json"
 
 echo "== Files"
-echo "report             $out/results/report.html: open it in a browser"
-echo "images and truth   $sequence"
-echo "trajectory         $out/results/trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt"
-echo "covariances        $out/results/covariances.csv"
-echo "landmarks          $out/results/map.ply"
-echo "timing, settings   $out/results/timing.csv, run.yaml"
-echo "scores             $out/results/evaluation.json"
+echo "report                $out/results/report.html: open it in a browser"
+echo "images, ground truth  $sequence"
+echo "trajectory            $out/results/trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt"
+echo "covariances           $out/results/covariances.csv"
+echo "landmarks             $out/results/map.ply"
+echo "timing, settings      $out/results/timing.csv, run.yaml"
+echo "scores                $out/results/evaluation.json"

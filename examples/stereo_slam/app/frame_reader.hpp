@@ -14,17 +14,17 @@
 
 namespace stereo_slam {
 
-/// Reads frames ahead on a thread of its own, in order, never holding more than kCapacity.
+/// Reads frames ahead in its own thread, in order, and buffers at most kCapacity.
 class FrameReader {
  public:
   using Load = std::function<std::optional<StereoFrame>(std::size_t)>;
 
-  /// `load` is called with 0, 1 ... count - 1 on the reading thread; what it throws comes out of next(),
-  /// and no frame ends the recording early.
+  /// The reading thread calls `load` with 0, 1 ... count - 1. If it returns nothing the recording ends early;
+  /// next() rethrows what it throws.
   FrameReader(Load load, std::size_t count);
 
-  /// The next frame; nothing after the last one, or as soon as `stop` says so. Rethrows the failure of a load
-  /// in the place of its frame.
+  /// The next frame; nothing after the last one, or as soon as `stop` returns true. Rethrows the exception of
+  /// a load in place of its frame.
   std::optional<StereoFrame> next(const std::function<bool()>& stop);
 
   static constexpr std::size_t kCapacity = 4;

@@ -12,6 +12,7 @@
 #include <fmt/ostream.h>
 
 #include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
 namespace stereo_slam {
@@ -19,11 +20,11 @@ namespace {
 
 constexpr std::size_t kPrintedProblems = 20;
 
-/// Checks both files of every frame; returns the frames that are whole.
+/// Checks both files of every frame; returns the frames without a fault.
 std::vector<std::size_t> check_images(SequenceScan& scan) {
   const auto& camera = scan.sequence.camera;
   std::vector<std::size_t> whole;
-  if (scan.sequence.video) {  // only decoding would tell, and takes as long as a run
+  if (scan.sequence.video) {  // only decoding would find faults, and it takes as long as a run
     whole.resize(scan.sequence.frames.size());
     std::iota(whole.begin(), whole.end(), std::size_t{0});
     return whole;
@@ -53,7 +54,7 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
   return whole;
 }
 
-/// Looks at up to five frames spread over the sequence; of a video, at its beginning.
+/// Checks up to five frames spread over the sequence, or the first ones of a video.
 StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_t>& whole_frames) {
   constexpr std::size_t kSampled = 5;
   std::vector<StereoFrame> frames;
@@ -64,13 +65,6 @@ StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_
             [&] { frames.push_back(load_frame(scan.sequence, whole_frames[k])); });
   }
   return check_stereo_agreement(frames);
-}
-
-double path_length(const std::vector<Eigen::Isometry3d>& poses) {
-  double length_m = 0.0;
-  for (std::size_t i = 1; i < poses.size(); ++i)
-    length_m += (poses[i].translation() - poses[i - 1].translation()).norm();
-  return length_m;
 }
 
 void print_findings(std::ostream& stream, const StereoSequence& sequence) {
@@ -87,7 +81,7 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
   }
   if (sequence.rectifier) {
     fmt::print(
-        stream, "rectified     from {} lenses turned by {:.2f} deg; {:.1f} % of the view is covered\n",
+        stream, "rectified     from {} lenses turned by {:.2f} deg; {:.1f} % of the image is covered\n",
         sequence.lenses == "none" ? "undistorted" : sequence.lenses,
         180.0 / std::numbers::pi * Eigen::AngleAxisd(sequence.rectifier->T_left_camera().linear()).angle(),
         100.0 * sequence.rectifier->coverage());
@@ -101,7 +95,7 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
     fmt::print(stream, "ground truth  none\n");
   } else {
     fmt::print(stream, "ground truth  {} poses, {:.1f} m\n", sequence.ground_truth.size(),
-               path_length(sequence.ground_truth));
+               distances_along(sequence.ground_truth).back());
   }
 }
 
@@ -128,7 +122,8 @@ Inspection inspect_sequence(const std::filesystem::path& folder, std::string_vie
 
 void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame) {
   if (sequence.ground_truth.empty())
-    throw std::runtime_error(fmt::format("{}: has no ground truth to write", sequence.folder.string()));
+    throw std::runtime_error(fmt::format(
+        "{}: the recording has no ground truth; leave out --write-groundtruth", sequence.folder.string()));
   const Eigen::Isometry3d T_camera_frame =
       frame == PoseFrame::kBody ? require_body(sequence).inverse() : Eigen::Isometry3d::Identity();
   std::vector<Pose> poses;

@@ -11,7 +11,7 @@
 
 namespace stereo_slam {
 
-/// A recording looked at closely: every image file, and on a few frames the rectification and the order of
+/// A thorough check of a recording: every image file, and on a few frames the rectification and the order of
 /// the cameras.
 struct Inspection {
   SequenceScan scan;
@@ -20,11 +20,11 @@ struct Inspection {
 
 [[nodiscard]] Inspection inspect_sequence(const std::filesystem::path& folder, std::string_view format);
 
-/// The recording's ground truth as a TUM trajectory, for `evaluate` beside that of a run with the same
+/// Writes the recording's ground truth as a TUM trajectory, for `evaluate` with a run of the same
 /// --pose-frame. Throws std::runtime_error when there is none.
 void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame);
 
-/// What the recording consists of and everything found wrong with it.
+/// Prints the contents of the recording and its problems.
 void print_inspection(std::ostream& stream, const Inspection& inspection);
 
 }  // namespace stereo_slam

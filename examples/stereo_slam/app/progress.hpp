@@ -7,8 +7,8 @@
 
 namespace stereo_slam {
 
-/// Tells the standard output how far a job over frames is: one line that keeps changing on a terminal, a line
-/// now and then elsewhere, nothing at all when quiet.
+/// Prints the progress of a job over frames to standard output: one changing line on a terminal, occasional
+/// lines elsewhere, nothing when quiet.
 class Progress {
  public:
   explicit Progress(bool quiet);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
@@ -12,6 +14,7 @@
 #include "stereo_slam/app/process_memory.hpp"
 #include "stereo_slam/app/progress.hpp"
 #include "stereo_slam/app/signals.hpp"
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/report.hpp"
 #include "stereo_slam/results/map_file.hpp"
@@ -30,89 +33,107 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+/// What a run processes: the first `frames` frames of a recording.
+struct RunInput {
+  const StereoSequence& sequence;
+  const Settings& settings;
+  std::size_t frames;
+};
 
-/// Processes frames until the last one, a signal or an error; returns the error's text.
-std::string process_frames(const StereoSequence& sequence, std::size_t count, const ImageSettings& images,
-                           const RunOptions& options, Slam& slam, std::optional<Viewer>& viewer,
-                           const std::optional<DebugImages>& debug_images, RunRecord& record) {
+/// The window of --view and the images of --debug-images, if they are wanted.
+class FrameDisplay {
+ public:
+  FrameDisplay(const RunOptions& options, const StereoCamera& camera) : camera_(camera) {
+    if (options.view) viewer_.emplace();
+    if (options.debug_images) debug_images_.emplace(*options.debug_images);
+  }
+
+  [[nodiscard]] bool needs_trace() const { return debug_images_.has_value(); }
+
+  void show(const StereoFrame& frame, const FrameResult& result, Slam& slam, const AssociationTrace& trace) {
+    if (viewer_) viewer_->show(frame, result, slam.archived_map_points(), camera_);
+    if (debug_images_) debug_images_->write(frame, result, trace);
+  }
+
+ private:
+  StereoCamera camera_;
+  std::optional<Viewer> viewer_;
+  std::optional<DebugImages> debug_images_;
+};
+
+/// Frame `i` of the recording; nothing if a video ends before it.
+std::optional<StereoFrame> load_unless_ended(const RunInput& input, std::size_t i) {
   try {
-    Progress progress(options.quiet);
-    FrameReader reader(
-        [&](std::size_t i) -> std::optional<StereoFrame> {
-          try {
-            return load_frame(sequence, i, images);
-          } catch (const EndOfRecording&) {
-            return std::nullopt;
-          }
-        },
-        count);
-    while (const auto frame = reader.next(SignalGuard::stop_requested)) {
-      const auto start = Clock::now();
-      AssociationTrace trace;
-      FrameResult result = slam.process(*frame, debug_images ? &trace : nullptr);
-      const double ms = 1e3 * seconds_since(start);
-      progress.update(result.index + 1, count,
-                      fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
-      if (viewer) viewer->show(*frame, result, slam.archived_map_points(), sequence.camera);
-      if (debug_images) debug_images->write(*frame, result, trace);
-      record.results.push_back(std::move(result));
-      record.total_ms.push_back(ms);
-      record.resident_mb.push_back(resident_memory_mb());
-    }
-    slam.finish();
-    return "";
-  } catch (const std::exception& error) {
-    return error.what();
+    return load_frame(input.sequence, i, input.settings.images);
+  } catch (const EndOfRecording&) {
+    return std::nullopt;
   }
 }
 
-/// A map is made of keyframes, which the search for loops keeps.
+/// Processes frames until the last one or a signal. Throws what stops the run; the record keeps the frames
+/// before it.
+void process_frames(const RunInput& input, Slam& slam, FrameDisplay& display, Progress& progress,
+                    RunRecord& record) {
+  FrameReader reader([&](std::size_t i) { return load_unless_ended(input, i); }, input.frames);
+  while (const auto frame = reader.next(SignalGuard::stop_requested)) {
+    const auto start = Clock::now();
+    AssociationTrace trace;
+    FrameResult result = slam.process(*frame, display.needs_trace() ? &trace : nullptr);
+    const double ms = 1e3 * seconds_since(start);
+    progress.update(result.index + 1, input.frames,
+                    fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
+    display.show(*frame, result, slam, trace);
+    record.results.push_back(std::move(result));
+    record.total_ms.push_back(ms);
+    record.resident_mb.push_back(resident_memory_mb());
+  }
+  slam.finish();
+}
+
+/// Saved maps consist of keyframes, which only loop closure in the anchored layout keeps.
 void require_keyframes(const Settings& settings) {
   if (settings.loop_closure.enabled && settings.map.layout == MapLayout::kAnchored) return;
   throw std::runtime_error(
       "--save-map and --load-map need loop closure and the anchored layout; use the default preset");
 }
 
-/// With the loaded map, if there is one. What the map does not fit names its file.
-Slam make_slam(const StereoSequence& sequence, const Settings& settings, const RunOptions& options,
-               const SavedMap& known) {
+/// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
+Slam make_slam(const RunInput& input, const RunOptions& options) {
   const auto thread = options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn;
-  if (!options.load_map) return Slam(sequence.camera, settings, thread);
-  require_keyframes(settings);
+  if (!options.load_map) return Slam(input.sequence.camera, input.settings, thread);
+  require_keyframes(input.settings);
+  const SavedMap known = load_map(*options.load_map);
   if (known.keyframes.empty()) {
     throw std::runtime_error(
-        fmt::format("{}: the map is empty; load one of a longer run", options.load_map->string()));
+        fmt::format("{}: the map is empty; load a map of a longer run", options.load_map->string()));
   }
   try {
-    return Slam(sequence.camera, settings, thread, known,
+    return Slam(input.sequence.camera, input.settings, thread, known,
                 options.save_map ? MapUse::kContinue : MapUse::kLocalise);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(fmt::format("{}: {}", options.load_map->string(), error.what()));
   }
 }
 
-/// What the SLAM knows at the end.
-void conclude(const Slam& slam, RunRecord& record) {
+/// T_body_camera if poses of the body are wanted. Throws std::runtime_error when the calibration does not
+/// contain it.
+std::optional<Eigen::Isometry3d> body_of(const StereoSequence& sequence, const RunOptions& options) {
+  if (options.pose_frame != PoseFrame::kBody) return std::nullopt;
+  return require_body(sequence);
+}
+
+/// Adds what the SLAM knows only at the end: final trajectory, map and loops.
+void add_final_results(const Slam& slam, RunRecord& record) {
   record.trajectory = slam.trajectory();
   record.trajectory.resize(record.results.size());
   record.map_points = slam.map_points();
   record.loops = slam.loop_events();
 }
 
-std::size_t frames_with(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
-  return static_cast<std::size_t>(std::count_if(record.results.begin(), record.results.end(), property));
-}
-
 RunSummary summary_of(const RunRecord& record) {
   RunSummary summary;
   summary.frames = record.results.size();
-  summary.lost = frames_with(record, [](const FrameResult& result) {
+  summary.lost = count_frames(record, [](const FrameResult& result) {
     const bool began_the_map = result.is_keyframe;
     return result.status == TrackingStatus::kLost ||
            (result.status == TrackingStatus::kInitializing && !began_the_map);
@@ -123,83 +144,73 @@ RunSummary summary_of(const RunRecord& record) {
 }
 
 std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
-  const std::size_t keyframes = frames_with(record, &FrameResult::is_keyframe);
+  const std::size_t keyframes = count_frames(record, &FrameResult::is_keyframe);
   return keyframes > 0 ? slam.keyframe_memory_bytes() / keyframes : 0;
 }
 
-/// Leaves the map for a later run; if it cannot be written that is the run's error, unless it has one.
-void leave_map(const Slam& slam, const std::filesystem::path& file, RunHeader& header) {
+/// Calls a step of the run. Its exception becomes the run's error, unless the run has an earlier one.
+void attempt(RunHeader& header, const std::function<void()>& step) {
   try {
-    save_map(file, slam.saved_map());
+    step();
   } catch (const std::exception& error) {
     if (header.error.empty()) header.error = error.what();
+    header.state = "failed";
   }
 }
 
-/// Writes all files; what cannot be written becomes the run's error, unless it has one. The report shows the
-/// camera's run, whatever the others hold.
-void save(const std::filesystem::path& folder, const RunRecord& record,
-          const std::optional<Eigen::Isometry3d>& T_body_camera, RunHeader& header,
-          const StereoSequence& sequence, const Settings& settings) {
-  const auto attempt = [&](const std::function<void()>& write) {
-    try {
-      write();
-    } catch (const std::runtime_error& error) {
-      if (header.error.empty()) header.error = error.what();
-      header.state = "failed";
-    }
-  };
-  std::optional<RunRecord> of_body;
-  if (T_body_camera) of_body = in_body_frame(record, *T_body_camera);
-  attempt([&] { write_results(folder, of_body ? *of_body : record); });
+/// Writes all result files; one that cannot be written does not prevent the others. The report is always of
+/// the camera.
+void save(const RunInput& input, const RunOptions& options, const RunRecord& record, RunHeader& header) {
+  const auto T_body_camera = body_of(input.sequence, options);
+  attempt(header, [&] {
+    write_results(options.output, T_body_camera ? in_body_frame(record, *T_body_camera) : record);
+  });
   header.peak_mb = peak_resident_memory_mb();
-  attempt([&] {
-    write_file(folder / "report.html", [&](std::ostream& out) {
-      report::write_report(out, record,
-                           {header, std::filesystem::absolute(sequence.folder).string(), settings.preset});
+  attempt(header, [&] {
+    write_file(options.output / "report.html", [&](std::ostream& out) {
+      report::write_report(
+          out, record,
+          {header, std::filesystem::absolute(input.sequence.folder).string(), input.settings.preset});
     });
   });
-  write_run_yaml(folder, header, sequence, settings);
+  write_run_yaml(options.output, header, input.sequence, input.settings);
 }
 
 }  // namespace
 
 RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
-  std::optional<Eigen::Isometry3d> T_body_camera;
-  if (options.pose_frame == PoseFrame::kBody) T_body_camera = require_body(sequence);
-  if (options.threads) cv::setNumThreads(*options.threads);
+  const RunInput input{sequence, settings,
+                       std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()))};
+  // Whatever would make the run fail at its end is checked at its beginning.
+  RunHeader header{
+      .state = "running", .error = "", .pose_frame = body_of(sequence, options) ? "body" : "camera"};
   if (options.save_map) {
     require_keyframes(settings);
     require_writable(*options.save_map);
   }
-  const SavedMap known = options.load_map ? load_map(*options.load_map) : SavedMap{};
-  const std::size_t count =
-      std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()));
-  std::optional<Viewer> viewer;
-  if (options.view) viewer.emplace();
-  std::optional<DebugImages> debug_images;
-  if (options.debug_images) debug_images.emplace(*options.debug_images);
-  Slam slam = make_slam(sequence, settings, options, known);
-  RunHeader header{.state = "running", .error = "", .pose_frame = T_body_camera ? "body" : "camera"};
+  if (options.threads) cv::setNumThreads(*options.threads);
+  Slam slam = make_slam(input, options);
+  FrameDisplay display(options, sequence.camera);
   prepare_output_folder(options.output);
   write_run_yaml(options.output, header, sequence, settings);
 
   const SignalGuard signals;
   const auto start = Clock::now();
   RunRecord record;
-  header.error =
-      process_frames(sequence, count, settings.images, options, slam, viewer, debug_images, record);
+  attempt(header, [&] {
+    Progress progress(options.quiet);
+    process_frames(input, slam, display, progress, record);
+  });
   header.seconds = seconds_since(start);
   const bool interrupted = SignalGuard::stop_requested();
-  conclude(slam, record);
-  if (options.save_map) leave_map(slam, *options.save_map, header);
+  add_final_results(slam, record);
+  if (options.save_map) attempt(header, [&] { save_map(*options.save_map, slam.saved_map()); });
   header.frames_processed = record.results.size();
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
+  if (header.state == "running") header.state = interrupted ? "interrupted" : "finished";
+  save(input, options, record, header);
+
   RunSummary summary = summary_of(record);
-
-  header.state = !header.error.empty() ? "failed" : interrupted ? "interrupted" : "finished";
-  save(options.output, record, T_body_camera, header, sequence, settings);
-
   summary.seconds = header.seconds;
   summary.interrupted = interrupted;
   summary.error = header.error;

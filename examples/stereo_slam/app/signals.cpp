@@ -4,7 +4,7 @@
 namespace stereo_slam {
 namespace {
 
-/// A signal handler can reach nothing but a global.
+/// A signal handler can access only globals.
 volatile std::sig_atomic_t stop_signal = 0;
 
 }  // namespace
@@ -17,7 +17,7 @@ SignalGuard::SignalGuard() {
   sigaction(SIGINT, &action, &previous_int_);
   sigaction(SIGTERM, &action, &previous_term_);
   sigaction(SIGHUP, &action, &previous_hang_up_);
-  // Nobody reads what is printed: no reason to lose the results.
+  // A closed pipe on standard output must not end the run.
   action.sa_handler = SIG_IGN;
   action.sa_flags = 0;
   sigaction(SIGPIPE, &action, &previous_pipe_);

@@ -5,8 +5,8 @@
 
 namespace stereo_slam {
 
-/// While it lives, the first SIGINT or SIGTERM is a polite request to stop; a second one ends the program at
-/// once.
+/// While it exists, the first SIGINT, SIGTERM or SIGHUP is a request to stop; a second one ends the program
+/// at once. SIGPIPE is ignored.
 class SignalGuard {
  public:
   SignalGuard();
@@ -14,7 +14,7 @@ class SignalGuard {
   SignalGuard(const SignalGuard&) = delete;
   SignalGuard& operator=(const SignalGuard&) = delete;
 
-  /// Whether a signal came since the last guard was made.
+  /// Whether a signal came since the last guard was created.
   [[nodiscard]] static bool stop_requested();
 
  private:

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr auto kError = Problem::Severity::kError;
 constexpr auto kWarning = Problem::Severity::kWarning;
-/// Cameras triggered together differ by rounding and by the time of a message; frames lie 10 ms apart or
-/// more.
+/// Stamps of cameras with a common trigger differ by rounding and message delay; frames are at least 10 ms
+/// apart.
 constexpr std::int64_t kMaxPairDifference_ns = 1'000'000;
 
 /// A row of data.csv.
@@ -51,7 +51,7 @@ std::vector<Row> read_rows(const fs::path& camera) {
       fail(fmt::format("'{}' is not 'stamp in ns, file name'; the file is damaged or truncated", line.text));
     }
     if (!rows.empty() && stamp_ns == rows.back().stamp_ns)
-      fail(fmt::format("stamp {} is there twice; delete one of the rows", fields[0]));
+      fail(fmt::format("stamp {} occurs twice; delete one of the rows", fields[0]));
     if (!rows.empty() && stamp_ns < rows.back().stamp_ns)
       fail(fmt::format("stamp {} is earlier than the one before; sort the rows", fields[0]));
     rows.push_back({line.number, stamp_ns, camera / "data" / fields[1]});
@@ -60,7 +60,7 @@ std::vector<Row> read_rows(const fs::path& camera) {
   return rows;
 }
 
-/// Counts what one camera has and the other lacks.
+/// Counts the rows that have no partner in the other camera.
 struct Unpaired {
   std::size_t count = 0;
   int first_line = 0;
@@ -78,7 +78,7 @@ struct Unpaired {
   }
 };
 
-/// Both lists increase, so that one walk finds the partners.
+/// Pairs rows by stamp in one pass, as both lists increase.
 void pair_rows(const fs::path& mav, const std::vector<Row>& left, const std::vector<Row>& right,
                SequenceScan& scan) {
   Unpaired left_only;
@@ -117,12 +117,12 @@ void pair_rows(const fs::path& mav, const std::vector<Row>& left, const std::vec
   right_only.report(mav / "cam1", right.size(), "cam0", scan);
   if (scan.sequence.frames.empty()) {
     throw std::runtime_error(fmt::format(
-        "{}: no image of cam0 and cam1 has the same stamp, to 1 ms; the cameras must be synchronised",
+        "{}: no images of cam0 and cam1 have the same stamp within 1 ms; the cameras must be synchronised",
         mav.string()));
   }
   if (scan.sequence.frames.size() < 2)
     throw std::runtime_error(
-        fmt::format("{}: holds a single frame; a sequence needs at least two", mav.string()));
+        fmt::format("{}: contains a single frame; a sequence needs at least two", mav.string()));
 }
 
 StereoRig read_rig(const fs::path& mav) {
@@ -135,14 +135,14 @@ StereoRig read_rig(const fs::path& mav) {
   return read_sensor_files(mav / "cam0/sensor.yaml", mav / "cam1/sensor.yaml");
 }
 
-/// The part of the truth that belongs to the frames, in the camera's frame.
+/// The ground truth at the times of the frames, as poses of the camera.
 void read_ground_truth(const fs::path& mav, StereoSequence& sequence) {
   fs::path file = mav / "state_groundtruth_estimate0/data.csv";
   if (!fs::exists(file)) file = mav / "mocap0/data.csv";
   if (!fs::exists(file)) return;
   if (!sequence.T_body_camera) {
     throw std::runtime_error(
-        fmt::format("{}: is of the body, and without T_BS nothing is known of the cameras in it; the ground "
+        fmt::format("{}: contains poses of the body, but the calibration is without T_BS; the ground "
                     "truth is left out",
                     file.string()));
   }
@@ -156,7 +156,7 @@ void read_ground_truth(const fs::path& mav, StereoSequence& sequence) {
     sequence.ground_truth_ns.push_back(stamp_ns);
   }
   if (sequence.ground_truth.empty())
-    throw std::runtime_error(fmt::format("{}: holds no pose of the time of the images", file.string()));
+    throw std::runtime_error(fmt::format("{}: contains no pose at the time of the images", file.string()));
 }
 
 }  // namespace
@@ -200,7 +200,7 @@ SequenceScan scan_euroc(const fs::path& folder) {
     const ImageHeader header = check_image(file);
     if (header.width_px == sequence.camera.width_px && header.height_px == sequence.camera.height_px) return;
     throw std::runtime_error(
-        fmt::format("{}: is {}x{} pixels, but the resolution of the calibration is {}x{}; take the "
+        fmt::format("{}: is {}x{} pixels, but the resolution of the calibration is {}x{}; use the "
                     "calibration of these images",
                     file.string(), header.width_px, header.height_px, sequence.camera.width_px,
                     sequence.camera.height_px));

@@ -11,14 +11,14 @@ namespace stereo_slam {
 inline constexpr std::string_view kEurocLayout =
     "mav0/cam0 and mav0/cam1 with data.csv, sensor.yaml and data/*.png each";
 
-/// Whether the folder holds an EuRoC recording, or is its mav0.
+/// Whether the folder contains an EuRoC recording, or is its mav0.
 [[nodiscard]] bool looks_like_euroc(const std::filesystem::path& folder);
 
-/// Reads a recording in the ASL layout of EuRoC and TUM-VI, from the folder that holds mav0 or from mav0
-/// itself: cam0 and cam1 (left, right) with data.csv (stamp in ns, file name) and data/; sensor.yaml of both,
+/// Reads a recording in the ASL layout of EuRoC and TUM-VI, from mav0 or the folder that contains it. Read
+/// are cam0 and cam1 (left, right) with data.csv (stamp in ns, file name) and data/; the sensor.yaml of both,
 /// or Kalibr's camchain.yaml in mav0, beside it or in dso/ beside it; and state_groundtruth_estimate0 or
-/// mocap0 with T_world_body, when there is one. Rows are paired by stamp; those without a partner are counted
-/// in a warning.
+/// mocap0 with T_world_body, if there is one. Rows are paired by stamp. Rows without a partner are left out;
+/// a warning counts them.
 [[nodiscard]] SequenceScan scan_euroc(const std::filesystem::path& folder);
 
 }  // namespace stereo_slam

@@ -9,26 +9,26 @@
 
 namespace stereo_slam {
 
-/// What the header of an image says.
+/// The header of an image.
 struct ImageHeader {
   int width_px = 0;
   int height_px = 0;
   bool colour = false;
 };
 
-/// Checks that a PNG file is whole: signature, chunk lengths, checksums, end mark. Cheap, nothing is decoded.
-/// Throws std::runtime_error naming the file and what is wrong (image libraries print such things to stderr
-/// instead).
+/// Checks that a PNG file is complete: signature, chunk lengths, checksums and end mark. It is fast: nothing
+/// is decoded. Throws std::runtime_error that names the file and the fault; image libraries only print it to
+/// stderr.
 [[nodiscard]] ImageHeader check_png(const std::filesystem::path& file);
 
-/// Whether the name ends like that of an image that can be read: png, jpg, jpeg, pgm, bmp, tif, tiff.
+/// Whether the extension is that of a supported image format: png, jpg, jpeg, pgm, bmp, tif, tiff.
 [[nodiscard]] bool has_image_name(const std::filesystem::path& file);
 
-/// check_png for any kind of image; all but PNG are decoded for it.
+/// Like check_png for any image format. Formats other than PNG are decoded.
 [[nodiscard]] ImageHeader check_image(const std::filesystem::path& file);
 
-/// The image as CV_8UC1; colour is converted, of 16 bits the upper eight are taken. Throws std::runtime_error
-/// as check_png does.
+/// The image as CV_8UC1. Colour is converted to grey; of 16 bits the upper eight are used. Throws
+/// std::runtime_error like check_png.
 [[nodiscard]] cv::Mat load_gray_image(const std::filesystem::path& file);
 
 }  // namespace stereo_slam

@@ -87,14 +87,14 @@ std::vector<std::int64_t> read_times(const fs::path& file) {
     if (!stamps_ns.empty() && *stamp_ns <= stamps_ns.back()) {
       throw std::runtime_error(
           at_line(file, line.number,
-                  fmt::format("{} does not come after the time before it; times must increase", line.text)));
+                  fmt::format("{} is not later than the time before it; times must increase", line.text)));
     }
     stamps_ns.push_back(*stamp_ns);
   }
   return stamps_ns;
 }
 
-/// Number of frames that the image names of one folder speak of: the highest number plus one.
+/// Number of frames by the image names of one folder: the highest frame index plus one.
 std::size_t count_images(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
     const bool colour_only = fs::is_directory(folder.parent_path() / "image_2");
@@ -118,12 +118,12 @@ std::size_t count_images(const fs::path& folder) {
   }
   if (count == 0) {
     fail(folder, other_name.empty()
-                     ? "is empty; it must hold the images 000000.png, 000001.png ..."
-                     : fmt::format("holds no 000000.png but files such as {}; rename or convert them to "
+                     ? "is empty; it must contain the images 000000.png, 000001.png ..."
+                     : fmt::format("contains no 000000.png but files such as {}; rename or convert them to "
                                    "000000.png, 000001.png ...",
                                    other_name));
   }
-  // A few may be missing: the run ends there. A name of another numbering is another matter.
+  // A few missing images end the run when it reaches them; many mean another numbering.
   if (count > 2 * files + 1000) {
     fail(folder,
          fmt::format(
@@ -190,7 +190,7 @@ SequenceScan scan_kitti(const fs::path& folder) {
   if (images == 0) return scan;
 
   attempt(problems, kError, [&] {
-    if (images < 2) fail(folder, "holds a single frame; a sequence needs at least two");
+    if (images < 2) fail(folder, "contains a single frame; a sequence needs at least two");
     if (stamps_ns && stamps_ns->size() != images) {
       fail(folder / "times.txt",
            fmt::format("has {} times for {} images (the last is {}); there must be one for each",

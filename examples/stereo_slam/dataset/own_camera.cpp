@@ -27,7 +27,7 @@ constexpr auto kWarning = Problem::Severity::kWarning;
   throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
 }
 
-/// Digits count as numbers: img9 before img10.
+/// Natural order: digits compare as numbers, img9 before img10.
 bool natural_less(const std::string& a, const std::string& b) {
   const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
   std::size_t i = 0;
@@ -55,19 +55,19 @@ bool natural_less(const std::string& a, const std::string& b) {
 }
 
 std::vector<fs::path> list_images(const fs::path& folder) {
-  if (!fs::is_directory(folder)) fail(folder, "no such folder; it must hold the images of one camera");
+  if (!fs::is_directory(folder)) fail(folder, "no such folder; it must contain the images of one camera");
   std::vector<fs::path> images;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.is_regular_file() && has_image_name(entry.path())) images.push_back(entry.path());
   }
-  if (images.empty()) fail(folder, "holds no images (png, jpg, pgm, bmp, tif)");
+  if (images.empty()) fail(folder, "contains no images (png, jpg, pgm, bmp, tif)");
   std::sort(images.begin(), images.end(), [](const auto& a, const auto& b) {
     return natural_less(a.filename().string(), b.filename().string());
   });
   return images;
 }
 
-/// Fills left and right of the frames.
+/// Pairs the images of both folders and fills the frames.
 void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>& right, SequenceScan& scan) {
   auto& frames = scan.sequence.frames;
   std::map<std::string, fs::path> right_by_name;
@@ -109,7 +109,7 @@ std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
 }
 
 void read_times(const fs::path& file, std::vector<StereoFiles>& frames) {
-  if (!fs::exists(file)) fail(file, "missing; it holds one time in seconds a frame");
+  if (!fs::exists(file)) fail(file, "missing; it must contain one time in seconds per frame");
   const auto lines = read_text_lines(file);
   if (lines.size() != frames.size()) {
     fail(file,
@@ -123,13 +123,13 @@ void read_times(const fs::path& file, std::vector<StereoFiles>& frames) {
     if (i > 0 && *stamp_ns <= frames[i - 1].stamp_ns) {
       throw std::runtime_error(at_line(
           file, lines[i].number,
-          fmt::format("{} does not come after the time before it; times must increase", lines[i].text)));
+          fmt::format("{} is not later than the time before it; times must increase", lines[i].text)));
     }
     frames[i].stamp_ns = *stamp_ns;
   }
 }
 
-/// From the file of times, the names or the rate, whichever there is first.
+/// Stamps from the file of times, else from the names, else from the frame rate.
 void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_rate_hz,
                 std::vector<StereoFiles>& frames) {
   if (own.times) return read_times(calibration.parent_path() / *own.times, frames);
@@ -145,14 +145,13 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_
   }
   const double rate_hz = own.frame_rate_hz.value_or(video_rate_hz);
   if (!(rate_hz > 0.0)) {
-    fail(calibration,
-         "says nothing about time; add frame_rate_hz, or times: FILE with one time in seconds a frame");
+    fail(calibration, "has no times; add frame_rate_hz, or times: FILE with one time in seconds per frame");
   }
   for (std::size_t i = 0; i < frames.size(); ++i)
     frames[i].stamp_ns = std::llround(1e9 * static_cast<double>(i) / rate_hz);
 }
 
-/// A source by its name; without an extension, the folder or else the one video of that name.
+/// The path of a source. A name without extension is a folder or else the only video of that name.
 fs::path find_source(const fs::path& parent, const std::string& name) {
   const fs::path source = parent / name;
   if (fs::exists(source)) return source;
@@ -177,7 +176,7 @@ void open_videos(const fs::path& left, const fs::path& right, const OwnCamera& o
   if (left_count != right_count) {
     scan.problems.push_back(
         {kWarning,
-         fmt::format("{}: has {} frames and {} has {}; the shorter one counts, and frames of one number "
+         fmt::format("{}: has {} frames and {} has {}; the shorter one counts; frames with the same index "
                      "must have been taken together",
                      left.string(), left_count, right.string(), right_count)});
   }
@@ -190,7 +189,7 @@ cv::Size first_size(const StereoSequence& sequence) {
   const auto& file = sequence.frames.front().left;
   if (sequence.video) {
     const auto images = sequence.video->read(0);
-    if (!images) fail(file, "holds no frame that can be decoded");
+    if (!images) fail(file, "contains no frame that can be decoded");
     return images->first.size();
   }
   const ImageHeader header = check_image(file);
@@ -208,7 +207,7 @@ void set_camera(const OwnCamera& own, const fs::path& calibration, StereoSequenc
     auto& camera = sequence.camera;
     if (camera.width_px != size.width || camera.height_px != size.height) {
       fail(calibration,
-           fmt::format("resolution is {}x{}, but {} has {}x{} pixels; calibrate at the size recorded",
+           fmt::format("resolution is {}x{}, but {} has {}x{} pixels; calibrate at the recorded size",
                        camera.width_px, camera.height_px, sequence.frames.front().left.string(), size.width,
                        size.height));
     }
@@ -252,7 +251,7 @@ SequenceScan scan_own_camera(const fs::path& calibration, std::string_view forma
     sequence.right_name = right.filename();
     (sequence.format == "video" ? open_videos : open_folders)(left, right, own, calibration, scan);
     if (sequence.frames.size() < 2)
-      fail(left, fmt::format("gives {} frames; a sequence needs at least two", sequence.frames.size()));
+      fail(left, fmt::format("contains {} frames; a sequence needs at least two", sequence.frames.size()));
     set_camera(own, calibration, sequence);
   });
   return scan;

@@ -12,15 +12,15 @@ inline constexpr std::string_view kCalibrationFile = "calibration.yaml";
 inline constexpr std::string_view kOwnCameraLayout =
     "calibration.yaml with the folders left and right, or two videos; see docs/datasets.md";
 
-/// Whether this is a file that by its name is YAML.
+/// Whether this is a file with a YAML extension.
 [[nodiscard]] bool is_calibration_file(const std::filesystem::path& file);
 
-/// Reads the images of a user's own camera: a calibration (see docs/datasets.md) and two folders of images,
-/// or two videos. `format`: folders, video, or auto to take what the calibration points at.
+/// Reads the images of a user's own camera: a calibration (see docs/datasets.md) and two folders of images or
+/// two videos. `format` is folders, video, or auto for what the calibration names.
 ///
-/// Images with the same name belong together; without a name in common, those in the same place of the
-/// natural order do. Stamps come from the file of times, from names that are nanoseconds (13 digits or more),
-/// or from the frame rate.
+/// Images are paired by name; if no name is common to both folders, by their position in natural order.
+/// Stamps come from the file of times, from names that are nanoseconds (13 digits or more), or from the frame
+/// rate.
 [[nodiscard]] SequenceScan scan_own_camera(const std::filesystem::path& calibration, std::string_view format);
 
 }  // namespace stereo_slam

@@ -32,7 +32,7 @@ cv::Matx33d to_cv(const Eigen::Matrix3d& R) {
   return result;
 }
 
-/// What stereo rectification yields, of both cameras.
+/// Result of stereo rectification for both cameras.
 struct Rectification {
   cv::Matx33d R_left, R_right;  ///< from the lens to the rectified camera
   cv::Matx34d P_left, P_right;
@@ -54,15 +54,15 @@ void check(const StereoRig& rig) {
   const Eigen::Vector3d position_m = T_right_left.inverse().translation();
   if (!(position_m.norm() > 1e-6)) {
     throw std::runtime_error(
-        "the two cameras are at the same place; the extrinsics must hold the baseline in metres");
+        "the two cameras are at the same place; the extrinsics must contain the baseline in metres");
   }
   constexpr double kMaxAngle_deg = 45.0;
   const double angle_deg = kDegrees * Eigen::AngleAxisd(T_right_left.linear()).angle();
   if (angle_deg > kMaxAngle_deg) {
-    throw std::runtime_error(
-        fmt::format("the two cameras are turned by {:.0f} degrees against each other; check the extrinsics, "
-                    "which map camera to body coordinates in metres",
-                    angle_deg));
+    throw std::runtime_error(fmt::format(
+        "the two cameras are turned by {:.0f} degrees relative to each other; check the extrinsics, "
+        "which map camera to body coordinates in metres",
+        angle_deg));
   }
   if (std::abs(position_m.x()) < position_m.tail<2>().norm()) {
     throw std::runtime_error(fmt::format(
@@ -72,11 +72,11 @@ void check(const StereoRig& rig) {
   }
   if (position_m.x() < 0.0) {
     throw std::runtime_error(fmt::format(
-        "the right camera lies {:.3g} m to the left of the left one; swap the two", -position_m.x()));
+        "the right camera lies {:.3g} m to the left of the left one; swap the two cameras", -position_m.x()));
   }
 }
 
-/// Bouguet's rectification as OpenCV has it.
+/// Bouguet's rectification in OpenCV's implementation.
 Rectification propose(const StereoRig& rig) {
   const auto& [left, right, T_right_left, T_body_left] = rig;
   const cv::Size size(left.width_px, left.height_px);
@@ -98,7 +98,7 @@ Rectification propose(const StereoRig& rig) {
   return result;
 }
 
-/// Columns and rows at which the lens shows every `step`-th rectified pixel, the border included.
+/// Raw-image positions of every `step`-th rectified pixel, the border included.
 std::pair<cv::Mat1f, cv::Mat1f> lens_positions(const Lens& lens, const cv::Matx33d& R, cv::Matx34d P,
                                                int step = 1) {
   const cv::Size size((lens.width_px - 2) / step + 2, (lens.height_px - 2) / step + 2);
@@ -117,7 +117,7 @@ std::pair<cv::Mat1f, cv::Mat1f> lens_positions(const Lens& lens, const cv::Matx3
   return {columns, rows};
 }
 
-/// Share of every `step`-th rectified pixel that both lenses see.
+/// Share of the rectified pixels, every `step`-th one, that are inside both raw images.
 double share_seen(const StereoRig& rig, const Rectification& r, int step = 1) {
   const auto seen = [](const Lens& lens, const std::pair<cv::Mat1f, cv::Mat1f>& positions) {
     cv::Mat1b columns;
@@ -131,7 +131,7 @@ double share_seen(const StereoRig& rig, const Rectification& r, int step = 1) {
   return cv::countNonZero(both) / static_cast<double>(both.total());
 }
 
-/// The common camera with another focal length and the principal point in the middle.
+/// The common camera with another focal length and the principal point in the image centre.
 Rectification with_focal_length(Rectification r, const Lens& lens, double focal_px) {
   const double shift = r.P_right(0, 3) / r.P_right(0, 0);
   for (auto* P : {&r.P_left, &r.P_right}) {
@@ -143,9 +143,9 @@ Rectification with_focal_length(Rectification r, const Lens& lens, double focal_
   return r;
 }
 
-/// The view of a fisheye: what cv::fisheye proposes looks at four points of the border only, so that the
-/// focal length grows until no border is black, and starts where the view is no wider than 110 degrees:
-/// beyond, a pinhole image stretches its border and starves its middle.
+/// The rectification of fisheye lenses. cv::fisheye checks only four points of the border, so the focal
+/// length is increased here until no border is black. It starts at a field of view of 110 degrees: wider
+/// pinhole images stretch the border and lose resolution in the middle.
 Rectification without_border(const StereoRig& rig, const Rectification& proposed) {
   constexpr double kMaxHalfView_rad = 55.0 / kDegrees;
   constexpr double kGrowth = 1.01;
@@ -204,8 +204,7 @@ Rectifier::Rectifier(const StereoRig& rig) {
 
 cv::Mat Rectifier::apply(const Maps& maps, const cv::Mat& image) {
   cv::Mat rectified;
-  // Linear interpolation blurs by an amount that differs from pixel to pixel, and with it the measured
-  // disparities.
+  // Linear interpolation would blur each pixel differently and so bias the disparities.
   cv::remap(image, rectified, maps.whole, maps.fraction, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   return rectified;
 }

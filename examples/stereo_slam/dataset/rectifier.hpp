@@ -9,30 +9,30 @@
 
 namespace stereo_slam {
 
-/// Turns the images of two lenses into those of one StereoCamera: both views are rotated until rows agree,
-/// distortion is removed, and the focal length is the smallest that leaves no black border, or that of a view
-/// of 110 degrees where a fisheye sees more. The size of the images stays. The maps are computed once; the
-/// object may be used from several threads.
+/// Rectifies the images of two lenses to those of one StereoCamera: both are rotated so that rows correspond,
+/// and distortion is removed. The focal length is the smallest without a black border; a fisheye is cut to a
+/// field of view of 110 degrees. The image size stays. The maps are computed once. The object is safe to use
+/// from several threads.
 class Rectifier {
  public:
-  /// Throws std::runtime_error for cameras that cannot be rectified: of two sizes or of two families of
-  /// models, swapped, one above the other, or looking in different directions.
+  /// Throws std::runtime_error for cameras that cannot be rectified: of different sizes or lens models,
+  /// swapped, one above the other, or looking in different directions.
   explicit Rectifier(const StereoRig& rig);
 
-  /// What the rectified images are seen with.
+  /// The camera of the rectified images.
   [[nodiscard]] const StereoCamera& camera() const noexcept { return camera_; }
 
   /// The rectifying rotation: the rectified left camera in the frame of the left lens. No translation.
   [[nodiscard]] const Eigen::Isometry3d& T_left_camera() const noexcept { return T_left_camera_; }
 
-  /// Share of the rectified pixels that both lenses see.
+  /// Share of the rectified pixels that are inside both raw images.
   [[nodiscard]] double coverage() const noexcept { return coverage_; }
 
   [[nodiscard]] cv::Mat left(const cv::Mat& image) const { return apply(left_, image); }
   [[nodiscard]] cv::Mat right(const cv::Mat& image) const { return apply(right_, image); }
 
  private:
-  /// Of each rectified pixel, where the lens shows it: whole pixels and an index of the fraction.
+  /// Position of each rectified pixel in the raw image: whole pixels and an index of the fraction.
   struct Maps {
     cv::Mat whole;
     cv::Mat fraction;

@@ -18,12 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A map of a YAML file; complaints name the line.
+/// A map of a YAML file. Errors name file and line.
 class YamlMap {
  public:
   YamlMap(fs::path file, const YAML::Node& node, std::string name)
       : file_(std::move(file)), node_(node), name_(std::move(name)) {
-    if (!node_.IsMap()) fail(node_, fmt::format("{} must hold `key: value` lines", name_));
+    if (!node_.IsMap()) fail(node_, fmt::format("{} must contain `key: value` lines", name_));
   }
 
   [[noreturn]] void fail(const YAML::Node& where, const std::string& what) const {
@@ -34,7 +34,7 @@ class YamlMap {
 
   [[nodiscard]] bool has(const std::string& key) const { return node_[key].IsDefined(); }
 
-  /// The value of the first of some keys of one meaning that is there.
+  /// The value of the first key present, of keys with the same meaning.
   [[nodiscard]] YAML::Node get(std::initializer_list<const char*> keys) const {
     for (const auto* key : keys) {
       if (has(key)) return node_[key];
@@ -120,7 +120,7 @@ class YamlMap {
 
 YamlMap load(const fs::path& file, const std::string& advice) {
   if (!fs::exists(file)) throw std::runtime_error(fmt::format("{}: missing; {}", file.string(), advice));
-  // OpenCV's first line, %YAML:1.0, is no YAML; without it the other lines must keep their numbers.
+  // OpenCV's first line, %YAML:1.0, is not valid YAML. It becomes empty, so that line numbers stay.
   std::string text;
   int next = 1;
   for (const auto& line : read_text_lines(file)) {
@@ -225,8 +225,8 @@ StereoRig read_rig(const YamlMap& left, const YamlMap& right) {
   } else {
     (rig.T_body_left ? right : left)
         .fail(
-            "no T_BS; it tells where the camera is in the body, as a 4x4 matrix in metres (T_cam_imu of "
-            "both cameras, or T_cn_cnm1 of the right one, will do)");
+            "no T_BS; add the pose of the camera in the body as a 4x4 matrix in metres (or T_cam_imu of "
+            "both cameras, or T_cn_cnm1 of the right one)");
   }
   return rig;
 }
@@ -240,17 +240,17 @@ std::string_view to_string(Distortion distortion) noexcept {
 }
 
 StereoRig read_sensor_files(const fs::path& left, const fs::path& right) {
-  const std::string advice = "it holds the calibration of the camera; take that of the recording";
+  const std::string advice = "copy the calibration of the camera from the recording";
   return read_rig(load(left, advice), load(right, advice));
 }
 
 StereoRig read_camchain(const fs::path& file) {
-  const YamlMap map = load(file, "it holds the calibration of both cameras");
+  const YamlMap map = load(file, "copy the calibration of both cameras from the recording");
   return read_rig(map.map("cam0"), map.map("cam1"));
 }
 
 OwnCamera read_own_camera(const fs::path& file) {
-  const YamlMap map = load(file, "it holds the calibration; see docs/datasets.md");
+  const YamlMap map = load(file, "write the calibration as docs/datasets.md describes");
   map.refuse_unknown_keys(
       {"left", "right", "T_right_left", "T_body_left", "rectified", "frame_rate_hz", "times"});
   OwnCamera own;
@@ -258,7 +258,8 @@ OwnCamera read_own_camera(const fs::path& file) {
   for (const auto* side : {"left", "right"}) {
     if (!map.has(side)) {
       if (!rectified)
-        map.fail(fmt::format("there is no '{}', the calibration of a camera, and no 'rectified'", side));
+        map.fail(
+            fmt::format("there is neither '{}' nor 'rectified'; add the calibration of the camera", side));
       continue;
     }
     const YamlMap camera = map.map(side);

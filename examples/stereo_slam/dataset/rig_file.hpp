@@ -9,11 +9,11 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/dataset/stereo_rig.hpp"
 
-/// Calibrations in YAML. Every function throws std::runtime_error naming file, line and what to do.
+/// Calibrations in YAML. Every function throws std::runtime_error that names file, line and remedy.
 namespace stereo_slam {
 
-/// EuRoC: one sensor.yaml a camera, with resolution, intrinsics, distortion_model, distortion_coefficients
-/// and T_BS (camera to body). Kalibr's words (distortion_coeffs, T_cam_imu, T_cn_cnm1) mean the same.
+/// EuRoC: one sensor.yaml per camera, with resolution, intrinsics, distortion_model, distortion_coefficients
+/// and T_BS (camera to body). Kalibr's keys (distortion_coeffs, T_cam_imu, T_cn_cnm1) are read, too.
 [[nodiscard]] StereoRig read_sensor_files(const std::filesystem::path& left,
                                           const std::filesystem::path& right);
 
@@ -22,17 +22,17 @@ namespace stereo_slam {
 
 /// calibration.yaml of a user's own camera, see docs/datasets.md.
 struct OwnCamera {
-  std::optional<StereoRig> rig;           ///< of raw images, or
-  std::optional<StereoCamera> rectified;  ///< of images that are rectified already, without image size
-  std::optional<Eigen::Isometry3d> T_body_camera;  ///< with rectified images only; else the rig has it
+  std::optional<StereoRig> rig;                    ///< of raw images; or
+  std::optional<StereoCamera> rectified;           ///< of rectified images, without image size
+  std::optional<Eigen::Isometry3d> T_body_camera;  ///< of rectified images; for raw ones the rig contains it
   std::string left_source = "left";                ///< folder or video, relative to the file
   std::string right_source = "right";
   std::optional<double> frame_rate_hz;
-  std::optional<std::string> times;  ///< file with one time in seconds a frame
+  std::optional<std::string> times;  ///< file with one time in seconds per frame
 };
 [[nodiscard]] OwnCamera read_own_camera(const std::filesystem::path& file);
 
-/// The name people know a model by: "radtan".
+/// The usual name of a model: "radtan".
 [[nodiscard]] std::string_view to_string(Distortion distortion) noexcept;
 
 }  // namespace stereo_slam

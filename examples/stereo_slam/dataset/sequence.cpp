@@ -30,13 +30,13 @@ void check_size(const cv::Mat& image, const fs::path& file, const StereoCamera& 
   throw std::runtime_error(wrong_size(file, image.cols, image.rows, camera).text);
 }
 
-/// The two images as they were recorded.
+/// The two raw images.
 std::pair<cv::Mat, cv::Mat> load_images(const StereoSequence& sequence, std::size_t index) {
   const auto& files = sequence.frames.at(index);
   if (!sequence.video) return {load_gray_image(files.left), load_gray_image(files.right)};
   auto images = sequence.video->read(index);
   if (!images) {
-    throw EndOfRecording(fmt::format("{}: the video ends at frame {}, its header says {}",
+    throw EndOfRecording(fmt::format("{}: the video ends at frame {}, its header promises {}",
                                      sequence.folder.string(), index, sequence.frames.size()));
   }
   return std::move(*images);
@@ -65,9 +65,11 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format) {
     return scan_kitti(folder);
   if (!automatic || has_calibration) return scan_own_camera(folder / kCalibrationFile, format);
   return unusable(
-      folder, fmt::format("{}: no known recording; expected the KITTI layout ({}), the EuRoC layout ({}), or "
-                          "a camera of your own ({})",
-                          name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
+      folder,
+      fmt::format(
+          "{}: not a recording of a known layout; expected the KITTI layout ({}), the EuRoC layout ({}), or "
+          "a camera of your own ({})",
+          name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
 }
 
 StereoSequence open_sequence(const fs::path& folder, std::string_view format) {
@@ -87,7 +89,7 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
 
 Problem wrong_size(const fs::path& file, int width_px, int height_px, const StereoCamera& camera) {
   return {Problem::Severity::kError,
-          fmt::format("{}: is {}x{} pixels where the sequence has {}x{}; all images must have one size",
+          fmt::format("{}: is {}x{} pixels where the sequence has {}x{}; all images must have the same size",
                       file.string(), width_px, height_px, camera.width_px, camera.height_px)};
 }
 

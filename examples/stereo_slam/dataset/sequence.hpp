@@ -20,36 +20,36 @@
 #include "stereo_slam/dataset/video.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
-/// A recording as plain data: which files make up which frame, and how the camera sees. A new dataset format
-/// is one function that fills a SequenceScan, and one line in scan_sequence.
+/// A recording as plain data: the files of each frame and the camera. A new dataset format needs one function
+/// that fills a SequenceScan and one line in scan_sequence.
 namespace stereo_slam {
 
-/// Files of one stereo frame; of a video, the two files it is in.
+/// Files of one stereo frame; with videos, the two videos.
 struct StereoFiles {
   std::int64_t stamp_ns = 0;
   std::filesystem::path left;
   std::filesystem::path right;
 };
 
-/// Stereo recording whose frames come out rectified.
+/// Stereo recording; its frames are rectified when they are loaded.
 struct StereoSequence {
   std::filesystem::path folder;
   std::string format;              ///< "kitti", "euroc", "folders" or "video"
-  std::string left_name = "left";  ///< what messages call the images of a camera
+  std::string left_name = "left";  ///< name of the images of a camera in messages
   std::string right_name = "right";
-  StereoCamera camera;              ///< of every frame, image size included
+  StereoCamera camera;              ///< of every frame, with the image size
   std::vector<StereoFiles> frames;  ///< stamps increase
 
-  std::shared_ptr<const Rectifier> rectifier;      ///< null when the images are rectified already
+  std::shared_ptr<const Rectifier> rectifier;      ///< null for images that are rectified already
   std::string lenses;                              ///< distortion model before rectification, or empty
-  std::shared_ptr<VideoPair> video;                ///< null when every frame has its own files
-  std::optional<Eigen::Isometry3d> T_body_camera;  ///< of the rectified left camera, where it is known
+  std::shared_ptr<VideoPair> video;                ///< null for image files
+  std::optional<Eigen::Isometry3d> T_body_camera;  ///< of the rectified left camera, if known
 
   std::vector<Eigen::Isometry3d> ground_truth;  ///< T_world_camera, or empty
-  std::vector<std::int64_t> ground_truth_ns;    ///< its stamps; with KITTI those of the frames
+  std::vector<std::int64_t> ground_truth_ns;    ///< its stamps; for KITTI those of the frames
 };
 
-/// Something wrong with a recording: what, where, what to do. Errors make it unusable as a whole.
+/// A problem of a recording: where, what and what to do. Errors make the recording unusable.
 struct Problem {
   enum class Severity { kWarning, kError };
   Severity severity = Severity::kError;
@@ -60,36 +60,37 @@ struct Problem {
   return problem.severity == Problem::Severity::kError;
 }
 
-/// What could be made of a folder, with every problem found on the way.
+/// The recording found in a folder, with every problem found.
 struct SequenceScan {
   StereoSequence sequence;
   std::vector<Problem> problems;
 };
 
-/// A video ended a little before the frame that its header promised.
+/// A video ended slightly before the number of frames in its header.
 struct EndOfRecording : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Looks at everything but the images (of which it opens the first). `format`: kitti, euroc, folders, video
+/// Reads everything but the images, of which it opens only the first. `format`: kitti, euroc, folders, video
 /// or auto.
 [[nodiscard]] SequenceScan scan_sequence(const std::filesystem::path& folder, std::string_view format);
 
-/// The sequence of scan_sequence, or std::runtime_error with the first of its errors.
+/// The sequence of scan_sequence. Throws std::runtime_error with the first error.
 [[nodiscard]] StereoSequence open_sequence(const std::filesystem::path& folder, std::string_view format);
 
-/// Runs one step of a scan; what it throws becomes a problem.
+/// Runs one step of a scan. A std::runtime_error that it throws becomes a problem.
 void attempt(std::vector<Problem>& problems, Problem::Severity severity, const std::function<void()>& step);
 
-/// That an image has another size than the sequence's camera.
+/// The problem that an image has another size than the sequence's camera.
 [[nodiscard]] Problem wrong_size(const std::filesystem::path& file, int width_px, int height_px,
                                  const StereoCamera& camera);
 
 /// Takes size, lenses and rectification from a rig. Throws std::runtime_error as Rectifier does.
 void set_rig(StereoSequence& sequence, const StereoRig& rig);
 
-/// Reads a frame, rectifies it and prepares it as `settings` say. Throws std::runtime_error naming the file
-/// when an image is missing, damaged or of another size, and EndOfRecording at the early end of a video.
+/// Reads a frame, rectifies it and prepares it according to `settings`. Throws std::runtime_error that names
+/// the file when an image is missing, damaged or of another size, and EndOfRecording where a video ends
+/// early.
 [[nodiscard]] StereoFrame load_frame(const StereoSequence& sequence, std::size_t index,
                                      const ImageSettings& settings = {});
 

@@ -17,8 +17,8 @@ struct Offset {
   double rows_px;
 };
 
-/// Corners are found in whole pixels; aligning the patches around them measures a fraction of one. Where that
-/// goes astray the corner stays.
+/// Corners are detected at whole pixels; aligning the patches around them gives sub-pixel positions. Where
+/// the alignment fails the corner stays.
 std::vector<cv::Point2f> align(const StereoFrame& frame, const std::vector<cv::Point2f>& left_px,
                                const std::vector<cv::Point2f>& right_px) {
   constexpr double kMaxShift_px = 2.0;
@@ -104,20 +104,17 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   constexpr double kMaxRowOffset_px = 1.0;
   constexpr double kLeastBeyondShare = 0.01;
   if (!agreement.conclusive()) {
-    return {
-        {Problem::Severity::kWarning,
-         fmt::format(
-             "{}: only {} features of the images looked at match between {} and {}; they are dark, blank or "
-             "blurred, or do not show the same scene",
-             sequence.folder.string(), agreement.matches, sequence.left_name, sequence.right_name)}};
+    return {{Problem::Severity::kWarning, fmt::format("{}: only {} features match between {} and {} in the "
+                                                      "sampled frames; the images are dark, blank or "
+                                                      "blurred, or do not show the same scene",
+                                                      sequence.folder.string(), agreement.matches,
+                                                      sequence.left_name, sequence.right_name)}};
   }
   if (agreement.beyond_share < kLeastBeyondShare) {
-    return {
-        {Problem::Severity::kWarning,
-         fmt::format(
-             "{}: {} and {} show the same picture, nothing in it is nearer than the horizon; no motion can "
-             "be measured in metres",
-             sequence.folder.string(), sequence.left_name, sequence.right_name)}};
+    return {{Problem::Severity::kWarning,
+             fmt::format("{}: {} and {} show the same image (no disparity), so the scale is unknown; check "
+                         "that the images are of two cameras",
+                         sequence.folder.string(), sequence.left_name, sequence.right_name)}};
   }
   if (agreement.negative_share > kMaxNegativeShare) {
     return {
@@ -129,8 +126,9 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   }
   if (agreement.row_offset_px > kMaxRowOffset_px) {
     const auto* advice =
-        sequence.rectifier ? "the calibration is of another camera or has changed, or images are paired wrong"
-                           : "rectify the images, or check that they are stamped and paired right";
+        sequence.rectifier
+            ? "the calibration is of another camera or has changed, or the images are wrongly paired"
+            : "rectify the images, or check their stamps and their pairing";
     return {
         {Problem::Severity::kWarning,
          fmt::format("{}: matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); {}",

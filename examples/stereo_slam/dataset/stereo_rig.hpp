@@ -8,7 +8,7 @@
 
 namespace stereo_slam {
 
-/// What a lens makes of the ray (x, y) = (X/Z, Y/Z), r^2 = x^2 + y^2.
+/// Lens distortion of the ray (x, y) = (X/Z, Y/Z), r^2 = x^2 + y^2.
 enum class Distortion {
   kNone,
   /// Radial and tangential, k1 k2 p1 p2 [k3 [k4 k5 k6]] (OpenCV's order):
@@ -20,7 +20,7 @@ enum class Distortion {
   kEquidistant,
 };
 
-/// A camera as it is, before rectification: u = fx x' + cx, v = fy y' + cy.
+/// A raw camera, before rectification: u = fx x' + cx, v = fy y' + cy.
 struct Lens {
   int width_px = 0;
   int height_px = 0;
@@ -29,10 +29,10 @@ struct Lens {
   double cx = 0.0;  ///< px
   double cy = 0.0;  ///< px
   Distortion distortion = Distortion::kNone;
-  std::vector<double> coefficients;  ///< as many as the model has
+  std::vector<double> coefficients;  ///< of the model
 };
 
-/// Two cameras and where they are.
+/// Two raw cameras and their relative pose.
 struct StereoRig {
   Lens left;
   Lens right;

@@ -30,7 +30,7 @@ cv::VideoCapture open(const fs::path& file) {
     } catch (const cv::Exception&) {  // this backend cannot; the next one may
     }
   }
-  fail(file, "cannot be opened as a video; convert it (MP4 with H.264 or AVI with MJPEG are safe)");
+  fail(file, "cannot be opened as a video; convert it to MP4 with H.264 or AVI with MJPEG");
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ struct VideoPair::Decoder {
 
   explicit Decoder(const fs::path& path) : file(path), video(open(path)) {}
 
-  /// From the header; where it does not say, by going through the file.
+  /// From the header, or by decoding the file if the header has none.
   std::size_t count_frames() {
     const double stated = video.get(cv::CAP_PROP_FRAME_COUNT);
     if (stated >= 1.0 && stated < 1e9) return static_cast<std::size_t>(std::llround(stated));

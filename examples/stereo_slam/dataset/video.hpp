@@ -12,24 +12,24 @@
 
 namespace stereo_slam {
 
-/// Two video files read in step. Frames are cheap in order; going back starts from the beginning.
+/// Two video files read in step. Reading in order is fast; an earlier frame restarts from the beginning.
 class VideoPair {
  public:
-  /// Throws std::runtime_error naming the file that is missing or that nothing can decode.
+  /// Throws std::runtime_error that names the file when one is missing or cannot be decoded.
   VideoPair(const std::filesystem::path& left, const std::filesystem::path& right);
   ~VideoPair();
   VideoPair(const VideoPair&) = delete;
   VideoPair& operator=(const VideoPair&) = delete;
 
-  /// What the two headers say; the shorter one counts.
+  /// Number of frames by the headers; the shorter video counts.
   [[nodiscard]] std::size_t frames() const noexcept { return frames_; }
   [[nodiscard]] std::pair<std::size_t, std::size_t> frames_of_each() const noexcept {
     return frames_of_each_;
   }
-  [[nodiscard]] double rate_hz() const noexcept { return rate_hz_; }  ///< 0 when the header does not say
+  [[nodiscard]] double rate_hz() const noexcept { return rate_hz_; }  ///< 0 if the header has none
 
-  /// Grey images of a frame; nothing when a video ends before it. Headers count frames roughly, so that the
-  /// end may come a little early; throws std::runtime_error when it comes much too early.
+  /// Grey images of a frame; nothing if a video ends before it. Frame counts in headers are approximate, so a
+  /// slightly early end is accepted. Throws std::runtime_error when the end is much too early.
   [[nodiscard]] std::optional<std::pair<cv::Mat, cv::Mat>> read(std::size_t index);
 
  private:

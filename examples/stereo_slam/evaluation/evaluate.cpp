@@ -159,8 +159,9 @@ FramePairs associate_by_stamp(std::span<const std::int64_t> truth_ns,
 FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate, double max_difference_s) {
   if (truth.stamps_ns.empty() != estimate.stamps_ns.empty()) {
     throw std::runtime_error(
-        "only one of the two trajectories has stamps, so their poses cannot be matched; give both as KITTI "
-        "or both stamped");
+        "only one of the two trajectories has stamps, so their poses cannot be matched; give both with "
+        "stamps "
+        "or both in KITTI format");
   }
   FramePairs pairs;
   if (truth.stamps_ns.empty()) {
@@ -170,10 +171,10 @@ FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate, doub
     pairs = associate_by_stamp(truth.stamps_ns, estimate.stamps_ns, std::llround(max_difference_s * 1e9));
   }
   if (pairs.size() < 3) {
-    throw std::runtime_error(
-        fmt::format("only {} of {} estimated poses match one of the {} true ones, 3 are needed; check the "
-                    "stamps and their units",
-                    pairs.size(), estimate.poses.size(), truth.poses.size()));
+    throw std::runtime_error(fmt::format(
+        "only {} of {} estimated poses match one of {} ground-truth poses, 3 are needed; check the "
+        "stamps and their units",
+        pairs.size(), estimate.poses.size(), truth.poses.size()));
   }
   return pairs;
 }
@@ -238,16 +239,16 @@ std::string json(const std::optional<KittiScore>& score) {
 }  // namespace
 
 void print_evaluation(std::ostream& stream, const Evaluation& e) {
-  fmt::print(stream, "frames matched                  {} ({} true, {} estimated poses)\n", e.matched,
+  fmt::print(stream, "frames matched                  {} ({} ground-truth, {} estimated poses)\n", e.matched,
              e.truth_poses, e.estimate_poses);
-  fmt::print(stream, "path length                     {:.2f} m true, {:.2f} m estimated\n", e.truth_length_m,
-             e.estimate_length_m);
+  fmt::print(stream, "path length                     {:.2f} m ground truth, {:.2f} m estimate\n",
+             e.truth_length_m, e.estimate_length_m);
   if (e.kitti) {
     fmt::print(stream,
                "KITTI, segments of 100-800 m    t_rel {:.4f} %  r_rel {:.4f} deg/100 m  ({} segments)\n",
                e.kitti->t_rel_percent, e.kitti->r_rel_deg_per_100m, e.kitti->segments);
   } else {
-    fmt::print(stream, "KITTI, segments of 100-800 m    n/a (the path has no segment of 100 m)\n");
+    fmt::print(stream, "KITTI, segments of 100-800 m    n/a (the path is shorter than 100 m)\n");
   }
   print_statistics(stream, "ATE, SE(3)-aligned", e.ate_aligned_m, "m");
   print_statistics(stream, "ATE, first pose aligned", e.ate_first_pose_m, "m");

@@ -13,30 +13,30 @@
 
 #include "stereo_slam/io/trajectory_io.hpp"
 
-/// Scores of an estimated trajectory against the truth. Everywhere, truth[i] and estimate[i] are the same
-/// instant.
+/// Scores of an estimated trajectory against the ground truth. Everywhere, truth[i] and estimate[i] belong to
+/// the same instant.
 namespace stereo_slam {
 
 using PoseSpan = std::span<const Eigen::Isometry3d>;
 
-/// Metres travelled from the first pose to each.
+/// Path length from the first pose to each, in m.
 [[nodiscard]] std::vector<double> distances_along(PoseSpan poses);
 
 /// The KITTI odometry benchmark's score. Segments start at every 10th frame and are 100, 200 ... 800 m long
-/// along the truth; a segment ends at the first frame further than that from its start. The error of a
+/// along the ground truth; a segment ends at the first frame further than that from its start. The error of a
 /// segment is inverse(delta_estimate) * delta_truth, divided by the nominal length; the scores are averages
-/// over all segments of all lengths. No alignment. Matrices are inverted as they are, like the benchmark's
-/// own program does.
+/// over all segments of all lengths. No alignment. Matrices are inverted as in the benchmark's
+/// own program.
 struct KittiScore {
   double t_rel_percent = 0.0;
   double r_rel_deg_per_100m = 0.0;
   std::size_t segments = 0;
 };
 
-/// Nothing when the truth is too short for a single segment.
+/// Nothing when the ground truth is shorter than one segment.
 [[nodiscard]] std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate);
 
-/// Of a set of errors, all >= 0.
+/// Statistics of errors >= 0.
 struct ErrorStatistics {
   double rmse = 0.0;
   double mean = 0.0;
@@ -45,7 +45,7 @@ struct ErrorStatistics {
   std::size_t count = 0;
 };
 
-/// Throws std::invalid_argument when there are none.
+/// Throws std::invalid_argument without errors.
 [[nodiscard]] ErrorStatistics error_statistics(std::vector<double> errors);
 
 /// The rigid motion T minimising sum |truth_i - T estimate_i|^2 over the positions, without scale: Umeyama,
@@ -56,8 +56,8 @@ struct ErrorStatistics {
 [[nodiscard]] ErrorStatistics absolute_trajectory_error(PoseSpan truth, PoseSpan estimate,
                                                         const Eigen::Isometry3d& T_truth_estimate);
 
-/// Relative pose error in the sense of the TUM benchmark and of evo (another measure than KITTI's): motion
-/// errors over given pairs of frames, not divided by anything.
+/// Relative pose error (RPE) as in the TUM benchmark and evo: motion errors over given pairs of frames.
+/// Unlike KITTI's score it is not divided by the length.
 struct RelativePoseError {
   ErrorStatistics translation_m;
   ErrorStatistics rotation_deg;
@@ -68,22 +68,22 @@ using FramePairs = std::vector<std::pair<std::size_t, std::size_t>>;
 /// (0, 1), (1, 2) ... up to `count` frames.
 [[nodiscard]] FramePairs consecutive_pairs(std::size_t count);
 
-/// Consecutive stretches of at least `length_m` along `poses`, the first beginning where the first `length_m`
-/// end: the pairs evo takes for a delta in metres, there along the estimate.
+/// Pairs of frames that are consecutive and at least `length_m` apart along `poses`. As in evo, the first
+/// pair begins after the first `length_m`, and `poses` is the estimate.
 [[nodiscard]] FramePairs pairs_by_distance(PoseSpan poses, double length_m);
 
 /// Nothing without pairs.
 [[nodiscard]] std::optional<RelativePoseError> relative_pose_error(PoseSpan truth, PoseSpan estimate,
                                                                    const FramePairs& pairs);
 
-/// Indices (truth, estimate) of poses whose stamps lie within `max_difference_ns`: each pose of the shorter
-/// list takes the nearest of the longer one.
+/// Indices (truth, estimate) of poses whose stamps differ by at most `max_difference_ns`. Each pose of the
+/// shorter list is matched with the nearest of the longer one.
 [[nodiscard]] FramePairs associate_by_stamp(std::span<const std::int64_t> truth_ns,
                                             std::span<const std::int64_t> estimate_ns,
                                             std::int64_t max_difference_ns);
 
-/// Indices (truth, estimate) of the poses of the same instants: by stamp when both have stamps, else by
-/// index. Throws std::runtime_error when fewer than three match.
+/// Indices (truth, estimate) of matched poses: by stamp when both trajectories have stamps, by index when
+/// neither has. Throws std::runtime_error when only one has stamps, and when fewer than three poses match.
 [[nodiscard]] FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate,
                                      double max_difference_s = 0.01);
 
@@ -96,7 +96,7 @@ struct Evaluation {
   double estimate_length_m = 0.0;  ///< of the matched part
   std::optional<KittiScore> kitti;
   ErrorStatistics ate_aligned_m;     ///< SE(3)-aligned
-  ErrorStatistics ate_first_pose_m;  ///< first poses laid on each other
+  ErrorStatistics ate_first_pose_m;  ///< aligned by the first pose
   std::optional<RelativePoseError> rpe_frame;
   std::optional<RelativePoseError> rpe_10m;
 };
@@ -105,11 +105,11 @@ struct Evaluation {
 [[nodiscard]] Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate,
                                   double max_difference_s = 0.01);
 
-/// For people.
+/// As text.
 void print_evaluation(std::ostream& stream, const Evaluation& evaluation);
 
-/// For programs: one object; scores that do not exist are null. `more`, if any, are further members: "name":
-/// value.
+/// As a JSON object; scores that do not exist are null. `more` has further members, "name": value, or is
+/// empty.
 void write_evaluation_json(std::ostream& stream, const Evaluation& evaluation, const std::string& more = "");
 
 }  // namespace stereo_slam

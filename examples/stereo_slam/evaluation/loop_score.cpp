@@ -66,7 +66,7 @@ template <class Integer>
   return cosine >= std::cos(max_angle_rad);
 }
 
-/// A frame that the truth knows.
+/// A frame with ground truth.
 struct KnownFrame {
   std::size_t frame = 0;
   Eigen::Isometry3d pose;
@@ -84,8 +84,8 @@ struct KnownFrame {
   return known;
 }
 
-/// Looks back from the last of `past`.
-[[nodiscard]] bool sees_again(std::span<const KnownFrame> past, const RevisitRule& rule) {
+/// Whether the last of `past` revisits the place of an earlier one.
+[[nodiscard]] bool revisits_place(std::span<const KnownFrame> past, const RevisitRule& rule) {
   const KnownFrame& now = past.back();
   bool was_elsewhere = false;
   for (std::size_t i = past.size() - 1; i-- > 0;) {
@@ -102,7 +102,7 @@ struct KnownFrame {
 
 [[nodiscard]] bool is_true(const LoopEvent& loop, const TruePoses& truth, const RevisitRule& rule) {
   const Eigen::Isometry3d T_old_new = truth[loop.old_frame]->inverse() * *truth[loop.frame];
-  return is_near(T_old_new, loop.T_old_new.isometry(), rule.max_loop_error_m, rule.max_loop_error_rad);
+  return is_near(T_old_new, loop.T_old_new.isometry(), rule.max_true_error_m, rule.max_true_error_rad);
 }
 
 /// Credits a true loop to the revisit that its frame is in.
@@ -113,7 +113,7 @@ void credit(std::vector<Revisit>& revisits, const LoopEvent& loop) {
   }
 }
 
-/// Adds up the steps of every revisit that end in the frame of a loop or at most `reach_frames` after it.
+/// Sums the path of every revisit over the frames of loops and up to `reach_frames` after each.
 void measure_found_path(std::vector<Revisit>& revisits, const std::vector<KnownFrame>& known,
                         std::vector<std::size_t> loop_frames, std::size_t reach_frames) {
   std::sort(loop_frames.begin(), loop_frames.end());
@@ -163,20 +163,20 @@ std::vector<LoopEvent> read_loops(const std::filesystem::path& file) {
   const auto lines = read_text_lines(file);
   if (lines.empty() || lines.front().text != kHeader) {
     throw std::runtime_error(
-        fmt::format("{}: is no loops.csv: it has no header '{}'", file.string(), kHeader));
+        fmt::format("{}: not a loops.csv: the header {} is missing", file.string(), kHeader));
   }
   std::vector<LoopEvent> loops;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto loop = parse_loop(lines[i].text);
     if (!loop) {
-      throw std::runtime_error(at_line(
-          file, lines[i].number,
-          "expected two frames, a number of inliers, chi2, accepted or refused, run or loaded, and a pose"));
+      throw std::runtime_error(at_line(file, lines[i].number,
+                                       "expected two frames, the number of inliers, chi2, accepted or "
+                                       "refused, run or loaded, and a pose"));
     }
     if (!loop->in_loaded_map && loop->old_frame >= loop->frame) {
       throw std::runtime_error(
           at_line(file, lines[i].number,
-                  fmt::format("the old frame {} is not before frame {}", loop->old_frame, loop->frame)));
+                  fmt::format("the old frame {} must be before frame {}", loop->old_frame, loop->frame)));
     }
     loops.push_back(*loop);
   }
@@ -194,7 +194,7 @@ std::vector<Revisit> find_revisits(const TruePoses& truth, const RevisitRule& ru
   std::vector<Revisit> revisits;
   std::size_t last = 0;  // index of the last revisit's end
   for (std::size_t i = 0; i < known.size(); ++i) {
-    if (!sees_again({known.data(), i + 1}, rule)) continue;
+    if (!revisits_place({known.data(), i + 1}, rule)) continue;
     if (revisits.empty() || known[i].frame - revisits.back().last > rule.max_hole_frames + 1) {
       revisits.push_back({.first = known[i].frame, .last = known[i].frame, .first_loop = {}});
     } else {
@@ -212,7 +212,7 @@ LoopScore score_loops(const TruePoses& truth, const std::vector<LoopEvent>& loop
   for (const auto& loop : loops) {
     if (loop.frame >= truth.size()) {
       throw std::runtime_error(
-          fmt::format("a loop of frame {} in a run of {} frames: loops and trajectory are of different runs",
+          fmt::format("a loop of frame {} in a run of {} frames; give loops and trajectory of the same run",
                       loop.frame, truth.size()));
     }
     ++(loop.accepted ? score.accepted : score.refused);
@@ -257,10 +257,10 @@ std::optional<double> median_delay_frames(const LoopScore& score) {
 void print_loop_score(std::ostream& stream, const LoopScore& score) {
   fmt::print(stream, "{:<32}{} accepted, {} of them false; {} refused, {} of them true", "loops",
              score.accepted, score.accepted_false, score.refused, score.refused_true);
-  if (score.without_truth > 0) fmt::print(stream, "; {} without a true pose", score.without_truth);
+  if (score.without_truth > 0) fmt::print(stream, "; {} without ground truth", score.without_truth);
   stream << '\n';
   if (score.revisits.empty()) {
-    fmt::print(stream, "{:<32}none: the path comes to no place again\n", "revisits");
+    fmt::print(stream, "{:<32}none\n", "revisits");
     return;
   }
   const auto count = score.revisits.size();

@@ -13,6 +13,7 @@
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -22,12 +23,6 @@ namespace {
 constexpr double kChi2Bound95 = 12.592;  // six degrees of freedom
 constexpr std::size_t kTriangle = 21;
 constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
-
-[[nodiscard]] double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 [[nodiscard]] double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -41,8 +36,8 @@ constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
   return P;
 }
 
-/// The covariance of T_from_to, `from` being the row of a keyframe; nothing if the state was not anchored
-/// there or if keyframes do not lead back to it.
+/// The covariance of T_from_to, composed over the keyframes between the two frames. Nothing if `from` is not
+/// one of the keyframes that lead to `to`.
 [[nodiscard]] std::optional<Matrix6<double>> relative_covariance(const std::vector<CovarianceRow>& rows,
                                                                  const std::vector<Pose>& poses,
                                                                  std::size_t from, std::size_t to) {
@@ -66,11 +61,22 @@ constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
   RelativeNees score{.frames = frames, .count = nees.size()};
   if (nees.empty()) return score;
   score.mean = mean_of(nees);
-  score.median = median_of(nees);
+  score.median = median(nees);
   score.share_inside = static_cast<double>(std::count_if(nees.begin(), nees.end(),
                                                          [](double e) { return e <= kChi2Bound95; })) /
                        static_cast<double>(nees.size());
   return score;
+}
+
+void add_nis(const std::vector<CovarianceRow>& rows, NeesReport& report) {
+  std::vector<double> nis;
+  for (const auto& row : rows) {
+    if (row.nis_dof > 0) nis.push_back(row.nis / row.nis_dof);
+  }
+  if (nis.empty()) return;
+  report.updates = nis.size();
+  report.mean_nis_per_dof = mean_of(nis);
+  report.median_nis_per_dof = median(nis);
 }
 
 }  // namespace
@@ -80,7 +86,7 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
   const auto lines = read_text_lines(file);
   if (lines.empty() || !lines.front().text.starts_with("stamp_s,status,")) {
     throw std::runtime_error(
-        fmt::format("{}: is no covariances.csv: it has no header 'stamp_s,status,...'", file.string()));
+        fmt::format("{}: not a covariances.csv: the header stamp_s,status,... is missing", file.string()));
   }
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto& [number, text] = lines[i];
@@ -94,12 +100,13 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
           at_line(file, number, fmt::format("expected stamp, status and {} numbers", kColumns - 2)));
     }
     const double* tail = numbers->data() + kTriangle;
-    constexpr double kMost = 1e9;  // measurements in a frame, and any error of a calibration
+    constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error
     if (*std::min_element(tail + 2, tail + 5) < 0.0 || *std::max_element(tail + 2, tail + 5) > kMost) {
-      throw std::runtime_error(at_line(file, number, "degrees of freedom and sigmas are from 0 to 1e9"));
+      throw std::runtime_error(
+          at_line(file, number, "degrees of freedom and standard deviations must be from 0 to 1e9"));
     }
     if (tail[0] < 0.0 || tail[0] > static_cast<double>(rows.size())) {
-      throw std::runtime_error(at_line(file, number, "the keyframe is not an earlier frame"));
+      throw std::runtime_error(at_line(file, number, "the keyframe must be an earlier frame"));
     }
     rows.push_back({static_cast<std::size_t>(tail[0]),
                     from_triangle(tail + 5),
@@ -110,12 +117,11 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
   return rows;
 }
 
-Consistency score_consistency(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
-                              const std::vector<CovarianceRow>& rows, const TruthNoise& noise) {
+NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
+                             const std::vector<CovarianceRow>& rows, const GroundTruthNoise& noise) {
   if (rows.size() != estimate.poses.size()) {
     throw std::runtime_error(
-        fmt::format("{} rows of covariances for {} estimated poses: the files are of "
-                    "different runs",
+        fmt::format("{} rows of covariances for {} estimated poses; give both files of the same run",
                     rows.size(), estimate.poses.size()));
   }
   const auto poses = dual_quaternions(estimate.poses);
@@ -127,8 +133,8 @@ Consistency score_consistency(const Trajectory& truth, const Trajectory& estimat
   truth_variance << Vector3<double>::Constant(noise.rotation_rad * noise.rotation_rad),
       Vector3<double>::Constant(noise.translation_m * noise.translation_m);
 
-  Consistency result;
-  result.truth_taken_as_exact = noise.translation_m == 0.0 && noise.rotation_rad == 0.0;
+  NeesReport report;
+  report.truth_taken_as_exact = noise.translation_m == 0.0 && noise.rotation_rad == 0.0;
   for (const std::size_t frames : {1, 10, 100}) {
     std::vector<double> nees;
     for (std::size_t i = 0; i + frames < rows.size(); ++i) {
@@ -142,31 +148,23 @@ Consistency score_consistency(const Trajectory& truth, const Trajectory& estimat
       const Eigen::LLT<Matrix6<double>> factor(*covariance);
       if (factor.info() != Eigen::Success) {
         throw std::runtime_error(
-            fmt::format("the covariance from frame {} to frame {} is not positive definite; the file was not "
-                        "written by run",
+            fmt::format("the covariance from frame {} to frame {} is not positive definite; give a "
+                        "covariances.csv as `run` wrote it",
                         i, j));
       }
       nees.push_back(error.dot(factor.solve(error)));
     }
-    result.relative.push_back(summary_of(frames, nees));
+    report.relative.push_back(summary_of(frames, nees));
   }
-  std::vector<double> nis;
-  for (const auto& row : rows) {
-    if (row.nis_dof > 0) nis.push_back(row.nis / row.nis_dof);
-  }
-  result.updates = nis.size();
-  if (!nis.empty()) {
-    result.mean_nis_per_dof = mean_of(nis);
-    result.median_nis_per_dof = median_of(nis);
-  }
-  return result;
+  add_nis(rows, report);
+  return report;
 }
 
-void print_consistency(std::ostream& stream, const Consistency& consistency) {
-  for (const auto& r : consistency.relative) {
+void print_nees(std::ostream& stream, const NeesReport& report) {
+  for (const auto& r : report.relative) {
     const std::string name = fmt::format("NEES over {} frame{}", r.frames, r.frames == 1 ? "" : "s");
     if (r.count == 0) {
-      fmt::print(stream, "{:<32}n/a (no keyframe that many frames before the end)\n", name);
+      fmt::print(stream, "{:<32}n/a (the run is too short)\n", name);
     } else {
       fmt::print(stream,
                  "{:<32}mean {:.2f}  median {:.2f} (6 and 5.35 expected), {:.0f} % inside the 95 % bound "
@@ -174,21 +172,20 @@ void print_consistency(std::ostream& stream, const Consistency& consistency) {
                  name, r.mean, r.median, 100.0 * r.share_inside, r.count);
     }
   }
-  if (consistency.updates > 0) {
+  if (report.updates > 0) {
     fmt::print(stream, "{:<32}mean {:.3f}  median {:.3f} per degree of freedom (1 expected, {} updates)\n",
-               "NIS of the pose updates", consistency.mean_nis_per_dof, consistency.median_nis_per_dof,
-               consistency.updates);
+               "NIS of the pose updates", report.mean_nis_per_dof, report.median_nis_per_dof, report.updates);
   }
-  if (consistency.truth_taken_as_exact) {
+  if (report.truth_taken_as_exact) {
     fmt::print(stream,
                "hint: the ground truth is taken as exact, which is right for rendered drives only; "
                "--truth-sigma-m and --truth-sigma-deg allow for its errors (KITTI: 0.03 and 0.1)\n");
   }
 }
 
-std::string consistency_json(const Consistency& consistency) {
+std::string nees_json(const NeesReport& report) {
   std::vector<std::string> relative;
-  for (const auto& r : consistency.relative) {
+  for (const auto& r : report.relative) {
     relative.push_back(
         r.count == 0
             ? fmt::format(R"({{"frames": {}, "count": 0}})", r.frames)
@@ -197,8 +194,7 @@ std::string consistency_json(const Consistency& consistency) {
   }
   return fmt::format(
       R"({{"relative_nees": [{}], "updates": {}, "mean_nis_per_dof": {}, "median_nis_per_dof": {}}})",
-      fmt::join(relative, ", "), consistency.updates, consistency.mean_nis_per_dof,
-      consistency.median_nis_per_dof);
+      fmt::join(relative, ", "), report.updates, report.mean_nis_per_dof, report.median_nis_per_dof);
 }
 
 }  // namespace stereo_slam

@@ -11,7 +11,7 @@
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
-/// Whether the covariances of a run are as large as its errors.
+/// Compares the covariances of a run with its errors (NEES) and its innovations (NIS).
 namespace stereo_slam {
 
 /// A frame's row of covariances.csv.
@@ -26,41 +26,40 @@ struct CovarianceRow {
 /// Reads covariances.csv, one row a frame. Throws std::runtime_error naming file, line and what was wrong.
 [[nodiscard]] std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file);
 
-/// Errors of the ground truth itself: standard deviations per axis of a relative pose.
-struct TruthNoise {
+/// Errors of the ground truth itself: standard deviations of a relative pose, per axis.
+struct GroundTruthNoise {
   double translation_m = 0.0;
   double rotation_rad = 0.0;
 };
 
-/// Normalised estimation errors squared of relative poses over a number of frames.
+/// Normalised estimation errors squared (NEES) of relative poses over a number of frames.
 struct RelativeNees {
   std::size_t frames = 0;
-  std::size_t count = 0;
-  double mean = 0.0;          ///< 6 if the covariances are honest
-  double median = 0.0;        ///< 5.35
-  double share_inside = 0.0;  ///< of the 95 % bound, 12.59
+  std::size_t count = 0;      ///< of relative poses; the figures are zero without any
+  double mean = 0.0;          ///< 6 if the covariances are right
+  double median = 0.0;        ///< 5.35 if they are
+  double share_inside = 0.0;  ///< share of them inside the 95 % bound, 12.59
 };
 
-struct Consistency {
+struct NeesReport {
   std::vector<RelativeNees> relative;  ///< over 1, 10 and 100 frames
-  std::size_t updates = 0;             ///< of the pose, with an innovation
+  std::size_t updates = 0;             ///< pose updates with measurements
   double mean_nis_per_dof = 0.0;       ///< 1 if the noise is as assumed
   double median_nis_per_dof = 0.0;
-  bool truth_taken_as_exact = false;  ///< no noise of the ground truth was allowed for
+  bool truth_taken_as_exact = false;  ///< the noise of the ground truth was zero
 };
 
-/// Scores the covariances. `pairs` are (truth, estimate) indices of the same instants, in order; row i
-/// belongs to estimate i. A relative pose starts at a keyframe, where the state is anchored, and its
-/// covariance is the composition of those of the keyframes passed and of the last frame. Throws
-/// std::runtime_error when the rows do not belong to the estimate.
-[[nodiscard]] Consistency score_consistency(const Trajectory& truth, const Trajectory& estimate,
-                                            const FramePairs& pairs, const std::vector<CovarianceRow>& rows,
-                                            const TruthNoise& noise);
+/// Scores the covariances. `pairs` are (truth, estimate) indices of matched poses, in order; row i belongs to
+/// estimate i. Each relative pose starts at a keyframe; its covariance is composed over the keyframes up to
+/// its last frame. Throws std::runtime_error when rows and estimate differ in number.
+[[nodiscard]] NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate,
+                                           const FramePairs& pairs, const std::vector<CovarianceRow>& rows,
+                                           const GroundTruthNoise& noise);
 
-/// For people.
-void print_consistency(std::ostream& stream, const Consistency& consistency);
+/// As text.
+void print_nees(std::ostream& stream, const NeesReport& report);
 
-/// For programs: one object.
-[[nodiscard]] std::string consistency_json(const Consistency& consistency);
+/// As a JSON object.
+[[nodiscard]] std::string nees_json(const NeesReport& report);
 
 }  // namespace stereo_slam

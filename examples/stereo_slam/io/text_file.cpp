@@ -29,7 +29,7 @@ std::optional<double> parse_number(std::string_view field) {
   return file.string() + ".partial";
 }
 
-/// Fills the file that is to become `file`.
+/// Writes the temporary file that is to replace `file`.
 void write_partial(const std::filesystem::path& file, const std::filesystem::path& partial,
                    const std::function<void(std::ostream&)>& write) {
   std::ofstream stream(partial, std::ios::binary | std::ios::trunc);
@@ -82,8 +82,8 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
 }
 
 std::optional<std::int64_t> parse_seconds(std::string_view text) {
-  // 64 bits of mantissa keep nanoseconds since 1970 apart; where long double is a double the error stays
-  // below 0.2 us.
+  // A mantissa of 64 bits resolves nanoseconds since 1970; where long double is double the error is below 0.2
+  // us.
   if (text.starts_with('+')) text.remove_prefix(1);
   long double seconds = 0.0L;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
@@ -116,7 +116,7 @@ void write_file(const std::filesystem::path& file, const std::function<void(std:
 
 void require_writable(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) {
-    throw std::runtime_error(fmt::format("{}: is a folder, where a file is to be written", file.string()));
+    throw std::runtime_error(fmt::format("{}: is a folder; name a file", file.string()));
   }
   const std::filesystem::path partial = partial_of(file);
   write_partial(file, partial, [](std::ostream&) {});

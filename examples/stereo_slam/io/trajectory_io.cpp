@@ -15,7 +15,7 @@
 namespace stereo_slam {
 namespace {
 
-/// How far a rotation read from text may be from a unit one: admits files with three digits.
+/// Largest deviation from a unit rotation; files with three digits pass.
 constexpr double kRotationTolerance = 1e-2;
 
 void check_position(const Eigen::Vector3d& t) {
@@ -81,10 +81,10 @@ void append_line(Trajectory& trajectory, const std::string& text) {
   const bool more_may_follow = trajectory.format == TrajectoryFormat::kEuroc;
   if (fields.size() < wanted || (fields.size() > wanted && !more_may_follow)) {
     throw std::runtime_error(
-        fmt::format("{} fields where {} has {}", fields.size(), to_string(trajectory.format), wanted));
+        fmt::format("{} fields, but {} has {}", fields.size(), to_string(trajectory.format), wanted));
   }
   const auto numbers = parse_numbers(text);
-  if (!numbers) throw std::runtime_error("not every field is a finite number");
+  if (!numbers) throw std::runtime_error("a field is not a finite number");
   const auto& n = *numbers;
   if (trajectory.format == TrajectoryFormat::kKitti) {
     trajectory.poses.push_back(pose_from_matrix(n));
@@ -117,7 +117,7 @@ std::string_view to_string(TrajectoryFormat format) noexcept {
 
 Trajectory read_trajectory(const std::filesystem::path& file, std::optional<TrajectoryFormat> format) {
   const auto lines = read_text_lines(file);
-  if (lines.empty()) throw std::runtime_error(fmt::format("{}: holds no poses", file.string()));
+  if (lines.empty()) throw std::runtime_error(fmt::format("{}: contains no poses", file.string()));
   Trajectory trajectory;
   trajectory.poses.reserve(lines.size());
   int number = lines.front().number;

@@ -21,23 +21,23 @@ enum class TrajectoryFormat { kKitti, kTum, kEuroc };
 
 [[nodiscard]] std::string_view to_string(TrajectoryFormat format) noexcept;
 
-/// Poses T_world_body, in order of time. Matrices are kept as they stand in a KITTI file, rounding of the
-/// rotation included: the benchmark's scores are defined on them, and normalising shows in the fourth digit.
+/// Poses T_world_body, in order of time. Rotation matrices of a KITTI file are not normalised:
+/// the benchmark's scores are defined on the rounded matrices, and normalising changes the fourth digit.
 struct Trajectory {
   TrajectoryFormat format = TrajectoryFormat::kKitti;
-  std::vector<std::int64_t> stamps_ns;  ///< never decreasing, one a pose; empty when the format has none
+  std::vector<std::int64_t> stamps_ns;  ///< not decreasing, one per pose; empty if the format has none
   std::vector<Eigen::Isometry3d> poses;
 };
 
-/// Reads a trajectory; without a format the first line tells it (12 numbers, 8 blank-separated, 8 or more
-/// with commas). Throws std::runtime_error naming file, line and what was wrong.
+/// Reads a trajectory. Without `format` the first line determines it: 12 numbers (KITTI), 8 separated by
+/// blanks (TUM), 8 or more with commas (EuRoC). Throws std::runtime_error that names file, line and error.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file,
                                          std::optional<TrajectoryFormat> format = std::nullopt);
 
-/// One row-major 3x4 matrix [R | t] a line.
+/// Writes one row-major 3x4 matrix [R | t] per line.
 void write_kitti_trajectory(std::ostream& stream, std::span<const Pose> poses);
 
-/// "stamp tx ty tz qx qy qz qw", seconds; one stamp a pose.
+/// Writes "stamp tx ty tz qx qy qz qw" per line, in seconds; `stamps_ns` has one stamp per pose.
 void write_tum_trajectory(std::ostream& stream, std::span<const std::int64_t> stamps_ns,
                           std::span<const Pose> poses);
 

@@ -16,7 +16,7 @@ struct Range {
 /// Smallest range of the finite values; (0, 1) if there are none, widened if they are all the same.
 [[nodiscard]] Range range_of(std::span<const double> values);
 
-/// Where a range lies in a picture; pixels may grow against it.
+/// Position of a range in an image; pixels may run in the opposite direction.
 struct Axis {
   Range range;
   double low_px = 0.0;
@@ -33,13 +33,13 @@ struct Ticks {
   std::vector<double> values;
 };
 
-/// About `count` of them.
+/// About `count` ticks.
 [[nodiscard]] Ticks nice_ticks(const Range& range, double count);
 
-/// The range widened to the next ticks.
+/// The range extended to the next ticks.
 [[nodiscard]] Range rounded_out(const Range& range, double count);
 
-/// With as many decimals as the step needs.
+/// The value with as many decimals as the step needs.
 [[nodiscard]] std::string tick_label(double value, double step);
 
 }  // namespace stereo_slam::report

@@ -25,16 +25,16 @@ constexpr std::size_t kColumns = 300;  // of values
 
 using Points = std::vector<Vector2<double>>;
 
-/// Of the series in turn; the style sheet has eight.
+/// Colour class of a series; the style sheet has eight.
 [[nodiscard]] std::string colour_class(std::size_t series) { return fmt::format("c{}", series % 8); }
 
-/// The place of a chart's data in its picture.
+/// Position of the chart's data in the image.
 struct Frame {
   Axis x;
   Axis y;
 };
 
-/// Sums of the first 0, 1 ... all series of the stack, averaged over columns; and the columns' x.
+/// Sums of the first 0, 1 ... all series of the stack, averaged over columns, and x of the columns.
 struct StackedColumns {
   std::vector<double> x;
   std::vector<std::vector<double>> sums;
@@ -65,7 +65,7 @@ struct StackedColumns {
   return result;
 }
 
-/// Everything that the y axis has to show.
+/// All values that the y axis must cover.
 [[nodiscard]] std::vector<double> extreme_values(const LineChart& chart) {
   std::vector<double> values;
   if (chart.from_zero) values.push_back(0.0);
@@ -117,7 +117,7 @@ void write_grid(std::ostream& stream, const LineChart& chart, const Frame& frame
   return points;
 }
 
-/// The area between two curves: there on the one, back on the other.
+/// The area between two curves, as one closed path.
 void write_area(std::ostream& stream, const std::string& css_class, Points there, const Points& back) {
   there.insert(there.end(), back.rbegin(), back.rend());
   fmt::print(stream, R"(<path class="{}" d="{}Z"/>)", css_class, path_data(there));
@@ -132,7 +132,7 @@ void write_stack(std::ostream& stream, const LineChart& chart, const Frame& fram
     write_area(stream, "area " + colour_class(k), curve(k), curve(k + 1));
 }
 
-/// The band's columns are those of the line's smallest and largest values.
+/// The band has the columns at which the line has its smallest and largest values.
 void write_band(std::ostream& stream, const LineChart& chart, const Frame& frame) {
   if (!chart.band) return;
   const auto& middle = chart.lines.front().values;

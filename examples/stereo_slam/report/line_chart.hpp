@@ -14,7 +14,7 @@ struct Series {
   std::vector<double> values;
 };
 
-/// A value that the others are compared with.
+/// A reference value.
 struct Level {
   std::string name;
   double value = 0.0;
@@ -24,13 +24,13 @@ struct Level {
 struct LineChart {
   std::string title;  ///< of the y axis, with its unit
   std::string x_title;
-  std::vector<double> x;      ///< ascending
-  std::vector<Series> stack;  ///< areas on top of each other: means, where there are more values than columns
-  std::vector<Series> lines;  ///< with every minimum and maximum
+  std::vector<double> x;       ///< ascending
+  std::vector<Series> stack;   ///< stacked areas; means where values outnumber columns
+  std::vector<Series> lines;   ///< keep every minimum and maximum
   std::optional<Series> band;  ///< half the width of an area around the first line
   std::optional<Level> level;
-  Series marks;           ///< places on the x axis
-  bool from_zero = true;  ///< or from the smallest value
+  Series marks;           ///< marked positions on the x axis
+  bool from_zero = true;  ///< else from the smallest value
 };
 
 /// A <figure>: title, legend and SVG. Colours and type are the page's, by the classes of style.hpp.

@@ -4,7 +4,7 @@
 namespace stereo_slam::report {
 namespace {
 
-/// Empty if the character stands for itself.
+/// The entity of a character; empty if it needs none.
 [[nodiscard]] std::string_view entity(char character) {
   switch (character) {
     case '&':

@@ -6,8 +6,8 @@
 
 namespace stereo_slam::report {
 
-/// Any text as content or attribute of HTML and SVG: & < > " ' become entities, control characters, which XML
-/// does not allow, the replacement character.
+/// Escapes text for content and attributes of HTML and SVG: & < > " ' become entities; control characters,
+/// which XML forbids, become the replacement character.
 [[nodiscard]] std::string escape_markup(std::string_view text);
 
 }  // namespace stereo_slam::report

@@ -11,7 +11,7 @@
 namespace stereo_slam::report {
 namespace {
 
-/// What of [first, last) is drawn, in order.
+/// Indices of [first, last) to draw, in order.
 void append_extremes(std::span<const double> values, std::size_t first, std::size_t last,
                      std::vector<std::size_t>& indices) {
   std::optional<std::size_t> lowest, highest, gap;

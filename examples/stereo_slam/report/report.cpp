@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/report/line_chart.hpp"
 #include "stereo_slam/report/markup.hpp"
 #include "stereo_slam/report/run_charts.hpp"
@@ -20,39 +21,41 @@ namespace stereo_slam::report {
 namespace {
 
 constexpr std::string_view kPathNote =
-    "Seen from above the first camera, which looks up the page. A ring marks a frame that saw an earlier "
-    "place again, joined to that place. The ellipses are what the run claims of its own accuracy: two times "
-    "in "
-    "five the true position lies within (86 % lie within an ellipse twice as large).";
+    "The path seen from above; the first camera looks up the page. A ring marks a frame that closed a loop; "
+    "a line joins it to "
+    "the earlier place. An ellipse is one standard deviation of the position: 39 % of the true positions "
+    "should lie inside it, "
+    "and 86 % inside an ellipse twice as large.";
 constexpr std::string_view kPositionNote =
-    "How uncertain each final position is, along the camera's axes, counted from the first frame. It grows "
-    "with "
-    "the way and with the distance from the start, and falls where a loop ties the drive to an earlier "
-    "place.";
+    "Standard deviation of each final position relative to the first frame, along the camera's axes. It "
+    "grows with the path "
+    "length and the distance from the start, and falls where a loop connects the path to an earlier place.";
 constexpr std::string_view kRotationNote =
-    "The same of the orientation: pitch is nodding, yaw turning, roll leaning to the side.";
+    "Standard deviation of each final orientation relative to the first frame, about the camera's axes.";
 constexpr std::string_view kHeightNote =
-    "Above the first camera, along its own upright: if it looked up or down by a degree, a level road rises "
-    "or "
-    "falls by 1.7 m in 100 m.";
+    "Height above the first camera, along its vertical axis. If the first camera was tilted by one degree, a "
+    "level road rises "
+    "or falls by 1.7 m in 100 m.";
 constexpr std::string_view kInnovationNote =
-    "How far the measured points lie from where they were expected, in units of what was allowed for. Around "
-    "1 "
-    "the noise is as assumed; below, it is smaller; far above, something moves, is blurred or badly "
-    "calibrated.";
+    "Normalised innovation squared (NIS): the squared distance of the measured points from their "
+    "predictions, relative to the "
+    "assumed noise. It is about 1 if the noise is as assumed and lower if the noise is smaller. Values far "
+    "above 1 mean moving "
+    "objects, blur or a wrong calibration.";
 constexpr std::string_view kCountNote =
-    "Corners found in the left image, points of the map that the filter holds, and those of them seen again. "
-    "Few matches mean a pose that rests on odometry.";
+    "Corners found in the left image, landmarks that the filter holds, and landmarks matched in the frame. "
+    "With few matches "
+    "the pose follows from the odometry alone.";
 constexpr std::string_view kTimeNote =
-    "What each frame cost, without reading the images. Areas are means over neighbouring frames; the line "
-    "shows "
-    "every extreme.";
+    "Processing time of each frame without reading its images. Areas are means over neighbouring frames; the "
+    "line shows every "
+    "minimum and maximum.";
 constexpr std::string_view kMemoryNote =
-    "Physical memory of the whole program after each frame. It grows with the map and the keyframes.";
+    "Physical memory of the program after each frame. It grows with the map and the keyframes.";
 constexpr std::string_view kLoopsNote =
-    "A loop is a place seen again. Chi2 says how much it contradicts what was known; one that contradicts "
-    "too "
-    "much is refused and changes nothing.";
+    "A loop connects a frame to an earlier one at the same place. Chi2 is its squared Mahalanobis distance "
+    "from the prediction; "
+    "a loop above the threshold is refused and changes nothing.";
 
 void write_fact(std::ostream& stream, std::string_view name, const std::string& value,
                 const std::string& more = "", std::string_view css_class = "") {
@@ -61,22 +64,13 @@ void write_fact(std::ostream& stream, std::string_view name, const std::string& 
              more.empty() ? "" : fmt::format("<small>{}</small>", escape_markup(more)));
 }
 
-[[nodiscard]] double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 [[nodiscard]] std::size_t frames_of(const RunRecord& record, TrackingStatus status) {
-  return static_cast<std::size_t>(
-      std::count_if(record.results.begin(), record.results.end(),
-                    [&](const FrameResult& result) { return result.status == status; }));
+  return count_frames(record, [&](const FrameResult& result) { return result.status == status; });
 }
 
 [[nodiscard]] std::string memory_detail(const RunHeader& header) {
   if (header.bytes_per_keyframe == 0) return "";
-  return fmt::format("{:.0f} kB a keyframe", 1e-3 * static_cast<double>(header.bytes_per_keyframe));
+  return fmt::format("{:.0f} kB per keyframe", 1e-3 * static_cast<double>(header.bytes_per_keyframe));
 }
 
 [[nodiscard]] std::string length_text(double length_m) {
@@ -86,17 +80,16 @@ void write_fact(std::ostream& stream, std::string_view name, const std::string& 
 void write_facts(std::ostream& stream, const RunRecord& record, const RunInfo& info) {
   const auto accepted = static_cast<std::size_t>(std::count_if(
       record.loops.begin(), record.loops.end(), [](const LoopEvent& loop) { return loop.accepted; }));
-  const auto keyframes = std::count_if(record.results.begin(), record.results.end(),
-                                       [](const FrameResult& result) { return result.is_keyframe; });
+  const auto keyframes = count_frames(record, &FrameResult::is_keyframe);
   const auto lengths_m = path_lengths(record.trajectory);
   stream << "<dl class=\"facts\">\n";
   write_fact(stream, "State", info.header.state, "", info.header.state);
   write_fact(stream, "Frames", fmt::format("{}", record.results.size()),
              fmt::format("{} lost, {} weak", frames_of(record, TrackingStatus::kLost),
                          frames_of(record, TrackingStatus::kWeak)));
-  write_fact(stream, "Driven", length_text(lengths_m.empty() ? 0.0 : lengths_m.back()));
-  write_fact(stream, "Time a frame", fmt::format("{:.1f} ms", median(record.total_ms)),
-             fmt::format("median; {:.1f} s in all", info.header.seconds));
+  write_fact(stream, "Path length", length_text(lengths_m.empty() ? 0.0 : lengths_m.back()));
+  write_fact(stream, "Time per frame", fmt::format("{:.1f} ms", median(record.total_ms)),
+             fmt::format("median; {:.1f} s in total", info.header.seconds));
   write_fact(stream, "Loops", fmt::format("{}", accepted),
              fmt::format("{} refused", record.loops.size() - accepted));
   write_fact(stream, "Landmarks", fmt::format("{}", record.map_points.size()),
@@ -129,9 +122,9 @@ void write_loop_table(std::ostream& stream, const std::vector<LoopEvent>& loops)
   if (loops.empty()) {
     stream << "<p class=\"empty\">None.</p>\n";
   } else {
-    stream
-        << "<div class=\"scroll\"><table>\n<tr><th>frame</th><th>sees again</th><th>inliers</th><th>chi2</th>"
-           "<th>verdict</th></tr>\n";
+    stream << "<div class=\"scroll\"><table>\n<tr><th>frame</th><th>earlier "
+              "frame</th><th>inliers</th><th>chi2</th>"
+              "<th>verdict</th></tr>\n";
     for (const auto& loop : loops) {
       fmt::print(stream, "<tr><td>{}</td><td>{}{}</td><td>{}</td><td>{:.1f}</td><td{}>{}</td></tr>\n",
                  loop.frame, loop.old_frame, loop.in_loaded_map ? " of the loaded map" : "", loop.inliers,
@@ -165,8 +158,8 @@ void write_report(std::ostream& stream, const RunRecord& record, const RunInfo& 
   write_loop_table(stream, record.loops);
   fmt::print(
       stream,
-      "</main>\n<footer>Written by stereo_slam {}. Every number is in the files beside this one; run.yaml "
-      "repeats all settings.</footer>\n</body>\n</html>\n",
+      "</main>\n<footer>Written by stereo_slam {}. All numbers are in the files beside this one; run.yaml "
+      "contains all settings.</footer>\n</body>\n</html>\n",
       STEREO_SLAM_VERSION);
 }
 

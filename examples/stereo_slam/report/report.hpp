@@ -7,15 +7,15 @@
 
 namespace stereo_slam::report {
 
-/// What the report says of a run besides its record.
+/// What the report contains besides the record of the run.
 struct RunInfo {
   RunHeader header;
-  std::string dataset;  ///< its folder
+  std::string dataset;  ///< folder
   std::string preset;
 };
 
-/// One HTML page about a run of the camera that needs no other file and no network: figures, path, charts
-/// with what they mean, loops. A run of no frames has one, too.
+/// Writes a self-contained HTML page about a run: key figures, path, charts with explanations, loops. The
+/// record has poses of the camera; it may have no frames.
 void write_report(std::ostream& stream, const RunRecord& record, const RunInfo& info);
 
 }  // namespace stereo_slam::report

@@ -10,7 +10,7 @@
 namespace stereo_slam::report {
 namespace {
 
-/// One value a frame.
+/// One value per frame.
 template <class Function>
 [[nodiscard]] std::vector<double> of_frames(const RunRecord& record, const Function& value) {
   std::vector<double> values;
@@ -18,7 +18,7 @@ template <class Function>
   return values;
 }
 
-/// One value a final pose.
+/// One value per final pose.
 template <class Function>
 [[nodiscard]] std::vector<double> of_poses(const RunRecord& record, const Function& value) {
   std::vector<double> values;
@@ -53,7 +53,7 @@ template <class Function>
 LineChart height_chart(const RunRecord& record) {
   LineChart chart;
   chart.title = "Height, m";
-  chart.x_title = "m driven";
+  chart.x_title = "path length, m";
   chart.x = path_lengths(record.trajectory);
   chart.lines = {{"above the first camera", of_poses(record, [](const PoseGaussian& estimate) {
                     return -estimate.pose.translation().y();
@@ -83,7 +83,7 @@ LineChart rotation_sigma_chart(const RunRecord& record) {
 }
 
 LineChart time_chart(const RunRecord& record) {
-  LineChart chart = over_frames(record, "Time a frame, ms");
+  LineChart chart = over_frames(record, "Time per frame, ms");
   for (const auto& stage : stage_names(record))
     chart.stack.push_back(
         {stage, of_frames(record, [&](const FrameResult& result) { return stage_ms(result, stage); })});

@@ -4,17 +4,17 @@
 #include "stereo_slam/report/line_chart.hpp"
 #include "stereo_slam/results/output.hpp"
 
-/// What is plotted of a run of the camera.
+/// The charts of a run; the record has poses of the camera.
 namespace stereo_slam::report {
 
-/// Above the first camera, against the way driven, with one standard deviation.
+/// Height above the first camera over the path length, with one standard deviation.
 [[nodiscard]] LineChart height_chart(const RunRecord& record);
 
 /// Standard deviations of the final poses along and about the camera's axes.
 [[nodiscard]] LineChart position_sigma_chart(const RunRecord& record);
 [[nodiscard]] LineChart rotation_sigma_chart(const RunRecord& record);
 
-/// Milliseconds of every stage and in total.
+/// Milliseconds per frame, by stage and in total.
 [[nodiscard]] LineChart time_chart(const RunRecord& record);
 
 [[nodiscard]] LineChart memory_chart(const RunRecord& record);

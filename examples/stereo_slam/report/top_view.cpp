@@ -36,7 +36,7 @@ using Points = std::vector<Vector2<double>>;
   return Vector2<double>::Constant(std::numeric_limits<double>::quiet_NaN());
 }
 
-/// The plane of the picture; as many pixels a metre along both axes.
+/// The plane of the image, with equal scales of both axes.
 struct View {
   Axis x;
   Axis z;
@@ -51,7 +51,7 @@ struct View {
   }
 };
 
-/// Positions along the final path, and along the path without loops.
+/// Positions of the final path and of the path without loop closure.
 struct Paths {
   std::vector<Vector3<double>> final;
   std::vector<Vector3<double>> without_loops;  ///< empty if no loop was accepted, or one with a loaded map
@@ -69,7 +69,7 @@ struct Paths {
   return paths;
 }
 
-/// Same centre, another length.
+/// The range with the same centre and another length.
 [[nodiscard]] Range stretched(const Range& range, double length) {
   const double centre = 0.5 * (range.low + range.high);
   return {centre - 0.5 * length, centre + 0.5 * length};
@@ -117,7 +117,7 @@ void write_grid(std::ostream& stream, const View& view) {
   stream << '\n';
 }
 
-/// One dot for every small square that holds a landmark; evenly fewer of them when there are very many.
+/// One dot per grid cell that contains a landmark; thinned out evenly if there are very many.
 void write_landmarks(std::ostream& stream, const View& view, const std::vector<MapPoint>& landmarks) {
   std::vector<std::pair<int, int>> squares;
   for (const auto& landmark : landmarks) {
@@ -140,7 +140,7 @@ void write_landmarks(std::ostream& stream, const View& view, const std::vector<M
   return points;
 }
 
-/// Frames that are enough to draw a path: those where the status changes, and of the others one a pixel.
+/// Frames that suffice to draw a path: those where the status changes, and one per pixel of the others.
 [[nodiscard]] std::vector<std::size_t> thinned(const Points& path, const std::vector<FrameResult>& results) {
   constexpr double kStep_px = 0.7;
   std::vector<std::size_t> kept;
@@ -151,7 +151,7 @@ void write_landmarks(std::ostream& stream, const View& view, const std::vector<M
   return kept;
 }
 
-/// The steps that end in a frame of this status.
+/// Path segments that end in a frame of this status.
 [[nodiscard]] Points steps_with(TrackingStatus status, const Points& path,
                                 const std::vector<std::size_t>& kept,
                                 const std::vector<FrameResult>& results) {
@@ -167,7 +167,7 @@ void write_landmarks(std::ostream& stream, const View& view, const std::vector<M
   return points;
 }
 
-/// How a status is called, here and in the style sheet.
+/// Name of a status in the legend and in the style sheet.
 struct StatusStyle {
   TrackingStatus status;
   const char* css_class;
@@ -175,11 +175,11 @@ struct StatusStyle {
 };
 
 constexpr std::array<StatusStyle, 5> kStatusStyles = {
-    {{TrackingStatus::kInitializing, "initializing", "starting"},
+    {{TrackingStatus::kInitializing, "initializing", "initialising"},
      {TrackingStatus::kOk, "ok", "tracked"},
-     {TrackingStatus::kWeak, "weak", "weak: odometry only, or its place a guess"},
-     {TrackingStatus::kLost, "lost", "lost: a guess"},
-     {TrackingStatus::kRelocalised, "relocalised", "found again"}}};
+     {TrackingStatus::kWeak, "weak", "weak: odometry only, or position in the map uncertain"},
+     {TrackingStatus::kLost, "lost", "lost: predicted only"},
+     {TrackingStatus::kRelocalised, "relocalised", "relocalised"}}};
 
 void write_paths(std::ostream& stream, const View& view, const Paths& paths, const RunRecord& record) {
   const Points without_loops = to_px(paths.without_loops, view);
@@ -196,13 +196,13 @@ void write_paths(std::ostream& stream, const View& view, const Paths& paths, con
   }
 }
 
-/// An ellipse and where it is.
+/// An ellipse and its centre.
 struct PlacedEllipse {
   Vector2<double> centre_px;
   SigmaEllipse sigma;
 };
 
-/// At equal distances along the path.
+/// Ellipses at equal distances along the path.
 [[nodiscard]] std::vector<PlacedEllipse> ellipses_of(const RunRecord& record, const Paths& paths,
                                                      const View& view) {
   const auto length_m = path_lengths(record.trajectory);
@@ -215,7 +215,7 @@ struct PlacedEllipse {
   return ellipses;
 }
 
-/// The roundest number by which ellipses can be enlarged and still be small in the picture; at least one.
+/// A round factor that enlarges the ellipses and keeps them small in the image; at least one.
 [[nodiscard]] double magnification(const std::vector<PlacedEllipse>& ellipses, double px_per_m) {
   double largest_px = 0.0;
   for (const auto& ellipse : ellipses)
@@ -244,7 +244,7 @@ void write_loops(std::ostream& stream, const View& view, const RunRecord& record
     const auto then = view.to_px(record.trajectory[loop.old_frame].pose.translation());
     fmt::print(
         stream,
-        R"(<g class="loop{}"><title>frame {} sees frame {} again: {}</title><path d="M{:.1f} {:.1f}L{:.1f} {:.1f}"/>)"
+        R"(<g class="loop{}"><title>frame {} closes a loop with frame {}: {}</title><path d="M{:.1f} {:.1f}L{:.1f} {:.1f}"/>)"
         R"(<circle cx="{:.1f}" cy="{:.1f}" r="3"/></g>)",
         loop.accepted ? "" : " refused", loop.frame, loop.old_frame, loop.accepted ? "accepted" : "refused",
         now.x(), now.y(), then.x(), then.y(), now.x(), now.y());
@@ -252,7 +252,7 @@ void write_loops(std::ostream& stream, const View& view, const RunRecord& record
   }
 }
 
-/// A disc where the drive begins, a square where it ends.
+/// A disc at the start of the path and a square at its end.
 void write_ends(std::ostream& stream, const View& view, const Paths& paths) {
   const auto first = view.to_px(paths.final.front());
   const auto last = view.to_px(paths.final.back());
@@ -278,7 +278,7 @@ void write_legend(std::ostream& stream, const RunRecord& record, double factor) 
   }
   entry("disc", "start");
   entry("square", "end");
-  if (any_loop(true)) entry("uncorrected", "without the loops");
+  if (any_loop(true)) entry("uncorrected", "without loop closure");
   if (any_loop(true)) entry("ring", "loop");
   if (any_loop(false)) entry("ring refused", "refused loop");
   entry("sigma", factor > 1.0 ? fmt::format("1 sigma, enlarged {:g} times", factor) : "1 sigma");

@@ -6,13 +6,13 @@
 
 #include "stereo_slam/core/types.hpp"
 
-/// What is plotted of poses and their covariances.
+/// Geometry of poses and covariances for the charts.
 namespace stereo_slam::report {
 
-/// Metres from the first pose to each, along the path.
+/// Path length from the first pose to each, in m.
 [[nodiscard]] std::vector<double> path_lengths(std::span<const PoseGaussian> trajectory);
 
-/// Covariance of a position along the world's axes, m2.
+/// Covariance of a position in world axes, m2.
 [[nodiscard]] Matrix3<double> position_covariance(const PoseGaussian& T_world_camera);
 
 /// One standard deviation of a position in the plane of x and z.

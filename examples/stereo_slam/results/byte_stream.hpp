@@ -16,8 +16,8 @@
 
 #include <fmt/format.h>
 
-/// Numbers of fixed width to and from bytes, least significant first, on any host. Floating-point numbers are
-/// IEEE 754.
+/// Conversion of numbers of fixed width to and from bytes, least significant byte first, on any host.
+/// Floating-point numbers are IEEE 754.
 namespace stereo_slam {
 
 template <class T>
@@ -41,8 +41,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Takes from the front of bytes that the caller keeps alive, never beyond their end: that throws
-/// std::out_of_range.
+/// Reads from the front of bytes that the caller keeps alive. Throws std::out_of_range beyond their end.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
@@ -66,8 +65,8 @@ class ByteReader {
     return front;
   }
 
-  /// A number of elements that follow, none of which takes fewer than `min_bytes`: no more than fit into what
-  /// is left.
+  /// The number of elements that follow, each of at least `min_bytes`. Throws std::out_of_range if they do
+  /// not fit into the remaining bytes.
   [[nodiscard]] std::size_t get_count(std::size_t min_bytes) {
     const auto count = get<std::uint64_t>();
     if (count > left() / min_bytes) {

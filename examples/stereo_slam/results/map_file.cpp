@@ -21,7 +21,7 @@ using namespace std::string_view_literals;
 
 static_assert(sizeof(std::size_t) == 8 && sizeof(int) == 4, "the file has fields of these widths");
 
-// Whatever a later version changes: header and trailer stay.
+// Header and trailer stay the same in all versions.
 constexpr std::string_view kMagic = "antipode map\r\n\x1a\n";
 constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeaderBytes = 32;
@@ -41,7 +41,7 @@ std::uint32_t checksum(std::string_view bytes, std::uint32_t before = 0) {
       crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }
 
-/// Puts fields into bytes. Decoder has the same functions, so that the layout is said once for both.
+/// Writes fields to bytes. Decoder has the same functions, so that both share one description of the layout.
 class Encoder {
  public:
   void number(const PlainNumber auto& value) { writer_.put(value); }
@@ -50,7 +50,7 @@ class Encoder {
     writer_.put_bytes({reinterpret_cast<const char*>(value.data()), value.size()});
   }
 
-  /// Row by row.
+  /// Writes the elements row by row.
   template <class Derived>
   void matrix(const Eigen::MatrixBase<Derived>& M) {
     for (Eigen::Index i = 0; i < M.rows(); ++i) {
@@ -81,7 +81,7 @@ class Encoder {
   ByteWriter writer_;
 };
 
-/// Takes fields from bytes. Throws std::out_of_range where they do not suffice.
+/// Reads fields from bytes. Throws std::out_of_range at the end of the bytes.
 class Decoder {
  public:
   explicit Decoder(std::string_view bytes) : reader_(bytes) {}
@@ -125,7 +125,7 @@ class Decoder {
     content.finish();
   }
 
-  /// Throws unless everything has been taken.
+  /// Throws std::out_of_range if bytes are left.
   void finish() const {
     if (reader_.left() > 0) throw std::out_of_range(fmt::format("{} bytes too many", reader_.left()));
   }
@@ -134,7 +134,7 @@ class Decoder {
   ByteReader reader_;
 };
 
-// What is transferred is const in an Encoder's hands.
+// The layout: each function writes with an Encoder (its argument is const) and reads with a Decoder.
 
 void transfer_estimate(auto& stream, auto& estimate) {
   stream.pose(estimate.pose);
@@ -205,8 +205,8 @@ void transfer_map(auto& stream, auto& map) {
   });
 }
 
-/// A keyframe's id is its place, and not in the file.
-void number_keyframes(std::vector<Keyframe>& keyframes) {
+/// A keyframe's id is its index; the file does not contain it.
+void set_keyframe_ids(std::vector<Keyframe>& keyframes) {
   for (std::size_t id = 0; id < keyframes.size(); ++id) keyframes[id].id = id;
 }
 
@@ -219,8 +219,8 @@ std::string encode_header(std::size_t file_bytes) {
   return header.take();
 }
 
-/// The size of the whole file that its header gives. Throws std::runtime_error unless this is the header of a
-/// map that can be read here.
+/// The file size according to the header. Throws std::runtime_error unless this is the header of a map of
+/// this version.
 std::uint64_t decode_header(std::string_view header) {
   if (header.empty()) throw std::runtime_error(fmt::format("is empty; {}", kCopyAgain));
   if (!header.starts_with(kMagic.substr(0, header.size()))) {
@@ -244,7 +244,7 @@ std::uint64_t decode_header(std::string_view header) {
   return file_bytes;
 }
 
-/// Opens an ordinary file; a symbolic link to one will do.
+/// Opens a regular file or a symbolic link to one.
 std::ifstream open_file(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
@@ -262,7 +262,7 @@ std::ifstream open_file(const std::filesystem::path& file) {
   return stream;
 }
 
-/// As many bytes as there are, up to `size`.
+/// Up to `size` bytes, fewer at the end of the stream.
 std::string read_bytes(std::istream& stream, std::size_t size) {
   std::string bytes(size, '\0');
   stream.read(bytes.data(), static_cast<std::streamsize>(size));
@@ -277,7 +277,7 @@ std::uint64_t size_of(std::istream& stream) {
   return static_cast<std::uint64_t>(end);
 }
 
-/// What is between header and trailer, with its checksum verified.
+/// The bytes between header and trailer, with verified checksum.
 std::string read_body(std::istream& stream) {
   const std::string header = read_bytes(stream, kHeaderBytes);
   const std::uint64_t promised = decode_header(header);
@@ -306,7 +306,7 @@ SavedMap decode(std::string_view body) {
   try {
     transfer_map(decoder, map);
     decoder.finish();
-    number_keyframes(map.keyframes);
+    set_keyframe_ids(map.keyframes);
     check(map);
   } catch (const std::logic_error& error) {
     throw std::runtime_error(fmt::format("contradicts itself: {}; save the map anew", error.what()));

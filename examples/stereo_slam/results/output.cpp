@@ -84,13 +84,17 @@ void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
 
 }  // namespace
 
+std::size_t count_frames(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
+  return static_cast<std::size_t>(std::count_if(record.results.begin(), record.results.end(), property));
+}
+
 void prepare_output_folder(const std::filesystem::path& folder) {
   try {
     std::filesystem::create_directories(folder);
     for (const auto* name : kResultFiles) {
       if (std::filesystem::is_directory(folder / name)) {
         throw std::runtime_error(
-            fmt::format("{}: is a folder, where a result is to be written; choose another --output",
+            fmt::format("{}: is a folder with the name of a result file; choose another --output",
                         (folder / name).string()));
       }
     }
@@ -109,7 +113,6 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
     stamps_ns.push_back(result.stamp_ns);
     online.push_back(result.T_odometry_camera);
   }
-  // One file that cannot be written does not cost the others.
   std::string first_error;
   const auto write = [&](const char* name, const std::function<void(std::ostream&)>& content) {
     try {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <ostream>
 #include <span>
@@ -12,10 +14,10 @@
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
-/// The files a run leaves behind. Each is written whole or not at all.
+/// The result files of a run. Each is written whole or not at all.
 namespace stereo_slam {
 
-/// Everything that is known of the frames processed so far.
+/// Results of the frames processed so far.
 struct RunRecord {
   std::vector<FrameResult> results;      ///< as known when each frame was processed
   std::vector<double> total_ms;          ///< of processing each frame
@@ -25,47 +27,53 @@ struct RunRecord {
   std::vector<LoopEvent> loops;
 };
 
-/// What run.yaml says besides the settings.
+/// Number of frames with a property.
+[[nodiscard]] std::size_t count_frames(const RunRecord& record,
+                                       const std::function<bool(const FrameResult&)>& property);
+
+/// What run.yaml contains besides the settings.
 struct RunHeader {
   std::string state;  ///< running, finished, interrupted or failed
   std::string error;  ///< empty unless failed
   std::size_t frames_processed = 0;
   double seconds = 0.0;
-  std::string pose_frame = "camera";  ///< whose poses the trajectories hold, or "body"
+  std::string pose_frame = "camera";  ///< frame whose poses the trajectories contain: "camera" or "body"
   double peak_mb = std::numeric_limits<double>::quiet_NaN();  ///< memory of the process; NaN where unknown
-  std::size_t bytes_per_keyframe = 0;                         ///< that loop closure keeps; zero without it
+  std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
 };
 
 /// Creates the folder and removes the results of an earlier run from it. Throws std::runtime_error when that
 /// fails.
 void prepare_output_folder(const std::filesystem::path& folder);
 
-/// trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv, loops.csv,
-/// map.ply.
+/// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,
+/// loops.csv and map.ply. A file that cannot be written does not prevent the others; then throws
+/// std::runtime_error with the first failure.
 void write_results(const std::filesystem::path& folder, const RunRecord& record);
 
-/// run.yaml: version, state, dataset, host and all settings; load_settings reads it.
+/// Writes run.yaml: version, state, dataset, host and all settings. load_settings reads it.
 void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header,
                     const StereoSequence& sequence, const Settings& settings);
 
-/// One line a frame: stamp, status, upper triangle of the 6x6 covariance of xi in T_world_camera = mean *
-/// exp(xi).
+/// Writes one line per frame: stamp, status and the upper triangle of the 6x6 covariance of xi in
+/// T_world_camera = mean * exp(xi); then keyframe, NIS, calibration errors and the covariance relative to the
+/// keyframe.
 void write_covariances(std::ostream& stream, const RunRecord& record);
 
-/// Stages of any frame, in order of first appearance.
+/// Names of all stages, in order of first appearance.
 [[nodiscard]] std::vector<std::string> stage_names(const RunRecord& record);
 
 /// Milliseconds a frame spent in a stage.
 [[nodiscard]] double stage_ms(const FrameResult& result, const std::string& stage);
 
-/// One line a frame: milliseconds of every stage (columns in order of first appearance) and in total,
-/// megabytes of resident memory, empty where unknown.
+/// Writes one line per frame: milliseconds of every stage (columns in the order of stage_names) and in total,
+/// and megabytes of resident memory, empty where unknown.
 void write_timing(std::ostream& stream, const RunRecord& record);
 
-/// One line a loop: its frames, what speaks for it, and whether it was accepted.
+/// Writes one line per loop: its frames, inliers, chi2, verdict and relative pose.
 void write_loops(std::ostream& stream, const RunRecord& record);
 
-/// Binary PLY of points with grey colours, readable by MeshLab and CloudCompare.
+/// Writes a binary PLY of points with grey colours, readable by MeshLab and CloudCompare.
 void write_ply(std::ostream& stream, std::span<const MapPoint> points);
 
 }  // namespace stereo_slam

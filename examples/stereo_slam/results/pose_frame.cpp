@@ -10,8 +10,8 @@ namespace stereo_slam {
 Eigen::Isometry3d require_body(const StereoSequence& sequence) {
   if (sequence.T_body_camera) return *sequence.T_body_camera;
   throw std::runtime_error(fmt::format(
-      "{}: its calibration has no T_BS (EuRoC) or T_body_left (your own camera), so nothing is known "
-      "of a body; leave out --pose-frame body, or add it",
+      "{}: its calibration has no T_BS (EuRoC) or T_body_left (your own camera); add it, or leave out "
+      "--pose-frame body",
       sequence.folder.string()));
 }
 

@@ -65,15 +65,19 @@ class SettingsGroup {
                                                       Range<std::type_identity_t<T>> range,
                                                       std::string_view unit, std::string_view doc) {
     const auto kind = std::integral<T> ? "a whole number" : "a number";
-    return append(
-        name, fmt::format("{} from {} to {}", kind, range.min, range.max), unit, doc,
-        [at = accessor(member), range](Settings& settings, const std::string& text) {
-          const auto value = detail::parse_setting<T>(text);
-          if (!value || !(*value >= range.min && *value <= range.max)) return false;
-          at(settings) = *value;
-          return true;
-        },
-        [at = accessor(member)](const Settings& settings) { return fmt::format("{}", at(settings)); });
+    return append({.key = prefix_ + std::string(name),
+                   .allowed = fmt::format("{} from {} to {}", kind, range.min, range.max),
+                   .unit = std::string(unit),
+                   .doc = std::string(doc),
+                   .set =
+                       [at = accessor(member), range](Settings& settings, const std::string& text) {
+                         const auto value = detail::parse_setting<T>(text);
+                         if (!value || !(*value >= range.min && *value <= range.max)) return false;
+                         at(settings) = *value;
+                         return true;
+                       },
+                   .get = [at = accessor(member)](
+                              const Settings& settings) { return fmt::format("{}", at(settings)); }});
   }
 
   /// A switch.
@@ -88,22 +92,25 @@ class SettingsGroup {
                      std::string_view doc) {
     std::vector<std::string> names;
     for (const auto& [choice, value] : choices) names.push_back(choice);
-    return append(
-        name, fmt::format("one of: {}", fmt::join(names, ", ")), "", doc,
-        [at = accessor(member), choices](Settings& settings, const std::string& text) {
-          for (const auto& [choice, value] : choices) {
-            if (choice != text) continue;
-            at(settings) = value;
-            return true;
-          }
-          return false;
-        },
-        [at = accessor(member), choices](const Settings& settings) -> std::string {
-          for (const auto& [choice, value] : choices) {
-            if (at(settings) == value) return choice;
-          }
-          return "";
-        });
+    return append({.key = prefix_ + std::string(name),
+                   .allowed = fmt::format("one of: {}", fmt::join(names, ", ")),
+                   .unit = "",
+                   .doc = std::string(doc),
+                   .set =
+                       [at = accessor(member), choices](Settings& settings, const std::string& text) {
+                         for (const auto& [choice, value] : choices) {
+                           if (choice != text) continue;
+                           at(settings) = value;
+                           return true;
+                         }
+                         return false;
+                       },
+                   .get = [at = accessor(member), choices](const Settings& settings) -> std::string {
+                     for (const auto& [choice, value] : choices) {
+                       if (at(settings) == value) return choice;
+                     }
+                     return "";
+                   }});
   }
 
  private:
@@ -115,11 +122,8 @@ class SettingsGroup {
     };
   }
 
-  template <class Set, class Get>
-  SettingsGroup& append(std::string_view name, std::string allowed, std::string_view unit,
-                        std::string_view doc, Set set, Get get) {
-    table_.push_back({prefix_ + std::string(name), std::move(allowed), std::string(unit), std::string(doc),
-                      std::move(set), std::move(get)});
+  SettingsGroup& append(SettingsField field) {
+    table_.push_back(std::move(field));
     return *this;
   }
 

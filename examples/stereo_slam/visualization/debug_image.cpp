@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Blue, green, red.
+// Colours in OpenCV's order: blue, green, red.
 const cv::Scalar kOrange(0, 140, 255);
 const cv::Scalar kBlue(255, 170, 60);
 const cv::Scalar kRed(60, 60, 255);
@@ -32,7 +32,7 @@ const cv::Scalar kWhite(235, 235, 235);
 
 constexpr int kSubpixelBits = 4;
 
-/// Position in the fixed-point numbers that OpenCV draws with.
+/// Position in OpenCV's fixed-point drawing coordinates.
 [[nodiscard]] cv::Point subpixel(const Vector2<double>& p) {
   constexpr double kOne = 1 << kSubpixelBits;
   return {static_cast<int>(std::lround(kOne * p.x())), static_cast<int>(std::lround(kOne * p.y()))};
@@ -97,7 +97,7 @@ struct LegendEntry {
           {fmt::format("{} odometry", trace.odometry_px.size()), kWhite}};
 }
 
-/// One line of text, as wide as the image; the text shrinks with a narrow one.
+/// One line of text as wide as the image; the text is smaller for narrow images.
 [[nodiscard]] cv::Mat draw_legend(const std::vector<LegendEntry>& entries, int width_px) {
   constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
   constexpr double kLargestScale = 0.5;
@@ -124,7 +124,7 @@ struct LegendEntry {
 }  // namespace
 
 cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result, const AssociationTrace& trace) {
-  constexpr double kDimmed = 0.7;  // so that the colours stand out
+  constexpr double kDimmed = 0.7;  // for the contrast of the colours
   cv::Mat canvas;
   cv::cvtColor(frame.left, canvas, cv::COLOR_GRAY2BGR);
   canvas *= kDimmed;

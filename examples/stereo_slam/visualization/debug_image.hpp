@@ -10,18 +10,18 @@
 
 namespace stereo_slam {
 
-/// The paper's Fig. 4 for one frame (CV_8UC3): the left image, and over it what was looked for and found. The
-/// line below it counts and is the key of the colours:
-///   orange  predicted flow of a landmark, from the previous image to where it is expected
+/// The paper's Fig. 4 for one frame (CV_8UC3): the left image with searched and found landmarks. A legend
+/// below explains the colours and counts:
+///   orange  predicted flow of a landmark, from the previous image to its predicted position
 ///   blue    observed flow
-///   red     the observed flow where the flow gate refused it, as on what moves
-///   green   ellipse in which the landmark's feature was searched
+///   red     observed flow that the flow gate refused, as on moving objects
+///   green   search ellipse of a landmark
 ///   yellow  match
-///   white   points that the odometry rests on
+///   white   points of the odometry
 [[nodiscard]] cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result,
                                        const AssociationTrace& trace);
 
-/// Folder of such images, one a frame: debug_000000.png, debug_000001.png, ...
+/// Folder of such images, one per frame: debug_000000.png, debug_000001.png, ...
 class DebugImages {
  public:
   /// Creates the folder and removes the images of an earlier run from it. Throws std::runtime_error when that

@@ -22,7 +22,8 @@ namespace {
 
 constexpr const char* kWindow = "stereo_slam";
 
-/// Qt ends the whole program when it cannot reach the display, so a child process tries first.
+/// Whether a window can be opened. A child process tries it, because Qt ends the program when it cannot reach
+/// the display.
 bool window_opens() {
   const pid_t child = fork();
   if (child == 0) {
@@ -45,7 +46,7 @@ bool window_opens() {
 Viewer::Viewer() {
   if (!window_opens()) {
     throw std::runtime_error(
-        "--view cannot open a window; set DISPLAY to a display that can be reached, or run without --view");
+        "--view cannot open a window; set DISPLAY to a reachable display, or run without --view");
   }
   cv::namedWindow(kWindow);
 }
@@ -74,7 +75,7 @@ void Viewer::show(const StereoFrame& frame, const FrameResult& result, std::span
 #else
 
 Viewer::Viewer() {
-  throw std::runtime_error("--view needs OpenCV's highgui, absent from this build; run without --view");
+  throw std::runtime_error("--view needs OpenCV's highgui, which this build lacks; run without --view");
 }
 
 void Viewer::show(const StereoFrame&, const FrameResult&, std::span<const MapPoint>, const StereoCamera&) {}

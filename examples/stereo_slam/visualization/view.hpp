@@ -8,7 +8,7 @@
 
 namespace stereo_slam {
 
-/// Window with the left image and the map's points that project into it, near ones red, far ones blue.
+/// Window with the left image and the projected map points, near ones red, far ones blue.
 class Viewer {
  public:
   /// Throws std::runtime_error when there is no display, or OpenCV was built without windows.

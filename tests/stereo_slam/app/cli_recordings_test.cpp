@@ -48,7 +48,7 @@ TEST_CASE("Broken EuRoC recordings and own cameras give one line and status 1, f
   check_refused(write_tiny_euroc, cases);
 }
 
-TEST_CASE("Rows without a partner are a warning of run and info", "[cli]") {
+TEST_CASE("run and info warn of rows without a partner", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_euroc(folder / "in", 5);
   replace_in(folder / "in/mav0/cam1/data.csv", tiny_stamp(1) + ",", "1000000000150000000,");
@@ -62,7 +62,7 @@ TEST_CASE("Rows without a partner are a warning of run and info", "[cli]") {
              Catch::Contains("cam0/data.csv:3: 1 of 5 rows") && Catch::Contains("cam1/data.csv:3: 1 of 5"));
 }
 
-TEST_CASE("A calibration that does not rectify the images is a warning of run and info", "[cli]") {
+TEST_CASE("run and info warn of a calibration that does not rectify the images", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_euroc(folder / "in", 3);
   replace_in(folder / "in/mav0/cam1/sensor.yaml", "0, 1, 0, 0,\n    0, 0, 1, 0",

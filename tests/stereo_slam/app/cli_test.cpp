@@ -8,7 +8,7 @@ using namespace stereo_slam::test;
 
 constexpr auto kLoopsHeader = "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
 
-TEST_CASE("Help and version are no failures", "[cli]") {
+TEST_CASE("--help and --version have status 0", "[cli]") {
   CHECK_THAT(call({"--help"}).out, Catch::Contains("simulate"));
   CHECK(call({"run", "--help"}).status == 0);
   CHECK(call({"--version"}).status == 0);
@@ -84,7 +84,7 @@ TEST_CASE("run, evaluate and info work together from the command line", "[cli]")
   CHECK(scored.status == 0);
   CHECK_THAT(scored.out, Catch::Contains("revisits                        none"));
   CHECK_THAT(read_text(folder / "e.json"),
-             Catch::Contains("\"consistency\": {") && Catch::Contains("\"loops\": {\"accepted\": 0"));
+             Catch::Contains("\"nees\": {") && Catch::Contains("\"loops\": {\"accepted\": 0"));
   write_text(out + "/loops.csv", std::string(kLoopsHeader) + "5,2,many,1,accepted,run,0,0,0,0,0,0,1\n");
   check_one_line_failure(call(all), "loops.csv:2: expected");
 }
@@ -98,7 +98,7 @@ TEST_CASE("A quiet run prints nothing", "[cli]") {
   CHECK(run.err.empty());
 }
 
-TEST_CASE("Loops are closed as the settings say, unless the command line says otherwise", "[cli]") {
+TEST_CASE("The command line overrides whether the settings close loops", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);
   write_text(folder / "off.yaml", "loop_closure: {enabled: false}\n");
@@ -117,7 +117,7 @@ TEST_CASE("Loops are closed as the settings say, unless the command line says ot
   CHECK(read_text(folder / "out/loops.csv") == kLoopsHeader);
 }
 
-TEST_CASE("A map goes from one process to the next", "[cli]") {
+TEST_CASE("A map saved by one run is loaded by the next", "[cli]") {
   const TemporaryFolder folder;
   CHECK(call({"simulate", "--output", folder / "s", "--frames", "5", "--scale", "0.4", "--quiet"}).status ==
         0);
@@ -150,7 +150,7 @@ TEST_CASE("A map goes from one process to the next", "[cli]") {
       "another camera");
 }
 
-TEST_CASE("A folder that debug images cannot go to gives one line and status 1", "[cli]") {
+TEST_CASE("A folder that cannot take debug images gives one line and status 1", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);
   write_text(folder / "file", "");
@@ -201,7 +201,7 @@ TEST_CASE("Broken input gives one line and status 1, from run and from info", "[
   check_refused(write_tiny_sequence, cases);
 }
 
-TEST_CASE("A run that fails at a frame saves those before it", "[cli]") {
+TEST_CASE("A run that fails at a frame saves the frames before it", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 5);
   truncate_file(folder / "in/image_1/000003.png", 0.5);
@@ -210,7 +210,7 @@ TEST_CASE("A run that fails at a frame saves those before it", "[cli]") {
   CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == 3);
 }
 
-TEST_CASE("Other failures are one line and status 1, too", "[cli]") {
+TEST_CASE("Every other failure gives one line and status 1", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 3);
   write_text(folder / "bad.yaml", "features: {count: 1}\n");
@@ -234,7 +234,7 @@ TEST_CASE("Other failures are one line and status 1, too", "[cli]") {
                          "none.txt");
 }
 
-TEST_CASE("--view without a display says so", "[cli]") {
+TEST_CASE("--view without a display gives one line and status 1", "[cli]") {
   if (std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr) return;
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);

@@ -32,7 +32,7 @@ TEST_CASE("Frames come out in order, then nothing", "[reader]") {
   CHECK_FALSE(reader.next(never));
 }
 
-TEST_CASE("A failed load comes out in the place of its frame", "[reader]") {
+TEST_CASE("A failed load is rethrown in place of its frame", "[reader]") {
   FrameReader reader(
       [](std::size_t i) -> StereoFrame {
         if (i == 2) throw std::runtime_error("frame two");
@@ -44,7 +44,7 @@ TEST_CASE("A failed load comes out in the place of its frame", "[reader]") {
   CHECK_THROWS_WITH(reader.next(never), "frame two");
 }
 
-TEST_CASE("No more frames are read ahead than the capacity, and one in the hand", "[reader]") {
+TEST_CASE("At most one frame more than the capacity is read ahead", "[reader]") {
   std::atomic<std::size_t> loaded = 0;
   std::atomic<std::size_t> taken = 0;
   std::atomic<std::size_t> most_ahead = 0;
@@ -61,12 +61,12 @@ TEST_CASE("No more frames are read ahead than the capacity, and one in the hand"
         FrameReader::kCapacity + 2);  // full queue, one loading, one just taken and not yet counted
 }
 
-TEST_CASE("A reader can be left before its end", "[reader]") {
+TEST_CASE("A reader can be destroyed before its end", "[reader]") {
   FrameReader reader(numbered, 1000);
   CHECK(reader.next(never));
 }
 
-TEST_CASE("A request to stop ends the waiting for a slow disk", "[reader]") {
+TEST_CASE("A request to stop ends the wait for a slow disk", "[reader]") {
   std::atomic<bool> stop = false;
   FrameReader reader(
       [&](std::size_t i) {

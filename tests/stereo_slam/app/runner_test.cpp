@@ -9,6 +9,7 @@
 #include "stereo_slam/report/markup_check.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 #include "stereo_slam/support/support.hpp"
+#include "stereo_slam/support/tiny_video.hpp"
 #include "support/catch.hpp"
 
 using namespace stereo_slam;
@@ -48,7 +49,7 @@ void check_results(const fs::path& output, std::size_t frames) {
 
 }  // namespace
 
-TEST_CASE("A run leaves a pose for every frame in every file", "[runner]") {
+TEST_CASE("Every result file of a run has every frame", "[runner]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 8);
   const auto summary = run_quietly(folder / "in", folder / "out");
@@ -62,7 +63,7 @@ TEST_CASE("A run leaves a pose for every frame in every file", "[runner]") {
   CHECK(load_settings(folder / "out/run.yaml").preset == "default");
 }
 
-TEST_CASE("An image that cannot be read ends the run with everything before it saved", "[runner]") {
+TEST_CASE("An image that cannot be read ends the run; the frames before it are saved", "[runner]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 8);
   fs::remove(folder / "in/image_1/000005.png");
@@ -74,7 +75,7 @@ TEST_CASE("An image that cannot be read ends the run with everything before it s
   CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: failed"));
 }
 
-TEST_CASE("The memory of a run is told, frame by frame and at its peak", "[runner]") {
+TEST_CASE("The memory of a run is recorded for every frame and at its peak", "[runner]") {
   if (std::isnan(resident_memory_mb())) return;
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 4);
@@ -88,7 +89,7 @@ TEST_CASE("The memory of a run is told, frame by frame and at its peak", "[runne
              Catch::Contains("peak_mb: ") && Catch::Contains("bytes_per_keyframe: "));
 }
 
-TEST_CASE("A run that ends before its first frame leaves valid files, too", "[runner]") {
+TEST_CASE("A run that ends before its first frame writes valid files", "[runner]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 3);
   auto sequence = open_sequence(folder / "in", "auto");
@@ -100,7 +101,7 @@ TEST_CASE("A run that ends before its first frame leaves valid files, too", "[ru
   check_report(folder / "out", 0);
 }
 
-TEST_CASE("The report shows the camera's path, whosever poses are written", "[runner]") {
+TEST_CASE("The report shows the camera's path, also where the poses of the body are written", "[runner]") {
   const TemporaryFolder folder;
   write_tiny_euroc(folder / "in", 3);
   for (const auto& [camera, was, is] : {std::array{"cam0", "0, 0, 1, 0, 0,", "0, 1, 0, 0, 0,"},
@@ -120,6 +121,16 @@ TEST_CASE("The report shows the camera's path, whosever poses are written", "[ru
   const auto of_camera = path(PoseFrame::kCamera);
   CHECK(of_camera.size() > 30);
   CHECK(path(PoseFrame::kBody) == of_camera);
+}
+
+TEST_CASE("A video that ends before its header says ends the run without an error", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 12, 12);
+  const auto summary =
+      run(open_with_false_header(folder.path(), 14), Settings{},
+          {.output = folder / "out", .max_frames = std::nullopt, .threads = 1, .quiet = true});
+  CHECK(summary.error.empty());
+  CHECK(summary.frames == 12);
 }
 
 TEST_CASE("The number of frames can be limited", "[runner]") {
@@ -160,7 +171,7 @@ TEST_CASE("Real images give the same results with one and two threads", "[runner
   }
 }
 
-TEST_CASE("A place that cannot be written to is refused before any work is done", "[runner]") {
+TEST_CASE("An output folder that cannot be written to is refused before the first frame", "[runner]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);
   write_text(folder / "file", "");
@@ -168,7 +179,7 @@ TEST_CASE("A place that cannot be written to is refused before any work is done"
              Catch::Contains("choose another --output"));
 }
 
-TEST_CASE("Debug images are written for every frame, and change no result", "[runner]") {
+TEST_CASE("Debug images are written for every frame and do not change the results", "[runner]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 4);
   (void)run_quietly(folder / "in", folder / "plain");

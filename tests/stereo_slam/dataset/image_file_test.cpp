@@ -7,7 +7,7 @@
 using namespace stereo_slam;
 using namespace stereo_slam::test;
 
-TEST_CASE("A grey PNG comes back as it was written", "[image]") {
+TEST_CASE("A grey PNG is read as it was written", "[image]") {
   const TemporaryFolder folder;
   const cv::Mat image = tiny_texture(97);
   cv::imwrite((folder / "a.png").string(), image);
@@ -30,7 +30,7 @@ TEST_CASE("A colour PNG is recognised and converted to grey", "[image]") {
   CHECK(std::abs(loaded.at<std::uint8_t>(5, 5) - 150) <= 1);  // 0.587 * 255
 }
 
-TEST_CASE("A PNG cut anywhere is called truncated", "[image]") {
+TEST_CASE("A PNG cut at any byte is reported as truncated", "[image]") {
   const TemporaryFolder folder;
   cv::imwrite((folder / "a.png").string(), tiny_texture(64));
   for (const double share : {0.001, 0.01, 0.3, 0.9, 0.9999}) {
@@ -42,7 +42,7 @@ TEST_CASE("A PNG cut anywhere is called truncated", "[image]") {
   }
 }
 
-TEST_CASE("A PNG with a flipped bit is called damaged", "[image]") {
+TEST_CASE("A PNG with a flipped bit is reported as damaged", "[image]") {
   const TemporaryFolder folder;
   cv::imwrite((folder / "a.png").string(), tiny_texture(64));
   std::string bytes = read_text(folder / "a.png");
@@ -52,7 +52,7 @@ TEST_CASE("A PNG with a flipped bit is called damaged", "[image]") {
              Catch::Contains("damaged (checksum)"));
 }
 
-TEST_CASE("What is no PNG at all is said to be so", "[image]") {
+TEST_CASE("Another file is reported as no PNG", "[image]") {
   const TemporaryFolder folder;
   write_text(folder / "text.png", "hello, I am not an image");
   write_text(folder / "empty.png", "");

@@ -62,7 +62,7 @@ TEST_CASE("A KITTI sequence is read with calibration, stamps, images and ground 
                  cv::NORM_INF) == 0.0);
 }
 
-TEST_CASE("Ground truth is optional, and left out with a warning when it does not fit", "[kitti]") {
+TEST_CASE("Ground truth is optional; one that does not fit is left out with a warning", "[kitti]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder.path(), 3);
   fs::remove(folder / "poses.txt");
@@ -75,7 +75,7 @@ TEST_CASE("Ground truth is optional, and left out with a warning when it does no
   CHECK_THAT(scan.problems[0].text, Catch::Contains("has 1 poses for 3 frames"));
 }
 
-TEST_CASE("A folder that is no recording is refused with what is expected", "[kitti]") {
+TEST_CASE("Another folder is refused with the expected contents", "[kitti]") {
   const TemporaryFolder folder;
   const auto error = [&](const fs::path& path, const char* format) {
     return message_of([&] { (void)open_sequence(path, format); });
@@ -124,9 +124,9 @@ TEST_CASE("Wrong times are refused", "[kitti]") {
   CHECK_THAT(error_after(with_file("times.txt", "0\n1 2\n3\n")),
              Catch::Contains("times.txt:2: '1 2' is not one time"));
   CHECK_THAT(error_after(with_file("times.txt", "0\n2\n1\n")),
-             Catch::Contains("times.txt:3: 1 does not come after"));
+             Catch::Contains("times.txt:3: 1 is not later than"));
   CHECK_THAT(error_after(with_file("times.txt", "0\n0\n1\n")),
-             Catch::Contains("times.txt:2: 0 does not come after"));
+             Catch::Contains("times.txt:2: 0 is not later than"));
   CHECK_THAT(error_after(with_file("times.txt", "0\nnan\n1\n")),
              Catch::Contains("times.txt:2: 'nan' is not one time"));
   CHECK_THAT(error_after(with_file("times.txt", "0\n1\n")),
@@ -149,18 +149,18 @@ TEST_CASE("Missing image folders, foreign names and too few frames are refused",
                fs::create_directory(folder / "image_0");
                write_text(folder / "image_0/left1.jpg", "");
              }),
-             Catch::Contains("holds no 000000.png but files such as left1.jpg"));
+             Catch::Contains("contains no 000000.png but files such as left1.jpg"));
   for (const auto* stamp : {"1403636579763555584.png", "18446744073709551615.png", "000099999.png"}) {
     CHECK_THAT(error_after([&](const fs::path& folder) {
                  fs::remove_all(folder / "image_0");
                  fs::create_directory(folder / "image_0");
                  write_text(folder / "image_0" / stamp, "");
                }),
-               Catch::Contains("holds no 000000.png but files such as " + std::string(stamp)));
+               Catch::Contains("contains no 000000.png but files such as " + std::string(stamp)));
   }
   CHECK_THAT(error_after([](const fs::path& folder) { write_text(folder / "image_1/900000.png", ""); }),
              Catch::Contains("one is called 900000.png; they must be numbered from 000000.png without gaps"));
-  CHECK_THAT(error_after([](const fs::path&) {}, 1), Catch::Contains("holds a single frame"));
+  CHECK_THAT(error_after([](const fs::path&) {}, 1), Catch::Contains("contains a single frame"));
 }
 
 TEST_CASE("A damaged first image is found on opening", "[kitti]") {
@@ -169,7 +169,7 @@ TEST_CASE("A damaged first image is found on opening", "[kitti]") {
   CHECK_THAT(error_after(without("image_0/000000.png")), Catch::Contains("image_0/000000.png: missing"));
 }
 
-TEST_CASE("A damaged later frame is found when it is read, and the ones before it are not affected",
+TEST_CASE("A damaged later frame is found when it is read; the frames before it are not affected",
           "[kitti]") {
   const auto right = "image_1/000001.png";
   CHECK_THAT(frame_error_after(without(right), 1), Catch::Contains("image_1/000001.png: missing"));

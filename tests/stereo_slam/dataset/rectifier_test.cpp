@@ -45,7 +45,7 @@ std::pair<cv::Mat1f, cv::Mat1f> ramps(const Lens& lens) {
 
 }  // namespace
 
-TEST_CASE("The rectified views of a point lie in one row, a disparity apart", "[rectifier]") {
+TEST_CASE("The rectified images of a point lie in one row, a disparity apart", "[rectifier]") {
   for (const auto model : {Distortion::kRadTan, Distortion::kEquidistant}) {
     const StereoRig rig = simulator::euroc_like_rig(model);
     const Rectifier rectifier(rig);

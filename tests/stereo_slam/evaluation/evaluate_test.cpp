@@ -85,7 +85,7 @@ TEST_CASE(
   CHECK(score->r_rel_deg_per_100m < 1e-9);
 }
 
-TEST_CASE("A steady turn the truth does not make shows in r_rel", "[evaluate]") {
+TEST_CASE("A steady false turn shows in r_rel", "[evaluate]") {
   const auto truth = straight(160, 1.0);
   Poses estimate = truth;
   const double turn_rad = 1e-4;  // a frame
@@ -98,12 +98,12 @@ TEST_CASE("A steady turn the truth does not make shows in r_rel", "[evaluate]") 
   CHECK(score->r_rel_deg_per_100m == Approx(101 * turn_rad * 180 / std::numbers::pi).epsilon(1e-9));
 }
 
-TEST_CASE("A path too short for a segment has no KITTI score rather than a score of zero", "[evaluate]") {
+TEST_CASE("A path shorter than a segment has no KITTI score", "[evaluate]") {
   const auto evaluation = evaluate(unstamped(straight(20, 1.0)), unstamped(straight(20, 1.1)));
   CHECK_FALSE(evaluation.kitti);
   std::ostringstream text;
   print_evaluation(text, evaluation);
-  CHECK_THAT(text.str(), Catch::Contains("n/a (the path has no segment of 100 m)"));
+  CHECK_THAT(text.str(), Catch::Contains("n/a (the path is shorter than 100 m)"));
 }
 
 TEST_CASE("Relative scores and the aligned ATE do not depend on where the estimate starts",
@@ -143,7 +143,7 @@ TEST_CASE("No rigid motion beats the alignment", "[evaluate][law]") {
   }
 }
 
-TEST_CASE("A standstill can be evaluated", "[evaluate]") {
+TEST_CASE("A camera at a standstill can be evaluated", "[evaluate]") {
   const auto truth = straight(10, 0.0);
   const auto evaluation = evaluate(unstamped(truth), unstamped(noisy(truth, 0.01, 9)));
   CHECK(std::isfinite(evaluation.ate_aligned_m.rmse));
@@ -198,7 +198,7 @@ TEST_CASE("Trajectories that cannot be matched are refused", "[evaluate]") {
              Catch::Contains("3 are needed"));
 }
 
-TEST_CASE("An estimate that stops early is scored on its part", "[evaluate]") {
+TEST_CASE("An estimate that stops early is scored on the part that it covers", "[evaluate]") {
   const auto evaluation = evaluate(unstamped(straight(100, 1.0)), unstamped(straight(60, 1.0)));
   CHECK(evaluation.matched == 60);
   CHECK(evaluation.truth_length_m == Approx(59.0));

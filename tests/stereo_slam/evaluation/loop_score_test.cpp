@@ -74,13 +74,13 @@ TEST_CASE("Standing, creeping and driving on are no revisits", "[loop_score]") {
   CHECK(find_revisits({}, {}).empty());
 }
 
-TEST_CASE("Noise of the truth while standing is no drive elsewhere", "[loop_score]") {
+TEST_CASE("Noise of the ground truth at a standstill makes no revisit", "[loop_score]") {
   auto poses = straight(300, 0.0);  // 0.1 m to and fro: 30 m
   for (std::size_t k = 0; k < poses.size(); k += 2) poses[k]->translation().x() = 0.1;
   CHECK(find_revisits(poses, {}).empty());
 }
 
-TEST_CASE("The same street the other way is no revisit", "[loop_score]") {
+TEST_CASE("The same street in the opposite direction is no revisit", "[loop_score]") {
   auto poses = straight(200, 1.0);
   for (std::size_t k = 100; k < 200; ++k) {
     *poses[k] = Eigen::Translation3d(0.0, 0.0, 200.0 - static_cast<double>(k)) *
@@ -89,12 +89,12 @@ TEST_CASE("The same street the other way is no revisit", "[loop_score]") {
   CHECK(find_revisits(poses, {}).empty());
 }
 
-TEST_CASE("The gap in frames counts in the rule", "[loop_score]") {
+TEST_CASE("A revisit needs the minimum gap in frames", "[loop_score]") {
   CHECK(find_revisits(laps(180), {.min_gap_frames = 120}).empty());
   CHECK(find_revisits(laps(180), {.min_gap_frames = 96}).front().first == 96);
 }
 
-TEST_CASE("Short holes in a revisit are bridged, long ones divide it", "[loop_score]") {
+TEST_CASE("Short gaps in a revisit are bridged; long ones divide it", "[loop_score]") {
   auto poses = laps(180);
   const auto shift = [&](std::size_t first, std::size_t count) {
     for (std::size_t k = first; k < first + count; ++k) poses[k]->translation().y() += 8.0;
@@ -108,7 +108,7 @@ TEST_CASE("Short holes in a revisit are bridged, long ones divide it", "[loop_sc
   CHECK(revisits[1].first == 156);
 }
 
-TEST_CASE("Loops are judged by the true relative poses of their frames", "[loop_score]") {
+TEST_CASE("A loop is true if its relative pose agrees with the ground truth", "[loop_score]") {
   auto truth = laps(180);
   truth[130].reset();
   const auto score = score_loops(truth, {loop(110, 10), false_loop(112, 60), loop(115, 14, false),
@@ -120,7 +120,7 @@ TEST_CASE("Loops are judged by the true relative poses of their frames", "[loop_
   CHECK(score.without_truth == 1);
 }
 
-TEST_CASE("A loop may be off by two metres and by five degrees", "[loop_score]") {
+TEST_CASE("A true loop is off by at most two metres and five degrees", "[loop_score]") {
   const auto is_true = [](const Vector3<double>& offset_m, double turn_deg) {
     LoopEvent event = loop(110, 10);
     const Eigen::AngleAxisd turn(turn_deg / 180.0 * std::numbers::pi, Eigen::Vector3d::UnitX());
@@ -133,7 +133,7 @@ TEST_CASE("A loop may be off by two metres and by five degrees", "[loop_score]")
   CHECK_FALSE(is_true({0.0, 0.0, 0.0}, 5.1));
 }
 
-TEST_CASE("A loop finds the revisit that its frame is in, and twenty frames of it", "[loop_score]") {
+TEST_CASE("A loop finds the revisit of its frame and the next twenty frames of it", "[loop_score]") {
   const auto score = score_loops(laps(180), {loop(110, 10), loop(120, 20), loop(179, 79)});
   CHECK(revisits_found(score) == 1);
   CHECK(median_delay_frames(score) == 110.0 - 95.0);
@@ -157,18 +157,19 @@ TEST_CASE("The delay is the median over the revisits found", "[loop_score]") {
   CHECK(median_delay_frames(score) == (10.0 + 6.0) / 2.0);
 }
 
-TEST_CASE("A drive without revisits has no recall rather than one of zero", "[loop_score]") {
+TEST_CASE("A path without revisits has no recall", "[loop_score]") {
   const auto score = score_loops(straight(100, 1.0), {});
   CHECK_FALSE(path_recall(score));
   std::ostringstream text;
   print_loop_score(text, score);
-  CHECK_THAT(text.str(), Catch::Contains("0 accepted") && Catch::Contains("comes to no place again"));
+  CHECK_THAT(text.str(),
+             Catch::Contains("0 accepted") && Catch::Contains("revisits                        none"));
   const auto json = nlohmann::json::parse(loop_score_json(score));
   CHECK(json["path_recall"].is_null());
   CHECK(json["regions"].empty());
 }
 
-TEST_CASE("People and programs are told the same figures of loops", "[loop_score]") {
+TEST_CASE("The text and the JSON object contain the same loop scores", "[loop_score]") {
   auto truth = laps(180);
   for (std::size_t k = 140; k < 150; ++k) truth[k]->translation().y() += 8.0;
   const auto score = score_loops(truth, {loop(105, 5), false_loop(106, 60)});
@@ -209,7 +210,7 @@ TEST_CASE("loops.csv is read as it is written", "[loop_score]") {
   CHECK_FALSE(loops[1].accepted);
 }
 
-TEST_CASE("A broken loops.csv is refused by file and line", "[loop_score]") {
+TEST_CASE("A broken loops.csv is refused with file and line", "[loop_score]") {
   const TemporaryFolder folder;
   const fs::path file = folder / "loops.csv";
   const auto message = [&](const std::string& text) {
@@ -218,8 +219,8 @@ TEST_CASE("A broken loops.csv is refused by file and line", "[loop_score]") {
   };
   const std::string header = "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
   const std::string pose = ",0,0,1,0,0,0,1";
-  CHECK_THAT(message(""), Catch::Contains("is no loops.csv"));
-  CHECK_THAT(message("frame,ms\n"), Catch::Contains("is no loops.csv"));
+  CHECK_THAT(message(""), Catch::Contains("not a loops.csv"));
+  CHECK_THAT(message("frame,ms\n"), Catch::Contains("not a loops.csv"));
   for (const auto* row :
        {"110,10,50,3.5", "110,10,50,3.5,maybe,run", "110,10,50,nan,accepted,run", "-1,10,50,1,refused,run",
         "110,1.5,50,1,accepted,run", "110,10,50,3.5,accepted,7"}) {
@@ -234,8 +235,8 @@ TEST_CASE("A broken loops.csv is refused by file and line", "[loop_score]") {
                Catch::Contains("loops.csv:2: expected two frames"));
   }
   CHECK_THAT(message(header + "10,10,50,3.5,accepted,run" + pose + "\n"),
-             Catch::Contains("loops.csv:2: the old frame 10 is not before"));
+             Catch::Contains("loops.csv:2: the old frame 10 must be before"));
   CHECK_THAT(message_of([&] { (void)read_loops(folder / "none.csv"); }), Catch::Contains("cannot be read"));
   CHECK_THAT(message_of([&] { (void)score_loops(laps(100), {loop(100, 2)}); }),
-             Catch::Contains("different runs"));
+             Catch::Contains("of the same run"));
 }

@@ -51,9 +51,9 @@ struct HonestRun {
 
 }  // namespace
 
-TEST_CASE("A run that errs as it says has relative errors of six degrees of freedom", "[consistency]") {
+TEST_CASE("Correct covariances give a mean NEES of six", "[nees]") {
   const HonestRun run(5001);
-  const auto score = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  const auto score = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
   REQUIRE(score.relative.size() == 3);
   for (const auto& relative : score.relative) {
     CAPTURE(relative.frames);
@@ -68,62 +68,62 @@ TEST_CASE("A run that errs as it says has relative errors of six degrees of free
   CHECK(score.updates == 5000);
 }
 
-TEST_CASE("Noise of the truth is allowed for", "[consistency]") {
+TEST_CASE("The noise of the ground truth is added to the covariance", "[nees]") {
   HonestRun run(501);
   for (auto& row : run.rows) row.relative *= 1e-4;
-  const auto strict = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
-  const auto lenient = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {0.1, 0.01});
+  const auto strict = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
+  const auto lenient = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {0.1, 0.01});
   CHECK(strict.relative[1].share_inside < 0.1);
   CHECK(lenient.relative[1].share_inside > 0.99);
 }
 
-TEST_CASE("An error of the scale is common to all frames", "[consistency]") {
+TEST_CASE("An error of the scale is common to all frames", "[nees]") {
   HonestRun run(501);
   for (auto& pose : run.estimate.poses) pose.translation() *= 1.02;
-  const auto unaware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  const auto unaware = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
   for (auto& row : run.rows) row.calibration.scale_sigma = 0.02;
-  const auto aware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  const auto aware = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
   CHECK(unaware.relative[2].share_inside < 0.5);
   CHECK(aware.relative[2].share_inside > 0.88);
 }
 
-TEST_CASE("An error of the camera's axes is common to all frames", "[consistency]") {
+TEST_CASE("An error of the camera's axes is common to all frames", "[nees]") {
   HonestRun run(501);
   const Eigen::Isometry3d X(Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.6, 0.8, 0.0)));
   for (auto& pose : run.estimate.poses) pose = X * pose * X.inverse();
-  const auto unaware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  const auto unaware = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
   for (auto& row : run.rows) row.calibration.axes_sigma_rad = 0.02;
-  const auto aware = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  const auto aware = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
   CHECK(unaware.relative[2].share_inside < 0.5);
   CHECK(aware.relative[2].share_inside > 0.88);
 }
 
-TEST_CASE("Covariances that are none are no sign of honesty", "[consistency]") {
+TEST_CASE("A covariance that is not positive definite is refused", "[nees]") {
   for (const double factor : {0.0, -1.0}) {
     HonestRun run(101);
     for (auto& row : run.rows) row.relative *= factor;
-    CHECK_THAT(message_of([&] { (void)score_consistency(run.truth, run.estimate, run.pairs, run.rows, {}); }),
+    CHECK_THAT(message_of([&] { (void)score_covariances(run.truth, run.estimate, run.pairs, run.rows, {}); }),
                Catch::Contains("is not positive definite"));
   }
 }
 
-TEST_CASE("Relative poses that the truth does not have are left out", "[consistency]") {
+TEST_CASE("Relative poses without ground truth are left out", "[nees]") {
   HonestRun run(30);
   run.pairs.erase(run.pairs.begin() + 15);
-  const auto score = score_consistency(run.truth, run.estimate, run.pairs, run.rows, {});
+  const auto score = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
   CHECK(score.relative[0].count == 5);  // of the starts 0, 5 .. 25 all but 15
   CHECK(score.relative[1].count == 2);  // 0 and 10; 5 ends at the missing one and 15 starts there
   CHECK(score.relative[2].count == 0);
   std::ostringstream text;
-  print_consistency(text, score);
+  print_nees(text, score);
   CHECK_THAT(text.str(), Catch::Contains("NEES over 100 frames") && Catch::Contains("n/a"));
 }
 
-TEST_CASE("A ground truth that is taken as exact draws a hint, one with errors does not", "[consistency]") {
+TEST_CASE("Only a ground truth without noise draws a hint", "[nees]") {
   const HonestRun run(30);
-  const auto printed = [&](const TruthNoise& noise) {
+  const auto printed = [&](const GroundTruthNoise& noise) {
     std::ostringstream text;
-    print_consistency(text, score_consistency(run.truth, run.estimate, run.pairs, run.rows, noise));
+    print_nees(text, score_covariances(run.truth, run.estimate, run.pairs, run.rows, noise));
     return text.str();
   };
   CHECK_THAT(printed({}), Catch::Contains("hint: the ground truth is taken as exact"));
@@ -131,7 +131,7 @@ TEST_CASE("A ground truth that is taken as exact draws a hint, one with errors d
   CHECK_THAT(printed({.rotation_rad = 0.002}), !Catch::Contains("hint"));
 }
 
-TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
+TEST_CASE("evaluate reads covariances.csv as run writes it", "[nees]") {
   const TemporaryFolder folder;
   RunRecord record;
   record.results.resize(3);
@@ -161,7 +161,7 @@ TEST_CASE("What output writes is what evaluate reads", "[consistency]") {
   }
 }
 
-TEST_CASE("Numbers that no run writes are refused with their line", "[consistency]") {
+TEST_CASE("Impossible values are refused with their line", "[nees]") {
   const TemporaryFolder folder;
   const auto refusal = [&](const FrameResult& result) {
     RunRecord record;
@@ -175,12 +175,12 @@ TEST_CASE("Numbers that no run writes are refused with their line", "[consistenc
   CHECK(refusal({}).empty());
   FrameResult odd;
   odd.calibration.axes_sigma_rad = 1e200;
-  CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and sigmas"));
+  CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and standard deviations"));
   odd.calibration = {-0.1, 0.0};
-  CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and sigmas"));
+  CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and standard deviations"));
 }
 
-TEST_CASE("A file that is no covariances.csv, or another run's, is refused with its name", "[consistency]") {
+TEST_CASE("Another file, or that of another run, is refused with its name", "[nees]") {
   const TemporaryFolder folder;
   const auto file = folder / "covariances.csv";
   write_text(file, "1 2 3\n");
@@ -189,7 +189,7 @@ TEST_CASE("A file that is no covariances.csv, or another run's, is refused with 
   CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("covariances.csv:2"));
   const HonestRun run(10);
   CHECK_THAT(message_of([&] {
-               (void)score_consistency(run.truth, run.estimate, run.pairs, {run.rows[0], run.rows[1]}, {});
+               (void)score_covariances(run.truth, run.estimate, run.pairs, {run.rows[0], run.rows[1]}, {});
              }),
              Catch::Contains("2 rows of covariances for 10 estimated poses"));
 }

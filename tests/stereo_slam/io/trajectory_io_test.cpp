@@ -99,16 +99,16 @@ TEST_CASE("An EuRoC ground truth is read with its scalar-first quaternion and sp
 
 TEST_CASE("A broken trajectory is refused with file, line and reason", "[trajectory]") {
   const std::string kitti = "1 0 0 0 0 1 0 0 0 0 1 0\n";
-  CHECK_THAT(read_error(""), Catch::EndsWith("t.txt: holds no poses"));
+  CHECK_THAT(read_error(""), Catch::EndsWith("t.txt: contains no poses"));
   CHECK_THAT(read_error("1 2 3\n"), Catch::Contains("t.txt:1: 3 fields are neither KITTI (12)"));
-  CHECK_THAT(read_error(kitti + "1 0 0\n"), Catch::Contains("t.txt:2: 3 fields where KITTI has 12"));
+  CHECK_THAT(read_error(kitti + "1 0 0\n"), Catch::Contains("t.txt:2: 3 fields, but KITTI has 12"));
   CHECK_THAT(read_error(kitti + "1 0 0 0 0 1 0 nan 0 0 1 0\n"),
-             Catch::Contains("t.txt:2: not every field is a finite number"));
+             Catch::Contains("t.txt:2: a field is not a finite number"));
   CHECK_THAT(read_error("1 0 0 0 0 1 0 0 0 0 -1 0\n"), Catch::Contains("not a rotation matrix"));
   CHECK_THAT(read_error("1 0 0 0 0 2 0 0 0 0 1 0\n"), Catch::Contains("not a rotation matrix"));
   CHECK_THAT(read_error("0 1 2 3 0 0 0 0\n"), Catch::Contains("t.txt:1: the quaternion has length 0, not 1"));
   CHECK_THAT(read_error("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n"),
              Catch::Contains("t.txt:2: stamp 1 is earlier"));
   CHECK_THAT(read_error("1.5,0,0,0,1,0,0,0\n"), Catch::Contains("'1.5' is not a stamp in whole nanoseconds"));
-  CHECK_THAT(read_error(kitti, TrajectoryFormat::kTum), Catch::Contains("12 fields where TUM has 8"));
+  CHECK_THAT(read_error(kitti, TrajectoryFormat::kTum), Catch::Contains("12 fields, but TUM has 8"));
 }

@@ -72,7 +72,7 @@ TEST_CASE("A tick has the decimals that its step needs", "[report]") {
   CHECK(tick_label(2e6, 1e6) == "2e+06");
 }
 
-TEST_CASE("A range ignores what is not finite, and is never empty", "[report]") {
+TEST_CASE("A range ignores values that are not finite and is never empty", "[report]") {
   const auto range = range_of(std::vector<double>{kNaN, 3.0, -kInfinity, 1.0, kInfinity});
   CHECK(range.low == 1.0);
   CHECK(range.high == 3.0);
@@ -100,7 +100,7 @@ TEST_CASE("A short series is drawn whole", "[report]") {
   CHECK(decimate({}, 5).empty());
 }
 
-TEST_CASE("A path is interrupted where there is no point, and a point alone is a dot", "[report]") {
+TEST_CASE("A path is interrupted at missing points; a single point is a dot", "[report]") {
   const Vector2<double> gap(kNaN, 0.0);
   using Points = std::vector<Vector2<double>>;
   CHECK(path_data(Points{{1, 2}, {3, 4}, gap, {5, 6}, gap, {7, 8}, {9, 10}}) ==
@@ -109,7 +109,7 @@ TEST_CASE("A path is interrupted where there is no point, and a point alone is a
   CHECK(path_data(Points{}).empty());
 }
 
-TEST_CASE("A chart of any values is well-formed and holds no number that is none", "[report]") {
+TEST_CASE("A chart of any values is well-formed and contains no nan or inf", "[report]") {
   for (const std::vector<double>& values : {std::vector<double>{},
                                             {1.0},
                                             {kNaN},
@@ -130,13 +130,13 @@ TEST_CASE("A chart of any values is well-formed and holds no number that is none
   }
 }
 
-TEST_CASE("A long series costs no more than a few kilobytes", "[report]") {
+TEST_CASE("A long series takes at most a few kilobytes", "[report]") {
   std::vector<double> values(100'000);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::sin(static_cast<double>(i));
   CHECK(chart_text(chart_of(values)).size() < 12'000);
 }
 
-TEST_CASE("A stack's areas lie on one another, and their means are those of the values", "[report]") {
+TEST_CASE("Areas of a stack lie on top of each other and keep the means of the values", "[report]") {
   LineChart chart;
   chart.x = {0.0, 1.0};
   chart.stack = {{"a", {1.0, 3.0}}, {"b", {kNaN, 1.0}}};

@@ -56,7 +56,7 @@ std::string top_view(const RunRecord& record) {
 
 }  // namespace
 
-TEST_CASE("A report of any length is one well-formed page that needs nothing else", "[report]") {
+TEST_CASE("A report of any length is one well-formed page without external resources", "[report]") {
   for (const std::size_t frames : {0U, 1U, 2U, 300U}) {
     CAPTURE(frames);
     const auto text = page(drive(frames));
@@ -79,7 +79,7 @@ TEST_CASE("Five thousand frames with a million landmarks fit into two megabytes"
   CHECK(page(record).size() < 2'000'000);
 }
 
-TEST_CASE("Nothing from a path or an error becomes markup", "[report]") {
+TEST_CASE("Text of paths and errors is escaped", "[report]") {
   report::RunInfo info{
       .header = {.state = "failed", .error = "no <img> \"left\""}, .dataset = "", .preset = "a&b"};
   info.dataset = "/data/<script>alert('x')</script>";
@@ -90,7 +90,7 @@ TEST_CASE("Nothing from a path or an error becomes markup", "[report]") {
   CHECK(markup_fault(text).empty());
 }
 
-TEST_CASE("The report says how the run ended and what it came to", "[report]") {
+TEST_CASE("The report contains the final state and the scores of the run", "[report]") {
   auto record = drive(101);
   record.results[50].status = TrackingStatus::kLost;
   record.loops = {{90, 10, false, 55, 3.25, true}, {95, 12, false, 31, 99.0, false}};
@@ -126,7 +126,7 @@ TEST_CASE("Frames of every status are drawn in their colour, single ones too", "
   CHECK(count_of(text, "<path class=\"track weak\" d=\"M") == 1);
 }
 
-TEST_CASE("Landmarks outside the view and a standing camera do no harm", "[report]") {
+TEST_CASE("Landmarks outside the view and a standing camera give a valid report", "[report]") {
   auto record = drive(200);
   for (auto& estimate : record.trajectory) estimate.pose = Pose::identity();
   record.map_points.push_back({{1e7, 0.0, -1e7}, 9});

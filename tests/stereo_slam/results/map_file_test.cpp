@@ -148,7 +148,7 @@ TEST_CASE("A map comes back bit for bit", "[stereo_slam][map_file]") {
   }
 }
 
-TEST_CASE("A map without keyframes is a map", "[stereo_slam][map_file]") {
+TEST_CASE("A map without keyframes can be saved and loaded", "[stereo_slam][map_file]") {
   SavedMap map;
   map.camera = test::kitti_camera();
   const auto bytes = file_of(map);
@@ -184,7 +184,7 @@ TEST_CASE("A file cut off anywhere is refused", "[stereo_slam][map_file][error]"
         "truncated: 100 of 3918 bytes found; copy the file again, or save the map anew");
 }
 
-TEST_CASE("A flipped bit is noticed in every byte", "[stereo_slam][map_file][error]") {
+TEST_CASE("A flipped bit in any byte is detected", "[stereo_slam][map_file][error]") {
   const TemporaryFolder folder;
   auto bytes = file_of(small_map());
   for (std::size_t at = 0; at < bytes.size(); ++at) {
@@ -198,12 +198,12 @@ TEST_CASE("A flipped bit is noticed in every byte", "[stereo_slam][map_file][err
   CHECK(refusal_of(folder / "map", bytes).empty());
 }
 
-TEST_CASE("Bytes added to a map are noticed", "[stereo_slam][map_file][error]") {
+TEST_CASE("Bytes after the end are detected", "[stereo_slam][map_file][error]") {
   CHECK_THAT(refusal_of(file_of(small_map()) + "\n"),
              Catch::StartsWith("damaged: has 3919 bytes, its header says 3918"));
 }
 
-TEST_CASE("Files of other kinds are not taken for maps", "[stereo_slam][map_file][error]") {
+TEST_CASE("Files of other kinds are refused", "[stereo_slam][map_file][error]") {
   const auto* const not_a_map = "is not a map of stereo_slam; name a file that --save-map wrote";
   CHECK(refusal_of("\x89PNG\r\n\x1a\n and what follows, longer than a header of a map") == not_a_map);
   CHECK(refusal_of("x") == not_a_map);
@@ -211,7 +211,7 @@ TEST_CASE("Files of other kinds are not taken for maps", "[stereo_slam][map_file
   CHECK(refusal_of("ply\nformat binary_little_endian 1.0\nelement vertex 0\nend_header\n") == not_a_map);
 }
 
-TEST_CASE("Other versions are named", "[stereo_slam][map_file][error]") {
+TEST_CASE("Maps of other versions are refused with their version", "[stereo_slam][map_file][error]") {
   auto bytes = file_of(small_map());
   put_at(bytes, kVersionAt, std::uint32_t{3});
   CHECK(refusal_of(sealed(bytes)) ==
@@ -220,7 +220,7 @@ TEST_CASE("Other versions are named", "[stereo_slam][map_file][error]") {
   CHECK_THAT(refusal_of(sealed(bytes)), Catch::Contains("version 1") && Catch::Contains("that wrote it"));
 }
 
-TEST_CASE("What is no file is refused", "[stereo_slam][map_file][error]") {
+TEST_CASE("Missing files and folders are refused", "[stereo_slam][map_file][error]") {
   const TemporaryFolder folder;
   const auto refusal = [](const fs::path& file) {
     return message_of([&] { static_cast<void>(load_map(file)); });
@@ -233,7 +233,7 @@ TEST_CASE("What is no file is refused", "[stereo_slam][map_file][error]") {
   CHECK_THAT(refusal(folder / "file/map"), Catch::EndsWith("does not exist; check the path"));
 }
 
-TEST_CASE("A map that may only be read is read", "[stereo_slam][map_file]") {
+TEST_CASE("A read-only map is loaded", "[stereo_slam][map_file]") {
   const TemporaryFolder folder;
   save_map(folder / "map", small_map());
   fs::permissions(folder / "map", fs::perms::owner_read);
@@ -241,7 +241,7 @@ TEST_CASE("A map that may only be read is read", "[stereo_slam][map_file]") {
   check_same(load_map(folder / "link"), small_map());
 }
 
-TEST_CASE("Contents that contradict are refused although the checksum is right",
+TEST_CASE("Contradictory contents are refused although the checksum is right",
           "[stereo_slam][map_file][error]") {
   struct Wrong {
     std::size_t at;
@@ -266,7 +266,7 @@ TEST_CASE("Contents that contradict are refused although the checksum is right",
                  Catch::EndsWith("; save the map anew"));
 }
 
-TEST_CASE("Counts beyond the file are refused before memory is asked for", "[stereo_slam][map_file][error]") {
+TEST_CASE("Counts beyond the file are refused before memory is allocated", "[stereo_slam][map_file][error]") {
   const std::size_t points_at = kKeyframesAt + kKeyframeBytes;  // of the first keyframe's number of points
   const auto count = GENERATE(std::uint64_t{1'000'000'000'000'000'000}, std::uint64_t{6}, ~std::uint64_t{0});
   for (const std::size_t at : {kKeyframesAt, points_at}) {
@@ -291,7 +291,7 @@ TEST_CASE("Sections of another name or length are refused", "[stereo_slam][map_f
   CHECK_THAT(refusal_of(sealed(bytes + "more")), Catch::Contains("4 bytes too many"));
 }
 
-TEST_CASE("Whatever is in a file with right checksums, it is a map or refused",
+TEST_CASE("Random contents with right checksums are a valid map or refused",
           "[stereo_slam][map_file][error]") {
   const TemporaryFolder folder;
   const auto map = file_of(small_map());
@@ -307,7 +307,7 @@ TEST_CASE("Whatever is in a file with right checksums, it is a map or refused",
   CHECK(refused > 500);
 }
 
-TEST_CASE("A map that could not be loaded is not saved", "[stereo_slam][map_file][error]") {
+TEST_CASE("An invalid map is not saved", "[stereo_slam][map_file][error]") {
   const TemporaryFolder folder;
   auto map = small_map();
   const auto refusal = [&] { return message_of([&] { save_map(folder / "map", map); }); };
@@ -357,7 +357,7 @@ TEST_CASE("A map that could not be loaded is not saved", "[stereo_slam][map_file
   expect("camera has an image without pixels");
 }
 
-TEST_CASE("Where nothing can be written an earlier map stays", "[stereo_slam][map_file][error]") {
+TEST_CASE("A failed save keeps the earlier map", "[stereo_slam][map_file][error]") {
   const TemporaryFolder folder;
   const auto file = folder / "map";
   save_map(file, small_map());
@@ -366,7 +366,7 @@ TEST_CASE("Where nothing can be written an earlier map stays", "[stereo_slam][ma
   check_same(load_map(file), small_map());
 }
 
-TEST_CASE("A full disk costs no earlier map", "[stereo_slam][map_file][error]") {
+TEST_CASE("A full disk keeps the earlier map", "[stereo_slam][map_file][error]") {
   if (!fs::exists("/dev/full")) return;
   const TemporaryFolder folder;
   const auto file = folder / "map";
@@ -379,7 +379,7 @@ TEST_CASE("A full disk costs no earlier map", "[stereo_slam][map_file][error]") 
   CHECK_FALSE(fs::is_symlink(folder / "map.partial"));
 }
 
-TEST_CASE("A map is not saved into what is no folder, nor over one", "[stereo_slam][map_file][error]") {
+TEST_CASE("A map is not saved into a missing folder nor over a folder", "[stereo_slam][map_file][error]") {
   const TemporaryFolder folder;
   write_text(folder / "file", "");
   fs::create_directories(folder / "taken");

@@ -52,8 +52,7 @@ TEST_CASE("covariances.csv names every column and holds the upper triangle row b
         "0.100000000,OK,0,1,2,3,4,5,11,12,13,14,15,22,23,24,25,33,34,35,44,45,55,0,0,0,0,0" + zeros);
 }
 
-TEST_CASE("timing.csv has a column for every stage of any frame, and says no more of memory than is known",
-          "[output]") {
+TEST_CASE("timing.csv has a column for every stage; unknown memory is left empty", "[output]") {
   std::ostringstream out;
   write_timing(out, two_frames());
   CHECK(out.str() ==
@@ -83,7 +82,7 @@ TEST_CASE("All result files of an empty run are valid", "[output]") {
   CHECK_THAT(read_text(folder / "map.ply"), Catch::Contains("element vertex 0"));
 }
 
-TEST_CASE("run.yaml gives back the settings of the run", "[output]") {
+TEST_CASE("load_settings reads the settings of a run.yaml", "[output]") {
   const TemporaryFolder folder;
   Settings settings;
   settings.seed = 77;
@@ -97,7 +96,7 @@ TEST_CASE("run.yaml gives back the settings of the run", "[output]") {
   CHECK_THAT(read_text(folder / "run.yaml"), Catch::Contains("state: failed"));
 }
 
-TEST_CASE("run.yaml says of memory what is known", "[output]") {
+TEST_CASE("run.yaml leaves out unknown memory", "[output]") {
   const TemporaryFolder folder;
   StereoSequence sequence;
   sequence.folder = "street";
@@ -112,7 +111,7 @@ TEST_CASE("run.yaml says of memory what is known", "[output]") {
   CHECK_THAT(yaml(header), Catch::Contains("peak_mb: 321.0") && Catch::Contains("bytes_per_keyframe: 55000"));
 }
 
-TEST_CASE("An output folder is created and cleared of earlier results, and of nothing else", "[output]") {
+TEST_CASE("An output folder is created; only results of earlier runs are removed from it", "[output]") {
   const TemporaryFolder folder;
   const auto output = folder / "a/b";
   prepare_output_folder(output);
@@ -125,7 +124,7 @@ TEST_CASE("An output folder is created and cleared of earlier results, and of no
              Catch::Contains("choose another --output"));
 }
 
-TEST_CASE("A place that is taken costs neither earlier results nor the other files", "[output]") {
+TEST_CASE("A folder in place of a result file is refused; earlier results and other files stay", "[output]") {
   const TemporaryFolder folder;
   prepare_output_folder(folder.path());
   write_results(folder.path(), two_frames());

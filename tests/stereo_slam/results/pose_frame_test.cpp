@@ -44,7 +44,7 @@ TEST_CASE("Poses, covariances and points of the camera become those of the body"
     CHECK(xi_body.dot(covariance.ldlt().solve(xi_body)) == Approx(camera_distance).epsilon(1e-6));
 }
 
-TEST_CASE("A recording without a body cannot give its poses", "[pose_frame]") {
+TEST_CASE("Poses of a body that the calibration does not contain are refused", "[pose_frame]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder.path(), 2);
   CHECK_THAT(message_of([&] { (void)require_body(open_sequence(folder.path(), "auto")); }),

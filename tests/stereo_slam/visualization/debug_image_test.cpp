@@ -39,7 +39,7 @@ int lead_of(int channel, const cv::Mat& image, const Vector2<double>& px) {
   return lead;
 }
 
-TEST_CASE("A debug image shows refused flow in red, and ellipses for those searched only",
+TEST_CASE("A debug image shows refused flow in red and ellipses of searched landmarks",
           "[stereo_slam][debug_image]") {
   AssociationTrace trace;
   trace.landmarks = {landmark_at({100.0, 50.0}, {31.0, 0.0}, true),
@@ -48,7 +48,7 @@ TEST_CASE("A debug image shows refused flow in red, and ellipses for those searc
   const cv::Mat image = draw_debug_image(grey_frame(), FrameResult{}, trace);
   REQUIRE(image.type() == CV_8UC3);
   REQUIRE(image.cols == kImage.width);
-  REQUIRE(image.rows > kImage.height);  // the legend is below the picture
+  REQUIRE(image.rows > kImage.height);  // the legend is below the image
 
   constexpr int kRed = 2, kGreen = 1;
   CHECK(lead_of(kRed, image, {300.0, 75.0}) > 50);  // along the refused flow
@@ -60,7 +60,7 @@ TEST_CASE("A debug image shows refused flow in red, and ellipses for those searc
   CHECK(image.at<cv::Vec3b>(120, 450) == cv::Vec3b(70, 70, 70));  // nothing elsewhere
 }
 
-TEST_CASE("A frame without landmarks has a debug image, a narrow one too", "[stereo_slam][debug_image]") {
+TEST_CASE("Frames without landmarks and narrow frames have a debug image", "[stereo_slam][debug_image]") {
   CHECK(draw_debug_image(grey_frame(), FrameResult{}, {}).cols == kImage.width);
   StereoFrame narrow;
   narrow.left = cv::Mat(40, 64, CV_8UC1, cv::Scalar(100));
@@ -89,7 +89,7 @@ TEST_CASE("A folder that cannot take debug images is refused by name", "[stereo_
              Catch::Contains("file/images") && Catch::Contains("choose another"));
 }
 
-TEST_CASE("The trace tells what became of each landmark", "[stereo_slam][debug_image]") {
+TEST_CASE("The trace contains the outcome of each landmark", "[stereo_slam][debug_image]") {
   const Vector3<double> z(100.0, 50.0, 10.0);
   const Matrix3<double> part = 4.0 * Matrix3<double>::Identity();
   Association association;

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "stereo_slam/results/pose_frame.hpp"
+
+/// The commands of the program, one file each. A function below adds the command with its options to the
+/// parser and returns what it does once they are parsed.
+namespace stereo_slam {
+
+/// Exit statuses.
+constexpr int kDone = 0;
+constexpr int kFailed = 1;  ///< the input or the run
+constexpr int kWrongUsage = 2;
+constexpr int kInterrupted = 130;
+
+/// Runs a command with its parsed options. Returns the exit status; throws std::exception when the input or
+/// the run fails.
+using Command = std::function<int()>;
+
+[[nodiscard]] Command add_run(CLI::App& parent);
+[[nodiscard]] Command add_evaluate(CLI::App& parent);
+[[nodiscard]] Command add_simulate(CLI::App& parent);
+[[nodiscard]] Command add_info(CLI::App& parent);
+
+// Options that several commands have.
+
+struct DatasetOptions {
+  std::filesystem::path folder;
+  std::string format = "auto";
+};
+
+void add_dataset_options(CLI::App& app, DatasetOptions& dataset);
+void add_pose_frame_option(CLI::App& app, PoseFrame& frame);
+
+/// Accepts numbers from `least` to `most`; CLI::Range accepts NaN, too.
+[[nodiscard]] std::function<std::string(const std::string&)> number_between(double least, double most);
+
+}  // namespace stereo_slam

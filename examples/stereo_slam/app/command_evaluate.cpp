@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include <iostream>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "stereo_slam/app/command.hpp"
+#include "stereo_slam/evaluation/evaluate.hpp"
+#include "stereo_slam/evaluation/loop_score.hpp"
+#include "stereo_slam/evaluation/nees.hpp"
+#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  fs::path ground_truth;
+  fs::path estimate;
+  std::optional<TrajectoryFormat> format;
+  double max_difference_s = 0.01;
+  std::optional<fs::path> json;
+  std::optional<fs::path> covariances;
+  double truth_sigma_m = 0.0;
+  double truth_sigma_deg = 0.0;
+  std::optional<fs::path> loops;
+  RevisitRule revisits;
+};
+
+void add_trajectory_options(CLI::App& app, Arguments& arguments) {
+  app.add_option("--groundtruth", arguments.ground_truth, "ground-truth trajectory")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--estimate", arguments.estimate, "estimated trajectory")->required()->type_name("FILE");
+  app.add_option("--format", arguments.format, "format of both files; default: by their columns")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, TrajectoryFormat>{{"kitti", TrajectoryFormat::kKitti},
+                                                  {"tum", TrajectoryFormat::kTum},
+                                                  {"euroc", TrajectoryFormat::kEuroc}}));
+  app.add_option("--max-time-difference", arguments.max_difference_s,
+                 "largest time difference of matched poses, in seconds")
+      ->check(number_between(0.0, 1e6))
+      ->capture_default_str()
+      ->type_name("S");
+  app.add_option("--json", arguments.json, "write the scores to this file, too")->type_name("FILE");
+}
+
+void add_covariance_options(CLI::App& app, Arguments& arguments) {
+  app.add_option("--covariances", arguments.covariances,
+                 "covariances.csv of the run: compare its covariances with the errors (NEES)")
+      ->type_name("FILE");
+  app.add_option("--truth-sigma-m", arguments.truth_sigma_m,
+                 "standard deviation of ground-truth relative positions, per axis, in m")
+      ->check(number_between(0.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--truth-sigma-deg", arguments.truth_sigma_deg,
+                 "standard deviation of ground-truth relative rotations, per axis, in degrees")
+      ->check(number_between(0.0, 1e6))
+      ->capture_default_str();
+}
+
+void add_loop_options(CLI::App& app, Arguments& arguments) {
+  app.add_option("--loops", arguments.loops, "loops.csv of the run: report loop-closure precision and recall")
+      ->type_name("FILE");
+  app.add_option("--min-gap-frames", arguments.revisits.min_gap_frames,
+                 "smallest number of frames between two visits of a place, like the setting "
+                 "place_recognition.min_gap_frames")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str()
+      ->type_name("N");
+}
+
+int evaluate_command(const Arguments& arguments) {
+  const Trajectory truth = read_trajectory(arguments.ground_truth, arguments.format);
+  const Trajectory estimate = read_trajectory(arguments.estimate, arguments.format);
+  const Evaluation evaluation = evaluate(truth, estimate, arguments.max_difference_s);
+  print_evaluation(std::cout, evaluation);
+  const FramePairs pairs = match_poses(truth, estimate, arguments.max_difference_s);
+  std::vector<std::string> members;
+  if (arguments.covariances) {
+    constexpr double kRadians = std::numbers::pi / 180.0;
+    const NeesReport nees =
+        score_covariances(truth, estimate, pairs, read_covariances(*arguments.covariances),
+                          {arguments.truth_sigma_m, kRadians * arguments.truth_sigma_deg});
+    print_nees(std::cout, nees);
+    members.push_back("\"nees\": " + nees_json(nees));
+  }
+  if (arguments.loops) {
+    const LoopScore loops = score_loops(poses_at_frames(truth, pairs, estimate.poses.size()),
+                                        read_loops(*arguments.loops), arguments.revisits);
+    print_loop_score(std::cout, loops);
+    members.push_back("\"loops\": " + loop_score_json(loops));
+  }
+  if (arguments.json) {
+    write_file(*arguments.json, [&](std::ostream& out) {
+      write_evaluation_json(out, evaluation, fmt::format("{}", fmt::join(members, ",\n  ")));
+    });
+  }
+  return kDone;
+}
+
+}  // namespace
+
+Command add_evaluate(CLI::App& parent) {
+  auto arguments = std::make_shared<Arguments>();
+  auto& app = *parent.add_subcommand("evaluate", "compare an estimated trajectory with the ground truth");
+  add_trajectory_options(app, *arguments);
+  add_covariance_options(app, *arguments);
+  add_loop_options(app, *arguments);
+  app.footer(
+      "Example:\n  stereo_slam evaluate --groundtruth poses/06.txt --estimate out/06/trajectory_kitti.txt");
+  return [arguments] { return evaluate_command(*arguments); };
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "stereo_slam/app/command.hpp"
+#include "stereo_slam/app/runner.hpp"
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/settings/presets.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  DatasetOptions dataset;
+  std::optional<fs::path> config;
+  std::optional<std::string> preset;
+  bool loop_closure = true;
+  const CLI::Option* loop_closure_flag = nullptr;  ///< counts whether the flag was given
+  bool clahe = false;
+  RunOptions run;
+};
+
+void add_settings_options(CLI::App& app, Arguments& arguments) {
+  app.add_option("--config", arguments.config,
+                 "settings that differ from the preset; --print-settings lists all of them")
+      ->type_name("FILE.yaml");
+  app.add_option("--preset", arguments.preset, "settings to start from; default: default")
+      ->check(CLI::IsMember(preset_names()));
+  arguments.loop_closure_flag = app.add_flag("--loop-closure,!--no-loop-closure", arguments.loop_closure,
+                                             "close loops, or do not; default: as in the settings");
+  app.add_flag("--clahe", arguments.clahe,
+               "equalise the contrast locally, like the setting images.clahe: true");
+}
+
+void add_run_options(CLI::App& app, RunOptions& options) {
+  app.add_option("--output", options.output, "folder for the results")->required()->type_name("DIR");
+  app.add_option("--max-frames", options.max_frames, "stop after N frames")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N");
+  app.add_option("--threads", options.threads, "number of threads; the results do not depend on it")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  add_pose_frame_option(app, options.pose_frame);
+  app.add_option("--save-map", options.save_map, "write the map at the end, for later runs")
+      ->type_name("FILE");
+  app.add_option("--load-map", options.load_map,
+                 "localise in the map of an earlier run; with --save-map, extend that map")
+      ->type_name("FILE");
+  app.add_option("--debug-images", options.debug_images,
+                 "folder for one image per frame: predicted and observed flow, search ellipses, matches")
+      ->type_name("DIR");
+  app.add_flag("--view", options.view, "show the images and the projected map points during the run");
+  app.add_flag("--quiet", options.quiet, "print errors only");
+}
+
+void warn(const std::string& text, bool quiet) {
+  if (!quiet) fmt::print(stderr, "stereo_slam: warning: {}\n", text);
+}
+
+/// Prints the warnings; throws the first error.
+void report(const std::vector<Problem>& problems, bool quiet) {
+  const auto error = std::find_if(problems.begin(), problems.end(), is_error);
+  if (error != problems.end()) throw std::runtime_error(error->text);
+  for (const auto& problem : problems) warn(problem.text, quiet);
+}
+
+/// Checks a few stereo pairs, so that a run with swapped or unrectified images stops here.
+void check_before_run(const StereoSequence& sequence, bool quiet) {
+  constexpr std::size_t kSampled = 3;
+  std::vector<StereoFrame> frames{load_frame(sequence, 0)};
+  std::vector<Problem> ignored;  // a run goes as far as its images can be read
+  for (const std::size_t i : spread(sequence.video ? kSampled : sequence.frames.size(), kSampled)) {
+    if (i > 0)
+      attempt(ignored, Problem::Severity::kWarning, [&] { frames.push_back(load_frame(sequence, i)); });
+  }
+  report(problems_of(check_stereo_agreement(frames), sequence), quiet);
+}
+
+[[nodiscard]] Settings settings_of(const Arguments& arguments) {
+  Settings settings = arguments.config ? load_settings(*arguments.config, arguments.preset)
+                                       : preset_settings(arguments.preset.value_or("default"));
+  if (arguments.loop_closure_flag->count() > 0) settings.loop_closure.enabled = arguments.loop_closure;
+  settings.images.clahe = settings.images.clahe || arguments.clahe;
+  return settings;
+}
+
+void print_summary(const RunSummary& summary, const fs::path& output) {
+  fmt::print(
+      "{} frames in {:.1f} s, {:.1f} frames a second (median {:.1f} ms a frame), {} landmarks; results in "
+      "{}\n",
+      summary.frames, summary.seconds, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9),
+      summary.median_ms, summary.landmarks, output.string());
+}
+
+int run_command(const Arguments& arguments) {
+  const bool quiet = arguments.run.quiet;
+  const Settings settings = settings_of(arguments);
+  SequenceScan scan = scan_sequence(arguments.dataset.folder, arguments.dataset.format);
+  report(scan.problems, quiet);
+  const StereoSequence sequence = std::move(scan.sequence);
+  check_before_run(sequence, quiet);
+  const RunSummary summary = run(sequence, settings, arguments.run);
+  if (!quiet) print_summary(summary, arguments.run.output);
+  if (summary.lost > 0) {
+    warn(fmt::format(
+             "{} of {} frames could not be tracked; their poses are predictions, see the column status of "
+             "covariances.csv",
+             summary.lost, summary.frames),
+         quiet);
+  }
+  if (!summary.error.empty()) {
+    throw std::runtime_error(
+        fmt::format("{} (the {} frames before it are saved)", summary.error, summary.frames));
+  }
+  return summary.interrupted ? kInterrupted : kDone;
+}
+
+}  // namespace
+
+Command add_run(CLI::App& parent) {
+  auto arguments = std::make_shared<Arguments>();
+  auto& app = *parent.add_subcommand(
+      "run", "track a recording; write trajectory, covariances, map, timing and a report");
+  add_dataset_options(app, arguments->dataset);
+  add_settings_options(app, *arguments);
+  add_run_options(app, arguments->run);
+  app.footer("Example:\n  stereo_slam run --dataset kitti/06 --output out/06");
+  return [arguments] { return run_command(*arguments); };
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "simulator/recording/simulate.hpp"
+#include "simulator/rendering/lens_view.hpp"
+#include "stereo_slam/app/command.hpp"
+#include "stereo_slam/app/progress.hpp"
+#include "stereo_slam/app/signals.hpp"
+
+namespace stereo_slam {
+namespace {
+
+struct Arguments {
+  std::filesystem::path output;
+  double scale = 1.0;
+  bool quiet = false;
+  std::string format = "kitti";
+  std::optional<Distortion> distortion;
+  simulator::SimulationSettings settings;
+};
+
+void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
+  app.add_option("--trajectory", settings.trajectory,
+                 "KITTI pose file to drive along; default: a loop of streets, or a highway")
+      ->type_name("POSES");
+  app.add_option("--scene", settings.scenery,
+                 "scene along the path: town, or highway, where most objects are far; default: town")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, simulator::Scenery>{
+          {"town", simulator::Scenery::kTown}, {"highway", simulator::Scenery::kHighway}}));
+  app.add_option("--frames", settings.frames,
+                 fmt::format("number of frames; default: all of --trajectory, or {} without it",
+                             settings.kDefaultFrames))
+      ->check(CLI::Range(2, 1'000'000))
+      ->type_name("N");
+  app.add_option("--seed", settings.seed, "seed of the world, the traffic and the noise")
+      ->capture_default_str()
+      ->type_name("S");
+  app.add_option("--dynamic-objects", settings.dynamic_objects,
+                 "number of moving cars and lorries, ahead and oncoming; 40 make a traffic jam")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_flag("--moving-masks", settings.moving_masks,
+               "write masks of the moving objects in the left images, too, to the folder moving");
+}
+
+void add_recording_options(CLI::App& app, Arguments& arguments) {
+  app.add_option("--fps", arguments.settings.fps, "frames per second")
+      ->check(number_between(0.1, 1000.0))
+      ->capture_default_str();
+  app.add_option("--scale", arguments.scale,
+                 "size of the images relative to KITTI's 1241 x 376 or EuRoC's 752 x 480")
+      ->check(number_between(0.1, 4.0))
+      ->capture_default_str();
+  app.add_option("--format", arguments.format,
+                 "kitti: rectified images; euroc: raw images of two different lenses")
+      ->check(CLI::IsMember({"kitti", "euroc"}))
+      ->capture_default_str();
+  app.add_option("--distortion", arguments.distortion, "lens model with --format euroc; default: radtan")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Distortion>{
+          {"radtan", Distortion::kRadTan}, {"equidistant", Distortion::kEquidistant}}));
+  app.add_option("--noise", arguments.settings.sensor.noise_sigma,
+                 "standard deviation of the pixel noise, in grey levels")
+      ->check(number_between(0.0, 50.0))
+      ->capture_default_str();
+  app.add_option("--threads", arguments.settings.threads,
+                 "number of threads, 0: one per processor; the images do not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  app.add_flag("--quiet", arguments.quiet, "print errors only");
+}
+
+/// The same view in an image of another size; pixel centres have integer coordinates.
+[[nodiscard]] simulator::PinholeCamera scaled(const simulator::PinholeCamera& camera, double scale) {
+  return {.width_px = static_cast<int>(std::lround(camera.width_px * scale)),
+          .height_px = static_cast<int>(std::lround(camera.height_px * scale)),
+          .fx = camera.fx * scale,
+          .fy = camera.fy * scale,
+          .cx = (camera.cx + 0.5) * scale - 0.5,
+          .cy = (camera.cy + 0.5) * scale - 0.5};
+}
+
+int simulate_command(const Arguments& arguments) {
+  simulator::SimulationSettings settings = arguments.settings;
+  settings.camera = scaled(settings.camera, arguments.scale);
+  if (arguments.format == "euroc") {
+    settings.rig =
+        simulator::euroc_like_rig(arguments.distortion.value_or(Distortion::kRadTan), arguments.scale);
+  }
+  const SignalGuard signals;
+  Progress progress(arguments.quiet);
+  simulator::simulate(settings, arguments.output, [&](int done, int total) {
+    progress.update(static_cast<std::size_t>(done), static_cast<std::size_t>(total), "rendered");
+    return !SignalGuard::stop_requested();
+  });
+  return SignalGuard::stop_requested() ? kInterrupted : kDone;
+}
+
+}  // namespace
+
+Command add_simulate(CLI::App& parent) {
+  auto arguments = std::make_shared<Arguments>();
+  auto& app = *parent.add_subcommand(
+      "simulate", "render a town or a highway as a KITTI or EuRoC sequence with ground truth");
+  app.add_option("--output", arguments->output, "folder for the sequence")->required()->type_name("DIR");
+  add_scene_options(app, arguments->settings);
+  add_recording_options(app, *arguments);
+  app.parse_complete_callback([arguments] {
+    if (arguments->distortion && arguments->format != "euroc")
+      throw CLI::ValidationError("--distortion", "needs --format euroc");
+  });
+  app.footer("Example:\n  stereo_slam simulate --output town --frames 300");
+  return [arguments] { return simulate_command(*arguments); };
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+
+#include <opencv2/videoio.hpp>
+
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/support/support.hpp"
+
+/// The tiny recording as two videos.
+namespace stereo_slam::test {
+
+/// Writes the images of a folder as a video without loss of more than a few grey levels.
+inline void write_video(const fs::path& images, const fs::path& file, int frames) {
+  cv::VideoWriter video(file.string(), cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                        10.0, cv::Size(TinySequence::kWidth, TinySequence::kHeight));
+  REQUIRE(video.isOpened());
+  for (int i = 0; i < frames; ++i) video.write(cv::imread((images / frame_name(i)).string()));
+}
+
+/// The tiny recording as left.avi, right.avi and calibration.yaml.
+inline void write_tiny_video(const fs::path& folder, int left_frames, int right_frames) {
+  write_tiny_folders(folder, std::max(left_frames, right_frames));
+  write_video(folder / "left", folder / "left.avi", left_frames);
+  write_video(folder / "right", folder / "right.avi", right_frames);
+  fs::rename(folder / "left", folder / "images_left");
+  fs::rename(folder / "right", folder / "images_right");
+  write_text(folder / "calibration.yaml", tiny_calibration(""));
+}
+
+/// Opens the recording as if its header promised `frames` frames.
+inline StereoSequence open_with_false_header(const fs::path& folder, std::size_t frames) {
+  auto sequence = open_sequence(folder, "auto");
+  sequence.frames.resize(frames, sequence.frames.back());
+  return sequence;
+}
+
+}  // namespace stereo_slam::test
