@@ -69,7 +69,7 @@ void warn(const std::string& text, bool quiet) {
 }
 
 /// Prints the warnings; throws the first error.
-void report(const std::vector<Problem>& problems, bool quiet) {
+void require_usable(const std::vector<Problem>& problems, bool quiet) {
   const auto error = std::find_if(problems.begin(), problems.end(), is_error);
   if (error != problems.end()) throw std::runtime_error(error->text);
   for (const auto& problem : problems) warn(problem.text, quiet);
@@ -84,7 +84,7 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
     if (i > 0)
       attempt(ignored, Problem::Severity::kWarning, [&] { frames.push_back(load_frame(sequence, i)); });
   }
-  report(problems_of(check_stereo_agreement(frames), sequence), quiet);
+  require_usable(problems_of(check_stereo_agreement(frames), sequence), quiet);
 }
 
 [[nodiscard]] Settings settings_of(const Arguments& arguments) {
@@ -107,7 +107,7 @@ int run_command(const Arguments& arguments) {
   const bool quiet = arguments.run.quiet;
   const Settings settings = settings_of(arguments);
   SequenceScan scan = scan_sequence(arguments.dataset.folder, arguments.dataset.format);
-  report(scan.problems, quiet);
+  require_usable(scan.problems, quiet);
   const StereoSequence sequence = std::move(scan.sequence);
   check_before_run(sequence, quiet);
   const RunSummary summary = run(sequence, settings, arguments.run);
