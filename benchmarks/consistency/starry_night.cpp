@@ -106,23 +106,28 @@ struct Recording {
   return {row.at(first), row.at(first + 1), row.at(first + 2)};
 }
 
-[[nodiscard]] Recording read_recording(const std::string& folder) {
-  Recording r;
-  const auto constants = read_constants(folder + "/constants.csv");
-  const auto scalar = [&](const char* name) { return constants.at(name).at(0); };
-  r.camera.R_camera_vehicle =
-      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(constants.at("C_c_v").data());
-  r.camera.camera_in_vehicle = vector3(constants.at("rho_v_c_v"), 0);
-  r.camera.fu = scalar("fu");
-  r.camera.fv = scalar("fv");
-  r.camera.cu = scalar("cu");
-  r.camera.cv = scalar("cv");
-  r.camera.b = scalar("b");
-  for (const auto& row : read_rows(folder + "/landmarks.csv")) r.landmarks.push_back(vector3(row, 1));
+using Constants = std::map<std::string, std::vector<double>>;
 
+[[nodiscard]] Camera camera_from(const Constants& constants) {
+  const auto scalar = [&](const char* name) { return constants.at(name).at(0); };
+  Camera camera;
+  camera.R_camera_vehicle =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(constants.at("C_c_v").data());
+  camera.camera_in_vehicle = vector3(constants.at("rho_v_c_v"), 0);
+  camera.fu = scalar("fu");
+  camera.fv = scalar("fv");
+  camera.cu = scalar("cu");
+  camera.cv = scalar("cv");
+  camera.b = scalar("b");
+  return camera;
+}
+
+/// The ground truth of every step and the odometry that leads to it.
+[[nodiscard]] std::vector<Step> read_steps(const std::string& path, const Constants& constants) {
   Vector6<double> rate_variance;
   rate_variance << vector3(constants.at("w_var"), 0), vector3(constants.at("v_var"), 0);
-  const auto rows = read_rows(folder + "/truth_and_odometry.csv");
+  std::vector<Step> steps;
+  const auto rows = read_rows(path);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     Step step;
     const double dt = k == 0 ? 0.0 : rows[k][0] - rows[k - 1][0];
@@ -135,15 +140,18 @@ struct Recording {
     Vector6<double> turn;
     turn << vector3(rows[k], 1), Vector3<double>::Zero();
     step.truth = Pose::from_rotation_translation(Pose::exp(turn).rotation(), vector3(rows[k], 4));
-    r.steps.push_back(step);
+    steps.push_back(step);
   }
-  const auto& y_var = constants.at("y_var");
-  r.independent_noise = Eigen::Map<const Eigen::Vector4d>(y_var.data()).asDiagonal();
+  return steps;
+}
+
+/// Adds the measurements to the steps, and estimates their noise from the errors at the ground truth.
+void read_measurements(const std::string& path, Recording& r) {
   r.correlated_noise.setZero();
   Pixels lagged = Pixels::Zero(), squared = Pixels::Zero();
   std::map<std::size_t, std::pair<std::size_t, Pixels>> last;  // step and error, by landmark
   int count = 0;
-  for (const auto& row : read_rows(folder + "/measurements.csv")) {
+  for (const auto& row : read_rows(path)) {
     const auto k = static_cast<std::size_t>(row.at(0));
     Step& step = r.steps.at(k);
     step.landmarks.push_back(static_cast<std::size_t>(row.at(1)));
@@ -165,6 +173,17 @@ struct Recording {
   const Eigen::Array4d rho = lagged.cwiseQuotient(squared).array();
   const Pixels inflation = ((1.0 + rho) / (1.0 - rho)).sqrt();
   r.inflated_noise = inflation.asDiagonal() * r.correlated_noise * inflation.asDiagonal();
+}
+
+[[nodiscard]] Recording read_recording(const std::string& folder) {
+  const auto constants = read_constants(folder + "/constants.csv");
+  Recording r;
+  r.camera = camera_from(constants);
+  for (const auto& row : read_rows(folder + "/landmarks.csv")) r.landmarks.push_back(vector3(row, 1));
+  r.steps = read_steps(folder + "/truth_and_odometry.csv", constants);
+  const auto& y_var = constants.at("y_var");
+  r.independent_noise = Eigen::Map<const Eigen::Vector4d>(y_var.data()).asDiagonal();
+  read_measurements(folder + "/measurements.csv", r);
   return r;
 }
 
