@@ -61,9 +61,6 @@ struct StereoCamera {
     return projection_jacobian(back_project(z)).inverse();
   }
 
-  /// Depth in metres of a disparity in pixels.
-  [[nodiscard]] double depth(double disparity_px) const { return fx * baseline_m / disparity_px; }
-
   /// Whether (u, v) lies in the left image and u - d in the right one, `border_px` away from the edges.
   [[nodiscard]] bool in_view(const Vector3& z, double border_px = 0.0) const {
     const double right_u = z.x() - z.z();

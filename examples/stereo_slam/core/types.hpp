@@ -11,8 +11,8 @@
 
 #include <opencv2/core.hpp>
 
-#include <antipode/eigen_types.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
 /// Data that the stages of the SLAM hand to each other. Pixels, metres, radians; `T_a_b` maps b to a.
@@ -41,10 +41,7 @@ using Descriptor = std::array<std::uint8_t, 32>;  ///< 256-bit ORB descriptor
 /// Corner in one image.
 struct Feature {
   Vector2<double> position_px;  ///< at full resolution
-  double size_px = 31.0;        ///< diameter of the described patch
-  double angle_rad = 0.0;
   double response = 0.0;
-  int octave = 0;
   Descriptor descriptor{};
 };
 
@@ -53,12 +50,12 @@ using StereoPoint = Vector3<double>;
 
 /// How far the pose of a frame can be trusted.
 enum class TrackingStatus {
-  kInitializing,  ///< nothing was seen yet that a map could begin with; the world begins at its end
-  kOk,            ///< measured against the landmarks
-  kWeak,  ///< by the odometry alone; the same picture again; or, after a loss, its place in the map is a
-          ///< guess
-  kLost,  ///< by neither: predicted, with a covariance that grows
-  kRelocalised,  ///< found again after a loss: from here on its place in the map is known
+  kInitializing,  ///< no map yet, or the frame that starts it and is the world's origin
+  kOk,            ///< updated by landmarks
+  kWeak,  ///< from the odometry alone, from a repeated image, or in a map segment whose place is not known
+          ///< yet
+  kLost,  ///< predicted only: the covariance grows
+  kRelocalised,  ///< first frame after a loss whose place in the map is known again
 };
 
 [[nodiscard]] constexpr const char* to_string(TrackingStatus status) noexcept {
@@ -81,7 +78,7 @@ enum class TrackingStatus {
 /// rad and m.
 using PoseGaussian = antipode::PoseGaussian<double>;
 
-/// Standard deviations of what a calibration does not know: the same errors in all frames.
+/// Standard deviations of the calibration's errors, which all frames share.
 struct CalibrationError {
   double scale_sigma = 0.0;     ///< relative, of all lengths
   double axes_sigma_rad = 0.0;  ///< of the camera's axes, about each of them
@@ -93,17 +90,17 @@ struct StageTime {
   double ms = 0.0;
 };
 
-/// What one frame came to. Every input frame has one.
+/// Result of one frame. Every input frame has one.
 struct FrameResult {
   std::size_t index = 0;
   std::int64_t stamp_ns = 0;
   TrackingStatus status = TrackingStatus::kInitializing;
   PoseGaussian T_world_camera;
-  Pose T_odometry_camera = Pose::identity();  ///< without any loop correction: it never jumps
+  Pose T_odometry_camera = Pose::identity();  ///< without loop corrections: continuous
   bool loop_corrected = false;                ///< a loop moved the keyframes before this frame
-  std::size_t segment = 0;   ///< of the map: a new one begins where nothing is recognised after a loss
-  std::size_t keyframe = 0;  ///< frame whose camera the filter's state was relative to
-  Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to that camera,
+  std::size_t segment = 0;   ///< of the map: a loss begins a new one if nothing is recognised
+  std::size_t keyframe = 0;  ///< frame of the reference keyframe
+  Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to the keyframe,
                                                                   ///< without the calibration's errors
   CalibrationError calibration;
   PoseGaussian odometry;  ///< T_previous_current, the system input u_k
@@ -116,13 +113,13 @@ struct FrameResult {
   std::vector<StageTime> times;
 };
 
-/// A place seen again, in two or more keyframes in a row.
+/// A loop that consecutive keyframes confirmed.
 struct LoopEvent {
   std::size_t frame = 0;
-  std::size_t old_frame = 0;   ///< of the run, or of the map that it started with
-  bool in_loaded_map = false;  ///< the latter
+  std::size_t old_frame = 0;   ///< earlier frame at the same place
+  bool in_loaded_map = false;  ///< old_frame is one of the loaded map, not of this run
   int inliers = 0;
-  double chi2 = 0.0;  ///< by which it contradicts what was known, six degrees of freedom
+  double chi2 = 0.0;  ///< squared Mahalanobis distance from the pose graph's prediction, 6 degrees of freedom
   bool accepted = false;
   Pose T_old_new = Pose::identity();  ///< as measured
 };
@@ -131,8 +128,8 @@ struct LoopEvent {
 struct MapPoint {
   Vector3<double> position_world;
   std::uint8_t intensity = 0;
-  std::size_t keyframe = 0;    ///< id of the one that it moves with, in the map
-  std::uint32_t landmark = 0;  ///< its number, in the map; 0: none
+  std::size_t keyframe = 0;    ///< id in the map: the point moves with it
+  std::uint32_t landmark = 0;  ///< its id in the map; 0: none
 };
 
 }  // namespace stereo_slam

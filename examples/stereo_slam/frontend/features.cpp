@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 
 #include <opencv2/features2d.hpp>
 
@@ -17,7 +16,7 @@ namespace {
 constexpr int kPatchSize_px = 31;
 constexpr int kBorder_px = 19;  // half the described patch, rotated
 
-// The detector is asked for many more corners than are kept: choosing among them is the grid's business.
+// The detector returns many more corners than are kept: the grid chooses among them.
 constexpr int kCandidatesPerFeature = 4;
 
 /// Levels of the pyramid that are large enough for a described patch, at least one.
@@ -96,10 +95,7 @@ class FeatureGrid {
 [[nodiscard]] Feature to_feature(const cv::KeyPoint& keypoint, const cv::Mat& descriptor) {
   Feature feature;
   feature.position_px = Eigen::Vector2f(keypoint.pt.x, keypoint.pt.y).cast<double>();
-  feature.size_px = static_cast<double>(keypoint.size);
-  feature.angle_rad = static_cast<double>(keypoint.angle) * std::numbers::pi / 180.0;
   feature.response = static_cast<double>(keypoint.response);
-  feature.octave = keypoint.octave;
   std::memcpy(feature.descriptor.data(), descriptor.ptr(), feature.descriptor.size());
   return feature;
 }

@@ -9,7 +9,8 @@ namespace stereo_slam {
 namespace {
 
 constexpr double kRowSigma_px = 0.3;
-constexpr double kConfidence = 0.25;  // of a keyframe's vote on the disparity: its errors are not independent
+constexpr double kConfidence =
+    0.25;  // weight of a keyframe's disparity information, whose errors are not independent
 constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
 
 }  // namespace

@@ -12,14 +12,14 @@
 
 namespace stereo_slam {
 
-/// What the rectification of a stereo pair has left over: a smooth offset of the right image,
+/// Residual error of the stereo rectification: a smooth offset of the right image,
 ///
 ///   (u_right, v_right) = (u - d, v) + C (1, x, y, x^2, x y, y^2)',
 ///
-/// with (x, y) the left position relative to the principal point in half image sizes, so that a coefficient
-/// is an offset in pixels at the border. A small error of the relative rotation or of the lens model causes
-/// it; it is zero for a perfect calibration. A fraction of a pixel in u makes the path too long or too short
-/// by percents.
+/// where (x, y) is the left position relative to the principal point in half image sizes, so that a
+/// coefficient is an offset in pixels at the border. It is zero for a perfect calibration; a small error of
+/// the relative rotation or of the lens model causes it. A fraction of a pixel in u makes the path too long
+/// or too short by per cents.
 class RectificationResidual {
  public:
   static constexpr int kTerms = 6;
@@ -34,7 +34,7 @@ class RectificationResidual {
   [[nodiscard]] Basis basis(const Vector2<double>& left_px) const;
   [[nodiscard]] const Coefficients& coefficients() const noexcept { return coefficients_; }
 
-  /// Where the right image shows the point.
+  /// Position of the point in the right image, px.
   [[nodiscard]] Vector2<double> right_position(const StereoPoint& z) const;
 
   struct Measurement {
@@ -59,14 +59,14 @@ struct BiasConstraint {
   Vector2<double> first_px, second_px;  ///< left positions
 };
 
-/// What an estimator knows, complete: another one can go on with it. The coefficients of rows and disparities
-/// are Gaussian, in information form: mean = information^-1 vector.
+/// Complete state of a RectificationEstimator, from which another one can resume. The coefficients of rows
+/// and of disparities are Gaussian, in information form: mean = information^-1 vector.
 struct RectificationEstimate {
   using Information = antipode::Matrix<double, RectificationResidual::kTerms>;
   using Basis = RectificationResidual::Basis;
 
   RectificationResidual::Coefficients coefficients =
-      RectificationResidual::Coefficients::Zero();        ///< px; in use: the means when last taken over
+      RectificationResidual::Coefficients::Zero();        ///< px; in use: the means at the last advance()
   Information row_information = Information::Identity();  ///< 1/px^2
   Basis row_vector = Basis::Zero();                       ///< 1/px
   Information disparity_information = Information::Identity();  ///< 1/px^2
@@ -75,15 +75,16 @@ struct RectificationEstimate {
 
 /// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
 ///
-/// Rows are seen in every stereo match. The disparity offset is seen because it makes near and far points, or
-/// those of the left and of the right, disagree about the same motion: a pose and six coefficients are solved
-/// for together, the pose is eliminated, the information of the coefficients adds up from keyframe to
-/// keyframe. No ground truth enters.
+/// Every stereo match observes the row offset. The disparity offset is observed over a motion: it makes near
+/// and far points, or those on the left and on the right, disagree about the same motion. A pose and six
+/// coefficients are solved for together, the pose is eliminated, and the information of the coefficients adds
+/// up from keyframe to keyframe. No ground truth is used.
 class RectificationEstimator {
  public:
   RectificationEstimator() = default;
   RectificationEstimator(const StereoCamera& camera, const OnlineRectificationSettings& settings);
-  /// One that goes on with what another one of the same camera knew.
+
+  /// Resumes from the state of another estimator of the same camera.
   [[nodiscard]] static RectificationEstimator resumed(const StereoCamera& camera,
                                                       const RectificationEstimate& estimate);
 
@@ -99,7 +100,8 @@ class RectificationEstimator {
   }
   [[nodiscard]] const RectificationEstimate& estimate() const noexcept { return estimate_; }
 
-  /// Takes what was added into current(); measurements made with the former are to be made anew.
+  /// Makes current() the mean of everything added so far. Earlier measurements used the former current() and
+  /// have to be repeated.
   void advance();
 
  private:

@@ -9,8 +9,7 @@
 
 namespace stereo_slam {
 
-/// Image pyramid with borders, ready for Lucas-Kanade; built once an image and shared by all that track in
-/// it.
+/// Image pyramid with borders, ready for Lucas-Kanade; built once an image.
 class FlowPyramid {
  public:
   static constexpr int kMaxLevel = 3;
@@ -41,8 +40,8 @@ struct ConsecutivePyramids {
 
 [[nodiscard]] StereoPyramid build_pyramids(const StereoFrame& frame);
 
-/// The pyramids of a frame, made as bright as a reference if they are a tenth brighter or darker: flow
-/// compares grey values, and the exposure may jump. Of dark pictures nothing is made.
+/// The pyramids of `frame`, scaled to the mean grey value of the reference if they differ by more than a
+/// tenth: flow compares grey values, and the exposure may jump. Dark images are left as they are.
 [[nodiscard]] StereoPyramid as_bright_as(const StereoPyramid& reference, const StereoPyramid& pyramids,
                                          const StereoFrame& frame);
 

@@ -52,76 +52,106 @@ void sample_window(const cv::Mat& image, const Eigen::Vector2d& centre,
   }
 }
 
-}  // namespace
+constexpr std::size_t kPixels = PatchTemplate::kPixels;
+constexpr int kBorderedSide_px = PatchTemplate::kSide_px + 2;
+using BorderedPatch = std::array<float, kBorderedSide_px * kBorderedSide_px>;
 
-std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const Eigen::Vector2d& centre_px,
-                                                    const Eigen::Matrix2d& target_to_source) {
-  constexpr int kBorderedSide = kSide_px + 2;
-  const double reach = (kRadius_px + 1) * target_to_source.cwiseAbs().rowwise().sum().maxCoeff();
-  if (!inside(image, centre_px.x(), centre_px.y(), reach)) return std::nullopt;
-
-  std::array<float, kBorderedSide * kBorderedSide> bordered;
+/// Samples a warped patch with a border of one pixel.
+[[nodiscard]] BorderedPatch sample_warped(const cv::Mat& image, const Eigen::Vector2d& centre_px,
+                                          const Eigen::Matrix2d& target_to_source) {
+  constexpr int kRadius_px = PatchTemplate::kRadius_px;
+  BorderedPatch bordered;
   const Eigen::Matrix2f A = target_to_source.cast<float>();
   const Eigen::Vector2f c = centre_px.cast<float>();
-  for (int row = 0; row < kBorderedSide; ++row) {
-    for (int column = 0; column < kBorderedSide; ++column) {
+  for (int row = 0; row < kBorderedSide_px; ++row) {
+    for (int column = 0; column < kBorderedSide_px; ++column) {
       const Eigen::Vector2f offset(static_cast<float>(column - kRadius_px - 1),
                                    static_cast<float>(row - kRadius_px - 1));
       const Eigen::Vector2f source = c + A * offset;
-      bordered[static_cast<std::size_t>(row * kBorderedSide + column)] =
+      bordered[static_cast<std::size_t>(row * kBorderedSide_px + column)] =
           bilinear(image, source.x(), source.y());
     }
   }
+  return bordered;
+}
 
-  PatchTemplate patch;
+/// Grey values of a patch and their gradient along x and y.
+struct PatchPixels {
+  std::array<float, kPixels> value;
   std::array<std::array<float, kPixels>, 2> gradient;
-  double sum = 0.0;
-  Eigen::Vector2d gradient_sum = Eigen::Vector2d::Zero();
-  for (std::size_t row = 0; row < kSide_px; ++row) {
-    for (std::size_t column = 0; column < kSide_px; ++column) {
-      const std::size_t i = row * kSide_px + column;
-      const float* centre = bordered.data() + (row + 1) * kBorderedSide + column + 1;
-      patch.value_[i] = *centre;
-      gradient[0][i] = 0.5F * (centre[1] - centre[-1]);
-      gradient[1][i] = 0.5F * (centre[kBorderedSide] - centre[-kBorderedSide]);
-      sum += static_cast<double>(*centre);
-      gradient_sum +=
-          Eigen::Vector2d(static_cast<double>(gradient[0][i]), static_cast<double>(gradient[1][i]));
-    }
-  }
+};
 
-  // Zero-mean values and gradients eliminate the offset; projecting the values out of the gradients, the
-  // gain.
-  const auto mean = static_cast<float>(sum / kPixels);
-  const Eigen::Vector2f gradient_mean = (gradient_sum / kPixels).cast<float>();
-  double energy = 0.0;
-  Eigen::Vector2d along_value = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < kPixels; ++i) {
-    patch.value_[i] -= mean;
-    energy += static_cast<double>(patch.value_[i] * patch.value_[i]);
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      gradient[axis][i] -= gradient_mean[static_cast<Eigen::Index>(axis)];
-      along_value[static_cast<Eigen::Index>(axis)] +=
-          static_cast<double>(gradient[axis][i] * patch.value_[i]);
+[[nodiscard]] PatchPixels differentiate(const BorderedPatch& bordered) {
+  constexpr std::size_t kSide = PatchTemplate::kSide_px;
+  PatchPixels pixels;
+  for (std::size_t row = 0; row < kSide; ++row) {
+    for (std::size_t column = 0; column < kSide; ++column) {
+      const std::size_t i = row * kSide + column;
+      const float* centre = bordered.data() + (row + 1) * kBorderedSide_px + column + 1;
+      pixels.value[i] = *centre;
+      pixels.gradient[0][i] = 0.5F * (centre[1] - centre[-1]);
+      pixels.gradient[1][i] = 0.5F * (centre[kBorderedSide_px] - centre[-kBorderedSide_px]);
     }
   }
-  if (!(energy > 0.0)) return std::nullopt;
-  patch.norm_ = std::sqrt(energy);
-  const Eigen::Vector2f gain = (along_value / energy).cast<float>();
+  return pixels;
+}
+
+void subtract_mean(std::array<float, kPixels>& values) {
+  double sum = 0.0;
+  for (const float value : values) sum += static_cast<double>(value);
+  const auto mean = static_cast<float>(sum / static_cast<double>(kPixels));
+  for (float& value : values) value -= mean;
+}
+
+/// Sum of the products.
+[[nodiscard]] double product(const std::array<float, kPixels>& a, const std::array<float, kPixels>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < kPixels; ++i) sum += static_cast<double>(a[i] * b[i]);
+  return sum;
+}
+
+/// Inverse of H = sum g g^T over the gradients g; nothing if a direction has too little texture.
+[[nodiscard]] std::optional<Eigen::Matrix2f> inverse_structure_tensor(const PatchPixels& pixels) {
   Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
   for (std::size_t i = 0; i < kPixels; ++i) {
-    gradient[0][i] -= gain.x() * patch.value_[i];
-    gradient[1][i] -= gain.y() * patch.value_[i];
-    const Eigen::Vector2d g(static_cast<double>(gradient[0][i]), static_cast<double>(gradient[1][i]));
+    const Eigen::Vector2d g(static_cast<double>(pixels.gradient[0][i]),
+                            static_cast<double>(pixels.gradient[1][i]));
     H += g * g.transpose();
   }
   const double trace = H.trace();
   const double smallest = 0.5 * (trace - std::sqrt(trace * trace - 4.0 * H.determinant()));
   if (!(smallest > kMinGradientEnergy)) return std::nullopt;
-  const Eigen::Matrix2f H_inverse = H.inverse().cast<float>();
-  for (std::size_t i = 0; i < kPixels; ++i) {
-    patch.step_[0][i] = H_inverse(0, 0) * gradient[0][i] + H_inverse(0, 1) * gradient[1][i];
-    patch.step_[1][i] = H_inverse(1, 0) * gradient[0][i] + H_inverse(1, 1) * gradient[1][i];
+  return H.inverse().cast<float>();
+}
+
+}  // namespace
+
+std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const Eigen::Vector2d& centre_px,
+                                                    const Eigen::Matrix2d& target_to_source) {
+  const double reach = (kRadius_px + 1) * target_to_source.cwiseAbs().rowwise().sum().maxCoeff();
+  if (!inside(image, centre_px.x(), centre_px.y(), reach)) return std::nullopt;
+
+  // Values and gradients without their means are independent of the offset; gradients orthogonal to the
+  // values, of the gain.
+  PatchPixels pixels = differentiate(sample_warped(image, centre_px, target_to_source));
+  subtract_mean(pixels.value);
+  for (auto& gradient : pixels.gradient) subtract_mean(gradient);
+  const double energy = product(pixels.value, pixels.value);
+  if (!(energy > 0.0)) return std::nullopt;
+  for (auto& gradient : pixels.gradient) {
+    const auto gain = static_cast<float>(product(gradient, pixels.value) / energy);
+    for (std::size_t i = 0; i < gradient.size(); ++i) gradient[i] -= gain * pixels.value[i];
+  }
+  const auto H_inverse = inverse_structure_tensor(pixels);
+  if (!H_inverse) return std::nullopt;
+
+  PatchTemplate patch;
+  patch.value_ = pixels.value;
+  patch.norm_ = std::sqrt(energy);
+  const auto& [dx, dy] = pixels.gradient;
+  for (std::size_t i = 0; i < dx.size(); ++i) {
+    patch.step_[0][i] = (*H_inverse)(0, 0) * dx[i] + (*H_inverse)(0, 1) * dy[i];
+    patch.step_[1][i] = (*H_inverse)(1, 0) * dx[i] + (*H_inverse)(1, 1) * dy[i];
   }
   return patch;
 }

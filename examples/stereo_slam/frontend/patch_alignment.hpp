@@ -9,7 +9,7 @@
 
 namespace stereo_slam {
 
-/// Square grey patch with its gradients, seen through an affine warp, ready to be found in another image.
+/// Square grey patch, affinely warped, with its gradients; it can be aligned with another image.
 ///
 /// Alignment is the inverse compositional Lucas-Kanade method over a translation, a gain and an offset: the
 /// template's Hessian is inverted once, an iteration samples the image and multiplies.
@@ -19,8 +19,8 @@ class PatchTemplate {
   static constexpr int kSide_px = 2 * kRadius_px + 1;
   static constexpr int kPixels = kSide_px * kSide_px;
 
-  /// Patch around `centre_px` of an 8-bit image; offset (x, y) of the patch is offset `target_to_source` *
-  /// (x, y) of the image. Nothing when it leaves the image or has no texture in some direction.
+  /// Patch around `centre_px` of an 8-bit image. `target_to_source` maps offsets in the patch to offsets in
+  /// the image. Nothing if the patch leaves the image or lacks texture in some direction.
   [[nodiscard]] static std::optional<PatchTemplate> extract(
       const cv::Mat& image, const Eigen::Vector2d& centre_px,
       const Eigen::Matrix2d& target_to_source = Eigen::Matrix2d::Identity());
@@ -30,8 +30,8 @@ class PatchTemplate {
     double correlation = 0.0;  ///< zero-mean normalised cross-correlation, -1..1
   };
 
-  /// Sub-pixel position of the patch in `image` near `start_px`; nothing when the iteration leaves the image
-  /// or strays further than `max_shift_px` from its start.
+  /// Sub-pixel position of the patch in `image` near `start_px`; nothing if the iteration leaves the image
+  /// or moves more than `max_shift_px` from its start.
   [[nodiscard]] std::optional<Alignment> align(const cv::Mat& image, const Eigen::Vector2d& start_px,
                                                double max_shift_px = 3.0) const;
 

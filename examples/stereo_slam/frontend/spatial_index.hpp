@@ -10,7 +10,7 @@
 
 namespace stereo_slam {
 
-/// Points of an image in square cells, for searches within a radius. Points outside the image are kept out.
+/// Points of an image in square cells, for searches within a radius. Points outside the image are ignored.
 class SpatialIndex {
  public:
   SpatialIndex(const std::vector<Vector2<double>>& points_px, cv::Size image);
@@ -49,7 +49,7 @@ class SpatialIndex {
 };
 
 /// Indices of at most `count` points: the first of every bucket, then the second of every bucket, and so on;
-/// the last, incomplete round is taken evenly over the image. Points come strongest first.
+/// the last, incomplete round is taken evenly over the buckets. `points_px` is ordered by strength.
 [[nodiscard]] std::vector<std::size_t> spread_over_buckets(const std::vector<Vector2<double>>& points_px,
                                                            cv::Size image, int bucket_px, std::size_t count);
 

@@ -11,11 +11,11 @@
 
 namespace stereo_slam {
 
-/// Finds the points of the left image in the right one, on their row, with sub-pixel disparity.
+/// Stereo matches of points of the left image, with sub-pixel disparity; one entry a point.
 ///
-/// The smallest sum of absolute differences over the row is refined by aligning the patch; a point without
-/// texture, with two similar candidates, or whose alignment leaves the row is not matched. One entry a point,
-/// in order.
+/// The search along the row minimises the sum of absolute differences; patch alignment refines the best
+/// disparity. A point without texture, with two similar candidates, or whose alignment leaves the row has no
+/// match.
 [[nodiscard]] std::vector<std::optional<RectificationResidual::Measurement>> match_stereo(
     const StereoView& view, const std::vector<Vector2<double>>& points_px,
     const StereoMatchingSettings& settings);

@@ -24,8 +24,9 @@ std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
 
 std::size_t KeyframeDatabase::add(Keyframe keyframe) {
   if (!keyframes_.empty() && keyframe.frame <= keyframes_.back().frame) {
-    throw std::invalid_argument(fmt::format("keyframe of frame {} comes after that of frame {}",
-                                            keyframe.frame, keyframes_.back().frame));
+    throw std::invalid_argument(
+        fmt::format("keyframe of frame {} follows one of frame {}: frames must increase", keyframe.frame,
+                    keyframes_.back().frame));
   }
   keyframe.id = keyframes_.size();
   if (keyframe.points.size() > max_points_) keyframe.points.resize(max_points_);
@@ -33,7 +34,7 @@ std::size_t KeyframeDatabase::add(Keyframe keyframe) {
   if (!keyframes_.empty()) {
     const Keyframe& previous = keyframes_.back();
     keyframe.T_world_keyframe = compose(previous.T_world_keyframe, keyframe.T_previous_keyframe);
-    keyframe.travelled_m = previous.travelled_m + keyframe.T_previous_keyframe.pose.translation().norm();
+    keyframe.path_length_m = previous.path_length_m + keyframe.T_previous_keyframe.pose.translation().norm();
   }
   keyframes_.push_back(std::move(keyframe));
   return keyframes_.back().id;
@@ -54,7 +55,7 @@ void KeyframeDatabase::correct(const std::vector<PoseGaussian>& T_world_keyframe
 }
 
 std::size_t shared_landmarks(const Keyframe& a, const Keyframe& b) {
-  const auto numbers = [](const Keyframe& keyframe) {
+  const auto ids_of = [](const Keyframe& keyframe) {
     std::vector<std::uint32_t> result;
     for (const auto& point : keyframe.points) {
       if (point.landmark > 0) result.push_back(point.landmark);
@@ -63,7 +64,7 @@ std::size_t shared_landmarks(const Keyframe& a, const Keyframe& b) {
     return result;
   };
   std::vector<std::uint32_t> shared;
-  std::ranges::set_intersection(numbers(a), numbers(b), std::back_inserter(shared));
+  std::ranges::set_intersection(ids_of(a), ids_of(b), std::back_inserter(shared));
   return shared.size();
 }
 

@@ -14,23 +14,23 @@ namespace stereo_slam {
 struct KeyframePoint {
   Vector3<float> z;  ///< (u, v, d), px: in these the noise is Gaussian, near and far
   Descriptor descriptor{};
-  std::uint32_t landmark = 0;  ///< points of one landmark share it; 0: of none
+  std::uint32_t landmark = 0;  ///< id of its landmark; 0: none
 };
 
-/// What remains of a frame after its image is gone: enough to recognise the place, to measure the pose of
-/// another frame relative to it, and to be a node of the pose graph.
+/// A keyframe without its image: points to recognise the place and to measure the pose of another frame
+/// relative to it, and a node of the pose graph.
 struct Keyframe {
-  std::size_t id = 0;  ///< its place in the database
+  std::size_t id = 0;  ///< index in the database
   std::size_t frame = 0;
   std::int64_t stamp_ns = 0;
-  std::size_t segment = 0;  ///< of the map: a new one starts where the camera was lost
+  std::size_t segment = 0;  ///< of the map; a loss begins a new one
   std::vector<KeyframePoint> points;
   PoseGaussian T_previous_keyframe;  ///< relative density to the keyframe before; the first one's is unused
-  PoseGaussian T_world_keyframe;     ///< as known now: loops correct it
-  double travelled_m = 0.0;          ///< length of the way from the first keyframe along the keyframes
+  PoseGaussian T_world_keyframe;     ///< current estimate: loops correct it
+  double path_length_m = 0.0;        ///< from the first keyframe, along the keyframes
 };
 
-/// The same for a keyframe, with the numbers of their landmarks; without, all have number 0.
+/// Points of a keyframe with the ids of their landmarks, one a point. Without ids no point has a landmark.
 [[nodiscard]] std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
                                                          const std::vector<std::uint32_t>& landmarks);
 
@@ -39,9 +39,9 @@ class KeyframeDatabase {
  public:
   explicit KeyframeDatabase(std::size_t max_points) : max_points_(max_points) {}
 
-  /// Appends a keyframe and returns its id. Beyond the bound the last points are left out: callers put the
-  /// ones they care for first. Id, pose and way follow from the keyframe before. Throws std::invalid_argument
-  /// when the frame is not a later one.
+  /// Appends a keyframe and returns its id. It keeps its first `max_points` points. Its id, T_world_keyframe
+  /// and path length are computed here, from the keyframe before. Throws std::invalid_argument if its frame
+  /// does not come after that keyframe's.
   std::size_t add(Keyframe keyframe);
 
   [[nodiscard]] std::size_t size() const noexcept { return keyframes_.size(); }
@@ -49,13 +49,13 @@ class KeyframeDatabase {
   [[nodiscard]] const Keyframe& back() const { return keyframes_.back(); }
   [[nodiscard]] const std::vector<Keyframe>& all() const noexcept { return keyframes_; }
 
-  /// Sets the poses of the first keyframes and carries the others along. Throws std::invalid_argument for
-  /// more poses than keyframes.
+  /// Sets the poses of the first keyframes; later ones keep their poses relative to the last of them. Throws
+  /// std::invalid_argument for more poses than keyframes.
   void correct(const std::vector<PoseGaussian>& T_world_keyframe);
 
-  /// Heap and table, bytes.
+  /// Memory of all keyframes, bytes.
   [[nodiscard]] std::size_t memory_bytes() const;
-  /// That no keyframe exceeds, bytes.
+  /// Upper bound of the memory of one keyframe, bytes.
   [[nodiscard]] std::size_t max_bytes_per_keyframe() const;
 
  private:
@@ -63,8 +63,7 @@ class KeyframeDatabase {
   std::vector<Keyframe> keyframes_;
 };
 
-/// Weight of the edge between two keyframes in the covisibility graph: landmarks that both show, as followed
-/// from the one to the other.
+/// Number of landmarks that both keyframes observe: the weight of their edge in the covisibility graph.
 [[nodiscard]] std::size_t shared_landmarks(const Keyframe& a, const Keyframe& b);
 
 /// (u, v, d) of a point.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/local_map/landmark.hpp"
 
-#include <limits>
-
 namespace stereo_slam {
 
 HomogeneousPoint to_point(const Landmark& landmark, const Vector3<double>& l, const StereoCamera& camera) {
@@ -37,11 +35,6 @@ std::optional<StereoPoint> project(const HomogeneousPoint& point, const Pose& T_
   if (!(h.z() > StereoCamera::kMinDepth_m * point.w) || !(h.z() > 0.0)) return std::nullopt;
   return StereoPoint(camera.fx * h.x() / h.z() + camera.cx, camera.fy * h.y() / h.z() + camera.cy,
                      camera.fx * camera.baseline_m * point.w / h.z());
-}
-
-double depth(const HomogeneousPoint& point, const Pose& T_reference_camera) {
-  if (point.w <= 0.0) return std::numeric_limits<double>::infinity();
-  return (T_reference_camera.inverse() * Vector3<double>(point.x / point.w)).z();
 }
 
 }  // namespace stereo_slam

@@ -14,8 +14,8 @@ namespace stereo_slam {
 /// Parametrisation of a landmark.
 enum class LandmarkForm {
   kEuclidean,     ///< (X, Y, Z) in the reference frame, m
-  kInverseDepth,  ///< (u, v, d) in the stereo camera that saw it first, px: Gaussian there, finite at
-                  ///< infinity
+  kInverseDepth,  ///< (u, v, d) in the camera that observed it first, px: Gaussian there, and finite for
+                  ///< points at infinity
 };
 
 /// Point x / w of the reference frame; w = 0 is a direction.
@@ -26,17 +26,17 @@ struct HomogeneousPoint {
 
 /// A point of the map, relative to the reference keyframe's camera (eq. 10).
 struct Landmark {
-  std::uint32_t id = 0;  ///< kept from keyframe to keyframe while it is matched
+  std::uint32_t id = 0;  ///< stays the same over keyframes while it is matched
   LandmarkForm form = LandmarkForm::kEuclidean;
   Vector3<double> mean;
   Matrix3<double> covariance;
   Matrix6x3 pose_cross_covariance = Matrix6x3::Zero();  ///< of the current pose's error and the mean's: the
                                                         ///< mean's error entered all updates of the pose
-  Pose T_reference_anchor = Pose::identity();           ///< camera that saw it first
-  Vector2<double> anchor_px;                            ///< where that was in its left image
+  Pose T_reference_anchor = Pose::identity();           ///< camera that observed it first
+  Vector2<double> anchor_px;                            ///< its position in that camera's left image
   Descriptor descriptor{};
-  Vector2<double> last_px;    ///< where it was seen last, left image
-  std::size_t last_seen = 0;  ///< frame index
+  Vector2<double> last_px;    ///< last observation, left image
+  std::size_t last_seen = 0;  ///< frame of that observation
   int observations = 1;
   std::uint8_t intensity = 0;
 };
@@ -47,7 +47,7 @@ struct MapView {
   const StereoCamera& camera;
 };
 
-/// Point of the reference frame that the landmark's numbers `l` (those of the mean, or a sample) stand for.
+/// Point of the reference frame for parameters `l` of the landmark: its mean, or a sample.
 [[nodiscard]] HomogeneousPoint to_point(const Landmark& landmark, const Vector3<double>& l,
                                         const StereoCamera& camera);
 
@@ -58,8 +58,5 @@ struct MapView {
 /// Stereo measurement of a homogeneous point at a camera pose; nothing when it is not in front of the camera.
 [[nodiscard]] std::optional<StereoPoint> project(const HomogeneousPoint& point,
                                                  const Pose& T_reference_camera, const StereoCamera& camera);
-
-/// Depth Z in the camera at `T_reference_camera`, m; infinite for directions.
-[[nodiscard]] double depth(const HomogeneousPoint& point, const Pose& T_reference_camera);
 
 }  // namespace stereo_slam

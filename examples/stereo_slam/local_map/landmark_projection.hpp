@@ -9,13 +9,13 @@
 
 namespace stereo_slam {
 
-/// A landmark as the camera should see it (Alg. 3).
+/// Expected measurement of a landmark (Alg. 3).
 struct PredictedLandmark {
   std::size_t index = 0;  ///< in the list of landmarks
   StereoPoint z;          ///< expected measurement
   Matrix3<double>
       landmark_part;  ///< covariance of z from the landmark, at the mean pose: Alg. 3 before R is added
-  Matrix3<double> pose_part;  ///< covariance of z from the pose, which gating needs too
+  Matrix3<double> pose_part;  ///< covariance of z from the pose, needed for gating
 };
 
 /// Expected measurements of the landmarks in view and nearer than `max_baselines`. The landmark's uncertainty

@@ -12,9 +12,9 @@ namespace stereo_slam {
 /// Landmark found in the current frame.
 struct Match {
   std::size_t landmark = 0;     ///< index in the list of landmarks
-  StereoPoint z;                ///< where it was seen
+  StereoPoint z;                ///< its measurement
   Matrix3<double> R;            ///< pixel noise of z
-  PredictedLandmark predicted;  ///< where it was expected
+  PredictedLandmark predicted;  ///< its prediction
   std::optional<std::size_t>
       left_feature;  ///< matched feature of the left image, if descriptors made the match
 };

@@ -8,21 +8,21 @@
 
 namespace stereo_slam {
 struct AsyncLoopCloser::State {
-  /// Work on a keyframe, and the frame before which what it brings takes effect.
+  /// Processing of one keyframe, and the frame before which its correction takes effect.
   struct Task {
     std::shared_future<std::optional<LoopCorrection>> correction;
     std::size_t due = 0;
   };
 
-  LoopCloser search;
+  LoopCloser closer;
   LoopThread thread;
   std::size_t latency_frames;
   std::deque<Task> tasks{};  // in order; each waits for the one before
 
-  /// The search while nothing works on it.
+  /// The loop closer, when its tasks are done.
   [[nodiscard]] const LoopCloser& at_rest() const {
     if (!tasks.empty()) tasks.back().correction.wait();
-    return search;
+    return closer;
   }
 
   /// Waits for the tasks that are due. A correction contains any earlier one.
@@ -39,7 +39,7 @@ struct AsyncLoopCloser::State {
 
 AsyncLoopCloser::AsyncLoopCloser(const StereoCamera& camera, const Settings& settings, LoopThread thread,
                                  const SavedMap& known, MapUse use)
-    : state_(new State{.search = LoopCloser(camera, settings, known, use),
+    : state_(new State{.closer = LoopCloser(camera, settings, known, use),
                        .thread = thread,
                        .latency_frames = static_cast<std::size_t>(settings.loop_closure.latency_frames)}) {}
 AsyncLoopCloser::~AsyncLoopCloser() = default;
@@ -51,10 +51,10 @@ void AsyncLoopCloser::add_keyframe(Keyframe keyframe) {
   const std::size_t due = keyframe.frame + s.latency_frames;
   const auto policy = s.thread == LoopThread::kOwn ? std::launch::async : std::launch::deferred;
   auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
-  auto work = [&search = s.search, before = std::move(before), keyframe = std::move(keyframe)]() mutable {
+  auto work = [&closer = s.closer, before = std::move(before), keyframe = std::move(keyframe)]() mutable {
     if (before.valid()) before.wait();
-    before = {};  // what it brought need not live as long as this
-    return search.process(std::move(keyframe));
+    before = {};  // frees its result
+    return closer.process(std::move(keyframe));
   };
   s.tasks.push_back({std::async(policy, std::move(work)).share(), due});
 }
@@ -65,7 +65,7 @@ std::optional<LoopCorrection> AsyncLoopCloser::correction_due(std::size_t frame)
 
 std::optional<LoopCorrection> AsyncLoopCloser::finish() {
   auto latest = state_->collect(std::numeric_limits<std::size_t>::max());
-  if (auto last = state_->search.correct()) latest = std::move(last);
+  if (auto last = state_->closer.correct()) latest = std::move(last);
   return latest;
 }
 

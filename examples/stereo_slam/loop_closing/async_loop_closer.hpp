@@ -14,38 +14,41 @@
 
 namespace stereo_slam {
 
-/// Where loops are looked for and the pose graph is solved. The results are the same.
-enum class LoopThread { kNone, kOwn };
+/// Thread of loop closing. The results do not depend on it.
+enum class LoopThread {
+  kNone,  ///< the caller's
+  kOwn,   ///< one of its own
+};
 
-/// From keyframes to corrections: recognition, verification, consistency, gate and pose graph (sec. IV-F).
+/// A LoopCloser that runs in the background.
 ///
-/// Keyframes are worked on away from the caller, one after the other. What one brings takes effect a fixed
-/// number of frames later, waiting if it has to: so the results depend on neither threads nor their speed.
+/// It processes keyframes in order. The correction of a keyframe takes effect a fixed number of frames later;
+/// correction_due() waits for it if necessary. The results therefore do not depend on threads or their speed.
 class AsyncLoopCloser {
  public:
-  /// `known`: what an earlier run left behind, or nothing.
+  /// `known` is the map of an earlier run, or empty.
   AsyncLoopCloser(const StereoCamera& camera, const Settings& settings, LoopThread thread,
                   const SavedMap& known = {}, MapUse use = MapUse::kContinue);
   ~AsyncLoopCloser();
   AsyncLoopCloser(AsyncLoopCloser&&) noexcept;
   AsyncLoopCloser& operator=(AsyncLoopCloser&&) noexcept;
 
-  /// Hands over the newest keyframe, with its points and its pose relative to the one before.
+  /// Adds a keyframe with its points and its pose relative to the keyframe before.
   void add_keyframe(Keyframe keyframe);
 
-  /// The correction that takes effect before `frame`; the caller moves its keyframes.
+  /// The correction that takes effect before `frame`, if any. The caller corrects its keyframes.
   [[nodiscard]] std::optional<LoopCorrection> correction_due(std::size_t frame);
 
-  /// What is still to come when no more keyframes do. Loops that awaited the next optimisation are in it.
+  /// The last correction, after the last keyframe: it contains all accepted loops. Waits for the thread.
   [[nodiscard]] std::optional<LoopCorrection> finish();
 
-  /// Loops found so far, accepted and refused, in order; complete after finish().
+  /// Loops found so far, accepted and refused, in order. Waits for the thread; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> events() const;
 
-  /// Adds keyframes and loops to a map, those known from the start first.
+  /// Sets the keyframes and the loops of `map`; those of the known map come first. Waits for the thread.
   void save(SavedMap& map) const;
 
-  /// Of keyframes and recognition.
+  /// Memory of keyframes and place recognition. Waits for the thread.
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:

@@ -11,16 +11,17 @@
 
 namespace stereo_slam {
 
-/// Landmarks of an earlier run's map, each held by its keyframe.
+/// Landmarks of a loaded map, relative to its keyframes.
 class LoadedLandmarks {
  public:
   LoadedLandmarks() = default;
   explicit LoadedLandmarks(const SavedMap& map);
 
-  /// Moves the keyframes of their map. Throws std::invalid_argument unless there is a pose for each.
+  /// Sets the poses of the loaded map's keyframes. Throws std::invalid_argument unless there is a pose for
+  /// each.
   void correct(std::vector<Pose> T_world_keyframe);
 
-  /// Where they are now.
+  /// The landmarks at their current positions.
   [[nodiscard]] std::vector<MapPoint> points() const;
 
  private:

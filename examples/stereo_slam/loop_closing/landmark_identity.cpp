@@ -8,19 +8,19 @@ namespace stereo_slam {
 
 void LandmarkIdentity::unite(std::uint32_t a, std::uint32_t b) {
   const std::uint32_t kept = std::min((*this)(a), (*this)(b));
-  for (std::uint32_t number : {a, b}) {  // all on the way: later look-ups take a shorter one
-    while (number != kept) {
-      const auto [place, is_new] = smaller_.try_emplace(number, kept);
-      number = is_new ? kept : std::exchange(place->second, kept);
+  for (std::uint32_t id : {a, b}) {  // path compression: later look-ups take fewer steps
+    while (id != kept) {
+      const auto [place, is_new] = smaller_.try_emplace(id, kept);
+      id = is_new ? kept : std::exchange(place->second, kept);
     }
   }
 }
 
-std::uint32_t LandmarkIdentity::operator()(std::uint32_t number) const {
-  for (auto place = smaller_.find(number); place != smaller_.end(); place = smaller_.find(number)) {
-    number = place->second;
+std::uint32_t LandmarkIdentity::operator()(std::uint32_t id) const {
+  for (auto place = smaller_.find(id); place != smaller_.end(); place = smaller_.find(id)) {
+    id = place->second;
   }
-  return number;
+  return id;
 }
 
 }  // namespace stereo_slam

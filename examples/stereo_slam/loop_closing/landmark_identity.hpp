@@ -6,17 +6,18 @@
 
 namespace stereo_slam {
 
-/// Which numbers of landmarks stand for the same point: a point that a loop shows again had got a second one.
+/// Ids that belong to the same landmark. A landmark that is re-observed after its track was lost gets a
+/// second id; a loop unites the two.
 class LandmarkIdentity {
  public:
-  /// Says that two numbers stand for one landmark.
+  /// Declares that two ids belong to one landmark.
   void unite(std::uint32_t a, std::uint32_t b);
 
-  /// The smallest number that stands for the same landmark.
-  [[nodiscard]] std::uint32_t operator()(std::uint32_t number) const;
+  /// The smallest id of the same landmark.
+  [[nodiscard]] std::uint32_t operator()(std::uint32_t id) const;
 
  private:
-  std::unordered_map<std::uint32_t, std::uint32_t> smaller_;  // another number of the same landmark
+  std::unordered_map<std::uint32_t, std::uint32_t> smaller_;  // another id of the same landmark
 };
 
 }  // namespace stereo_slam

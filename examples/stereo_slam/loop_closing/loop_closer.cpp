@@ -11,14 +11,14 @@
 namespace stereo_slam {
 namespace {
 
-/// Loops at consecutive keyframes say nearly the same: the first of a row is worth an optimisation, then
-/// every so many.
+/// Loops of consecutive keyframes are nearly redundant: the first loops of a row trigger an optimisation,
+/// then every so many loops.
 constexpr std::size_t kLoopsPerOptimization = 5;
 
-/// Keyframes whose marginal covariance is computed after an optimisation: it takes milliseconds for each.
+/// Marginal covariances computed after an optimisation, about: each takes milliseconds.
 constexpr std::size_t kMarginals = 64;
 
-/// Of an edge that holds the graph together and says nothing.
+/// Covariance of an edge that keeps the graph connected without information on the pose.
 [[nodiscard]] Matrix6<double> no_knowledge() {
   constexpr double kRotation_rad = 1.0;
   constexpr double kTranslation_m = 100.0;
@@ -32,15 +32,16 @@ constexpr std::size_t kMarginals = 64;
   return {loop.old_keyframe, loop.new_keyframe, loop.T_old_new};
 }
 
-/// Share of the points of one keyframe that are in the image of another, by their poses.
-[[nodiscard]] double share_in_view(const Keyframe& seen, const Keyframe& from, const StereoCamera& camera) {
-  const Pose T_from_seen = from.T_world_keyframe.pose.inverse() * seen.T_world_keyframe.pose;
+/// Share of the points of one keyframe that project into the image of another.
+[[nodiscard]] double share_in_view(const Keyframe& keyframe, const Keyframe& viewer,
+                                   const StereoCamera& camera) {
+  const Pose T_viewer_keyframe = viewer.T_world_keyframe.pose.inverse() * keyframe.T_world_keyframe.pose;
   std::size_t count = 0;
-  for (const auto& point : seen.points) {
-    const auto z = camera.project(T_from_seen * camera.back_project(measurement(point)));
+  for (const auto& point : keyframe.points) {
+    const auto z = camera.project(T_viewer_keyframe * camera.back_project(measurement(point)));
     if (z && camera.in_view(*z)) ++count;
   }
-  return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(seen.points.size(), 1));
+  return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(keyframe.points.size(), 1));
 }
 
 }  // namespace
@@ -58,21 +59,20 @@ LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, con
 void LoopCloser::start_with(const SavedMap& known, MapUse use) {
   std::vector<PoseGaussian> poses;
   for (const auto& keyframe : known.keyframes) {
-    const std::size_t id = keyframes_.add(keyframe);
-    add_node(keyframes_[id]);
+    const std::size_t id = add_keyframe(keyframe);
     places_.add(id, keyframes_[id].points);
     poses.push_back(keyframe.T_world_keyframe);
-    graph_.poses.back() = keyframe.T_world_keyframe.pose;
   }
   keyframes_.correct(poses);
   for (const auto& loop : known.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
   drop_guesses();
-  graph_.loops = known.loops;
+  loops_ = known.loops;
   known_ = extent_of(known);
-  if (use == MapUse::kLocalise) graph_.gauge = known_.keyframes;
+  if (use == MapUse::kLocalise) fixed_keyframes_ = known_.keyframes;
 }
 
-/// Makes a keyframe of this run one after those of the known map, the first one anywhere.
+/// Converts a keyframe of this run to the ids of the known map, whose last keyframe it follows. The place of
+/// the first one is unknown.
 void LoopCloser::follow_known_map(Keyframe& keyframe) const {
   keyframe.frame += known_.frames;
   keyframe.segment += known_.segments;
@@ -86,7 +86,7 @@ void LoopCloser::follow_known_map(Keyframe& keyframe) const {
 
 void LoopCloser::save(SavedMap& map) const {
   map.keyframes = keyframes_.all();
-  map.loops = graph_.loops;
+  map.loops = loops_;
   for (auto& keyframe : map.keyframes) {
     for (auto& point : keyframe.points) point.landmark = identity_(point.landmark);
   }
@@ -94,8 +94,7 @@ void LoopCloser::save(SavedMap& map) const {
 
 std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
   follow_known_map(keyframe);
-  const std::size_t id = keyframes_.add(std::move(keyframe));
-  add_node(keyframes_[id]);
+  const std::size_t id = add_keyframe(std::move(keyframe));
   const auto measured = measure(keyframes_[id]);
   places_.add(id, keyframes_[id].points);
   const auto confirmed = consistency_.add(measured, keyframes_);
@@ -108,13 +107,14 @@ std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
 std::optional<LoopCorrection> LoopCloser::correct() {
   if (waiting_loops_ == 0) return std::nullopt;
   waiting_loops_ = 0;
-  graph_.poses = optimize(graph_, settings_.pose_graph).poses;
-  const auto poses = with_covariances(graph_.poses);
+  PoseGraph graph = pose_graph();
+  graph.poses = optimize(graph, settings_.pose_graph).poses;
+  const auto poses = with_covariances(graph);
   keyframes_.correct(poses);
   LoopCorrection correction;
   const auto first = static_cast<std::ptrdiff_t>(known_.keyframes);
   correction.T_world_keyframe.assign(poses.begin() + first, poses.end());
-  correction.T_world_known_keyframe.assign(graph_.poses.begin(), graph_.poses.begin() + first);
+  correction.T_world_known_keyframe.assign(graph.poses.begin(), graph.poses.begin() + first);
   for (std::size_t s = known_.segments; s < segments_.size(); ++s) {
     correction.segment_placed.push_back(segments_.placed(s));
   }
@@ -124,15 +124,23 @@ std::optional<LoopCorrection> LoopCloser::correct() {
 
 std::size_t LoopCloser::memory_bytes() const { return keyframes_.memory_bytes() + places_.memory_bytes(); }
 
-void LoopCloser::add_node(const Keyframe& keyframe) {
-  graph_.poses.push_back(keyframe.T_world_keyframe.pose);
-  if (keyframe.segment >= segments_.size()) segments_.begin(keyframe.id);
-  if (keyframe.id > 0)
-    graph_.odometry.push_back({keyframe.id - 1, keyframe.id, keyframe.T_previous_keyframe});
+std::size_t LoopCloser::add_keyframe(Keyframe keyframe) {
+  const std::size_t id = keyframes_.add(std::move(keyframe));
+  const Keyframe& added = keyframes_[id];
+  if (added.segment >= segments_.size()) segments_.begin(id);
+  if (id > 0) odometry_.push_back({id - 1, id, added.T_previous_keyframe});
+  return id;
 }
 
-/// How many keyframes, from the first, may be a place seen again: those that are old enough, and in a segment
-/// whose place is not known all before it.
+/// Keyframes and constraints as a pose graph.
+PoseGraph LoopCloser::pose_graph() const {
+  PoseGraph graph{.poses = {}, .odometry = odometry_, .loops = loops_, .gauge = fixed_keyframes_};
+  for (const auto& keyframe : keyframes_.all()) graph.poses.push_back(keyframe.T_world_keyframe.pose);
+  return graph;
+}
+
+/// Number of keyframes, from the first, that a loop may lead to: those that are old enough or, in a segment
+/// whose place is not known, all before the segment.
 std::size_t LoopCloser::comparable_keyframes(const Keyframe& keyframe) const {
   if (!segments_.placed(keyframe.segment)) return segments_.first_keyframe(keyframe.segment);
   const auto gap = static_cast<std::size_t>(settings_.place_recognition.min_gap_frames);
@@ -141,8 +149,7 @@ std::size_t LoopCloser::comparable_keyframes(const Keyframe& keyframe) const {
   return count;
 }
 
-/// The paper's trigger: of the keyframes near by, the one whose landmarks should be in view again, most of
-/// them.
+/// The paper's trigger: the nearby keyframe with the largest share of points in view.
 std::optional<std::size_t> LoopCloser::most_in_view(const Keyframe& keyframe, std::size_t end) const {
   const auto& rule = settings_.place_recognition;
   const Vector3<double> position = keyframe.T_world_keyframe.pose.translation();
@@ -170,12 +177,13 @@ std::vector<std::size_t> LoopCloser::candidates(const Keyframe& keyframe) const 
   return result;
 }
 
-/// The loop with the most inliers among the candidates. What was never out of sight is no place seen again.
+/// The loop with the most inliers among the candidates. A keyframe that shares tracked landmarks was never
+/// out of sight and is no loop.
 std::optional<LoopMeasurement> LoopCloser::measure(const Keyframe& keyframe) const {
-  constexpr std::size_t kFollowed = 10;
+  constexpr std::size_t kTrackedLandmarks = 10;
   std::optional<LoopMeasurement> best;
   for (const std::size_t candidate : candidates(keyframe)) {
-    if (shared_landmarks(keyframes_[candidate], keyframe) >= kFollowed) continue;
+    if (shared_landmarks(keyframes_[candidate], keyframe) >= kTrackedLandmarks) continue;
     const auto verified = verify_loop(keyframes_[candidate], keyframe, camera_, settings_.loop_verification,
                                       settings_.seed + keyframe.id);
     if (verified.check != LoopCheck::kVerified) continue;
@@ -184,7 +192,7 @@ std::optional<LoopMeasurement> LoopCloser::measure(const Keyframe& keyframe) con
   return best;
 }
 
-/// The gate: loops that contradict the graph by far are logged and refused.
+/// The gate: accepts loops that agree with the pose graph's prediction, and logs all.
 void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
   std::vector<PoseGraphEdge> accepted;
   for (const auto& loop : loops) {
@@ -207,37 +215,38 @@ void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
                        .accepted = good,
                        .T_old_new = edge.T_from_to.pose});
   }
-  graph_.loops.insert(graph_.loops.end(), accepted.begin(), accepted.end());
+  loops_.insert(loops_.end(), accepted.begin(), accepted.end());
   waiting_loops_ += accepted.size();
 }
 
-/// Squared Mahalanobis distance of a loop from what the graph predicts, with the allowance for what that does
-/// not know of.
+/// Squared Mahalanobis distance of a loop from the pose graph's prediction, whose covariance is increased by
+/// the allowance for drift.
 double LoopCloser::contradiction(const PoseGraphEdge& edge) const {
   const auto& rule = settings_.loop_verification;
-  return mahalanobis_squared(graph_, edge, {rule.gate_scale, drift_allowance(way_m(edge.from, edge.to), rule)},
-                    settings_.pose_graph);
+  return mahalanobis_squared(pose_graph(), edge,
+                             {rule.gate_scale, drift_allowance(path_length_m(edge.from, edge.to), rule)},
+                             settings_.pose_graph);
 }
 
-/// Shortest way between two keyframes along the drive, or over one loop: over it errors grow no further.
-double LoopCloser::way_m(std::size_t from, std::size_t to) const {
+/// Length of the shortest path between two keyframes: along the trajectory, or over one loop.
+double LoopCloser::path_length_m(std::size_t from, std::size_t to) const {
   const auto along = [&](std::size_t a, std::size_t b) {
-    return std::abs(keyframes_[a].travelled_m - keyframes_[b].travelled_m);
+    return std::abs(keyframes_[a].path_length_m - keyframes_[b].path_length_m);
   };
   double shortest = along(from, to);
-  for (const auto& loop : graph_.loops) {
+  for (const auto& loop : loops_) {
     shortest = std::min(shortest, along(from, loop.from) + along(loop.to, to));
   }
   return shortest;
 }
 
-/// Moves the segments that hang together with the later end of the loop so that it is met, and those after
-/// them whose place is a guess from theirs.
+/// Joins two segments by their first loop. The later segment, and those joined with it, move so that they
+/// satisfy the loop; segments after them whose place is a guess move along.
 void LoopCloser::join(const PoseGraphEdge& loop) {
   const std::size_t from = segments_.root(segment_of(loop.from));
   const std::size_t to = segments_.root(segment_of(loop.to));
-  const Pose T_world_from = graph_.poses[loop.from];
-  const Pose T_world_to = graph_.poses[loop.to];
+  const Pose T_world_from = keyframes_[loop.from].T_world_keyframe.pose;
+  const Pose T_world_to = keyframes_[loop.to].T_world_keyframe.pose;
   const Pose motion = to > from ? T_world_from * loop.T_from_to.pose * T_world_to.inverse()
                                 : T_world_to * loop.T_from_to.pose.inverse() * T_world_from.inverse();
   std::vector<std::optional<Pose>> motions;  // of each segment, if it moves
@@ -251,33 +260,38 @@ void LoopCloser::join(const PoseGraphEdge& loop) {
       motions.push_back(s == 0 ? std::nullopt : motions[s - 1]);
     }
   }
-  for (std::size_t id = 0; id < graph_.poses.size(); ++id) {
-    const auto& moved = motions[segment_of(id)];
-    if (moved) graph_.poses[id] = (*moved * graph_.poses[id]).renormalized();
+  std::vector<PoseGaussian> poses;
+  for (const auto& keyframe : keyframes_.all()) {
+    poses.push_back(keyframe.T_world_keyframe);
+    const auto& moved = motions[keyframe.segment];
+    if (moved) poses.back().pose = (*moved * poses.back().pose).renormalized();
   }
+  keyframes_.correct(poses);
   segments_.join(from, to);
   drop_guesses();
 }
 
-/// Of how segments lie that loops have joined.
+/// Replaces the guesses between joined segments by edges that keep the poses as they are, without
+/// information.
 void LoopCloser::drop_guesses() {
   for (std::size_t s = 1; s < segments_.size(); ++s) {
     if (!segments_.joined(s - 1, s)) continue;
-    auto& guess = graph_.odometry[segments_.first_keyframe(s) - 1];
-    guess.T_from_to = {(graph_.poses[guess.from].inverse() * graph_.poses[guess.to]).renormalized(),
-                       no_knowledge()};
+    auto& guess = odometry_[segments_.first_keyframe(s) - 1];
+    const Pose& T_world_from = keyframes_[guess.from].T_world_keyframe.pose;
+    const Pose& T_world_to = keyframes_[guess.to].T_world_keyframe.pose;
+    guess.T_from_to = {(T_world_from.inverse() * T_world_to).renormalized(), no_knowledge()};
   }
 }
 
-/// Keyframes beyond the gauge, in order, whose covariance is computed: the ends, the beginnings of segments,
-/// and some between.
+/// Keyframes whose marginal covariance is computed, in order: the first and the last that may move, the first
+/// of each segment, and some between.
 std::vector<std::size_t> LoopCloser::marginal_nodes() const {
-  const std::size_t end = graph_.poses.size();
-  const std::size_t stride = 1 + (end - graph_.gauge) / kMarginals;
+  const std::size_t end = keyframes_.size();
+  const std::size_t stride = 1 + (end - fixed_keyframes_) / kMarginals;
   std::vector<std::size_t> nodes;
-  for (std::size_t id = graph_.gauge; id < end; id += stride) nodes.push_back(id);
+  for (std::size_t id = fixed_keyframes_; id < end; id += stride) nodes.push_back(id);
   for (std::size_t s = 0; s < segments_.size(); ++s) {
-    if (segments_.first_keyframe(s) >= graph_.gauge) nodes.push_back(segments_.first_keyframe(s));
+    if (segments_.first_keyframe(s) >= fixed_keyframes_) nodes.push_back(segments_.first_keyframe(s));
   }
   nodes.push_back(end - 1);
   std::sort(nodes.begin(), nodes.end());
@@ -285,16 +299,17 @@ std::vector<std::size_t> LoopCloser::marginal_nodes() const {
   return nodes;
 }
 
-/// Poses with their covariances: marginal ones for some keyframes, for those between them composed from the
-/// one before, which makes them a little too large.
-std::vector<PoseGaussian> LoopCloser::with_covariances(const std::vector<Pose>& poses) const {
+/// Poses of an optimised graph with covariances: marginal ones for some keyframes; for those between them,
+/// composed from the keyframe before, which overestimates them a little.
+std::vector<PoseGaussian> LoopCloser::with_covariances(const PoseGraph& graph) const {
   const auto nodes = marginal_nodes();
-  const auto marginals = marginal_covariances(graph_, nodes, settings_.pose_graph);
+  const auto marginals = marginal_covariances(graph, nodes, settings_.pose_graph);
+  const auto& poses = graph.poses;
   std::vector<PoseGaussian> result;
-  for (std::size_t id = 0; id < graph_.gauge; ++id) {
+  for (std::size_t id = 0; id < graph.gauge; ++id) {
     result.push_back({poses[id], keyframes_[id].T_world_keyframe.covariance});
   }
-  for (std::size_t id = graph_.gauge; id < poses.size(); ++id) {
+  for (std::size_t id = graph.gauge; id < poses.size(); ++id) {
     const auto at = std::lower_bound(nodes.begin(), nodes.end(), id);
     if (*at == id && !marginals.empty()) {
       result.push_back({poses[id], marginals[static_cast<std::size_t>(at - nodes.begin())]});

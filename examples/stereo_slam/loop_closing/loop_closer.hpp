@@ -18,43 +18,46 @@
 
 namespace stereo_slam {
 
-/// New poses T_world_keyframe of the first keyframes; those after them keep their poses relative to the last.
+/// Effect of loops on the map. All values are of the time of the correction.
 struct LoopCorrection {
-  std::vector<PoseGaussian> T_world_keyframe;
-  std::vector<Pose> T_world_known_keyframe;  ///< those of the map that the run started with
-  std::vector<bool> segment_placed;  ///< of every segment so far: it is joined with the one of the world
-  LandmarkIdentity identity;         ///< ids of landmarks that loops have shown to be the same, so far
+  std::vector<PoseGaussian> T_world_keyframe;  ///< of the run's first keyframes; later ones keep their poses
+                                               ///< relative to the last of them
+  std::vector<Pose> T_world_known_keyframe;    ///< of the loaded map's keyframes
+  std::vector<bool> segment_placed;            ///< of the run's segments: joined with the world's
+  LandmarkIdentity identity;                   ///< landmarks united by all loops so far, by their ids in the
+                                               ///< saved map
 };
 
-/// From one keyframe after the other to corrections: recognition, verification, consistency, gate and pose
-/// graph (sec. IV-F).
+/// Closes loops: takes keyframes one by one and returns corrections (sec. IV-F). The stages are place
+/// recognition, verification, consistency over consecutive keyframes, a gate on the pose graph's prediction,
+/// and pose-graph optimisation.
 ///
-/// A keyframe of a new segment is connected to the one before by a guess, with a covariance that a camera
-/// carried elsewhere in the dark does not keep to. The first loop between two segments is therefore not
-/// compared with it, but replaces it: the later segment moves to where the loop says, as a whole.
+/// A loss of tracking begins a segment, whose pose relative to the one before is a guess. The first loop
+/// between two segments is not compared with the guess but replaces it: the later segment moves as a whole to
+/// where the loop measures it.
 class LoopCloser {
  public:
-  /// Starts with what another run left behind, or with nothing. Its frames, segments and ids come before
-  /// those of this run, which know nothing of them: the keyframes that are handed in and the corrections that
-  /// come out are of this run alone, and its first segment is placed when loops have joined it with the map.
+  /// `known` is the map of an earlier run, or empty. Its keyframes, segments and landmarks precede those of
+  /// this run in all ids. Keyframes handed in and corrections returned use the ids of this run alone. The
+  /// run's first segment is placed when loops have joined it with the known map.
   LoopCloser(const StereoCamera& camera, const Settings& settings, const SavedMap& known, MapUse use);
 
-  /// Takes the next keyframe; what it brings, if it brings anything.
+  /// Adds the next keyframe. Returns a correction if enough loops are new.
   [[nodiscard]] std::optional<LoopCorrection> process(Keyframe keyframe);
 
-  /// Lets the loops take effect that wait for more.
+  /// The correction for the accepted loops that still wait for one; nothing if none does.
   [[nodiscard]] std::optional<LoopCorrection> correct();
 
   [[nodiscard]] const std::vector<LoopEvent>& events() const noexcept { return events_; }
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  /// Adds keyframes and loops, those that it started with first.
+  /// Sets the keyframes and the loops of `map`; those of the known map come first.
   void save(SavedMap& map) const;
 
  private:
   void start_with(const SavedMap& known, MapUse use);
   void follow_known_map(Keyframe& keyframe) const;
-  void add_node(const Keyframe& keyframe);
+  std::size_t add_keyframe(Keyframe keyframe);
   [[nodiscard]] std::size_t segment_of(std::size_t keyframe) const { return keyframes_[keyframe].segment; }
 
   [[nodiscard]] std::size_t comparable_keyframes(const Keyframe& keyframe) const;
@@ -64,21 +67,24 @@ class LoopCloser {
 
   void accept(const std::vector<LoopMeasurement>& loops);
   [[nodiscard]] double contradiction(const PoseGraphEdge& edge) const;
-  [[nodiscard]] double way_m(std::size_t from, std::size_t to) const;
+  [[nodiscard]] double path_length_m(std::size_t from, std::size_t to) const;
   void join(const PoseGraphEdge& loop);
   void drop_guesses();
 
+  [[nodiscard]] PoseGraph pose_graph() const;
   [[nodiscard]] std::vector<std::size_t> marginal_nodes() const;
-  [[nodiscard]] std::vector<PoseGaussian> with_covariances(const std::vector<Pose>& poses) const;
+  [[nodiscard]] std::vector<PoseGaussian> with_covariances(const PoseGraph& graph) const;
 
   StereoCamera camera_;
   Settings settings_;
-  KeyframeDatabase keyframes_;
+  KeyframeDatabase keyframes_;  // with their poses
   MapSegments segments_;
   PlaceRecognition places_;
   LoopConsistency consistency_;
-  PoseGraph graph_;                // its odometry's edge k leads from keyframe k to k + 1
-  std::size_t waiting_loops_ = 0;  // in the graph, but not yet in its poses
+  std::vector<PoseGraphEdge> odometry_;  // edge k leads from keyframe k to k + 1
+  std::vector<PoseGraphEdge> loops_;     // accepted
+  std::size_t waiting_loops_ = 0;        // the last ones of them: no correction contains them yet
+  std::size_t fixed_keyframes_ = 1;      // gauge of the pose graph
   std::vector<LoopEvent> events_;
   MapExtent known_;
   LandmarkIdentity identity_;

@@ -40,7 +40,7 @@ struct NearestDescriptor {
   }
 };
 
-/// Pairs that are each other's nearest, near enough, and clearly nearer than the next.
+/// Pairs of points whose descriptors are each other's nearest and clearly nearer than the second nearest.
 [[nodiscard]] std::vector<PointPair> match_descriptors(const Keyframe& old_keyframe,
                                                        const Keyframe& new_keyframe,
                                                        const LoopVerificationSettings& settings) {
@@ -65,19 +65,19 @@ struct NearestDescriptor {
   return pairs;
 }
 
-/// T_old_new from the old keyframe's points and where the new one sees them; nothing without a majority.
+/// T_old_new from points of the old keyframe and their positions in the new one; nothing without a consensus.
 [[nodiscard]] std::optional<Pose> perspective_pose(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
                                                    const std::vector<PointPair>& pairs,
                                                    const StereoCamera& camera,
                                                    const LoopVerificationSettings& settings) {
   constexpr double kConfidence = 0.999;
   std::vector<cv::Point3d> points;
-  std::vector<cv::Point2d> seen;
+  std::vector<cv::Point2d> pixels;
   for (const auto& pair : pairs) {
     const Vector3<double> p = camera.back_project(measurement(old_keyframe.points[pair.old_point]));
     const StereoPoint z = measurement(new_keyframe.points[pair.new_point]);
     points.emplace_back(p.x(), p.y(), p.z());
-    seen.emplace_back(z.x(), z.y());
+    pixels.emplace_back(z.x(), z.y());
   }
   const cv::Matx33d K(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
   cv::Mat rotation;
@@ -85,27 +85,25 @@ struct NearestDescriptor {
   cv::Mat inliers;
   // OpenCV seeds the random numbers of this RANSAC with a constant.
   const bool found = cv::solvePnPRansac(
-      points, seen, K, cv::noArray(), rotation, translation, false, settings.ransac_iterations,
+      points, pixels, K, cv::noArray(), rotation, translation, false, settings.ransac_iterations,
       static_cast<float>(settings.max_reprojection_error_px), kConfidence, inliers, cv::SOLVEPNP_AP3P);
   if (!found || inliers.rows < 4) return std::nullopt;
   if (!cv::checkRange(rotation) || !cv::checkRange(translation)) return std::nullopt;
   return antipode::pose_from_cv<double>(rotation, translation).inverse();
 }
 
-/// Pairs found where the pose predicts the old points to be: near in the image, in disparity and in
-/// description. A new point serves one old one, the first that is nearest in description.
+/// Pairs of points found where the pose predicts the old points: near in the image, in disparity and in
+/// descriptor. A new point goes to one old point, the first of those with the nearest descriptor.
 [[nodiscard]] std::vector<PointPair> match_guided(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
                                                   const Pose& T_old_new, const StereoCamera& camera,
                                                   const LoopVerificationSettings& settings) {
-  std::vector<Vector2<double>> positions;
-  for (const auto& point : new_keyframe.points) positions.push_back(measurement(point).head<2>());
   const Pose T_new_old = T_old_new.inverse();
   std::vector<NearestDescriptor> of_new(new_keyframe.points.size());
   std::vector<NearestDescriptor> of_old(old_keyframe.points.size());
   for (std::size_t i = 0; i < old_keyframe.points.size(); ++i) {
     const auto z = camera.project(T_new_old * camera.back_project(measurement(old_keyframe.points[i])));
     if (!z) continue;
-    for (std::size_t j = 0; j < positions.size(); ++j) {
+    for (std::size_t j = 0; j < new_keyframe.points.size(); ++j) {
       const Vector3<double> e = measurement(new_keyframe.points[j]) - *z;
       if (e.cwiseAbs().maxCoeff() > settings.search_radius_px) continue;
       const int distance =
@@ -145,7 +143,7 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   result.loop.new_keyframe = new_keyframe.id;
   const auto pairs = match_descriptors(old_keyframe, new_keyframe, settings);
   result.matches = static_cast<int>(pairs.size());
-  // Guided matching may find more, but a pose needs a core to start from.
+  // Guided matching finds more pairs, but needs a pose to start from.
   constexpr int kCoreShare = 2;
   if (kCoreShare * result.matches < settings.min_inliers) return result;
 
@@ -155,7 +153,7 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   const auto guided = match_guided(old_keyframe, new_keyframe, *rough, camera, settings);
 
   result.check = LoopCheck::kTooFewInliers;
-  constexpr int kRefinementDraws = 30;  // the pose at hand competes: draws only guard against a poor one
+  constexpr int kRefinementDraws = 30;  // few: the rough pose competes as the initial one
   OdometrySettings adjustment;
   adjustment.ransac_iterations = kRefinementDraws;
   adjustment.min_inliers = settings.min_inliers;
@@ -184,7 +182,7 @@ double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b) {
 
 Matrix6<double> drift_allowance(double length_m, const LoopVerificationSettings& settings) {
   const double rotation_rad = settings.drift_rad_per_m * length_m;
-  // A way that comes back has nowhere been farther from its end than half its length.
+  // A path that returns to its start was nowhere farther from it than half its length.
   const double swing_m = rotation_rad * 0.5 * length_m;
   const double stretch_m = settings.drift_m_per_m * length_m;
   Vector6<double> variance;
@@ -205,17 +203,14 @@ std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasur
     row_.clear();
   }
   if (!row_.empty()) {
-    // T_old2_new2 again, through the last loop: over the keyframes between the old ones and the new ones.
+    // Predict this loop from the last one, over the keyframes between their ends.
     const LoopMeasurement& last = row_.back();
     const auto relative = [&](std::size_t from, std::size_t to) {
       PoseGaussian T_from_to;
       for (std::size_t id = std::min(from, to) + 1; id <= std::max(from, to); ++id) {
         T_from_to = compose(T_from_to, keyframes[id].T_previous_keyframe);
       }
-      if (from <= to) return T_from_to;
-      const auto inverted =
-          antipode::inverse(antipode::PoseGaussian<double>{T_from_to.pose, T_from_to.covariance});
-      return PoseGaussian{inverted.pose, inverted.covariance};
+      return from <= to ? T_from_to : antipode::inverse(T_from_to);
     };
     const PoseGaussian expected =
         compose(compose(relative(loop->old_keyframe, last.old_keyframe), last.T_old_new),

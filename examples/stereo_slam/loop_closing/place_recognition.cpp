@@ -11,8 +11,8 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kBits = 256;
-constexpr std::size_t kFullLeaf = 4;    // leaf sizes that descriptors no bit tells apart may fill
-constexpr double kWorstBalance = 0.2;   // smaller part of a leaf that is worth splitting
+constexpr std::size_t kFullLeaf = 4;    // leaf sizes up to which a leaf that cannot be split may grow
+constexpr double kWorstBalance = 0.2;   // least share of the smaller part for a split
 constexpr std::size_t kNeighbours = 3;  // keyframes before and after that show the same place
 
 [[nodiscard]] std::size_t bit_of(const Descriptor& descriptor, int bit) {
@@ -33,11 +33,11 @@ std::span<const std::uint32_t> DescriptorTree::leaf_of(const Descriptor& descrip
   return nodes_[descend(descriptor)].entries;
 }
 
-void DescriptorTree::insert(std::uint32_t number, std::span<const Descriptor> descriptors) {
-  const std::size_t leaf = descend(descriptors[number]);
+void DescriptorTree::insert(std::uint32_t id, std::span<const Descriptor> descriptors) {
+  const std::size_t leaf = descend(descriptors[id]);
   auto& entries = nodes_[leaf].entries;
   if (entries.size() >= kFullLeaf * leaf_size_) return;
-  entries.push_back(number);
+  entries.push_back(id);
   if (entries.size() % leaf_size_ != 0) return;
   const int bit = best_split(nodes_[leaf], descriptors);
   if (bit >= 0) split(leaf, bit, descriptors);
@@ -45,9 +45,9 @@ void DescriptorTree::insert(std::uint32_t number, std::span<const Descriptor> de
 
 int DescriptorTree::best_split(const Node& leaf, std::span<const Descriptor> descriptors) const {
   std::array<int, kBits> ones{};
-  for (const std::uint32_t number : leaf.entries) {
+  for (const std::uint32_t id : leaf.entries) {
     for (int bit = first_bit_; bit < kBits; bit += bit_step_) {
-      ones[static_cast<std::size_t>(bit)] += static_cast<int>(bit_of(descriptors[number], bit));
+      ones[static_cast<std::size_t>(bit)] += static_cast<int>(bit_of(descriptors[id], bit));
     }
   }
   const int count = static_cast<int>(leaf.entries.size());
@@ -67,8 +67,8 @@ int DescriptorTree::best_split(const Node& leaf, std::span<const Descriptor> des
 void DescriptorTree::split(std::size_t leaf, int bit, std::span<const Descriptor> descriptors) {
   const auto first_child = static_cast<std::uint32_t>(nodes_.size());
   nodes_.resize(nodes_.size() + 2);
-  for (const std::uint32_t number : nodes_[leaf].entries) {
-    nodes_[first_child + bit_of(descriptors[number], bit)].entries.push_back(number);
+  for (const std::uint32_t id : nodes_[leaf].entries) {
+    nodes_[first_child + bit_of(descriptors[id], bit)].entries.push_back(id);
   }
   nodes_[leaf] = {.bit = bit, .child = {first_child, first_child + 1}};
 }
@@ -87,10 +87,10 @@ PlaceRecognition::PlaceRecognition(const PlaceRecognitionSettings& settings) : s
 
 void PlaceRecognition::add(std::size_t keyframe, std::span<const KeyframePoint> points) {
   for (const auto& point : points) {
-    const auto number = static_cast<std::uint32_t>(descriptors_.size());
+    const auto id = static_cast<std::uint32_t>(descriptors_.size());
     descriptors_.push_back(point.descriptor);
     keyframe_of_.push_back(static_cast<std::uint32_t>(keyframe));
-    for (auto& tree : trees_) tree.insert(number, descriptors_);
+    for (auto& tree : trees_) tree.insert(id, descriptors_);
   }
 }
 
@@ -104,11 +104,11 @@ PlaceQuery PlaceRecognition::query(std::span<const KeyframePoint> points, std::s
   for (const auto& point : points) {
     found.clear();
     for (const auto& tree : trees_) {
-      for (const std::uint32_t number : tree.leaf_of(point.descriptor)) {
-        if (keyframe_of_[number] >= end) continue;
+      for (const std::uint32_t id : tree.leaf_of(point.descriptor)) {
+        if (keyframe_of_[id] >= end) continue;
         ++result.comparisons;
-        if (hamming_distance(descriptors_[number], point.descriptor) <= settings_.max_descriptor_distance) {
-          found.push_back(keyframe_of_[number]);
+        if (hamming_distance(descriptors_[id], point.descriptor) <= settings_.max_descriptor_distance) {
+          found.push_back(keyframe_of_[id]);
         }
       }
     }

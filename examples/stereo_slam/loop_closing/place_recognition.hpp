@@ -12,19 +12,20 @@
 
 namespace stereo_slam {
 
-/// A binary tree over descriptors. Inner nodes look at one bit, leaves hold the numbers of the descriptors
-/// that end there; a leaf that overflows is split by the bit that halves it best.
+/// A binary tree over descriptors. Inner nodes test one bit; leaves hold the ids of their descriptors. A full
+/// leaf is split by the bit that halves it best.
 class DescriptorTree {
  public:
-  /// The tree looks at bits first, first + step, ... only: trees with different bits miss different matches.
+  /// The tree tests bits first_bit, first_bit + bit_step, ... only: trees with different bits miss different
+  /// matches.
   DescriptorTree(int first_bit, int bit_step, std::size_t leaf_size)
       : first_bit_(first_bit), bit_step_(bit_step), leaf_size_(leaf_size), nodes_(1) {}
 
-  /// Puts descriptors[number] in. Descriptors that no bit tells apart fill their leaf, and are then left out:
-  /// what looks alike everywhere marks no place.
-  void insert(std::uint32_t number, std::span<const Descriptor> descriptors);
+  /// Inserts descriptors[id]. A leaf that no bit can split stops growing; further descriptors of it are left
+  /// out: they look alike everywhere and do not identify a place.
+  void insert(std::uint32_t id, std::span<const Descriptor> descriptors);
 
-  /// Numbers of the descriptors in the leaf where `descriptor` ends.
+  /// Ids of the descriptors in the leaf of `descriptor`.
   [[nodiscard]] std::span<const std::uint32_t> leaf_of(const Descriptor& descriptor) const;
 
   [[nodiscard]] std::size_t memory_bytes() const;
@@ -55,12 +56,12 @@ struct PlaceCandidate {
 
 struct PlaceQuery {
   std::vector<PlaceCandidate> candidates;  ///< best first
-  std::size_t comparisons = 0;             ///< of two descriptors: the work done
+  std::size_t comparisons = 0;             ///< of two descriptors, a measure of the work
 };
 
-/// Finds earlier keyframes that look like the present one, by a forest of binary trees over their
-/// descriptors: no vocabulary has to be trained or loaded, and a query looks at a few leaves a point however
-/// many keyframes there are.
+/// Finds earlier keyframes that look like the current one, by a forest of binary trees over their
+/// descriptors. No vocabulary has to be trained or loaded, and a query visits a few leaves a point, whatever
+/// the number of keyframes.
 ///
 /// Every point votes for the keyframes that have a descriptor within the Hamming bound in one of its leaves;
 /// its vote counts log((N + 1) / n) / log(N + 1) if it found n of N keyframes. Deterministic: order of
@@ -74,7 +75,7 @@ class PlaceRecognition {
   /// Adds the points of a keyframe. Keyframes come in order of their ids.
   void add(std::size_t keyframe, std::span<const KeyframePoint> points);
 
-  /// Keyframes with ids below `end` that look like `points`. Of neighbours only the best is returned.
+  /// Keyframes with ids below `end` that look like `points`; of neighbouring keyframes only the best.
   [[nodiscard]] PlaceQuery query(std::span<const KeyframePoint> points, std::size_t end) const;
 
   [[nodiscard]] std::size_t memory_bytes() const;

@@ -90,7 +90,7 @@ class Problem {
 
   [[nodiscard]] ceres::Problem& ceres() { return problem_; }
   [[nodiscard]] const double* block(std::size_t node) const { return blocks_[node].data(); }
-  /// Ceres leaves blocks without residuals out, and takes their covariance for zero.
+  /// Whether a covariance exists: Ceres reports zero for blocks without residuals.
   [[nodiscard]] bool constrained(std::size_t node) const { return node == 0 || has_edge_[node]; }
 
  private:
@@ -113,7 +113,7 @@ class Problem {
   std::vector<bool> has_edge_;
   std::vector<std::unique_ptr<ceres::LossFunctionWrapper>> losses_;
   std::vector<ceres::ResidualBlockId> loops_;
-  ceres::Problem problem_;  // last, as it uses all of them to its end
+  ceres::Problem problem_;  // last: it refers to the members above until it is destroyed
 };
 
 [[nodiscard]] ceres::Solver::Options solver_options(const PoseGraphSettings& settings) {
@@ -127,12 +127,11 @@ class Problem {
   return options;
 }
 
-/// One solution; adds to the result's iterations.
+/// Moves the problem's poses to a minimum; fills in the result's convergence and cost.
 void solve(Problem& problem, const PoseGraphSettings& settings, PoseGraphResult& result) {
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(settings), &problem.ceres(), &summary);
   result.converged = summary.termination_type == ceres::CONVERGENCE;
-  result.iterations += static_cast<int>(summary.iterations.size());
   result.final_cost = summary.final_cost;
 }
 
@@ -148,7 +147,6 @@ PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settin
     return result;
   }
   Problem problem(graph);
-  problem.ceres().Evaluate({}, &result.initial_cost, nullptr, nullptr, nullptr);
   solve(problem, settings, result);
   if (!graph.loops.empty()) {
     const auto quadratic = problem.loop_distances();
@@ -228,10 +226,9 @@ PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, s
   if (!marginals.exists()) {
     throw std::runtime_error(fmt::format("nodes {} and {} of the pose graph are not connected", from, to));
   }
-  const auto relative =
-      antipode::relative_pose<double>({graph.poses[from], marginals.block(from, from)},
-                                      {graph.poses[to], marginals.block(to, to)}, marginals.block(from, to));
-  return {relative.pose, relative.covariance};
+  return antipode::relative_pose<double>({graph.poses[from], marginals.block(from, from)},
+                                         {graph.poses[to], marginals.block(to, to)},
+                                         marginals.block(from, to));
 }
 
 double mahalanobis_squared(const PoseGraph& graph, const PoseGraphEdge& edge,

@@ -17,56 +17,54 @@ struct PoseGraphEdge {
   PoseGaussian T_from_to;
 };
 
-/// Poses, and what is known of them relative to each other. The first poses are the gauge: they stay.
+/// Poses and relative measurements between them. The first poses are fixed: they are the gauge.
 struct PoseGraph {
   std::vector<Pose> poses;              ///< T_world_node
-  std::vector<PoseGraphEdge> odometry;  ///< believed
-  std::vector<PoseGraphEdge> loops;     ///< may be wrong
-  std::size_t gauge = 1;                ///< how many poses stay, at least one
+  std::vector<PoseGraphEdge> odometry;  ///< without a robust loss
+  std::vector<PoseGraphEdge> loops;     ///< may be outliers: they get a robust loss
+  std::size_t gauge = 1;                ///< number of fixed poses, at least one
 };
 
 struct PoseGraphResult {
   std::vector<Pose> poses;
-  std::vector<double> loop_weights;  ///< of the loops' information, 0..1: small ones were taken for wrong
+  std::vector<double> loop_weights;  ///< factors on the loops' information, 0..1; outliers get small ones
   bool converged = false;
-  int iterations = 0;
-  double initial_cost = 0.0;  ///< half the sum of squares, every loop at full weight
-  double final_cost = 0.0;    ///< half the robust sum
+  double final_cost = 0.0;  ///< half the robust sum of squares
 };
 
 /// Poses that fit the edges best, each weighted by its full 6 x 6 information.
 ///
-/// Loops have a redescending loss (dynamic covariance scaling) with parameter `loop_scale`. From poses far
-/// away it would take every loop for wrong, so it is annealed: the loss starts as good as quadratic and
-/// narrows while the poses settle. What single loops cannot tell, whether they or the odometry err, is asked
-/// with mahalanobis_squared() before they become edges. Source: P. Agarwal et al., "Robust Map Optimization
-/// Using Dynamic Covariance Scaling", ICRA 2013, for the loss; H. Yang et al., "Graduated Non-Convexity for
-/// Robust Spatial Perception", RA-L 2020, for the annealing.
+/// Loops have a redescending loss (dynamic covariance scaling) with parameter `loop_scale`. From a bad start
+/// every loop would look like an outlier; the loss is therefore annealed from nearly quadratic to
+/// `loop_scale` while the poses converge. A single false loop cannot be told from odometry drift here:
+/// mahalanobis_squared() gates loops before they become edges. Source: P. Agarwal et al., "Robust Map
+/// Optimization Using Dynamic Covariance Scaling", ICRA 2013, for the loss; H. Yang et al., "Graduated
+/// Non-Convexity for Robust Spatial Perception", RA-L 2020, for the annealing.
 ///
 /// Deterministic: one thread, the same input gives the same bits. Throws std::invalid_argument for edges
 /// between nodes that do not exist and covariances that are not positive definite.
 [[nodiscard]] PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settings);
 
 /// Covariances of the right perturbations of some poses, given the gauge; zero for the gauge itself. The
-/// graph is taken at its poses, which should be the optimum. Empty if they do not exist: a node without a way
-/// to the gauge.
+/// graph is taken at its poses, which should be the optimum. Empty if they do not exist: some node is not
+/// connected to the gauge.
 [[nodiscard]] std::vector<Matrix6<double>> marginal_covariances(const PoseGraph& graph,
                                                                 std::span<const std::size_t> nodes,
                                                                 const PoseGraphSettings& settings);
 
-/// The density of a relative pose that the graph predicts; its covariance knows how much of the errors both
+/// The relative pose of two nodes that the graph predicts; its covariance accounts for the errors that both
 /// nodes share. Throws std::runtime_error where marginal_covariances() is empty.
 [[nodiscard]] PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
                                                    const PoseGraphSettings& settings);
 
-/// How much worse than the covariances say things may be: they are multiplied, then added to.
+/// Inflation of a covariance P to scale * P + covariance, for errors that P does not contain.
 struct CovarianceInflation {
   double scale = 1.0;
   Matrix6<double> covariance = Matrix6<double>::Zero();
 };
 
-/// Squared Mahalanobis distance by which a new edge contradicts the graph, six degrees of freedom: without an
-/// inflation what adding it would add to the sum of squares, to first order.
+/// Squared Mahalanobis distance of an edge from the relative pose that the graph predicts, six degrees of
+/// freedom. Without inflation it is, to first order, what the edge would add to the sum of squares.
 [[nodiscard]] double mahalanobis_squared(const PoseGraph& graph, const PoseGraphEdge& edge,
                                          const CovarianceInflation& inflation,
                                          const PoseGraphSettings& settings);

@@ -15,9 +15,9 @@ namespace stereo_slam {
 namespace {
 
 constexpr double kFarthest_m = 1e9;
-constexpr std::uint32_t kMostLandmarks = 1U << 31;  // a run goes on counting
+constexpr std::uint32_t kMostLandmarks = 1U << 31;  // leaves room for the ids of a run
 constexpr std::size_t kMostFrames = std::size_t{1} << 53;
-constexpr double kRounding = 1e-6;  // of a correlation: what sums and products of covariances leave
+constexpr double kRounding = 1e-6;  // of a correlation coefficient
 
 [[noreturn]] void refuse(std::string_view where, std::string_view what) {
   throw std::invalid_argument(fmt::format("{} {}", where, what));
@@ -59,10 +59,10 @@ void check_pose(const Pose& pose, std::string_view where) {
 
 void check_estimate(const PoseGaussian& estimate, std::string_view where) {
   check_pose(estimate.pose, where);
-  require(is_covariance(estimate.covariance), where, "has a covariance that is none");
+  require(is_covariance(estimate.covariance), where, "has a matrix that is not a covariance");
 }
 
-/// Of an edge of the pose graph.
+/// A relative pose is an edge of the pose graph.
 void check_relative(const PoseGaussian& estimate, std::string_view where) {
   check_estimate(estimate, where);
   require(is_positive_definite(estimate.covariance), where, "has a covariance that is not positive definite");
@@ -94,29 +94,31 @@ void check_point(const KeyframePoint& point, const StereoCamera& camera, std::st
   require(z.x() >= 0.0 && z.x() <= camera.width_px && z.y() >= 0.0 && z.y() <= camera.height_px, where,
           "has a point outside the image");
   require(z.z() >= 0.0, where, "has a point with a negative disparity");
-  require(point.landmark <= kMostLandmarks, where, "has a point with a number beyond 2^31");
+  require(point.landmark <= kMostLandmarks, where, "has a point with a landmark id beyond 2^31");
 }
 
 void check_keyframe(const Keyframe& keyframe, const StereoCamera& camera, std::string_view where) {
   check_estimate(keyframe.T_previous_keyframe, fmt::format("{}: T_previous_keyframe", where));
   check_estimate(keyframe.T_world_keyframe, fmt::format("{}: T_world_keyframe", where));
-  require(keyframe.frame <= kMostFrames, where, "is of a frame beyond 2^53");
-  require(keyframe.travelled_m >= 0.0 && std::isfinite(keyframe.travelled_m), where, "has no length of way");
+  require(keyframe.frame <= kMostFrames, where, "has a frame index beyond 2^53");
+  require(keyframe.path_length_m >= 0.0 && std::isfinite(keyframe.path_length_m), where,
+          "has no valid path length");
   for (const auto& point : keyframe.points) check_point(point, camera, where);
 }
 
 void check_succession(const Keyframe& previous, const Keyframe& keyframe, std::string_view where) {
-  require(keyframe.frame > previous.frame, where, "is not of a later frame than the one before");
-  require(keyframe.segment >= previous.segment, where, "is of an earlier segment than the one before");
-  require(keyframe.segment <= previous.segment + 1, where, "leaves a segment out");
-  require(keyframe.travelled_m >= previous.travelled_m, where, "has a shorter way than the one before");
+  require(keyframe.frame > previous.frame, where, "is not of a later frame than the keyframe before");
+  require(keyframe.segment >= previous.segment, where, "is of an earlier segment than the keyframe before");
+  require(keyframe.segment <= previous.segment + 1, where, "skips a segment");
+  require(keyframe.path_length_m >= previous.path_length_m, where,
+          "has a shorter path length than the keyframe before");
   check_relative(keyframe.T_previous_keyframe, fmt::format("{}: T_previous_keyframe", where));
 }
 
 void check_loop(const PoseGraphEdge& loop, std::size_t keyframes, std::string_view where) {
   require(loop.from < keyframes && loop.to < keyframes, where,
-          fmt::format("goes from keyframe {} to {} of {}", loop.from, loop.to, keyframes));
-  require(loop.from != loop.to, where, fmt::format("goes from keyframe {} to itself", loop.from));
+          fmt::format("connects keyframe {} with {} of {}", loop.from, loop.to, keyframes));
+  require(loop.from != loop.to, where, fmt::format("connects keyframe {} with itself", loop.from));
   check_relative(loop.T_from_to, where);
 }
 
@@ -124,7 +126,7 @@ void check_map_point(const MapPoint& point, std::size_t keyframes, std::string_v
   require(is_near(point.position_world), where, "is not finite, or farther than 1e9 m");
   require(point.keyframe < keyframes, where,
           fmt::format("belongs to keyframe {} of {}", point.keyframe, keyframes));
-  require(point.landmark <= kMostLandmarks, where, "has a number beyond 2^31");
+  require(point.landmark <= kMostLandmarks, where, "has a landmark id beyond 2^31");
 }
 
 }  // namespace
@@ -142,11 +144,11 @@ MapExtent extent_of(const SavedMap& map) {
 }
 
 void check_camera_of(const SavedMap& map, const StereoCamera& camera) {
-  const auto numbers = [](const StereoCamera& c) {
+  const auto parameters = [](const StereoCamera& c) {
     return std::array{c.fx, c.fy, c.cx, c.cy, c.fx * c.baseline_m};
   };
-  const auto a = numbers(map.camera);
-  const auto b = numbers(camera);
+  const auto a = parameters(map.camera);
+  const auto b = parameters(camera);
   const bool same = std::equal(a.begin(), a.end(), b.begin(),
                                [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(y); });
   if (!same || map.camera.width_px != camera.width_px || map.camera.height_px != camera.height_px) {
@@ -162,7 +164,7 @@ void check(const SavedMap& map) {
     require(map.keyframes[id].id == id, where, fmt::format("has the id {}", map.keyframes[id].id));
     check_keyframe(map.keyframes[id], map.camera, where);
     if (id == 0) {
-      require(map.keyframes[id].segment == 0, where, "is of another segment than the first");
+      require(map.keyframes[id].segment == 0, where, "is not of segment 0");
     } else {
       check_succession(map.keyframes[id - 1], map.keyframes[id], where);
     }

@@ -13,41 +13,41 @@
 
 namespace stereo_slam {
 
-/// What a run knows at its end: enough to localise in its map, or to continue it.
+/// Map of a run, from which another run can localise in it or continue it.
 struct SavedMap {
   StereoCamera camera;
   RectificationEstimate rectification;
   std::vector<Keyframe> keyframes;   ///< keyframes[id]
   std::vector<PoseGraphEdge> loops;  ///< accepted ones, between ids of keyframes
-  std::vector<MapPoint> points;      ///< what map.ply holds
+  std::vector<MapPoint> points;      ///< landmarks, as in map.ply
 };
 
-/// How much of everything a map has: what a run that goes on with it counts from.
+/// Numbers of things in a map: a run that starts with the map continues its ids from there.
 struct MapExtent {
   std::size_t keyframes = 0;
   std::size_t segments = 0;
   std::size_t frames = 0;
-  std::uint32_t landmarks = 0;  ///< the largest number of one
+  std::uint32_t landmarks = 0;  ///< the largest id of one
 };
 
 [[nodiscard]] MapExtent extent_of(const SavedMap& map);
 
-/// What becomes of a map that a run starts with.
+/// How a run uses the map that it starts with.
 enum class MapUse {
-  kLocalise,  ///< it stays as it is, and the run finds its place in it
-  kContinue,  ///< the run's keyframes join it, and loops may move all of them
+  kLocalise,  ///< the map stays fixed, and the run is localised in it
+  kContinue,  ///< the run extends the map, and loops may correct all of it
 };
 
-/// Throws std::invalid_argument with the first thing that no run can have left behind: camera without extent,
-/// numbers that are not finite, positions beyond 1e9 m, poses off the Study quadric, matrices that are no
-/// covariances, frames or ways that go back, segments or landmarks with numbers that they cannot have, edges
-/// and landmarks without their keyframes, points outside the image.
+/// Throws std::invalid_argument for the first value that no run can have saved: a camera without image,
+/// values that are not finite, positions beyond 1e9 m, poses off the Study quadric, matrices that are not
+/// covariances, frames or path lengths that decrease, invalid ids of segments, landmarks or keyframes, and
+/// points outside the image.
 ///
-/// Relative poses of loops and keyframes are edges of the pose graph: their covariances are positive
-/// definite. Those of absolute poses need only be semidefinite.
+/// The relative poses of keyframes and loops are edges of the pose graph: their covariances have to be
+/// positive definite. Those of absolute poses may be semidefinite.
 void check(const SavedMap& map);
 
-/// Throws std::invalid_argument for a map that was made with another camera: focal length, principal point
+/// Throws std::invalid_argument unless the map was made with the same camera: focal length, principal point
 /// and baseline agree to a thousandth, the image's size exactly.
 void check_camera_of(const SavedMap& map, const StereoCamera& camera);
 

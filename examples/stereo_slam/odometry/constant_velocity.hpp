@@ -7,35 +7,35 @@
 
 namespace stereo_slam {
 
-/// Frames, or as much time as they take, without a measured motion.
+/// Time without a measured motion, in steps (intervals between frames).
 struct UnseenSteps {
-  double before = 0.0;  ///< the one at hand
-  double now = 1.0;     ///< in the one at hand
+  double before = 0.0;  ///< up to the last frame
+  double now = 1.0;     ///< from the last frame to the current one
 };
 
-/// How far the camera will have come by a stamp if it goes on as it did.
+/// Constant-velocity motion model.
 ///
-/// A step is the time between the two pictures that the motion was last measured between. Stamps that do not
-/// increase count as one step.
+/// A step is the time between the two frames of the last measured motion. Stamps that do not increase count
+/// as one step.
 class ConstantVelocity {
  public:
-  /// Longer than this nothing goes on as it did: the expectation stays where it is.
+  /// After this time the velocity is no longer believed: the predicted motion is the identity.
   static constexpr double kLongest_steps = 50.0;
 
-  /// The motion from the last picture to one with this stamp; none when too long ago.
+  /// Predicted T_last_current from the last frame to one with this stamp; the identity after kLongest_steps.
   [[nodiscard]] Pose motion_until(std::int64_t stamp_ns) const;
 
-  /// The steps that have passed unmeasured before the last picture, and those since: never less than one, as
-  /// a picture whose motion is unknown adds to what is not known however soon it comes.
+  /// Unmeasured steps before and since the last frame. The latter are never less than one: a frame with an
+  /// unknown motion adds uncertainty however soon it comes.
   [[nodiscard]] UnseenSteps unseen_until(std::int64_t stamp_ns) const;
 
-  /// Takes the measured motion from the last picture to one with this stamp.
+  /// Adds a frame with its measured motion from the last frame.
   void measured(std::int64_t stamp_ns, const Pose& T_previous_current);
 
-  /// Takes a picture whose motion nothing measured.
+  /// Adds a frame without a measured motion.
   void unmeasured(std::int64_t stamp_ns);
 
-  /// Takes a picture whose pose was found again, whatever the motion was.
+  /// Adds a frame whose pose is known again, but not its motion.
   void found(std::int64_t stamp_ns);
 
  private:

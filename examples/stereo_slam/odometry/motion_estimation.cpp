@@ -116,14 +116,8 @@ class MotionProblem {
     return result;
   }
 
-  struct Solution {
-    Pose pose;
-    Matrix6<double> covariance;
-    std::vector<double> distance2;  // squared Mahalanobis distance with the point adjusted; inliers only
-  };
-
   /// Robust two-view adjustment over the flagged correspondences.
-  [[nodiscard]] std::optional<Solution> adjust(Pose pose, const std::vector<std::uint8_t>& inlier) const {
+  [[nodiscard]] std::optional<PoseGaussian> adjust(Pose pose, const std::vector<std::uint8_t>& inlier) const {
     std::vector<StereoPoint> points;
     points.reserve(correspondences_.size());
     for (const auto& c : correspondences_) points.push_back(c.previous);
@@ -155,7 +149,7 @@ class MotionProblem {
       if (step->norm() < kConvergedStep) break;
     }
     if (distance2.empty()) return std::nullopt;
-    return Solution{pose, sandwich_covariance(used, distance2), distance2};
+    return PoseGaussian{pose, sandwich_covariance(used, distance2)};
   }
 
  private:
@@ -225,15 +219,6 @@ class MotionProblem {
   return best;
 }
 
-/// Variance of a unit-weight residual from the median distance, against its value 2.366 for a chi-square
-/// of 3.
-[[nodiscard]] double variance_factor(std::vector<double> distance2) {
-  constexpr double kMedianChi2_3 = 2.366;
-  const auto middle = distance2.begin() + static_cast<std::ptrdiff_t>(distance2.size() / 2);
-  std::nth_element(distance2.begin(), middle, distance2.end());
-  return *middle / kMedianChi2_3;
-}
-
 }  // namespace
 
 MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, const StereoCamera& camera,
@@ -252,7 +237,7 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
   Pose pose = ransac(rough, voters.size(), initial_T_previous_current, settings.ransac_iterations, random);
 
   constexpr int kReselections = 2;
-  std::optional<MotionProblem::Solution> solution;
+  std::optional<PoseGaussian> solution;
   for (int round = 0; round < kReselections; ++round) {
     const MotionProblem problem(points, camera, pose, settings.pixel_sigma_px);
     result.inlier = flag_inliers(problem.distances(pose));
@@ -263,8 +248,7 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
     pose = solution->pose;
   }
 
-  result.T_previous_current = {pose, solution->covariance};
-  result.sigma_px = settings.pixel_sigma_px * std::sqrt(variance_factor(solution->distance2));
+  result.T_previous_current = *solution;
   result.valid = result.T_previous_current.covariance.allFinite();
   return result;
 }

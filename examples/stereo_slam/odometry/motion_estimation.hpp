@@ -31,16 +31,15 @@ struct MotionEstimate {
   PoseGaussian T_previous_current;
   std::vector<std::uint8_t> inlier;  ///< one flag a point
   int inliers = 0;
-  double sigma_px = 0.0;  ///< robust standard deviation of one coordinate, from the residuals
 };
 
 /// Relative pose of two stereo frames.
 ///
 /// Both measurements of a point carry the same pixel noise, so the estimate is a two-view bundle adjustment:
-/// each Gauss-Newton step solves for the pose with the points eliminated, then moves the points, in (u, v, d)
-/// where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences starts it
-/// from the largest consistent set; Cauchy weights guard what is left. The covariance is the
-/// sandwich estimate of the weighted problem, which follows the residuals' own scale.
+/// each Gauss-Newton step solves for the pose with the points eliminated, then updates the points in (u, v,
+/// d), where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences finds
+/// the inliers to start from; Cauchy weights limit the remaining outliers. The covariance is the sandwich
+/// estimate of the weighted problem, which follows the scale of the residuals.
 ///
 /// Without static points the largest consistent set may be that of a moving lorry.
 [[nodiscard]] MotionEstimate estimate_motion(const MotionCorrespondences& correspondences,

@@ -103,7 +103,6 @@ OdometryResult estimate_odometry(const ConsecutivePyramids& pyramids, const Odom
   OdometryResult result;
   result.valid = motion.valid;
   result.T_previous_current = motion.T_previous_current;
-  result.tracked = static_cast<int>(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (motion.inlier[i]) result.inliers_px.push_back(matches[i].current.head<2>());
   }

@@ -15,7 +15,6 @@ namespace stereo_slam {
 struct OdometryResult {
   bool valid = false;
   PoseGaussian T_previous_current;
-  int tracked = 0;                          ///< points that returned to where they started
   std::vector<Vector2<double>> inliers_px;  ///< where the inliers are in the current left image
 };
 

@@ -169,7 +169,7 @@ void transfer_keyframe(auto& stream, auto& keyframe) {
   stream.number(keyframe.frame);
   stream.number(keyframe.stamp_ns);
   stream.number(keyframe.segment);
-  stream.number(keyframe.travelled_m);
+  stream.number(keyframe.path_length_m);
   transfer_estimate(stream, keyframe.T_previous_keyframe);
   transfer_estimate(stream, keyframe.T_world_keyframe);
   stream.list(keyframe.points, kKeyframePointBytes,

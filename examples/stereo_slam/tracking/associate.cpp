@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kChi2_3_99 = 11.345;
 
-/// Where a landmark may be in one image.
+/// Expected position of a landmark in one image.
 struct SearchRegion {
   Vector2<double> centre_px;
   Matrix2<double> covariance;

@@ -16,7 +16,7 @@ struct TracedLandmark {
   Vector2<double> predicted_px;
   std::optional<LandmarkFlow> flow;       ///< absent when it was lost
   bool static_flow = false;               ///< passed the flow gate
-  Matrix2<double> search_covariance_px2;  ///< its 99 % ellipse is searched for features
+  Matrix2<double> search_covariance_px2;  ///< features are searched in its 99 % ellipse
   std::optional<Vector2<double>> matched_px;
 };
 

@@ -23,14 +23,14 @@ constexpr double kChi2_3_99 = 11.345;
   const StereoPoint anchor = project(to_point(landmark, landmark.mean, camera), Pose::identity(), camera)
                                  .value_or(StereoPoint::Zero());
   if (!(anchor.z() > 0.0)) return std::nullopt;
-  const auto seen = [&](const Vector2<double>& offset) {
+  const auto warped = [&](const Vector2<double>& offset) {
     const Vector3<double> z = anchor + Vector3<double>(offset.x(), offset.y(), 0.0);
     return camera.project(T_keyframe_camera.inverse() * camera.back_project(z));
   };
   for (int axis = 0; axis < 2; ++axis) {
     const Vector2<double> offset = kStep_px * Vector2<double>::Unit(axis);
-    const auto ahead = seen(offset);
-    const auto behind = seen(-offset);
+    const auto ahead = warped(offset);
+    const auto behind = warped(-offset);
     if (!ahead || !behind) return std::nullopt;
     warp.col(axis) = (*ahead - *behind).head<2>() / (2.0 * kStep_px);
   }

@@ -53,7 +53,7 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& ma
     remaining -= UV.transpose() * UV;
     correlation_.col(i) = UV.reshaped<Eigen::RowMajor>();
   }
-  // Not positive only by rounding, or where first order is not enough: then independence is the safer model.
+  // Not positive definite by rounding, or where first order is not enough: independence is the safer model.
   const Eigen::LLT<Matrix6<double>> factor(remaining);
   correlated_ = factor.info() == Eigen::Success;
   if (correlated_) shared_ = factor.solve(Matrix6<double>::Identity());

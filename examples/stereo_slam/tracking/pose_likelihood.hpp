@@ -18,11 +18,11 @@ namespace stereo_slam {
 ///   l(x) = -1/2 sum_j min( e_j' S_j^-1 e_j, cap ),   e_j = z_j - h(x, l_j)
 ///
 /// Every pose projects every landmark anew; S_j (landmark and pixel noise) is frozen at the prior mean. A
-/// landmark behind a sampled camera costs `cap`. Copies what it needs: arrays over the landmarks, walked once
-/// a pose.
+/// landmark behind a sampled camera costs `cap`. It keeps its own copy of what it needs, as arrays over
+/// the landmarks.
 ///
-/// Landmarks whose errors are correlated with the prior's, C_j = Cov(l_j, xi), are expected to be off by C_j
-/// P^-1 xi at the pose x = prior exp(xi). What then remains of their errors is correlated between them:
+/// If the landmarks' errors are correlated with the prior's, C_j = Cov(l_j, xi), their expected errors at the
+/// pose x = prior exp(xi) are C_j P^-1 xi. The remaining errors are correlated with each other:
 ///
 ///   l(x) = -1/2 (sum_j e_j' S_j^-1 e_j + w' (I - sum_j V_j' S_j^-1 V_j)^-1 w),   w = sum_j V_j' S_j^-1 e_j,
 ///
@@ -49,8 +49,7 @@ class PoseLikelihood {
   [[nodiscard]] int dimension() const noexcept { return 3 * static_cast<int>(points_.cols()); }
 
  private:
-  /// -2 l of independent landmarks whose whitened errors are reduced by correlation_ y; adds their pull on y
-  /// to w.
+  /// -2 l of independent landmarks with the whitened errors reduced by correlation_ y; adds their terms to w.
   template <bool Correlated>
   [[nodiscard]] double sum_distances(const Pose& pose, const Vector6<double>& y, Vector6<double>& w) const;
   [[nodiscard]] double evaluate(const antipode::Vector8<double>& pose) const;

@@ -19,7 +19,7 @@ namespace {
     return Matrix6<double>(variance.asDiagonal());
   };
   if (!odometry_valid) {
-    // What is driven unseen has a velocity: its standard deviation grows with the steps, not with their root.
+    // The unknown motion has a velocity: its standard deviation grows with the steps, not with their root.
     const double growth = std::sqrt(unseen.now * (2.0 * unseen.before + unseen.now));
     return diagonal(std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad,
                     growth * settings.lost_translation_sigma_m);

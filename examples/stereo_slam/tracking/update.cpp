@@ -34,7 +34,7 @@ namespace {
   return result;
 }
 
-/// Alg. 2 on subsets of the correspondences, orientation and translation independent (sec. IV-D).
+/// Alg. 2 on subsets of the matches, with orientation and translation independent (sec. IV-D).
 [[nodiscard]] PoseUpdate update_as_in_paper(const PoseDensity& prior, const std::vector<Match>& matches,
                                             const MapView& map, double cap, const UpdateSettings& settings) {
   const auto ordered = interleaved(matches, settings.max_correspondences);
@@ -49,26 +49,21 @@ namespace {
        .max_size = settings.max_correspondences,
        .min_translation_sigma_m = settings.regularizer_sigma_m,
        .forgetting = settings.regularizer_forgetting});
-  return {.posterior = result.posterior,
-          .converged = result.status == antipode::UpdateStatus::kConverged,
-          .steps = result.steps};
+  return {.posterior = result.posterior, .converged = result.status == antipode::UpdateStatus::kConverged};
 }
 
-/// Alg. 2 with points that are exact to degree 5 and the coupling.
+/// Alg. 2 with degree-5 points and the coupling of orientation and translation.
 [[nodiscard]] PoseUpdate update_progressively(const PoseDensity& prior, const PoseLikelihood& likelihood,
                                               const UpdateSettings& settings) {
   const auto result =
       antipode::progressive_update(prior, likelihood, antipode::RichPoseRule{}, {.tau = settings.tau});
-  return {.posterior = result.posterior,
-          .converged = result.status == antipode::UpdateStatus::kConverged,
-          .steps = result.steps};
+  return {.posterior = result.posterior, .converged = result.status == antipode::UpdateStatus::kConverged};
 }
 
 [[nodiscard]] PoseUpdate update_quadratically(const PoseDensity& prior, const PoseLikelihood& likelihood) {
   const auto result = antipode::quadratic_update(antipode::to_pose_gaussian(prior), likelihood);
   return {.posterior = antipode::to_bingham_gaussian(result.posterior),
-          .converged = result.status == antipode::UpdateStatus::kConverged,
-          .steps = result.steps};
+          .converged = result.status == antipode::UpdateStatus::kConverged};
 }
 
 /// One update with the method of the settings. Matches count no further than a squared Mahalanobis distance
@@ -85,8 +80,8 @@ namespace {
   return update_quadratically(prior, likelihood);
 }
 
-/// Mean squared innovation that the prior's own uncertainty causes, in units of what the likelihood expects;
-/// at least 1.
+/// Factor, at least 1, by which the prior's uncertainty increases the mean squared innovation over that of
+/// the landmarks and pixels alone.
 [[nodiscard]] double prior_spread(const std::vector<Match>& matches) {
   double sum = 0.0;
   for (const auto& match : matches) {
@@ -129,8 +124,8 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   if (settings.method == PoseUpdateMethod::kNone) return {.posterior = prior, .converged = true};
   if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
 
-  // A match may be as far off as the prior is: the cap that guards the first update includes that. The second
-  // starts from the prior again, without what contradicts the first and with covariances taken at its result.
+  // The innovations contain the prior's error: the wide cap allows for it. The second update starts from the
+  // prior again, without the matches that contradict the first, and with covariances taken at its result.
   const double wide_cap = settings.robust_cap * prior_spread(matches);
   const auto first = update_once(prior, matches, map, wide_cap, settings);
   if (!first.converged) return {.posterior = prior};

@@ -11,14 +11,14 @@
 
 namespace stereo_slam {
 
+/// Result of a pose update. Without convergence or enough matches the posterior is the prior.
 struct PoseUpdate {
   PoseDensity posterior;
   bool converged = false;
-  int steps = 0;
   double nis =
       0.0;  ///< normalised innovation squared, chi-square with `nis_dof` degrees if all noise is as assumed
   int nis_dof = 0;
-  std::vector<Match> used{};  ///< the matches that made the posterior
+  std::vector<Match> used{};  ///< matches that the posterior rests on
 };
 
 /// Corrects the pose prior by the matched landmarks (eq. 13, Alg. 2, or the quadratic-surrogate progression).

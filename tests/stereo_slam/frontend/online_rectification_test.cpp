@@ -20,8 +20,7 @@ Coefficients planted() {
   return c;
 }
 
-TEST_CASE("Correcting a right position and predicting it are inverse to each other",
-          "[stereo_slam][rectification]") {
+TEST_CASE("Measuring a point inverts its right position", "[stereo_slam][rectification]") {
   std::mt19937_64 random(1);
   const RectificationResidual residual(test::kitti_camera(), planted());
   for (int i = 0; i < 20; ++i) {
@@ -68,7 +67,7 @@ void drive(RectificationEstimator& estimator, std::mt19937_64& random, const Rec
   estimator.advance();
 }
 
-TEST_CASE("A planted offset of the right image is recovered while driving", "[stereo_slam][rectification]") {
+TEST_CASE("An offset of the right image is estimated while driving", "[stereo_slam][rectification]") {
   std::mt19937_64 random(2);
   const StereoCamera camera = test::kitti_camera();
   const RectificationResidual truth(camera, planted());
@@ -88,7 +87,7 @@ TEST_CASE("A planted offset of the right image is recovered while driving", "[st
   CHECK(row_error < 0.03);
 }
 
-TEST_CASE("A perfect rectification is left alone", "[stereo_slam][rectification]") {
+TEST_CASE("A perfect rectification is hardly changed", "[stereo_slam][rectification]") {
   std::mt19937_64 random(3);
   RectificationEstimator estimator(test::kitti_camera(), {});
   for (int keyframe = 0; keyframe < 20; ++keyframe) {
@@ -102,7 +101,8 @@ TEST_CASE("A perfect rectification is left alone", "[stereo_slam][rectification]
   }
 }
 
-TEST_CASE("A resumed estimator goes on as if it had never stopped", "[stereo_slam][rectification]") {
+TEST_CASE("A resumed estimator gives the same estimates as one that never stopped",
+          "[stereo_slam][rectification]") {
   std::mt19937_64 random(4);
   const StereoCamera camera = test::kitti_camera();
   const RectificationResidual truth(camera, planted());

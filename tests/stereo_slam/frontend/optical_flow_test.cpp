@@ -29,7 +29,7 @@ TEST_CASE("Flow survives a jump of the exposure", "[stereo_slam][images]") {
   }
 }
 
-TEST_CASE("Pictures alike, dark ones and a first one stay as they are", "[stereo_slam][images]") {
+TEST_CASE("Similar images, dark ones and the first one are not equalised", "[stereo_slam][images]") {
   const StereoFrame frame = frame_of({0.0, 0.0}, 1.0);
   const StereoFrame dark = frame_of({0.0, 0.0}, 0.01);
   const auto pyramids = build_pyramids(frame);

@@ -26,7 +26,7 @@ TEST_CASE("A patch is found to a fiftieth of a pixel, whatever the gain and offs
   }
 }
 
-TEST_CASE("A warped patch is found in a magnified picture", "[stereo_slam][images]") {
+TEST_CASE("A warped patch is found in a magnified image", "[stereo_slam][images]") {
   constexpr double kMagnification = 1.15;
   const cv::Mat source = test::texture_image(kSize, {0.0, 0.0});
   cv::Mat target(kSize, CV_8UC1);
@@ -44,7 +44,7 @@ TEST_CASE("A warped patch is found in a magnified picture", "[stereo_slam][image
   CHECK((found->position_px - kMagnification * centre).norm() < 0.03);
 }
 
-TEST_CASE("Patches without texture, over the edge, or gone from the picture are refused",
+TEST_CASE("Patches without texture, across the border, or outside the image are refused",
           "[stereo_slam][images]") {
   const cv::Mat source = test::texture_image(kSize, {0.0, 0.0});
   const cv::Mat flat(kSize, CV_8UC1, cv::Scalar(90));

@@ -34,8 +34,6 @@ TEST_CASE("Both forms of a landmark project to the same pixels", "[stereo_slam][
     REQUIRE(a);
     REQUIRE(b);
     CHECK((*a - *b).norm() < 1e-9);
-    CHECK(depth(to_point(inverse, inverse.mean, camera), viewer) ==
-          Approx(depth(to_point(euclidean, euclidean.mean, camera), viewer)).epsilon(1e-12));
   }
 }
 
@@ -47,7 +45,6 @@ TEST_CASE("A point at infinity has a direction, no disparity and no parallax", "
   const auto z = project(to_point(star, star.mean, camera), Pose::exp(sideways), camera);
   REQUIRE(z);
   CHECK((*z - star.mean).norm() < 1e-12);
-  CHECK(std::isinf(depth(to_point(star, star.mean, camera), Pose::identity())));
 }
 
 TEST_CASE("Points behind the camera and in its centre do not project", "[stereo_slam][landmark]") {

@@ -4,8 +4,6 @@
 #include <Eigen/Eigenvalues>
 
 #include "stereo_slam/support/scenes.hpp"
-#include "stereo_slam/tracking/predict.hpp"
-#include "stereo_slam/tracking/update.hpp"
 #include "support/catch.hpp"
 
 namespace stereo_slam {
@@ -20,22 +18,13 @@ StereoPoint at_depth(double z_m) {
   return {700.0, 150.0, camera.fx * camera.baseline_m / z_m};
 }
 
-/// Points measured at these places, without descriptors.
-StereoPoints points_at(const std::vector<StereoPoint>& measurements) {
-  StereoPoints points;
-  for (const auto& z : measurements) points.measured.push_back({z, 0.0});
-  points.descriptors.resize(measurements.size());
-  return points;
-}
-
-LocalMap map_of(const std::vector<StereoPoint>& measurements, const PoseGaussian& pose = {},
-                double pixel_sigma_px = 0.4) {
+LocalMap map_of(const std::vector<StereoPoint>& measurements, const PoseGaussian& pose = {}) {
   MapSettings settings;
-  settings.pixel_sigma_px = pixel_sigma_px;
+  settings.pixel_sigma_px = 0.4;
   LocalMap map(test::kitti_camera(), settings);
   std::vector<std::uint32_t> ids;
   while (ids.size() < measurements.size()) ids.push_back(map.new_id());
-  map.add(points_at(measurements), ids, pose, grey_frame(0));
+  map.add(test::points_at(measurements), ids, pose, grey_frame(0));
   return map;
 }
 
@@ -80,7 +69,7 @@ TEST_CASE("A new landmark is as uncertain as its pixels and its pose", "[stereo_
   CHECK((actual - expected).norm() < 0.05 * expected.norm());  // 1 % of sampling noise, the rest second order
 }
 
-TEST_CASE("Unseen landmarks are culled, established ones stay in the archive", "[stereo_slam][map]") {
+TEST_CASE("Unobserved landmarks are culled; established ones are archived", "[stereo_slam][map]") {
   LocalMap map = map_of({at_depth(10.0), at_depth(12.0)});
   Match seen;
   seen.landmark = 0;
@@ -97,7 +86,7 @@ TEST_CASE("Unseen landmarks are culled, established ones stay in the archive", "
   CHECK(map.archive()[0].position.z() == Approx(10.0));
 }
 
-TEST_CASE("A restart archives under the old keyframe and begins anew", "[stereo_slam][map]") {
+TEST_CASE("A restart archives the landmarks with their keyframe", "[stereo_slam][map]") {
   LocalMap map = map_of({at_depth(10.0)});
   Match seen;
   seen.z = at_depth(10.0);
@@ -128,71 +117,6 @@ TEST_CASE("Updating landmarks shrinks their covariances and keeps them positive"
     CHECK(P.trace() < 0.75 * before[i]);
     CHECK(Eigen::SelfAdjointEigenSolver<Matrix3<double>>(P).eigenvalues()[0] > 0.0);
   }
-}
-
-namespace {
-
-/// Mean NEES of the pose after a drive of `frames` past landmarks that were triangulated once.
-double mean_nees(int runs, int frames, bool track_correlation) {
-  const StereoCamera camera = test::kitti_camera();
-  Settings settings;
-  settings.update.robust_cap = 1e3;
-  PoseGaussian noise;
-  noise.covariance.diagonal() << Vector3<double>::Constant(4e-8), Vector3<double>::Constant(4e-6);
-  double sum = 0.0;
-  for (int run = 0; run < runs; ++run) {
-    std::mt19937_64 random(static_cast<unsigned>(run));
-    std::normal_distribution<double> normal;
-    std::vector<Vector3<double>> points;
-    std::vector<StereoPoint> seen;
-    while (points.size() < 60) {
-      const StereoPoint z = test::random_measurement(random, camera, 12.0, 40.0);
-      points.push_back(camera.back_project(z));
-      seen.push_back(z + test::stereo_noise(random, 0.5));
-    }
-    LocalMap map = map_of(seen, {}, 0.5);
-    PoseDensity state =
-        PoseDensity::from_pose_covariance(Pose::identity(), 1e-10 * Matrix6<double>::Identity());
-    Pose truth = Pose::identity();
-    for (int k = 0; k < frames; ++k) {
-      truth = truth * test::car_motion(0.4);
-      Vector6<double> error;
-      for (double& e : error) e = normal(random);
-      PoseGaussian odometry;  // its covariance is the least that the settings allow
-      odometry.pose =
-          test::car_motion(0.4).boxplus(noise.covariance.diagonal().cwiseSqrt().cwiseProduct(error));
-      const auto prior = predict_pose(state, odometry, true, settings);
-      if (track_correlation) map.predict_correlation(odometry.pose);
-      std::vector<Match> matches;
-      for (const auto& p : project_landmarks(map.view(), antipode::to_pose_gaussian(prior), 1e3)) {
-        const auto z = camera.project(truth.inverse() * points[p.index]);
-        if (!z || !camera.in_view(*z)) continue;
-        matches.push_back(
-            {p.index, *z + test::stereo_noise(random, 0.5), stereo_pixel_covariance(0.5), p, {}});
-      }
-      const auto update = update_pose(prior, matches, map.view(), settings.update);
-      REQUIRE(update.converged);
-      const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
-      if (track_correlation)
-        map.update_correlation(antipode::to_pose_gaussian(prior), posterior.pose, update.used);
-      state = update.posterior;
-    }
-    const PoseGaussian estimate = antipode::to_pose_gaussian(state);
-    const Vector6<double> error = truth.boxminus(estimate.pose);
-    sum += error.dot(estimate.covariance.ldlt().solve(error)) / runs;
-  }
-  return sum;
-}
-
-}  // namespace
-
-TEST_CASE("A pose that remembers what it owes to its landmarks stays honest", "[stereo_slam][map]") {
-  // The mean of 100 chi-squares with six degrees has a standard deviation of 0.35.
-  const double tracked = mean_nees(100, 12, true);
-  const double forgotten = mean_nees(100, 12, false);
-  CAPTURE(tracked, forgotten);
-  CHECK(std::abs(tracked - 6.0) < 1.05);
-  CHECK(forgotten > 8.0);
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ class Town {
     return points;
   }
 
-  /// Relative pose as the filter would have it: off by what its covariance says.
+  /// Relative pose as the filter estimates it, with errors of its covariance.
   [[nodiscard]] PoseGaussian odometry(std::size_t k) {
     std::normal_distribution<double> normal;
     Vector6<double> sigma;
@@ -110,10 +110,10 @@ struct Outcome {
   SavedMap map;
 };
 
-/// Keyframe from whose place keyframe k sees: its own, another to deceive, or none to see nothing.
+/// Keyframe from whose pose keyframe k is rendered: its own, another to deceive, or none to see nothing.
 using Eyes = std::function<std::optional<std::size_t>(std::size_t)>;
 
-/// What a drive starts with, and where it is interrupted.
+/// Map that a drive starts with, and where its tracking is lost.
 struct Circumstances {
   SavedMap known{};
   MapUse use = MapUse::kContinue;
@@ -177,15 +177,14 @@ std::ptrdiff_t count_accepted(const Outcome& outcome) {
                        [](const LoopEvent& e) { return e.accepted; });
 }
 
-const Outcome& honest_drive() {
+const Outcome& undeceived_drive() {
   static const Outcome outcome = drive(LoopThread::kNone);
   return outcome;
 }
 
-TEST_CASE("Every keyframe of a second lap finds its place, and the lap's drift goes",
-          "[stereo_slam][loops]") {
+TEST_CASE("A second lap closes loops at its keyframes, and they remove the drift", "[stereo_slam][loops]") {
   CAPTURE(kSeed);
-  const Outcome& outcome = honest_drive();
+  const Outcome& outcome = undeceived_drive();
   CHECK(count_accepted(outcome) >= static_cast<std::ptrdiff_t>(0.9 * (kKeyframes - kLap)));
   for (const auto& event : outcome.events) {
     CAPTURE(event.frame, event.old_frame, event.chi2);
@@ -197,9 +196,9 @@ TEST_CASE("Every keyframe of a second lap finds its place, and the lap's drift g
   CHECK(outcome.closed.back().covariance.trace() < outcome.open.back().covariance.trace());
 }
 
-TEST_CASE("Corrections come at fixed frames and with the same bits from a thread of their own",
+TEST_CASE("Corrections take effect at the same frames, with the same bits, with and without a thread",
           "[stereo_slam][loops]") {
-  const Outcome& first = honest_drive();
+  const Outcome& first = undeceived_drive();
   const Outcome second = drive(LoopThread::kOwn);
   CHECK(first.corrected_at == second.corrected_at);
   REQUIRE_FALSE(first.corrected_at.empty());
@@ -218,7 +217,7 @@ TEST_CASE("A street that looks like another 20 m away is refused and changes not
   constexpr std::size_t kBehind = 10;  // keyframes: 21 m
   const bool alone = GENERATE(true, false);
   CAPTURE(alone);
-  // Where no true loop has narrowed the expectation yet, and where they have.
+  // Before true loops have reduced the predicted covariance, and after.
   const std::size_t begin = alone ? kLap - 4 : kLap + 20;
   const auto deceived = [&](std::size_t k) { return k >= begin && k < begin + 6; };
   const Outcome outcome = drive(
@@ -233,7 +232,7 @@ TEST_CASE("A street that looks like another 20 m away is refused and changes not
     const std::size_t k = event.frame / kFramesApart;
     const std::size_t old = event.old_frame / kFramesApart;
     CAPTURE(k, old, event.chi2);
-    // Who is deceived leaves a false view of its place behind, for later keyframes to find.
+    // A deceived keyframe stores a false view of its place, which later keyframes may find.
     CHECK(event.accepted == !(deceived(k) || deceived(old)));
   }
   CHECK(ate_m(outcome.closed) == Approx(ate_m(blind.closed)).epsilon(0.1));
@@ -249,7 +248,7 @@ double worst_error_m(const std::vector<PoseGaussian>& poses, const Eyes& eyes) {
   return worst;
 }
 
-TEST_CASE("A segment that begins at an earlier place is moved there as a whole", "[stereo_slam][loops]") {
+TEST_CASE("A segment that begins at an earlier place moves there as a whole", "[stereo_slam][loops]") {
   CAPTURE(kSeed);
   constexpr std::size_t kCut = 60;
   const Eyes carried_back = [](std::size_t k) { return k < kCut ? k : k - 50; };
@@ -265,7 +264,7 @@ TEST_CASE("A segment that begins at an earlier place is moved there as a whole",
   }
 }
 
-TEST_CASE("A segment that sees nothing known keeps the guess", "[stereo_slam][loops]") {
+TEST_CASE("A segment without loops keeps its guessed pose", "[stereo_slam][loops]") {
   constexpr std::size_t kCut = 40;
   const Eyes blinded = [](std::size_t k) { return k < kCut ? std::optional(k) : std::nullopt; };
   const Outcome outcome = drive(LoopThread::kNone, blinded, {.lost_before = kCut, .keyframes = 80});
@@ -275,7 +274,7 @@ TEST_CASE("A segment that sees nothing known keeps the guess", "[stereo_slam][lo
   }
 }
 
-TEST_CASE("A drive finds its place in the map of another", "[stereo_slam][loops]") {
+TEST_CASE("A drive is localised in the map of another", "[stereo_slam][loops]") {
   CAPTURE(kSeed);
   const auto use = GENERATE(MapUse::kLocalise, MapUse::kContinue);
   const Outcome mapping = drive(LoopThread::kNone, [](std::size_t k) { return k; }, {.keyframes = 70});
@@ -303,11 +302,11 @@ TEST_CASE("A drive finds its place in the map of another", "[stereo_slam][loops]
   CHECK_NOTHROW(check(outcome.map));
 }
 
-TEST_CASE("Keyframes share the landmarks that both show", "[stereo_slam][loops]") {
+TEST_CASE("Keyframes share the landmarks that both observe", "[stereo_slam][loops]") {
   Keyframe a;
   Keyframe b;
-  for (const std::uint32_t number : {5U, 0U, 3U, 9U}) a.points.push_back({{}, {}, number});
-  for (const std::uint32_t number : {9U, 4U, 5U, 0U, 0U}) b.points.push_back({{}, {}, number});
+  for (const std::uint32_t id : {5U, 0U, 3U, 9U}) a.points.push_back({{}, {}, id});
+  for (const std::uint32_t id : {9U, 4U, 5U, 0U, 0U}) b.points.push_back({{}, {}, id});
   CHECK(shared_landmarks(a, b) == 2);
   CHECK(shared_landmarks(a, Keyframe{}) == 0);
 }

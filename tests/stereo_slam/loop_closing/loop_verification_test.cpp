@@ -23,8 +23,8 @@ Descriptor random_descriptor(std::mt19937_64& random) {
   return descriptor;
 }
 
-/// A street from two cameras. Of the new keyframe's points a share shows the old ones', with noise and worn
-/// descriptors; the others show something else, of which some looks like the old points.
+/// A street seen from two poses. Some points of the new keyframe are points of the old one, with noise and
+/// changed descriptors; the others are different, and some of them look like old points.
 struct Revisit {
   Keyframe old_keyframe;
   Keyframe new_keyframe;
@@ -68,7 +68,7 @@ struct Revisit {
   }
 };
 
-TEST_CASE("A revisit among lookalikes is measured, and as well as it says", "[stereo_slam][loops]") {
+TEST_CASE("A revisit among lookalikes is measured, with a consistent covariance", "[stereo_slam][loops]") {
   constexpr int kRuns = 60;
   double nees = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
@@ -98,7 +98,7 @@ TEST_CASE("Lookalikes without a common pose make no loop", "[stereo_slam][loops]
   CHECK(Revisit(1, 0, 0).verify().check == LoopCheck::kTooFewMatches);
 }
 
-TEST_CASE("Verification of empty keyframes fails, and of the same keyframes repeats",
+TEST_CASE("Verification of empty keyframes fails; the same keyframes give the same bits",
           "[stereo_slam][loops]") {
   CHECK(verify_loop({}, {}, kCamera, kSettings, 1).check == LoopCheck::kTooFewMatches);
   const Revisit revisit(5, 60);
@@ -128,7 +128,7 @@ LoopMeasurement loop_of(std::size_t old_keyframe, std::size_t new_keyframe, doub
   return {old_keyframe, new_keyframe, {Pose::exp(xi), 1e-4 * Matrix6<double>::Identity()}, 50};
 }
 
-TEST_CASE("A loop counts when three keyframes in a row agree on it", "[stereo_slam][loops]") {
+TEST_CASE("A loop is accepted when three keyframes in a row agree on it", "[stereo_slam][loops]") {
   const auto database = straight_drive(40);
   LoopConsistency consistency(kSettings);
   CHECK(consistency.add(loop_of(5, 30, 0.2), database).empty());
@@ -136,19 +136,19 @@ TEST_CASE("A loop counts when three keyframes in a row agree on it", "[stereo_sl
   CHECK(consistency.add(loop_of(8, 32, -0.8), database).size() == 3);
   CHECK(consistency.add(loop_of(7, 33, 1.2), database).size() == 1);
 
-  SECTION("one that contradicts them starts anew") {
+  SECTION("a loop that contradicts them starts a new row") {
     CHECK(consistency.add(loop_of(9, 34, 5.0), database).empty());
     CHECK(consistency.add(loop_of(10, 35, 5.0), database).empty());
     CHECK(consistency.add(loop_of(11, 36, 5.0), database).size() == 3);
   }
-  SECTION("so does a keyframe without a loop") {
+  SECTION("a keyframe without a loop ends the row") {
     CHECK(consistency.add(std::nullopt, database).empty());
     CHECK(consistency.add(loop_of(9, 35, 0.2), database).empty());
     CHECK(consistency.add(loop_of(10, 36, 0.2), database).empty());
   }
 }
 
-TEST_CASE("The allowance for drift grows with the way, and forgives nothing on none",
+TEST_CASE("The allowance for drift grows with the path length, and is zero for none",
           "[stereo_slam][loops]") {
   CHECK(drift_allowance(0.0, kSettings).isZero());
   const Matrix6<double> P = drift_allowance(700.0, kSettings);

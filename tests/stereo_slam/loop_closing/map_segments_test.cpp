@@ -8,7 +8,7 @@
 namespace stereo_slam {
 namespace {
 
-TEST_CASE("Segments hang together over others, and their root is the earliest", "[stereo_slam][loops]") {
+TEST_CASE("Joined segments have the earliest of them as their root", "[stereo_slam][loops]") {
   MapSegments segments;
   for (const std::size_t first : {0U, 5U, 9U, 20U}) segments.begin(first);
   CHECK(segments.size() == 4);
@@ -27,7 +27,7 @@ TEST_CASE("Segments hang together over others, and their root is the earliest", 
   CHECK_FALSE(segments.placed(2));
 }
 
-TEST_CASE("A segment begins after the one before", "[stereo_slam][loops]") {
+TEST_CASE("A segment that does not begin after the one before is refused", "[stereo_slam][loops]") {
   MapSegments segments;
   segments.begin(3);
   CHECK_THROWS_AS(segments.begin(3), std::invalid_argument);

@@ -54,7 +54,7 @@ class Town {
   std::vector<Descriptor> kinds_;
 };
 
-TEST_CASE("Places are recognised, and the work a query grows far slower than their number",
+TEST_CASE("Places are recognised, and the work of a query grows far slower than the number of keyframes",
           "[stereo_slam][places]") {
   CAPTURE(kSeed);
   constexpr std::size_t kPlaces = 2000;
@@ -82,7 +82,7 @@ TEST_CASE("Places are recognised, and the work a query grows far slower than the
   CHECK(recognition.memory_bytes() < kPlaces * kPoints * 150);
 }
 
-TEST_CASE("A place never seen has no candidate with a score like that of one seen", "[stereo_slam][places]") {
+TEST_CASE("A new place has no candidate that scores like a revisit", "[stereo_slam][places]") {
   CAPTURE(kSeed);
   Town town(kSeed);
   PlaceRecognition recognition{PlaceRecognitionSettings{}};
@@ -99,8 +99,7 @@ TEST_CASE("A place never seen has no candidate with a score like that of one see
   CHECK(seen.candidates.front().score > 2.0 * other_score);
 }
 
-TEST_CASE("Keyframes of the present are not candidates, and neighbours of a candidate neither",
-          "[stereo_slam][places]") {
+TEST_CASE("Recent keyframes and neighbours of a candidate are not candidates", "[stereo_slam][places]") {
   CAPTURE(kSeed);
   Town town(kSeed);
   PlaceRecognition recognition{PlaceRecognitionSettings{}};
@@ -117,8 +116,7 @@ TEST_CASE("Keyframes of the present are not candidates, and neighbours of a cand
   }
 }
 
-TEST_CASE("Descriptors that look the same everywhere neither split a leaf for ever nor fill it",
-          "[stereo_slam][places]") {
+TEST_CASE("Equal descriptors neither split a leaf without end nor fill it", "[stereo_slam][places]") {
   PlaceRecognition recognition{PlaceRecognitionSettings{}};
   const std::vector<KeyframePoint> same(kPoints);
   for (std::size_t id = 0; id < 50; ++id) recognition.add(id, same);
@@ -126,7 +124,7 @@ TEST_CASE("Descriptors that look the same everywhere neither split a leaf for ev
   CHECK(query.comparisons <= kPoints * 4 * 4 * 48);
 }
 
-TEST_CASE("Nothing is recognised in nothing", "[stereo_slam][places]") {
+TEST_CASE("An empty query and an empty database give no candidates", "[stereo_slam][places]") {
   const PlaceRecognition recognition{PlaceRecognitionSettings{}};
   CHECK(recognition.query(Town(1).place(), 0).candidates.empty());
   CHECK(recognition.query({}, 10).candidates.empty());

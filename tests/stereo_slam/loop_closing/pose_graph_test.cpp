@@ -15,7 +15,7 @@ namespace {
 
 constexpr unsigned kSeed = 5;
 constexpr std::size_t kLap = 100;    // nodes a lap
-constexpr std::size_t kNodes = 180;  // the second lap drives the same way
+constexpr std::size_t kNodes = 180;  // the second lap follows the first
 constexpr double kStep_m = 4.0;
 constexpr double kMaxChi2 = 22.458;  // 99.9 % of six degrees of freedom
 
@@ -93,7 +93,7 @@ Drive drive_with_loops(unsigned seed = kSeed) {
   return result;
 }
 
-TEST_CASE("Loops take the drift out of drives", "[stereo_slam][pose_graph]") {
+TEST_CASE("Loops remove the drift of drives", "[stereo_slam][pose_graph]") {
   constexpr unsigned kDrives = 20;
   double open_m = 0.0;
   double closed_m = 0.0;
@@ -130,7 +130,7 @@ TEST_CASE("A false loop of 20 m among true ones changes the drive's error by les
   }
 }
 
-TEST_CASE("A false loop is told by its innovation where no other loop contradicts it",
+TEST_CASE("The Mahalanobis distance reveals a false loop that no other loop contradicts",
           "[stereo_slam][pose_graph]") {
   CAPTURE(kSeed);
   Drive d = drive();
@@ -144,7 +144,8 @@ TEST_CASE("A false loop is told by its innovation where no other loop contradict
   CHECK(mahalanobis_squared(d.graph, d.false_loop(4, kLap + 4), {}, kSettings) > 10.0 * alone);
 }
 
-TEST_CASE("The innovation is what an edge adds to the sum of squares", "[stereo_slam][pose_graph]") {
+TEST_CASE("The Mahalanobis distance of an edge is what it adds to the sum of squares",
+          "[stereo_slam][pose_graph]") {
   CAPTURE(kSeed);
   Drive d = drive();
   const auto edge = d.measured(3, kLap + 5, Drive::loop_covariance());
@@ -208,7 +209,7 @@ TEST_CASE("The same graph gives the same bits", "[stereo_slam][pose_graph]") {
   for (std::size_t k = 0; k < kNodes; ++k) CHECK(first.poses[k].coeffs() == second.poses[k].coeffs());
 }
 
-TEST_CASE("Graphs without edges are left alone; impossible edges are refused",
+TEST_CASE("Graphs without edges stay as they are; invalid edges are refused",
           "[stereo_slam][pose_graph][error]") {
   CHECK(optimize({}, kSettings).poses.empty());
   PoseGraph graph;

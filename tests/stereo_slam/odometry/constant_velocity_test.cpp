@@ -18,7 +18,7 @@ ConstantVelocity driving() {
   return velocity;
 }
 
-TEST_CASE("The motion goes on in proportion to the time", "[stereo_slam][velocity]") {
+TEST_CASE("The predicted motion is proportional to the time", "[stereo_slam][velocity]") {
   const ConstantVelocity velocity = driving();
   CHECK(velocity.motion_until(2 * kStep_ns).is_approx(test::car_motion(), 1e-12));
   CHECK(velocity.motion_until(4 * kStep_ns)
@@ -27,7 +27,7 @@ TEST_CASE("The motion goes on in proportion to the time", "[stereo_slam][velocit
   CHECK(velocity.unseen_until(4 * kStep_ns).now == Approx(3.0));
 }
 
-TEST_CASE("Unseen steps add up until something is seen", "[stereo_slam][velocity]") {
+TEST_CASE("Unseen steps add up until the motion is measured", "[stereo_slam][velocity]") {
   ConstantVelocity velocity = driving();
   for (int k = 2; k <= 6; ++k) velocity.unmeasured(k * kStep_ns);
   CHECK(velocity.unseen_until(7 * kStep_ns).before == Approx(5.0));
@@ -37,7 +37,7 @@ TEST_CASE("Unseen steps add up until something is seen", "[stereo_slam][velocity
   CHECK(velocity.unseen_until(8 * kStep_ns).before == 0.0);
 }
 
-TEST_CASE("A frame that nothing is seen in counts as one, also after a long step",
+TEST_CASE("A frame without a measured motion counts as one step, also after a long step",
           "[stereo_slam][velocity]") {
   ConstantVelocity velocity = driving();
   velocity.measured(11 * kStep_ns, test::car_motion());  // ten steps later
@@ -48,22 +48,23 @@ TEST_CASE("A frame that nothing is seen in counts as one, also after a long step
         Approx(0.1 * test::car_motion().translation().norm()).epsilon(0.01));
 }
 
-TEST_CASE("Nothing goes on for ever", "[stereo_slam][velocity]") {
+TEST_CASE("The predicted motion is the identity after too many unseen steps", "[stereo_slam][velocity]") {
   ConstantVelocity velocity = driving();
   CHECK(velocity.motion_until(std::numeric_limits<std::int64_t>::max()).coeffs().allFinite());
   for (int k = 2; k <= 80; ++k) velocity.unmeasured(k * kStep_ns);
   CHECK(velocity.motion_until(81 * kStep_ns).is_approx(Pose::identity(), 1e-12));
 }
 
-TEST_CASE("Stamps that stand still or go back count as a step, and before any motion nothing moves",
-          "[stereo_slam][velocity]") {
+TEST_CASE(
+    "Stamps that do not increase count as one step; without a measured motion the prediction is the identity",
+    "[stereo_slam][velocity]") {
   const ConstantVelocity velocity = driving();
   CHECK(velocity.motion_until(kStep_ns).is_approx(test::car_motion(), 1e-12));
   CHECK(velocity.motion_until(-kStep_ns).is_approx(test::car_motion(), 1e-12));
   ConstantVelocity standing;
   standing.found(0);
   CHECK(standing.motion_until(kStep_ns).is_approx(Pose::identity(), 1e-12));
-  standing.measured(0, test::car_motion());  // the stamps of both pictures are equal
+  standing.measured(0, test::car_motion());  // the stamps of both frames are equal
   CHECK(standing.motion_until(kStep_ns).is_approx(test::car_motion(), 1e-12));
 }
 

@@ -82,7 +82,7 @@ TEST_CASE("Static points outvote a lorry that fills the image, and have no other
   CHECK(fooled.T_previous_current.pose.translation().norm() < 0.1);
 }
 
-TEST_CASE("The reported covariance of the motion is honest", "[stereo_slam][odometry]") {
+TEST_CASE("The reported covariance of the motion is consistent with its errors", "[stereo_slam][odometry]") {
   constexpr int kRuns = 100;
   std::mt19937_64 random(5);
   const Pose motion = test::car_motion();

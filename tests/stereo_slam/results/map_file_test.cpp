@@ -79,7 +79,7 @@ bool same(const Keyframe& a, const Keyframe& b) {
   return a.id == b.id && a.frame == b.frame && a.stamp_ns == b.stamp_ns && a.segment == b.segment &&
          std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(), same_points) &&
          same(a.T_previous_keyframe, b.T_previous_keyframe) && same(a.T_world_keyframe, b.T_world_keyframe) &&
-         same(a.travelled_m, b.travelled_m);
+         same(a.path_length_m, b.path_length_m);
 }
 
 bool same(const PoseGraphEdge& a, const PoseGraphEdge& b) {
@@ -254,9 +254,9 @@ TEST_CASE("Contradictory contents are refused although the checksum is right",
       {kCameraAt + 32, kNaN, "camera has no positive baseline"},
       {kRectificationAt, kNaN, "rectification is not finite"},
       {kRectificationAt + 96, -1.0, "rectification has an information that is not positive definite"},
-      {first + 24, kNaN, "keyframe 0 has no length of way"},
+      {first + 24, kNaN, "keyframe 0 has no valid path length"},
       {first + 32, 0.5, "keyframe 0: T_previous_keyframe is not a unit dual quaternion"},
-      {first + 32 + 352 + 64, -1.0, "keyframe 0: T_world_keyframe has a covariance that is none"},
+      {first + 32 + 352 + 64, -1.0, "keyframe 0: T_world_keyframe has a matrix that is not a covariance"},
       {first + kKeyframeBytes, -1e300, "keyframe 0 has a point outside the image"},
   }));
   auto bytes = file_of(small_map());
@@ -319,12 +319,12 @@ TEST_CASE("An invalid map is not saved", "[stereo_slam][map_file][error]") {
   map.keyframes[1].id = 2;
   expect("keyframe 1 has the id 2");
   map.keyframes[2].frame = map.keyframes[1].frame;
-  expect("keyframe 2 is not of a later frame than the one before");
+  expect("keyframe 2 is not of a later frame than the keyframe before");
   map.keyframes[2].segment = 0;
   map.keyframes[1].segment = 1;
-  expect("keyframe 2 is of an earlier segment than the one before");
-  map.keyframes[1].travelled_m = 100.0;
-  expect("keyframe 2 has a shorter way than the one before");
+  expect("keyframe 2 is of an earlier segment than the keyframe before");
+  map.keyframes[1].path_length_m = 100.0;
+  expect("keyframe 2 has a shorter path length than the keyframe before");
   map.keyframes[1].T_previous_keyframe.covariance.setZero();
   expect("keyframe 1: T_previous_keyframe has a covariance that is not positive definite");
   map.keyframes[2].T_previous_keyframe.covariance.setZero();  // a segment's first
@@ -332,27 +332,27 @@ TEST_CASE("An invalid map is not saved", "[stereo_slam][map_file][error]") {
   map.rectification.coefficients(1, 2) = 1e4;
   expect("rectification moves points out of the image");
   map.keyframes[1].T_world_keyframe.covariance(0, 4) *= -1.0;
-  expect("keyframe 1: T_world_keyframe has a covariance that is none");
+  expect("keyframe 1: T_world_keyframe has a matrix that is not a covariance");
   map.keyframes[1].points[1].z.z() = -1.0F;
   expect("keyframe 1 has a point with a negative disparity");
   map.loops[0].to = 3;
-  expect("loop 0 goes from keyframe 0 to 3 of 3");
+  expect("loop 0 connects keyframe 0 with 3 of 3");
   map.loops[0].to = 0;
-  expect("loop 0 goes from keyframe 0 to itself");
+  expect("loop 0 connects keyframe 0 with itself");
   map.points[1].position_world.y() = kNaN;
   expect("map point 1 is not finite, or farther than 1e9 m");
   map.points[1].keyframe = 3;
   expect("map point 1 belongs to keyframe 3 of 3");
   map.points[1].landmark = 0xffffffff;
-  expect("map point 1 has a number beyond 2^31");
+  expect("map point 1 has a landmark id beyond 2^31");
   map.keyframes[1].points[0].landmark = 0xffffffff;
-  expect("keyframe 1 has a point with a number beyond 2^31");
+  expect("keyframe 1 has a point with a landmark id beyond 2^31");
   map.keyframes[2].frame = std::numeric_limits<std::size_t>::max();
-  expect("keyframe 2 is of a frame beyond 2^53");
+  expect("keyframe 2 has a frame index beyond 2^53");
   map.keyframes[2].segment = 2;
-  expect("keyframe 2 leaves a segment out");
+  expect("keyframe 2 skips a segment");
   for (auto& keyframe : map.keyframes) ++keyframe.segment;
-  expect("keyframe 0 is of another segment than the first");
+  expect("keyframe 0 is not of segment 0");
   map.camera.width_px = 0;
   expect("camera has an image without pixels");
 }

@@ -8,7 +8,7 @@
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/support/scenes.hpp"
 
-/// Maps full of numbers without meaning, for what stores them.
+/// Maps of random values, for tests of code that stores them.
 namespace stereo_slam::test {
 
 /// A car's pose; the errors of pitch and height correlate.
@@ -31,21 +31,21 @@ inline std::vector<KeyframePoint> points_of(std::size_t count, std::mt19937_64& 
 inline std::vector<Keyframe> keyframes_of(std::size_t count, std::size_t points, std::mt19937_64& random) {
   std::vector<Keyframe> keyframes(count);
   for (std::size_t id = 0; id < count; ++id) {
-    const auto way_m = 0.9 * static_cast<double>(id);
+    const auto length_m = 0.9 * static_cast<double>(id);
     keyframes[id].id = id;
     keyframes[id].frame = 7 * id;
     keyframes[id].stamp_ns = static_cast<std::int64_t>(100'000'000 * id) - 50'000'000;
     keyframes[id].segment = id / 2;
     keyframes[id].points = points_of(points, random);
     if (id > 0) keyframes[id].T_previous_keyframe = estimate(0.9, 1e-4);
-    keyframes[id].T_world_keyframe = estimate(way_m, 1e-3 * way_m);
-    keyframes[id].travelled_m = way_m;
+    keyframes[id].T_world_keyframe = estimate(length_m, 1e-3 * length_m);
+    keyframes[id].path_length_m = length_m;
   }
   return keyframes;
 }
 
-/// A map of a drive with that many keyframes and points in each, two keyframes a segment, and a loop if it
-/// can.
+/// A map with so many keyframes, so many points in each and two keyframes a segment; with a loop if there are
+/// two keyframes.
 inline SavedMap map_of(std::size_t keyframes, std::size_t points) {
   std::mt19937_64 random(11);
   SavedMap map;

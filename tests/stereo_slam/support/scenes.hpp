@@ -9,9 +9,10 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 
-/// Points, poses and pictures whose truth is known, for the tests of the SLAM's stages.
+/// Points, poses and images with known ground truth, for the tests of the SLAM's stages.
 namespace stereo_slam::test {
 
 /// A KITTI-like camera.
@@ -41,6 +42,14 @@ inline Pose car_motion(double forward_m = 0.9) {
   return Pose::exp(xi);
 }
 
+/// Points with these measurements and empty descriptors.
+inline StereoPoints points_at(const std::vector<StereoPoint>& measurements) {
+  StereoPoints points;
+  for (const auto& z : measurements) points.measured.push_back({z, 0.0});
+  points.descriptors.resize(measurements.size());
+  return points;
+}
+
 /// Euclidean landmark in the reference frame with the covariance of one triangulation.
 inline Landmark landmark_at(const StereoPoint& z, const StereoCamera& camera, double sigma_px) {
   Landmark landmark;
@@ -51,7 +60,7 @@ inline Landmark landmark_at(const StereoPoint& z, const StereoCamera& camera, do
   return landmark;
 }
 
-/// Band-limited picture without symmetry, defined at every real position: values in about 0..255.
+/// Band-limited image without symmetry, defined at every real position: values in about 0..255.
 inline double smooth_texture(double x, double y) {
   return 127.0 + 25.0 * std::sin(0.31 * x + 0.12 * y) + 22.0 * std::sin(0.17 * x - 0.29 * y + 1.0) +
          18.0 * std::sin(0.41 * y + 0.05 * x + 2.0) + 16.0 * std::cos(0.23 * x + 0.37 * y) +

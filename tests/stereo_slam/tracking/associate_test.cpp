@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/tracking/associate.hpp"
 
-#include "stereo_slam/frontend/spatial_index.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
 namespace stereo_slam {
 namespace {
-
-const cv::Size kImage(1241, 376);
 
 Descriptor random_descriptor(std::mt19937_64& random) {
   Descriptor descriptor;
@@ -133,49 +130,6 @@ TEST_CASE("The flow gate keeps static points and drops what moves on its own", "
   CHECK((*end_px[0] - Vector2<double>(103.0, 60.0)).norm() < 0.1);
 
   CHECK_FALSE(static_px(pyramids_of({3.0, 4.0}))[0]);  // the object moves 4 px down, too
-}
-
-TEST_CASE("Features near those already used are excluded", "[stereo_slam][association]") {
-  const Descriptor none{};
-  const std::vector<Feature> features = {feature_at({10, 10}, none), feature_at({13, 10}, none),
-                                         feature_at({50, 50}, none)};
-  const auto kept = exclude_features(features, {{11.0, 10.0}, {-5.0, 900.0}}, kImage, 1.5);
-  REQUIRE(kept.size() == 2);
-  CHECK(kept[0].position_px.x() == 13.0);
-  CHECK(exclude_features({}, {}, kImage, 3.0).empty());
-}
-
-TEST_CASE("Buckets are served in turn and the last round evenly", "[stereo_slam][association]") {
-  std::vector<Vector2<double>> points;
-  for (int column = 0; column < 10; ++column) {
-    for (int k = 0; k < 4; ++k) points.emplace_back(50.0 * column + 10.0 + k, 20.0);
-  }
-  const auto chosen = spread_over_buckets(points, {500, 40}, 50, 15);
-  REQUIRE(chosen.size() == 15);
-  for (std::size_t i = 0; i < 10; ++i) CHECK(chosen[i] == 4 * i);  // the first of each
-  CHECK(chosen[14] >= 32);                                         // the second round reaches the far end
-  CHECK(spread_over_buckets(points, {500, 40}, 50, 1000).size() == points.size());
-  CHECK(spread_over_buckets({}, {500, 40}, 50, 10).empty());
-}
-
-TEST_CASE("Points are found within a radius, across cells and at the border", "[stereo_slam][association]") {
-  const SpatialIndex index({{15.5, 15.5}, {16.5, 16.5}, {1240.0, 375.0}}, kImage);
-  CHECK(index.any_within({17.0, 17.0}, 1.0));
-  CHECK(index.any_within({14.5, 15.5}, 1.0));
-  CHECK_FALSE(index.any_within({30.0, 30.0}, 5.0));
-  CHECK(index.any_within({1245.0, 380.0}, 10.0));
-  CHECK_FALSE(index.any_within({-100.0, -100.0}, 10.0));
-}
-
-TEST_CASE("The distance of descriptors is the number of differing bits", "[stereo_slam][association]") {
-  Descriptor a{};
-  Descriptor b{};
-  CHECK(hamming_distance(a, b) == 0);
-  b[0] = 0x0F;
-  b[31] = 0x80;
-  CHECK(hamming_distance(a, b) == 5);
-  b.fill(0xFF);
-  CHECK(hamming_distance(a, b) == 256);
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ UpdateSettings settings_for(PoseUpdateMethod method) {
   return settings;
 }
 
-TEST_CASE("The likelihood is highest where the landmarks were seen, and a pose and its antipode are alike",
+TEST_CASE("The likelihood is highest at the true pose, and equal for a pose and its antipode",
           "[stereo_slam][update]") {
   std::mt19937_64 random(1);
   const Pose truth = test::car_motion();
@@ -101,7 +101,8 @@ TEST_CASE("Every method moves the pose to the landmarks", "[stereo_slam][update]
   }
 }
 
-TEST_CASE("The quadratic update reports an honest covariance and innovation", "[stereo_slam][update]") {
+TEST_CASE("The covariance and the innovation of the quadratic update are consistent",
+          "[stereo_slam][update]") {
   constexpr int kRuns = 100;
   std::mt19937_64 random(4);
   const Pose truth = test::car_motion();

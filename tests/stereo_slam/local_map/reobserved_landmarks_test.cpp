@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/stereo_points.hpp"
-
-#include "stereo_slam/keyframes/keyframe_database.hpp"
 #include "stereo_slam/local_map/reobserved_landmarks.hpp"
+
+#include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
 namespace stereo_slam {
@@ -15,34 +14,20 @@ Match match_at(std::size_t landmark, double u, double v) {
   return match;
 }
 
-StereoPoints points_at(const std::vector<StereoPoint>& measurements) {
-  StereoPoints points;
-  for (const auto& z : measurements) points.measured.push_back({z, 0.0});
-  points.descriptors.resize(measurements.size());
-  return points;
-}
-
 TEST_CASE("A re-observed landmark continues in the nearest point, and in one only",
           "[stereo_slam][landmarks]") {
   std::vector<Landmark> landmarks(3);
   for (std::uint32_t i = 0; i < 3; ++i) landmarks[i].id = 40 + i;
   const ReobservedLandmarks reobserved({match_at(2, 100.0, 50.0), match_at(0, 200.0, 50.0)}, landmarks);
   const auto ids = reobserved.ids_at(
-      points_at({{100.4, 50.3, 20.0}, {100.9, 50.0, 20.0}, {150.0, 50.0, 20.0}, {200.0, 51.0, 9.0}}),
+      test::points_at({{100.4, 50.3, 20.0}, {100.9, 50.0, 20.0}, {150.0, 50.0, 20.0}, {200.0, 51.0, 9.0}}),
       {320, 100});
   REQUIRE(ids.size() == 4);
   CHECK(ids[0] == std::optional<std::uint32_t>(42));
   CHECK_FALSE(ids[1].has_value());
   CHECK_FALSE(ids[2].has_value());
   CHECK(ids[3] == std::optional<std::uint32_t>(40));
-  CHECK(ReobservedLandmarks().ids_at(points_at({{1.0, 1.0, 1.0}}), {320, 100}).size() == 1);
-}
-
-TEST_CASE("Points of a keyframe without landmarks have the landmark id 0", "[stereo_slam][landmarks]") {
-  const StereoPoints points = points_at({{10.0, 20.0, 3.0}, {11.0, 21.0, 4.0}});
-  CHECK(keyframe_points(points, {})[1].landmark == 0);
-  CHECK(keyframe_points(points, {7, 9})[1].landmark == 9);
-  CHECK(measurement(keyframe_points(points, {})[1]) == StereoPoint(11.0, 21.0, 4.0));
+  CHECK(ReobservedLandmarks().ids_at(test::points_at({{1.0, 1.0, 1.0}}), {320, 100}).size() == 1);
 }
 
 }  // namespace
