@@ -24,6 +24,9 @@ constexpr std::size_t kFramesApart = 10;
 constexpr double kRadius_m = 30.0;
 constexpr double kLateral_m = 12.0;
 constexpr std::size_t kPoints = 250;
+constexpr std::uint32_t kCornersPerKeyframe = 60;
+constexpr std::uint32_t kCorners = kCornersPerKeyframe * kLap;
+constexpr std::size_t kTrackLost = 60;  // keyframe from which corners have new landmark ids
 
 struct Corner {
   Vector3<double> position;
@@ -43,7 +46,7 @@ class Town {
     std::uniform_real_distribution<double> height(-4.0, 1.6);
     std::uniform_real_distribution<double> ahead(0.0, 2.0);
     for (std::size_t k = 0; k < kLap; ++k) {
-      for (int i = 0; i < 60; ++i) {
+      for (std::uint32_t i = 0; i < kCornersPerKeyframe; ++i) {
         const double x = side(random_);
         const Vector3<double> p(x + std::copysign(3.0, x), height(random_), ahead(random_));
         corners_.push_back({truth_[k] * p, any_descriptor()});
@@ -58,12 +61,15 @@ class Town {
     random_.seed(kSeed + 1000 + k);
     const Pose& T_world_camera = truth_[from];
     std::vector<KeyframePoint> points;
+    std::uint32_t landmark = k < kTrackLost ? 0 : kCorners;
     for (const auto& corner : corners_) {
+      ++landmark;
       const Vector3<double> p = T_world_camera.inverse() * corner.position;
       if (p.z() < 4.0 || p.z() > 35.0) continue;
       const auto z = camera_.project(p);
       if (!z || !camera_.in_view(*z, 3.0)) continue;  // with noise, too
-      points.push_back({(*z + test::stereo_noise(random_, 0.5)).cast<float>(), worn(corner.descriptor)});
+      points.push_back(
+          {(*z + test::stereo_noise(random_, 0.5)).cast<float>(), worn(corner.descriptor), landmark});
     }
     std::shuffle(points.begin(), points.end(), random_);
     if (points.size() > kPoints) points.resize(kPoints);
@@ -107,6 +113,7 @@ struct Outcome {
   std::vector<std::size_t> corrected_at;
   std::vector<LoopEvent> events;
   std::vector<bool> segment_placed;  ///< after the last correction
+  LandmarkIdentity identity;         ///< after the last correction
   SavedMap map;
 };
 
@@ -133,6 +140,7 @@ Outcome drive(
   const auto apply = [&](const std::optional<LoopCorrection>& correction) {
     if (!correction) return;
     outcome.segment_placed = correction->segment_placed;
+    outcome.identity = correction->identity;
     auto& poses = outcome.closed;
     for (std::size_t k = 0; k < poses.size(); ++k) {
       poses[k] = k < correction->T_world_keyframe.size() ? correction->T_world_keyframe[k]
@@ -194,6 +202,18 @@ TEST_CASE("A second lap closes loops at its keyframes, and they remove the drift
   }
   CHECK(3.0 * ate_m(outcome.closed) < ate_m(outcome.open));
   CHECK(outcome.closed.back().covariance.trace() < outcome.open.back().covariance.trace());
+}
+
+TEST_CASE("Corrections unite the landmarks that loops re-observe, and no others", "[stereo_slam][loops]") {
+  const Outcome& outcome = undeceived_drive();
+  int united = 0;
+  for (std::uint32_t id = 1; id <= kCorners; ++id) {
+    CHECK(outcome.identity(id) == id);
+    const std::uint32_t second = outcome.identity(id + kCorners);
+    if (second != id + kCorners) CHECK(second == id);
+    united += second == id ? 1 : 0;
+  }
+  CHECK(united >= LoopVerificationSettings{}.min_inliers);
 }
 
 TEST_CASE("Corrections take effect at the same frames, with the same bits, with and without a thread",
