@@ -7,11 +7,11 @@
 
 namespace stereo_slam {
 
-/// Lays the poses of frames in which nothing was seen between those of the frames before and after them.
+/// Distributes the prediction error over untracked frames.
 ///
-/// They were predicted from the frame before alone. What that missed the frame after by is handed out over
-/// them in equal parts, and their covariances go over from the predicted ones to that of the frame after.
-/// Unseen frames at the end stay as predicted. `seen` has one value a pose.
-void bridge_unseen(std::vector<PoseGaussian>& T_world_camera, const std::vector<bool>& seen);
+/// Untracked frames were predicted from the tracked frame before them. Each takes an equal share of the error
+/// at the next tracked frame, and its covariance is interpolated between its own and that of the tracked
+/// frame. Untracked frames at the end keep their predicted poses. `tracked` has one value a pose.
+void bridge_untracked(std::vector<PoseGaussian>& T_world_camera, const std::vector<bool>& tracked);
 
 }  // namespace stereo_slam

@@ -47,7 +47,7 @@ std::vector<PoseGaussian> KeyframeTrajectory::poses() const {
     T_world_camera.push_back(compose(keyframes_[frame.keyframe].T_world_keyframe, frame.T_keyframe_camera));
     measured.push_back(frame.measured);
   }
-  bridge_unseen(T_world_camera, measured);
+  bridge_untracked(T_world_camera, measured);
   return T_world_camera;
 }
 

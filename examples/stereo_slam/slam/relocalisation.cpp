@@ -8,8 +8,8 @@
 namespace stereo_slam {
 namespace {
 
-/// Landmarks that look as they should, of those that should be in view: one in so many is enough.
-constexpr std::size_t kBelieved = 3;
+/// One in so many of the landmarks that should be in view has to be found there.
+constexpr std::size_t kMinFoundShare = 3;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
   for (const auto& landmark : association.predicted) association.static_px.emplace_back(landmark.z.head<2>());
   const auto matches = refine_matches(association, source, view, rough.pose, settings.refinement);
   if (matches.size() < static_cast<std::size_t>(rule.min_inliers) ||
-      kBelieved * matches.size() < association.predicted.size()) {
+      kMinFoundShare * matches.size() < association.predicted.size()) {
     return std::nullopt;
   }
   const auto update = update_pose(prior, matches, map, settings.update);

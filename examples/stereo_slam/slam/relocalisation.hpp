@@ -16,13 +16,13 @@ namespace stereo_slam {
 
 /// The keyframe that pose and landmarks are relative to.
 struct ReferenceKeyframe {
-  Keyframe keyframe;          ///< its points; loops keep its pose
-  cv::Mat left;               ///< its image
-  std::size_t landmarks = 0;  ///< that it began with
+  Keyframe keyframe;          ///< points, and what loop closure was given
+  cv::Mat left;               ///< left image
+  std::size_t landmarks = 0;  ///< number of landmarks when the keyframe was created
 };
 
-/// T_keyframe_camera from the images alone: measured as a loop is, and accepted if enough of the keyframe's
-/// landmarks look as they should from there.
+/// T_keyframe_camera from the images alone, without a prior. It is measured as a loop is, and accepted if
+/// enough of the keyframe's landmarks are found where it predicts them.
 [[nodiscard]] std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe,
                                                             const PatchSource& source, const StereoView& view,
                                                             const StereoFeatures& features,

@@ -245,8 +245,7 @@ void Slam::record(const PoseDensity& T_keyframe_camera, bool measured, FrameResu
   result.T_odometry_camera = trajectory_.in_odometry_frame(pose.pose);
 }
 
-/// What is known of the frame when the map has taken it in: whether its place in the world is known, and
-/// counts.
+/// Completes the result after the map update: the status takes into account whether the segment is localised.
 void Slam::complete(const FrameImages& images, FrameResult& result) {
   lost_ = result.status == TrackingStatus::kLost;
   if (started_ && !lost_ && !segment_.localised()) result.status = TrackingStatus::kWeak;

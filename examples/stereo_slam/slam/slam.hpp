@@ -99,7 +99,7 @@ class Slam {
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
   void prepare_next(const FrameImages& images, const std::vector<Match>& matches);
 
-  // What is unusual.
+  // The unusual cases: a repeated image, and no map yet.
   void pass_over(const StereoFrame& frame, FrameResult& result);
   void initialise(const FrameImages& images, FrameResult& result);
 

@@ -8,10 +8,10 @@
 
 namespace stereo_slam {
 
-/// Names and times the stages of one frame.
+/// Measures how long the stages of one frame take.
 class StageClock {
  public:
-  /// Ends the stage at hand, which has this name.
+  /// Ends the current stage and names it.
   void lap(const char* stage) {
     const auto now = std::chrono::steady_clock::now();
     times_.push_back({stage, std::chrono::duration<double, std::milli>(now - last_).count()});

@@ -17,11 +17,10 @@ std::vector<PoseGaussian> drive(std::size_t frames, const Pose& step) {
   return poses;
 }
 
-TEST_CASE("Unseen frames of a steady drive stay where they are, and all others do",
-          "[stereo_slam][bridging]") {
+TEST_CASE("Frames of a steady drive keep their poses, tracked or not", "[stereo_slam][bridging]") {
   const auto before = drive(12, test::car_motion());
   auto poses = before;
-  bridge_unseen(poses, {true, true, true, false, false, false, true, true, false, true, true, false});
+  bridge_untracked(poses, {true, true, true, false, false, false, true, true, false, true, true, false});
   for (std::size_t i = 0; i < poses.size(); ++i) {
     CAPTURE(i);
     CHECK(poses[i].pose.is_approx(before[i].pose, 1e-9));
@@ -29,7 +28,7 @@ TEST_CASE("Unseen frames of a steady drive stay where they are, and all others d
   CHECK(poses[11].covariance == before[11].covariance);
 }
 
-TEST_CASE("What the guess missed is handed out in equal parts", "[stereo_slam][bridging]") {
+TEST_CASE("Untracked frames share the prediction error in equal parts", "[stereo_slam][bridging]") {
   const auto along = [](double z) {
     return Pose::exp((Vector6<double>() << 0.0, 0.0, 0.0, 0.0, 0.0, z).finished());
   };
@@ -38,20 +37,21 @@ TEST_CASE("What the guess missed is handed out in equal parts", "[stereo_slam][b
   poses[4].covariance.setZero();
   poses[5].pose = along(9.0);
   const auto before = poses;
-  bridge_unseen(poses, {true, false, false, false, true, true});
+  bridge_untracked(poses, {true, false, false, false, true, true});
   for (std::size_t i = 0; i < 4; ++i) {
     CHECK(poses[i].pose.is_approx(along(2.0 * static_cast<double>(i)), 1e-9));
   }
   CHECK(poses[2].covariance(0, 0) == Approx(0.5 * before[2].covariance(0, 0)));
 }
 
-TEST_CASE("Nothing to bridge", "[stereo_slam][bridging]") {
+TEST_CASE("Without a tracked frame after them, untracked frames keep their predicted poses",
+          "[stereo_slam][bridging]") {
   std::vector<PoseGaussian> none;
-  bridge_unseen(none, {});
+  bridge_untracked(none, {});
   CHECK(none.empty());
   auto blind = drive(4, test::car_motion());
   const auto before = blind;
-  bridge_unseen(blind, {true, false, false, false});
+  bridge_untracked(blind, {true, false, false, false});
   for (std::size_t i = 0; i < blind.size(); ++i) CHECK(blind[i].pose.coeffs() == before[i].pose.coeffs());
 }
 

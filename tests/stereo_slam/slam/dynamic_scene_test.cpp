@@ -13,7 +13,7 @@ double length_m(const Trajectory& trajectory) {
   return length;
 }
 
-TEST_CASE("In a jam that holds 40 % of the features the SLAM keeps to the street",
+TEST_CASE("With 40 % of the features on moving vehicles the SLAM tracks the street",
           "[stereo_slam][slam][dynamic]") {
   constexpr int kFrames = 60;
   constexpr int kVehicles = 40;

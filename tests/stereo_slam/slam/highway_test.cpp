@@ -49,7 +49,7 @@ TEST_CASE("Most of what a rendered highway shows is far away", "[stereo_slam][hi
 TEST_CASE("Along a rendered highway every frame is tracked and the path has its length",
           "[stereo_slam][slam][highway]") {
   Settings settings;
-  // The pictures are rectified exactly. With disparities of 3 px, what the refinement takes for an offset of
+  // The images are rectified exactly. With disparities of 3 px, what the refinement takes for an offset of
   // the right image changes the length of so short a drive by up to 1.5 %.
   settings.online_rectification.enabled = false;
   Slam slam(drive().sequence.camera, settings);

@@ -48,7 +48,7 @@ const Recording& recording() {
   return rendered;
 }
 
-/// What happens to the pictures of a drive: which of the recording's frames is seen at each step, and how.
+/// What happens to the images of a drive: which of the recording's frames is seen at each step, and how.
 struct Drive {
   std::vector<std::size_t> seen;
   std::function<void(std::size_t step, StereoFrame&)> disturb = [](std::size_t, StereoFrame&) {};
@@ -146,7 +146,7 @@ const Outcome& undisturbed() {
 
 bool every(std::size_t) { return true; }
 
-TEST_CASE("Thirty black frames are bridged by a guess that says how poor it is, and the map is joined again",
+TEST_CASE("Over thirty black frames the covariance grows, and a loop joins the map again",
           "[stereo_slam][relocalisation]") {
   const auto black = [](std::size_t step) { return step >= 100 && step < 130; };
   const auto outcome = run({range(0, kFrames), [&](std::size_t step, StereoFrame& frame) {
@@ -168,7 +168,7 @@ TEST_CASE("Thirty black frames are bridged by a guess that says how poor it is, 
         std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
 }
 
-TEST_CASE("A camera that hangs for two seconds is noticed", "[stereo_slam][relocalisation]") {
+TEST_CASE("A camera that repeats its image for two seconds is noticed", "[stereo_slam][relocalisation]") {
   auto seen = range(0, kFrames);
   for (std::size_t step = 61; step < 75; ++step) seen[step] = 60;
   const auto outcome = run({seen});
@@ -182,7 +182,7 @@ TEST_CASE("A camera that hangs for two seconds is noticed", "[stereo_slam][reloc
         std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
 }
 
-TEST_CASE("Carried to an earlier street the camera finds its place again", "[stereo_slam][relocalisation]") {
+TEST_CASE("A camera carried to an earlier street is relocalised", "[stereo_slam][relocalisation]") {
   auto seen = range(0, 130);
   for (const std::size_t i : range(20, 90)) seen.push_back(i);
   const auto outcome = run({seen, [](std::size_t step, StereoFrame& frame) {
@@ -199,7 +199,7 @@ TEST_CASE("Carried to an earlier street the camera finds its place again", "[ste
   CHECK(outcome.rms_error_m([](std::size_t i) { return i >= 130; }) < 0.3);
 }
 
-TEST_CASE("The exposure may jump", "[stereo_slam][relocalisation]") {
+TEST_CASE("Tracking survives jumps of the exposure", "[stereo_slam][relocalisation]") {
   const auto outcome = run({range(0, kFrames), [](std::size_t step, StereoFrame& frame) {
                               constexpr double kGains[] = {1.0, 0.5, 1.6};
                               const double gain = kGains[step / 15 % 3];
@@ -211,7 +211,7 @@ TEST_CASE("The exposure may jump", "[stereo_slam][relocalisation]") {
   CHECK(outcome.rms_error_m(every) < std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
 }
 
-TEST_CASE("Swapped pictures are not believed", "[stereo_slam][relocalisation]") {
+TEST_CASE("Tracking recovers from frames with left and right swapped", "[stereo_slam][relocalisation]") {
   const auto outcome = run({range(0, kFrames), [](std::size_t step, StereoFrame& frame) {
                               if (step >= 60 && step < 64) std::swap(frame.left, frame.right);
                             }});
@@ -220,8 +220,7 @@ TEST_CASE("Swapped pictures are not believed", "[stereo_slam][relocalisation]") 
   CHECK(outcome.rms_error_m(every) < std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
 }
 
-TEST_CASE("A saved map is loaded, and a second lap from another start finds its place in it",
-          "[stereo_slam][relocalisation]") {
+TEST_CASE("A second lap from another start is localised in a saved map", "[stereo_slam][relocalisation]") {
   Slam first(recording().camera, Settings{});
   static_cast<void>(run({range(0, 145)}, first, 0));
   const test::TemporaryFolder folder;
@@ -266,7 +265,8 @@ TEST_CASE("A saved map is loaded, and a second lap from another start finds its 
   CHECK(run({range(40, 90)}, again, 0).rms_error_m(every) < 0.2);
 }
 
-TEST_CASE("The map of a run that ends somewhere unknown has all landmarks", "[stereo_slam][relocalisation]") {
+TEST_CASE("The map of a run that ends in an unlocalised segment has all landmarks",
+          "[stereo_slam][relocalisation]") {
   auto seen = range(0, 30);
   for (const std::size_t i : range(150, 160)) seen.push_back(i);  // another street, after three black frames
   Slam slam(recording().camera, Settings{});

@@ -135,7 +135,7 @@ TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[ste
   CHECK(slam.process(recording().frames[1]).status == TrackingStatus::kOk);
 }
 
-TEST_CASE("Pictures without any feature do no harm", "[stereo_slam][slam]") {
+TEST_CASE("Images without features do no harm", "[stereo_slam][slam]") {
   Slam slam(recording().camera, Settings{});
   StereoFrame frame = recording().frames.front();
   frame.left = frame.right = cv::Mat(frame.left.size(), CV_8UC1, cv::Scalar(128));
@@ -148,7 +148,7 @@ TEST_CASE("Pictures without any feature do no harm", "[stereo_slam][slam]") {
   CHECK(slam.map_points().empty());
 }
 
-TEST_CASE("Features are spread over the picture", "[stereo_slam][images]") {
+TEST_CASE("Features are spread over the image", "[stereo_slam][images]") {
   const auto& frame = recording().frames.front();
   FeatureSettings settings;
   settings.count = 500;
