@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
@@ -13,7 +14,7 @@ namespace antipode::test {
 
 /// A JSON file of reference values in tests/data.
 [[nodiscard]] inline nlohmann::json read_reference(const std::string& name) {
-  std::ifstream file(std::string(ANTIPODE_TEST_DATA_DIR) + "/" + name);
+  std::ifstream file(std::filesystem::path(ANTIPODE_TEST_DATA_DIR) / name);
   if (!file) throw std::runtime_error("cannot read test data " + name);
   return nlohmann::json::parse(file);
 }
