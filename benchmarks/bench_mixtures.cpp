@@ -101,7 +101,8 @@ TEST_CASE("Normaliser", "[benchmark][mixtures]") {
       meter.measure([&](int i) { return detail::hemisphere_mass<double>(zero, in.covariances[at(i)]); });
     };
     BENCHMARK_ADVANCED("C off centre" + width)(Chronometer meter) {
-      meter.measure([&](int i) { return detail::hemisphere_mass<double>(in.means[at(i)], in.covariances[at(i)]); });
+      meter.measure(
+          [&](int i) { return detail::hemisphere_mass<double>(in.means[at(i)], in.covariances[at(i)]); });
     };
   }
   const Rotations in(0.3);

@@ -135,7 +135,7 @@ void study(const Case& c, int landmarks, int runs) {
     const Scenario s = random_scenario(static_cast<unsigned>(run), c, landmarks);
     for (std::size_t i = 0; i < filters.size(); ++i) {
       const auto start = std::chrono::steady_clock::now();
-      const stereo_slam::PoseLikelihood likelihood(s.matches, s.landmarks, s.camera,
+      const stereo_slam::PoseLikelihood likelihood(s.matches, {s.landmarks, s.camera},
                                                    std::numeric_limits<double>::infinity());
       const Outcome outcome = filters[i].update(s, likelihood);
       times_us[i].push_back(
