@@ -116,7 +116,7 @@ std::optional<LoopCorrection> LoopCloser::correct() {
   correction.T_world_keyframe.assign(poses.begin() + first, poses.end());
   correction.T_world_known_keyframe.assign(graph.poses.begin(), graph.poses.begin() + first);
   for (std::size_t s = known_.segments; s < segments_.size(); ++s) {
-    correction.segment_placed.push_back(segments_.placed(s));
+    correction.segment_localised.push_back(segments_.localised(s));
   }
   correction.identity = identity_;
   return correction;
@@ -142,7 +142,7 @@ PoseGraph LoopCloser::pose_graph() const {
 /// Number of keyframes, from the first, that a loop may lead to: those that are old enough or, in a segment
 /// whose place is not known, all before the segment.
 std::size_t LoopCloser::comparable_keyframes(const Keyframe& keyframe) const {
-  if (!segments_.placed(keyframe.segment)) return segments_.first_keyframe(keyframe.segment);
+  if (!segments_.localised(keyframe.segment)) return segments_.first_keyframe(keyframe.segment);
   const auto gap = static_cast<std::size_t>(settings_.place_recognition.min_gap_frames);
   std::size_t count = keyframe.id;
   while (count > 0 && keyframes_[count - 1].frame + gap > keyframe.frame) --count;

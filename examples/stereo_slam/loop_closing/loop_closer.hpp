@@ -23,7 +23,7 @@ struct LoopCorrection {
   std::vector<PoseGaussian> T_world_keyframe;  ///< of the run's first keyframes; later ones keep their poses
                                                ///< relative to the last of them
   std::vector<Pose> T_world_known_keyframe;    ///< of the loaded map's keyframes
-  std::vector<bool> segment_placed;            ///< of the run's segments: joined with the world's
+  std::vector<bool> segment_localised;         ///< of the run's segments: joined with the world's
   LandmarkIdentity identity;                   ///< landmarks united by all loops so far, by their ids in the
                                                ///< saved map
 };
@@ -39,7 +39,7 @@ class LoopCloser {
  public:
   /// `known` is the map of an earlier run, or empty. Its keyframes, segments and landmarks precede those of
   /// this run in all ids. Keyframes handed in and corrections returned use the ids of this run alone. The
-  /// run's first segment is placed when loops have joined it with the known map.
+  /// run's first segment is localised when loops have joined it with the known map.
   LoopCloser(const StereoCamera& camera, const Settings& settings, const SavedMap& known, MapUse use);
 
   /// Adds the next keyframe. Returns a correction if enough loops are new.

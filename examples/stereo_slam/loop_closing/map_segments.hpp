@@ -22,7 +22,7 @@ class MapSegments {
   [[nodiscard]] std::size_t root(std::size_t segment) const { return roots_[segment]; }
   [[nodiscard]] bool joined(std::size_t a, std::size_t b) const { return root(a) == root(b); }
   /// Whether it is joined with the first segment, which defines the world frame.
-  [[nodiscard]] bool placed(std::size_t segment) const { return root(segment) == 0; }
+  [[nodiscard]] bool localised(std::size_t segment) const { return root(segment) == 0; }
 
   void join(std::size_t a, std::size_t b);
 

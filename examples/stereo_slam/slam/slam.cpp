@@ -123,7 +123,7 @@ FrameResult Slam::begin_result(const StereoFrame& frame) {
 /// Moves the keyframes. The state of the filter is relative to the last one and stays as it is.
 bool Slam::apply(const std::optional<LoopCorrection>& correction) {
   if (!correction) return false;
-  segment_.correct(correction->segment_placed);
+  segment_.correct(correction->segment_localised);
   trajectory_.correct(correction->T_world_keyframe);
   global_map_.correct(*correction);
   return true;

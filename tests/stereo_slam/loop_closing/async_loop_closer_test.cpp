@@ -112,8 +112,8 @@ struct Outcome {
   std::vector<PoseGaussian> closed;  ///< with the corrections
   std::vector<std::size_t> corrected_at;
   std::vector<LoopEvent> events;
-  std::vector<bool> segment_placed;  ///< after the last correction
-  LandmarkIdentity identity;         ///< after the last correction
+  std::vector<bool> segment_localised;  ///< after the last correction
+  LandmarkIdentity identity;            ///< after the last correction
   SavedMap map;
 };
 
@@ -139,7 +139,7 @@ Outcome drive(
   std::vector<PoseGaussian> steps;
   const auto apply = [&](const std::optional<LoopCorrection>& correction) {
     if (!correction) return;
-    outcome.segment_placed = correction->segment_placed;
+    outcome.segment_localised = correction->segment_localised;
     outcome.identity = correction->identity;
     auto& poses = outcome.closed;
     for (std::size_t k = 0; k < poses.size(); ++k) {
@@ -273,7 +273,7 @@ TEST_CASE("A segment that begins at an earlier place moves there as a whole", "[
   constexpr std::size_t kCut = 60;
   const Eyes carried_back = [](std::size_t k) { return k < kCut ? k : k - 50; };
   const Outcome outcome = drive(LoopThread::kNone, carried_back, {.lost_before = kCut, .keyframes = 100});
-  CHECK(outcome.segment_placed == std::vector<bool>{true, true});
+  CHECK(outcome.segment_localised == std::vector<bool>{true, true});
   CHECK(worst_error_m(outcome.open, carried_back) > 20.0);
   CHECK(worst_error_m(outcome.closed, carried_back) < 1.5);
   // The guess is gone: the place is as certain as the loops make it.
@@ -302,7 +302,7 @@ TEST_CASE("A drive is localised in the map of another", "[stereo_slam][loops]") 
   const Eyes ahead = [](std::size_t k) { return k + 25; };
   const Outcome outcome =
       drive(LoopThread::kNone, ahead, {.known = mapping.map, .use = use, .keyframes = 30});
-  CHECK(outcome.segment_placed == std::vector<bool>{true});
+  CHECK(outcome.segment_localised == std::vector<bool>{true});
   CHECK(count_accepted(outcome) > 15);
   for (const auto& event : outcome.events) {
     CAPTURE(event.frame, event.old_frame);
