@@ -155,6 +155,38 @@ template <class Scalar>
          (w_1 * (log_determinant - p_1.log_determinant) + w_2 * (log_determinant - p_2.log_determinant));
 }
 
+/// The components of `x` but those lighter than `min_weight`, centred and with weights that sum to one. The
+/// heaviest is always kept. `result` counts what is dropped.
+template <std::floating_point Scalar, Projection kProjection>
+[[nodiscard]] auto without_light_components(
+    const Mixture<BasicProjectedGaussian<Scalar, kProjection>>& x, Scalar min_weight,
+    MixtureReduction<BasicProjectedGaussian<Scalar, kProjection>>& result) {
+  std::vector<typename Mixture<BasicProjectedGaussian<Scalar, kProjection>>::Element> kept;
+  kept.reserve(x.size());
+  for (const auto& [weight, density] : x) {
+    if (weight < min_weight && weight < x.heaviest().weight) {
+      result.dropped_weight += weight;
+      ++result.dropped;
+    } else {
+      kept.push_back({weight, density.centered()});
+    }
+  }
+  for (auto& element : kept) element.weight /= Scalar(1) - result.dropped_weight;
+  return kept;
+}
+
+/// Drops the lightest components until `max_components` are left. `result` counts what is dropped.
+template <class Element, class Reduction>
+void drop_lightest(std::size_t max_components, std::vector<Element>& components, Reduction& result) {
+  while (components.size() > max_components) {
+    const auto lightest = std::min_element(components.begin(), components.end(),
+                                           [](const auto& a, const auto& b) { return a.weight < b.weight; });
+    result.dropped_weight += lightest->weight;
+    ++result.dropped;
+    components.erase(lightest);
+  }
+}
+
 }  // namespace detail
 
 /// The symmetric Kullback-Leibler divergence (Jeffreys) of two densities, MPG Eq. (23), both restated half
@@ -199,17 +231,7 @@ template <std::floating_point Scalar, Projection kProjection>
                           options.max_components == 0 ? Scalar(0) : options.min_weight);
   }
   MixtureReduction<Component> result{.mixture = x};
-  std::vector<typename Mixture<Component>::Element> alive;
-  alive.reserve(x.size());
-  for (const auto& [weight, density] : x) {
-    if (weight < options.min_weight && weight < x.heaviest().weight) {
-      result.dropped_weight += weight;
-      ++result.dropped;
-    } else {
-      alive.push_back({weight, density.centered()});
-    }
-  }
-  for (auto& element : alive) element.weight /= Scalar(1) - result.dropped_weight;
+  auto alive = detail::without_light_components(x, options.min_weight, result);
 
   std::vector<detail::TranslationMarginal<Scalar>> translations;
   translations.reserve(alive.size());
@@ -250,13 +272,7 @@ template <std::floating_point Scalar, Projection kProjection>
   for (std::size_t i = 0; i < alive.size(); ++i) {
     if (pairs.alive(i)) kept.push_back(std::move(alive[i]));
   }
-  while (kept.size() > options.max_components) {
-    const auto lightest = std::min_element(kept.begin(), kept.end(),
-                                           [](const auto& a, const auto& b) { return a.weight < b.weight; });
-    result.dropped_weight += lightest->weight;
-    ++result.dropped;
-    kept.erase(lightest);
-  }
+  detail::drop_lightest(options.max_components, kept, result);
   result.probability_bound += result.dropped_weight;
   result.mixture = Mixture<Component>::normalized(std::move(kept));
   return result;
