@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include <antipode/distributions/mixture_reduction.hpp>
 
@@ -263,14 +267,112 @@ TEST_CASE("Components too far apart to merge are dropped, smallest weight first"
   CHECK(reduced.mixture[0].density.pose().is_approx(x[0].density.pose(), 1e-12));
 }
 
-TEST_CASE("A certain component is never merged", "[reduction]") {
+TEST_CASE("Components on a plane are merged, not dropped", "[reduction]") {
+  Rng rng(5);
+  const auto pose = random_pose<double>(rng);
+  Vector6<double> variances;
+  variances << 0, 0, 1e-2, 1e-2, 1e-2, 0;
+  const PoseComponent planar(pose, variances.asDiagonal());
+  for (const MergeCriterion criterion : kCriteria) {
+    const auto copies = reduce(PoseMixture({{0.5, planar}, {0.5, planar}}),
+                               {.max_components = 1, .max_divergence = 1e-6, .criterion = criterion});
+    REQUIRE(copies.mixture.size() == 1);
+    CHECK(copies.merged == 1);
+    CHECK(copies.dropped_weight == 0.0);
+    CHECK(copies.divergence <= 1e-9);
+    CHECK(max_difference(copies.mixture[0].density.covariance(), planar.covariance()) <= 1e-15);
+  }
+  // Within the plane, those that are near each other merge first; the cost is that of the regular
+  // coordinates.
+  const auto at = [&](double x) {
+    Vector6<double> mean;
+    mean << 0, 0, 0, pose.translation() + Vector3<double>(x, 0, 0);
+    return PoseComponent(pose.rotation(), mean, planar.covariance());
+  };
+  const auto reduced =
+      reduce(PoseMixture({{0.25, at(0)}, {0.25, at(3)}, {0.5, at(0.1)}}), {.max_components = 2});
+  REQUIRE(reduced.mixture.size() == 2);
+  CHECK(reduced.mixture[0].weight == Approx(0.75));
+  // a b d^2 = 2/9 of one variance: log(1 + 2/9) / 2 times the weight.
+  CHECK(reduced.divergence == Approx(0.75 * 0.5 * std::log(1.0 + 2.0 / 9.0)).epsilon(1e-9));
+}
+
+TEST_CASE("A certain component merges with another only if there is no other way", "[reduction]") {
   Rng rng(5);
   const auto pose = random_pose<double>(rng);
   const PoseComponent certain(pose, Matrix6<double>::Zero());
   const auto x = random_density_at(rng, pose, 0.1, 0.3);
-  const auto reduced = reduce(PoseMixture({{0.5, certain}, {0.25, x}, {0.25, x}}), {.max_divergence = 10.0});
-  CHECK(reduced.mixture.size() == 2);
+  const PoseMixture mixture({{0.5, certain}, {0.25, x}, {0.25, x}});
+  CHECK(reduce(mixture, {.max_divergence = 10.0}).mixture.size() == 2);
+  const auto one = reduce(mixture, {.max_components = 1});
+  CHECK(one.merged == 2);
+  CHECK(one.dropped_weight == 0.0);
   CHECK_THROWS_AS(symmetric_kl_divergence(certain, x), std::domain_error);
+  // All certain: merged by their distances.
+  const PoseComponent here(pose, Matrix6<double>::Zero());
+  const PoseComponent there(nearby_pose(rng, pose, 0.1, 0.1), Matrix6<double>::Zero());
+  const auto two = reduce(PoseMixture({{0.4, certain}, {0.3, there}, {0.3, here}}), {.max_components = 2});
+  REQUIRE(two.mixture.size() == 2);
+  CHECK(two.mixture[0].weight == Approx(0.7));
+}
+
+TEST_CASE("Many components reduce to as good a mixture as by an exhaustive search", "[reduction]") {
+  // The reference chooses every pair by its exact cost.
+  Rng rng(8);
+  const auto pose = random_pose<double>(rng);
+  for (const double sigma_u : {0.03, 0.1}) {
+    const auto x = random_mixture(rng, 180, pose, {.angle = 0.1, .distance = 0.2, .sigma_u = sigma_u});
+    const auto reduced = reduce(x, {.max_components = 135});
+    double divergence = 0.0;
+    std::vector<PoseMixture::Element> alive(x.begin(), x.end());
+    while (alive.size() > 135) {
+      double least = std::numeric_limits<double>::infinity();
+      std::size_t best_i = 0, best_j = 0;
+      for (std::size_t j = 0; j < alive.size(); ++j) {
+        for (std::size_t i = 0; i < j; ++i) {
+          const double bound = detail::merge_cost_bound<double>(
+              alive[i].weight, detail::TranslationMarginal<double>(alive[i].density), alive[j].weight,
+              detail::TranslationMarginal<double>(alive[j].density));
+          if (bound >= least) continue;
+          const double cost =
+              detail::merge_cost(MergeCriterion::kRunnalls, alive[i].weight, alive[j].weight,
+                                 detail::MergedPair<double>(alive[i].weight, alive[i].density,
+                                                            alive[j].weight, alive[j].density));
+          if (cost < least) std::tie(least, best_i, best_j) = std::tuple(cost, i, j);
+        }
+      }
+      divergence += least;
+      auto& [w, p] = alive[best_i];
+      p = merge(w, p, alive[best_j].weight, alive[best_j].density);
+      w += alive[best_j].weight;
+      alive.erase(alive.begin() + static_cast<std::ptrdiff_t>(best_j));
+    }
+    CHECK(reduced.mixture.size() == 135);
+    CHECK(reduced.divergence == Approx(divergence).epsilon(0.01));
+  }
+}
+
+TEST_CASE("A thousand components merge into their moments, and those too far apart stay", "[reduction]") {
+  Rng rng(9);
+  const auto pose = random_pose<double>(rng);
+  const auto near = random_mixture(rng, 600, pose, {.angle = 0.05, .distance = 0.2, .sigma_u = 0.03});
+  const auto far =
+      random_mixture(rng, 400, nearby_pose(rng, pose, 2.0, 0.0), {.angle = 0.05, .distance = 0.2});
+  std::vector<PoseMixture::Element> elements;
+  for (const auto& [weight, density] : near) elements.push_back({0.7 * weight, density});
+  for (const auto& [weight, density] : far) elements.push_back({0.3 * weight, density});
+  const auto reduced = reduce(PoseMixture::normalized(std::move(elements)), {.max_components = 2});
+  REQUIRE(reduced.mixture.size() == 2);
+  CHECK(reduced.dropped == 0);
+  CHECK(reduced.mixture[0].weight == Approx(0.7));
+  const auto expected = tangent_moments(near, pose.rotation());
+  const auto merged = tangent_moments(PoseMixture(reduced.mixture[0].density), pose.rotation());
+  const Vector6<double> sigma = expected.covariance.diagonal().cwiseSqrt();
+  // Up to changes of the tangent space by 0.05.
+  CHECK(((merged.mean - expected.mean).array() / sigma.array()).abs().maxCoeff() <= 0.05);
+  CHECK((merged.covariance.diagonal().array() / expected.covariance.diagonal().array() - 1.0)
+            .abs()
+            .maxCoeff() <= 0.1);
 }
 
 TEST_CASE("A reduction to zero components is refused", "[reduction][error]") {
@@ -282,6 +384,10 @@ TEST_CASE("A reduction to zero components is refused", "[reduction][error]") {
   CHECK(contains(message({.max_components = 0}), "leaves no component"));
   CHECK(contains(message({.min_weight = 1.0}), "leaves no component"));
   CHECK(contains(message({.min_weight = std::numeric_limits<double>::quiet_NaN()}), "leaves no component"));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(contains(message({.max_angle = nan}), "max_angle is negative or NaN [rad]: nan"));
+  CHECK(contains(message({.max_angle = -0.1}), "max_angle is negative or NaN [rad]: -0.1"));
+  CHECK(contains(message({.max_divergence = nan}), "max_divergence is negative or NaN: nan"));
   // The heaviest stays, however light.
   CHECK(reduce(PoseMixture({{0.5, x[0].density}, {0.5, x[0].density}}), {.min_weight = 0.9}).mixture.size() ==
         2);

@@ -291,3 +291,69 @@ TEMPLATE_TEST_CASE("Invalid arguments of a projected Gaussian are refused", "[pr
   CHECK(contains(to(Vector4<TestType>(TestType(0.1), TestType(0.994987437), 0, 0), Transport::kUnscented),
                  "edge of the new tangent space"));
 }
+
+TEST_CASE("Draws far off centre have the moments of the density, and take no longer", "[projected][random]") {
+  // Where the mean is far off, g(u) = (1 + |u|^2)^-2 is e^(-4 log|u|) and nearly Gaussian: the mean moves by
+  // S grad log g = -4 S mu / |mu|^2, and the covariance is S to the order of |S| / |mu|^2.
+  Rng rng(16);
+  constexpr int kDraws = 20000;
+  for (const double distance : {5.0, 20.0, 1e3}) {
+    CAPTURE(distance);
+    Vector6<double> mean;
+    mean << distance * Vector3<double>(2, -1, 2) / 3.0, 1, 2, 3;
+    const Matrix6<double> S = random_tangent_covariance<double>(rng, 0.02 * distance, 1.0);
+    const ProjectedGaussian<double> x(random_quaternion<double>(rng), mean, S);
+    Vector6<double> sum = Vector6<double>::Zero();
+    Matrix6<double> squares = Matrix6<double>::Zero();
+    Vector6<double> expected = mean;
+    expected -= S.leftCols<3>() * (4.0 / (distance * distance) * mean.head<3>());
+    for (int k = 0; k < kDraws; ++k) {
+      const Vector6<double> y = x.coordinates(x.sample(rng)) - expected;
+      sum += y / kDraws;
+      squares += y * y.transpose() / kDraws;
+    }
+    const Vector6<double> sigma = S.diagonal().cwiseSqrt();
+    const double order = 4.0 * S.topLeftCorner<3, 3>().trace() / (distance * distance);
+    CHECK((sum.array() / sigma.array()).abs().maxCoeff() <= 5.0 / std::sqrt(kDraws) + order);
+    const Matrix6<double> difference =
+        sigma.cwiseInverse().asDiagonal() * (squares - S) * sigma.cwiseInverse().asDiagonal();
+    CHECK(difference.cwiseAbs().maxCoeff() <= 5.0 * std::sqrt(2.0 / kDraws) + order);
+  }
+}
+
+TEST_CASE("Wide and singular densities far off centre are drawn from", "[projected][random]") {
+  // E[q q^T] against the reweighted Gaussian, whose effective number of draws is checked.
+  Rng rng(17);
+  constexpr int kDraws = 20000;
+  Vector6<double> mean;
+  mean << 3, 0, 0, 0, 0, 0;
+  for (const double flatness : {1.0, 0.0}) {
+    Vector6<double> sigma;
+    sigma << 2.0, 2.0 * flatness, 1.0, 1, 1, 1;
+    const ProjectedGaussian<double> x(Vector4<double>(1, 0, 0, 0), mean, sigma.cwiseAbs2().asDiagonal());
+    Matrix4<double> scatter = Matrix4<double>::Zero(), expected = Matrix4<double>::Zero();
+    double weights = 0.0, squared_weights = 0.0;
+    for (int k = 0; k < kDraws; ++k) {
+      const Vector4<double> q = x.sample(rng).rotation();
+      scatter += q * q.transpose() / kDraws;
+    }
+    for (int k = 0; k < 20 * kDraws; ++k) {
+      Vector3<double> u;
+      for (int i = 0; i < 3; ++i) u[i] = mean[i] + sigma[i] * std::normal_distribution<double>()(rng);
+      const double weight = std::pow(1.0 + u.squaredNorm(), -2.0);
+      const Vector4<double> q = Vector4<double>(1, u[0], u[1], u[2]).normalized();
+      expected += weight * q * q.transpose();
+      weights += weight;
+      squared_weights += weight * weight;
+    }
+    REQUIRE(weights * weights / squared_weights > 0.5 * kDraws);
+    CHECK(max_difference(scatter, Matrix4<double>(expected / weights)) <= 5.0 * std::sqrt(3.0 / kDraws));
+  }
+  // Certain, elongated, and 25 degrees short of a half-turn away.
+  const ProjectedGaussian<double> certain(Vector4<double>(1, 0, 0, 0), 1e3 * mean, Matrix6<double>::Zero());
+  CHECK(certain.sample(rng).is_approx(certain.pose(), 1e-12));
+  Vector6<double> elongated;
+  elongated << 1.0, 1e6, 1.0, 1, 1, 1;
+  const ProjectedGaussian<double> streak(Vector4<double>(1, 0, 0, 0), 300.0 * mean, elongated.asDiagonal());
+  for (int k = 0; k < 100; ++k) CHECK(streak.sample(rng).coeffs().allFinite());
+}

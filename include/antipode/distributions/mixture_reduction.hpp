@@ -14,6 +14,7 @@
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
+#include <antipode/distributions/detail/merge_screen.hpp>
 #include <antipode/distributions/detail/merge_table.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/distributions/mixture.hpp>
@@ -187,6 +188,22 @@ void drop_lightest(std::size_t max_components, std::vector<Element>& components,
   }
 }
 
+/// Throws unless the options make sense.
+template <class Scalar>
+void check_options(const MixtureReductionOptions<Scalar>& options) {
+  if (options.max_components == 0 || !(options.min_weight >= Scalar(0) && options.min_weight < Scalar(1)))
+      [[unlikely]] {
+    throw_invalid("a reduction that leaves no component, max_components or min_weight",
+                  options.max_components == 0 ? Scalar(0) : options.min_weight);
+  }
+  if (!(options.max_divergence >= Scalar(0))) [[unlikely]] {
+    throw_invalid("max_divergence is negative or NaN", options.max_divergence);
+  }
+  if (!(options.max_angle >= Scalar(0))) [[unlikely]] {
+    throw_invalid("max_angle is negative or NaN [rad]", options.max_angle);
+  }
+}
+
 }  // namespace detail
 
 /// The symmetric Kullback-Leibler divergence (Jeffreys) of two densities, MPG Eq. (23), both restated half
@@ -214,64 +231,167 @@ template <std::floating_point Scalar, Projection kProjection>
           y.covariance};
 }
 
+namespace detail {
+
+/// The components of a mixture while their number goes down.
+template <class Component>
+class ComponentMerger {
+ public:
+  using Scalar = typename Component::Scalar;
+  using Element = typename Mixture<Component>::Element;
+  using Options = MixtureReductionOptions<Scalar>;
+
+  ComponentMerger(std::vector<Element> components, const Options& options,
+                  MixtureReduction<Component>& result)
+      : options_(options), result_(result), components_(std::move(components)) {
+    const bool all_regular = std::all_of(components_.begin(), components_.end(),
+                                         [](const Element& c) { return c.density.positive_definite(); });
+    if (!all_regular) set_floor();
+    widened_.reserve(components_.size());
+    for (const Element& c : components_) widened_.push_back({c.weight, widened(c.density)});
+  }
+
+  /// What is left when the options ask for no more merging.
+  [[nodiscard]] std::vector<Element> reduced() {
+    if (components_.size() > kExhaustive) merge_many();
+    if (components_.size() <= kExhaustive) merge_few();
+    return std::move(components_);
+  }
+
+ private:
+  /// Up to that many components all pairs are compared exactly; more, by MergeScreen.
+  static constexpr std::size_t kExhaustive = 128;
+
+  /// Variances that are added before costs are compared if there are singular components: 1e-12 (1e-5 in
+  /// single precision) of the mean over all components, or of 1 and 1 m^2 where all are zero. A divergence
+  /// from a singular density is infinite; one from a very flat one tells which of them are alike.
+  void set_floor() {
+    constexpr Scalar kShare = std::max(Scalar(1e-12), Scalar(100) * std::numeric_limits<Scalar>::epsilon());
+    Vector6<Scalar> mean = Vector6<Scalar>::Zero();
+    for (const Element& c : components_) mean += c.weight * c.density.covariance().diagonal();
+    for (int block = 0; block < 2; ++block) {
+      const Scalar variance = mean.template segment<3>(3 * block).sum() / Scalar(3);
+      floor_.template segment<3>(3 * block).setConstant(kShare *
+                                                        (variance > Scalar(0) ? variance : Scalar(1)));
+    }
+  }
+
+  [[nodiscard]] Component widened(const Component& x) const {
+    if (floor_.isZero(Scalar(0))) return x;
+    Matrix6<Scalar> covariance = x.covariance();
+    covariance.diagonal() += floor_;
+    return {x.tangent_point(), x.mean(), covariance};
+  }
+
+  [[nodiscard]] Scalar cost(std::size_t i, std::size_t j) const {
+    const auto& [w_1, p_1] = widened_[i];
+    const auto& [w_2, p_2] = widened_[j];
+    return merge_cost(options_.criterion, w_1, w_2, MergedPair<Scalar>(w_1, p_1, w_2, p_2));
+  }
+
+  /// Whether a merge of this cost is asked for while so many components are left.
+  [[nodiscard]] bool wanted(Scalar cost, std::size_t components) const {
+    const bool affordable =
+        options_.max_divergence > Scalar(0) && result_.divergence + cost <= options_.max_divergence;
+    return affordable || components > options_.max_components;
+  }
+
+  /// Component i becomes the merge of both.
+  void merge_into(std::size_t i, std::size_t j, Scalar cost) {
+    using std::sqrt;
+    auto& [w_1, p_1] = components_[i];
+    const auto& [w_2, p_2] = components_[j];
+    p_1 = merge(w_1, p_1, w_2, p_2);
+    w_1 += w_2;
+    widened_[i] = {w_1, widened(p_1)};
+    result_.divergence += cost;
+    const bool symmetric = options_.criterion == MergeCriterion::kSymmetricKullbackLeibler;
+    result_.probability_bound += sqrt(cost / Scalar(symmetric ? 4 : 2));
+    ++result_.merged;
+  }
+
+  /// Forgets the components that are part of others now.
+  void remove(const std::vector<bool>& gone) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < components_.size(); ++i) {
+      if (gone[i]) continue;
+      components_[count] = components_[i];
+      widened_[count++] = widened_[i];
+    }
+    components_.erase(components_.begin() + static_cast<std::ptrdiff_t>(count), components_.end());
+    widened_.erase(widened_.begin() + static_cast<std::ptrdiff_t>(count), widened_.end());
+  }
+
+  [[nodiscard]] Scalar min_cosine() const {
+    return std::cos(std::min(options_.max_angle, std::numbers::pi_v<Scalar> / Scalar(2)));
+  }
+
+  /// Merges until kExhaustive components are left.
+  void merge_many() {
+    MergeScreen<Component> pairs(widened_, min_cosine());
+    std::vector<bool> gone(components_.size());
+    while (pairs.size() > kExhaustive) {
+      const auto best = pairs.cheapest();
+      if (!best) break;
+      const Scalar price = cost(best->i, best->j);
+      if (!wanted(price, pairs.size())) break;
+      merge_into(best->i, best->j, price);
+      gone[best->j] = true;
+      pairs.merge_cheapest(widened_[best->i].weight, widened_[best->i].density);
+    }
+    remove(gone);
+  }
+
+  void merge_few() {
+    using std::abs;
+    std::vector<TranslationMarginal<Scalar>> translations;
+    translations.reserve(widened_.size());
+    for (const Element& c : widened_) translations.emplace_back(c.density);
+    const auto bound = [&](std::size_t i, std::size_t j) {
+      const auto& [w_1, p_1] = widened_[i];
+      const auto& [w_2, p_2] = widened_[j];
+      const bool near = abs(p_1.tangent_point().dot(p_2.tangent_point())) >= min_cosine();
+      return near ? merge_cost_bound(w_1, translations[i], w_2, translations[j])
+                  : std::numeric_limits<Scalar>::infinity();
+    };
+    MergeTable<Scalar> pairs(widened_.size(), bound);
+    std::vector<bool> gone(components_.size());
+    while (const auto best = pairs.cheapest([&](std::size_t i, std::size_t j) { return cost(i, j); })) {
+      if (!wanted(best->cost, pairs.size())) break;
+      merge_into(best->i, best->j, best->cost);
+      translations[best->i] = TranslationMarginal<Scalar>(widened_[best->i].density);
+      gone[best->j] = true;
+      pairs.merge(best->i, best->j, bound);
+    }
+    remove(gone);
+  }
+
+  const Options& options_;
+  MixtureReduction<Component>& result_;
+  std::vector<Element> components_;
+  std::vector<Element> widened_;  ///< the same, all regular: what costs are worked out of
+  Vector6<Scalar> floor_ = Vector6<Scalar>::Zero();
+};
+
+}  // namespace detail
+
 /// The mixture with fewer components: those lighter than min_weight are dropped; then the pair that costs
 /// least is merged, time and again, until max_components are left and max_divergence is used up. If more than
 /// max_components are left that lie too far apart to merge, the lightest are dropped.
+///
+/// Components of singular covariances, a plane say, merge too: at no cost with copies of themselves, at a
+/// finite but large one with others. Of more than 128 components the pairs are chosen by their cost to first
+/// order in the angle between them; 2000 take a third of a second. Throws on invalid options.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] MixtureReduction<BasicProjectedGaussian<Scalar, kProjection>> reduce(
     const Mixture<BasicProjectedGaussian<Scalar, kProjection>>& x,
     const MixtureReductionOptions<Scalar>& options = {}) {
   using Component = BasicProjectedGaussian<Scalar, kProjection>;
-  using std::abs;
-  using std::cos;
-  using std::sqrt;
-  if (options.max_components == 0 || !(options.min_weight >= Scalar(0) && options.min_weight < Scalar(1)))
-      [[unlikely]] {
-    detail::throw_invalid("a reduction that leaves no component, max_components or min_weight",
-                          options.max_components == 0 ? Scalar(0) : options.min_weight);
-  }
+  detail::check_options(options);
   MixtureReduction<Component> result{.mixture = x};
-  auto alive = detail::without_light_components(x, options.min_weight, result);
-
-  std::vector<detail::TranslationMarginal<Scalar>> translations;
-  translations.reserve(alive.size());
-  for (const auto& element : alive) translations.emplace_back(element.density);
-  const Scalar min_cosine = cos(options.max_angle);
-  const auto bound = [&](std::size_t i, std::size_t j) {
-    const auto& [w_1, p_1] = alive[i];
-    const auto& [w_2, p_2] = alive[j];
-    const bool near = abs(p_1.tangent_point().dot(p_2.tangent_point())) >= min_cosine &&
-                      p_1.positive_definite() && p_2.positive_definite();
-    return near ? detail::merge_cost_bound(w_1, translations[i], w_2, translations[j])
-                : std::numeric_limits<Scalar>::infinity();
-  };
-  const auto cost = [&](std::size_t i, std::size_t j) {
-    const auto& [w_1, p_1] = alive[i];
-    const auto& [w_2, p_2] = alive[j];
-    return detail::merge_cost(options.criterion, w_1, w_2, detail::MergedPair<Scalar>(w_1, p_1, w_2, p_2));
-  };
-  detail::MergeTable<Scalar> pairs(alive.size(), bound);
-  while (const auto best = pairs.cheapest(cost)) {
-    const bool affordable =
-        options.max_divergence > Scalar(0) && result.divergence + best->cost <= options.max_divergence;
-    if (!affordable && pairs.size() <= options.max_components) break;
-    auto& [w_1, p_1] = alive[best->i];
-    const auto& [w_2, p_2] = alive[best->j];
-    p_1 = merge(w_1, p_1, w_2, p_2);
-    w_1 += w_2;
-    translations[best->i] = detail::TranslationMarginal<Scalar>(p_1);
-    pairs.merge(best->i, best->j, bound);
-    result.divergence += best->cost;
-    const bool symmetric = options.criterion == MergeCriterion::kSymmetricKullbackLeibler;
-    result.probability_bound += sqrt(best->cost / Scalar(symmetric ? 4 : 2));
-    ++result.merged;
-  }
-
-  std::vector<typename Mixture<Component>::Element> kept;
-  kept.reserve(pairs.size());
-  for (std::size_t i = 0; i < alive.size(); ++i) {
-    if (pairs.alive(i)) kept.push_back(std::move(alive[i]));
-  }
+  auto kept = detail::ComponentMerger<Component>(
+                  detail::without_light_components(x, options.min_weight, result), options, result)
+                  .reduced();
   detail::drop_lightest(options.max_components, kept, result);
   result.probability_bound += result.dropped_weight;
   result.mixture = Mixture<Component>::normalized(std::move(kept));

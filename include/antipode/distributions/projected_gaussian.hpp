@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <limits>
@@ -13,6 +14,7 @@
 #include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/standard_normal.hpp>
 #include <antipode/distributions/detail/hemisphere_mass.hpp>
+#include <antipode/distributions/detail/off_center_rejection.hpp>
 #include <antipode/distributions/detail/tangent_chart.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
@@ -162,8 +164,9 @@ class BasicProjectedGaussian {
             y.covariance};
   }
 
-  /// An exact draw. Renormalised densities are drawn by rejection, from the Gaussian with the probability
-  /// hemisphere_mass() of accepting, or uniformly from the sphere where that accepts more.
+  /// An exact draw. Renormalised densities are drawn by rejection: from the Gaussian with the probability
+  /// hemisphere_mass() of accepting, uniformly from the sphere where that accepts more, and from both where
+  /// the mean is far off centre.
   template <std::uniform_random_bit_generator Rng>
   [[nodiscard]] Pose sample(Rng& rng) const {
     if constexpr (kProjection == Projection::kPushForward) {
@@ -171,6 +174,8 @@ class BasicProjectedGaussian {
     } else {
       using std::exp;
       const Matrix3<Scalar> L_u = root_.L.template topLeftCorner<3, 3>();
+      const Vector3<Scalar> mean_u = mean_.template head<3>();
+      if (mean_u.squaredNorm() > Scalar(1)) return sample_off_center(rng);
       const bool nearly_uniform = root_.positive_definite && L_u.diagonal().prod() > kUniformSpread;
       std::uniform_real_distribution<Scalar> uniform;
       for (;;) {
@@ -178,7 +183,7 @@ class BasicProjectedGaussian {
         if (nearly_uniform) {
           const Vector4<Scalar> q = detail::standard_normal<Scalar, 4>(rng);
           const Vector3<Scalar> u = q.template tail<3>() / q[0];
-          z.template head<3>() = detail::solve_lower<Scalar, 3, 1>(L_u, u - mean_.template head<3>());
+          z.template head<3>() = detail::solve_lower<Scalar, 3, 1>(L_u, u - mean_u);
           if (uniform(rng) < exp(Scalar(-0.5) * z.template head<3>().squaredNorm()))
             return project(mean_ + root_.L * z);
         } else {
@@ -193,6 +198,32 @@ class BasicProjectedGaussian {
   [[nodiscard]] detail::TangentGaussian<Scalar> parameters() const { return {mean_, covariance_}; }
 
  private:
+  /// A draw where the mean is far from the tangent point.
+  template <class Rng>
+  [[nodiscard]] Pose sample_off_center(Rng& rng) const {
+    using std::log;
+    using std::log1p;
+    using std::sqrt;
+    const Vector3<Scalar> mean_u = mean_.template head<3>();
+    if (root_.positive_definite) {
+      Vector6<Scalar> z = detail::standard_normal<Scalar, 6>(rng);
+      const Matrix3<Scalar> L_u = root_.L.template topLeftCorner<3, 3>();
+      z.template head<3>() = detail::OffCenterRejection<Scalar>(mean_u, L_u).draw(rng);
+      return project(mean_ + root_.L * z);
+    }
+    // A singular Gaussian has no values to bound; it does not reach below this radius, to rounding.
+    const Scalar norm = mean_u.norm();
+    const Vector6<Scalar> along_mean = root_.L.template topRows<3>().transpose() * (mean_u / norm);
+    const Scalar reach = sqrt(Scalar(80) + Scalar(8) * log(norm)) * along_mean.norm();
+    const Scalar radius = std::max(Scalar(0), norm - reach);
+    std::uniform_real_distribution<Scalar> uniform;
+    for (;;) {
+      const Vector6<Scalar> y = mean_ + root_.L * detail::standard_normal<Scalar, 6>(rng);
+      const Scalar stretch = log1p(y.template head<3>().squaredNorm()) - log1p(radius * radius);
+      if (log(uniform(rng)) < Scalar(-2) * stretch) return project(y);
+    }
+  }
+
   /// sqrt(det Sigma_uu) from which on the Gaussian's peak is below that of the uniform density, pi^-2.
   static constexpr Scalar kUniformSpread = Scalar(0.62666);  // pi^2 (2 pi)^(-3/2)
 

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/detail/tangent_chart.hpp>
+#include <antipode/eigen_types.hpp>
+
+namespace antipode::detail {
+
+/// The pairs of a large set of weighted components, the one that costs least to merge first: in O(n^2), eight
+/// pairs at a time and without a table of all pairs.
+///
+/// The costs are Runnalls' in single precision and to first order in the angle between the tangent points,
+/// the covariances of both being taken as if in one chart. That is enough to choose by; what a merge costs is
+/// worked out by the caller.
+template <class Density>
+class MergeScreen {
+ public:
+  using Scalar = typename Density::Scalar;
+  struct Pair {
+    std::size_t i, j;  ///< i < j
+  };
+
+  /// `components` have a weight and a centred, regular density. Pairs whose tangent points have a scalar
+  /// product below min_cosine in size are never merged.
+  template <class Element>
+  MergeScreen(const std::vector<Element>& components, Scalar min_cosine)
+      : min_cosine_(static_cast<float>(min_cosine)), size_(components.size()) {
+    Matrix6<Scalar> mean = Matrix6<Scalar>::Zero();
+    for (const Element& c : components) mean += c.weight * c.density.covariance();
+    const auto L = cholesky_factor<Scalar, 6>(mean);
+    inverse_root_ =
+        solve_lower<Scalar, 6, 6>(L ? *L : Matrix6<Scalar>::Identity(), Matrix6<Scalar>::Identity());
+    for (int row = 0; row < 6; ++row) {
+      for (int col = 0; col <= row; ++col) {
+        whitening_[static_cast<std::size_t>(at(row, col))] = static_cast<float>(inverse_root_(row, col));
+      }
+    }
+    log_peak_ = L ? gaussian_log_peak(*L) : Scalar(0);
+    resize(components.size());
+    for (std::size_t i = 0; i < components.size(); ++i) {
+      ids_[i] = i;
+      set(i, components[i].weight, components[i].density);
+    }
+    for (std::size_t i = 0; i < components.size(); ++i) search(i);
+  }
+
+  /// The number of components left.
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  /// None if no pair is left that may merge.
+  [[nodiscard]] std::optional<Pair> cheapest() {
+    for (;;) {
+      const auto row = std::min_element(rows_.begin(), rows_.end(),
+                                        [](const Row& x, const Row& y) { return x.least() < y.least(); });
+      if (row == rows_.end() || !(row->least() < kInfinity)) return std::nullopt;
+      const auto i = static_cast<std::size_t>(row - rows_.begin());
+      if (row->count > 0) {
+        best_ = {i, row->partners[0]};
+        return Pair{ids_[best_.i], ids_[best_.j]};
+      }
+      search(i);
+    }
+  }
+
+  /// Merges the cheapest pair: component j is gone, i has become the given one.
+  void merge_cheapest(Scalar merged_weight, const Density& merged) {
+    const auto [i, j] = best_;
+    --size_;
+    remove(j);
+    set(i, merged_weight, merged);
+    for (std::size_t k = 0; k < j; ++k) rows_[k].remove(i, j);
+    for (std::size_t b = 0; b * kLanes < i; ++b) {  // the pairs (k, i) of rows above
+      const Lanes costs = costs_of(i, blocks_[b]);
+      for (std::size_t k = b * kLanes; k < std::min(i, (b + 1) * kLanes); ++k) {
+        if (costs[lane(k)] < rows_[k].complete_below && alive(k) && near(k, i))
+          rows_[k].add(i, costs[lane(k)]);
+      }
+    }
+    search(i);
+    if (4 * size_ <= 3 * ids_.size()) compact();
+  }
+
+ private:
+  static constexpr std::size_t kLanes = 8;
+  static constexpr float kSmallestPivot = 1e-12F;
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  using Lanes = Eigen::Array<float, static_cast<int>(kLanes), 1>;
+  using LowerTriangle = Eigen::Array<float, static_cast<int>(kLanes), 21>;  // row by row
+  /// Eight components, a row each: q, t, the lower triangle of S whitened by the mean covariance of all,
+  /// log|S|/2 and the weight. Those that are gone have the weight 0 and -infinity as log|S|, so that their
+  /// costs are NaN.
+  using Block = Eigen::Array<float, static_cast<int>(kLanes), 30>;
+  /// The cheapest partners after a component, ascending: all that cost less than `complete_below`.
+  struct Row {
+    static constexpr std::size_t kKept = 8;
+    std::array<std::size_t, kKept> partners;
+    std::array<float, kKept> costs;
+    std::size_t count = 0;
+    float complete_below = kInfinity;
+
+    /// A lower bound of the row's costs, exact if there is a partner.
+    [[nodiscard]] float least() const { return count > 0 ? costs[0] : complete_below; }
+    void add(std::size_t partner, float cost) {
+      if (count == kKept) {
+        complete_below = costs[kKept - 1];
+        if (!(cost < complete_below)) return;
+        --count;
+      }
+      std::size_t place = count++;
+      for (; place > 0 && cost < costs[place - 1]; --place) {
+        costs[place] = costs[place - 1];
+        partners[place] = partners[place - 1];
+      }
+      costs[place] = cost;
+      partners[place] = partner;
+    }
+    void remove(std::size_t i, std::size_t j) {
+      std::size_t left = 0;
+      for (std::size_t k = 0; k < count; ++k) {
+        if (partners[k] == i || partners[k] == j) continue;
+        costs[left] = costs[k];
+        partners[left++] = partners[k];
+      }
+      count = left;
+    }
+  };
+  enum Column { kRotation = 0, kTranslation = 4, kCovariance = 7, kHalfLogDeterminant = 28, kWeight = 29 };
+
+  [[nodiscard]] static int lane(std::size_t i) { return static_cast<int>(i % kLanes); }
+  [[nodiscard]] auto component(std::size_t i) { return blocks_[i / kLanes].row(lane(i)); }
+  [[nodiscard]] auto component(std::size_t i) const { return blocks_[i / kLanes].row(lane(i)); }
+  [[nodiscard]] bool alive(std::size_t i) const { return component(i)[kWeight] > 0; }
+  [[nodiscard]] bool near(std::size_t i, std::size_t j) const {
+    float cosine = 0;
+    for (int k = 0; k < 4; ++k) cosine += component(i)[k] * component(j)[k];
+    return std::abs(cosine) >= min_cosine_;
+  }
+
+  void resize(std::size_t count) {
+    blocks_.resize((count + kLanes - 1) / kLanes);
+    ids_.resize(count);
+    rows_.assign(count, Row());
+    for (std::size_t i = 0; i < blocks_.size() * kLanes; ++i) remove(i);
+  }
+
+  void remove(std::size_t i) {
+    component(i).setOnes();
+    component(i)[kHalfLogDeterminant] = -kInfinity;
+    component(i)[kWeight] = 0;
+    if (i < rows_.size()) rows_[i] = Row();
+  }
+
+  /// Closes the gaps that merging has left.
+  void compact() {
+    const MergeScreen old = *this;
+    std::vector<std::size_t> places(old.ids_.size());
+    resize(size_);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < old.ids_.size(); ++i) {
+      if (!old.alive(i)) continue;
+      places[i] = count;
+      component(count) = old.component(i);
+      ids_[count] = old.ids_[i];
+      rows_[count++] = old.rows_[i];
+    }
+    for (Row& row : rows_) {
+      for (std::size_t k = 0; k < row.count; ++k) row.partners[k] = places[row.partners[k]];
+    }
+  }
+
+  void set(std::size_t i, Scalar weight, const Density& x) {
+    const Matrix6<Scalar> S = congruence<Scalar, 6, 6>(inverse_root_, x.covariance());
+    auto entries = component(i);
+    for (int k = 0; k < 4; ++k) entries[kRotation + k] = static_cast<float>(x.tangent_point()[k]);
+    for (int k = 0; k < 3; ++k) entries[kTranslation + k] = static_cast<float>(x.mean()[3 + k]);
+    for (int row = 0; row < 6; ++row) {
+      for (int col = 0; col <= row; ++col)
+        entries[kCovariance + at(row, col)] = static_cast<float>(S(row, col));
+    }
+    entries[kHalfLogDeterminant] = static_cast<float>(log_peak_ - x.gaussian_log_peak());
+    entries[kWeight] = static_cast<float>(weight);
+  }
+
+  /// The place of an entry in a lower triangle.
+  [[nodiscard]] static constexpr int at(int row, int col) { return row * (row + 1) / 2 + col; }
+
+  [[nodiscard]] float whitening(int row, int col) const {
+    return whitening_[static_cast<std::size_t>(at(row, col))];
+  }
+
+  /// Finds the cheapest partners of i after it.
+  void search(std::size_t i) {
+    rows_[i] = Row();
+    for (std::size_t b = i / kLanes; b < blocks_.size(); ++b) {
+      const Lanes costs = costs_of(i, blocks_[b]);
+      for (std::size_t j = std::max(i + 1, b * kLanes); j < std::min(ids_.size(), (b + 1) * kLanes); ++j) {
+        if (costs[lane(j)] < rows_[i].complete_below && near(i, j)) rows_[i].add(j, costs[lane(j)]);
+      }
+    }
+  }
+
+  /// The costs of merging i with each of a block.
+  [[nodiscard]] Lanes costs_of(std::size_t i, const Block& others) const {
+    const Block& own_block = blocks_[i / kLanes];
+    const int l = lane(i);
+    const float w = own_block(l, kWeight);
+    const Lanes sum = others.col(kWeight) + w;
+    const Lanes b = others.col(kWeight) / sum;
+    const Lanes ab = b * (1.0F - b);
+    const Differences d = whitened_differences(own_block, l, others);
+    // M = a S_i + b S_j + a b d d^T, eliminated column by column: rest is what is left of M, factor
+    // rest/pivot.
+    LowerTriangle rest, factor;
+    std::array<Lanes, 2> pivots = {Lanes::Ones(), Lanes::Ones()};
+    for (int col = 0; col < 6; ++col) {
+      const Lanes scaled = ab * d.col(col);
+      Lanes inverse = Lanes::Ones();
+      for (int row = col; row < 6; ++row) {
+        const int entry = at(row, col);
+        const float s = own_block(l, kCovariance + entry);
+        Lanes sum_of_products = s + b * (others.col(kCovariance + entry) - s) + scaled * d.col(row);
+        for (int k = 0; k < col; ++k) sum_of_products -= rest.col(at(row, k)) * factor.col(at(col, k));
+        if (row == col) {
+          const Lanes pivot = sum_of_products.max(kSmallestPivot);
+          pivots[col / 3] *= pivot;
+          inverse = pivot.inverse();
+        } else {
+          rest.col(entry) = sum_of_products;
+          factor.col(entry) = sum_of_products * inverse;
+        }
+      }
+    }
+    return 0.5F * sum * (pivots[0].log() + pivots[1].log()) - w * own_block(l, kHalfLogDeterminant) -
+           others.col(kWeight) * others.col(kHalfLogDeterminant);
+  }
+
+  using Differences = Eigen::Array<float, static_cast<int>(kLanes), 6>;
+  /// The coordinates (u, t) of each of a block in the chart of one, relative to it, whitened.
+  [[nodiscard]] Differences whitened_differences(const Block& own, int l, const Block& others) const {
+    const float qw = own(l, 0), qx = own(l, 1), qy = own(l, 2), qz = own(l, 3);
+    const auto rw = others.col(0), rx = others.col(1), ry = others.col(2), rz = others.col(3);
+    const Lanes inverse = (qw * rw + qx * rx + qy * ry + qz * rz).inverse();  // q_own* q
+    Differences d;
+    d.col(0) = (qw * rx - qx * rw - qy * rz + qz * ry) * inverse;
+    d.col(1) = (qw * ry + qx * rz - qy * rw - qz * rx) * inverse;
+    d.col(2) = (qw * rz - qx * ry + qy * rx - qz * rw) * inverse;
+    for (int k = 0; k < 3; ++k) {
+      d.col(3 + k) = others.col(kTranslation + k) - own(l, kTranslation + k);
+    }
+    for (int row = 5; row >= 0; --row) {
+      Lanes whitened = whitening(row, 0) * d.col(0);
+      for (int col = 1; col <= row; ++col) whitened += whitening(row, col) * d.col(col);
+      d.col(row) = whitened;
+    }
+    return d;
+  }
+
+  float min_cosine_;
+  std::size_t size_;
+  Pair best_ = {};
+  std::vector<Block> blocks_;
+  std::vector<std::size_t> ids_;  // in the order of the constructor's argument
+  std::vector<Row> rows_;
+  Matrix6<Scalar> inverse_root_;     // of the mean covariance
+  std::array<float, 21> whitening_;  // its lower triangle
+  Scalar log_peak_ = 0;              // of a Gaussian with the mean covariance
+};
+
+}  // namespace antipode::detail
