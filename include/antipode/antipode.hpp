@@ -17,11 +17,13 @@
 #include <antipode/distributions/mixture_reduction.hpp>
 #include <antipode/distributions/pose_algebra.hpp>
 #include <antipode/distributions/pose_box.hpp>
+#include <antipode/distributions/pose_charts.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/distributions/projected_gaussian_operations.hpp>
 #include <antipode/distributions/projected_orientation.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
@@ -35,6 +37,7 @@
 #include <antipode/filters/quadratic_update.hpp>
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/filters/update_status.hpp>
+#include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/interpolation.hpp>
 #include <antipode/geometry/jacobians.hpp>

@@ -137,7 +137,7 @@ TEST_CASE("Sigma points are more accurate than the closed form for wide, correla
     const Pose a = draw(rng, x);
     pose = a * y.pose.boxplus(shuffle * a.boxminus(x.pose));
   }
-  const Density truth = detail::moments_of<double>(
+  const Density truth = detail::chart_moments<Density>(
       poses, Vector<double, int{kSamples}>::Constant(1.0 / double{kSamples}).eval());
   const double noise = std::sqrt(truth.covariance.trace() / kSamples);
   const auto error = [&](const Density& density) { return density.pose.boxminus(truth.pose).norm(); };
@@ -159,5 +159,5 @@ TEST_CASE("Variances of zero are accepted, negative ones are not", "[algebra]") 
   CHECK(error_message([&] {
           (void)propagate(CubatureRule<12>{}, y, y, Matrix6<double>(2.0 * Matrix6<double>::Identity()),
                           [](const Pose& a, const Pose& b) { return a * b; });
-        }).starts_with("joint covariance of two poses has a negative eigenvalue"));
+        }).starts_with("joint covariance of two states has a negative eigenvalue"));
 }

@@ -10,6 +10,7 @@
 #include <antipode/detail/cholesky.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
@@ -93,22 +94,27 @@ template <class Scalar>
   return P;
 }
 
-/// A pose drawn from the density.
-template <class Scalar>
-[[nodiscard]] DualQuaternion<Scalar> draw(Rng& rng, const PoseGaussian<Scalar>& density) {
+/// A pose, or a joint state, drawn from the density.
+template <ConcentratedDensity Density>
+[[nodiscard]] auto draw(Rng& rng, const Density& density) {
+  using Scalar = typename Density::Scalar;
   std::normal_distribution<double> normal;
-  Vector6<Scalar> g;
+  Vector<Scalar, Density::Chart::kDim> g;
   for (Scalar& entry : g) entry = static_cast<Scalar>(normal(rng));
-  const Vector6<Scalar> xi = detail::cholesky_factor(density.covariance).value() * g;
-  return density.pose.boxplus(xi);
+  const Vector<Scalar, Density::Chart::kDim> xi = detail::cholesky_factor(density.covariance).value() * g;
+  const auto& [mean, covariance] = density;
+  return Density::Chart::retract(mean, xi);
 }
 
-/// Normalised estimation error squared, chi^2(6) if the density is consistent.
-template <class Scalar>
-[[nodiscard]] double nees(const PoseGaussian<Scalar>& density, const DualQuaternion<Scalar>& truth) {
+/// Normalised estimation error squared, chi^2 of the state's dimension if the density is consistent.
+template <ConcentratedDensity Density>
+[[nodiscard]] double nees(const Density& density, const typename Density::Chart::Point& truth) {
+  using Scalar = typename Density::Scalar;
+  constexpr int N = Density::Chart::kDim;
   const auto L = detail::cholesky_factor(density.covariance);
-  const Vector6<Scalar> error = truth.boxminus(density.pose);
-  return L ? static_cast<double>(detail::solve_lower(*L, error).squaredNorm())
+  const auto& [mean, covariance] = density;
+  const Vector<Scalar, N> error = Density::Chart::local(mean, truth);
+  return L ? static_cast<double>(detail::solve_lower<Scalar, N, 1>(*L, error).squaredNorm())
            : std::numeric_limits<double>::infinity();
 }
 

@@ -55,7 +55,11 @@ template <class Scalar, int N>
     return {*L, true};
   }
   const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
-  if (!(eigen.values[0] >= -kSymmetryTolerance<Scalar> * A.trace())) [[unlikely]] {
+  // A small negative variance beside large ones of another unit, rad^2 beside m^2, is not rounding.
+  const Scalar smallest_variance = A.diagonal().minCoeff();
+  constexpr Scalar kRounding = Scalar(32) * std::numeric_limits<Scalar>::epsilon();
+  if (!(eigen.values[0] >= -kSymmetryTolerance<Scalar> * A.trace()) ||
+      smallest_variance < -kRounding * A.trace()) [[unlikely]] {
     throw_invalid(what, A);
   }
   Matrix<Scalar, N> root = eigen.vectors;

@@ -8,7 +8,9 @@
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
+#include <antipode/distributions/detail/chart_moments.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
@@ -60,77 +62,54 @@ template <std::floating_point Scalar>
   return {z, detail::covariance_of_sum<Scalar>(A, x.covariance, y.covariance, cross)};
 }
 
-namespace detail {
-
-/// The mean and the covariance of weighted poses: the point where their tangent vectors sum to zero.
-template <class Scalar, std::size_t Count>
-[[nodiscard]] PoseGaussian<Scalar> moments_of(const std::array<DualQuaternion<Scalar>, Count>& poses,
-                                              const Vector<Scalar, static_cast<int>(Count)>& weights) {
-  constexpr int kMostIterations = 10;
-  constexpr Scalar kSettled(1e-3);  // of the spread: the mean moves by less than its square next time
-  PoseGaussian<Scalar> result{poses[0], Matrix6<Scalar>::Zero()};
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    Vector6<Scalar> mean = Vector6<Scalar>::Zero();
-    result.covariance.setZero();
-    for (std::size_t k = 0; k < Count; ++k) {
-      const Vector6<Scalar> xi = poses[k].boxminus(result.pose);
-      const Scalar weight = weights[static_cast<int>(k)];
-      mean += weight * xi;
-      add_outer_product<Scalar, 6, 6>(weight, xi, xi, result.covariance);
-    }
-    if (mean.squaredNorm() <= kSettled * kSettled * result.covariance.trace()) {
-      add_outer_product<Scalar, 6, 6>(Scalar(-1), mean, mean, result.covariance);
-      result.pose = result.pose.boxplus(mean).renormalized();
-      return result;
-    }
-    result.pose = result.pose.boxplus(mean).renormalized();
+/// The density of f(x) by the points of a rule for the vectors of x: CubatureRule<6> for poses. x is a
+/// PoseGaussian or a StateGaussian in any chart; f maps a state to a state of the same kind. Throws unless
+/// the covariance is positive semidefinite.
+template <GaussianRule Rule, ConcentratedDensity Density, class F>
+requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] Density
+    propagate(const Rule& rule, const Density& x, F&& f) {
+  using Scalar = typename Density::Scalar;
+  using Chart = typename Density::Chart;
+  const auto& [mean, covariance] = x;
+  const auto root = detail::root_of(x);
+  const auto standard = rule.template standard<Scalar>();
+  std::array<typename Chart::Point, static_cast<std::size_t>(Rule::kCount)> states;
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    const Vector<Scalar, Rule::kDim> g = standard.points.col(static_cast<int>(k));
+    states[k] = f(Chart::retract(mean, root.L * g));
   }
-  return result;
+  return detail::chart_moments<Density>(states, standard.weights);
 }
 
-}  // namespace detail
-
-/// The density of f(x) by the points of a rule in R^6. f returns a DualQuaternion. Throws unless the
-/// covariance is positive semidefinite.
-template <GaussianRule Rule, std::floating_point Scalar, class F>
-requires(Rule::kDim == 6)
-    [[nodiscard]] PoseGaussian<Scalar> propagate(const Rule& rule, const PoseGaussian<Scalar>& x, F&& f) {
-  const auto root = detail::root_of_covariance<Scalar, 6>(
-      "pose covariance has a negative eigenvalue",
-      detail::checked_symmetric<Scalar, 6>("pose covariance is not finite or not symmetric", x.covariance));
+/// The density of f(x, y) by the points of a rule for the vectors of both, CubatureRule<12> for two poses;
+/// f returns a state like x. `cross` is E[a b^T] of their errors a and b. Throws unless the joint covariance
+/// is positive semidefinite.
+template <GaussianRule Rule, ConcentratedDensity X, ConcentratedDensity Y, class F>
+requires(Rule::kDim == X::Chart::kDim + Y::Chart::kDim) [[nodiscard]] X
+    propagate(const Rule& rule, const X& x, const Y& y,
+              const Matrix<typename X::Scalar, X::Chart::kDim, Y::Chart::kDim>& cross, F&& f) {
+  using Scalar = typename X::Scalar;
+  constexpr int kX = X::Chart::kDim, kY = Y::Chart::kDim;
+  const auto& [mean_x, covariance_x] = x;
+  const auto& [mean_y, covariance_y] = y;
+  Matrix<Scalar, kX + kY> joint;
+  joint.template topLeftCorner<kX, kX>() = covariance_x;
+  joint.template bottomRightCorner<kY, kY>() = covariance_y;
+  joint.template topRightCorner<kX, kY>() = cross;
+  joint.template bottomLeftCorner<kY, kX>() = cross.transpose();
+  const auto root = detail::root_of_covariance<Scalar, kX + kY>(
+      "joint covariance of two states has a negative eigenvalue",
+      detail::checked_symmetric<Scalar, kX + kY>(
+          "joint covariance of two states is not finite or not symmetric", joint));
   const auto standard = rule.template standard<Scalar>();
-  std::array<DualQuaternion<Scalar>, static_cast<std::size_t>(Rule::kCount)> poses;
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const Vector6<Scalar> g = standard.points.col(static_cast<int>(k));
-    poses[k] = f(x.pose.boxplus(root.L * g));
+  std::array<typename X::Chart::Point, static_cast<std::size_t>(Rule::kCount)> states;
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    const Vector<Scalar, kX + kY> g = standard.points.col(static_cast<int>(k));
+    const Vector<Scalar, kX + kY> ab = root.L * g;
+    states[k] = f(X::Chart::retract(mean_x, ab.template head<kX>()),
+                  Y::Chart::retract(mean_y, ab.template tail<kY>()));
   }
-  return detail::moments_of<Scalar>(poses, standard.weights);
-}
-
-/// The density of f(x, y) by the points of a rule in R^12, CubatureRule<12> say. Throws unless the joint
-/// covariance is positive semidefinite.
-template <GaussianRule Rule, std::floating_point Scalar, class F>
-requires(Rule::kDim == 12)
-    [[nodiscard]] PoseGaussian<Scalar> propagate(const Rule& rule, const PoseGaussian<Scalar>& x,
-                                                 const PoseGaussian<Scalar>& y, const Matrix6<Scalar>& cross,
-                                                 F&& f) {
-  Matrix<Scalar, 12> joint;
-  joint.template topLeftCorner<6, 6>() = x.covariance;
-  joint.template bottomRightCorner<6, 6>() = y.covariance;
-  joint.template topRightCorner<6, 6>() = cross;
-  joint.template bottomLeftCorner<6, 6>() = cross.transpose();
-  const auto root = detail::root_of_covariance<Scalar, 12>(
-      "joint covariance of two poses has a negative eigenvalue",
-      detail::checked_symmetric<Scalar, 12>("joint covariance of two poses is not finite or not symmetric",
-                                            joint));
-  const auto standard = rule.template standard<Scalar>();
-  std::array<DualQuaternion<Scalar>, static_cast<std::size_t>(Rule::kCount)> poses;
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const Vector<Scalar, 12> g = standard.points.col(static_cast<int>(k));
-    const Vector<Scalar, 12> ab = root.L * g;
-    poses[k] = f(x.pose.boxplus(ab.template head<6>()), y.pose.boxplus(ab.template tail<6>()));
-  }
-  return detail::moments_of<Scalar>(poses, standard.weights);
+  return detail::chart_moments<X>(states, standard.weights);
 }
 
 }  // namespace antipode

@@ -14,12 +14,11 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/noisy_measurement.hpp>
-#include <antipode/geometry/dual_quaternion.hpp>
 
 namespace antipode {
 
 /// Independent measurements z_i = h(x, i) + v_i, v_i ~ N(0, R_i), with their model h(pose, i), which returns
-/// a vector or a std::optional of one.
+/// a vector or a std::optional of one. For a filter of joint states the model takes the state.
 ///
 /// Every update takes them: as a log-likelihood (the call operator), or by their models and noises one after
 /// another, for updates that linearise h. Constants are left out of the log-likelihood. A pose from which a
@@ -48,10 +47,13 @@ class GaussianMeasurements {
   [[nodiscard]] const std::vector<Measurement>& measurements() const noexcept { return measurements_; }
   [[nodiscard]] const Model& model() const noexcept { return h_; }
 
-  [[nodiscard]] Scalar operator()(const DualQuaternion<Scalar>& pose) const {
+  /// The log-likelihood of a pose or a joint state, without constants.
+  template <class State>
+  requires std::invocable<const Model&, const State&, std::size_t>
+  [[nodiscard]] Scalar operator()(const State& state) const {
     Scalar sum(0);
     for (std::size_t i = 0; i < measurements_.size(); ++i) {
-      const std::optional<Vector<Scalar, Dim>> predicted = h_(pose, i);
+      const std::optional<Vector<Scalar, Dim>> predicted = h_(state, i);
       if (!predicted) return unpredictable_;
       const Vector<Scalar, Dim> innovation = measurements_[i].z - *predicted;
       sum -= Scalar(0.5) * detail::solve_lower<Scalar, Dim, 1>(roots_[i], innovation).squaredNorm();

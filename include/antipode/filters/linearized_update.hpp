@@ -13,9 +13,9 @@
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/filters/detail/sqrt_pose_gaussian.hpp>
+#include <antipode/filters/detail/sqrt_gaussian.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/update_status.hpp>
@@ -71,32 +71,32 @@ template <class Scalar>
 }
 
 /// The measurements over a density: their joint log-likelihood in its coordinates y, with linear models.
-template <class Scalar>
+template <class Scalar, int N>
 struct Linearization {
-  QuadraticLogLikelihood<Scalar> model;
+  QuadraticLogLikelihood<Scalar, N> model;
   Scalar residual = 0;  ///< sum of tr(R_i^-1 Omega_i)
   int used = 0;         ///< measurements that can be made at every sample
   bool finite = true;
 };
 
 /// One measurement over a density: z = mean + A y + e with Cov(e) = disturbance.
-template <class Scalar, int Dim>
+template <class Scalar, int Dim, int N>
 struct LinearMeasurementModel {
   Vector<Scalar, Dim> mean;
-  Matrix<Scalar, Dim, 6> A;
+  Matrix<Scalar, Dim, N> A;
   Matrix<Scalar, Dim> disturbance;
 };
 
 /// The regression of predicted measurements, one a column, on the sigma points that they were predicted at.
-template <class Scalar, int Dim, int Count>
-[[nodiscard]] LinearMeasurementModel<Scalar, Dim> regress_on_points(
-    const Matrix<Scalar, Dim, Count>& predicted, const WeightedSamples<Scalar, 6, Count>& standard) {
+template <class Scalar, int Dim, int N, int Count>
+[[nodiscard]] LinearMeasurementModel<Scalar, Dim, N> regress_on_points(
+    const Matrix<Scalar, Dim, Count>& predicted, const WeightedSamples<Scalar, N, Count>& standard) {
   using Z = Vector<Scalar, Dim>;
-  LinearMeasurementModel<Scalar, Dim> model{Z::Zero(), Matrix<Scalar, Dim, 6>::Zero(),
-                                            Matrix<Scalar, Dim>::Zero()};
+  LinearMeasurementModel<Scalar, Dim, N> model{Z::Zero(), Matrix<Scalar, Dim, N>::Zero(),
+                                               Matrix<Scalar, Dim>::Zero()};
   for (int k = 0; k < Count; ++k) model.mean += standard.weights[k] * predicted.col(k);
   for (int k = 0; k < Count; ++k) {
-    add_outer_product<Scalar, Dim, 6>(standard.weights[k], predicted.col(k) - model.mean,
+    add_outer_product<Scalar, Dim, N>(standard.weights[k], predicted.col(k) - model.mean,
                                       standard.points.col(k), model.A);
   }
   for (int k = 0; k < Count; ++k) {
@@ -107,10 +107,10 @@ template <class Scalar, int Dim, int Count>
 }
 
 /// Adds the log-likelihood of one measurement; sets `finite` to false where its numbers are not.
-template <class Scalar, int Dim>
+template <class Scalar, int Dim, int N>
 void add_measurement(const Vector<Scalar, Dim>& z, const Matrix<Scalar, Dim>& R,
-                     const LinearMeasurementModel<Scalar, Dim>& h,
-                     const LinearizedUpdateOptions<Scalar>& options, Linearization<Scalar>& sum) {
+                     const LinearMeasurementModel<Scalar, Dim, N>& h,
+                     const LinearizedUpdateOptions<Scalar>& options, Linearization<Scalar, N>& sum) {
   using Square = Matrix<Scalar, Dim>;
   using std::log;
   const Vector<Scalar, Dim> innovation = z - h.mean;
@@ -123,49 +123,48 @@ void add_measurement(const Vector<Scalar, Dim>& z, const Matrix<Scalar, Dim>& R,
   }
   Scalar weight(1);
   if (options.robust != RobustWeight::kNone) {
-    const Square S = noise + scaled_square<Scalar, Dim, 6>(h.A, Vector6<Scalar>::Ones());
+    const Square S = noise + scaled_square<Scalar, Dim, N>(h.A, Vector<Scalar, N>::Ones());
     const auto S_root = cholesky_factor(S);
     const Scalar distance =
         S_root ? solve_lower(*S_root, innovation).squaredNorm() : std::numeric_limits<Scalar>::infinity();
     weight = robust_weight(options.robust, distance, options.robust_scale);
   }
   const Vector<Scalar, Dim> whitened = solve_lower(*noise_root, innovation);
-  const Matrix<Scalar, 6, Dim> slope = solve_lower(*noise_root, h.A).transpose();
+  const Matrix<Scalar, N, Dim> slope = solve_lower(*noise_root, h.A).transpose();
   sum.model.gradient += weight * (slope * whitened);
-  sum.model.curvature += scaled_square<Scalar, 6, Dim>(slope, Vector<Scalar, Dim>::Constant(weight));
+  sum.model.curvature += scaled_square<Scalar, N, Dim>(slope, Vector<Scalar, Dim>::Constant(weight));
   sum.model.constant -= Scalar(0.5) * weight * whitened.squaredNorm();
   for (int j = 0; j < Dim; ++j) sum.model.constant -= log((*noise_root)(j, j) / (*R_root)(j, j));
   const Square R_inverse_root = solve_lower<Scalar, Dim, Dim>(*R_root, Square::Identity());
   sum.residual += congruence<Scalar, Dim, Dim>(R_inverse_root, h.disturbance).trace();
 }
 
-template <class Scalar, class Measurements, class Model, int Count>
-[[nodiscard]] Linearization<Scalar> linearize(const SqrtPoseGaussian<Scalar>& density,
-                                              const Measurements& measurements, const Model& h,
-                                              const WeightedSamples<Scalar, 6, Count>& standard,
-                                              const LinearizedUpdateOptions<Scalar>& options) {
+template <class Density, class Measurements, class Model, int N, int Count>
+[[nodiscard]] auto linearize(const SqrtGaussian<Density>& density, const Measurements& measurements,
+                             const Model& h,
+                             const WeightedSamples<typename Density::Scalar, N, Count>& standard,
+                             const LinearizedUpdateOptions<typename Density::Scalar>& options) {
+  using Scalar = typename Density::Scalar;
   using Z = std::remove_cvref_t<decltype(measurements[0].z)>;
   constexpr int kDim = Z::RowsAtCompileTime;
-  std::array<DualQuaternion<Scalar>, Count> poses;
-  for (int k = 0; k < Count; ++k) {
-    const Vector6<Scalar> xi = density.L * standard.points.col(k);
-    poses[static_cast<std::size_t>(k)] = density.pose.boxplus(xi);
-  }
-  Linearization<Scalar> sum;
+  std::array<typename Density::Chart::Point, Count> states;
+  for (std::size_t k = 0; k < Count; ++k) states[k] = density.at(standard.points.col(static_cast<int>(k)));
+  Linearization<Scalar, N> sum;
   Matrix<Scalar, kDim, Count> predicted;
   const std::size_t count = measurements.size();
   for (std::size_t i = 0; i < count && sum.finite; ++i) {
     bool measurable = true;
     for (std::size_t k = 0; k < Count && measurable; ++k) {
-      const std::optional<Z> z = h(poses[k], i);
+      const std::optional<Z> z = h(states[k], i);
       measurable = z.has_value();
       if (measurable) predicted.col(static_cast<int>(k)) = *z;
     }
     if (!measurable) continue;
     ++sum.used;
     const auto& measurement = measurements[i];
-    add_measurement<Scalar, kDim>(measurement.z, measurement.R,
-                                  regress_on_points<Scalar, kDim, Count>(predicted, standard), options, sum);
+    add_measurement<Scalar, kDim, N>(measurement.z, measurement.R,
+                                     regress_on_points<Scalar, kDim, N, Count>(predicted, standard), options,
+                                     sum);
   }
   return sum;
 }
@@ -179,11 +178,13 @@ template <class Scalar, class Measurements, class Model, int Count>
 /// singular covariance of the pose there is one iteration only. Throws on
 /// invalid options and covariances of the pose; a measurement that is not finite or whose R is not positive
 /// definite comes back as kNotFinite, none that can be predicted as kNoSupport, both with the prior.
-template <std::floating_point Scalar, IndexedMeasurements Measurements, class Model,
-          GaussianRule Rule = CubatureRule<6>>
-requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_update(
-    const PoseGaussian<Scalar>& prior, const Measurements& measurements, const Model& h,
-    const LinearizedUpdateOptions<Scalar>& options = {}, const Rule& rule = {}) {
+template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model,
+          GaussianRule Rule = CubatureRule<Density::Chart::kDim>>
+requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] UpdateResult<Density> linearized_update(
+    const Density& prior, const Measurements& measurements, const Model& h,
+    const LinearizedUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {
+  using Scalar = typename Density::Scalar;
+  constexpr int N = Density::Chart::kDim;
   using std::sqrt;
   if (options.max_iterations < 1) [[unlikely]] {
     detail::throw_invalid("max_iterations is not positive", options.max_iterations);
@@ -194,14 +195,14 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
   if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
     detail::throw_invalid("robust_scale is not positive", options.robust_scale);
   }
-  const auto origin = detail::SqrtPoseGaussian<Scalar>::of(prior);
+  const auto origin = detail::SqrtGaussian<Density>::of(prior);
   // Conditioning the prior again and again takes its inverse.
   const int max_iterations = origin.invertible ? options.max_iterations : 1;
-  PoseUpdateResult<Scalar> result{.posterior = prior};
+  UpdateResult<Density> result{.posterior = prior};
   if (measurements.size() == 0) return result;
   result.limit_hit = true;
   const auto standard = rule.template standard<Scalar>();
-  detail::SqrtPoseGaussian<Scalar> density = origin;
+  detail::SqrtGaussian<Density> density = origin;
   while (result.limit_hit && result.steps < max_iterations) {
     const auto fit = detail::linearize(density, measurements, h, standard, options);
     result.evaluations += Rule::kCount;
@@ -213,8 +214,8 @@ requires(Rule::kDim == 6) [[nodiscard]] PoseUpdateResult<Scalar> linearized_upda
       result.status = UpdateStatus::kNoSupport;
       return result;
     }
-    const auto y = result.steps == 0 ? detail::condition<Scalar>(Vector6<Scalar>::Zero(),
-                                                                 Matrix6<Scalar>::Identity(), fit.model)
+    const auto y = result.steps == 0 ? detail::condition<Scalar, N>(Vector<Scalar, N>::Zero(),
+                                                                    Matrix<Scalar, N>::Identity(), fit.model)
                                      : density.condition_prior(origin, fit.model);
     if (!y.finite() || !std::isfinite(y.log_evidence)) {
       result.status = UpdateStatus::kNotFinite;

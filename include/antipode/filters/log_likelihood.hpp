@@ -3,6 +3,7 @@
 
 #include <concepts>
 
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
@@ -44,5 +45,13 @@ void evaluate_log_likelihood(L& log_likelihood, const Matrix<Scalar, 8, Count>& 
     }
   }
 }
+
+/// A log-likelihood of the states of a concentrated density: Scalar(state), and of poses in either form.
+template <class L, class Density, int Count>
+concept LogLikelihoodOver = requires(L& log_likelihood, const typename Density::Chart::Point& state) {
+  { log_likelihood(state) } -> std::convertible_to<typename Density::Scalar>;
+}
+|| (std::same_as<typename Density::Chart::Point, DualQuaternion<typename Density::Scalar>> &&
+    BatchedPoseLogLikelihood<L, typename Density::Scalar, Count>);
 
 }  // namespace antipode

@@ -2,13 +2,17 @@
 #pragma once
 
 #include <concepts>
+#include <type_traits>
 #include <utility>
 
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/pose_charts.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
-#include <antipode/filters/detail/sqrt_pose_gaussian.hpp>
+#include <antipode/distributions/projected_gaussian_conversions.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
+#include <antipode/filters/detail/sqrt_gaussian.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/log_likelihood.hpp>
@@ -26,10 +30,13 @@
 ///   density           rules                                         updates
 ///   BinghamGaussian   PaperPoseRule, RichPoseRule, JointPoseRule    ProgressiveReweighting
 ///   PoseGaussian      MysovskikhRule<6>, Degree5Rule<6>             QuadraticProgression
-///   PoseGaussian      CubatureRule<6>, UnscentedRule<6>, ...        PosteriorLinearization
+///   PoseGaussian      CubatureRule<6>, MysovskikhRule<6>, ...       PosteriorLinearization
+///   StateGaussian     CubatureRule<N>, ...                          PosteriorLinearization
 ///
-/// All compositions have the same interface: they start from, predict with and report a PoseGaussian. The
-/// names at the end of this file are the recommended compositions.
+/// All compositions for poses have the same interface: they start from, predict with and report a
+/// PoseGaussian. The chart of the PoseGaussian is part of its type: the split chart is for filters that
+/// measure positions. A StateGaussian is for joint states, a pose with its velocity say. The names at the end
+/// of this file are the recommended compositions.
 namespace antipode {
 
 /// Reweights the rule's samples of a BinghamGaussian in powers of the likelihood (progressive_update.hpp). A
@@ -55,28 +62,28 @@ struct PaperReweighting : ProgressiveReweighting<Scalar> {
       : ProgressiveReweighting<Scalar>{{.tau = Scalar(0.02), .keep_coupling = false}} {}
 };
 
-/// Conditions a PoseGaussian on quadratic models of the log-likelihood (quadratic_update.hpp).
+/// Conditions a concentrated density on quadratic models of the log-likelihood (quadratic_update.hpp).
 template <std::floating_point Scalar>
 struct QuadraticProgression {
   QuadraticUpdateOptions<Scalar> options = {};
 
-  template <class L, GaussianRule Rule>
-  requires LogLikelihood<L, Scalar, Rule::kCount>
-  [[nodiscard]] PoseUpdateResult<Scalar> operator()(const PoseGaussian<Scalar>& prior, L&& log_likelihood,
-                                                    const Rule& rule) const {
+  template <ConcentratedDensity Density, class L, GaussianRule Rule>
+  requires LogLikelihoodOver<L, Density, Rule::kCount>
+  [[nodiscard]] UpdateResult<Density> operator()(const Density& prior, L&& log_likelihood,
+                                                 const Rule& rule) const {
     return quadratic_update(prior, std::forward<L>(log_likelihood), options, rule);
   }
 };
 
-/// Conditions a PoseGaussian on linear models of the measurements (linearized_update.hpp).
+/// Conditions a concentrated density on linear models of the measurements (linearized_update.hpp).
 template <std::floating_point Scalar>
 struct PosteriorLinearization {
   LinearizedUpdateOptions<Scalar> options = {};
 
-  template <int Dim, class Model, GaussianRule Rule>
-  [[nodiscard]] PoseUpdateResult<Scalar> operator()(
-      const PoseGaussian<Scalar>& prior, const GaussianMeasurements<Scalar, Dim, Model>& measurements,
-      const Rule& rule) const {
+  template <ConcentratedDensity Density, int Dim, class Model, GaussianRule Rule>
+  [[nodiscard]] UpdateResult<Density> operator()(const Density& prior,
+                                                 const GaussianMeasurements<Scalar, Dim, Model>& measurements,
+                                                 const Rule& rule) const {
     return linearized_update(prior, measurements.measurements(), measurements.model(), options, rule);
   }
 };
@@ -85,21 +92,30 @@ namespace detail {
 
 template <class Density, class Other>
 [[nodiscard]] Density converted_to(const Other& density) {
+  using Scalar = typename Density::Scalar;
   if constexpr (std::same_as<Density, Other>) {
     return density;
-  } else if constexpr (std::same_as<Density, PoseGaussian<typename Other::Scalar>>) {
-    return to_pose_gaussian(density);
+  } else if constexpr (std::same_as<Density, BinghamGaussian<Scalar>>) {
+    return to_bingham_gaussian(converted_to<PoseGaussian<Scalar>>(density));
+  } else if constexpr (std::same_as<Other, BinghamGaussian<Scalar>>) {
+    return converted_to<Density>(to_pose_gaussian(density));
   } else {
-    return to_bingham_gaussian(density);
+    return in_chart<typename Density::Chart>(density);
   }
 }
 
+/// What a filter with the given density starts from and reports.
+template <class Density>
+struct BeliefOf : std::type_identity<Density> {};
 template <class Scalar>
-[[nodiscard]] const PoseUpdateResult<Scalar>& as_pose_update_result(const PoseUpdateResult<Scalar>& result) {
+struct BeliefOf<BinghamGaussian<Scalar>> : std::type_identity<PoseGaussian<Scalar>> {};
+
+template <class Density>
+[[nodiscard]] const UpdateResult<Density>& as_update_result(const UpdateResult<Density>& result) {
   return result;
 }
 template <class Scalar>
-[[nodiscard]] PoseUpdateResult<Scalar> as_pose_update_result(const ProgressiveResult<Scalar>& result) {
+[[nodiscard]] PoseUpdateResult<Scalar> as_update_result(const ProgressiveResult<Scalar>& result) {
   return {.posterior = to_pose_gaussian(result.posterior),
           .status = result.status,
           .steps = result.steps,
@@ -111,28 +127,38 @@ template <class Scalar>
 
 }  // namespace detail
 
-/// Estimates the pose T_world_body of a moving body from its measured motions and from measurements of any
-/// kind.
+/// Estimates the pose T_world_body of a moving body, or a joint state, from its measured motions and from
+/// measurements of any kind.
 template <class Density_, class Rule, class Update>
 class PoseFilter {
  public:
   using Density = Density_;
   using Scalar = typename Density::Scalar;
   using Pose = DualQuaternion<Scalar>;
+  using Belief = typename detail::BeliefOf<Density>::type;  ///< a PoseGaussian or a StateGaussian
+  using State = typename Belief::Chart::Point;              ///< a pose, or a tuple of the parts of the state
+  using Square = Matrix<Scalar, Belief::Chart::kDim>;
 
-  /// Starts from a pose and its 6x6 covariance: PoseFilter({pose, covariance}). A BinghamGaussian has no
-  /// variance of the orientation below 1e-14. Throws unless the covariance is positive semidefinite.
-  explicit PoseFilter(const PoseGaussian<Scalar>& belief, Rule rule = {}, Update update = {})
-      : density_(detail::converted_to<Density>(belief)), rule_(std::move(rule)), update_(std::move(update)) {
-    (void)detail::SqrtPoseGaussian<Scalar>::of(belief);
-  }
-  explicit PoseFilter(const BinghamGaussian<Scalar>& belief, Rule rule = {}, Update update = {})
+  /// Starts from a pose and its 6x6 covariance, in the filter's own chart: PoseFilter({pose, covariance}). A
+  /// BinghamGaussian has no variance of the orientation below 1e-14. Throws unless the covariance is positive
+  /// semidefinite.
+  explicit PoseFilter(const Belief& belief, Rule rule = {}, Update update = {})
+      : density_(detail::converted_to<Density>(checked(belief))),
+        rule_(std::move(rule)),
+        update_(std::move(update)) {}
+  /// Starts from a pose density in another chart, by in_chart.
+  template <class Chart>
+  requires(std::same_as<State, Pose> && !std::same_as<PoseGaussian<Scalar, Chart>, Belief>)  //
+      explicit PoseFilter(const PoseGaussian<Scalar, Chart>& belief, Rule rule = {}, Update update = {})
+      : density_(detail::converted_to<Density>(checked(belief))),
+        rule_(std::move(rule)),
+        update_(std::move(update)) {}
+  explicit PoseFilter(const BinghamGaussian<Scalar>& belief, Rule rule = {}, Update update = {})  //
+      requires std::same_as<State, Pose>
       : density_(detail::converted_to<Density>(belief)), rule_(std::move(rule)), update_(std::move(update)) {}
 
-  /// The estimated pose and its covariance.
-  [[nodiscard]] PoseGaussian<Scalar> belief() const {
-    return detail::converted_to<PoseGaussian<Scalar>>(density_);
-  }
+  /// The estimated state and its covariance.
+  [[nodiscard]] Belief belief() const { return detail::converted_to<Belief>(density_); }
   /// The density that the filter works with.
   [[nodiscard]] const Density& density() const noexcept { return density_; }
 
@@ -140,36 +166,63 @@ class PoseFilter {
   /// independent of x. In closed form for a PoseGaussian, through the samples of the rule for a
   /// BinghamGaussian. Throws if the motion is not finite or the covariance of the noise not positive
   /// semidefinite; the belief stays as it was.
-  void predict(const Pose& T_before_now, const PoseGaussian<Scalar>& noise) {
-    (void)detail::SqrtPoseGaussian<Scalar>::of(noise);
-    predict_with(T_before_now, detail::converted_to<Density>(noise));
+  void predict(const Pose& T_before_now,
+               const PoseGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
+    detail::require_finite("motion is not finite", T_before_now.coeffs());
+    (void)checked(noise);
+    if constexpr (std::same_as<Density, Belief>) {
+      density_ = predict_closed_form(density_, T_before_now, noise);
+    } else {
+      predict_with(T_before_now, detail::converted_to<Density>(noise));
+    }
   }
-  void predict(const Pose& T_before_now, const BinghamGaussian<Scalar>& noise) {
-    predict_with(T_before_now, detail::converted_to<Density>(noise));
+  void predict(const Pose& T_before_now,
+               const BinghamGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
+    detail::require_finite("motion is not finite", T_before_now.coeffs());
+    if constexpr (std::same_as<Density, Belief>) {
+      density_ = predict_closed_form(density_, T_before_now, to_pose_gaussian(noise));
+    } else {
+      predict_with(T_before_now, noise);
+    }
+  }
+
+  /// x <- f(x) with the Jacobian of f at the mean, f(retract(x, a)) = retract(f(x), jacobian a), and the
+  /// covariance of the noise, which is added to the vector about the result. Throws if the noise is not
+  /// positive semidefinite or the result not finite; the belief stays as it was.
+  template <std::invocable<const State&> F>
+  requires std::same_as<Density, Belief>
+  void predict(F&& f, const std::type_identity_t<Square>& jacobian,
+               const std::type_identity_t<Square>& noise) {
+    density_ = checked(predict_closed_form(density_, std::forward<F>(f), jacobian,
+                                           checked(Belief{mean(), noise}).covariance));
   }
 
   /// The belief given a measurement: a log-likelihood (log_likelihood.hpp) or GaussianMeasurements; updates
   /// that linearise the measurement take GaussianMeasurements only. If the result's status is not kConverged
   /// the belief stays as it was.
   template <class Measurement>
-  requires std::invocable<const Update&, const Density&, Measurement, const Rule&> PoseUpdateResult<Scalar>
+  requires std::invocable<const Update&, const Density&, Measurement, const Rule&> UpdateResult<Belief>
   update(Measurement&& measurement) {
     const auto result = update_(density_, std::forward<Measurement>(measurement), rule_);
     if (result.status == UpdateStatus::kConverged) density_ = result.posterior;
-    return detail::as_pose_update_result(result);
+    return detail::as_update_result(result);
   }
 
  private:
+  template <class D>
+  [[nodiscard]] static const D& checked(const D& density) {
+    (void)detail::SqrtGaussian<D>::of(density);
+    return density;
+  }
+  [[nodiscard]] const State& mean() const {
+    const auto& [mean, covariance] = density_;
+    return mean;
+  }
   void predict_with(const Pose& T_before_now, const Density& noise) {
-    detail::require_finite("motion is not finite", T_before_now.coeffs());
-    if constexpr (std::same_as<Density, PoseGaussian<Scalar>>) {
-      density_ = predict_closed_form(density_, T_before_now, noise);
-    } else {
-      const auto& options = update_.options;
-      density_ = antipode::predict(
-          density_, T_before_now, noise, rule_,
-          {.keep_coupling = options.keep_coupling, .min_eigenvalue = options.min_eigenvalue});
-    }
+    const auto& options = update_.options;
+    density_ =
+        antipode::predict(density_, T_before_now, noise, rule_,
+                          {.keep_coupling = options.keep_coupling, .min_eigenvalue = options.min_eigenvalue});
   }
 
   Density density_;
@@ -189,9 +242,24 @@ using RichPoseFilter = PoseFilter<BinghamGaussian<Scalar>, RichPoseRule, Progres
 template <std::floating_point Scalar>
 using QuadraticPoseFilter = PoseFilter<PoseGaussian<Scalar>, MysovskikhRule<6>, QuadraticProgression<Scalar>>;
 
-/// For many vector measurements with Gaussian noise: the fastest.
+/// For a few vector measurements with Gaussian noise: the fastest.
 template <std::floating_point Scalar>
 using LinearizedPoseFilter =
     PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, PosteriorLinearization<Scalar>>;
+
+/// For positions measured under a wide attitude (altimeter, GPS, ranges, bearings): rotation and position
+/// apart. The second follows curved posteriors, the spherical shell of a range say, with a covariance that
+/// holds the curvature.
+template <std::floating_point Scalar>
+using SplitPoseFilter =
+    PoseFilter<SplitPoseGaussian<Scalar>, MysovskikhRule<6>, QuadraticProgression<Scalar>>;
+template <std::floating_point Scalar>
+using LinearizedSplitPoseFilter =
+    PoseFilter<SplitPoseGaussian<Scalar>, MysovskikhRule<6>, PosteriorLinearization<Scalar>>;
+
+/// For joint states: StateFilter<ProductChart<SplitChart<double>, VectorChart<double, 3>>>.
+template <Chart C>
+using StateFilter =
+    PoseFilter<StateGaussian<C>, CubatureRule<C::kDim>, PosteriorLinearization<typename C::Scalar>>;
 
 }  // namespace antipode

@@ -4,14 +4,17 @@
 #include <concepts>
 
 #include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/filters/update_status.hpp>
 
 namespace antipode {
 
-/// The result of the Bayes update of a pose density.
-template <std::floating_point Scalar>
-struct PoseUpdateResult {
-  PoseGaussian<Scalar> posterior;
+/// The result of the Bayes update of a concentrated density.
+template <ConcentratedDensity Density>
+struct UpdateResult {
+  using Scalar = typename Density::Scalar;
+
+  Density posterior;
   UpdateStatus status = UpdateStatus::kConverged;
   int steps = 0;              ///< steps of the progression, or linear models of the measurement
   long evaluations = 0;       ///< poses at which the likelihood or the measurement model was evaluated
@@ -22,5 +25,9 @@ struct PoseUpdateResult {
                               ///< without a model
   bool limit_hit = false;     ///< the allowed number of steps or iterations was too small
 };
+
+/// Of a pose in the screw chart.
+template <std::floating_point Scalar>
+using PoseUpdateResult = UpdateResult<PoseGaussian<Scalar>>;
 
 }  // namespace antipode

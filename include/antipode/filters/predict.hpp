@@ -2,13 +2,18 @@
 #pragma once
 
 #include <concepts>
+#include <type_traits>
+#include <utility>
 
 #include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/pose_algebra.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/jacobians.hpp>
 #include <antipode/geometry/quaternion.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 #include <antipode/sampling/sigma_point_rule.hpp>
@@ -105,16 +110,61 @@ template <std::floating_point Scalar>
   return compose(state, PoseGaussian<Scalar>{motion * noise.pose, noise.covariance});
 }
 
-/// The prediction of a concentrated state through sigma points in R^12, CubatureRule<12> say: the mean is
-/// right to second order, too.
-template <std::floating_point Scalar, GaussianRule Rule>
+/// The same by rotation and position apart, with the noise in the moving frame's own axes as ever: to first
+/// order in state and noise,
+///
+///   phi' = R_w^T phi + nu_phi,   d' = d - R [t_w]x phi + R R_w nu_rho,   w = u E[v].
+template <ConcentratedDensity Split, std::floating_point Scalar = typename Split::Scalar>
+requires std::same_as<Split, SplitPoseGaussian<Scalar>>
+[[nodiscard]] Split predict_closed_form(const Split& state, const DualQuaternion<Scalar>& motion,
+                                        const std::type_identity_t<PoseGaussian<Scalar>>& noise) {
+  const DualQuaternion<Scalar> w = motion * noise.pose;
+  const DualQuaternion<Scalar> moved = (state.pose * w).renormalized();
+  Matrix6<Scalar> A = Matrix6<Scalar>::Identity();
+  A.template topLeftCorner<3, 3>() = w.rotation_matrix().transpose();
+  A.template bottomLeftCorner<3, 3>() = -state.pose.rotation_matrix() * skew(w.translation());
+  Matrix6<Scalar> B = Matrix6<Scalar>::Identity();
+  B.template bottomRightCorner<3, 3>() = moved.rotation_matrix();
+  return {moved, detail::congruence<Scalar, 6, 6>(A, state.covariance) +
+                     detail::congruence<Scalar, 6, 6>(B, noise.covariance)};
+}
+
+/// The prediction of a concentrated state in any chart through sigma points in R^12, CubatureRule<12> say:
+/// the mean is right to second order, too.
+template <std::floating_point Scalar, class Chart, GaussianRule Rule>
 requires(Rule::kDim == 12)
-    [[nodiscard]] PoseGaussian<Scalar> predict(const PoseGaussian<Scalar>& state,
-                                               const DualQuaternion<Scalar>& motion,
-                                               const PoseGaussian<Scalar>& noise, const Rule& rule) {
+    [[nodiscard]] PoseGaussian<Scalar, Chart> predict(const PoseGaussian<Scalar, Chart>& state,
+                                                      const DualQuaternion<Scalar>& motion,
+                                                      const PoseGaussian<Scalar>& noise, const Rule& rule) {
   using Pose = DualQuaternion<Scalar>;
   return propagate(rule, state, noise, Matrix6<Scalar>(Matrix6<Scalar>::Zero()),
                    [&](const Pose& x, const Pose& v) { return x * motion * v; });
+}
+
+/// The prediction of a state of any kind, a joint one say: x <- f(x), with noise of the given covariance
+/// added to the vector about the result. f maps a state to a state. Through the points of a rule, by default
+/// two for every dimension.
+template <ConcentratedDensity Density, class F, GaussianRule Rule = CubatureRule<Density::Chart::kDim>>
+requires std::invocable<F&, const typename Density::Chart::Point&>
+[[nodiscard]] Density predict(const Density& state, F&& f,
+                              const Matrix<typename Density::Scalar, Density::Chart::kDim>& noise,
+                              const Rule& rule = {}) {
+  Density moved = propagate(rule, state, std::forward<F>(f));
+  moved.covariance += noise;
+  return moved;
+}
+
+/// The same to first order, with the Jacobian F of f at the mean: f(retract(x, a)) = retract(f(x), F a).
+template <ConcentratedDensity Density, class F>
+requires std::invocable<F&, const typename Density::Chart::Point&>
+[[nodiscard]] Density predict_closed_form(
+    const Density& state, F&& f,
+    const std::type_identity_t<Matrix<typename Density::Scalar, Density::Chart::kDim>>& jacobian,
+    const std::type_identity_t<Matrix<typename Density::Scalar, Density::Chart::kDim>>& noise) {
+  const auto& [mean, covariance] = state;
+  constexpr int N = Density::Chart::kDim;
+  return {Density::Chart::normalized(f(mean)),
+          detail::congruence<typename Density::Scalar, N, N>(jacobian, covariance) + noise};
 }
 
 }  // namespace antipode

@@ -13,10 +13,10 @@
 #include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/detail/solve.hpp>
-#include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/progression.hpp>
-#include <antipode/filters/detail/sqrt_pose_gaussian.hpp>
+#include <antipode/filters/detail/sqrt_gaussian.hpp>
 #include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/update_status.hpp>
@@ -61,9 +61,9 @@ struct QuadraticUpdateOptions {
 namespace detail {
 
 /// The quadratic model of a log-likelihood over a density.
-template <class Scalar>
+template <class Scalar, int N>
 struct QuadraticFit {
-  QuadraticLogLikelihood<Scalar> model;
+  QuadraticLogLikelihood<Scalar, N> model;
   Scalar mean = 0;         ///< of the log-likelihood
   Scalar residual = 0;     ///< standard deviation of what the model leaves unexplained
   Scalar explained = 0;    ///< standard deviation of the quadratic
@@ -71,62 +71,76 @@ struct QuadraticFit {
   LogRange<Scalar> range;  ///< the rest is set only if it is valid and supported
 };
 
+/// The log-likelihood at the points with the whitened coordinates `points`, one a column.
+template <class Density, class L, int N, int Count>
+void evaluate_over(const SqrtGaussian<Density>& density, L& log_likelihood,
+                   const Matrix<typename Density::Scalar, N, Count>& points,
+                   Vector<typename Density::Scalar, Count>& values) {
+  using Scalar = typename Density::Scalar;
+  if constexpr (std::same_as<typename Density::Chart::Point, DualQuaternion<Scalar>>) {
+    Matrix<Scalar, 8, Count> poses;
+    for (int k = 0; k < Count; ++k) poses.col(k) = density.at(points.col(k)).coeffs();
+    evaluate_log_likelihood(log_likelihood, poses, values);
+  } else {
+    for (int k = 0; k < Count; ++k) values[k] = log_likelihood(density.at(points.col(k)));
+  }
+}
+
 /// Asks the likelihood at the points of a rule for N(0, spread^2 I) in the density's coordinates y and
 /// projects it onto Hermite polynomials.
-template <class Scalar, class L, int Count>
-[[nodiscard]] QuadraticFit<Scalar> fit_quadratic(const SqrtPoseGaussian<Scalar>& density, Scalar spread,
-                                                 L& log_likelihood,
-                                                 const WeightedSamples<Scalar, 6, Count>& standard) {
+template <class Density, class L, int N, int Count>
+[[nodiscard]] auto fit_quadratic(const SqrtGaussian<Density>& density, typename Density::Scalar spread,
+                                 L& log_likelihood,
+                                 const WeightedSamples<typename Density::Scalar, N, Count>& standard) {
+  using Scalar = typename Density::Scalar;
   using std::sqrt;
-  const Matrix6<Scalar> root = spread * density.L;
-  Matrix<Scalar, 8, Count> poses;
-  for (int k = 0; k < Count; ++k) {
-    const Vector6<Scalar> xi = root * standard.points.col(k);
-    poses.col(k) = density.pose.boxplus(xi).coeffs();
-  }
   Vector<Scalar, Count> values;
-  evaluate_log_likelihood(log_likelihood, poses, values);
-  QuadraticFit<Scalar> fit;
+  evaluate_over<Density>({density.mean, spread * density.L, density.invertible}, log_likelihood,
+                         standard.points, values);
+  QuadraticFit<Scalar, N> fit;
   fit.range = bound_log_likelihoods(standard.weights, values);
   if (!fit.range.valid || !fit.range.supported()) return fit;
 
   const Scalar mean = standard.weights.dot(values);
   fit.mean = mean;
   Vector<Scalar, Count> errors = values.array() - mean;
-  Matrix6<Scalar> hessian = Matrix6<Scalar>::Zero();
-  Vector6<Scalar> gradient = Vector6<Scalar>::Zero();
+  Matrix<Scalar, N> hessian = Matrix<Scalar, N>::Zero();
+  Vector<Scalar, N> gradient = Vector<Scalar, N>::Zero();
   for (int k = 0; k < Count; ++k) {
-    const Vector6<Scalar> y = standard.points.col(k);
+    const Vector<Scalar, N> y = standard.points.col(k);
     gradient += standard.weights[k] * errors[k] * y;
     add_outer_product(standard.weights[k] * errors[k], y, y, hessian);
   }
   fit.explained = sqrt(gradient.squaredNorm() + Scalar(0.5) * hessian.squaredNorm());
   for (int k = 0; k < Count; ++k) {
-    const Vector6<Scalar> y = standard.points.col(k);
-    const Vector6<Scalar> hessian_y = hessian * y;
+    const Vector<Scalar, N> y = standard.points.col(k);
+    const Vector<Scalar, N> hessian_y = hessian * y;
     errors[k] -= y.dot(gradient) + Scalar(0.5) * (y.dot(hessian_y) - hessian.trace());
   }
   fit.residual = sqrt(standard.weights.dot(errors.cwiseAbs2()));
-  const Matrix6<Scalar> curvature = without_negative_eigenvalues<Scalar, 6>(-hessian);
+  const Matrix<Scalar, N> curvature = without_negative_eigenvalues<Scalar, N>(-hessian);
   fit.dropped = sqrt(Scalar(0.5) * (curvature + hessian).squaredNorm());
   fit.model = {mean + Scalar(0.5) * curvature.trace(), gradient / spread, curvature / (spread * spread)};
   return fit;
 }
 
 /// The last step of the progression: from where, by which model, and where it led.
-template <class Scalar>
+template <class Density>
 struct QuadraticStep {
-  SqrtPoseGaussian<Scalar> density;
-  QuadraticFit<Scalar> fit = {};
+  using Scalar = typename Density::Scalar;
+  static constexpr int N = Density::Chart::kDim;
+
+  SqrtGaussian<Density> density;
+  QuadraticFit<Scalar, N> fit = {};
   Scalar power = Scalar(0);  ///< of the likelihood in the density
   Scalar next = Scalar(0);   ///< power that the whole step leads to
-  ConditionedGaussian<Scalar> y = {};
+  ConditionedGaussian<Scalar, N> y = {};
 
   /// How far the mean log-likelihood after the step is below what the model promised.
-  [[nodiscard]] Scalar shortfall(const QuadraticFit<Scalar>& after, Scalar spread) const {
+  [[nodiscard]] Scalar shortfall(const QuadraticFit<Scalar, N>& after, Scalar spread) const {
     if (!after.range.supported()) return std::numeric_limits<Scalar>::infinity();
-    const Vector6<Scalar> bend = fit.model.curvature * y.mean;
-    const Matrix6<Scalar> spread_bend = fit.model.curvature * y.root;
+    const Vector<Scalar, N> bend = fit.model.curvature * y.mean;
+    const Matrix<Scalar, N> spread_bend = fit.model.curvature * y.root;
     const Scalar promised =
         fit.model.constant + y.mean.dot(fit.model.gradient) -
         Scalar(0.5) * (y.mean.dot(bend) + spread * spread * y.root.cwiseProduct(spread_bend).sum());
@@ -136,35 +150,35 @@ struct QuadraticStep {
 
 /// A share of the way from N(0, I) to y, straight in the information and the information matrix: the
 /// geometric mean of the densities.
-template <class Scalar>
-[[nodiscard]] ConditionedGaussian<Scalar> damped(const ConditionedGaussian<Scalar>& y, Scalar share) {
-  const Matrix6<Scalar> inverse_root = solve<Scalar, 6, 6>(y.root, Matrix6<Scalar>::Identity());
-  const Matrix6<Scalar> inverse_root_t = inverse_root.transpose();
-  const Matrix6<Scalar> information =
-      (Scalar(1) - share) * Matrix6<Scalar>::Identity() +
-      share * scaled_square<Scalar, 6, 6>(inverse_root_t, Vector6<Scalar>::Ones());
-  const auto C = cholesky_factor<Scalar, 6>(information);
+template <class Scalar, int N>
+[[nodiscard]] ConditionedGaussian<Scalar, N> damped(const ConditionedGaussian<Scalar, N>& y, Scalar share) {
+  const Matrix<Scalar, N> inverse_root = solve<Scalar, N, N>(y.root, Matrix<Scalar, N>::Identity());
+  const Matrix<Scalar, N> inverse_root_t = inverse_root.transpose();
+  const Matrix<Scalar, N> information =
+      (Scalar(1) - share) * Matrix<Scalar, N>::Identity() +
+      share * scaled_square<Scalar, N, N>(inverse_root_t, Vector<Scalar, N>::Ones());
+  const auto C = cholesky_factor<Scalar, N>(information);
   if (!C)
-    return {Vector6<Scalar>::Constant(std::numeric_limits<Scalar>::quiet_NaN()), y.root, y.log_evidence};
-  const Matrix6<Scalar> root = solve_lower<Scalar, 6, 6>(*C, Matrix6<Scalar>::Identity()).transpose();
-  const Vector6<Scalar> whitened_mean = inverse_root * y.mean;
-  const Vector6<Scalar> slope = share * (inverse_root_t * whitened_mean);
-  const Vector6<Scalar> step = root.transpose() * slope;
+    return {Vector<Scalar, N>::Constant(std::numeric_limits<Scalar>::quiet_NaN()), y.root, y.log_evidence};
+  const Matrix<Scalar, N> root = solve_lower<Scalar, N, N>(*C, Matrix<Scalar, N>::Identity()).transpose();
+  const Vector<Scalar, N> whitened_mean = inverse_root * y.mean;
+  const Vector<Scalar, N> slope = share * (inverse_root_t * whitened_mean);
+  const Vector<Scalar, N> step = root.transpose() * slope;
   return {root * step, root, y.log_evidence};
 }
 
 /// Whether y is inside N(0, I).
-template <class Scalar>
-[[nodiscard]] bool is_within(const ConditionedGaussian<Scalar>& y, Scalar tolerance) {
-  return y.mean.squaredNorm() <= Scalar(1) && y.root.squaredNorm() <= Scalar(6) * (Scalar(1) + tolerance);
+template <class Scalar, int N>
+[[nodiscard]] bool is_within(const ConditionedGaussian<Scalar, N>& y, Scalar tolerance) {
+  return y.mean.squaredNorm() <= Scalar(1) && y.root.squaredNorm() <= Scalar(N) * (Scalar(1) + tolerance);
 }
 
 /// Whether conditioning left the density where it was, in its own whitened coordinates.
-template <class Scalar>
-[[nodiscard]] bool is_settled(const ConditionedGaussian<Scalar>& y, Scalar tolerance) {
+template <class Scalar, int N>
+[[nodiscard]] bool is_settled(const ConditionedGaussian<Scalar, N>& y, Scalar tolerance) {
   using std::abs;
   return y.mean.squaredNorm() <= tolerance * tolerance &&
-         abs(y.root.squaredNorm() - Scalar(6)) <= Scalar(6) * tolerance;
+         abs(y.root.squaredNorm() - Scalar(N)) <= Scalar(N) * tolerance;
 }
 
 template <class Scalar>
@@ -186,13 +200,17 @@ void check_options(const QuadraticUpdateOptions<Scalar>& options) {
 enum class IterationState { kRunning, kDone, kFailed };
 
 /// The iteration of quadratic_update: fit a model, choose the power, condition the prior, move the density.
-template <class Scalar, class L, int Count>
+template <class Density, class L, int Count>
 class QuadraticIteration {
+  using Scalar = typename Density::Scalar;
+  static constexpr int N = Density::Chart::kDim;
+  using Fit = QuadraticFit<Scalar, N>;
+
  public:
-  QuadraticIteration(const PoseGaussian<Scalar>& prior, L& log_likelihood,
-                     const WeightedSamples<Scalar, 6, Count>& standard,
+  QuadraticIteration(const Density& prior, L& log_likelihood,
+                     const WeightedSamples<Scalar, N, Count>& standard,
                      const QuadraticUpdateOptions<Scalar>& options)
-      : origin_(SqrtPoseGaussian<Scalar>::of(prior)),
+      : origin_(SqrtGaussian<Density>::of(prior)),
         log_likelihood_(log_likelihood),
         standard_(standard),
         options_(options),
@@ -200,7 +218,7 @@ class QuadraticIteration {
         last_{origin_},
         result_{.posterior = prior} {}
 
-  [[nodiscard]] PoseUpdateResult<Scalar> run() {
+  [[nodiscard]] UpdateResult<Density> run() {
     IterationState state = IterationState::kRunning;
     while (state == IterationState::kRunning) state = iterate();
     if (state == IterationState::kFailed) return result_;
@@ -235,14 +253,14 @@ class QuadraticIteration {
   }
 
   /// Whether the log-likelihood fell short of what the model of the last step promised.
-  [[nodiscard]] bool overshot(const QuadraticFit<Scalar>& fit) const {
+  [[nodiscard]] bool overshot(const Fit& fit) const {
     constexpr Scalar kMaxShortfall(6);  // in max_residual
     return retries_ < kMostRetries && origin_.invertible &&
            power_ * last_.shortfall(fit, spread_) > kMaxShortfall * options_.max_residual;
   }
 
   /// Returns to where the last step started; the next one goes half as far.
-  [[nodiscard]] QuadraticFit<Scalar> take_back_last_step() {
+  [[nodiscard]] Fit take_back_last_step() {
     ++retries_;
     density_ = last_.density;
     next_ = last_.next;
@@ -250,7 +268,7 @@ class QuadraticIteration {
     return last_.fit;
   }
 
-  [[nodiscard]] bool needs_narrower_fit(const QuadraticFit<Scalar>& fit) const {
+  [[nodiscard]] bool needs_narrower_fit(const Fit& fit) const {
     constexpr Scalar kPoorFit(0.7);  // of what it should explain remains unexplained
     const bool poor = !fit.range.supported() || fit.residual > kPoorFit * fit.explained;
     return poor && fit.residual > options_.max_residual && spread_ > kMinSpread;
@@ -262,7 +280,7 @@ class QuadraticIteration {
   }
 
   /// The power grows as fast as the residual of the fit allows, and by a quarter where it stalls.
-  void choose_power(const QuadraticFit<Scalar>& fit) {
+  void choose_power(const Fit& fit) {
     constexpr Scalar kGrowth(1.05);        // below which the power stalls
     constexpr Scalar kForcedGrowth(1.25);  // when it does
     const auto wanted =
@@ -279,15 +297,16 @@ class QuadraticIteration {
     retries_ = 0;
   }
 
-  void condition_on(const QuadraticFit<Scalar>& fit) {
-    last_.y = origin_.invertible ? density_.condition_prior(origin_, fit.model.scaled(next_))
-                                 : condition<Scalar>(Vector6<Scalar>::Zero(), Matrix6<Scalar>::Identity(),
-                                                     fit.model.scaled(next_ - power_));
+  void condition_on(const Fit& fit) {
+    last_.y = origin_.invertible
+                  ? density_.condition_prior(origin_, fit.model.scaled(next_))
+                  : condition<Scalar, N>(Vector<Scalar, N>::Zero(), Matrix<Scalar, N>::Identity(),
+                                         fit.model.scaled(next_ - power_));
   }
 
   /// Whether the density after this step is the posterior. A model that is exact over the prior is exact over
   /// the posterior; so is one that is exact over a density that the posterior lies within.
-  [[nodiscard]] bool has_settled(const QuadraticFit<Scalar>& fit) const {
+  [[nodiscard]] bool has_settled(const Fit& fit) const {
     constexpr Scalar kExactFit(0.01);  // residual at which a fit needs no repetition
     const bool exact = spread_ == Scalar(1) && fit.residual <= kExactFit &&
                        (result_.steps == 0 || is_within(last_.y, options_.tolerance));
@@ -330,19 +349,19 @@ class QuadraticIteration {
     return IterationState::kFailed;
   }
 
-  const SqrtPoseGaussian<Scalar> origin_;  ///< the prior
+  const SqrtGaussian<Density> origin_;  ///< the prior
   L& log_likelihood_;
-  const WeightedSamples<Scalar, 6, Count>& standard_;
+  const WeightedSamples<Scalar, N, Count>& standard_;
   const QuadraticUpdateOptions<Scalar>& options_;
 
-  SqrtPoseGaussian<Scalar> density_;  ///< the prior conditioned on the likelihood to the power
+  SqrtGaussian<Density> density_;  ///< the prior conditioned on the likelihood to the power
   Scalar power_ = Scalar(0);
   Scalar next_ = Scalar(0);    ///< power after the step
   Scalar spread_ = Scalar(1);  ///< of the points that the model is fitted to, in standard deviations
-  QuadraticStep<Scalar> last_;
+  QuadraticStep<Density> last_;
   int retries_ = kMostRetries;  ///< of the last step
   int repeats_ = 0;             ///< fits in succession that did not allow a larger power
-  PoseUpdateResult<Scalar> result_;
+  UpdateResult<Density> result_;
 };
 
 }  // namespace detail
@@ -351,15 +370,15 @@ class QuadraticIteration {
 /// void(8 x Count poses, values) (see log_likelihood.hpp). The rule must be exact to degree 5. Throws on
 /// invalid options and covariances; numerical failures are reported in the status. With a singular covariance
 /// the powers are applied one after another and there is no fixed point.
-template <std::floating_point Scalar, class L, GaussianRule Rule = MysovskikhRule<6>>
-requires(Rule::kDim == 6 && LogLikelihood<L, Scalar, Rule::kCount>)
-    [[nodiscard]] PoseUpdateResult<Scalar> quadratic_update(
-        const PoseGaussian<Scalar>& prior, L&& log_likelihood,
-        const QuadraticUpdateOptions<Scalar>& options = {}, const Rule& rule = {}) {
+template <ConcentratedDensity Density, class L, GaussianRule Rule = MysovskikhRule<Density::Chart::kDim>>
+requires(Rule::kDim == Density::Chart::kDim && LogLikelihoodOver<L, Density, Rule::kCount>)
+    [[nodiscard]] UpdateResult<Density> quadratic_update(
+        const Density& prior, L&& log_likelihood,
+        const QuadraticUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {
   detail::check_options(options);
-  const auto standard = rule.template standard<Scalar>();
-  return detail::QuadraticIteration<Scalar, std::remove_reference_t<L>, Rule::kCount>(prior, log_likelihood,
-                                                                                      standard, options)
+  const auto standard = rule.template standard<typename Density::Scalar>();
+  return detail::QuadraticIteration<Density, std::remove_reference_t<L>, Rule::kCount>(prior, log_likelihood,
+                                                                                       standard, options)
       .run();
 }
 

@@ -113,7 +113,10 @@ class BasicDualQuaternion {
     const Scalar angle_squared = phi.squaredNorm();
     const Scalar phi_rho = phi.dot(rho);
     if (!detail::is_finite(angle_squared) || !detail::is_finite(phi_rho)) [[unlikely]] {
-      detail::throw_invalid("twist (phi, rho) is not finite", xi);
+      const bool finite = detail::is_finite(xi.sum());
+      detail::throw_invalid(finite ? "twist (phi, rho) is too large: its square overflows"
+                                   : "twist (phi, rho) is not finite",
+                            xi);
     }
     const auto half = detail::half_angle(angle_squared);
     const Scalar s = half.sinc;

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <ostream>
 #include <string>
 #include <vector>
 
 #include <antipode/eigen_types.hpp>
+#include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/manifold.hpp>
 
-/// Checks of the laws in manifold.hpp for user-defined types, usable in any test
+/// Checks of the laws in manifold.hpp and chart.hpp for user-defined types, usable in any test
 /// framework.
 namespace antipode::testing {
 
@@ -66,6 +68,30 @@ template <LieGroup G>
   report.expect_small("x exp(a) x^-1 = exp(Ad(x) a)",
                       G(x * G::exp(a) * x.inverse()).boxminus(G::exp(Tangent<G>(x.adjoint() * a))),
                       tolerance);
+  return report;
+}
+
+/// Checks the laws of a Chart at the points x and y and for the vectors a, inside the chart, and b, of the
+/// order of one. Points are compared by their vectors. Jacobians are compared with central differences, to
+/// the cube root of the tolerance's square.
+template <Chart C, class V = Vector<typename C::Scalar, C::kDim>>
+[[nodiscard]] LawReport check_chart_laws(const typename C::Point& x, const typename C::Point& y, const V& a,
+                                         const V& b, double tolerance) {
+  using Scalar = typename C::Scalar;
+  const auto moved = C::retract(x, a);
+  const Scalar step = static_cast<Scalar>(std::cbrt(tolerance));
+  const V along =
+      (C::local(moved, C::retract(x, V(a + step * b))) - C::local(moved, C::retract(x, V(a - step * b)))) /
+      (Scalar(2) * step);
+  const V J_b = C::jacobian(a) * b;
+  const V J_inverse_J_b = C::jacobian_inverse(a) * J_b;
+  LawReport report;
+  report.expect_small("retract(x, 0) = x", C::local(C::retract(x, V::Zero()), x), tolerance);
+  report.expect_small("retract(x, local(x, y)) = y", C::local(C::retract(x, C::local(x, y)), y), tolerance);
+  report.expect_small("local(x, retract(x, a)) = a", C::local(x, moved) - a, tolerance);
+  report.expect_small("normalized(x) = x", C::local(C::normalized(x), x), tolerance);
+  report.expect_small("jacobian(a) b is the change along b", J_b - along, std::cbrt(tolerance * tolerance));
+  report.expect_small("jacobian_inverse(a) jacobian(a) b = b", J_inverse_J_b - b, tolerance);
   return report;
 }
 

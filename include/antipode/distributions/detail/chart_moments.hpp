@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+
+#include <antipode/detail/positive_semidefinite.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+
+namespace antipode::detail {
+
+/// A root of the density's covariance. Throws unless that is finite and positive semidefinite.
+template <ConcentratedDensity Density>
+[[nodiscard]] auto root_of(const Density& density) {
+  using Scalar = typename Density::Scalar;
+  constexpr int N = Density::Chart::kDim;
+  constexpr bool kPose = std::same_as<typename Density::Chart::Point, DualQuaternion<Scalar>>;
+  return root_of_covariance<Scalar, N>(
+      kPose ? "pose covariance has a negative eigenvalue" : "state covariance has a negative eigenvalue",
+      checked_symmetric<Scalar, N>(kPose ? "pose covariance is not finite or not symmetric"
+                                         : "state covariance is not finite or not symmetric",
+                                   density.covariance));
+}
+
+/// The mean and the covariance of weighted points of a manifold: the point about which their vectors sum to
+/// zero.
+template <ConcentratedDensity Density, std::size_t Count>
+[[nodiscard]] Density chart_moments(
+    const std::array<typename Density::Chart::Point, Count>& points,
+    const Vector<typename Density::Scalar, static_cast<int>(Count)>& weights) {
+  using Chart = typename Density::Chart;
+  using Scalar = typename Density::Scalar;
+  constexpr int N = Chart::kDim;
+  constexpr int kMostIterations = 10;
+  constexpr Scalar kSettled(1e-3);  // of the spread: the mean moves by less than its square next time
+  typename Chart::Point center = points[0];
+  Matrix<Scalar, N> covariance;
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    Vector<Scalar, N> mean = Vector<Scalar, N>::Zero();
+    covariance.setZero();
+    for (std::size_t k = 0; k < Count; ++k) {
+      const Vector<Scalar, N> xi = Chart::local(center, points[k]);
+      const Scalar weight = weights[static_cast<int>(k)];
+      mean += weight * xi;
+      add_outer_product<Scalar, N, N>(weight, xi, xi, covariance);
+    }
+    const bool settled = mean.squaredNorm() <= kSettled * kSettled * covariance.trace();
+    if (settled) add_outer_product<Scalar, N, N>(Scalar(-1), mean, mean, covariance);
+    center = Chart::normalized(Chart::retract(center, mean));
+    if (settled) break;
+  }
+  return {center, covariance};
+}
+
+}  // namespace antipode::detail

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+
+#include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/distributions/detail/chart_moments.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/chart.hpp>
+
+namespace antipode {
+
+/// The density with the mean and the covariance of `density` in another chart of poses:
+/// in_chart<SplitChart<double>>(x), in_chart<ScrewChart<double>>(y).
+///
+/// Through the 57 points of MysovskikhRule<6>: mean and covariance are exact as far as the change of charts
+/// is quadratic. The mean moves by about half the product of the spreads of rotation and position, and a
+/// Gaussian in one chart is bent in the other: choose the chart in which the first measurement is linear, and
+/// stay there. Throws unless the covariance is positive semidefinite.
+template <class To, std::floating_point Scalar, class From>
+requires std::same_as<typename To::Point, DualQuaternion<Scalar>>
+[[nodiscard]] PoseGaussian<Scalar, To> in_chart(const PoseGaussian<Scalar, From>& density) {
+  if constexpr (std::same_as<To, From>) {
+    return density;
+  } else {
+    using Rule = MysovskikhRule<6>;
+    const auto root = detail::root_of(density);
+    const auto standard = Rule{}.template standard<Scalar>();
+    std::array<DualQuaternion<Scalar>, static_cast<std::size_t>(Rule::kCount)> poses;
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      const Vector6<Scalar> g = standard.points.col(static_cast<int>(k));
+      poses[k] = From::retract(density.pose, root.L * g);
+    }
+    return detail::chart_moments<PoseGaussian<Scalar, To>>(poses, standard.weights);
+  }
+}
+
+}  // namespace antipode

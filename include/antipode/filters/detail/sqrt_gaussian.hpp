@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/detail/solve.hpp>
+#include <antipode/distributions/detail/chart_moments.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/chart.hpp>
+
+/// Conditioning a concentrated density on a quadratic log-likelihood, in whitened coordinates y: the state is
+/// Chart::retract(mean, L y) with y ~ N(0, I).
+namespace antipode::detail {
+
+/// l(y) = constant + gradient.y - y^T curvature y/2, with a positive semidefinite curvature.
+template <class Scalar, int N>
+struct QuadraticLogLikelihood {
+  Scalar constant = Scalar(0);
+  Vector<Scalar, N> gradient = Vector<Scalar, N>::Zero();
+  Matrix<Scalar, N> curvature = Matrix<Scalar, N>::Zero();
+
+  [[nodiscard]] QuadraticLogLikelihood scaled(Scalar power) const {
+    return {power * constant, power * gradient, power * curvature};
+  }
+};
+
+/// A Gaussian N(mean, root root^T) and the evidence of the measurement that made it.
+template <class Scalar, int N>
+struct ConditionedGaussian {
+  Vector<Scalar, N> mean;
+  Matrix<Scalar, N> root;
+  Scalar log_evidence;
+
+  [[nodiscard]] bool finite() const { return mean.allFinite() && root.allFinite(); }
+};
+
+/// N(mean, L L^T) times exp(l), normalised. Not a number where l is too large to compute with.
+template <class Scalar, int N>
+[[nodiscard]] ConditionedGaussian<Scalar, N> condition(const Vector<Scalar, N>& mean,
+                                                       const Matrix<Scalar, N>& L,
+                                                       const QuadraticLogLikelihood<Scalar, N>& l) {
+  using std::log;
+  const Matrix<Scalar, N> Lt = L.transpose();
+  const Matrix<Scalar, N> H = congruence<Scalar, N, N>(Lt, l.curvature);
+  // No pivot of I + H is below one; rounding may violate that for a steep likelihood.
+  const Matrix<Scalar, N> C =
+      cholesky_factor<Scalar, N>(Matrix<Scalar, N>::Identity() + H, Scalar(1))
+          .value_or(Matrix<Scalar, N>::Constant(std::numeric_limits<Scalar>::quiet_NaN()));
+  const Matrix<Scalar, N> root = solve_lower<Scalar, N, N>(C, Lt).transpose();
+  const Vector<Scalar, N> H_mean = l.curvature * mean;
+  const Vector<Scalar, N> slope = l.gradient - H_mean;
+  const Vector<Scalar, N> step = root.transpose() * slope;
+  Scalar log_evidence =
+      l.constant + Scalar(0.5) * (mean.dot(l.gradient) + mean.dot(slope) + step.squaredNorm());
+  for (int i = 0; i < N; ++i) log_evidence -= log(C(i, i));
+  return {mean + root * step, root, log_evidence};
+}
+
+/// A concentrated density by a root of its covariance.
+template <ConcentratedDensity Density_>
+struct SqrtGaussian {
+  using Density = Density_;
+  using Chart = typename Density::Chart;
+  using Scalar = typename Density::Scalar;
+  static constexpr int kDim = Chart::kDim;
+  using Tangent = Vector<Scalar, kDim>;
+  using Square = Matrix<Scalar, kDim>;
+
+  typename Chart::Point mean;
+  Square L;
+  bool invertible = true;  ///< L is
+
+  /// Throws unless the density is finite with a positive semidefinite covariance.
+  [[nodiscard]] static SqrtGaussian of(const Density& density) {
+    const auto& [mean, covariance] = density;
+    Chart::require_finite(mean);
+    const auto root = root_of(density);
+    return {mean, root.L, root.positive_definite};
+  }
+
+  /// The point with the whitened coordinates y.
+  [[nodiscard]] typename Chart::Point at(const Tangent& y) const {
+    const Tangent xi = L * y;
+    return Chart::retract(mean, xi);
+  }
+
+  /// The density of Chart::retract(mean, L y) for y of the given Gaussian: the mean moves, and with it the
+  /// tangent space. Nothing if y leads out of the chart (more than half a turn away, say) or overflows.
+  [[nodiscard]] std::optional<SqrtGaussian> moved(const ConditionedGaussian<Scalar, kDim>& y) const {
+    const Tangent xi = L * y.mean;
+    const Square L_root = L * y.root;
+    const bool reachable = std::isfinite(xi.squaredNorm()) && Chart::contains(xi);
+    if (!reachable || !std::isfinite(L_root.squaredNorm())) return std::nullopt;
+    SqrtGaussian result{Chart::normalized(Chart::retract(mean, xi)), Chart::jacobian(xi) * L_root,
+                        invertible};
+    if (!std::isfinite(result.L.squaredNorm())) return std::nullopt;
+    return result;
+  }
+
+  /// `prior` times exp(l), with l in this density's coordinates y, and so the result. L must be invertible.
+  [[nodiscard]] ConditionedGaussian<Scalar, kDim> condition_prior(
+      const SqrtGaussian& prior, const QuadraticLogLikelihood<Scalar, kDim>& l) const {
+    const Tangent to_prior = Chart::local(mean, prior.mean);
+    Matrix<Scalar, kDim, kDim + 1> mean_and_root;
+    mean_and_root.col(0) = to_prior;
+    mean_and_root.template rightCols<kDim>() = Chart::jacobian_inverse(to_prior) * prior.L;
+    const Matrix<Scalar, kDim, kDim + 1> whitened = solve<Scalar, kDim, kDim + 1>(L, mean_and_root);
+    return condition<Scalar, kDim>(whitened.col(0), whitened.template rightCols<kDim>(), l);
+  }
+
+  [[nodiscard]] Density density() const { return {mean, L * L.transpose()}; }
+};
+
+}  // namespace antipode::detail

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include <numbers>
+#include <tuple>
+
+#include <antipode/geometry/chart.hpp>
+#include <antipode/testing/laws.hpp>
+
+#include "support/catch.hpp"
+#include "support/error_message.hpp"
+#include "support/random.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+template <class Scalar>
+using PoseAndVelocity = ProductChart<SplitChart<Scalar>, VectorChart<Scalar, 3>>;
+
+/// A vector of the chart with the rotation first; the rest has entries in [-3, 3].
+template <class C>
+[[nodiscard]] Vector<typename C::Scalar, C::kDim> random_vector(Rng& rng, double angle) {
+  using Scalar = typename C::Scalar;
+  Vector<Scalar, C::kDim> a = random_matrix<Scalar, C::kDim, 1>(rng, 3.0);
+  a.template head<3>() = random_twist<Scalar>(rng, angle).template head<3>();
+  return a;
+}
+
+template <class C>
+[[nodiscard]] typename C::Point random_point(Rng& rng) {
+  using Scalar = typename C::Scalar;
+  if constexpr (std::same_as<typename C::Point, DualQuaternion<Scalar>>) {
+    return random_pose<Scalar>(rng);
+  } else {
+    return {random_pose<Scalar>(rng), random_matrix<Scalar, 3, 1>(rng)};
+  }
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("Charts obey their laws", "[chart][law]", ScrewChart<double>, SplitChart<double>,
+                   SplitChart<float>, PoseAndVelocity<double>) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    for (const double angle : {0.0, 1e-8, 0.3, 2.0, 3.1}) {
+      CAPTURE(seed, angle);
+      Rng rng(seed);
+      const auto x = random_point<TestType>(rng);
+      const auto y = random_point<TestType>(rng);
+      const auto a = random_vector<TestType>(rng, angle);
+      const auto b = random_vector<TestType>(rng, 1.0);
+      const double tolerance = 200 * kEpsilon<typename TestType::Scalar>;
+      CHECK(testing::check_chart_laws<TestType>(x, y, a, b, tolerance));
+    }
+  }
+}
+
+TEST_CASE("The split chart moves the position in the parent's axes", "[chart]") {
+  Rng rng(1);
+  const auto x = random_pose<double>(rng);
+  const auto xi = random_twist<double>(rng, 0.7);
+  const auto y = SplitChart<double>::retract(x, xi);
+  CHECK(max_difference(y.translation(), x.translation() + xi.tail<3>()) <= 1e-14);
+  Vector6<double> turn = xi;
+  turn.tail<3>().setZero();
+  CHECK(max_difference(y.rotation_matrix(), x.boxplus(turn).rotation_matrix()) <= 1e-14);
+}
+
+TEST_CASE("Charts do not see the sign of a pose and end at half a turn", "[chart]") {
+  Rng rng(2);
+  const auto x = random_pose<double>(rng), y = random_pose<double>(rng);
+  const auto antipode = DualQuaternion<double>::unchecked(-y.coeffs());
+  CHECK(max_difference(SplitChart<double>::local(x, y), SplitChart<double>::local(x, antipode)) == 0.0);
+  CHECK(SplitChart<double>::contains(random_twist<double>(rng, std::numbers::pi - 1e-9)));
+  CHECK_FALSE(SplitChart<double>::contains(random_twist<double>(rng, std::numbers::pi + 1e-9)));
+  Vector<double, 9> a = Vector<double, 9>::Zero();
+  a[1] = 4.0;
+  CHECK_FALSE(PoseAndVelocity<double>::contains(a));
+}
+
+TEST_CASE("Points that are not finite are refused with the value", "[chart][error]") {
+  const Vector3<double> broken(0, std::nan(""), 0);
+  CHECK(contains(error_message([&] {
+                   PoseAndVelocity<double>::require_finite({DualQuaternion<double>::identity(), broken});
+                 }),
+                 "vector of the state is not finite: [0; nan; 0]"));
+}
