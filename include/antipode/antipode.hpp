@@ -9,6 +9,7 @@
 #include <antipode/distributions/bingham.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
+#include <antipode/distributions/covariance_conventions.hpp>
 #include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/distributions/mixture.hpp>
@@ -18,7 +19,9 @@
 #include <antipode/distributions/pose_algebra.hpp>
 #include <antipode/distributions/pose_box.hpp>
 #include <antipode/distributions/pose_charts.hpp>
+#include <antipode/distributions/pose_fusion.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/pose_gaussian_queries.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/distributions/projected_gaussian_operations.hpp>

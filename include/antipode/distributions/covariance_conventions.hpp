@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/quaternion.hpp>
+
+/// Pose covariances as other libraries write them. Three things differ: the order of rotation and
+/// translation, the side on which the error is applied, and the axes it is given in.
+///
+///                 error model                        order                  rotation axes   translation axes
+///   antipode      T exp(xi)                          rotation, translation  body            body
+///   GTSAM         T exp(xi)            (Pose3)       rotation, translation  body            body
+///   Sophus        T exp(xi)            (SE3, manif)  translation, rotation  body            body
+///   left          exp(xi) T            (many papers) rotation, translation  parent          parent, moved by
+///   the lever ROS           R' = exp(phi) R, t' = t + d        translation, rotation  parent          parent
+///                 (geometry_msgs/PoseWithCovariance)
+///
+/// All conversions are exact for the covariance as a quadratic form at the pose, first order in the error.
+/// The classic mistake is to take the ROS covariance for the left perturbation, exp(xi) T: that turns about
+/// the origin of the parent frame, so that a heading error of 1 mrad 100 m from the origin is another 10 cm
+/// of position in it.
+namespace antipode {
+
+namespace detail {
+
+/// The covariance of the error with rotation and translation in the other order.
+template <class Scalar>
+[[nodiscard]] Matrix6<Scalar> with_blocks_swapped(const Matrix6<Scalar>& P) {
+  Matrix6<Scalar> swapped;
+  for (int j = 0; j < 6; ++j) {
+    for (int i = 0; i < 6; ++i) swapped(i, j) = P((i + 3) % 6, (j + 3) % 6);
+  }
+  return swapped;
+}
+
+/// blkdiag(R, R) P blkdiag(R, R)^T.
+template <class Scalar>
+[[nodiscard]] Matrix6<Scalar> with_axes_turned(const Matrix3<Scalar>& R, const Matrix6<Scalar>& P) {
+  Matrix6<Scalar> A = Matrix6<Scalar>::Zero();
+  A.template topLeftCorner<3, 3>() = R;
+  A.template bottomRightCorner<3, 3>() = R;
+  return congruence<Scalar, 6, 6>(A, P);
+}
+
+}  // namespace detail
+
+/// The covariance of gtsam::Pose3's tangent space: the one of this library.
+template <std::floating_point Scalar>
+[[nodiscard]] Matrix6<Scalar> to_gtsam_covariance(const PoseGaussian<Scalar>& x) {
+  return x.covariance;
+}
+template <std::floating_point Scalar>
+[[nodiscard]] PoseGaussian<Scalar> from_gtsam_covariance(const DualQuaternion<Scalar>& pose,
+                                                         const Matrix6<Scalar>& covariance) {
+  return {pose, covariance};
+}
+
+/// The covariance of T * exp(xi) with the translation first: Sophus::SE3 perturbed on the right, manif::SE3.
+template <std::floating_point Scalar>
+[[nodiscard]] Matrix6<Scalar> to_sophus_covariance(const PoseGaussian<Scalar>& x) {
+  return detail::with_blocks_swapped<Scalar>(x.covariance);
+}
+template <std::floating_point Scalar>
+[[nodiscard]] PoseGaussian<Scalar> from_sophus_covariance(const DualQuaternion<Scalar>& pose,
+                                                          const Matrix6<Scalar>& covariance) {
+  return {pose, detail::with_blocks_swapped<Scalar>(covariance)};
+}
+
+/// The covariance of exp(xi) * T, rotation first: exp(Ad(T) xi) T = T exp(xi).
+template <std::floating_point Scalar>
+[[nodiscard]] Matrix6<Scalar> to_left_covariance(const PoseGaussian<Scalar>& x) {
+  return detail::congruence<Scalar, 6, 6>(x.pose.adjoint(), x.covariance);
+}
+template <std::floating_point Scalar>
+[[nodiscard]] PoseGaussian<Scalar> from_left_covariance(const DualQuaternion<Scalar>& pose,
+                                                        const Matrix6<Scalar>& covariance) {
+  return {pose, detail::congruence<Scalar, 6, 6>(pose.inverse().adjoint(), covariance)};
+}
+
+/// The 36 numbers of geometry_msgs/PoseWithCovariance: row by row, of (x, y, z, rotation about x, y, z), all
+/// along the fixed axes of the parent frame.
+template <std::floating_point Scalar>
+[[nodiscard]] std::array<Scalar, 36> to_ros_covariance(const PoseGaussian<Scalar>& x) {
+  const Matrix6<Scalar> P = detail::with_blocks_swapped<Scalar>(
+      detail::with_axes_turned<Scalar>(x.pose.rotation_matrix(), x.covariance));
+  std::array<Scalar, 36> rows;
+  for (std::size_t k = 0; k < 36; ++k) rows[k] = P(static_cast<int>(k / 6), static_cast<int>(k % 6));
+  return rows;
+}
+template <std::floating_point Scalar>
+[[nodiscard]] PoseGaussian<Scalar> from_ros_covariance(const DualQuaternion<Scalar>& pose,
+                                                       const std::array<Scalar, 36>& rows) {
+  Matrix6<Scalar> P;
+  for (std::size_t k = 0; k < 36; ++k) P(static_cast<int>(k / 6), static_cast<int>(k % 6)) = rows[k];
+  const Matrix3<Scalar> R = pose.rotation_matrix();
+  return {pose, detail::with_axes_turned<Scalar>(R.transpose(), detail::with_blocks_swapped<Scalar>(P))};
+}
+
+}  // namespace antipode
