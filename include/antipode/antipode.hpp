@@ -38,6 +38,7 @@
 #include <antipode/filters/predict.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
+#include <antipode/filters/robust_likelihood.hpp>
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/filters/update_status.hpp>
 #include <antipode/geometry/chart.hpp>

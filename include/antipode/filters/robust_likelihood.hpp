@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/noisy_measurement.hpp>
+
+/// Likelihoods of measurements some of which are wrong: wrong matches, moving objects, multipath.
+///
+/// A robust likelihood is a density of the noise with heavier tails than the Gaussian, by its logarithm as a
+/// function of the squared Mahalanobis distance of a measurement. Unlike weights (M-estimators, iterated
+/// least squares) it is part of the model: the update that evaluates it, quadratic_update or
+/// progressive_update, finds its posterior, with the covariance of that posterior.
+namespace antipode {
+
+/// The multivariate t distribution with the scale matrix R, without constants: -(dof + Dim)/2 log(1 +
+/// d^2/dof).
+///
+/// The default choice: it needs no idea of how many outliers there are, and its slope leads home from any
+/// distance. In exchange good measurements count as somewhat less than they are (3 to 9 % larger errors). dof
+/// = 1 is the Cauchy distribution; above 30 it is as good as Gaussian.
+template <std::floating_point Scalar>
+struct StudentT {
+  Scalar dof = Scalar(4);
+
+  /// Throws unless dof is positive and finite.
+  void check() const {
+    if (!(dof > Scalar(0)) || !std::isfinite(dof)) [[unlikely]]
+      detail::throw_invalid("dof of StudentT is not positive", dof);
+  }
+  template <int Dim>
+  [[nodiscard]] Scalar log_density(Scalar squared_distance) const {
+    return Scalar(-0.5) * (dof + Scalar(Dim)) * std::log1p(squared_distance / dof);
+  }
+};
+
+/// A share of the measurements are outliers, the others Gaussian, without constants:
+///
+///   log((1 - share) exp(-d^2/2) + share scale^-Dim t(d/scale)) - log(1 - share)
+///
+/// with t the density of the Cauchy distribution over the peak of the Gaussian: outliers scatter about the
+/// prediction too, `outlier_scale` times as far. This is the contamination of Tukey (1960) and Huber (1964),
+/// exactly: good measurements count fully, outliers not at all, and the update is as good as one that knows
+/// which are which. Its posterior has more than one mode where measurements are few, and an update from a
+/// wide prior may not settle on one: it reports that. A larger scale makes outliers count less and the modes
+/// harder to find.
+template <std::floating_point Scalar>
+struct Contamination {
+  Scalar outlier_share = Scalar(0.2);
+  Scalar outlier_scale = Scalar(5);  ///< in standard deviations of the noise
+
+  /// Throws unless the share is in (0, 1) and the scale at least 1.
+  void check() const {
+    if (!(outlier_share > Scalar(0) && outlier_share < Scalar(1))) [[unlikely]] {
+      detail::throw_invalid("outlier_share of Contamination is not in (0, 1)", outlier_share);
+    }
+    if (!(outlier_scale >= Scalar(1)) || !std::isfinite(outlier_scale)) [[unlikely]] {
+      detail::throw_invalid("outlier_scale of Contamination is below 1", outlier_scale);
+    }
+  }
+  template <int Dim>
+  [[nodiscard]] Scalar log_density(Scalar squared_distance) const {
+    using std::exp;
+    using std::log;
+    using std::log1p;
+    const Scalar outlier =
+        log_outlier_peak<Dim>() -
+        Scalar(0.5) * Scalar(1 + Dim) * log1p(squared_distance / (outlier_scale * outlier_scale));
+    const Scalar good = Scalar(-0.5) * squared_distance;
+    return good > outlier ? good + log1p(exp(outlier - good)) : outlier + log1p(exp(good - outlier));
+  }
+
+ private:
+  /// log of share/(1 - share) times the Cauchy density's peak in units of the Gaussian's,
+  /// 2^(Dim/2) Gamma((1 + Dim)/2) / Gamma(1/2), which is 1 for Dim = 2, and (Dim - 1) times that of Dim - 2.
+  template <int Dim>
+  [[nodiscard]] Scalar log_outlier_peak() const {
+    using std::log;
+    Scalar ratio = Dim % 2 == 0 ? Scalar(1) : Scalar(2) / std::sqrt(Scalar(2) * std::numbers::pi_v<Scalar>);
+    for (int d = Dim; d > 2; d -= 2) ratio *= Scalar(d - 1);
+    return log(outlier_share / (Scalar(1) - outlier_share) * ratio) - Scalar(Dim) * log(outlier_scale);
+  }
+};
+
+/// A robust kind of noise: log_density<Dim>(d^2) <= log_density<Dim>(0), finite, and check(), which throws on
+/// parameters that make no sense.
+template <class Noise, class Scalar>
+concept RobustNoise = requires(const Noise& noise, Scalar squared_distance) {
+  { noise.template log_density<3>(squared_distance) } -> std::same_as<Scalar>;
+  noise.check();
+};
+
+/// Independent measurements z_i = h(x, i) + v_i with the scale matrices R_i and noise of the given kind, with
+/// their model h(pose, i), which returns a vector or a std::optional of one: GaussianMeasurements for data
+/// with outliers.
+///
+/// It is a log-likelihood, for quadratic_update, progressive_update and the filters that use them. A
+/// measurement that cannot be predicted, a landmark behind the camera say, counts as an outlier at
+/// `unpredictable` standard deviations.
+template <std::floating_point Scalar, int Dim, class Model, RobustNoise<Scalar> Noise>
+class RobustMeasurements {
+ public:
+  using Measurement = NoisyMeasurement<Scalar, Dim>;
+
+  /// Throws unless every z is finite, every R positive definite and the noise valid.
+  RobustMeasurements(std::vector<Measurement> measurements, Model h, Noise noise,
+                     Scalar unpredictable = Scalar(1e3))
+      : measurements_(std::move(measurements)),
+        h_(std::move(h)),
+        noise_(noise),
+        unpredictable_(noise.template log_density<Dim>(unpredictable * unpredictable)) {
+    noise_.check();
+    roots_.reserve(measurements_.size());
+    for (const Measurement& m : measurements_) {
+      detail::require_finite("measurement is not finite", m.z);
+      const auto root = detail::cholesky_factor<Scalar, Dim>(detail::checked_symmetric<Scalar, Dim>(
+          "covariance of a measurement is not finite or not symmetric", m.R));
+      if (!root) [[unlikely]] {
+        detail::throw_invalid("covariance of a measurement is not positive definite", m.R);
+      }
+      roots_.push_back(*root);
+    }
+  }
+
+  [[nodiscard]] const std::vector<Measurement>& measurements() const noexcept { return measurements_; }
+  [[nodiscard]] const Model& model() const noexcept { return h_; }
+  [[nodiscard]] const Noise& noise() const noexcept { return noise_; }
+
+  template <class State>
+  requires std::invocable<const Model&, const State&, std::size_t>
+  [[nodiscard]] Scalar operator()(const State& state) const {
+    Scalar sum(0);
+    for (std::size_t i = 0; i < measurements_.size(); ++i) {
+      const std::optional<Vector<Scalar, Dim>> predicted = h_(state, i);
+      if (!predicted) {
+        sum += unpredictable_;
+        continue;
+      }
+      const Vector<Scalar, Dim> innovation = measurements_[i].z - *predicted;
+      sum += noise_.template log_density<Dim>(
+          detail::solve_lower<Scalar, Dim, 1>(roots_[i], innovation).squaredNorm());
+    }
+    return sum;
+  }
+
+ private:
+  std::vector<Measurement> measurements_;
+  std::vector<Matrix<Scalar, Dim>> roots_;  ///< of R
+  Model h_;
+  Noise noise_;
+  Scalar unpredictable_;
+};
+
+template <std::floating_point Scalar, int Dim, class Model, class Noise>
+RobustMeasurements(std::vector<NoisyMeasurement<Scalar, Dim>>, Model, Noise)
+    -> RobustMeasurements<Scalar, Dim, Model, Noise>;
+
+}  // namespace antipode

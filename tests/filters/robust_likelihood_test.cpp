@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/filters/gaussian_measurements.hpp>
+#include <antipode/filters/quadratic_update.hpp>
+#include <antipode/filters/robust_likelihood.hpp>
+
+#include "filters/models.hpp"
+#include "support/catch.hpp"
+#include "support/error_message.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+using Pose = DualQuaternion<double>;
+using Measurements = std::vector<NoisyMeasurement<double, 3>>;
+using Model = std::function<std::optional<Vector3<double>>(const Pose&, std::size_t)>;
+
+/// Landmarks before a camera, a share of whose measurements are anywhere in the image.
+struct OutlierScene {
+  PoseGaussian<double> prior;
+  Pose truth;
+  StereoScene<double> scene;
+  std::vector<bool> wrong;
+
+  OutlierScene(unsigned seed, int count, double share, double rotation_sigma_rad,
+               double translation_sigma_m) {
+    Rng rng(seed);
+    prior = {random_pose<double>(rng), pose_covariance<double>(rotation_sigma_rad, translation_sigma_m)};
+    truth = draw(rng, prior);
+    scene = StereoScene<double>::random(rng, truth, count);
+    const auto elsewhere = StereoScene<double>::random(rng, truth, count);
+    for (std::size_t i = 0; i < scene.landmarks.size(); ++i) {
+      wrong.push_back(uniform<double>(rng, 0.0, 1.0) < share);
+      if (wrong.back()) scene.measurements[i] = elsewhere.measurements[i];
+    }
+  }
+
+  [[nodiscard]] Measurements measurements() const {
+    Measurements all;
+    const Vector3<double> variances = scene.sigma.cwiseAbs2();
+    for (const auto& z : scene.measurements) all.push_back({z, variances.asDiagonal()});
+    return all;
+  }
+  [[nodiscard]] Model model() const {
+    return [this](const Pose& x, std::size_t i) { return scene.camera(x, scene.landmarks[i]); };
+  }
+  /// What an update that knows the outliers comes to.
+  [[nodiscard]] PoseGaussian<double> achievable() const {
+    StereoScene<double> good = scene;
+    good.landmarks.clear();
+    good.measurements.clear();
+    for (std::size_t i = 0; i < wrong.size(); ++i) {
+      if (wrong[i]) continue;
+      good.landmarks.push_back(scene.landmarks[i]);
+      good.measurements.push_back(scene.measurements[i]);
+    }
+    return quadratic_update(prior, AnyLogLikelihood<double>(good)).posterior;
+  }
+};
+
+/// Errors relative to the achievable ones, root mean square, and the ANEES, over scenes that the update has
+/// settled in.
+struct Study {
+  double error = 0.0, anees = 0.0;
+  int failures = 0;
+};
+
+template <class Noise>
+Study study(int runs, int count, double share, double sigma_rad, double sigma_m, const Noise& noise) {
+  double squared = 0.0, achievable = 0.0, sum = 0.0;
+  Study result;
+  for (int run = 0; run < runs; ++run) {
+    const OutlierScene s(static_cast<unsigned>(run), count, share, sigma_rad, sigma_m);
+    const RobustMeasurements likelihood(s.measurements(), s.model(), noise);
+    const auto update = quadratic_update(s.prior, AnyLogLikelihood<double>(likelihood));
+    if (update.status != UpdateStatus::kConverged) {
+      ++result.failures;
+      continue;
+    }
+    const auto best = s.achievable();
+    // In units of the achievable covariance: both errors in the same.
+    const auto L = detail::cholesky_factor(best.covariance).value();
+    squared += detail::solve_lower<double, 6, 1>(L, s.truth.boxminus(update.posterior.pose)).squaredNorm();
+    achievable += detail::solve_lower<double, 6, 1>(L, s.truth.boxminus(best.pose)).squaredNorm();
+    sum += nees(update.posterior, s.truth);
+  }
+  result.error = std::sqrt(squared / achievable);
+  result.anees = sum / (runs - result.failures);
+  return result;
+}
+
+/// The integral of exp(log_density<Dim>(r^2)) over R^Dim, Dim = 1 or 3, in units of (2 pi)^(Dim/2).
+template <int Dim, class Noise>
+double mass(const Noise& noise) {
+  // Substituted r = tan(a): the tails are heavy.
+  constexpr int kSteps = 200000;
+  const double step = 0.5 * std::numbers::pi / kSteps;
+  double sum = 0.0;
+  for (int k = 0; k < kSteps; ++k) {
+    const double a = (k + 0.5) * step, r = std::tan(a), jacobian = 1.0 / (std::cos(a) * std::cos(a));
+    const double shell = Dim == 1 ? 2.0 : 4.0 * std::numbers::pi * r * r;
+    sum += step * jacobian * shell * std::exp(noise.template log_density<Dim>(r * r));
+  }
+  return sum / std::pow(2.0 * std::numbers::pi, 0.5 * Dim);
+}
+
+}  // namespace
+
+TEST_CASE("The contaminated density has the mass of both its parts", "[robust]") {
+  for (const double share : {0.01, 0.2, 0.9}) {
+    for (const double scale : {1.0, 5.0, 100.0}) {
+      CAPTURE(share, scale);
+      const Contamination<double> noise{share, scale};
+      CHECK(mass<1>(noise) == Approx(1.0 / (1.0 - share)).epsilon(1e-4));
+      CHECK(mass<3>(noise) == Approx(1.0 / (1.0 - share)).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("Robust densities are Gaussian near the prediction and finite far away", "[robust]") {
+  const StudentT<double> nearly_gaussian{1e9};
+  CHECK(nearly_gaussian.log_density<3>(4.0) == Approx(-2.0).epsilon(1e-6));
+  const Contamination<double> few{1e-9, 10.0};
+  CHECK(few.log_density<3>(4.0) == Approx(-2.0).epsilon(1e-6));
+  const Contamination<double> some;
+  for (const double squared : {1e4, 1e30, 1e300}) {
+    CHECK(std::isfinite(StudentT<double>{1.0}.log_density<3>(squared)));
+    CHECK(std::isfinite(some.log_density<3>(squared)));
+  }
+  CHECK(some.log_density<2>(100.0) > some.log_density<2>(101.0));
+}
+
+TEST_CASE("A fifth of wrong measurements leaves the error and the covariance as they should be",
+          "[robust][random]") {
+  // The bounds are those that the library promises; docs/results/consistency.md has the whole study.
+  constexpr int kRuns = 60;
+  for (const int count : {10, 30}) {
+    for (const double width : {1.0, 10.0}) {
+      CAPTURE(count, width);
+      const auto student = study(kRuns, count, 0.2, 0.0035 * width, 0.05 * width, StudentT<double>{});
+      CHECK(student.failures == 0);
+      CHECK(student.error <= 1.2);
+      CHECK(student.anees <= 8.5);
+      const auto exact = study(kRuns, count, 0.2, 0.0035 * width, 0.05 * width, Contamination<double>{});
+      CHECK(exact.failures <= kRuns / 20);
+      CHECK(exact.error <= 1.2);
+      CHECK(exact.anees <= 8.5);
+    }
+  }
+}
+
+TEST_CASE("Without outliers a robust likelihood costs little", "[robust][random]") {
+  const auto student = study(60, 30, 0.0, 0.0035, 0.05, StudentT<double>{});
+  CHECK(student.error <= 1.1);
+  const auto exact = study(60, 30, 0.0, 0.0035, 0.05, Contamination<double>{0.05, 5.0});
+  CHECK(exact.error <= 1.05);
+}
+
+TEST_CASE("A landmark that cannot be seen is an outlier, not the end", "[robust]") {
+  OutlierScene s(1, 20, 0.0, 0.0035, 0.05);
+  const auto before = RobustMeasurements(s.measurements(), s.model(), StudentT<double>{})(s.truth);
+  s.scene.landmarks.push_back(s.truth * Vector3<double>(0, 0, -5));
+  s.scene.measurements.push_back(Vector3<double>(600, 180, 20));
+  const RobustMeasurements likelihood(s.measurements(), s.model(), StudentT<double>{});
+  CHECK(std::isfinite(likelihood(s.truth)));
+  CHECK(likelihood(s.truth) == Approx(before + StudentT<double>{}.log_density<3>(1e6)));
+  const auto update = quadratic_update(s.prior, AnyLogLikelihood<double>(likelihood));
+  CHECK(update.status == UpdateStatus::kConverged);
+  CHECK(nees(update.posterior, s.truth) < 22.5);  // exceeded once in a thousand
+}
+
+TEST_CASE("Parameters and measurements that make no sense are refused", "[robust][error]") {
+  const Model h = [](const Pose&, std::size_t) { return Vector3<double>(0, 0, 0); };
+  const Measurements one = {{Vector3<double>(0, 0, 0), Matrix3<double>::Identity()}};
+  CHECK(contains(error_message([&] { return RobustMeasurements(one, h, StudentT<double>{-1.0}); }),
+                 "dof of StudentT is not positive: -1"));
+  CHECK(contains(error_message([&] {
+                   return RobustMeasurements(one, h, Contamination<double>{1.0, 5.0});
+                 }),
+                 "outlier_share of Contamination is not in (0, 1): 1"));
+  CHECK(contains(error_message([&] {
+                   return RobustMeasurements(one, h, Contamination<double>{0.1, 0.5});
+                 }),
+                 "outlier_scale of Contamination is below 1: 0.5"));
+  const Measurements flat = {{Vector3<double>(0, 0, 0), Matrix3<double>::Zero()}};
+  CHECK(contains(error_message([&] { return RobustMeasurements(flat, h, StudentT<double>{}); }),
+                 "not positive definite"));
+}
