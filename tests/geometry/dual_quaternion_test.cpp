@@ -254,3 +254,24 @@ TEST_CASE("A pose with NaN is never approximately another", "[dual_quaternion][e
 
 }  // namespace
 }  // namespace antipode::test
+
+TEMPLATE_TEST_CASE("A cloud of points moves like each of them", "[dual_quaternion]", float, double) {
+  Rng rng(1);
+  const auto x = random_pose<TestType>(rng);
+  const double tolerance = 10 * kEpsilon<TestType> * (1.0 + static_cast<double>(x.translation().norm()));
+  const Matrix<TestType, 3, 7> fixed = random_matrix<TestType, 3, 7>(rng);
+  const Eigen::Matrix<TestType, 3, Eigen::Dynamic> cloud = fixed;
+  const auto moved_fixed = act(x, fixed);
+  const auto moved_cloud = act(x, cloud);
+  static_assert(decltype(moved_fixed)::ColsAtCompileTime == 7);
+  REQUIRE(moved_cloud.cols() == 7);
+  for (int k = 0; k < 7; ++k) {
+    const Vector3<TestType> expected = x * fixed.col(k);
+    CHECK(max_difference(expected, Vector3<TestType>(moved_fixed.col(k))) <= tolerance);
+    CHECK(max_difference(expected, Vector3<TestType>(moved_cloud.col(k))) <= tolerance);
+  }
+  // Expressions, maps and clouds of no points.
+  CHECK(max_difference(Matrix<TestType, 3, 7>(act(x, TestType(2) * fixed)),
+                       Matrix<TestType, 3, 7>(act(x, (fixed + fixed).eval()))) == 0.0);
+  CHECK(act(x, cloud.leftCols(0)).cols() == 0);
+}

@@ -18,6 +18,13 @@ concept MatrixExpression = requires(const T& expression) {
 }
 &&(T::RowsAtCompileTime == Rows) && (T::ColsAtCompileTime == Cols);
 
+/// An Eigen expression of columns of Rows numbers: any number of columns, at compile time or not, but one.
+template <class T, int Rows>
+concept ColumnsExpression = requires(const T& expression) {
+  []<class Derived>(const Eigen::MatrixBase<Derived>&) {}(expression);
+}
+&&(T::RowsAtCompileTime == Rows) && (T::ColsAtCompileTime != 1);
+
 /// Throws std::invalid_argument("<what>: <value>"); a matrix is printed in one line, "[1, 2; 3, 4]".
 template <class Value>
 [[noreturn, gnu::cold, gnu::noinline]] void throw_invalid(std::string_view what, const Value& value) {

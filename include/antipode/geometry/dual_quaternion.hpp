@@ -319,6 +319,22 @@ template <class A, detail::MatrixExpression<3> P>
   return a * point;
 }
 
+/// R p + t of every column p of `points`, 3 x N with N fixed or not: a cloud from the child's frame to the parent's.
+template <class A, detail::ColumnsExpression<3> P>
+[[nodiscard]] Matrix<typename A::Scalar, 3, P::ColsAtCompileTime> act(const BasicDualQuaternion<A>& a,
+                                                                      const P& points) {
+  using Scalar = typename A::Scalar;
+  const Matrix3<Scalar> R = a.rotation_matrix();
+  const Vector3<Scalar> t = a.translation();
+  const auto& p = points.derived().eval();
+  Matrix<Scalar, 3, P::ColsAtCompileTime> moved(3, p.cols());
+  for (Eigen::Index k = 0; k < p.cols(); ++k) {
+    const Scalar x = p(0, k), y = p(1, k), z = p(2, k);
+    for (int i = 0; i < 3; ++i) moved(i, k) = R(i, 0) * x + R(i, 1) * y + R(i, 2) * z + t[i];
+  }
+  return moved;
+}
+
 /// exp(xi). J = J_r(xi).
 template <detail::MatrixExpression<6> V>
 [[nodiscard]] auto exp(const V& xi, Matrix6<typename V::Scalar>* J = nullptr) {

@@ -232,7 +232,7 @@ class MergeScreen {
         for (int k = 0; k < col; ++k) sum_of_products -= rest.col(at(row, k)) * factor.col(at(col, k));
         if (row == col) {
           const Lanes pivot = sum_of_products.max(kSmallestPivot);
-          pivots[col / 3] *= pivot;
+          pivots[static_cast<std::size_t>(col / 3)] *= pivot;
           inverse = pivot.inverse();
         } else {
           rest.col(entry) = sum_of_products;
