@@ -53,4 +53,6 @@
 #include <antipode/sampling/sample_gaussian.hpp>
 #include <antipode/sampling/sample_projected_gaussian.hpp>
 #include <antipode/sampling/sigma_point_rule.hpp>
+#include <antipode/sensors/inverse_depth_landmark.hpp>
+#include <antipode/sensors/stereo_camera.hpp>
 #include <antipode/weighted_samples.hpp>

@@ -252,9 +252,6 @@ TEST_CASE("A pose with NaN is never approximately another", "[dual_quaternion][e
   CHECK_FALSE(bad.log().allFinite());
 }
 
-}  // namespace
-}  // namespace antipode::test
-
 TEMPLATE_TEST_CASE("A cloud of points moves like each of them", "[dual_quaternion]", float, double) {
   Rng rng(1);
   const auto x = random_pose<TestType>(rng);
@@ -275,3 +272,6 @@ TEMPLATE_TEST_CASE("A cloud of points moves like each of them", "[dual_quaternio
                        Matrix<TestType, 3, 7>(act(x, (fixed + fixed).eval()))) == 0.0);
   CHECK(act(x, cloud.leftCols(0)).cols() == 0);
 }
+
+}  // namespace
+}  // namespace antipode::test

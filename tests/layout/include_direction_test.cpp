@@ -32,6 +32,7 @@ const Graph kMayInclude = {
     {"antipode/filters",
      {"antipode", "antipode/detail", "antipode/geometry", "antipode/cubature", "antipode/distributions",
       "antipode/sampling"}},
+    {"antipode/sensors", {"antipode", "antipode/detail", "antipode/geometry"}},
     {"antipode/ceres", {"antipode", "antipode/detail", "antipode/geometry"}},
     {"antipode/opencv", {"antipode", "antipode/detail", "antipode/geometry"}},
     {"antipode/testing", {"antipode", "antipode/detail", "antipode/geometry"}},

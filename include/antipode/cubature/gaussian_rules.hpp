@@ -97,7 +97,7 @@ requires(Dim >= 2 && Dim <= 6) struct Degree5Rule {
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
     using std::sqrt;
-    constexpr Scalar kAxisSquare(6), kCornerSquare(1.5);
+    constexpr Scalar kAxisSquare = Scalar(6), kCornerSquare = Scalar(1.5);
     constexpr Scalar kAxisWeight = Scalar(1) / (kAxisSquare * kAxisSquare);
     constexpr Scalar kCornerWeight = Scalar(1) / (Scalar(kCorners) * kCornerSquare * kCornerSquare);
     const Scalar corner_entry = sqrt(kCornerSquare);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -178,7 +179,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   /// The axes and their values, the values ascending.
   [[nodiscard]] static std::pair<MatrixType, VectorType> sorted(const MatrixType& axes,
                                                                 const VectorType& values) {
-    std::array<int, Dim> order;
+    std::array<int, static_cast<std::size_t>(Dim)> order;
     std::iota(order.begin(), order.end(), 0);
     std::sort(order.begin(), order.end(),
               [&](int i, int j) { return values[i] < values[j] || (values[i] == values[j] && i < j); });

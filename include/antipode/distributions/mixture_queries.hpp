@@ -81,7 +81,7 @@ template <class Scalar, Projection kProjection>
                                           const DualQuaternion<Scalar>& pose, Scalar log_density) {
   using std::abs;
   using std::exp;
-  constexpr Scalar kFar(0.1);  // cosine of the angle from which on a component has no say
+  constexpr Scalar kFar = Scalar(0.1);  // cosine of the angle from which on a component has no say
   Vector6<Scalar> slope = Vector6<Scalar>::Zero();
   Matrix6<Scalar> curvature = Matrix6<Scalar>::Zero();
   const Vector4<Scalar> q = pose.rotation();

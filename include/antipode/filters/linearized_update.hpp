@@ -153,7 +153,7 @@ template <class Density, class Measurements, class Model, int N, int Count>
   using Scalar = typename Density::Scalar;
   using Z = std::remove_cvref_t<decltype(measurements[0].z)>;
   constexpr int kDim = Z::RowsAtCompileTime;
-  std::array<typename Density::Chart::Point, Count> states;
+  std::array<typename Density::Chart::Point, static_cast<std::size_t>(Count)> states;
   for (std::size_t k = 0; k < Count; ++k) states[k] = density.at(standard.points.col(static_cast<int>(k)));
   Linearization<Scalar, N> sum;
   Matrix<Scalar, kDim, Count> predicted;

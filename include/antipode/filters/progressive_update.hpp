@@ -98,7 +98,7 @@ template <class Scalar>
 template <class Scalar>
 [[nodiscard]] bool degenerates(const BinghamGaussian<Scalar>& before, const BinghamGaussian<Scalar>& after,
                                Scalar min_eigenvalue) {
-  constexpr Scalar kMaxShrinkage(1e3);
+  constexpr Scalar kMaxShrinkage = Scalar(1e3);
   const auto shrinkage =
       before.orientation().second_moments().array() / after.orientation().second_moments().array();
   return (shrinkage > kMaxShrinkage).any() ||

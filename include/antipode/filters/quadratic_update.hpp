@@ -254,7 +254,7 @@ class QuadraticIteration {
 
   /// Whether the log-likelihood fell short of what the model of the last step promised.
   [[nodiscard]] bool overshot(const Fit& fit) const {
-    constexpr Scalar kMaxShortfall(6);  // in max_residual
+    constexpr Scalar kMaxShortfall = Scalar(6);  // in max_residual
     return retries_ < kMostRetries && origin_.invertible &&
            power_ * last_.shortfall(fit, spread_) > kMaxShortfall * options_.max_residual;
   }
@@ -269,7 +269,7 @@ class QuadraticIteration {
   }
 
   [[nodiscard]] bool needs_narrower_fit(const Fit& fit) const {
-    constexpr Scalar kPoorFit(0.7);  // of what it should explain remains unexplained
+    constexpr Scalar kPoorFit = Scalar(0.7);  // of what it should explain remains unexplained
     const bool poor = !fit.range.supported() || fit.residual > kPoorFit * fit.explained;
     return poor && fit.residual > options_.max_residual && spread_ > kMinSpread;
   }
@@ -281,8 +281,8 @@ class QuadraticIteration {
 
   /// The power grows as fast as the residual of the fit allows, and by a quarter where it stalls.
   void choose_power(const Fit& fit) {
-    constexpr Scalar kGrowth(1.05);        // below which the power stalls
-    constexpr Scalar kForcedGrowth(1.25);  // when it does
+    constexpr Scalar kGrowth = Scalar(1.05);        // below which the power stalls
+    constexpr Scalar kForcedGrowth = Scalar(1.25);  // when it does
     const auto wanted =
         next_power(power_, options_.max_residual / fit.residual, result_.steps, options_.max_steps);
     result_.limit_hit = result_.limit_hit || wanted.forced;
@@ -307,7 +307,7 @@ class QuadraticIteration {
   /// Whether the density after this step is the posterior. A model that is exact over the prior is exact over
   /// the posterior; so is one that is exact over a density that the posterior lies within.
   [[nodiscard]] bool has_settled(const Fit& fit) const {
-    constexpr Scalar kExactFit(0.01);  // residual at which a fit needs no repetition
+    constexpr Scalar kExactFit = Scalar(0.01);  // residual at which a fit needs no repetition
     const bool exact = spread_ == Scalar(1) && fit.residual <= kExactFit &&
                        (result_.steps == 0 || is_within(last_.y, options_.tolerance));
     return next_ == Scalar(1) && retries_ == 0 &&

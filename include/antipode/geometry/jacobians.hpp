@@ -49,13 +49,13 @@ template <class Scalar>
 }
 
 /// sum_k weights_k A_k, from left to right. Loops compile faster than nested Eigen expressions.
-template <class Scalar, int Count>
+template <class Scalar, std::size_t Count>
 [[nodiscard]] Matrix3<Scalar> weighted_sum(const Scalar (&weights)[Count],
                                            const Matrix3<Scalar> (&A)[Count]) noexcept {
   Matrix3<Scalar> sum;
   for (int i = 0; i < 9; ++i) {
     Scalar entry = weights[0] * A[0].data()[i];
-    for (int k = 1; k < Count; ++k) entry += weights[k] * A[k].data()[i];
+    for (std::size_t k = 1; k < Count; ++k) entry += weights[k] * A[k].data()[i];
     sum.data()[i] = entry;
   }
   return sum;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <complex>
+#include <cstddef>
 #include <numbers>
 
 #include <Eigen/Core>
@@ -102,7 +102,7 @@ class BinghamContourSum {
   ///   sqrt(a b) = (|b| a + |a| b) / sqrt(2 (|a||b| + Re a conj(b))).
   /// The root of the whole product would lose its sheet. In odd dimensions the last factor pairs with b = 1.
   void multiply_roots(const BinghamContour<Dim>& contour) {
-    std::array<ContourArray<Dim>, Dim> modulus;
+    ContourArray<Dim> modulus[static_cast<std::size_t>(Dim)];
     for (int i = 0; i < Dim; ++i) {
       const ContourArray<Dim> norm = x_[i].square() + y_.square();
       inverse_norm_[i] = norm.inverse();
@@ -134,9 +134,9 @@ class BinghamContourSum {
     v_imag_ *= scale;
   }
 
-  const ContourArray<Dim>& y_;                       // Im(s - z_i), the same for all i
-  std::array<ContourArray<Dim>, Dim> x_;             // Re(s - z_i)
-  std::array<ContourArray<Dim>, Dim> inverse_norm_;  // 1/|s - z_i|^2
+  const ContourArray<Dim>& y_;                                     // Im(s - z_i), the same for all i
+  ContourArray<Dim> x_[static_cast<std::size_t>(Dim)];             // Re(s - z_i)
+  ContourArray<Dim> inverse_norm_[static_cast<std::size_t>(Dim)];  // 1/|s - z_i|^2
   ContourArray<Dim> v_real_, v_imag_;
   double sum_;
 };

@@ -161,7 +161,7 @@ class MixtureEm {
   /// log of weight times density of a run of samples.
   [[nodiscard]] typename Block::Array log_densities(const Component& component, Eigen::Index first) const {
     using Array = typename Block::Array;
-    constexpr Scalar kEquator(1e-12);
+    constexpr Scalar kEquator = Scalar(1e-12);
     const Block block(component.to_chart, component.y.mean, sample_, first, kEquator);
     Array square = Array::Zero(block.r0.size());
     for (int i = 0; i < 6; ++i) {

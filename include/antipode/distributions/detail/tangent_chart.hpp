@@ -140,7 +140,7 @@ class ChartChange {
 
  private:
   [[nodiscard]] Scalar denominator(const Vector3<Scalar>& u) const {
-    constexpr Scalar kEdge(0.05);
+    constexpr Scalar kEdge = Scalar(0.05);
     const Scalar y = r0_ - rv_.dot(u);
     if (!(y > kEdge)) [[unlikely]] {
       throw_invalid("tangent coordinates lie at the edge of the new tangent space, at u", u);

@@ -106,7 +106,7 @@ struct TangentMoments {
   TangentMoments(const Vector4<Scalar>& q0, const PoseSample<Scalar>& sample, const Weights<Scalar>& weights,
                  const Vector6<Scalar>& reference) {
     using Block = TangentBlock<Scalar>;
-    constexpr Scalar kEquator(1e-3);
+    constexpr Scalar kEquator = Scalar(1e-3);
     const Matrix4<Scalar> to_chart = left_matrix(conjugate(q0));
     Vector6<Scalar> sum = Vector6<Scalar>::Zero();
     Matrix6<Scalar> squares = Matrix6<Scalar>::Zero();  // lower triangle

@@ -33,7 +33,7 @@ template <class Scalar, int Count>
 [[nodiscard]] LogRange<Scalar> bound_log_likelihoods(const Vector<Scalar, Count>& weights,
                                                      Vector<Scalar, Count>& values) {
   constexpr Scalar kInfinity = std::numeric_limits<Scalar>::infinity();
-  constexpr Scalar kSpanOfImpossible(700);
+  constexpr Scalar kSpanOfImpossible = Scalar(700);
   LogRange<Scalar> range;
   for (int k = 0; k < Count; ++k) {
     if (!(weights[k] > Scalar(0))) continue;
@@ -75,7 +75,7 @@ template <class Scalar>
 template <class Scalar>
 [[nodiscard]] Scalar reweighting_step(const LogRange<Scalar>& range, Scalar tau) {
   using std::log;
-  constexpr Scalar kFlat(1e-12);
+  constexpr Scalar kFlat = Scalar(1e-12);
   const Scalar span = range.hi - range.lo;
   return span <= kFlat ? Scalar(1) : -log(tau) / span;
 }
