@@ -36,7 +36,8 @@ template <ConcentratedDensity Density, std::size_t Count>
   using Scalar = typename Density::Scalar;
   constexpr int N = Chart::kDim;
   constexpr int kMostIterations = 10;
-  constexpr Scalar kSettled = Scalar(1e-3);  // of the spread: the mean moves by less than its square next time
+  constexpr Scalar kSettled =
+      Scalar(1e-3);  // of the spread: the mean moves by less than its square next time
   typename Chart::Point center = points[0];
   Matrix<Scalar, N> covariance;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
