@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Monte-Carlo study of single pose updates: how close each filter comes to the best linearised estimator, and
-// whether its covariance is as large as its error. Prints a Markdown table.
+// whether its covariance is as large as its error. Prints Markdown tables: of one measurement by a single
+// sensor under wide priors (consistency_updates sensors [runs]), or of stereo landmarks (consistency_updates
+// [runs]).
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/progressive_update.hpp>
@@ -14,6 +17,7 @@
 #include <antipode/sampling/pose_rules.hpp>
 
 #include "gauss_newton.hpp"
+#include "sensors.hpp"
 #include "stereo_slam/tracking/pose_likelihood.hpp"
 #include "stereo_world.hpp"
 
@@ -162,6 +166,10 @@ void study(const Case& c, int landmarks, int runs) {
 
 int main(int argc, char** argv) {
   using namespace consistency;
+  if (argc > 1 && std::string_view(argv[1]) == "sensors") {
+    study_sensors(argc > 2 ? std::max(2, std::atoi(argv[2])) : 300);
+    return 0;
+  }
   const int runs = argc > 1 ? std::max(2, std::atoi(argv[1])) : 100;
   const Case cases[] = {{"tight: 0.2 deg, 6 cm", 0.2, 0.06},
                         {"weak: 2 deg, 50 cm", 2.0, 0.5},

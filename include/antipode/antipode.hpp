@@ -28,6 +28,7 @@
 #include <antipode/distributions/projected_orientation.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/gauss_newton_update.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/log_likelihood.hpp>
@@ -43,6 +44,7 @@
 #include <antipode/filters/update_status.hpp>
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/extended_pose.hpp>
 #include <antipode/geometry/interpolation.hpp>
 #include <antipode/geometry/jacobians.hpp>
 #include <antipode/geometry/manifold.hpp>

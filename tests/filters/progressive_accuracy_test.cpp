@@ -38,7 +38,8 @@ TEST_CASE("The progression takes the same steps as an independent implementation
       const auto ratio = [&](double value, const char* key) {
         return value / expected.at(key).get<double>();
       };
-      CHECK(result.status == UpdateStatus::kConverged);
+      // The paper's densities are not the posterior, and the status says so.
+      CHECK((result.status == UpdateStatus::kConverged || result.status == UpdateStatus::kNotGaussian));
       CHECK(result.steps == expected.at("steps").get<int>());
       // Eigenvectors of a scatter matrix with moments of 1e-6: 1e-10 relative in each step.
       CHECK(std::abs(ratio(score.rotation_error, "rot_mean_err_sigma") - 1.0) <= 1e-7);
@@ -101,14 +102,15 @@ TEST_CASE("The default steps stay within a fifth of a sigma, for priors of 25 de
   }
 }
 
-TEST_CASE("The paper's points without the coupling are overconfident", "[progressive][reference]") {
+TEST_CASE("The paper's points without the coupling are overconfident, and the status says so",
+          "[progressive][reference]") {
   for (const auto& c : progressive_cases()) {
     if (c.name.starts_with("exact_product")) continue;
     CAPTURE(c.name);
     const auto result =
         progressive_update(c.prior, c.log_likelihood, kPaperRule, {.tau = 0.05, .keep_coupling = false});
     const Score score = c.score(result.posterior);
-    CHECK(result.status == UpdateStatus::kConverged);
+    CHECK(result.status != UpdateStatus::kConverged);
     CHECK(score.rotation_error >= 0.7);
     CHECK(score.rotation_variance_ratio <= 0.21);
   }

@@ -103,7 +103,7 @@ TEMPLATE_TEST_CASE("A constant likelihood returns the prior in one step", "[prog
     const auto result = update(prior, constant, JointPoseRule{});
     CHECK(result.status == UpdateStatus::kConverged);
     CHECK(result.steps == 1);
-    CHECK(result.evaluations == JointPoseRule::kCount);
+    CHECK(result.evaluations == 2 * JointPoseRule::kCount);  // one step, and the check of the posterior
     CHECK(std::abs(static_cast<double>(result.log_evidence) + 3.0) <= 20 * kEpsilon<TestType>);
     CHECK(static_cast<double>(result.effective_sample_size) ==
           Approx(JointPoseRule::kCount).epsilon(100 * kEpsilon<TestType>));
@@ -228,7 +228,7 @@ TEMPLATE_TEST_CASE("tau bounds the effective sample size from below", "[progress
     const TestType bound = 4 * tau / ((1 + tau) * (1 + tau)) * JointPoseRule::kCount;
     CHECK(result.effective_sample_size >= bound * TestType(1 - 1e-4));
     CHECK(result.effective_sample_size <= JointPoseRule::kCount * TestType(1 + 1e-4));
-    CHECK(result.evaluations == result.steps * long{JointPoseRule::kCount});
+    CHECK(result.evaluations == (result.steps + 1) * long{JointPoseRule::kCount});
   }
 }
 
@@ -241,7 +241,7 @@ TEST_CASE("The number of steps is bounded whatever tau asks for", "[progressive]
     const auto result = update(prior, likelihood, JointPoseRule{}, {.tau = 0.999999, .max_steps = max_steps});
     CHECK(result.steps == max_steps);
     CHECK(result.step_floor_hit);
-    CHECK(result.status == UpdateStatus::kConverged);
+    CHECK(result.status != UpdateStatus::kNotFinite);
   }
   const auto floored = update(prior, likelihood, JointPoseRule{}, {.tau = 0.999999, .min_step = 0.1});
   CHECK(floored.steps == 10);
@@ -259,7 +259,7 @@ TEST_CASE("Steps too long for the samples are repeated with shorter ones", "[pro
   const auto result = update(prior, sharp, JointPoseRule{}, long_steps);
   CHECK(given_up.restarts == 0);
   CHECK(result.restarts > 0);
-  CHECK(result.status == UpdateStatus::kConverged);
+  CHECK(result.status != UpdateStatus::kDiverged);
   CHECK(result.evaluations > result.steps * long{JointPoseRule::kCount});
   const auto error = [](const auto& r) {
     return std::abs(std::log(r.posterior.orientation().second_moments()[0] * 4.0 * 2e6));
@@ -312,14 +312,15 @@ TEST_CASE("Poses that are impossible are excluded", "[progressive]") {
     return x.translation()[0] < wall - 0.5 ? -kInfinity : 0.0;
   };
   const auto result = update(prior, beyond_the_wall, RichPoseRule{}, {.tau = 0.8});
-  CHECK(result.status == UpdateStatus::kConverged);
+  CHECK(result.status == UpdateStatus::kNotGaussian);  // it is cut off at the wall
   // Samples do not resolve a jump; but the mean goes the right way and the variance shrinks.
   CHECK(result.posterior.mean_translation()[0] > wall);
   CHECK(result.posterior.mean_translation()[0] < wall + 1.0);
   CHECK(result.posterior.translation_covariance()(0, 0) < 1.0);
 }
 
-TEST_CASE("Landmarks behind some samples of a wide prior do not degrade the update", "[progressive]") {
+TEST_CASE("Landmarks behind some samples of a wide prior do not degrade the update in silence",
+          "[progressive]") {
   constexpr double kSigma = 25.0 * std::numbers::pi / 180.0;
   for (unsigned seed = 0; seed < 10; ++seed) {
     CAPTURE(seed);
@@ -327,13 +328,17 @@ TEST_CASE("Landmarks behind some samples of a wide prior do not degrade the upda
     const PoseGaussian<double> prior{random_pose<double>(rng), pose_covariance<double>(kSigma, 2.0)};
     const auto truth = draw(rng, prior);
     auto scene = StereoScene<double>::random(rng, truth, 20);
-    for (double behind : {-kInfinity, -100.0}) {
-      CAPTURE(behind);
-      scene.behind = behind;
-      const auto result = update(to_bingham_gaussian(prior), scene, RichPoseRule{}, {.tau = 0.8});
-      CHECK(result.status == UpdateStatus::kConverged);
-      CHECK(result.posterior.covariance().allFinite());
-    }
+    scene.behind = -kInfinity;
+    const auto result = update(to_bingham_gaussian(prior), scene, RichPoseRule{}, {.tau = 0.8});
+    CHECK(result.status == UpdateStatus::kConverged);
+    CHECK(nees(to_pose_gaussian(result.posterior), truth) <= 30.0);
+    // A pose that sees nothing is then likelier than one that sees all a little wrong, and the density may
+    // collapse onto it. The status tells.
+    scene.behind = -100.0;
+    const auto lured = update(to_bingham_gaussian(prior), scene, RichPoseRule{}, {.tau = 0.8});
+    const bool consistent = nees(to_pose_gaussian(lured.posterior), truth) <= 30.0;
+    CHECK((lured.status != UpdateStatus::kConverged || consistent));
+    CHECK(lured.posterior.covariance().allFinite());
   }
 }
 

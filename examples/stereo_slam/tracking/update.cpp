@@ -34,6 +34,11 @@ namespace {
   return result;
 }
 
+/// The capped likelihood need not be Gaussian over the posterior; what follows judges the matches themselves.
+[[nodiscard]] bool is_settled(antipode::UpdateStatus status) {
+  return status == antipode::UpdateStatus::kConverged || status == antipode::UpdateStatus::kNotGaussian;
+}
+
 /// Alg. 2 on subsets of the matches, with orientation and translation independent (sec. IV-D).
 [[nodiscard]] PoseUpdate update_as_in_paper(const PoseDensity& prior, const std::vector<Match>& matches,
                                             const MapView& map, double cap, const UpdateSettings& settings) {
@@ -49,7 +54,7 @@ namespace {
        .max_size = settings.max_correspondences,
        .min_translation_sigma_m = settings.regularizer_sigma_m,
        .forgetting = settings.regularizer_forgetting});
-  return {.posterior = result.posterior, .converged = result.status == antipode::UpdateStatus::kConverged};
+  return {.posterior = result.posterior, .converged = is_settled(result.status)};
 }
 
 /// Alg. 2 with degree-5 points and the coupling of orientation and translation.
@@ -57,13 +62,13 @@ namespace {
                                               const UpdateSettings& settings) {
   const auto result =
       antipode::progressive_update(prior, likelihood, antipode::RichPoseRule{}, {.tau = settings.tau});
-  return {.posterior = result.posterior, .converged = result.status == antipode::UpdateStatus::kConverged};
+  return {.posterior = result.posterior, .converged = is_settled(result.status)};
 }
 
 [[nodiscard]] PoseUpdate update_quadratically(const PoseDensity& prior, const PoseLikelihood& likelihood) {
   const auto result = antipode::quadratic_update(antipode::to_pose_gaussian(prior), likelihood);
   return {.posterior = antipode::to_bingham_gaussian(result.posterior),
-          .converged = result.status == antipode::UpdateStatus::kConverged};
+          .converged = is_settled(result.status)};
 }
 
 /// One update with the method of the settings. Matches count no further than a squared Mahalanobis distance

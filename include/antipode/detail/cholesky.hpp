@@ -45,6 +45,19 @@ template <class Scalar, int N, int Cols>
   return B;
 }
 
+/// L^-T B for a lower triangular L.
+template <class Scalar, int N, int Cols>
+[[nodiscard]] Matrix<Scalar, N, Cols> solve_lower_transposed(const Matrix<Scalar, N>& L,
+                                                             Matrix<Scalar, N, Cols> B) {
+  for (int column = 0; column < Cols; ++column) {
+    for (int i = N - 1; i >= 0; --i) {
+      for (int k = i + 1; k < N; ++k) B(i, column) -= L(k, i) * B(k, column);
+      B(i, column) /= L(i, i);
+    }
+  }
+  return B;
+}
+
 /// A^-1 b for a positive definite A, by elimination: that needs no pivots here.
 template <class Scalar, int N>
 [[nodiscard]] Vector<Scalar, N> solve_positive_definite(Matrix<Scalar, N> A, Vector<Scalar, N> b) {

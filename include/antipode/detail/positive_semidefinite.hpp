@@ -84,7 +84,9 @@ template <class Scalar>
   Vector3<Scalar> inverse;
   for (int i = 0; i < 3; ++i) {
     const Scalar lambda = eigen.values[i];
-    inverse[i] = lambda > kReciprocalCondition * eigen.values[2] ? Scalar(1) / lambda : Scalar(0);
+    const bool regular =
+        lambda > kReciprocalCondition * eigen.values[2] && lambda > std::numeric_limits<Scalar>::min();
+    inverse[i] = regular ? Scalar(1) / lambda : Scalar(0);
   }
   return scaled_square<Scalar, 3, 3>(eigen.vectors, inverse);
 }

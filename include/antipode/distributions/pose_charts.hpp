@@ -6,8 +6,11 @@
 #include <cstddef>
 
 #include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/detail/chart_moments.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/chart.hpp>
 
@@ -36,6 +39,36 @@ requires std::same_as<typename To::Point, DualQuaternion<Scalar>>
     }
     return detail::chart_moments<PoseGaussian<Scalar, To>>(poses, standard.weights);
   }
+}
+
+namespace detail {
+
+/// The covariance with the position's errors turned by R.
+template <class Scalar>
+[[nodiscard]] Matrix6<Scalar> with_turned_position(const Matrix6<Scalar>& covariance,
+                                                   const Matrix3<Scalar>& R) {
+  Matrix6<Scalar> A = Matrix6<Scalar>::Identity();
+  A.template bottomRightCorner<3, 3>() = R;
+  return congruence<Scalar, 6, 6>(A, covariance);
+}
+
+}  // namespace detail
+
+/// The density as rotation and position apart, to first order in the rotation's covariance and exact for the
+/// position: a BinghamGaussian, too, holds the translation in the axes of the parent.
+template <std::floating_point Scalar>
+[[nodiscard]] SplitPoseGaussian<Scalar> to_split_pose_gaussian(const BinghamGaussian<Scalar>& density) {
+  return {density.pose(),
+          detail::with_turned_position<Scalar>(density.covariance(), density.pose().rotation_matrix())};
+}
+
+/// The inverse of to_split_pose_gaussian. Throws if the rotation is too wide (see to_bingham_gaussian of a
+/// PoseGaussian).
+template <std::floating_point Scalar>
+[[nodiscard]] BinghamGaussian<Scalar> to_bingham_gaussian(const SplitPoseGaussian<Scalar>& density) {
+  const Matrix3<Scalar> R = density.pose.rotation_matrix();
+  return to_bingham_gaussian(PoseGaussian<Scalar>{
+      density.pose, detail::with_turned_position<Scalar>(density.covariance, R.transpose())});
 }
 
 }  // namespace antipode

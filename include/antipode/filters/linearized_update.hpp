@@ -55,10 +55,16 @@ enum class RobustWeight {
 
 template <std::floating_point Scalar>
 struct LinearizedUpdateOptions {
-  /// Most regressions.
-  int max_iterations = 8;
+  /// Most regressions. If the last one still moves the mean by more than settled_step, the result is
+  /// reported as diverged.
+  int max_iterations = 20;
   /// An iteration that moves the mean by less, in standard deviations of the density, is the last.
   Scalar tolerance = Scalar(0.01);
+  Scalar settled_step = Scalar(0.2);
+  /// A posterior with a larger residual, the root of the sum of tr(R^-1 Omega_i), is reported as
+  /// kNotGaussian. Its covariance contains the Omega_i and is as large as the error on average, but large
+  /// errors are more frequent than a Gaussian's.
+  Scalar max_final_residual = Scalar(4);
   RobustWeight robust = RobustWeight::kNone;
   /// Distance at which a measurement begins to count less. It is compared with S_i, which includes the spread
   /// of the current density: a wide prior condemns nothing.
@@ -198,6 +204,12 @@ requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] UpdateResult<Density>
   if (!(options.tolerance > Scalar(0))) [[unlikely]] {
     detail::throw_invalid("tolerance is not positive", options.tolerance);
   }
+  if (!(options.settled_step > Scalar(0))) [[unlikely]] {
+    detail::throw_invalid("settled_step is not positive", options.settled_step);
+  }
+  if (!(options.max_final_residual > Scalar(0))) [[unlikely]] {
+    detail::throw_invalid("max_final_residual is not positive", options.max_final_residual);
+  }
   if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
     detail::throw_invalid("robust_scale is not positive", options.robust_scale);
   }
@@ -206,10 +218,11 @@ requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] UpdateResult<Density>
   const int max_iterations = origin.invertible ? options.max_iterations : 1;
   UpdateResult<Density> result{.posterior = prior};
   if (measurements.size() == 0) return result;
-  result.limit_hit = true;
+  Scalar last_step(0);
+  result.limit_hit = origin.invertible;
   const auto standard = rule.template standard<Scalar>();
   detail::SqrtGaussian<Density> density = origin;
-  while (result.limit_hit && result.steps < max_iterations) {
+  do {
     const auto fit = detail::linearize(density, measurements, h, standard, options);
     result.evaluations += Rule::kCount;
     if (!fit.finite) {
@@ -238,7 +251,19 @@ requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] UpdateResult<Density>
     result.log_likelihood = fit.model.constant;
     result.residual = sqrt(fit.residual);
     // Steps are measured in the density that the iteration started from, once that is the posterior's size.
-    result.limit_hit = !(result.steps > 1 && y.mean.norm() <= options.tolerance);
+    last_step = result.steps > 1 ? y.mean.norm() : std::numeric_limits<Scalar>::infinity();
+    result.limit_hit = origin.invertible && !(last_step <= options.tolerance);
+  } while (result.limit_hit && result.steps < max_iterations);
+  if (!origin.invertible) {  // the only linear models were those over the prior
+    const auto fit = detail::linearize(density, measurements, h, standard, options);
+    result.evaluations += Rule::kCount;
+    result.residual =
+        fit.finite && fit.used > 0 ? sqrt(fit.residual) : std::numeric_limits<Scalar>::infinity();
+  }
+  if (result.limit_hit && !(last_step <= options.settled_step)) {
+    result.status = UpdateStatus::kDiverged;
+  } else if (!(result.residual <= options.max_final_residual)) {
+    result.status = UpdateStatus::kNotGaussian;
   }
   result.posterior = density.density();
   return result;

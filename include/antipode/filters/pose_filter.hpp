@@ -2,6 +2,7 @@
 #pragma once
 
 #include <concepts>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/filters/detail/sqrt_gaussian.hpp>
+#include <antipode/filters/gauss_newton_update.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/log_likelihood.hpp>
@@ -31,7 +33,8 @@
 ///   BinghamGaussian   PaperPoseRule, RichPoseRule, JointPoseRule    ProgressiveReweighting
 ///   PoseGaussian      MysovskikhRule<6>, Degree5Rule<6>             QuadraticProgression
 ///   PoseGaussian      CubatureRule<6>, MysovskikhRule<6>, ...       PosteriorLinearization
-///   StateGaussian     CubatureRule<N>, ...                          PosteriorLinearization
+///   PoseGaussian      any: it takes no samples                      GaussNewton
+///   StateGaussian     CubatureRule<N>, ...                          PosteriorLinearization, GaussNewton
 ///
 /// All compositions for poses have the same interface: they start from, predict with and report a
 /// PoseGaussian. The chart of the PoseGaussian is part of its type: the split chart is for filters that
@@ -39,8 +42,7 @@
 /// of this file are the recommended compositions.
 namespace antipode {
 
-/// Reweights the rule's samples of a BinghamGaussian in powers of the likelihood (progressive_update.hpp). A
-/// density that collapsed to its floor under steps longer than tau allows is reported as kDiverged.
+/// Reweights the rule's samples of a BinghamGaussian in powers of the likelihood (progressive_update.hpp).
 template <std::floating_point Scalar>
 struct ProgressiveReweighting {
   ProgressiveOptions<Scalar> options = {};
@@ -49,17 +51,18 @@ struct ProgressiveReweighting {
   requires LogLikelihood<L, Scalar, Rule::kCount>
   [[nodiscard]] ProgressiveResult<Scalar> operator()(const BinghamGaussian<Scalar>& prior, L&& log_likelihood,
                                                      const Rule& rule) const {
-    auto result = progressive_update(prior, std::forward<L>(log_likelihood), rule, options);
-    if (result.step_floor_hit && result.moment_floor_hit) result.status = UpdateStatus::kDiverged;
-    return result;
+    return progressive_update(prior, std::forward<L>(log_likelihood), rule, options);
   }
 };
 
-/// With the constants of DQV-SLAM: small steps, and no coupling of orientation and translation.
+/// With the constants of DQV-SLAM: small steps, no coupling of orientation and translation, and a posterior
+/// that is taken whatever it leaves unexplained.
 template <std::floating_point Scalar>
 struct PaperReweighting : ProgressiveReweighting<Scalar> {
   constexpr PaperReweighting()
-      : ProgressiveReweighting<Scalar>{{.tau = Scalar(0.02), .keep_coupling = false}} {}
+      : ProgressiveReweighting<Scalar>{{.tau = Scalar(0.02),
+                                        .keep_coupling = false,
+                                        .max_final_residual = std::numeric_limits<Scalar>::infinity()}} {}
 };
 
 /// Conditions a concentrated density on quadratic models of the log-likelihood (quadratic_update.hpp).
@@ -88,6 +91,21 @@ struct PosteriorLinearization {
   }
 };
 
+/// Conditions a concentrated density on measurements by a model that tells its Jacobians
+/// (gauss_newton_update.hpp).
+template <std::floating_point Scalar>
+struct GaussNewton {
+  GaussNewtonOptions<Scalar> options = {};
+
+  template <ConcentratedDensity Density, int Dim, class Model, GaussianRule Rule>
+  requires DifferentiableModel<Model, Density, Dim>
+  [[nodiscard]] UpdateResult<Density> operator()(const Density& prior,
+                                                 const GaussianMeasurements<Scalar, Dim, Model>& measurements,
+                                                 const Rule&) const {
+    return gauss_newton_update(prior, measurements.measurements(), measurements.model(), options);
+  }
+};
+
 namespace detail {
 
 template <class Density, class Other>
@@ -96,9 +114,13 @@ template <class Density, class Other>
   if constexpr (std::same_as<Density, Other>) {
     return density;
   } else if constexpr (std::same_as<Density, BinghamGaussian<Scalar>>) {
-    return to_bingham_gaussian(converted_to<PoseGaussian<Scalar>>(density));
+    return to_bingham_gaussian(density);
   } else if constexpr (std::same_as<Other, BinghamGaussian<Scalar>>) {
-    return converted_to<Density>(to_pose_gaussian(density));
+    if constexpr (std::same_as<Density, PoseGaussian<Scalar>>) {
+      return to_pose_gaussian(density);
+    } else {
+      return to_split_pose_gaussian(density);
+    }
   } else {
     return in_chart<typename Density::Chart>(density);
   }
@@ -122,6 +144,7 @@ template <class Scalar>
           .evaluations = result.evaluations,
           .log_evidence = result.log_evidence,
           .log_likelihood = result.log_likelihood,
+          .residual = result.residual,
           .limit_hit = result.step_floor_hit};
 }
 
@@ -246,6 +269,10 @@ using QuadraticPoseFilter = PoseFilter<PoseGaussian<Scalar>, MysovskikhRule<6>, 
 template <std::floating_point Scalar>
 using LinearizedPoseFilter =
     PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, PosteriorLinearization<Scalar>>;
+
+/// For measurements whose model tells its Jacobians.
+template <std::floating_point Scalar>
+using GaussNewtonPoseFilter = PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, GaussNewton<Scalar>>;
 
 /// For positions measured under a wide attitude (altimeter, GPS, ranges, bearings): rotation and position
 /// apart. The second follows curved posteriors, the spherical shell of a range say, with a covariance that

@@ -20,10 +20,12 @@ struct UpdateResult {
   long evaluations = 0;       ///< poses at which the likelihood or the measurement model was evaluated
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
   Scalar log_likelihood = 0;  ///< the best one among the last samples
-  Scalar residual = 0;        ///< standard deviation of what the last model leaves unexplained of the
-                              ///< log-likelihood: well below 1 if the posterior is Gaussian. 0 for updates
-                              ///< without a model
-  bool limit_hit = false;     ///< the allowed number of steps or iterations was too small
+  /// What the update's model leaves unexplained over the posterior: of quadratic_update, the standard
+  /// deviation of the log-likelihood's remainder; of updates by linear models, the root of the sum of
+  /// tr(R^-1 Omega), the remainder of each measurement in standard deviations of its noise. Well below 1 if
+  /// the posterior is Gaussian.
+  Scalar residual = 0;
+  bool limit_hit = false;  ///< the allowed number of steps or iterations was too small
 };
 
 /// Of a pose in the screw chart.

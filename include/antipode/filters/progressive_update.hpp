@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/progression.hpp>
@@ -23,8 +24,9 @@
 /// the samples and matches a density to them; it is as long as no two weights change by more than 1 : tau.
 /// With shrinking steps this follows the moments of the true posterior, provided that the rule has the right
 /// FOURTH moments and the density its coupling: RichPoseRule or JointPoseRule, keep_coupling. The paper's
-/// setting (PaperPoseRule, no coupling) is there for comparison; it is overconfident. Corrections to the
-/// paper: docs/papers.md.
+/// setting (PaperPoseRule, no coupling) is there for comparison; it is overconfident. The posterior has one
+/// mode, like the density: for likelihoods with several, whose residual this update reports, take
+/// a bank of filters (mixture_filter.hpp). Corrections to the paper: docs/papers.md.
 namespace antipode {
 
 template <std::floating_point Scalar>
@@ -43,6 +45,9 @@ struct ProgressiveOptions {
   Scalar min_eigenvalue = std::max(Scalar(1e-10), std::numeric_limits<Scalar>::epsilon());
   /// How often to start again with tau <- sqrt(tau) when the steps prove too long for the samples.
   int max_restarts = 3;
+  /// A posterior with a larger residual is reported as kNotGaussian: with two modes, say, which the samples
+  /// of a rule cannot follow, whatever tau is.
+  Scalar max_final_residual = Scalar(0.6);
   /// Below this log-likelihood of the best sample the result is reported as diverged. For m Gaussian
   /// residuals whose constants are left out: minus half a quantile of chi^2(m).
   Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
@@ -58,8 +63,12 @@ struct ProgressiveResult {
   /// Of the rule's points, the smallest over the steps; at least 4 tau/(1 + tau)^2 of them unless
   /// step_floor_hit.
   Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
-  Scalar log_evidence = 0;        ///< log of the likelihood's mean under the prior
-  Scalar log_likelihood = 0;      ///< of the samples of the last step
+  Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
+  Scalar log_likelihood = 0;  ///< of the samples of the last step
+  /// Standard deviation over the posterior of the log of prior times likelihood over posterior: what the
+  /// density leaves unexplained. Well below 1 if the density is the posterior; 0, not assessed, for a prior
+  /// that is certain of a direction or an infinite max_final_residual.
+  Scalar residual = 0;
   bool step_floor_hit = false;    ///< max_steps or min_step forced a step longer than tau allows
   bool moment_floor_hit = false;  ///< the orientation is as concentrated as min_eigenvalue allows
 };
@@ -82,6 +91,9 @@ void require_valid(const ProgressiveOptions<Scalar>& options) {
   }
   if (!(options.min_eigenvalue >= Scalar(1e-15) && options.min_eigenvalue <= Scalar(0.25))) [[unlikely]] {
     throw_invalid("min_eigenvalue is not in [1e-15, 1/4]", options.min_eigenvalue);
+  }
+  if (!(options.max_final_residual > Scalar(0))) [[unlikely]] {
+    throw_invalid("max_final_residual is not positive", options.max_final_residual);
   }
   if (std::isnan(options.min_log_likelihood)) [[unlikely]] {
     throw_invalid("min_log_likelihood is not a number", options.min_log_likelihood);
@@ -149,6 +161,40 @@ template <class Scalar, class L, class Rule>
   return true;
 }
 
+/// The standard deviation of log(prior likelihood / posterior) over the samples of the posterior; zero if the
+/// prior is certain of a direction and has no density.
+template <class Scalar, class L, class Rule>
+[[nodiscard]] Scalar unexplained(const BinghamGaussian<Scalar>& prior, L& log_likelihood, const Rule& rule,
+                                 const BinghamGaussian<Scalar>& posterior) {
+  using std::sqrt;
+  if (!cholesky_factor(prior.conditional_covariance())) return Scalar(0);
+  if (!cholesky_factor(posterior.conditional_covariance())) return std::numeric_limits<Scalar>::infinity();
+  const auto samples = sample(rule, posterior);
+  Vector<Scalar, Rule::kCount> values;
+  evaluate_log_likelihood(log_likelihood, samples.points, values);
+  const LogRange<Scalar> range = bound_log_likelihoods(samples.weights, values);
+  if (!range.valid || !range.supported()) return std::numeric_limits<Scalar>::infinity();
+  for (int k = 0; k < Rule::kCount; ++k) {
+    if (!(samples.weights[k] > Scalar(0))) continue;
+    const auto pose = DualQuaternion<Scalar>::unchecked(samples.points.col(k));
+    values[k] += prior.log_density(pose) - posterior.log_density(pose);
+  }
+  const Scalar mean = samples.weights.dot(values) / samples.weights.sum();
+  const Vector<Scalar, Rule::kCount> errors = values.array() - mean;
+  const Scalar variance = samples.weights.dot(errors.cwiseAbs2()) / samples.weights.sum();
+  return std::isfinite(variance) ? sqrt(variance) : std::numeric_limits<Scalar>::infinity();
+}
+
+/// The status of a posterior whose steps are done.
+template <class Scalar>
+[[nodiscard]] UpdateStatus judge(const ProgressiveResult<Scalar>& result,
+                                 const ProgressiveOptions<Scalar>& options) {
+  const bool collapsed = result.step_floor_hit && result.moment_floor_hit;
+  if (collapsed || result.log_likelihood < options.min_log_likelihood) return UpdateStatus::kDiverged;
+  return result.residual <= options.max_final_residual ? UpdateStatus::kConverged
+                                                       : UpdateStatus::kNotGaussian;
+}
+
 }  // namespace detail
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
@@ -167,9 +213,13 @@ requires LogLikelihood<L, Scalar, Rule::kCount>
     if (detail::progress(log_likelihood, rule, attempt, options, result)) {
       if (result.status != UpdateStatus::kConverged) {
         result.posterior = prior;
-      } else if (result.log_likelihood < options.min_log_likelihood) {
-        result.status = UpdateStatus::kDiverged;
+        return result;
       }
+      if (std::isfinite(options.max_final_residual)) {
+        result.residual = detail::unexplained(prior, log_likelihood, rule, result.posterior);
+        result.evaluations += Rule::kCount;
+      }
+      result.status = detail::judge(result, options);
       return result;
     }
     result = {.posterior = prior, .restarts = result.restarts + 1, .evaluations = result.evaluations};
@@ -225,8 +275,8 @@ template <class Scalar>
 /// possible (DQV-SLAM sec. IV-D). likelihood_of(begin, end) returns the log-likelihood of the measurements
 /// begin..end-1.
 ///
-/// The numbers in the result are totals or worst cases over the subsets. Ranges of log-likelihoods add up, so
-/// that subsets save no steps; they reproduce the paper.
+/// The numbers in the result are totals or worst cases over the subsets; the residual is not assessed. Ranges
+/// of log-likelihoods add up, so that subsets save no steps; they reproduce the paper.
 template <std::floating_point Scalar, class LikelihoodOf, PoseRule<BinghamGaussian<Scalar>> Rule>
 requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Rule::kCount>
 [[nodiscard]] ProgressiveResult<Scalar> progressive_update_subsets(
@@ -239,6 +289,7 @@ requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Ru
   }
   ProgressiveOptions<Scalar> without_final_check = options.progressive;
   without_final_check.min_log_likelihood = ProgressiveOptions<Scalar>{}.min_log_likelihood;
+  without_final_check.max_final_residual = std::numeric_limits<Scalar>::infinity();
 
   ProgressiveResult<Scalar> total{.posterior = prior};
   const int subsets = (count + options.max_size - 1) / options.max_size;
@@ -264,7 +315,7 @@ requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Ru
       return total;
     }
   }
-  if (total.log_likelihood < options.progressive.min_log_likelihood) total.status = UpdateStatus::kDiverged;
+  total.status = detail::judge(total, options.progressive);
   return total;
 }
 

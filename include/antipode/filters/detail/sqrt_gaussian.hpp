@@ -55,10 +55,14 @@ template <class Scalar, int N>
   const Vector<Scalar, N> H_mean = l.curvature * mean;
   const Vector<Scalar, N> slope = l.gradient - H_mean;
   const Vector<Scalar, N> step = root.transpose() * slope;
-  Scalar log_evidence =
-      l.constant + Scalar(0.5) * (mean.dot(l.gradient) + mean.dot(slope) + step.squaredNorm());
+  // log of prior times likelihood over posterior at the posterior's mean, where no large terms cancel.
+  const Vector<Scalar, N> posterior_mean = mean + root * step;
+  const Vector<Scalar, N> from_prior = solve_lower_transposed<Scalar, N, 1>(C, step);
+  const Vector<Scalar, N> H_posterior = l.curvature * posterior_mean;
+  Scalar log_evidence = l.constant + posterior_mean.dot(l.gradient) -
+                        Scalar(0.5) * (posterior_mean.dot(H_posterior) + from_prior.squaredNorm());
   for (int i = 0; i < N; ++i) log_evidence -= log(C(i, i));
-  return {mean + root * step, root, log_evidence};
+  return {posterior_mean, root, log_evidence};
 }
 
 /// A concentrated density by a root of its covariance.

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/detail/check.hpp>
+#include <antipode/detail/cholesky.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/sqrt_gaussian.hpp>
+#include <antipode/filters/linearized_update.hpp>
+#include <antipode/filters/pose_update_result.hpp>
+#include <antipode/filters/update_status.hpp>
+
+/// Bayes update of a concentrated density by measurements z_i = h_i(x) + v_i, v_i ~ N(0, R_i), with the
+/// Jacobians of h: the maximum of the posterior by Gauss-Newton (the iterated extended Kalman filter) and the
+/// covariance by its curvature there.
+///
+/// Where a model can tell its Jacobian this takes a few calls of it instead of a few for every sigma point.
+/// A sigma point check of the posterior at the end tells whether h is linear over it. Reference: B. M. Bell
+/// and F. W. Cathey, "The iterated Kalman filter update as a Gauss-Newton method", 1993.
+namespace antipode {
+
+/// h(state, i, J) predicts the i-th measurement, as a vector or a std::optional of one, and sets J, Dim x N,
+/// to its Jacobian: h(Chart::retract(state, a), i) = h(state, i) + J a to first order in a. If there is
+/// h(state, i), too, the check at the end calls that.
+template <class Model, class Density, int Dim>
+concept DifferentiableModel = requires(const Model& h, const typename Density::Chart::Point& state,
+                                       std::size_t i,
+                                       Matrix<typename Density::Scalar, Dim, Density::Chart::kDim>& J) {
+  { h(state, i, J) } -> std::convertible_to<std::optional<Vector<typename Density::Scalar, Dim>>>;
+};
+
+template <std::floating_point Scalar>
+struct GaussNewtonOptions {
+  /// Most evaluations of the model with its Jacobians.
+  int max_iterations = 50;
+  /// An iteration that moves the mean by less, in standard deviations of the posterior, is the last.
+  Scalar tolerance = Scalar(1e-3);
+  /// A posterior with a larger residual, the root of the sum of tr(R^-1 Omega_i) as in linearized_update, is
+  /// reported as kNotGaussian. In trials the mean NEES was 6.6 at most below 0.4.
+  Scalar max_final_residual = Scalar(0.5);
+  /// Below this log-likelihood at the mean the result is reported as diverged.
+  Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
+};
+
+namespace detail {
+
+template <class Scalar>
+void require_valid(const GaussNewtonOptions<Scalar>& options) {
+  if (options.max_iterations < 1) [[unlikely]] {
+    throw_invalid("max_iterations is not positive", options.max_iterations);
+  }
+  if (!(options.tolerance > Scalar(0))) [[unlikely]] {
+    throw_invalid("tolerance is not positive", options.tolerance);
+  }
+  if (!(options.max_final_residual > Scalar(0))) [[unlikely]] {
+    throw_invalid("max_final_residual is not positive", options.max_final_residual);
+  }
+  if (std::isnan(options.min_log_likelihood)) [[unlikely]] {
+    throw_invalid("min_log_likelihood is not a number", options.min_log_likelihood);
+  }
+}
+
+/// The log-likelihood of all measurements to second order about the density's mean, without the curvature of
+/// h.
+template <class Density, class Measurements, class Model>
+[[nodiscard]] auto expand(const SqrtGaussian<Density>& density, const Measurements& measurements,
+                          const Model& h) {
+  using Scalar = typename Density::Scalar;
+  using Z = std::remove_cvref_t<decltype(measurements[0].z)>;
+  constexpr int kDim = Z::RowsAtCompileTime, N = Density::Chart::kDim;
+  Linearization<Scalar, N> sum;
+  Vector<Scalar, N> gradient = Vector<Scalar, N>::Zero();
+  Matrix<Scalar, N> curvature = Matrix<Scalar, N>::Zero();
+  Matrix<Scalar, kDim, N> J;
+  const std::size_t count = measurements.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::optional<Z> predicted = h(density.mean, i, J);
+    if (!predicted) continue;
+    ++sum.used;
+    const auto root = cholesky_factor<Scalar, kDim>(measurements[i].R);
+    const Z innovation = measurements[i].z - *predicted;
+    if (!root || !innovation.allFinite() || !J.allFinite()) {
+      sum.finite = false;
+      return sum;
+    }
+    const Z whitened = solve_lower<Scalar, kDim, 1>(*root, innovation);
+    const Matrix<Scalar, N, kDim> slope = solve_lower<Scalar, kDim, N>(*root, J).transpose();
+    gradient += slope * whitened;
+    curvature += scaled_square<Scalar, N, kDim>(slope, Z::Ones());
+    sum.model.constant -= Scalar(0.5) * whitened.squaredNorm();
+  }
+  const Matrix<Scalar, N> Lt = density.L.transpose();
+  sum.model.gradient = Lt * gradient;
+  sum.model.curvature = congruence<Scalar, N, N>(Lt, curvature);
+  return sum;
+}
+
+/// The iteration of gauss_newton_update: expand at the mean, condition the prior, move; where the posterior
+/// became less likely, go back and half as far.
+template <class Density, class Measurements, class Model>
+class GaussNewtonIteration {
+  using Scalar = typename Density::Scalar;
+  static constexpr int N = Density::Chart::kDim;
+
+ public:
+  GaussNewtonIteration(const Density& prior, const Measurements& measurements, const Model& h,
+                       const GaussNewtonOptions<Scalar>& options)
+      : origin_(SqrtGaussian<Density>::of(prior)),
+        density_(origin_),
+        measurements_(measurements),
+        h_(h),
+        options_(options),
+        result_{.posterior = prior} {}
+
+  [[nodiscard]] UpdateResult<Density> run() {
+    if (measurements_.size() == 0) return result_;
+    while (iterate()) {
+    }
+    return result_;
+  }
+
+ private:
+  static constexpr Scalar kShortest{1e-3};  // share of a step
+
+  /// Whether there is more to do.
+  [[nodiscard]] bool iterate() {
+    const auto fit = expand(density_, measurements_, h_);
+    ++result_.evaluations;
+    if (!fit.finite) return fail(UpdateStatus::kNotFinite);
+    if (fit.used == 0) return fail(UpdateStatus::kNoSupport);
+    const Vector<Scalar, N> from_prior = whitened_from_prior();
+    const Scalar log_posterior = fit.model.constant - Scalar(0.5) * from_prior.squaredNorm();
+    if (result_.steps > 0 && log_posterior < last_log_posterior_ - kWorse && share_ > kShortest) {
+      share_ /= Scalar(2);
+      return step_back();
+    }
+    share_ = Scalar(1);
+    last_ = density_;
+    last_log_posterior_ = log_posterior;
+    y_ = result_.steps == 0 || !origin_.invertible
+             ? condition<Scalar, N>(Vector<Scalar, N>::Zero(), Matrix<Scalar, N>::Identity(), fit.model)
+             : density_.condition_prior(origin_, fit.model);
+    if (!y_.finite() || !std::isfinite(y_.log_evidence)) return fail(UpdateStatus::kNotFinite);
+    result_.log_likelihood = fit.model.constant;
+    result_.log_evidence = y_.log_evidence;
+    return move();
+  }
+
+  /// The displacement from the prior's mean in its standard deviations.
+  [[nodiscard]] Vector<Scalar, N> whitened_from_prior() const {
+    if (!origin_.invertible) return Vector<Scalar, N>::Zero();
+    const Vector<Scalar, N> a = Density::Chart::local(origin_.mean, density_.mean);
+    return solve_lower<Scalar, N, 1>(origin_.L, a);
+  }
+
+  [[nodiscard]] bool step_back() {
+    density_ = last_;
+    return move();
+  }
+
+  [[nodiscard]] bool move() {
+    auto y = y_;
+    y.mean *= share_;
+    const auto moved = density_.moved(y);
+    if (!moved) {
+      if (share_ <= kShortest) return fail(UpdateStatus::kDiverged);
+      share_ /= Scalar(2);
+      return move();
+    }
+    // In the posterior's standard deviations: those of y.root.
+    const Scalar step = solve<Scalar, N, 1>(y_.root, y.mean).norm();
+    density_ = *moved;
+    ++result_.steps;
+    const bool settled = step <= options_.tolerance || !origin_.invertible;
+    if (!settled && result_.steps < options_.max_iterations) return true;
+    result_.limit_hit = !settled;
+    return finish();
+  }
+
+  [[nodiscard]] bool finish() {
+    const auto values_of_h = [&](const typename Density::Chart::Point& state, std::size_t i) {
+      using Z = std::remove_cvref_t<decltype(measurements_[0].z)>;
+      if constexpr (requires { h_(state, i); }) {
+        return std::optional<Z>(h_(state, i));
+      } else {
+        Matrix<Scalar, Z::RowsAtCompileTime, N> J;
+        return std::optional<Z>(h_(state, i, J));
+      }
+    };
+    const auto standard = CubatureRule<N>{}.template standard<Scalar>();
+    const auto over_posterior = linearize(density_, measurements_, values_of_h, standard, {});
+    result_.evaluations += CubatureRule<N>::kCount;
+    result_.residual = over_posterior.finite && over_posterior.used > 0
+                           ? std::sqrt(over_posterior.residual)
+                           : std::numeric_limits<Scalar>::infinity();
+    result_.posterior = density_.density();
+    if (result_.limit_hit || result_.log_likelihood < options_.min_log_likelihood) {
+      result_.status = UpdateStatus::kDiverged;
+    } else if (result_.residual > options_.max_final_residual) {
+      result_.status = UpdateStatus::kNotGaussian;
+    }
+    return false;
+  }
+
+  /// The posterior stays the prior.
+  [[nodiscard]] bool fail(UpdateStatus status) {
+    result_.status = status;
+    return false;
+  }
+
+  static constexpr Scalar kWorse{1e-3};  // of the log posterior
+
+  const SqrtGaussian<Density> origin_;  ///< the prior
+  SqrtGaussian<Density> density_;
+  const Measurements& measurements_;
+  const Model& h_;
+  const GaussNewtonOptions<Scalar>& options_;
+
+  SqrtGaussian<Density> last_ = origin_;  ///< where the last step started
+  ConditionedGaussian<Scalar, N> y_ = {};
+  Scalar last_log_posterior_ = -std::numeric_limits<Scalar>::infinity();
+  Scalar share_ = Scalar(1);  ///< of the step that is taken
+  UpdateResult<Density> result_;
+};
+
+}  // namespace detail
+
+/// The posterior of `prior` and independent measurements, as in linearized_update, with a model that tells
+/// its Jacobians: h(state, i, J), see DifferentiableModel. The Jacobian is that in the chart of the density:
+/// for a PoseGaussian in the screw chart of x exp(xi), xi = (phi, rho).
+///
+/// A measurement that cannot be predicted is left out of that iteration. With a singular covariance there is
+/// one iteration only. Throws on invalid options and covariances of the state; a measurement that is not
+/// finite or whose R is not positive definite comes back as kNotFinite, none that can be predicted as
+/// kNoSupport, both with the prior.
+template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model>
+requires DifferentiableModel<
+    Model, Density,
+    std::remove_cvref_t<decltype(std::declval<const Measurements&>()[0].z)>::RowsAtCompileTime>
+[[nodiscard]] UpdateResult<Density> gauss_newton_update(
+    const Density& prior, const Measurements& measurements, const Model& h,
+    const GaussNewtonOptions<typename Density::Scalar>& options = {}) {
+  detail::require_valid(options);
+  return detail::GaussNewtonIteration<Density, Measurements, Model>(prior, measurements, h, options).run();
+}
+
+}  // namespace antipode

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+#include <numbers>
+
+#include <antipode/detail/check.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/geometry/chart.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/jacobians.hpp>
+
+namespace antipode {
+
+/// A pose with its velocity, an element of SE_2(3): rotation R = T_world_body's, velocity and position in the
+/// world's axes.
+///
+/// As matrices [R, v, p; 0, 1, 0; 0, 0, 1] they are a group, in which the motion by inertial measurements is
+/// an affine map: errors propagate linearly however large they are. Reference: A. Barrau, S. Bonnabel, "The
+/// invariant extended Kalman filter as a stable observer", IEEE TAC 2017.
+template <std::floating_point Scalar_>
+struct ExtendedPose {
+  using Scalar = Scalar_;
+
+  DualQuaternion<Scalar> pose = DualQuaternion<Scalar>::identity();  ///< R and p
+  Vector3<Scalar> velocity = Vector3<Scalar>::Zero();
+
+  /// (R_1 R_2, v_1 + R_1 v_2, p_1 + R_1 p_2).
+  [[nodiscard]] friend ExtendedPose operator*(const ExtendedPose& a, const ExtendedPose& b) noexcept {
+    return {a.pose * b.pose, a.velocity + a.pose.rotation_matrix() * b.velocity};
+  }
+  [[nodiscard]] ExtendedPose inverse() const noexcept {
+    return {pose.inverse(), -(pose.rotation_matrix().transpose() * velocity)};
+  }
+
+  /// Of xi = (phi, nu, rho): (Exp(phi), V nu, V rho) with V = so3_left_jacobian(phi). Throws unless finite.
+  [[nodiscard]] static ExtendedPose exp(const Vector<Scalar, 9>& xi) {
+    Vector6<Scalar> screw;
+    screw << xi.template head<3>(), xi.template tail<3>();
+    return {DualQuaternion<Scalar>::exp(screw),
+            so3_left_jacobian(xi.template head<3>()) * xi.template segment<3>(3)};
+  }
+  /// The inverse of exp, |phi| <= pi.
+  [[nodiscard]] Vector<Scalar, 9> log() const noexcept {
+    const Vector6<Scalar> screw = pose.log();
+    const Vector3<Scalar> phi = screw.template head<3>();
+    Vector<Scalar, 9> xi;
+    xi << phi, so3_left_jacobian_inverse(phi) * velocity, screw.template tail<3>();
+    return xi;
+  }
+  /// Ad(x) with x exp(xi) x^-1 = exp(Ad(x) xi).
+  [[nodiscard]] Matrix<Scalar, 9> adjoint() const noexcept {
+    const Matrix3<Scalar> R = pose.rotation_matrix();
+    Matrix<Scalar, 9> A = Matrix<Scalar, 9>::Zero();
+    A.template block<3, 3>(0, 0) = A.template block<3, 3>(3, 3) = A.template block<3, 3>(6, 6) = R;
+    A.template block<3, 3>(3, 0) = skew(velocity) * R;
+    A.template block<3, 3>(6, 0) = skew(pose.translation()) * R;
+    return A;
+  }
+};
+
+/// Extended poses by x exp(xi), xi = (phi, nu, rho) in the axes of the body. For inertial navigation: a
+/// measured position is linear in it as long as the rotation is, and the propagation is linear throughout.
+template <std::floating_point Scalar_>
+struct ExtendedPoseChart {
+  using Scalar = Scalar_;
+  using Point = ExtendedPose<Scalar>;
+  static constexpr int kDim = 9;
+  using Tangent = Vector<Scalar, 9>;
+
+  [[nodiscard]] static Point retract(const Point& x, const Tangent& xi) { return x * Point::exp(xi); }
+  [[nodiscard]] static Tangent local(const Point& x, const Point& y) noexcept {
+    return (x.inverse() * y).log();
+  }
+  [[nodiscard]] static Matrix<Scalar, 9> jacobian(const Tangent& xi) noexcept {
+    return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian(screw); });
+  }
+  [[nodiscard]] static Matrix<Scalar, 9> jacobian_inverse(const Tangent& xi) noexcept {
+    return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian_inverse(screw); });
+  }
+  /// Rotations by at most half a turn.
+  [[nodiscard]] static bool contains(const Tangent& xi) noexcept {
+    return xi.template head<3>().norm() <= std::numbers::pi_v<Scalar>;
+  }
+  [[nodiscard]] static Point normalized(const Point& x) { return {x.pose.renormalized(), x.velocity}; }
+  static void require_finite(const Point& x) {
+    ScrewChart<Scalar>::require_finite(x.pose);
+    detail::require_finite("velocity is not finite", x.velocity);
+  }
+
+ private:
+  /// (phi, nu) and (phi, rho) are screws each: their Jacobians [[J, 0], [Q, J]] side by side.
+  template <class F>
+  [[nodiscard]] static Matrix<Scalar, 9> from_screws(const Tangent& xi, F&& jacobian_of_screw) noexcept {
+    Vector6<Scalar> screw = xi.template head<6>();
+    const Matrix6<Scalar> of_velocity = jacobian_of_screw(screw);
+    screw.template tail<3>() = xi.template tail<3>();
+    const Matrix6<Scalar> of_position = jacobian_of_screw(screw);
+    Matrix<Scalar, 9> J = Matrix<Scalar, 9>::Zero();
+    J.template topLeftCorner<6, 6>() = of_velocity;
+    J.template bottomLeftCorner<3, 3>() = of_position.template bottomLeftCorner<3, 3>();
+    J.template bottomRightCorner<3, 3>() = of_position.template bottomRightCorner<3, 3>();
+    return J;
+  }
+};
+
+}  // namespace antipode

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <antipode/filters/linearized_update.hpp>
+#include <antipode/filters/progressive_update.hpp>
+#include <antipode/filters/quadratic_update.hpp>
+#include <antipode/filters/update_status.hpp>
+
+#include "filters/models.hpp"
+#include "support/catch.hpp"
+#include "support/error_message.hpp"
+
+using namespace antipode;
+using namespace antipode::test;
+
+namespace {
+
+using Pose = DualQuaternion<double>;
+using Likelihood = AnyLogLikelihood<double>;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+[[nodiscard]] auto quadratic(const PoseGaussian<double>& prior, const Likelihood& l,
+                             const QuadraticUpdateOptions<double>& options = {}) {
+  return quadratic_update(prior, l, options);
+}
+[[nodiscard]] auto progressive(const PoseGaussian<double>& prior, const Likelihood& l,
+                               const ProgressiveOptions<double>& options = {}) {
+  return progressive_update(to_bingham_gaussian(prior), l, JointPoseRule{}, options);
+}
+
+/// A measured position coordinate or range, by its model.
+using Model = std::function<Vector<double, 1>(const Pose&, std::size_t)>;
+[[nodiscard]] auto linearized(const PoseGaussian<double>& prior, double z, double sigma, const Model& h,
+                              const LinearizedUpdateOptions<double>& options = {}) {
+  const std::vector<NoisyMeasurement<double, 1>> measurements{
+      {Vector<double, 1>(z), Vector<double, 1>(sigma * sigma)}};
+  return linearized_update(prior, measurements, h, options);
+}
+
+[[nodiscard]] PoseGaussian<double> around_origin(double rotation_sigma_rad, double translation_sigma_m) {
+  return {Pose::identity(), pose_covariance<double>(rotation_sigma_rad, translation_sigma_m)};
+}
+
+[[nodiscard]] double bimodal(const Pose& x) {
+  const double t = x.translation()[0];
+  const double right = -0.5 * std::pow((t - 0.2) / 0.03, 2), left = -0.5 * std::pow((t + 0.2) / 0.03, 2);
+  return std::max(left, right) + std::log1p(std::exp(-std::abs(left - right)));
+}
+
+}  // namespace
+
+TEST_CASE("Two modes are reported, not merged in silence", "[status]") {
+  const auto prior = around_origin(0.1, 0.2);
+  const auto result = progressive(prior, bimodal);
+  CHECK(result.status == UpdateStatus::kNotGaussian);
+  CHECK(result.residual > 100.0);
+  CHECK(quadratic(prior, bimodal).status != UpdateStatus::kConverged);
+}
+
+TEST_CASE("A density that collapsed to its floors has diverged", "[status]") {
+  const auto prior = around_origin(0.1, 0.2);
+  const Likelihood collapsing[] = {
+      [](const Pose& x) { return -0.5e12 * x.log().squaredNorm(); },  // a needle of 1e-6
+      [](const Pose& x) { return -1e300 * x.translation().squaredNorm(); },
+  };
+  for (const Likelihood& l : collapsing) {
+    CHECK(progressive(prior, l, {.max_steps = 100}).status == UpdateStatus::kDiverged);
+  }
+  const Likelihood cliff = [](const Pose& x) { return 1e6 * x.translation()[0]; };
+  CHECK(progressive(prior, cliff, {.max_steps = 100}).status != UpdateStatus::kConverged);
+}
+
+TEST_CASE("A position measured in the screw chart under a wide attitude is not called converged",
+          "[status]") {
+  constexpr double kDegree = 3.14159265358979 / 180.0;
+  int overconfident = 0;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    Rng rng(seed);
+    std::normal_distribution<double> noise(0.0, 0.1);
+    const SplitPoseGaussian<double> density{random_pose<double>(rng),
+                                            pose_covariance<double>(10 * kDegree, 10)};
+    const PoseGaussian<double> prior{density.pose, density.covariance};
+    const auto truth = draw(rng, density);
+    const double z = truth.translation()[2] + noise(rng);
+    const auto result =
+        quadratic(prior, [&](const Pose& x) { return -50.0 * std::pow(x.translation()[2] - z, 2); });
+    overconfident += result.status == UpdateStatus::kConverged && nees(result.posterior, truth) > 30.0;
+  }
+  CHECK(overconfident <= 1);
+}
+
+TEST_CASE("The residual is that over the posterior, and the options say how much of it passes", "[status]") {
+  const auto prior = around_origin(0.17, 2.0);
+  const Likelihood range = [](const Pose& x) {
+    return -0.5 * std::pow(((x.translation() - Vector3<double>(30, 10, 5)).norm() - 32.0) / 0.05, 2);
+  };
+  const auto strict = quadratic(prior, range);
+  CHECK(strict.status != UpdateStatus::kConverged);
+  CHECK(strict.residual > 0.4);
+  if (strict.status == UpdateStatus::kNotGaussian) {
+    const auto lenient = quadratic(prior, range, {.max_final_residual = kInfinity});
+    CHECK(lenient.status == UpdateStatus::kConverged);
+    CHECK(lenient.posterior.covariance == strict.posterior.covariance);
+  }
+  CHECK(contains(error_message([&] { (void)quadratic(prior, range, {.max_final_residual = -1.0}); }),
+                 "max_final_residual is not positive: -1"));
+  CHECK(contains(error_message([&] { (void)progressive(prior, range, {.max_final_residual = 0.0}); }),
+                 "max_final_residual is not positive: 0"));
+}
+
+TEST_CASE("Linear models say when they do not hold or have not settled", "[status]") {
+  const Model range = [](const Pose& x, std::size_t) {
+    return Vector<double, 1>((x.translation() - Vector3<double>(30, 10, 5)).norm());
+  };
+  CHECK(linearized(around_origin(0.1, 0.1), 32.0, 0.5, range).status == UpdateStatus::kConverged);
+  const auto curved = linearized(around_origin(0.1, 10.0), 32.0, 0.05, range);
+  CHECK(curved.residual > 4.0);
+  CHECK(curved.status == UpdateStatus::kNotGaussian);
+  const auto accepted =
+      linearized(around_origin(0.1, 10.0), 32.0, 0.05, range, {.max_final_residual = kInfinity});
+  CHECK(accepted.status == UpdateStatus::kConverged);
+  const auto hopeless = linearized(around_origin(0.1, 1e6), 32.0, 0.05, range);
+  CHECK(hopeless.status != UpdateStatus::kConverged);
+  CHECK(linearized(around_origin(0.1, 0.1), 34.0, 0.01, range, {.max_iterations = 1}).status ==
+        UpdateStatus::kDiverged);
+}
+
+TEST_CASE("The evidence is right for measurements a million million times sharper than the prior",
+          "[status]") {
+  for (const double ratio : {1e6, 5e7, 1e9, 1e12}) {
+    CAPTURE(ratio);
+    const SplitPoseGaussian<double> prior{Pose::identity(), pose_covariance<double>(0.1, 0.2)};
+    const double sigma = 0.2 / ratio;
+    const auto result = quadratic_update(prior, [=](const Pose& x) {
+      const double error = (x.translation()[2] - 0.1) / sigma;
+      return -0.5 * error * error;
+    });
+    CHECK(result.status == UpdateStatus::kConverged);
+    const double S = 0.04 + sigma * sigma;
+    CHECK(result.log_evidence == Approx(-0.005 / S - std::log(std::sqrt(S) / sigma)).margin(1e-3));
+    const std::vector<NoisyMeasurement<double, 1>> measurements{
+        {Vector<double, 1>(0.1), Vector<double, 1>(sigma * sigma)}};
+    const auto linear = linearized_update(prior, measurements, [](const Pose& x, std::size_t) {
+      return Vector<double, 1>(x.translation()[2]);
+    });
+    CHECK(linear.log_evidence == Approx(result.log_evidence).margin(1e-3));
+  }
+}
+
+TEST_CASE("A twist that overflows is not called infinite", "[status][error]") {
+  Vector6<double> xi = Vector6<double>::Zero();
+  xi[0] = 1e200;
+  CHECK(error_message([&] { (void)Pose::exp(xi); }).starts_with("twist (phi, rho) is too large"));
+  xi[0] = kInfinity;
+  CHECK(error_message([&] { (void)Pose::exp(xi); }).starts_with("twist (phi, rho) is not finite"));
+}
