@@ -104,7 +104,7 @@ struct FrameResult {
                                                                   ///< without the calibration's errors
   CalibrationError calibration;
   PoseGaussian odometry;  ///< T_previous_current, the system input u_k
-  int features = 0;
+  int features = 0;  ///< points that the odometry follows; with --preset paper, features of the left image
   int landmarks = 0;
   int matches = 0;
   bool is_keyframe = false;

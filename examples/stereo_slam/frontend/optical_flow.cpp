@@ -7,16 +7,16 @@
 
 namespace stereo_slam {
 
-FlowPyramid::FlowPyramid(const cv::Mat& image) {
-  cv::buildOpticalFlowPyramid(image, levels_, {kMaxWindow_px, kMaxWindow_px}, kMaxLevel,
-                              /*withDerivatives=*/false);
+FlowPyramid::FlowPyramid(const cv::Mat& image, bool with_derivatives) {
+  cv::buildOpticalFlowPyramid(image, levels_, {kMaxWindow_px, kMaxWindow_px}, kMaxLevel, with_derivatives);
 }
 
 StereoPyramid build_pyramids(const StereoFrame& frame) {
   StereoPyramid pyramids;
   cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& range) {
     for (int side = range.start; side < range.end; ++side) {
-      (side == 0 ? pyramids.left : pyramids.right) = FlowPyramid(side == 0 ? frame.left : frame.right);
+      (side == 0 ? pyramids.left : pyramids.right) =
+          FlowPyramid(side == 0 ? frame.left : frame.right, side == 0);
     }
   });
   return pyramids;

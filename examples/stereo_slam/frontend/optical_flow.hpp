@@ -16,7 +16,9 @@ class FlowPyramid {
   static constexpr int kMaxWindow_px = 21;
 
   FlowPyramid() = default;
-  explicit FlowPyramid(const cv::Mat& image);
+
+  /// Flow from this image is cheaper with derivatives, flow to it does not use them.
+  explicit FlowPyramid(const cv::Mat& image, bool with_derivatives = true);
 
   [[nodiscard]] bool empty() const noexcept { return levels_.empty(); }
   [[nodiscard]] const std::vector<cv::Mat>& levels() const noexcept { return levels_; }

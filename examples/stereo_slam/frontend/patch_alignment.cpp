@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxIterations = 12;
 constexpr double kConverged_px = 0.005;
-constexpr double kMinGradientEnergy = 2000.0;  // smallest eigenvalue of the structure tensor, grey levels^2
+constexpr double kMinGradientEnergy = 800.0;  // smallest eigenvalue of the structure tensor, grey levels^2
 
 [[nodiscard]] bool inside(const cv::Mat& image, double x, double y, double margin_px) {
   return x >= margin_px && y >= margin_px && x < image.cols - 1 - margin_px && y < image.rows - 1 - margin_px;

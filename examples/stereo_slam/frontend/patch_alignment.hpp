@@ -15,7 +15,7 @@ namespace stereo_slam {
 /// template's Hessian is inverted once, an iteration samples the image and multiplies.
 class PatchTemplate {
  public:
-  static constexpr int kRadius_px = 5;
+  static constexpr int kRadius_px = 3;
   static constexpr int kSide_px = 2 * kRadius_px + 1;
   static constexpr int kPixels = kSide_px * kSide_px;
 

@@ -14,15 +14,25 @@ namespace {
 constexpr int kRadius_px = 5;
 constexpr int kSide_px = 2 * kRadius_px + 1;
 
-/// Sum of absolute differences of two windows given by their first pixels.
-[[nodiscard]] int absolute_difference(const cv::Mat& left, const cv::Mat& right, cv::Point a, cv::Point b) {
-  int sum = 0;
+/// Sums of absolute differences of a window of the left image, given by its first pixel, and windows of the
+/// right image on the rows from `right_top` on, one for each disparity from `cost.size() - 1` down to zero:
+/// in the order in which the right image has them, so that the inner loop runs along its rows.
+void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Point corner, int right_top,
+                              std::vector<std::uint16_t>& cost) {
+  std::fill(cost.begin(), cost.end(), std::uint16_t{0});
+  const std::size_t count = cost.size();
+  const int first_column = corner.x - static_cast<int>(count) + 1;
   for (int row = 0; row < kSide_px; ++row) {
-    const std::uint8_t* p = left.ptr<std::uint8_t>(a.y + row) + a.x;
-    const std::uint8_t* q = right.ptr<std::uint8_t>(b.y + row) + b.x;
-    for (int column = 0; column < kSide_px; ++column) sum += std::abs(p[column] - q[column]);
+    const std::uint8_t* p = left.ptr<std::uint8_t>(corner.y + row) + corner.x;
+    const std::uint8_t* q = right.ptr<std::uint8_t>(right_top + row) + first_column;
+    for (int column = 0; column < kSide_px; ++column) {
+      const int wanted = p[column];
+      for (std::size_t i = 0; i < count; ++i) {
+        cost[i] =
+            static_cast<std::uint16_t>(cost[i] + std::abs(wanted - q[static_cast<std::size_t>(column) + i]));
+      }
+    }
   }
-  return sum;
 }
 
 /// Integer disparity of the best window on the row, when no other disparity comes close to it.
@@ -35,16 +45,16 @@ constexpr int kSide_px = 2 * kRadius_px + 1;
     return std::nullopt;
   }
   const int max_disparity = std::min(settings.max_disparity_px, corner.x);
-  std::vector<int> cost(static_cast<std::size_t>(max_disparity) + 1);
-  for (int d = 0; d <= max_disparity; ++d) {
-    cost[static_cast<std::size_t>(d)] = absolute_difference(left, right, corner, {corner.x - d, right_top});
-  }
-  const int best = static_cast<int>(std::min_element(cost.begin(), cost.end()) - cost.begin());
+  std::vector<std::uint16_t> cost(static_cast<std::size_t>(max_disparity) + 1);  // by decreasing disparity
+  sum_absolute_differences(left, right, corner, right_top, cost);
+  const auto smallest = std::min_element(cost.rbegin(), cost.rend());
+  const int best = static_cast<int>(smallest - cost.rbegin());
   int rival = std::numeric_limits<int>::max();
   for (int d = 0; d <= max_disparity; ++d) {
-    if (std::abs(d - best) > 2) rival = std::min(rival, cost[static_cast<std::size_t>(d)]);
+    const int other = cost[static_cast<std::size_t>(max_disparity - d)];
+    if (std::abs(d - best) > 2) rival = std::min(rival, other);
   }
-  const double best_cost = cost[static_cast<std::size_t>(best)];
+  const double best_cost = *smallest;
   if (best_cost > settings.uniqueness * rival) return std::nullopt;
   return best;
 }

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/stereo_points.hpp"
 
+#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 
 namespace stereo_slam {
+namespace {
+
+constexpr int kCornersPerCell = 5;
+
+}  // namespace
 
 StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Feature>& features,
                                    const std::vector<Vector2<double>>& reserved_px,
@@ -19,6 +25,27 @@ StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Fea
     points.measured.push_back(*matches[i]);
     points.descriptors.push_back(spread[i].descriptor);
   }
+  return points;
+}
+
+StereoPoints measure_stereo_corners(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
+                                    const Settings& settings) {
+  const cv::Mat& image = view.frame.left;
+  const auto wanted = static_cast<std::size_t>(settings.map.max_new_landmarks);
+  const auto corners = detect_corners(image, {}, reserved_px,
+                                      {.cell_px = settings.map.cell_px,
+                                       .per_cell = kCornersPerCell,
+                                       .min_distance_px = settings.odometry.exclusion_px,
+                                       .enough = wanted / 2});
+  const auto spread = spread_features(corners, image.size(), settings.map.cell_px, wanted);
+  StereoPoints points;
+  std::vector<Vector2<double>> matched_px;
+  for (const auto& match : match_stereo(view, positions(spread), settings.stereo)) {
+    if (!match) continue;
+    points.measured.push_back(*match);
+    matched_px.push_back(match->z.head<2>());
+  }
+  points.descriptors = describe_points(image, matched_px);
   return points;
 }
 

@@ -24,4 +24,9 @@ struct StereoPoints {
                                                  const std::vector<Vector2<double>>& reserved_px,
                                                  const Settings& settings);
 
+/// The same from corners that are found in the image, with descriptors for those that have a match.
+[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view,
+                                                  const std::vector<Vector2<double>>& reserved_px,
+                                                  const Settings& settings);
+
 }  // namespace stereo_slam

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -197,24 +198,37 @@ class MotionProblem {
   return inlier;
 }
 
-/// Pose with the smallest sum of truncated distances over random minimal sets; `initial` competes too.
+/// Random sets of three to draw so that one is free of outliers with a probability of 99.99 %.
+[[nodiscard]] int sufficient_draws(double inlier_share) {
+  constexpr double kMissed = 1e-4;
+  const double clean = inlier_share * inlier_share * inlier_share;
+  if (clean >= 1.0 - kMissed) return 1;
+  return static_cast<int>(std::min(1e6, std::ceil(std::log(kMissed) / std::log1p(-clean))));
+}
+
+/// Pose with the smallest sum of truncated distances over random minimal sets; `initial` competes too. Ends
+/// when the inliers of the best pose make a better one improbable, after `iterations` at the latest.
 [[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const Pose& initial,
                           int iterations, std::mt19937_64& random) {
-  const auto cost = [&](const Pose& pose) {
-    double sum = 0.0;
-    for (const double d : problem.distances(pose)) sum += std::min(d, kChi2_3_99);
-    return sum;
-  };
   Pose best = initial;
-  double best_cost = cost(initial);
-  for (int iteration = 0; iteration < iterations; ++iteration) {
-    const auto pose = problem.minimal_solution(draw_three(count, random), initial);
-    if (!pose) continue;
-    const double candidate_cost = cost(*pose);
-    if (candidate_cost < best_cost) {
-      best_cost = candidate_cost;
-      best = *pose;
+  double best_cost = std::numeric_limits<double>::infinity();
+  int draws = iterations;
+  const auto compete = [&](const Pose& pose) {
+    double cost = 0.0;
+    std::size_t inliers = 0;
+    for (const double d : problem.distances(pose)) {
+      cost += std::min(d, kChi2_3_99);
+      if (d < kChi2_3_99) ++inliers;
     }
+    if (!(cost < best_cost)) return;
+    best = pose;
+    best_cost = cost;
+    draws = std::min(iterations, sufficient_draws(static_cast<double>(inliers) / static_cast<double>(count)));
+  };
+  compete(initial);
+  for (int iteration = 0; iteration < draws; ++iteration) {
+    const auto pose = problem.minimal_solution(draw_three(count, random), initial);
+    if (pose) compete(*pose);
   }
   return best;
 }

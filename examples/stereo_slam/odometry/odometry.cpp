@@ -87,9 +87,9 @@ std::vector<StereoPoint> select_odometry_points(const StereoView& view, const st
   return points;
 }
 
-OdometryResult estimate_odometry(const ConsecutivePyramids& pyramids, const OdometryPoints& points,
-                                 const StereoView& view, const Pose& predicted_T_previous_current,
-                                 const Settings& settings) {
+OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const OdometryPoints& points,
+                                    const StereoView& view, const Pose& predicted_T_previous_current,
+                                    const Settings& settings) {
   constexpr std::size_t kMaxStaticPoints = 100;  // enough to outvote a lorry
   const auto follow = [&](const std::vector<StereoPoint>& from) {
     return match_circle(pyramids, from, view, predicted_T_previous_current, settings.odometry);
@@ -99,14 +99,27 @@ OdometryResult estimate_odometry(const ConsecutivePyramids& pyramids, const Odom
   std::mt19937_64 random(settings.seed + view.frame.index);
   const auto motion = estimate_motion({matches, static_matches}, view.camera, predicted_T_previous_current,
                                       settings.odometry, random);
-
-  OdometryResult result;
-  result.valid = motion.valid;
-  result.T_previous_current = motion.T_previous_current;
+  OdometryResult result{motion.valid, motion.T_previous_current, {}};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (motion.inlier[i]) result.inliers_px.push_back(matches[i].current.head<2>());
   }
   return result;
+}
+
+OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
+                                    const StereoView& view, const Pose& predicted_T_previous_current,
+                                    const Settings& settings) {
+  tracks.follow(pyramids, view, predicted_T_previous_current, settings.odometry);
+  const auto matches = correspondences(tracks.points());
+  std::vector<StereoCorrespondence> static_matches;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (tracks.points()[i].is_static) static_matches.push_back(matches[i]);
+  }
+  std::mt19937_64 random(settings.seed + view.frame.index);
+  const auto motion = estimate_motion({matches, static_matches}, view.camera, predicted_T_previous_current,
+                                      settings.odometry, random);
+  tracks.keep(motion.inlier);
+  return {motion.valid, motion.T_previous_current, tracks.positions()};
 }
 
 }  // namespace stereo_slam

@@ -7,6 +7,7 @@
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/odometry/point_tracks.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -18,29 +19,35 @@ struct OdometryResult {
   std::vector<Vector2<double>> inliers_px;  ///< where the inliers are in the current left image
 };
 
-/// Points of the previous frame, as measured there, that the odometry starts from.
+/// Points of the previous frame, as measured there, that circular matching starts from.
 struct OdometryPoints {
   std::vector<StereoPoint> points;         ///< the motion is estimated from them
   std::vector<StereoPoint> static_points;  ///< landmarks matched there; they help to find the inliers only
 };
 
-/// Points from which the odometry of the next frame starts: features of this frame with a stereo match,
+/// Points from which circular matching starts in the next frame: features of this frame with a stereo match,
 /// spread over buckets, at least settings.odometry.exclusion_px from `reserved_px` (features of landmarks).
 [[nodiscard]] std::vector<StereoPoint> select_odometry_points(const StereoView& view,
                                                               const std::vector<Feature>& features,
                                                               const std::vector<Vector2<double>>& reserved_px,
                                                               const Settings& settings);
 
-/// Motion of the camera from the previous frame to the current one, `view`.
-///
-/// Circular matching follows the points from the previous left image to the current left, the current right,
+/// Motion of the camera from the previous frame to the current one, `view`, by the paper's circular matching
+/// (sec. IV-B): it follows the points from the previous left image to the current left, the current right,
 /// the previous right and back to the previous left image. Points that return to where they started give the
 /// motion. The static points decide with them which points are inliers, so that a large moving object does
 /// not win; they have no other weight. `predicted_T_previous_current` starts the search. The random numbers
 /// depend on settings.seed and the frame's index only.
-[[nodiscard]] OdometryResult estimate_odometry(const ConsecutivePyramids& pyramids,
-                                               const OdometryPoints& points, const StereoView& view,
-                                               const Pose& predicted_T_previous_current,
-                                               const Settings& settings);
+[[nodiscard]] OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids,
+                                                  const OdometryPoints& points, const StereoView& view,
+                                                  const Pose& predicted_T_previous_current,
+                                                  const Settings& settings);
+
+/// The same from points that are followed over many frames. Points that are known to be static count twice
+/// when the inliers are chosen. The tracks keep the inliers.
+[[nodiscard]] OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
+                                                  const StereoView& view,
+                                                  const Pose& predicted_T_previous_current,
+                                                  const Settings& settings);
 
 }  // namespace stereo_slam

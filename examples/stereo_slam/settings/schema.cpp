@@ -30,7 +30,9 @@ void add_images(Table& table) {
 
 void add_features(Table& table) {
   SettingsGroup(table, "features", &Settings::features)
-      .add("count", &FeatureSettings::count, {50, 20000}, "", "ORB features per image")
+      .add("count", &FeatureSettings::count, {50, 20000}, "",
+           "ORB features per image: with --preset paper in every frame, otherwise to recognise the last "
+           "keyframe")
       .add("levels", &FeatureSettings::levels, {1, 12}, "", "pyramid levels")
       .add("scale_factor", &FeatureSettings::scale_factor, {1.01, 2.0}, "", "scale between pyramid levels")
       .add("cell_px", &FeatureSettings::cell_px, {8, 512}, "px", "grid cell over which features are spread")
@@ -78,7 +80,7 @@ void add_odometry(Table& table) {
       .add("pyramid_levels", &OdometrySettings::pyramid_levels, {0, 8}, "",
            "pyramid levels of the optical flow")
       .add("max_closure_error_px", &OdometrySettings::max_closure_error_px, {0.05, 20.0}, "px",
-           "circular matching: largest distance between start and end of the circle")
+           "circular matching (--preset paper): largest distance between start and end of the circle")
       .add("max_row_error_px", &OdometrySettings::max_row_error_px, {0.05, 20.0}, "px",
            "largest row difference of left and right point (epipolar check)")
       .add("ransac_iterations", &OdometrySettings::ransac_iterations, {1, 100000}, "",

@@ -52,7 +52,7 @@ struct OdometrySettings {
   int max_points = 300;
   double exclusion_px = 4.0;
   int cell_px = 50;
-  int window_px = 15;
+  int window_px = 9;
   int pyramid_levels = 3;
   double max_closure_error_px = 1.0;
   double max_row_error_px = 1.5;

@@ -13,13 +13,11 @@ bool PreviousFrame::repeated_by(const StereoFrame& frame) const {
          same(pyramids.right.image(), frame.right);
 }
 
-FrameImages prepare_images(const StereoFrame& frame, const PreviousFrame& previous,
-                           const FeatureSettings& settings) {
-  StereoFeatures features = extract_features(frame, settings);
+FrameImages prepare_images(const StereoFrame& frame, const PreviousFrame& previous) {
   StereoPyramid pyramids = build_pyramids(frame);
   StereoPyramid equalised =
       previous.pyramids.left.empty() ? pyramids : as_bright_as(previous.pyramids, pyramids, frame);
-  return {frame, std::move(features), std::move(pyramids), std::move(equalised)};
+  return {frame, std::move(pyramids), std::move(equalised)};
 }
 
 }  // namespace stereo_slam

@@ -13,8 +13,9 @@ namespace stereo_slam {
 /// What the next frame is tracked from.
 struct PreviousFrame {
   StereoPyramid pyramids;
+  Pose T_keyframe_camera = Pose::identity();
   std::size_t position = 0;                  ///< in the trajectory
-  std::vector<StereoPoint> odometry_points;  ///< where its odometry starts
+  std::vector<StereoPoint> odometry_points;  ///< where circular matching starts
   std::vector<StereoPoint> static_points;    ///< landmarks matched in it: they do not move in the world
 
   /// Whether a frame has the same images, bit by bit, as a camera that hangs delivers them.
@@ -24,12 +25,11 @@ struct PreviousFrame {
 /// A frame with what is extracted from its images once and used by all stages. Refers to the frame.
 struct FrameImages {
   const StereoFrame& frame;
-  StereoFeatures features;
   StereoPyramid pyramids;
-  StereoPyramid equalised;  ///< the pyramids, as bright as the previous frame's: for optical flow
+  StereoPyramid equalised;       ///< the pyramids, as bright as the previous frame's: for optical flow
+  StereoFeatures features = {};  ///< of the whole images, if landmarks are matched by descriptors
 };
 
-[[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, const PreviousFrame& previous,
-                                         const FeatureSettings& settings);
+[[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, const PreviousFrame& previous);
 
 }  // namespace stereo_slam

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/relocalisation.hpp"
 
-#include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/loop_closing/loop_verification.hpp"
 
@@ -14,12 +13,12 @@ constexpr std::size_t kMinFoundShare = 3;
 }  // namespace
 
 std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const PatchSource& source,
-                                              const StereoView& view, const StereoFeatures& features,
+                                              const StereoView& view, const StereoPoints& points,
                                               const Settings& settings) {
   const auto& rule = settings.loop_verification;
   const MapView map{source.landmarks, view.camera};
   Keyframe seen;
-  seen.points = keyframe_points(measure_stereo_points(view, features.left, {}, settings), {});
+  seen.points = keyframe_points(points, {});
   const auto verified = verify_loop(keyframe, seen, view.camera, rule, settings.seed + view.frame.index);
   if (verified.check != LoopCheck::kVerified) return std::nullopt;
 

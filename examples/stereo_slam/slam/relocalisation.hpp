@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/keyframes/keyframe_database.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -21,11 +21,11 @@ struct ReferenceKeyframe {
   std::size_t landmarks = 0;  ///< number of landmarks when the keyframe was created
 };
 
-/// T_keyframe_camera from the images alone, without a prior. It is measured as a loop is, and accepted if
-/// enough of the keyframe's landmarks are found where it predicts them.
+/// T_keyframe_camera from the images and their `points` alone, without a prior. It is measured as a loop is,
+/// and accepted if enough of the keyframe's landmarks are found where it predicts them.
 [[nodiscard]] std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe,
                                                             const PatchSource& source, const StereoView& view,
-                                                            const StereoFeatures& features,
+                                                            const StereoPoints& points,
                                                             const Settings& settings);
 
 }  // namespace stereo_slam

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/tracking/associate.hpp"
@@ -40,6 +41,21 @@ namespace {
   std::vector<Vector2<double>> result;
   result.reserve(matches.size());
   for (const auto& match : matches) result.push_back(match.z.head<2>());
+  return result;
+}
+
+/// Whether the landmarks' positions are known to about a pixel, typically.
+[[nodiscard]] bool is_precise(const std::vector<PredictedLandmark>& predicted) {
+  constexpr double kPrecise_px = 1.5;
+  std::vector<double> variance;
+  for (const auto& landmark : predicted) variance.push_back(landmark.pose_part.topLeftCorner<2, 2>().trace());
+  return variance.empty() || median(variance) <= kPrecise_px * kPrecise_px;
+}
+
+[[nodiscard]] std::vector<std::optional<Vector2<double>>> predicted_positions(
+    const std::vector<PredictedLandmark>& predicted) {
+  std::vector<std::optional<Vector2<double>>> result;
+  for (const auto& landmark : predicted) result.emplace_back(landmark.z.head<2>());
   return result;
 }
 
@@ -83,8 +99,9 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
     result.times = clock.times();
     return result;
   }
-  const FrameImages images = prepare_images(frame, previous_, settings_.features);
-  clock.lap("features");
+  FrameImages images = prepare_images(frame, previous_);
+  if (!aligns_patches()) images.features = extract_features(frame, settings_.features);
+  clock.lap("images");
 
   std::vector<Match> matches;
   if (started_) {
@@ -129,10 +146,13 @@ bool Slam::apply(const std::optional<LoopCorrection>& correction) {
   return true;
 }
 
-OdometryResult Slam::measure_motion(const FrameImages& images) const {
-  return estimate_odometry({previous_.pyramids, images.equalised},
-                           {previous_.odometry_points, previous_.static_points}, view_of(images.frame),
-                           velocity_.motion_until(images.frame.stamp_ns), settings_);
+OdometryResult Slam::measure_motion(const FrameImages& images) {
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.equalised};
+  const Pose expected = velocity_.motion_until(images.frame.stamp_ns);
+  const StereoView view = view_of(images.frame);
+  if (aligns_patches()) return odometry_from_tracks(tracks_, pyramids, view, expected, settings_);
+  return odometry_from_circle(pyramids, {previous_.odometry_points, previous_.static_points}, view, expected,
+                              settings_);
 }
 
 PoseDensity Slam::predict(const OdometryResult& odometry, std::int64_t stamp_ns) {
@@ -146,20 +166,47 @@ std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDen
   const PoseGaussian expected = to_pose_gaussian(prior);
   Association association;
   association.predicted = project_landmarks(local_map_.view(), expected, settings_.map.max_baselines);
-  association.flow = observe_flow(association.predicted, local_map_.view(), posterior_.pose(),
-                                  {previous_.pyramids, images.equalised}, settings_.association);
-  association.static_px = gate_by_flow(association.predicted, association.flow, settings_.association);
+  if (aligns_patches()) {
+    align_landmarks(images, expected.pose, odometry.valid, association);
+  } else {
+    associate_features(images, odometry, association);
+  }
+  if (trace) {
+    if (association.flow.empty()) follow_landmarks(images, association);
+    *trace = trace_association(association, odometry.inliers_px, settings_.association);
+  }
+  return association.matches;
+}
+
+/// Matches landmarks with features of both images, as the paper does.
+void Slam::associate_features(const FrameImages& images, const OdometryResult& odometry,
+                              Association& association) const {
+  follow_landmarks(images, association);
   const StereoFeatures usable{exclude_features(images.features.left, odometry.inliers_px,
                                                images.frame.left.size(), settings_.odometry.exclusion_px),
                               images.features.right};
   association.matches = associate(association.predicted, association.static_px, local_map_.view(), usable,
                                   settings_.association);
-  if (anchored() && settings_.refinement.enabled) {
-    association.matches = refine_matches(association, {local_map_.landmarks(), reference_.left},
-                                         view_of(images.frame), expected.pose, settings_.refinement);
+}
+
+/// Aligns the landmarks' patches where they are predicted; where the prediction is not good to a pixel or
+/// two, optical flow comes first.
+void Slam::align_landmarks(const FrameImages& images, const Pose& T_keyframe_camera, bool motion_known,
+                           Association& association) const {
+  if (motion_known && is_precise(association.predicted)) {
+    association.static_px = predicted_positions(association.predicted);
+  } else {
+    follow_landmarks(images, association);
   }
-  if (trace) *trace = trace_association(association, odometry.inliers_px, settings_.association);
-  return association.matches;
+  association.matches = refine_matches(association, {local_map_.landmarks(), reference_.left},
+                                       view_of(images.frame), T_keyframe_camera, settings_.refinement);
+}
+
+/// Flow of the landmarks from the previous left image, and those that it shows to be static.
+void Slam::follow_landmarks(const FrameImages& images, Association& association) const {
+  association.flow = observe_flow(association.predicted, local_map_.view(), posterior_.pose(),
+                                  {previous_.pyramids, images.equalised}, settings_.association);
+  association.static_px = gate_by_flow(association.predicted, association.flow, settings_.association);
 }
 
 TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometry,
@@ -176,8 +223,12 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
 }
 
 std::optional<PoseDensity> Slam::relocalise(const FrameImages& images) const {
-  return recognise_keyframe(reference_.keyframe, {local_map_.landmarks(), reference_.left},
-                            view_of(images.frame), images.features, settings_);
+  // Features of all pyramid levels: the camera may have come nearer since the keyframe.
+  const StereoView view = view_of(images.frame);
+  const auto points =
+      measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
+  return recognise_keyframe(reference_.keyframe, {local_map_.landmarks(), reference_.left}, view, points,
+                            settings_);
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
@@ -189,8 +240,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_);  // Alg. 4
-  const bool against_landmarks = tracked.basis == PoseBasis::kLandmarks;
-  previous_.static_points = against_landmarks ? measurements(tracked.matches) : std::vector<StereoPoint>{};
+  find_static_points(tracked);
   record(posterior_, tracked.measured(), result);
   result.odometry = tracked.odometry.T_previous_current;
   result.matches = static_cast<int>(tracked.matches.size());
@@ -199,15 +249,32 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   if (tracked.measured()) result.is_keyframe = extend_map(tracked, images);
 }
 
+/// Finds out which points move with the landmarks: they are known to be static in the next frame.
+void Slam::find_static_points(const TrackedPose& tracked) {
+  const bool against_landmarks = tracked.basis == PoseBasis::kLandmarks;
+  if (!aligns_patches()) {
+    previous_.static_points = against_landmarks ? measurements(tracked.matches) : std::vector<StereoPoint>{};
+    return;
+  }
+  std::optional<Pose> T_previous_current;
+  if (against_landmarks) T_previous_current = previous_.T_keyframe_camera.inverse() * posterior_.pose();
+  tracks_.compare_with(T_previous_current, camera_, settings_.odometry.pixel_sigma_px);
+}
+
 /// Chooses the points that the odometry of the next frame starts from, away from the landmarks.
 void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& matches) {
   auto landmarks_px = positions(matches);
   for (const auto& landmark : local_map_.landmarks()) {
     if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
   }
-  previous_.odometry_points =
-      select_odometry_points(view_of(images.frame), images.features.left, landmarks_px, settings_);
+  const StereoView view = view_of(images.frame);
+  if (aligns_patches()) {
+    tracks_.replenish(view, landmarks_px, settings_);
+  } else {
+    previous_.odometry_points = select_odometry_points(view, images.features.left, landmarks_px, settings_);
+  }
   previous_.pyramids = images.pyramids;
+  previous_.T_keyframe_camera = posterior_.pose();
   previous_.position = trajectory_.frames() - 1;
 }
 
@@ -251,7 +318,8 @@ void Slam::complete(const FrameImages& images, FrameResult& result) {
   if (started_ && !lost_ && !segment_.localised()) result.status = TrackingStatus::kWeak;
   if (!lost_ && segment_.take_newly_localised()) result.status = TrackingStatus::kRelocalised;
   result.segment = segment_.current();
-  result.features = static_cast<int>(images.features.left.size());
+  result.features =
+      static_cast<int>(aligns_patches() ? tracks_.points().size() : images.features.left.size());
   result.landmarks = static_cast<int>(local_map_.landmarks().size());
 }
 
@@ -322,13 +390,21 @@ void Slam::begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> p
   if (loops_) loops_->add_keyframe(reference_.keyframe);
 }
 
+/// Points of the frame with a disparity, for landmarks and keyframes, away from `reserved_px`.
+StereoPoints Slam::measure_points(const FrameImages& images,
+                                  const std::vector<Vector2<double>>& reserved_px) const {
+  const StereoView view = view_of(images.frame);
+  if (aligns_patches()) return measure_stereo_corners(view, reserved_px, settings_);
+  return measure_stereo_points(view, images.features.left, reserved_px, settings_);
+}
+
 /// Adds landmarks at features with a stereo match, away from `reserved_px`; a feature at a re-observed
 /// landmark keeps its id. Returns what they were made from.
 std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
                                                const std::vector<Vector2<double>>& reserved_px,
                                                const ReobservedLandmarks& reobserved) {
   const StereoFrame& frame = images.frame;
-  const auto points = measure_stereo_points(view_of(frame), images.features.left, reserved_px, settings_);
+  const auto points = measure_points(images, reserved_px);
   std::vector<std::uint32_t> ids;
   for (const auto& known : reobserved.ids_at(points, frame.left.size())) {
     ids.push_back(known ? *known : local_map_.new_id());

@@ -28,6 +28,7 @@
 
 namespace stereo_slam {
 
+struct Association;
 struct AssociationTrace;
 
 /// The stereo SLAM of the DQV-SLAM paper's Fig. 2.
@@ -77,6 +78,9 @@ class Slam {
  private:
   [[nodiscard]] bool anchored() const { return settings_.map.layout == MapLayout::kAnchored; }
   [[nodiscard]] bool tracks_correlation() const;
+
+  /// Whether landmarks are measured by patches of the keyframe; the paper matches features.
+  [[nodiscard]] bool aligns_patches() const { return anchored() && settings_.refinement.enabled; }
   [[nodiscard]] CalibrationError calibration_error() const;
 
   /// A frame as the camera and the rectification at hand measure it.
@@ -88,15 +92,21 @@ class Slam {
   bool apply(const std::optional<LoopCorrection>& correction);
 
   // The stages of process(), in its order.
-  [[nodiscard]] OdometryResult measure_motion(const FrameImages& images) const;
+  [[nodiscard]] OdometryResult measure_motion(const FrameImages& images);
   [[nodiscard]] PoseDensity predict(const OdometryResult& odometry, std::int64_t stamp_ns);
   [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseDensity& prior,
                                                   const OdometryResult& odometry,
                                                   AssociationTrace* trace) const;
+  void associate_features(const FrameImages& images, const OdometryResult& odometry,
+                          Association& association) const;
+  void align_landmarks(const FrameImages& images, const Pose& T_keyframe_camera, bool motion_known,
+                       Association& association) const;
+  void follow_landmarks(const FrameImages& images, Association& association) const;
   [[nodiscard]] TrackedPose update(const PoseDensity& prior, const OdometryResult& odometry,
                                    std::vector<Match> matches);
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
+  void find_static_points(const TrackedPose& tracked);
   void prepare_next(const FrameImages& images, const std::vector<Match>& matches);
 
   // The unusual cases: a repeated image, and no map yet.
@@ -113,6 +123,8 @@ class Slam {
   void begin_segment(const FrameImages& images, const OdometryResult& odometry);
   void change_keyframe(const FrameImages& images, const std::vector<Match>& matches);
   void begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points);
+  [[nodiscard]] StereoPoints measure_points(const FrameImages& images,
+                                            const std::vector<Vector2<double>>& reserved_px) const;
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
                                                          const std::vector<Vector2<double>>& reserved_px,
                                                          const ReobservedLandmarks& reobserved = {});
@@ -130,6 +142,7 @@ class Slam {
   RectificationEstimator rectification_;
   ConstantVelocity velocity_;
   PreviousFrame previous_;
+  PointTracks tracks_;  // what the odometry follows
   std::optional<AsyncLoopCloser> loops_;
   bool started_ = false;  // there is a map
   bool lost_ = false;     // the last frame

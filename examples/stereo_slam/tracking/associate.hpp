@@ -24,7 +24,8 @@ struct Association {
   std::vector<PredictedLandmark> predicted;       ///< landmarks expected in view
   std::vector<std::optional<LandmarkFlow>> flow;  ///< nothing where the flow was lost
   std::vector<std::optional<Vector2<double>>>
-      static_px;               ///< end of the flow, in the left image, if it is that of a static point
+      static_px;  ///< where to look for it in the left image: where it is predicted, or the end of
+                  ///< the flow, if it is that of a static point
   std::vector<Match> matches;  ///< by index of the landmark
 };
 

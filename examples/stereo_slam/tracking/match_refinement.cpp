@@ -2,7 +2,6 @@
 #include "stereo_slam/tracking/match_refinement.hpp"
 
 #include <cmath>
-#include <unordered_map>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -86,20 +85,13 @@ std::vector<Match> refine_matches(const Association& association, const PatchSou
                                   const StereoView& view, const Pose& T_keyframe_camera,
                                   const RefinementSettings& settings) {
   const auto& predicted = association.predicted;
-  std::unordered_map<std::size_t, const Match*> by_landmark;
-  for (const auto& match : association.matches) by_landmark.emplace(match.landmark, &match);
   const PatchMeasurement measurement{source, view, T_keyframe_camera, settings};
 
   std::vector<std::optional<Match>> refined(predicted.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(predicted.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      const auto found = by_landmark.find(predicted[i].index);
-      const Match* associated = found == by_landmark.end() ? nullptr : found->second;
-      const auto& static_px = association.static_px[i];
-      if (!associated && !static_px) continue;
-      refined[i] =
-          measurement.match(predicted[i], static_px ? *static_px : Vector2<double>(associated->z.head<2>()));
-      if (refined[i] && associated) refined[i]->left_feature = associated->left_feature;
+      const auto& start_px = association.static_px[i];
+      if (start_px) refined[i] = measurement.match(predicted[i], *start_px);
     }
   });
   std::vector<Match> result;

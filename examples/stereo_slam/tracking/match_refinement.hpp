@@ -21,10 +21,9 @@ struct PatchSource {
 /// Matches of the reference keyframe's landmarks with sub-pixel measurements.
 ///
 /// The patch around a landmark in the keyframe, warped to the view predicted at `T_keyframe_camera`, is
-/// aligned in both images of `view`. It starts where the flow ends (static_px), or else at the feature that
-/// was matched. Every frame is compared with the same keyframe, so no drift accumulates, and landmarks whose
-/// corner was not detected again are matched too. Alignments that do not correlate, violate the epipolar
-/// constraint or contradict the prediction are dropped.
+/// aligned in both images of `view`, starting at static_px. Every frame is compared with the same keyframe,
+/// so no drift accumulates. Alignments that do not correlate, violate the epipolar constraint or contradict
+/// the prediction are dropped.
 [[nodiscard]] std::vector<Match> refine_matches(const Association& association, const PatchSource& source,
                                                 const StereoView& view, const Pose& T_keyframe_camera,
                                                 const RefinementSettings& settings);

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/corners.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include <opencv2/features2d.hpp>
+
+#include "stereo_slam/frontend/spatial_index.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kTensorRadius_px = 3;
+constexpr int kExaminedPerCorner = 8;
+constexpr int kOrbPatch_px = 31;
+
+/// What a corner has to reach.
+struct CornerStrength {
+  int fast_threshold = 0;       ///< grey levels
+  double min_eigenvalue = 0.0;  ///< grey levels^2
+};
+
+constexpr CornerStrength kStrong{10, 2000.0};
+constexpr CornerStrength kWeak{5, 900.0};  // hardly more than the alignment of patches needs
+
+/// Smallest eigenvalue of the structure tensor around a pixel, grey levels^2.
+[[nodiscard]] double smallest_eigenvalue(const cv::Mat& image, cv::Point centre) {
+  int xx = 0;
+  int xy = 0;
+  int yy = 0;
+  for (int row = centre.y - kTensorRadius_px; row <= centre.y + kTensorRadius_px; ++row) {
+    const std::uint8_t* line = image.ptr<std::uint8_t>(row) + centre.x - kTensorRadius_px;
+    const std::uint8_t* above = line - image.step;
+    const std::uint8_t* below = line + image.step;
+    for (int i = 0; i <= 2 * kTensorRadius_px; ++i) {
+      const int dx = line[i + 1] - line[i - 1];
+      const int dy = below[i] - above[i];
+      xx += dx * dx;
+      xy += dx * dy;
+      yy += dy * dy;
+    }
+  }
+  const double half_trace = 0.125 * (xx + yy);  // a quarter for the doubled differences
+  const double half_difference = 0.125 * (xx - yy);
+  const double off_diagonal = 0.25 * xy;
+  return half_trace - std::hypot(half_difference, off_diagonal);
+}
+
+/// Search for corners in one row of cells.
+class CellRow {
+ public:
+  CellRow(const cv::Mat& image, const CornerGrid& grid, const CornerStrength& strength, int row)
+      : image_(image), grid_(grid), strength_(strength) {
+    const int top = std::max(row * grid.cell_px, kCornerBorder_px);
+    const int bottom = std::min((row + 1) * grid.cell_px, image.rows - kCornerBorder_px);
+    if (bottom <= top) return;
+    // FAST leaves out the border of what it is given, and needs one more pixel to find a local maximum.
+    constexpr int kMargin_px = 4;
+    const int first = top - kMargin_px;
+    cv::FAST(image.rowRange(first, bottom + kMargin_px), keypoints_, strength.fast_threshold,
+             /*nonmaxSuppression=*/true);
+    for (auto& keypoint : keypoints_) keypoint.pt.y += static_cast<float>(first);
+    std::erase_if(keypoints_, [&](const cv::KeyPoint& keypoint) {
+      const int y = static_cast<int>(keypoint.pt.y);
+      return y < top || y >= bottom;
+    });
+  }
+
+  /// The best corners of every cell, at most `wanted` of each, away from the used points and each other.
+  [[nodiscard]] std::vector<Feature> best(std::span<const int> wanted, const SpatialIndex& used) {
+    std::vector<std::vector<cv::KeyPoint>> cells(wanted.size());
+    for (const auto& keypoint : keypoints_) {
+      const int x = static_cast<int>(keypoint.pt.x);
+      if (x < kCornerBorder_px || x >= image_.cols - kCornerBorder_px) continue;
+      const auto cell = static_cast<std::size_t>(x / grid_.cell_px);
+      if (wanted[cell] > 0) cells[cell].push_back(keypoint);
+    }
+    std::vector<Feature> corners;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      for (auto& corner : best_of_cell(cells[i], wanted[i], used)) corners.push_back(std::move(corner));
+    }
+    return corners;
+  }
+
+ private:
+  [[nodiscard]] std::vector<Feature> best_of_cell(std::vector<cv::KeyPoint>& keypoints, int wanted,
+                                                  const SpatialIndex& used) const {
+    // FAST's score is coarse; it decides only which corners are worth the structure tensor.
+    const auto examined = std::min(keypoints.size(), static_cast<std::size_t>(kExaminedPerCorner * wanted));
+    std::partial_sort(keypoints.begin(), keypoints.begin() + static_cast<std::ptrdiff_t>(examined),
+                      keypoints.end(), [](const cv::KeyPoint& a, const cv::KeyPoint& b) {
+                        return a.response != b.response
+                                   ? a.response > b.response
+                                   : std::pair(a.pt.y, a.pt.x) < std::pair(b.pt.y, b.pt.x);
+                      });
+    std::vector<Feature> found;
+    for (std::size_t i = 0; i < examined; ++i) {
+      const cv::Point at(static_cast<int>(keypoints[i].pt.x), static_cast<int>(keypoints[i].pt.y));
+      Feature feature;
+      feature.position_px = {static_cast<double>(at.x), static_cast<double>(at.y)};
+      if (used.any_within(feature.position_px, grid_.min_distance_px)) continue;
+      feature.response = smallest_eigenvalue(image_, at);
+      if (feature.response >= strength_.min_eigenvalue) found.push_back(feature);
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Feature& a, const Feature& b) { return a.response > b.response; });
+    std::vector<Feature> kept;
+    for (const auto& candidate : found) {
+      if (static_cast<int>(kept.size()) == wanted) break;
+      const bool crowded = std::any_of(kept.begin(), kept.end(), [&](const Feature& k) {
+        return (k.position_px - candidate.position_px).norm() < grid_.min_distance_px;
+      });
+      if (!crowded) kept.push_back(candidate);
+    }
+    return kept;
+  }
+
+  const cv::Mat& image_;
+  const CornerGrid& grid_;
+  const CornerStrength& strength_;
+  std::vector<cv::KeyPoint> keypoints_;
+};
+
+/// Room in every cell, row by row: corners wanted less points present.
+[[nodiscard]] std::vector<int> room_by_cell(const std::vector<Vector2<double>>& present_px, cv::Size cells,
+                                            const CornerGrid& grid) {
+  std::vector<int> room(static_cast<std::size_t>(cells.area()), grid.per_cell);
+  for (const auto& px : present_px) {
+    const int column = static_cast<int>(std::floor(px.x() / grid.cell_px));
+    const int row = static_cast<int>(std::floor(px.y() / grid.cell_px));
+    if (column < 0 || row < 0 || column >= cells.width || row >= cells.height) continue;
+    --room[static_cast<std::size_t>(row * cells.width + column)];
+  }
+  return room;
+}
+
+/// Direction of the centroid of the grey values around a pixel, degrees in [0, 360).
+[[nodiscard]] float orientation(const cv::Mat& image, cv::Point centre) {
+  constexpr int kRadius_px = kOrbPatch_px / 2;
+  int along_x = 0;
+  int along_y = 0;
+  for (int dy = -kRadius_px; dy <= kRadius_px; ++dy) {
+    const int half_width =
+        static_cast<int>(std::sqrt(static_cast<double>(kRadius_px * kRadius_px - dy * dy)));
+    const std::uint8_t* line = image.ptr<std::uint8_t>(centre.y + dy) + centre.x;
+    int sum = 0;
+    for (int dx = -half_width; dx <= half_width; ++dx) {
+      along_x += dx * line[dx];
+      sum += line[dx];
+    }
+    along_y += dy * sum;
+  }
+  return cv::fastAtan2(static_cast<float>(along_y), static_cast<float>(along_x));
+}
+
+/// Corners of at least this strength, as many as the cells have room for.
+[[nodiscard]] std::vector<Feature> search_cells(const cv::Mat& image, const SpatialIndex& used,
+                                                const CornerGrid& grid, std::span<const int> room,
+                                                const CornerStrength& strength) {
+  const auto columns = static_cast<std::size_t>((image.cols + grid.cell_px - 1) / grid.cell_px);
+  std::vector<std::vector<Feature>> by_row(room.size() / columns);
+  cv::parallel_for_(cv::Range(0, static_cast<int>(by_row.size())), [&](const cv::Range& range) {
+    for (int row = range.start; row < range.end; ++row) {
+      const auto wanted = room.subspan(static_cast<std::size_t>(row) * columns, columns);
+      if (std::none_of(wanted.begin(), wanted.end(), [](int n) { return n > 0; })) continue;
+      by_row[static_cast<std::size_t>(row)] = CellRow(image, grid, strength, row).best(wanted, used);
+    }
+  });
+  std::vector<Feature> corners;
+  for (const auto& row : by_row) corners.insert(corners.end(), row.begin(), row.end());
+  return corners;
+}
+
+}  // namespace
+
+std::vector<Feature> detect_corners(const cv::Mat& image, const std::vector<Vector2<double>>& present_px,
+                                    const std::vector<Vector2<double>>& reserved_px, const CornerGrid& grid) {
+  if (image.empty()) return {};
+  const cv::Size cells((image.cols + grid.cell_px - 1) / grid.cell_px,
+                       (image.rows + grid.cell_px - 1) / grid.cell_px);
+  const auto room = room_by_cell(present_px, cells, grid);
+  std::vector<Vector2<double>> used_px = present_px;
+  used_px.insert(used_px.end(), reserved_px.begin(), reserved_px.end());
+  const SpatialIndex used(used_px, image.size());
+  auto corners = search_cells(image, used, grid, room, kStrong);
+  if (corners.size() < grid.enough) corners = search_cells(image, used, grid, room, kWeak);
+  return corners;
+}
+
+std::vector<Descriptor> describe_points(const cv::Mat& image, const std::vector<Vector2<double>>& points_px) {
+  std::vector<Descriptor> descriptors(points_px.size());
+  std::vector<cv::KeyPoint> keypoints;
+  for (std::size_t i = 0; i < points_px.size(); ++i) {
+    const cv::Point at(static_cast<int>(std::lround(points_px[i].x())),
+                       static_cast<int>(std::lround(points_px[i].y())));
+    const bool inside = at.x >= kCornerBorder_px && at.y >= kCornerBorder_px &&
+                        at.x < image.cols - kCornerBorder_px && at.y < image.rows - kCornerBorder_px;
+    if (!inside) continue;
+    keypoints.emplace_back(static_cast<float>(at.x), static_cast<float>(at.y),
+                           static_cast<float>(kOrbPatch_px), orientation(image, at), 0.0F, 0,
+                           static_cast<int>(i));
+  }
+  if (keypoints.empty()) return descriptors;
+  const auto orb = cv::ORB::create(static_cast<int>(keypoints.size()), 2.0F, 1, kCornerBorder_px, 0, 2,
+                                   cv::ORB::FAST_SCORE, kOrbPatch_px);
+  cv::Mat bits;
+  orb->compute(image, keypoints, bits);
+  for (std::size_t k = 0; k < keypoints.size(); ++k) {
+    auto& descriptor = descriptors[static_cast<std::size_t>(keypoints[k].class_id)];
+    std::memcpy(descriptor.data(), bits.ptr(static_cast<int>(k)), descriptor.size());
+  }
+  return descriptors;
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/odometry/point_tracks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "stereo_slam/frontend/corners.hpp"
+#include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/frontend/patch_alignment.hpp"
+#include "stereo_slam/frontend/spatial_index.hpp"
+#include "stereo_slam/frontend/stereo_matching.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kChi2_3_99 = 11.345;    // 99 % of a chi-square with 3 degrees of freedom
+constexpr double kMinCorrelation = 0.8;  // of aligned patches
+
+[[nodiscard]] cv::Point2f to_cv(const Vector2<double>& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
+}
+
+[[nodiscard]] Vector2<double> to_eigen(const cv::Point2f& p) {
+  return Eigen::Vector2f(p.x, p.y).cast<double>();
+}
+
+/// Measurement in the current frame of a point that optical flow found at `start_px`; nothing if its patches
+/// do not agree.
+[[nodiscard]] std::optional<StereoPoint> measure(const cv::Mat& previous_left, const StereoPoint& previous,
+                                                 const Vector2<double>& start_px, double disparity_px,
+                                                 const StereoView& view, const OdometrySettings& settings) {
+  const auto before = PatchTemplate::extract(previous_left, previous.head<2>());
+  if (!before) return std::nullopt;
+  const auto left = before->align(view.frame.left, start_px);
+  if (!left || left->correlation < kMinCorrelation) return std::nullopt;
+  const auto now = PatchTemplate::extract(view.frame.left, left->position_px);
+  if (!now) return std::nullopt;
+  const StereoPoint expected(left->position_px.x(), left->position_px.y(), disparity_px);
+  const auto right = now->align(view.frame.right, view.rectification.right_position(expected));
+  if (!right || right->correlation < kMinCorrelation) return std::nullopt;
+  const auto measured = view.rectification.measure(left->position_px, right->position_px);
+  if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
+    return std::nullopt;
+  }
+  return measured.z;
+}
+
+}  // namespace
+
+std::vector<Vector2<double>> PointTracks::positions() const {
+  std::vector<Vector2<double>> result;
+  result.reserve(points_.size());
+  for (const auto& point : points_) result.push_back(point.z.head<2>());
+  return result;
+}
+
+void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& view,
+                         const Pose& predicted_T_previous_current, const OdometrySettings& settings) {
+  const Pose T_current_previous = predicted_T_previous_current.inverse();
+  std::vector<cv::Point2f> from;
+  std::vector<cv::Point2f> guess;
+  std::vector<StereoPoint> predicted;
+  for (const auto& point : points_) {
+    predicted.push_back(
+        view.camera.project(T_current_previous * view.camera.back_project(point.z)).value_or(point.z));
+    from.push_back(to_cv(point.z.head<2>()));
+    guess.push_back(to_cv(predicted.back().head<2>()));
+  }
+  const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
+                                 {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
+  const cv::Mat& previous_left = pyramids.previous.left.image();
+  std::vector<std::uint8_t> found(points_.size());
+  cv::parallel_for_(cv::Range(0, static_cast<int>(points_.size())), [&](const cv::Range& range) {
+    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
+      if (!flow.found[i]) continue;
+      TrackedPoint& point = points_[i];
+      const auto z =
+          measure(previous_left, point.z, to_eigen(flow.points[i]), predicted[i].z(), view, settings);
+      if (!z) continue;
+      found[i] = 1;
+      point.previous = point.z;
+      point.z = *z;
+    }
+  });
+  keep(found);
+}
+
+void PointTracks::keep(const std::vector<std::uint8_t>& flags) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (flags[i]) points_[kept++] = points_[i];
+  }
+  points_.resize(kept);
+}
+
+void PointTracks::compare_with(const std::optional<Pose>& T_previous_current, const StereoCamera& camera,
+                               double pixel_sigma_px) {
+  // Twice: both measurements are noisy.
+  const Matrix3<double> S_inverse = (2.0 * stereo_pixel_covariance(pixel_sigma_px)).inverse();
+  for (auto& point : points_) {
+    point.is_static = false;
+    if (!T_previous_current || !point.previous) continue;
+    const auto expected =
+        camera.project(T_previous_current->inverse() * camera.back_project(*point.previous));
+    if (!expected) continue;
+    const Vector3<double> error = point.z - *expected;
+    point.is_static = error.dot(S_inverse * error) < kChi2_3_99;
+  }
+}
+
+void PointTracks::replenish(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
+                            const Settings& settings) {
+  constexpr double kFew = 0.6;  // below this share of the points wanted, corners are worth a search
+  const auto& rule = settings.odometry;
+  const cv::Size image = view.frame.left.size();
+  const SpatialIndex reserved(reserved_px, image);
+  std::erase_if(points_, [&](const TrackedPoint& point) {
+    return reserved.any_within(point.z.head<2>(), rule.exclusion_px);
+  });
+  if (static_cast<double>(points_.size()) >= kFew * rule.max_points) return;
+  const auto missing = static_cast<std::size_t>(rule.max_points) - points_.size();
+  const int columns = (image.width + rule.cell_px - 1) / rule.cell_px;
+  const int rows = (image.height + rule.cell_px - 1) / rule.cell_px;
+  const CornerGrid grid{.cell_px = rule.cell_px,
+                        .per_cell = 1 + rule.max_points / (columns * rows),
+                        .min_distance_px = rule.exclusion_px,
+                        .enough = missing / 3};
+  const auto corners = spread_features(detect_corners(view.frame.left, positions(), reserved_px, grid), image,
+                                       rule.cell_px, missing);
+  for (const auto& match : match_stereo(view, stereo_slam::positions(corners), settings.stereo)) {
+    if (match) points_.push_back({match->z, std::nullopt, false});
+  }
+}
+
+std::vector<StereoCorrespondence> correspondences(const std::vector<TrackedPoint>& points) {
+  std::vector<StereoCorrespondence> result;
+  result.reserve(points.size());
+  for (const auto& point : points) result.push_back({point.previous.value(), point.z});
+  return result;
+}
+
+}  // namespace stereo_slam

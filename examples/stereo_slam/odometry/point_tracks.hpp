@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/optical_flow.hpp"
+#include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/odometry/motion_estimation.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+/// A point that is followed from frame to frame.
+struct TrackedPoint {
+  StereoPoint z;                        ///< in the last frame
+  std::optional<StereoPoint> previous;  ///< in the frame before it; nothing for a new point
+  bool is_static = false;               ///< it moved with the landmarks of the map between these frames
+};
+
+/// The points that the odometry measures the motion from. Each is followed for as long as it is seen.
+class PointTracks {
+ public:
+  [[nodiscard]] const std::vector<TrackedPoint>& points() const noexcept { return points_; }
+
+  /// Where the points are in the last left image.
+  [[nodiscard]] std::vector<Vector2<double>> positions() const;
+
+  /// Follows the points into the current frame, `view`, and drops those that are lost. Optical flow finds a
+  /// point in the left image; there the patch of the previous left image is aligned, and then the patch of
+  /// the current left image in the right one, near the disparity that `predicted_T_previous_current` gives.
+  /// Patches that do not correlate or violate the epipolar constraint are lost.
+  void follow(const ConsecutivePyramids& pyramids, const StereoView& view,
+              const Pose& predicted_T_previous_current, const OdometrySettings& settings);
+
+  /// Drops the points whose flag is zero, one flag a point.
+  void keep(const std::vector<std::uint8_t>& flags);
+
+  /// Finds out which points are static: those that moved as the camera did, T_previous_current. Without a
+  /// motion none is.
+  void compare_with(const std::optional<Pose>& T_previous_current, const StereoCamera& camera,
+                    double pixel_sigma_px);
+
+  /// Drops points nearer than settings.odometry.exclusion_px to `reserved_px` and adds corners with a stereo
+  /// match where there is room.
+  void replenish(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
+                 const Settings& settings);
+
+ private:
+  std::vector<TrackedPoint> points_;
+};
+
+/// The two measurements of the points, one entry a point; all points must have two.
+[[nodiscard]] std::vector<StereoCorrespondence> correspondences(const std::vector<TrackedPoint>& points);
+
+}  // namespace stereo_slam
