@@ -41,7 +41,8 @@
 ///
 /// No derivatives are needed, and the likelihood may be robust or otherwise non-Gaussian as long as the
 /// posterior has one mode that the prior reaches: a cap that hides most of the measurement from most of the
-/// prior leaves no slope to follow. For multimodal densities use progressive_update.
+/// prior leaves no slope to follow. A second mode that the samples of the fits miss stays unnoticed, and the
+/// result is kConverged: where several modes are possible, start one update in each (mixture_filter.hpp).
 namespace antipode {
 
 template <std::floating_point Scalar>
