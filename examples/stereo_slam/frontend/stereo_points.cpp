@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/stereo_points.hpp"
 
+#include <algorithm>
+
 #include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 
 namespace stereo_slam {
 namespace {
 
-constexpr int kCornersPerCell = 5;
+constexpr int kMinCornersPerCell = 5;
 
 }  // namespace
 
@@ -32,9 +34,12 @@ StereoPoints measure_stereo_corners(const StereoView& view, const std::vector<Ve
                                     const Settings& settings) {
   const cv::Mat& image = view.frame.left;
   const auto wanted = static_cast<std::size_t>(settings.map.max_new_landmarks);
+  const int cell_px = settings.map.cell_px;
+  const int cells = ((image.cols + cell_px - 1) / cell_px) * ((image.rows + cell_px - 1) / cell_px);
+  const int share = 1 + settings.map.max_new_landmarks / std::max(cells, 1);
   const auto corners = detect_corners(image, {}, reserved_px,
                                       {.cell_px = settings.map.cell_px,
-                                       .per_cell = kCornersPerCell,
+                                       .per_cell = std::max(kMinCornersPerCell, share),
                                        .min_distance_px = settings.odometry.exclusion_px,
                                        .enough = wanted / 2});
   const auto spread = spread_features(corners, image.size(), settings.map.cell_px, wanted);

@@ -109,11 +109,12 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
 OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
                                     const StereoView& view, const Pose& predicted_T_previous_current,
                                     const Settings& settings) {
+  constexpr std::size_t kStaticVotes = 3;  // and its own: a lorry may show more points than the street
   tracks.follow(pyramids, view, predicted_T_previous_current, settings.odometry);
   const auto matches = correspondences(tracks.points());
   std::vector<StereoCorrespondence> static_matches;
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (tracks.points()[i].is_static) static_matches.push_back(matches[i]);
+    if (tracks.points()[i].is_static) static_matches.insert(static_matches.end(), kStaticVotes, matches[i]);
   }
   std::mt19937_64 random(settings.seed + view.frame.index);
   const auto motion = estimate_motion({matches, static_matches}, view.camera, predicted_T_previous_current,

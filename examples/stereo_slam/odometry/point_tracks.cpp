@@ -110,6 +110,11 @@ void PointTracks::compare_with(const std::optional<Pose>& T_previous_current, co
   }
 }
 
+void PointTracks::remeasure(const RectificationResidual& before, const RectificationResidual& after) {
+  for (auto& point : points_) point.z = after.measure(point.z.head<2>(), before.right_position(point.z)).z;
+  std::erase_if(points_, [](const TrackedPoint& point) { return !(point.z.z() > 0.0); });
+}
+
 void PointTracks::replenish(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
                             const Settings& settings) {
   constexpr double kFew = 0.6;  // below this share of the points wanted, corners are worth a search
@@ -119,7 +124,9 @@ void PointTracks::replenish(const StereoView& view, const std::vector<Vector2<do
   std::erase_if(points_, [&](const TrackedPoint& point) {
     return reserved.any_within(point.z.head<2>(), rule.exclusion_px);
   });
-  if (static_cast<double>(points_.size()) >= kFew * rule.max_points) return;
+  const int few =
+      std::max(static_cast<int>(kFew * rule.max_points), std::min(rule.max_points, 2 * rule.min_inliers));
+  if (static_cast<int>(points_.size()) >= few) return;
   const auto missing = static_cast<std::size_t>(rule.max_points) - points_.size();
   const int columns = (image.width + rule.cell_px - 1) / rule.cell_px;
   const int rows = (image.height + rule.cell_px - 1) / rule.cell_px;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
@@ -42,6 +43,9 @@ class PointTracks {
   /// motion none is.
   void compare_with(const std::optional<Pose>& T_previous_current, const StereoCamera& camera,
                     double pixel_sigma_px);
+
+  /// Measures the points again after the rectification has been refined.
+  void remeasure(const RectificationResidual& before, const RectificationResidual& after);
 
   /// Drops points nearer than settings.odometry.exclusion_px to `reserved_px` and adds corners with a stereo
   /// match where there is room.

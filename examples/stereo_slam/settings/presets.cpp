@@ -16,6 +16,7 @@ void apply_paper(Settings& settings) {
   settings.calibration.principal_point_sigma_px = 0.0;
   settings.online_rectification.enabled = false;
   settings.odometry.window_px = 15;
+  settings.odometry.pyramid_levels = 3;
   settings.refinement.enabled = false;
   settings.update.method = PoseUpdateMethod::kPaper;
   settings.update.tau = 0.05;

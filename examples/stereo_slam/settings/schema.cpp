@@ -77,7 +77,7 @@ void add_odometry(Table& table) {
       .add("max_points", &OdometrySettings::max_points, {10, 10000}, "", "points tracked from frame to frame")
       .add("cell_px", &OdometrySettings::cell_px, {8, 512}, "px", "bucket over which the points are spread")
       .add("window_px", &OdometrySettings::window_px, {5, 21}, "px", "side of the optical-flow window")
-      .add("pyramid_levels", &OdometrySettings::pyramid_levels, {0, 8}, "",
+      .add("pyramid_levels", &OdometrySettings::pyramid_levels, {1, 4}, "",
            "pyramid levels of the optical flow")
       .add("max_closure_error_px", &OdometrySettings::max_closure_error_px, {0.05, 20.0}, "px",
            "circular matching (--preset paper): largest distance between start and end of the circle")

@@ -53,7 +53,7 @@ struct OdometrySettings {
   double exclusion_px = 4.0;
   int cell_px = 50;
   int window_px = 9;
-  int pyramid_levels = 3;
+  int pyramid_levels = 4;
   double max_closure_error_px = 1.0;
   double max_row_error_px = 1.5;
   int ransac_iterations = 200;

@@ -292,6 +292,7 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
 void Slam::initialise(const FrameImages& images, FrameResult& result) {
   trajectory_.begin(images.frame.index);
   local_map_.restart(0);
+  tracks_ = {};
   auto points = add_landmarks(images, {});
   velocity_.found(images.frame.stamp_ns);
   started_ = points.size() >= static_cast<std::size_t>(settings_.update.min_matches);
@@ -417,8 +418,10 @@ std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
 /// Refines the rectification by the landmarks of the ending keyframe, matched in this frame.
 void Slam::refine_rectification(const std::vector<Match>& matches) {
   if (!settings_.online_rectification.enabled || !settings_.refinement.enabled) return;
+  const RectificationResidual before = rectification_.current();
   rectification_.add_motion(bias_constraints(matches, local_map_.view(), posterior_.pose()));
   rectification_.advance();
+  tracks_.remeasure(before, rectification_.current());
 }
 
 bool Slam::tracks_correlation() const {
