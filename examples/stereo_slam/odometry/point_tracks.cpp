@@ -26,18 +26,24 @@ constexpr double kMinCorrelation = 0.8;  // of aligned patches
   return Eigen::Vector2f(p.x, p.y).cast<double>();
 }
 
-/// Measurement in the current frame of a point that optical flow found at `start_px`; nothing if its patches
-/// do not agree.
-[[nodiscard]] std::optional<StereoPoint> measure(const cv::Mat& previous_left, const StereoPoint& previous,
-                                                 const Vector2<double>& start_px, double disparity_px,
+/// Where to look for a point in the current frame.
+struct SearchStart {
+  Vector2<double> left_px;
+  double disparity_px = 0.0;
+};
+
+/// Measurement in the current frame of a point, whose patch is around `previous_px` in the previous left
+/// image; nothing if its patches do not agree.
+[[nodiscard]] std::optional<StereoPoint> measure(const cv::Mat& previous_left,
+                                                 const Vector2<double>& previous_px, const SearchStart& start,
                                                  const StereoView& view, const OdometrySettings& settings) {
-  const auto before = PatchTemplate::extract(previous_left, previous.head<2>());
+  const auto before = PatchTemplate::extract(previous_left, previous_px);
   if (!before) return std::nullopt;
-  const auto left = before->align(view.frame.left, start_px);
+  const auto left = before->align(view.frame.left, start.left_px);
   if (!left || left->correlation < kMinCorrelation) return std::nullopt;
   const auto now = PatchTemplate::extract(view.frame.left, left->position_px);
   if (!now) return std::nullopt;
-  const StereoPoint expected(left->position_px.x(), left->position_px.y(), disparity_px);
+  const StereoPoint expected(left->position_px.x(), left->position_px.y(), start.disparity_px);
   const auto right = now->align(view.frame.right, view.rectification.right_position(expected));
   if (!right || right->correlation < kMinCorrelation) return std::nullopt;
   const auto measured = view.rectification.measure(left->position_px, right->position_px);
@@ -76,8 +82,8 @@ void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& 
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
       if (!flow.found[i]) continue;
       TrackedPoint& point = points_[i];
-      const auto z =
-          measure(previous_left, point.z, to_eigen(flow.points[i]), predicted[i].z(), view, settings);
+      const SearchStart start{to_eigen(flow.points[i]), predicted[i].z()};
+      const auto z = measure(previous_left, point.z.head<2>(), start, view, settings);
       if (!z) continue;
       found[i] = 1;
       point.previous = point.z;
