@@ -43,6 +43,7 @@ constexpr std::array<Preset, 3> kPresets = {
 
 std::vector<std::string> preset_names() {
   std::vector<std::string> names;
+  names.reserve(kPresets.size());
   for (const auto& preset : kPresets) names.emplace_back(preset.name);
   return names;
 }
