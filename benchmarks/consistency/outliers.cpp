@@ -20,20 +20,12 @@ namespace {
 
 constexpr double kPixelSigma = 0.5;
 
-struct Case {
-  const char* name;
-  double rotation_sigma_deg;
-  double translation_sigma_m;
-};
-
 /// A prior, a true pose drawn from it, and stereo measurements of known points, a share of them anywhere in
 /// the image and at any distance from 3 to 45 m.
-struct Scenario {
+struct Scenario : PriorAndTruth {
   StereoCamera camera = kitti_camera();
-  PoseGaussian<double> prior;
-  Pose truth;
-  std::vector<PointMeasurement> measurements;
-  std::vector<PointMeasurement> good;
+  std::vector<PointMeasurement> measurements = {};
+  std::vector<PointMeasurement> good = {};
 };
 
 [[nodiscard]] Vector3<double> anywhere(Rng& rng, const StereoCamera& camera) {
@@ -44,12 +36,9 @@ struct Scenario {
   }
 }
 
-[[nodiscard]] Scenario random_scenario(unsigned seed, const Case& c, int count, double share) {
+[[nodiscard]] Scenario random_scenario(unsigned seed, const PriorWidth& c, int count, double share) {
   Rng rng(seed);
-  Scenario s;
-  s.prior = {Pose::exp(draw_gaussian<6>(rng, isotropic_covariance(1.0, 5.0))),
-             isotropic_covariance(c.rotation_sigma_deg * M_PI / 180.0, c.translation_sigma_m)};
-  s.truth = s.prior.pose.boxplus(draw_gaussian<6>(rng, s.prior.covariance));
+  Scenario s{PriorAndTruth(rng, c)};
   const Matrix3<double> R = stereo_slam::stereo_pixel_covariance(kPixelSigma);
   for (int i = 0; i < count; ++i) {
     const Vector3<double> z = anywhere(rng, s.camera);
@@ -113,7 +102,7 @@ template <class Noise>
 }
 
 /// One row of the table per variant.
-void study(const Case& c, int count, double share, int runs) {
+void study(const PriorWidth& c, int count, double share, int runs) {
   const auto all = variants();
   std::vector<ErrorStatistics> errors(all.size());
   std::vector<int> failures(all.size()), lost(all.size());
@@ -149,8 +138,8 @@ int main(int argc, char** argv) {
       "| prior | outliers | landmarks | update | rotation / best | translation / best | ANEES | NEES > 30 | "
       "failed "
       "|\n|---|---|---|---|---|---|---|---|---|\n");
-  for (const consistency::Case& c :
-       {consistency::Case{"0.2 deg, 6 cm", 0.2, 0.06}, consistency::Case{"2 deg, 50 cm", 2.0, 0.5}}) {
+  for (const consistency::PriorWidth& c : {consistency::PriorWidth{"0.2 deg, 6 cm", 0.2, 0.06},
+                                           consistency::PriorWidth{"2 deg, 50 cm", 2.0, 0.5}}) {
     for (const double share : {0.0, 0.1, 0.2, 0.4}) {
       for (const int count : {4, 10, 30, 100, 300}) consistency::study(c, count, share, runs);
     }

@@ -54,6 +54,24 @@ template <int Dim>
   return variance.asDiagonal();
 }
 
+/// How well a pose is known before an update.
+struct PriorWidth {
+  const char* name;
+  double rotation_sigma_deg;
+  double translation_sigma_m;
+};
+
+/// A prior of this width somewhere, and a true pose drawn from it.
+struct PriorAndTruth {
+  PoseGaussian<double> prior;
+  Pose truth;
+
+  PriorAndTruth(Rng& rng, const PriorWidth& width)
+      : prior{Pose::exp(draw_gaussian<6>(rng, isotropic_covariance(1.0, 5.0))),
+              isotropic_covariance(width.rotation_sigma_deg * M_PI / 180.0, width.translation_sigma_m)},
+        truth(prior.pose.boxplus(draw_gaussian<6>(rng, prior.covariance))) {}
+};
+
 /// Normalised estimation error squared: chi-square with six degrees if the density is consistent.
 [[nodiscard]] inline double nees(const PoseGaussian<double>& density, const Pose& truth) {
   const Vector6<double> error = truth.boxminus(density.pose);

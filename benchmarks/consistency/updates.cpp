@@ -29,28 +29,17 @@ using antipode::Vector2;
 constexpr double kPixelSigma = 0.5;
 constexpr double kLandmarkShare = 0.3;  // of the covariance of one triangulation
 
-struct Case {
-  const char* name;
-  double rotation_sigma_deg;
-  double translation_sigma_m;
-};
-
 /// A prior, a true pose drawn from it, and measurements of uncertain landmarks.
-struct Scenario {
+struct Scenario : PriorAndTruth {
   StereoCamera camera = kitti_camera();
-  PoseGaussian<double> prior;
-  Pose truth;
-  std::vector<PointMeasurement> measurements;
-  std::vector<stereo_slam::Landmark> landmarks;
-  std::vector<stereo_slam::Match> matches;
+  std::vector<PointMeasurement> measurements = {};
+  std::vector<stereo_slam::Landmark> landmarks = {};
+  std::vector<stereo_slam::Match> matches = {};
 };
 
-[[nodiscard]] Scenario random_scenario(unsigned seed, const Case& c, int count) {
+[[nodiscard]] Scenario random_scenario(unsigned seed, const PriorWidth& c, int count) {
   Rng rng(seed);
-  Scenario s;
-  s.prior = {Pose::exp(draw_gaussian<6>(rng, isotropic_covariance(1.0, 5.0))),
-             isotropic_covariance(c.rotation_sigma_deg * M_PI / 180.0, c.translation_sigma_m)};
-  s.truth = s.prior.pose.boxplus(draw_gaussian<6>(rng, s.prior.covariance));
+  Scenario s{PriorAndTruth(rng, c)};
   const Matrix3<double> R = stereo_slam::stereo_pixel_covariance(kPixelSigma);
   while (static_cast<int>(s.measurements.size()) < count) {
     const double depth = uniform(rng, 3.0, 45.0);
@@ -129,7 +118,7 @@ struct Variant {
   };
 }
 
-void study(const Case& c, int landmarks, int runs) {
+void study(const PriorWidth& c, int landmarks, int runs) {
   const auto filters = variants();
   std::vector<ErrorStatistics> errors(filters.size());
   std::vector<long> evaluations(filters.size(), 0), most(filters.size(), 0);
@@ -171,17 +160,17 @@ int main(int argc, char** argv) {
     return 0;
   }
   const int runs = argc > 1 ? std::max(2, std::atoi(argv[1])) : 100;
-  const Case cases[] = {{"tight: 0.2 deg, 6 cm", 0.2, 0.06},
-                        {"weak: 2 deg, 50 cm", 2.0, 0.5},
-                        {"very weak: 8 deg, 1 m", 8.0, 1.0},
-                        {"hardly any: 25 deg, 2 m", 25.0, 2.0}};
+  const PriorWidth cases[] = {{"tight: 0.2 deg, 6 cm", 0.2, 0.06},
+                              {"weak: 2 deg, 50 cm", 2.0, 0.5},
+                              {"very weak: 8 deg, 1 m", 8.0, 1.0},
+                              {"hardly any: 25 deg, 2 m", 25.0, 2.0}};
   std::printf("%d runs each; 95 %% band of the ANEES 6 +- %.2f\n\n", runs, anees_band(runs));
   std::printf(
       "| prior | landmarks | update | rotation RMSE (deg) | translation RMSE (cm) | rotation / GN | "
       "translation / GN | "
       "ANEES | gave up | likelihood calls, mean (most) | median us "
       "|\n|---|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const Case& c : cases) {
+  for (const PriorWidth& c : cases) {
     for (const int landmarks : {30, 100, 300}) study(c, landmarks, runs);
   }
   return 0;

@@ -9,7 +9,6 @@
 #include <antipode/distributions/bingham.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
-#include <antipode/distributions/chart_moments.hpp>
 #include <antipode/distributions/covariance_conventions.hpp>
 #include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>

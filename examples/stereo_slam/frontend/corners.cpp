@@ -9,6 +9,7 @@
 
 #include <opencv2/features2d.hpp>
 
+#include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/spatial_index.hpp"
 
 namespace stereo_slam {
@@ -157,6 +158,25 @@ class CellRow {
   return cv::fastAtan2(static_cast<float>(along_y), static_cast<float>(along_x));
 }
 
+/// The corners without those that are too near to a stronger one, which is in a neighbouring cell.
+[[nodiscard]] std::vector<Feature> apart(const std::vector<Feature>& corners, cv::Size image,
+                                         double min_distance_px) {
+  const SpatialIndex index(positions(corners), image);
+  std::vector<Feature> kept;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    bool crowded = false;
+    index.for_each_in_box(
+        corners[i].position_px, Vector2<double>::Constant(min_distance_px), [&](std::size_t k) {
+          const bool near = (corners[k].position_px - corners[i].position_px).norm() < min_distance_px;
+          const bool stronger = corners[k].response > corners[i].response ||
+                                (corners[k].response == corners[i].response && k < i);
+          crowded = crowded || (near && stronger);
+        });
+    if (!crowded) kept.push_back(corners[i]);
+  }
+  return kept;
+}
+
 /// Corners of at least this strength, as many as the cells have room for.
 [[nodiscard]] std::vector<Feature> search_cells(const cv::Mat& image, const SpatialIndex& used,
                                                 const CornerGrid& grid, std::span<const int> room,
@@ -172,7 +192,7 @@ class CellRow {
   });
   std::vector<Feature> corners;
   for (const auto& row : by_row) corners.insert(corners.end(), row.begin(), row.end());
-  return corners;
+  return apart(corners, image.size(), grid.min_distance_px);
 }
 
 }  // namespace

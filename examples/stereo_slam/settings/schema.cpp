@@ -90,7 +90,7 @@ void add_odometry(Table& table) {
       .add("pixel_sigma_px", &OdometrySettings::pixel_sigma_px, {0.01, 10.0}, "px",
            "standard deviation of a tracked coordinate")
       .add("exclusion_px", &OdometrySettings::exclusion_px, {0.0, 100.0}, "px",
-           "smallest distance between points of the odometry and of the filter");
+           "smallest distance between points of the odometry and of the filter, and between new corners");
 }
 
 void add_motion(Table& table) {

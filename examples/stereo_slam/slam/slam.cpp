@@ -4,12 +4,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
-#include "stereo_slam/tracking/associate.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
-#include "stereo_slam/tracking/match_refinement.hpp"
+#include "stereo_slam/tracking/landmark_search.hpp"
 #include "stereo_slam/tracking/predict.hpp"
 #include "stereo_slam/tracking/rectification_constraints.hpp"
 #include "stereo_slam/tracking/update.hpp"
@@ -41,21 +38,6 @@ namespace {
   std::vector<Vector2<double>> result;
   result.reserve(matches.size());
   for (const auto& match : matches) result.push_back(match.z.head<2>());
-  return result;
-}
-
-/// Whether the landmarks' positions are known to about a pixel, typically.
-[[nodiscard]] bool is_precise(const std::vector<PredictedLandmark>& predicted) {
-  constexpr double kPrecise_px = 1.5;
-  std::vector<double> variance;
-  for (const auto& landmark : predicted) variance.push_back(landmark.pose_part.topLeftCorner<2, 2>().trace());
-  return variance.empty() || median(variance) <= kPrecise_px * kPrecise_px;
-}
-
-[[nodiscard]] std::vector<std::optional<Vector2<double>>> predicted_positions(
-    const std::vector<PredictedLandmark>& predicted) {
-  std::vector<std::optional<Vector2<double>>> result;
-  for (const auto& landmark : predicted) result.emplace_back(landmark.z.head<2>());
   return result;
 }
 
@@ -164,49 +146,24 @@ PoseDensity Slam::predict(const OdometryResult& odometry, std::int64_t stamp_ns)
 std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDensity& prior,
                                         const OdometryResult& odometry, AssociationTrace* trace) const {
   const PoseGaussian expected = to_pose_gaussian(prior);
+  const MapView map = local_map_.view();
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.equalised};
+  const Pose T_reference_previous = posterior_.pose();
+  const LandmarkSearch search(map, pyramids, T_reference_previous, settings_);
   Association association;
-  association.predicted = project_landmarks(local_map_.view(), expected, settings_.map.max_baselines);
   if (aligns_patches()) {
-    align_landmarks(images, expected.pose, odometry.valid, association);
+    association = search.align_patches(expected, reference_.left, view_of(images.frame), odometry.valid);
   } else {
-    associate_features(images, odometry, association);
+    const StereoFeatures usable{exclude_features(images.features.left, odometry.inliers_px,
+                                                 images.frame.left.size(), settings_.odometry.exclusion_px),
+                                images.features.right};
+    association = search.match_features(expected, usable);
   }
   if (trace) {
-    if (association.flow.empty()) follow_landmarks(images, association);
+    if (association.flow.empty()) search.observe(association);
     *trace = trace_association(association, odometry.inliers_px, settings_.association);
   }
   return association.matches;
-}
-
-/// Matches landmarks with features of both images, as the paper does.
-void Slam::associate_features(const FrameImages& images, const OdometryResult& odometry,
-                              Association& association) const {
-  follow_landmarks(images, association);
-  const StereoFeatures usable{exclude_features(images.features.left, odometry.inliers_px,
-                                               images.frame.left.size(), settings_.odometry.exclusion_px),
-                              images.features.right};
-  association.matches = associate(association.predicted, association.static_px, local_map_.view(), usable,
-                                  settings_.association);
-}
-
-/// Aligns the landmarks' patches where they are predicted; where the prediction is not good to a pixel or
-/// two, optical flow comes first.
-void Slam::align_landmarks(const FrameImages& images, const Pose& T_keyframe_camera, bool motion_known,
-                           Association& association) const {
-  if (motion_known && is_precise(association.predicted)) {
-    association.static_px = predicted_positions(association.predicted);
-  } else {
-    follow_landmarks(images, association);
-  }
-  association.matches = refine_matches(association, {local_map_.landmarks(), reference_.left},
-                                       view_of(images.frame), T_keyframe_camera, settings_.refinement);
-}
-
-/// Flow of the landmarks from the previous left image, and those that it shows to be static.
-void Slam::follow_landmarks(const FrameImages& images, Association& association) const {
-  association.flow = observe_flow(association.predicted, local_map_.view(), posterior_.pose(),
-                                  {previous_.pyramids, images.equalised}, settings_.association);
-  association.static_px = gate_by_flow(association.predicted, association.flow, settings_.association);
 }
 
 TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometry,

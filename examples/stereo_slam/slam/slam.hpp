@@ -28,7 +28,6 @@
 
 namespace stereo_slam {
 
-struct Association;
 struct AssociationTrace;
 
 /// The stereo SLAM of the DQV-SLAM paper's Fig. 2.
@@ -97,11 +96,6 @@ class Slam {
   [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseDensity& prior,
                                                   const OdometryResult& odometry,
                                                   AssociationTrace* trace) const;
-  void associate_features(const FrameImages& images, const OdometryResult& odometry,
-                          Association& association) const;
-  void align_landmarks(const FrameImages& images, const Pose& T_keyframe_camera, bool motion_known,
-                       Association& association) const;
-  void follow_landmarks(const FrameImages& images, Association& association) const;
   [[nodiscard]] TrackedPose update(const PoseDensity& prior, const OdometryResult& odometry,
                                    std::vector<Match> matches);
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images) const;

@@ -8,7 +8,7 @@
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
-#include <antipode/distributions/chart_moments.hpp>
+#include <antipode/distributions/detail/chart_moments.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>

@@ -8,7 +8,7 @@
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
-#include <antipode/distributions/chart_moments.hpp>
+#include <antipode/distributions/detail/chart_moments.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/eigen_types.hpp>

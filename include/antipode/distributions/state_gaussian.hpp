@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <concepts>
+#include <type_traits>
+
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/chart.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
 
 namespace antipode {
 
@@ -27,5 +32,22 @@ concept ConcentratedDensity = Chart<typename Density::Chart> &&
   Density{mean, covariance};
   requires std::same_as<decltype(Density::covariance), std::remove_cvref_t<decltype(covariance)>>;
 };
+
+namespace detail {
+
+/// A root of the density's covariance. Throws unless that is finite and positive semidefinite.
+template <ConcentratedDensity Density>
+[[nodiscard]] auto root_of(const Density& density) {
+  using Scalar = typename Density::Scalar;
+  constexpr int N = Density::Chart::kDim;
+  constexpr bool kPose = std::same_as<typename Density::Chart::Point, DualQuaternion<Scalar>>;
+  return root_of_covariance<Scalar, N>(
+      kPose ? "pose covariance has a negative eigenvalue" : "state covariance has a negative eigenvalue",
+      checked_symmetric<Scalar, N>(kPose ? "pose covariance is not finite or not symmetric"
+                                         : "state covariance is not finite or not symmetric",
+                                   density.covariance));
+}
+
+}  // namespace detail
 
 }  // namespace antipode

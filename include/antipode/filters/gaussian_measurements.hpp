@@ -8,9 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <antipode/detail/check.hpp>
 #include <antipode/detail/cholesky.hpp>
-#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/noisy_measurement.hpp>
@@ -31,18 +29,10 @@ class GaussianMeasurements {
   /// Throws unless every z is finite and every R positive definite.
   GaussianMeasurements(std::vector<Measurement> measurements, Model h,
                        Scalar unpredictable = -std::numeric_limits<Scalar>::infinity())
-      : measurements_(std::move(measurements)), h_(std::move(h)), unpredictable_(unpredictable) {
-    roots_.reserve(measurements_.size());
-    for (const Measurement& m : measurements_) {
-      detail::require_finite("measurement is not finite", m.z);
-      const auto root = detail::cholesky_factor<Scalar, Dim>(detail::checked_symmetric<Scalar, Dim>(
-          "covariance of a measurement is not finite or not symmetric", m.R));
-      if (!root) [[unlikely]] {
-        detail::throw_invalid("covariance of a measurement is not positive definite", m.R);
-      }
-      roots_.push_back(*root);
-    }
-  }
+      : measurements_(std::move(measurements)),
+        roots_(detail::roots_of_noise(measurements_)),
+        h_(std::move(h)),
+        unpredictable_(unpredictable) {}
 
   [[nodiscard]] const std::vector<Measurement>& measurements() const noexcept { return measurements_; }
   [[nodiscard]] const Model& model() const noexcept { return h_; }

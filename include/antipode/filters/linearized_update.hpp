@@ -181,6 +181,25 @@ template <class Density, class Measurements, class Model, int N, int Count>
   return sum;
 }
 
+template <class Scalar>
+void check_options(const LinearizedUpdateOptions<Scalar>& options) {
+  if (options.max_iterations < 1) [[unlikely]] {
+    throw_invalid("max_iterations is not positive", options.max_iterations);
+  }
+  if (!(options.tolerance > Scalar(0))) [[unlikely]] {
+    throw_invalid("tolerance is not positive", options.tolerance);
+  }
+  if (!(options.settled_step > Scalar(0))) [[unlikely]] {
+    throw_invalid("settled_step is not positive", options.settled_step);
+  }
+  if (!(options.max_final_residual > Scalar(0))) [[unlikely]] {
+    throw_invalid("max_final_residual is not positive", options.max_final_residual);
+  }
+  if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
+    throw_invalid("robust_scale is not positive", options.robust_scale);
+  }
+}
+
 }  // namespace detail
 
 /// The posterior of `prior` and independent measurements, a std::vector of NoisyMeasurement, say.
@@ -197,22 +216,7 @@ requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] UpdateResult<Density>
     const LinearizedUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {
   using Scalar = typename Density::Scalar;
   constexpr int N = Density::Chart::kDim;
-  using std::sqrt;
-  if (options.max_iterations < 1) [[unlikely]] {
-    detail::throw_invalid("max_iterations is not positive", options.max_iterations);
-  }
-  if (!(options.tolerance > Scalar(0))) [[unlikely]] {
-    detail::throw_invalid("tolerance is not positive", options.tolerance);
-  }
-  if (!(options.settled_step > Scalar(0))) [[unlikely]] {
-    detail::throw_invalid("settled_step is not positive", options.settled_step);
-  }
-  if (!(options.max_final_residual > Scalar(0))) [[unlikely]] {
-    detail::throw_invalid("max_final_residual is not positive", options.max_final_residual);
-  }
-  if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
-    detail::throw_invalid("robust_scale is not positive", options.robust_scale);
-  }
+  detail::check_options(options);
   const auto origin = detail::SqrtGaussian<Density>::of(prior);
   // Conditioning the prior again and again takes its inverse.
   const int max_iterations = origin.invertible ? options.max_iterations : 1;
@@ -249,7 +253,7 @@ requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] UpdateResult<Density>
     ++result.steps;
     result.log_evidence = y.log_evidence;
     result.log_likelihood = fit.model.constant;
-    result.residual = sqrt(fit.residual);
+    result.residual = std::sqrt(fit.residual);
     // Steps are measured in the density that the iteration started from, once that is the posterior's size.
     last_step = result.steps > 1 ? y.mean.norm() : std::numeric_limits<Scalar>::infinity();
     result.limit_hit = origin.invertible && !(last_step <= options.tolerance);
@@ -258,13 +262,12 @@ requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] UpdateResult<Density>
     const auto fit = detail::linearize(density, measurements, h, standard, options);
     result.evaluations += Rule::kCount;
     result.residual =
-        fit.finite && fit.used > 0 ? sqrt(fit.residual) : std::numeric_limits<Scalar>::infinity();
+        fit.finite && fit.used > 0 ? std::sqrt(fit.residual) : std::numeric_limits<Scalar>::infinity();
   }
-  if (result.limit_hit && !(last_step <= options.settled_step)) {
-    result.status = UpdateStatus::kDiverged;
-  } else if (!(result.residual <= options.max_final_residual)) {
-    result.status = UpdateStatus::kNotGaussian;
-  }
+  const bool settled = !result.limit_hit || last_step <= options.settled_step;
+  const bool explained = result.residual <= options.max_final_residual;
+  if (!explained) result.status = UpdateStatus::kNotGaussian;
+  if (!settled) result.status = UpdateStatus::kDiverged;
   result.posterior = density.density();
   return result;
 }

@@ -116,20 +116,11 @@ class RobustMeasurements {
   RobustMeasurements(std::vector<Measurement> measurements, Model h, Noise noise,
                      Scalar unpredictable = Scalar(1e3))
       : measurements_(std::move(measurements)),
+        roots_(detail::roots_of_noise(measurements_)),
         h_(std::move(h)),
         noise_(noise),
         unpredictable_(noise.template log_density<Dim>(unpredictable * unpredictable)) {
     noise_.check();
-    roots_.reserve(measurements_.size());
-    for (const Measurement& m : measurements_) {
-      detail::require_finite("measurement is not finite", m.z);
-      const auto root = detail::cholesky_factor<Scalar, Dim>(detail::checked_symmetric<Scalar, Dim>(
-          "covariance of a measurement is not finite or not symmetric", m.R));
-      if (!root) [[unlikely]] {
-        detail::throw_invalid("covariance of a measurement is not positive definite", m.R);
-      }
-      roots_.push_back(*root);
-    }
   }
 
   [[nodiscard]] const std::vector<Measurement>& measurements() const noexcept { return measurements_; }

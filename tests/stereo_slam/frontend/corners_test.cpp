@@ -65,6 +65,18 @@ TEST_CASE("Cells that are full are left alone, and corners keep their distance",
   CHECK(detect_corners(image, {{-50.0, 10.0}, {1e6, 1e6}}, {}, grid).size() == all.size());
 }
 
+TEST_CASE("Corners of neighbouring cells keep their distance, too", "[stereo_slam][features]") {
+  cv::Mat noise(200, 320, CV_8UC1);
+  cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(noise, noise, {0, 0}, 1.0);
+  const CornerGrid grid{.cell_px = 16, .per_cell = 5, .min_distance_px = 6.0};
+  const auto corners = positions(detect_corners(noise, {}, {}, grid));
+  REQUIRE(corners.size() > 100);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) CHECK((corners[i] - corners[k]).norm() >= grid.min_distance_px);
+  }
+}
+
 TEST_CASE("Weak corners are taken where there are too few strong ones", "[stereo_slam][features]") {
   const cv::Mat dim = squares(30);
   CHECK(detect_corners(dim, {}, {}, {.cell_px = 40, .per_cell = 2}).empty());

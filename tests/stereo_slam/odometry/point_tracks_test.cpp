@@ -70,6 +70,32 @@ TEST_CASE("Points are followed and give the motion", "[stereo_slam][odometry]") 
   }
 }
 
+TEST_CASE("Points are followed over a motion that nothing announced", "[stereo_slam][odometry]") {
+  const StereoFrame first = wall(0, 0);
+  PointTracks tracks;
+  tracks.replenish(view_of(first), {}, settings());
+  const auto odometry = step(tracks, first, wall(1, 25));
+  REQUIRE(odometry.valid);
+  CHECK((odometry.T_previous_current.pose.translation() - sideways(25.0).translation()).norm() < 0.05);
+}
+
+TEST_CASE("The points have the disparity of the rectification at hand", "[stereo_slam][odometry]") {
+  const StereoFrame frame = wall(0, 0);
+  RectificationResidual::Coefficients offset = RectificationResidual::Coefficients::Zero();
+  offset(0, 0) = 0.4;
+  const RectificationResidual before(kCamera);
+  const RectificationResidual after(kCamera, offset);
+  PointTracks tracks;
+  tracks.replenish({frame, kCamera, before}, {}, settings());
+  const auto begun = tracks.points();
+  tracks.remeasure(before, after);
+  REQUIRE(tracks.points().size() == begun.size());
+  for (std::size_t i = 0; i < begun.size(); ++i) {
+    CHECK(std::abs(tracks.points()[i].z.z() - begun[i].z.z() - 0.4) < 1e-9);
+    CHECK(tracks.points()[i].z.head<2>() == begun[i].z.head<2>());
+  }
+}
+
 TEST_CASE("Points that moved with the camera are static", "[stereo_slam][odometry]") {
   const StereoFrame first = wall(0, 0);
   PointTracks tracks;

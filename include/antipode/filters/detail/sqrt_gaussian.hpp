@@ -8,7 +8,6 @@
 #include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/detail/solve.hpp>
-#include <antipode/distributions/chart_moments.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/chart.hpp>

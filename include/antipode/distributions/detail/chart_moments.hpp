@@ -2,29 +2,13 @@
 #pragma once
 
 #include <array>
-#include <concepts>
 #include <cstddef>
 
-#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
-#include <antipode/geometry/dual_quaternion.hpp>
 
 namespace antipode::detail {
-
-/// A root of the density's covariance. Throws unless that is finite and positive semidefinite.
-template <ConcentratedDensity Density>
-[[nodiscard]] auto root_of(const Density& density) {
-  using Scalar = typename Density::Scalar;
-  constexpr int N = Density::Chart::kDim;
-  constexpr bool kPose = std::same_as<typename Density::Chart::Point, DualQuaternion<Scalar>>;
-  return root_of_covariance<Scalar, N>(
-      kPose ? "pose covariance has a negative eigenvalue" : "state covariance has a negative eigenvalue",
-      checked_symmetric<Scalar, N>(kPose ? "pose covariance is not finite or not symmetric"
-                                         : "state covariance is not finite or not symmetric",
-                                   density.covariance));
-}
 
 /// The mean and the covariance of weighted points of a manifold: the point about which their vectors sum to
 /// zero.

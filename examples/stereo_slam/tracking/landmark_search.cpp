@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/tracking/landmark_search.hpp"
+
+#include "stereo_slam/core/median.hpp"
+#include "stereo_slam/local_map/landmark_projection.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// Whether the pose predicts the landmarks' positions to about a pixel, typically.
+[[nodiscard]] bool is_precise(const std::vector<PredictedLandmark>& predicted) {
+  constexpr double kPrecise_px = 1.5;
+  std::vector<double> variance_px2;
+  for (const auto& landmark : predicted) {
+    variance_px2.push_back(landmark.pose_part.topLeftCorner<2, 2>().trace());
+  }
+  return median(variance_px2) <= kPrecise_px * kPrecise_px;
+}
+
+}  // namespace
+
+Association LandmarkSearch::predict(const PoseGaussian& T_reference_camera) const {
+  Association association;
+  association.predicted = project_landmarks(map_, T_reference_camera, settings_.map.max_baselines);
+  return association;
+}
+
+void LandmarkSearch::observe(Association& association) const {
+  association.flow =
+      observe_flow(association.predicted, map_, T_reference_previous_, pyramids_, settings_.association);
+  association.static_px = gate_by_flow(association.predicted, association.flow, settings_.association);
+}
+
+Association LandmarkSearch::align_patches(const PoseGaussian& T_reference_camera,
+                                          const cv::Mat& keyframe_left, const StereoView& view,
+                                          bool motion_known) const {
+  Association association = predict(T_reference_camera);
+  if (motion_known && is_precise(association.predicted)) {
+    for (const auto& landmark : association.predicted) {
+      association.static_px.emplace_back(landmark.z.head<2>());
+    }
+  } else {
+    observe(association);
+  }
+  association.matches = refine_matches(association, {map_.landmarks, keyframe_left}, view,
+                                       T_reference_camera.pose, settings_.refinement);
+  return association;
+}
+
+Association LandmarkSearch::match_features(const PoseGaussian& T_reference_camera,
+                                           const StereoFeatures& features) const {
+  Association association = predict(T_reference_camera);
+  observe(association);
+  association.matches =
+      associate(association.predicted, association.static_px, map_, features, settings_.association);
+  return association;
+}
+
+}  // namespace stereo_slam

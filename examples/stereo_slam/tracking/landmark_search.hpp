@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/frontend/optical_flow.hpp"
+#include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/settings/settings.hpp"
+#include "stereo_slam/tracking/associate.hpp"
+#include "stereo_slam/tracking/match_refinement.hpp"
+
+namespace stereo_slam {
+
+/// Search for the landmarks of the local map in one frame: by aligning their patches, or by features as in
+/// the paper. Refers to what it is given.
+class LandmarkSearch {
+ public:
+  /// `T_reference_previous` is the last posterior.
+  LandmarkSearch(const MapView& map, const ConsecutivePyramids& pyramids, const Pose& T_reference_previous,
+                 const Settings& settings)
+      : map_(map), pyramids_(pyramids), T_reference_previous_(T_reference_previous), settings_(settings) {}
+
+  /// Aligns the patches of the keyframe's left image, `keyframe_left`, where the landmarks are predicted at
+  /// `T_reference_camera`. If the motion is not known, or the prediction is not good to a pixel or two,
+  /// optical flow comes first.
+  [[nodiscard]] Association align_patches(const PoseGaussian& T_reference_camera,
+                                          const cv::Mat& keyframe_left, const StereoView& view,
+                                          bool motion_known) const;
+
+  /// Matches the landmarks whose flow is that of a static point with the features of both images (sec. IV-C).
+  [[nodiscard]] Association match_features(const PoseGaussian& T_reference_camera,
+                                           const StereoFeatures& features) const;
+
+  /// Replaces the association's flow, and its start positions, by those that optical flow observes.
+  void observe(Association& association) const;
+
+ private:
+  [[nodiscard]] Association predict(const PoseGaussian& T_reference_camera) const;
+
+  const MapView& map_;
+  const ConsecutivePyramids& pyramids_;
+  const Pose& T_reference_previous_;
+  const Settings& settings_;
+};
+
+}  // namespace stereo_slam
