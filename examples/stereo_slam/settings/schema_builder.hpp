@@ -55,7 +55,7 @@ auto& follow(Object& object, Member member, Members... members) {
 template <class... Path>
 class SettingsGroup {
  public:
-  SettingsGroup(std::vector<SettingsField>& table, std::string key, Path... path)
+  SettingsGroup(std::vector<SettingsField>& table, const std::string& key, Path... path)
       : table_(table), prefix_(key.empty() ? "" : key + "."), path_(path...) {}
 
   /// A number from range.min to range.max (integers of any size, or double).

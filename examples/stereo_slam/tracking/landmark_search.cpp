@@ -11,6 +11,7 @@ namespace {
 [[nodiscard]] bool is_precise(const std::vector<PredictedLandmark>& predicted) {
   constexpr double kPrecise_px = 1.5;
   std::vector<double> variance_px2;
+  variance_px2.reserve(predicted.size());
   for (const auto& landmark : predicted) {
     variance_px2.push_back(landmark.pose_part.topLeftCorner<2, 2>().trace());
   }
