@@ -58,10 +58,10 @@ class OffCenterRejection {
         const Vector4<Scalar> q = standard_normal<Scalar, 4>(rng);
         const Vector3<Scalar> u = q.template tail<3>() / q[0];
         if (!(u.norm() < radius_)) continue;
-        const Vector3<Scalar> z = solve_lower<Scalar, 3, 1>(L_, u - mean_);
+        Vector3<Scalar> z = solve_lower<Scalar, 3, 1>(L_, u - mean_);
         if (log(uniform(rng)) < log_peak_ - Scalar(0.5) * z.squaredNorm() - log_bound(radius_)) return z;
       } else {
-        const Vector3<Scalar> z = standard_normal<Scalar, 3>(rng);
+        Vector3<Scalar> z = standard_normal<Scalar, 3>(rng);
         const Scalar squared = (mean_ + L_ * z).squaredNorm();
         if (squared < radius_ * radius_ && inner_share_ > Scalar(0)) continue;
         if (log(uniform(rng)) < log_shrinkage(squared) - log_shrinkage(radius_ * radius_)) return z;
