@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::size_t kSegmentStep = 10;
-constexpr double kSegmentLengths_m[] = {100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 800.0};
 
 /// In radians; unlike the arc cosine of the trace, accurate for small angles too.
 double rotation_angle(const Eigen::Isometry3d& motion) {
@@ -36,6 +35,12 @@ Eigen::Matrix3Xd positions(PoseSpan poses) {
   for (std::size_t i = 0; i < poses.size(); ++i)
     points.col(static_cast<Eigen::Index>(i)) = poses[i].translation();
   return points;
+}
+
+/// Whether all positions are the same, to the rounding of their mean.
+bool stands_still(const Eigen::Matrix3Xd& points) {
+  const double spread = (points.colwise() - points.rowwise().mean()).cwiseAbs().maxCoeff();
+  return spread <= 1e-14 * static_cast<double>(points.cols()) * points.cwiseAbs().maxCoeff();
 }
 
 template <class Range>
@@ -57,13 +62,20 @@ std::vector<double> distances_along(PoseSpan poses) {
   return distances;
 }
 
-std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate) {
+std::optional<double> path_ratio(PoseSpan truth, PoseSpan estimate) {
+  if (truth.empty() || estimate.empty()) return std::nullopt;
+  const double truth_m = distances_along(truth).back();
+  if (truth_m == 0.0) return std::nullopt;
+  return distances_along(estimate).back() / truth_m;
+}
+
+std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate, std::span<const double> lengths_m) {
   const auto distances = distances_along(truth);
   double translation_sum = 0.0;  // m per m
   double rotation_sum = 0.0;     // rad per m
   KittiScore score;
   for (std::size_t first = 0; first < truth.size(); first += kSegmentStep) {
-    for (const double length_m : kSegmentLengths_m) {
+    for (const double length_m : lengths_m) {
       const auto end = std::upper_bound(distances.begin(), distances.end(), distances[first] + length_m);
       if (end == distances.end()) break;
       const auto last = static_cast<std::size_t>(end - distances.begin());
@@ -98,13 +110,28 @@ Eigen::Isometry3d align(PoseSpan truth, PoseSpan estimate) {
   return Eigen::Isometry3d(Eigen::umeyama(positions(estimate), positions(truth), /*with_scaling=*/false));
 }
 
+std::optional<Similarity> align_with_scale(PoseSpan truth, PoseSpan estimate) {
+  const Eigen::Matrix3Xd to = positions(truth);
+  const Eigen::Matrix3Xd from = positions(estimate);
+  if (stands_still(to) || stands_still(from)) return std::nullopt;
+  const Eigen::Affine3d transform(Eigen::umeyama(from, to, /*with_scaling=*/true));
+  return Similarity{std::cbrt(transform.linear().determinant()), transform};
+}
+
 ErrorStatistics absolute_trajectory_error(PoseSpan truth, PoseSpan estimate,
-                                          const Eigen::Isometry3d& T_truth_estimate) {
+                                          const Eigen::Affine3d& T_truth_estimate) {
   std::vector<double> errors(truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i) {
     errors[i] = (T_truth_estimate * estimate[i].translation() - truth[i].translation()).norm();
   }
   return error_statistics(std::move(errors));
+}
+
+std::optional<SimilarityAlignedError> similarity_aligned_error(PoseSpan truth, PoseSpan estimate) {
+  const auto similarity = align_with_scale(truth, estimate);
+  if (!similarity) return std::nullopt;
+  return SimilarityAlignedError{similarity->scale,
+                                absolute_trajectory_error(truth, estimate, similarity->transform)};
 }
 
 FramePairs consecutive_pairs(std::size_t count) {
@@ -192,9 +219,12 @@ Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate, double 
           .matched = matched,
           .truth_length_m = distances_along(matched_truth).back(),
           .estimate_length_m = distances_along(matched_estimate).back(),
+          .path_ratio = path_ratio(matched_truth, matched_estimate),
           .kitti = kitti_score(matched_truth, matched_estimate),
+          .segments_10_50_m = kitti_score(matched_truth, matched_estimate, kShortLengths_m),
           .ate_aligned_m = absolute_trajectory_error(matched_truth, matched_estimate,
                                                      align(matched_truth, matched_estimate)),
+          .similarity_aligned = similarity_aligned_error(matched_truth, matched_estimate),
           .ate_first_pose_m = absolute_trajectory_error(
               matched_truth, matched_estimate, matched_truth.front() * matched_estimate.front().inverse()),
           .rpe_frame = relative_pose_error(matched_truth, matched_estimate, consecutive_pairs(matched)),
@@ -230,6 +260,34 @@ std::string json(const std::optional<RelativePoseError>& rpe) {
                      json(rpe->rotation_deg));
 }
 
+void print_segments(std::ostream& stream, std::string_view name, double shortest_m,
+                    const std::optional<KittiScore>& score) {
+  if (!score) {
+    fmt::print(stream, "{:<32}n/a (the path is shorter than {:.0f} m)\n", name, shortest_m);
+    return;
+  }
+  fmt::print(stream, "{:<32}t_rel {:.4f} %  r_rel {:.4f} deg/100 m  ({} segments)\n", name,
+             score->t_rel_percent, score->r_rel_deg_per_100m, score->segments);
+}
+
+void print_similarity(std::ostream& stream, const std::optional<SimilarityAlignedError>& error) {
+  constexpr std::string_view kName = "ATE, similarity-aligned";
+  if (!error) {
+    fmt::print(stream, "{:<32}n/a (the camera stands still)\n", kName);
+    return;
+  }
+  print_statistics(stream, kName, error->ate_m, fmt::format("m, after scaling by {:.5f}", error->scale));
+}
+
+std::string json(const std::optional<double>& value) {
+  return value ? fmt::format("{}", *value) : std::string("null");
+}
+
+std::string json(const std::optional<SimilarityAlignedError>& error) {
+  if (!error) return "null";
+  return fmt::format(R"({{"scale": {}, "ate_m": {}}})", error->scale, json(error->ate_m));
+}
+
 std::string json(const std::optional<KittiScore>& score) {
   if (!score) return "null";
   return fmt::format(R"({{"t_rel_percent": {}, "r_rel_deg_per_100m": {}, "segments": {}}})",
@@ -241,16 +299,13 @@ std::string json(const std::optional<KittiScore>& score) {
 void print_evaluation(std::ostream& stream, const Evaluation& e) {
   fmt::print(stream, "frames matched                  {} ({} ground-truth, {} estimated poses)\n", e.matched,
              e.truth_poses, e.estimate_poses);
-  fmt::print(stream, "path length                     {:.2f} m ground truth, {:.2f} m estimate\n",
-             e.truth_length_m, e.estimate_length_m);
-  if (e.kitti) {
-    fmt::print(stream,
-               "KITTI, segments of 100-800 m    t_rel {:.4f} %  r_rel {:.4f} deg/100 m  ({} segments)\n",
-               e.kitti->t_rel_percent, e.kitti->r_rel_deg_per_100m, e.kitti->segments);
-  } else {
-    fmt::print(stream, "KITTI, segments of 100-800 m    n/a (the path is shorter than 100 m)\n");
-  }
+  fmt::print(stream, "path length                     {:.2f} m ground truth, {:.2f} m estimate, ratio {}\n",
+             e.truth_length_m, e.estimate_length_m,
+             e.path_ratio ? fmt::format("{:.5f}", *e.path_ratio) : "n/a (the camera stands still)");
+  print_segments(stream, "KITTI, segments of 100-800 m", kKittiLengths_m.front(), e.kitti);
+  print_segments(stream, "the same, segments of 10-50 m", kShortLengths_m.front(), e.segments_10_50_m);
   print_statistics(stream, "ATE, SE(3)-aligned", e.ate_aligned_m, "m");
+  print_similarity(stream, e.similarity_aligned);
   print_statistics(stream, "ATE, first pose aligned", e.ate_first_pose_m, "m");
   print_rpe(stream, "RPE (TUM, evo), delta 1 frame", e.rpe_frame);
   print_rpe(stream, "RPE (TUM, evo), delta 10 m", e.rpe_10m);
@@ -260,10 +315,13 @@ void write_evaluation_json(std::ostream& stream, const Evaluation& e, const std:
   fmt::print(stream,
              "{{\n  \"frames_matched\": {},\n  \"truth_poses\": {},\n  \"estimate_poses\": {},\n"
              "  \"truth_length_m\": {},\n  \"estimate_length_m\": {},\n"
-             "  \"kitti\": {},\n  \"ate_se3_aligned_m\": {},\n  \"ate_first_pose_aligned_m\": {},\n"
+             "  \"path_ratio\": {},\n  \"kitti\": {},\n  \"segments_10_50_m\": {},\n"
+             "  \"ate_se3_aligned_m\": {},\n  \"similarity_aligned\": {},\n"
+             "  \"ate_first_pose_aligned_m\": {},\n"
              "  \"rpe_1_frame\": {},\n  \"rpe_10_m\": {}{}\n}}\n",
-             e.matched, e.truth_poses, e.estimate_poses, e.truth_length_m, e.estimate_length_m, json(e.kitti),
-             json(e.ate_aligned_m), json(e.ate_first_pose_m), json(e.rpe_frame), json(e.rpe_10m),
+             e.matched, e.truth_poses, e.estimate_poses, e.truth_length_m, e.estimate_length_m,
+             json(e.path_ratio), json(e.kitti), json(e.segments_10_50_m), json(e.ate_aligned_m),
+             json(e.similarity_aligned), json(e.ate_first_pose_m), json(e.rpe_frame), json(e.rpe_10m),
              more.empty() ? "" : ",\n  " + more);
 }
 

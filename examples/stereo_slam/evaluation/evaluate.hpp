@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <ostream>
@@ -22,7 +23,15 @@ using PoseSpan = std::span<const Eigen::Isometry3d>;
 /// Path length from the first pose to each, in m.
 [[nodiscard]] std::vector<double> distances_along(PoseSpan poses);
 
-/// The KITTI odometry benchmark's score. Segments start at every 10th frame and are 100, 200 ... 800 m long
+/// Length of the estimated path, divided by that of the true path. Nothing when the true length is zero, or
+/// without poses.
+[[nodiscard]] std::optional<double> path_ratio(PoseSpan truth, PoseSpan estimate);
+
+/// Segment lengths of the KITTI odometry benchmark, and shorter ones for short paths.
+inline constexpr std::array kKittiLengths_m = {100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 800.0};
+inline constexpr std::array kShortLengths_m = {10.0, 20.0, 30.0, 40.0, 50.0};
+
+/// The KITTI odometry benchmark's score. Segments start at every 10th frame and have the given lengths
 /// along the ground truth; a segment ends at the first frame further than that from its start. The error of a
 /// segment is inverse(delta_estimate) * delta_truth, divided by the nominal length; the scores are averages
 /// over all segments of all lengths. No alignment. Matrices are inverted as in the benchmark's
@@ -33,8 +42,9 @@ struct KittiScore {
   std::size_t segments = 0;
 };
 
-/// Nothing when the ground truth is shorter than one segment.
-[[nodiscard]] std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate);
+/// Nothing when the ground truth is shorter than one segment. `lengths_m` increase.
+[[nodiscard]] std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate,
+                                                    std::span<const double> lengths_m = kKittiLengths_m);
 
 /// Statistics of errors >= 0.
 struct ErrorStatistics {
@@ -52,9 +62,30 @@ struct ErrorStatistics {
 /// "Least-squares estimation of transformation parameters between two point patterns", PAMI 1991.
 [[nodiscard]] Eigen::Isometry3d align(PoseSpan truth, PoseSpan estimate);
 
+/// The similarity x -> scale * R * x + t minimising the same sum. An error of the length is in `scale` and
+/// not in what remains.
+struct Similarity {
+  double scale = 1.0;  ///< of the truth relative to the estimate
+  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
+};
+
+/// Nothing when the positions of either trajectory are all the same, as any scale would do then. Two
+/// positions are always aligned without an error.
+[[nodiscard]] std::optional<Similarity> align_with_scale(PoseSpan truth, PoseSpan estimate);
+
 /// Distances between true and estimated positions after T_truth_estimate, in metres (ATE; evo: APE).
 [[nodiscard]] ErrorStatistics absolute_trajectory_error(PoseSpan truth, PoseSpan estimate,
-                                                        const Eigen::Isometry3d& T_truth_estimate);
+                                                        const Eigen::Affine3d& T_truth_estimate);
+
+/// ATE after align_with_scale, and the scale that it found.
+struct SimilarityAlignedError {
+  double scale = 1.0;
+  ErrorStatistics ate_m;
+};
+
+/// Nothing where align_with_scale returns nothing.
+[[nodiscard]] std::optional<SimilarityAlignedError> similarity_aligned_error(PoseSpan truth,
+                                                                             PoseSpan estimate);
 
 /// Relative pose error (RPE) as in the TUM benchmark and evo: motion errors over given pairs of frames.
 /// Unlike KITTI's score it is not divided by the length.
@@ -92,10 +123,13 @@ struct Evaluation {
   std::size_t truth_poses = 0;
   std::size_t estimate_poses = 0;
   std::size_t matched = 0;
-  double truth_length_m = 0.0;     ///< of the matched part
-  double estimate_length_m = 0.0;  ///< of the matched part
+  double truth_length_m = 0.0;       ///< of the matched part
+  double estimate_length_m = 0.0;    ///< of the matched part
+  std::optional<double> path_ratio;  ///< estimated length / true length
   std::optional<KittiScore> kitti;
-  ErrorStatistics ate_aligned_m;     ///< SE(3)-aligned
+  std::optional<KittiScore> segments_10_50_m;
+  ErrorStatistics ate_aligned_m;  ///< SE(3)-aligned
+  std::optional<SimilarityAlignedError> similarity_aligned;
   ErrorStatistics ate_first_pose_m;  ///< aligned by the first pose
   std::optional<RelativePoseError> rpe_frame;
   std::optional<RelativePoseError> rpe_10m;

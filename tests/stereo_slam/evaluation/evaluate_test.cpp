@@ -128,6 +128,89 @@ TEST_CASE("Alignment finds the motion between two copies of a path, and no scale
   CHECK(std::abs(align(truth, larger).linear().determinant() - 1.0) < 1e-12);
 }
 
+TEST_CASE("A pure error of the scale is in the path ratio, and not in the similarity-aligned ATE",
+          "[evaluate]") {
+  const auto truth = drive(300, 1.0);
+  for (const double scale : {0.5, 0.97, 1.0, 1.02, 20.0}) {
+    CAPTURE(scale);
+    auto estimate = moved_by(kSomewhereElse, truth);
+    for (auto& pose : estimate) pose.translation() *= scale;
+    const auto evaluation = evaluate(unstamped(truth), unstamped(estimate));
+    REQUIRE(evaluation.path_ratio);
+    CHECK(*evaluation.path_ratio == Approx(scale).epsilon(1e-12));
+    REQUIRE(evaluation.similarity_aligned);
+    CHECK(evaluation.similarity_aligned->scale == Approx(1.0 / scale).epsilon(1e-12));
+    CHECK(evaluation.similarity_aligned->ate_m.max < 1e-10);
+    if (scale != 1.0) CHECK(evaluation.ate_aligned_m.rmse > 0.1);
+  }
+}
+
+TEST_CASE("On a straight path the SE(3)-aligned ATE of a scale error is the spread times the error",
+          "[evaluate]") {
+  // Positions z = 0 .. n - 1 have the variance (n^2 - 1) / 12.
+  const auto truth = straight(101, 1.0);
+  const auto evaluation = evaluate(unstamped(truth), unstamped(straight(101, 1.02)));
+  CHECK(evaluation.ate_aligned_m.rmse ==
+        Approx(0.02 * std::sqrt((101.0 * 101.0 - 1.0) / 12.0)).epsilon(1e-9));
+  CHECK(*evaluation.path_ratio == Approx(1.02).epsilon(1e-12));
+  CHECK(evaluation.similarity_aligned->ate_m.max < 1e-10);
+}
+
+TEST_CASE("Alignment with scale never leaves a larger error than alignment without", "[evaluate][law]") {
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    CAPTURE(seed);
+    const auto truth = drive(60, 0.4);
+    const auto evaluation = evaluate(unstamped(truth), unstamped(noisy(truth, 0.5, seed)));
+    CHECK(evaluation.similarity_aligned->ate_m.rmse <= evaluation.ate_aligned_m.rmse);
+  }
+}
+
+TEST_CASE("No similarity is found, and no ratio, where the camera stands still", "[evaluate]") {
+  const auto still = moved_by(kSomewhereElse, straight(10, 0.0));
+  const auto moving = straight(10, 1.0);
+  CHECK_FALSE(align_with_scale(still, moving));
+  CHECK_FALSE(align_with_scale(moving, still));
+  CHECK_FALSE(align_with_scale(still, still));
+  const Poses one(moving.begin(), moving.begin() + 1);
+  CHECK_FALSE(align_with_scale(one, one));
+  CHECK_FALSE(path_ratio(still, moving));
+  CHECK(path_ratio(moving, still) == 0.0);
+
+  std::ostringstream text;
+  std::ostringstream json_text;
+  const auto evaluation = evaluate(unstamped(still), unstamped(noisy(still, 0.01, 9)));
+  print_evaluation(text, evaluation);
+  CHECK_THAT(text.str(), Catch::Contains("ratio n/a (the camera stands still)") &&
+                             Catch::Matches("[^]*similarity-aligned +n/a \\(the camera stands still\\)[^]*"));
+  write_evaluation_json(json_text, evaluation);
+  const auto json = nlohmann::json::parse(json_text.str());
+  CHECK(json["path_ratio"].is_null());
+  CHECK(json["similarity_aligned"].is_null());
+  CHECK(json["segments_10_50_m"].is_null());
+}
+
+TEST_CASE("Two poses are aligned without an error by some similarity", "[evaluate]") {
+  const auto truth = straight(2, 3.0);
+  const auto estimate = moved_by(kSomewhereElse, straight(2, 2.0));
+  const auto error = similarity_aligned_error(truth, estimate);
+  REQUIRE(error);
+  CHECK(error->scale == Approx(1.5).epsilon(1e-12));
+  CHECK(error->ate_m.max < 1e-12);
+  CHECK(*path_ratio(truth, estimate) == Approx(2.0 / 3.0).epsilon(1e-12));
+}
+
+TEST_CASE("Segments of 10 to 50 m score paths that are too short for the KITTI score", "[evaluate]") {
+  // 1 m a frame: a segment of L m spans L + 1 frames, so a path 1 % too long errs by (L + 1) / L per cent. 35
+  // frames are 34 m: starts 0, 10, 20 hold one of 10 m (to 11, 21, 31), starts 0, 10 one of 20 m, start 0 one
+  // of 30 m.
+  const auto evaluation = evaluate(unstamped(straight(35, 1.0)), unstamped(straight(35, 1.01)));
+  CHECK_FALSE(evaluation.kitti);
+  REQUIRE(evaluation.segments_10_50_m);
+  CHECK(evaluation.segments_10_50_m->segments == 6);
+  CHECK(evaluation.segments_10_50_m->t_rel_percent ==
+        Approx((3 * 11.0 / 10.0 + 2 * 21.0 / 20.0 + 31.0 / 30.0) / 6.0).epsilon(1e-9));
+}
+
 TEST_CASE("No rigid motion beats the alignment", "[evaluate][law]") {
   const auto truth = drive(100, 1.0);
   const auto estimate = noisy(truth, 0.3, 5);
@@ -213,6 +296,10 @@ TEST_CASE("The JSON report holds the same figures, and null for scores that do n
     const auto json = nlohmann::json::parse(text.str());
     CHECK(json["frames_matched"] == frames);
     CHECK(json["ate_se3_aligned_m"]["rmse"] == evaluation.ate_aligned_m.rmse);
+    CHECK(json["path_ratio"] == *evaluation.path_ratio);
+    CHECK(json["similarity_aligned"]["scale"] == evaluation.similarity_aligned->scale);
+    CHECK(json["similarity_aligned"]["ate_m"]["rmse"] == evaluation.similarity_aligned->ate_m.rmse);
+    CHECK(json["segments_10_50_m"]["t_rel_percent"] == evaluation.segments_10_50_m->t_rel_percent);
     CHECK(json["rpe_10_m"]["rotation_deg"]["median"] == evaluation.rpe_10m->rotation_deg.median);
     CHECK(json["kitti"].is_null() == (frames == 40));
     if (evaluation.kitti) CHECK(json["kitti"]["t_rel_percent"] == evaluation.kitti->t_rel_percent);
