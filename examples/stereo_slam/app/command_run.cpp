@@ -96,11 +96,15 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
 }
 
 void print_summary(const RunSummary& summary, const fs::path& output) {
+  const FrameCost& cost = summary.frame_cost;
+  fmt::print("{} frames in {:.1f} s, {:.1f} frames a second, {} landmarks; results in {}\n", summary.frames,
+             summary.seconds, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9),
+             summary.landmarks, output.string());
   fmt::print(
-      "{} frames in {:.1f} s, {:.1f} frames a second (median {:.1f} ms a frame), {} landmarks; results in "
-      "{}\n",
-      summary.frames, summary.seconds, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9),
-      summary.median_ms, summary.landmarks, output.string());
+      "a frame: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms; CPU {:.1f} ms, and {:.1f} ms to "
+      "read its "
+      "images\n",
+      cost.median_ms, cost.p95_ms, cost.max_ms, cost.cpu_ms - cost.read_cpu_ms, cost.read_cpu_ms);
 }
 
 int run_command(const Arguments& arguments) {

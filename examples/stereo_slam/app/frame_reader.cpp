@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "stereo_slam/app/process_usage.hpp"
+
 namespace stereo_slam {
 
 FrameReader::FrameReader(Load load, std::size_t count)
@@ -14,11 +16,13 @@ FrameReader::FrameReader(Load load, std::size_t count)
 void FrameReader::read_all(const std::stop_token& stop, const Load& load, std::size_t count) {
   try {
     for (std::size_t i = 0; i < count; ++i) {
+      const double start_ms = thread_cpu_ms();
       std::optional<StereoFrame> frame = load(i);
       if (!frame) break;
+      const double cpu_ms = thread_cpu_ms() - start_ms;
       std::unique_lock lock(mutex_);
       if (!changed_.wait(lock, stop, [&] { return frames_.size() < kCapacity; })) return;
-      frames_.push_back(std::move(*frame));
+      frames_.push_back({std::move(*frame), cpu_ms});
       changed_.notify_all();
     }
   } catch (...) {
@@ -30,7 +34,7 @@ void FrameReader::read_all(const std::stop_token& stop, const Load& load, std::s
   changed_.notify_all();
 }
 
-std::optional<StereoFrame> FrameReader::next(const std::function<bool()>& stop) {
+std::optional<ReadFrame> FrameReader::next(const std::function<bool()>& stop) {
   using namespace std::chrono_literals;
   std::unique_lock lock(mutex_);
   while (!stop()) {  // a signal cannot notify, so it is polled
@@ -39,7 +43,7 @@ std::optional<StereoFrame> FrameReader::next(const std::function<bool()>& stop) 
       if (failure_) std::rethrow_exception(failure_);
       return std::nullopt;
     }
-    StereoFrame frame = std::move(frames_.front());
+    ReadFrame frame = std::move(frames_.front());
     frames_.pop_front();
     changed_.notify_all();
     return frame;

@@ -14,6 +14,12 @@
 
 namespace stereo_slam {
 
+/// A frame, and what reading it took.
+struct ReadFrame {
+  StereoFrame frame;
+  double cpu_ms = 0.0;  ///< CPU time of the reading thread
+};
+
 /// Reads frames ahead in its own thread, in order, and buffers at most kCapacity.
 class FrameReader {
  public:
@@ -25,7 +31,7 @@ class FrameReader {
 
   /// The next frame; nothing after the last one, or as soon as `stop` returns true. Rethrows the exception of
   /// a load in place of its frame.
-  std::optional<StereoFrame> next(const std::function<bool()>& stop);
+  std::optional<ReadFrame> next(const std::function<bool()>& stop);
 
   static constexpr std::size_t kCapacity = 4;
 
@@ -34,7 +40,7 @@ class FrameReader {
 
   std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::deque<StereoFrame> frames_;
+  std::deque<ReadFrame> frames_;
   std::exception_ptr failure_;
   bool finished_ = false;
   std::jthread thread_;  // last: ends before what it uses

@@ -11,10 +11,9 @@
 #include <opencv2/core/utility.hpp>
 
 #include "stereo_slam/app/frame_reader.hpp"
-#include "stereo_slam/app/process_memory.hpp"
+#include "stereo_slam/app/process_usage.hpp"
 #include "stereo_slam/app/progress.hpp"
 #include "stereo_slam/app/signals.hpp"
-#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/report.hpp"
 #include "stereo_slam/results/map_file.hpp"
@@ -75,17 +74,21 @@ std::optional<StereoFrame> load_unless_ended(const RunInput& input, std::size_t 
 void process_frames(const RunInput& input, Slam& slam, FrameDisplay& display, Progress& progress,
                     RunRecord& record) {
   FrameReader reader([&](std::size_t i) { return load_unless_ended(input, i); }, input.frames);
-  while (const auto frame = reader.next(SignalGuard::stop_requested)) {
+  double cpu_ms = process_cpu_ms();
+  while (const auto read = reader.next(SignalGuard::stop_requested)) {
     const auto start = Clock::now();
     AssociationTrace trace;
-    FrameResult result = slam.process(*frame, display.needs_trace() ? &trace : nullptr);
+    FrameResult result = slam.process(read->frame, display.needs_trace() ? &trace : nullptr);
     const double ms = 1e3 * seconds_since(start);
     progress.update(result.index + 1, input.frames,
                     fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
-    display.show(*frame, result, slam, trace);
+    display.show(read->frame, result, slam, trace);
     record.results.push_back(std::move(result));
     record.total_ms.push_back(ms);
     record.resident_mb.push_back(resident_memory_mb());
+    record.read_cpu_ms.push_back(read->cpu_ms);
+    record.cpu_ms.push_back(process_cpu_ms() - cpu_ms);
+    cpu_ms += record.cpu_ms.back();
   }
   slam.finish();
 }
@@ -139,7 +142,7 @@ RunSummary summary_of(const RunRecord& record) {
            (result.status == TrackingStatus::kInitializing && !began_the_map);
   });
   summary.landmarks = record.map_points.size();
-  summary.median_ms = median(record.total_ms);
+  summary.frame_cost = frame_cost(record);
   return summary;
 }
 
@@ -206,6 +209,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   add_final_results(slam, record);
   if (options.save_map) attempt(header, [&] { save_map(*options.save_map, slam.saved_map()); });
   header.frames_processed = record.results.size();
+  header.frame_cost = frame_cost(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
   if (header.state == "running") header.state = interrupted ? "interrupted" : "finished";
   save(input, options, record, header);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/results/output.hpp"
 #include "stereo_slam/results/pose_frame.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -30,7 +31,7 @@ struct RunSummary {
   std::size_t lost = 0;  ///< frames without odometry and landmarks, and those before the map began
   std::size_t landmarks = 0;
   double seconds = 0.0;
-  double median_ms = 0.0;  ///< processing time per frame, without reading the images
+  FrameCost frame_cost{};
   bool interrupted = false;
   std::string error;  ///< what stopped the run; empty if nothing did
 };

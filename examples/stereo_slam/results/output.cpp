@@ -9,17 +9,20 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <numeric>
 #include <stdexcept>
 #include <string_view>
 #include <sys/utsname.h>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 #include <yaml-cpp/yaml.h>
 
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -73,6 +76,16 @@ void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
   yaml << YAML::EndMap;
 }
 
+void emit_frame_cost(YAML::Emitter& yaml, const FrameCost& cost) {
+  yaml << YAML::Key << "frame_cost" << YAML::Value << YAML::BeginMap;
+  for (const auto& [name, ms] : {std::pair{"median_ms", cost.median_ms}, std::pair{"p95_ms", cost.p95_ms},
+                                 std::pair{"max_ms", cost.max_ms}, std::pair{"cpu_ms", cost.cpu_ms},
+                                 std::pair{"read_cpu_ms", cost.read_cpu_ms}}) {
+    yaml << YAML::Key << name << YAML::Value << fmt::format("{:.3f}", ms);
+  }
+  yaml << YAML::EndMap;
+}
+
 void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
   yaml << YAML::Key << "memory" << YAML::Value << YAML::BeginMap;
   if (!std::isnan(header.peak_mb))
@@ -86,6 +99,18 @@ void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
 
 std::size_t count_frames(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
   return static_cast<std::size_t>(std::count_if(record.results.begin(), record.results.end(), property));
+}
+
+FrameCost frame_cost(const RunRecord& record) {
+  const auto mean = [](const std::vector<double>& values) {
+    const auto count = static_cast<double>(std::max<std::size_t>(values.size(), 1));
+    return std::accumulate(values.begin(), values.end(), 0.0) / count;
+  };
+  return {.median_ms = median(record.total_ms),
+          .p95_ms = quantile(record.total_ms, 0.95),
+          .max_ms = quantile(record.total_ms, 1.0),
+          .cpu_ms = mean(record.cpu_ms),
+          .read_cpu_ms = mean(record.read_cpu_ms)};
 }
 
 void prepare_output_folder(const std::filesystem::path& folder) {
@@ -142,6 +167,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   yaml << YAML::Key << "frames_processed" << YAML::Value << header.frames_processed;
   yaml << YAML::Key << "seconds" << YAML::Value << fmt::format("{:.3f}", header.seconds);
   yaml << YAML::Key << "pose_frame" << YAML::Value << header.pose_frame;
+  emit_frame_cost(yaml, header.frame_cost);
   emit_memory(yaml, header);
   emit_dataset(yaml, sequence);
   emit_host(yaml);
@@ -203,12 +229,12 @@ void write_timing(std::ostream& stream, const RunRecord& record) {
   const auto stages = stage_names(record);
   stream << "frame";
   for (const auto& stage : stages) fmt::print(stream, ",{}_ms", stage);
-  stream << ",total_ms,rss_mb\n";
+  stream << ",total_ms,cpu_ms,read_cpu_ms,rss_mb\n";
   for (std::size_t k = 0; k < record.results.size(); ++k) {
     const auto& result = record.results[k];
     fmt::print(stream, "{}", result.index);
     for (const auto& stage : stages) fmt::print(stream, ",{:.3f}", stage_ms(result, stage));
-    fmt::print(stream, ",{:.3f},", record.total_ms[k]);
+    fmt::print(stream, ",{:.3f},{:.3f},{:.3f},", record.total_ms[k], record.cpu_ms[k], record.read_cpu_ms[k]);
     if (!std::isnan(record.resident_mb[k])) fmt::print(stream, "{:.1f}", record.resident_mb[k]);
     stream << '\n';
   }

@@ -21,6 +21,8 @@ namespace stereo_slam {
 struct RunRecord {
   std::vector<FrameResult> results;      ///< as known when each frame was processed
   std::vector<double> total_ms;          ///< of processing each frame
+  std::vector<double> cpu_ms;            ///< CPU time of the whole process since the frame before
+  std::vector<double> read_cpu_ms;       ///< CPU time of reading each frame, ahead of its turn
   std::vector<double> resident_mb;       ///< memory of the process after each frame; NaN where unknown
   std::vector<PoseGaussian> trajectory;  ///< as known at the end, one a frame
   std::vector<MapPoint> map_points;
@@ -31,12 +33,26 @@ struct RunRecord {
 [[nodiscard]] std::size_t count_frames(const RunRecord& record,
                                        const std::function<bool(const FrameResult&)>& property);
 
+/// What a frame costs. Times are those of processing, without reading the images; CPU times are those of all
+/// threads of the process, as means.
+struct FrameCost {
+  double median_ms = 0.0;
+  double p95_ms = 0.0;
+  double max_ms = 0.0;
+  double cpu_ms = 0.0;       ///< with reading the images
+  double read_cpu_ms = 0.0;  ///< reading the images; part of cpu_ms
+};
+
+/// All zero without frames.
+[[nodiscard]] FrameCost frame_cost(const RunRecord& record);
+
 /// What run.yaml contains besides the settings.
 struct RunHeader {
   std::string state;  ///< running, finished, interrupted or failed
   std::string error;  ///< empty unless failed
   std::size_t frames_processed = 0;
   double seconds = 0.0;
+  FrameCost frame_cost{};
   std::string pose_frame = "camera";  ///< frame whose poses the trajectories contain: "camera" or "body"
   double peak_mb = std::numeric_limits<double>::quiet_NaN();  ///< memory of the process; NaN where unknown
   std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
@@ -66,8 +82,10 @@ void write_covariances(std::ostream& stream, const RunRecord& record);
 /// Milliseconds a frame spent in a stage.
 [[nodiscard]] double stage_ms(const FrameResult& result, const std::string& stage);
 
-/// Writes one line per frame: milliseconds of every stage (columns in the order of stage_names) and in total,
-/// and megabytes of resident memory, empty where unknown.
+/// Writes one line per frame: milliseconds of every stage (columns in the order of stage_names) and in total;
+/// CPU milliseconds of the whole process since the line before, which include the thread that reads later
+/// frames; CPU milliseconds that reading this frame took; and megabytes of resident memory, empty where
+/// unknown.
 void write_timing(std::ostream& stream, const RunRecord& record);
 
 /// Writes one line per loop: its frames, inliers, chi2, verdict and relative pose.

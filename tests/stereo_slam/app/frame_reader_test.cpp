@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "stereo_slam/app/process_usage.hpp"
 #include "support/catch.hpp"
 
 using namespace stereo_slam;
@@ -26,10 +27,30 @@ TEST_CASE("Frames come out in order, then nothing", "[reader]") {
   for (std::size_t i = 0; i < 100; ++i) {
     const auto frame = reader.next(never);
     REQUIRE(frame);
-    CHECK(frame->index == i);
+    CHECK(frame->frame.index == i);
   }
   CHECK_FALSE(reader.next(never));
   CHECK_FALSE(reader.next(never));
+}
+
+TEST_CASE("The CPU time of reading a frame is that of its load, and not of waiting", "[reader]") {
+  const auto busy_ms = [](double ms) {
+    const double start = thread_cpu_ms();
+    while (thread_cpu_ms() < start + ms) {
+    }
+  };
+  FrameReader reader(
+      [&](std::size_t i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        busy_ms(i == 1 ? 15.0 : 0.0);
+        return numbered(i);
+      },
+      3);
+  const double before_ms = process_cpu_ms();
+  CHECK(reader.next(never)->cpu_ms < 15.0);  // the wait alone is longer
+  CHECK(reader.next(never)->cpu_ms >= 15.0);
+  CHECK(reader.next(never)->cpu_ms < 15.0);
+  CHECK(process_cpu_ms() - before_ms >= 15.0);
 }
 
 TEST_CASE("A failed load is rethrown in place of its frame", "[reader]") {
@@ -39,8 +60,8 @@ TEST_CASE("A failed load is rethrown in place of its frame", "[reader]") {
         return numbered(i);
       },
       5);
-  CHECK(reader.next(never)->index == 0);
-  CHECK(reader.next(never)->index == 1);
+  CHECK(reader.next(never)->frame.index == 0);
+  CHECK(reader.next(never)->frame.index == 1);
   CHECK_THROWS_WITH(reader.next(never), "frame two");
 }
 

@@ -4,7 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "stereo_slam/app/process_memory.hpp"
+#include <yaml-cpp/yaml.h>
+
+#include "stereo_slam/app/process_usage.hpp"
+#include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/report/markup_check.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -56,7 +59,7 @@ TEST_CASE("Every result file of a run has every frame", "[runner]") {
   CHECK(summary.error.empty());
   CHECK_FALSE(summary.interrupted);
   CHECK(summary.frames == 8);
-  CHECK(summary.median_ms > 0.0);
+  CHECK(summary.frame_cost.median_ms > 0.0);
   check_results(folder / "out", 8);
   CHECK_THAT(read_text(folder / "out/run.yaml"),
              Catch::Contains("state: finished") && Catch::Contains("frames_processed: 8"));
@@ -87,6 +90,35 @@ TEST_CASE("The memory of a run is recorded for every frame and at its peak", "[r
   CHECK(peak_resident_memory_mb() >= 0.9 * resident_memory_mb());  // the kernel counts lazily
   CHECK_THAT(read_text(folder / "out/run.yaml"),
              Catch::Contains("peak_mb: ") && Catch::Contains("bytes_per_keyframe: "));
+}
+
+TEST_CASE("The CPU time of every frame is recorded, and in run.yaml what a frame costs", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 6);
+  const double before_ms = process_cpu_ms();
+  const auto summary = run_quietly(folder / "in", folder / "out");
+  const double used_ms = process_cpu_ms() - before_ms;
+  const auto lines = split_lines(read_text(folder / "out/timing.csv"));
+  CHECK_THAT(lines[0], Catch::EndsWith(",total_ms,cpu_ms,read_cpu_ms,rss_mb"));
+  double cpu_ms = 0.0;
+  double read_cpu_ms = 0.0;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const auto fields = split_fields(lines[i]);
+    const double frame_ms = std::stod(std::string(fields[fields.size() - 3]));
+    const double read_ms = std::stod(std::string(fields[fields.size() - 2]));
+    CHECK(frame_ms > 0.0);
+    CHECK(read_ms > 0.0);
+    cpu_ms += frame_ms;
+    read_cpu_ms += read_ms;
+  }
+  CHECK(cpu_ms < used_ms);
+  CHECK(summary.frame_cost.cpu_ms == Approx(cpu_ms / 6.0).margin(1e-3));
+  CHECK(summary.frame_cost.read_cpu_ms == Approx(read_cpu_ms / 6.0).margin(1e-3));
+  const auto cost = YAML::LoadFile((folder / "out/run.yaml").string())["frame_cost"];
+  CHECK(cost["median_ms"].as<double>() == Approx(summary.frame_cost.median_ms).margin(1e-3));
+  CHECK(cost["p95_ms"].as<double>() >= cost["median_ms"].as<double>());
+  CHECK(cost["max_ms"].as<double>() >= cost["p95_ms"].as<double>());
+  CHECK(cost["cpu_ms"].as<double>() == Approx(cpu_ms / 6.0).margin(1e-3));
 }
 
 TEST_CASE("A run that ends before its first frame writes valid files", "[runner]") {

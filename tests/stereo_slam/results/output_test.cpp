@@ -24,6 +24,8 @@ RunRecord two_frames() {
   record.results[0].times = {{"features", 1.5}};
   record.results[1].times = {{"features", 2.0}, {"odometry", 3.25}, {"features", 0.5}};
   record.total_ms = {2.0, 6.0};
+  record.cpu_ms = {3.0, 8.25};
+  record.read_cpu_ms = {0.5, 0.75};
   record.resident_mb = {std::numeric_limits<double>::quiet_NaN(), 123.45};
   record.trajectory.resize(2);
   for (int i = 0; i < 6; ++i) {
@@ -56,7 +58,25 @@ TEST_CASE("timing.csv has a column for every stage; unknown memory is left empty
   std::ostringstream out;
   write_timing(out, two_frames());
   CHECK(out.str() ==
-        "frame,features_ms,odometry_ms,total_ms,rss_mb\n0,1.500,0.000,2.000,\n1,2.500,3.250,6.000,123.5\n");
+        "frame,features_ms,odometry_ms,total_ms,cpu_ms,read_cpu_ms,rss_mb\n"
+        "0,1.500,0.000,2.000,3.000,0.500,\n1,2.500,3.250,6.000,8.250,0.750,123.5\n");
+}
+
+TEST_CASE("The cost of a frame is order statistics of its time and means of its CPU time", "[output]") {
+  RunRecord record;
+  for (int i = 0; i < 20; ++i) {
+    record.total_ms.push_back(i == 7 ? 100.0 : 20.0 - i);
+    record.cpu_ms.push_back(i);
+    record.read_cpu_ms.push_back(0.5 * i);
+  }
+  const FrameCost cost = frame_cost(record);  // sorted: 1 .. 12, 14 .. 20, 100
+  CHECK(cost.median_ms == 11.0);
+  CHECK(cost.p95_ms == 100.0);
+  CHECK(cost.max_ms == 100.0);
+  CHECK(cost.cpu_ms == 9.5);
+  CHECK(cost.read_cpu_ms == 4.75);
+  CHECK(frame_cost({}).median_ms == 0.0);
+  CHECK(frame_cost({}).cpu_ms == 0.0);
 }
 
 TEST_CASE("map.ply holds every point in binary", "[output]") {
@@ -78,7 +98,7 @@ TEST_CASE("All result files of an empty run are valid", "[output]") {
   write_results(folder.path(), {});
   CHECK(read_text(folder / "trajectory_kitti.txt").empty());
   CHECK(split_lines(read_text(folder / "covariances.csv")).size() == 1);
-  CHECK(read_text(folder / "timing.csv") == "frame,total_ms,rss_mb\n");
+  CHECK(read_text(folder / "timing.csv") == "frame,total_ms,cpu_ms,read_cpu_ms,rss_mb\n");
   CHECK_THAT(read_text(folder / "map.ply"), Catch::Contains("element vertex 0"));
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/app/process_memory.hpp"
+#include "stereo_slam/app/process_usage.hpp"
 
 #include <cstddef>
+#include <ctime>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -11,6 +12,12 @@ namespace stereo_slam {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+double milliseconds_of(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
 
 }  // namespace
 
@@ -30,5 +37,9 @@ double peak_resident_memory_mb() {
   }
   return kUnknown;
 }
+
+double process_cpu_ms() { return milliseconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+
+double thread_cpu_ms() { return milliseconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 }  // namespace stereo_slam
