@@ -60,6 +60,10 @@ void add_run_options(CLI::App& app, RunOptions& options) {
   app.add_option("--debug-images", options.debug_images,
                  "folder for one image per frame: predicted and observed flow, search ellipses, matches")
       ->type_name("DIR");
+  app.add_flag("--realtime", options.realtime,
+               "offer the frames at the pace of their stamps, as a camera does, and drop those that come "
+               "while another "
+               "is processed; the results then depend on the speed of the machine");
   app.add_flag("--view", options.view, "show the images and the projected map points during the run");
   app.add_flag("--quiet", options.quiet, "print errors only");
 }
@@ -102,9 +106,13 @@ void print_summary(const RunSummary& summary, const fs::path& output) {
              summary.landmarks, output.string());
   fmt::print(
       "a frame: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms; CPU {:.1f} ms, and {:.1f} ms to "
-      "read its "
-      "images\n",
+      "read its images\n",
       cost.median_ms, cost.p95_ms, cost.max_ms, cost.cpu_ms - cost.read_cpu_ms, cost.read_cpu_ms);
+  if (!summary.realtime) return;
+  fmt::print(
+      "real time: {} frames dropped; latency: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms\n",
+      summary.realtime->dropped, summary.realtime->median_ms, summary.realtime->p95_ms,
+      summary.realtime->max_ms);
 }
 
 int run_command(const Arguments& arguments) {
@@ -121,6 +129,14 @@ int run_command(const Arguments& arguments) {
              "{} of {} frames could not be tracked; their poses are predictions, see the column status of "
              "covariances.csv",
              summary.lost, summary.frames),
+         quiet);
+  }
+  constexpr double kNoticeable_s = 0.1;
+  if (summary.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
+    warn(fmt::format("images were not read in time, so the last frame was offered {:.1f} s late; use a "
+                     "faster disk, or images "
+                     "that are faster to decode",
+                     summary.realtime->reading_delay_s),
          quiet);
   }
   if (!summary.error.empty()) {

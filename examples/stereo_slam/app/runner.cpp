@@ -13,6 +13,7 @@
 #include "stereo_slam/app/frame_reader.hpp"
 #include "stereo_slam/app/process_usage.hpp"
 #include "stereo_slam/app/progress.hpp"
+#include "stereo_slam/app/realtime_reader.hpp"
 #include "stereo_slam/app/signals.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/report.hpp"
@@ -69,28 +70,71 @@ std::optional<StereoFrame> load_unless_ended(const RunInput& input, std::size_t 
   }
 }
 
-/// Processes frames until the last one or a signal. Throws what stops the run; the record keeps the frames
-/// before it.
-void process_frames(const RunInput& input, Slam& slam, FrameDisplay& display, Progress& progress,
-                    RunRecord& record) {
-  FrameReader reader([&](std::size_t i) { return load_unless_ended(input, i); }, input.frames);
+/// Where the results of a frame go.
+struct RunOutputs {
+  FrameDisplay& display;
+  Progress& progress;
+  RunRecord& record;
+};
+
+/// Processes frames until `next` returns nothing. They are numbered as they are processed, without gaps.
+void process_frames(const std::function<std::optional<OfferedFrame>()>& next, const RunInput& input,
+                    Slam& slam, RunOutputs& outputs) {
+  RunRecord& record = outputs.record;
   double cpu_ms = process_cpu_ms();
-  while (const auto read = reader.next(SignalGuard::stop_requested)) {
+  while (auto offered = next()) {
+    StereoFrame& frame = offered->read.frame;
+    const std::size_t position = std::exchange(frame.index, record.results.size());
     const auto start = Clock::now();
     AssociationTrace trace;
-    FrameResult result = slam.process(read->frame, display.needs_trace() ? &trace : nullptr);
+    FrameResult result = slam.process(frame, outputs.display.needs_trace() ? &trace : nullptr);
     const double ms = 1e3 * seconds_since(start);
-    progress.update(result.index + 1, input.frames,
-                    fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
-    display.show(read->frame, result, slam, trace);
+    const double latency_ms = 1e3 * seconds_since(offered->offered_at);
+    outputs.progress.update(position + 1, input.frames,
+                            fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
+    outputs.display.show(frame, result, slam, trace);
     record.results.push_back(std::move(result));
     record.total_ms.push_back(ms);
     record.resident_mb.push_back(resident_memory_mb());
-    record.read_cpu_ms.push_back(read->cpu_ms);
+    record.read_cpu_ms.push_back(offered->read.cpu_ms);
     record.cpu_ms.push_back(process_cpu_ms() - cpu_ms);
     cpu_ms += record.cpu_ms.back();
+    if (record.realtime) {
+      record.realtime->frames.push_back({latency_ms, std::move(offered->dropped_ns)});
+      record.realtime->reading_delay_s = offered->reading_delay_s;
+    }
+  }
+}
+
+/// Processes the recording to its end or a signal. Throws what stops the run; the record keeps the frames
+/// before it.
+void process_recording(const RunInput& input, Slam& slam, RunOutputs outputs) {
+  const auto load = [&](std::size_t i) { return load_unless_ended(input, i); };
+  if (outputs.record.realtime) {
+    RealtimeReader reader(load, input.frames);
+    process_frames([&] { return reader.next(SignalGuard::stop_requested); }, input, slam, outputs);
+  } else {
+    FrameReader reader(load, input.frames);
+    const auto next = [&]() -> std::optional<OfferedFrame> {
+      auto read = reader.next(SignalGuard::stop_requested);
+      if (!read) return std::nullopt;
+      return OfferedFrame{.read = std::move(*read), .offered_at = Clock::now()};
+    };
+    process_frames(next, input, slam, outputs);
   }
   slam.finish();
+}
+
+/// Frames can only be offered at the pace of stamps that increase.
+void require_pace(const RunInput& input) {
+  const auto& frames = input.sequence.frames;
+  for (std::size_t i = 1; i < input.frames; ++i) {
+    if (frames[i].stamp_ns > frames[i - 1].stamp_ns) continue;
+    throw std::runtime_error(fmt::format(
+        "{}: frame {} has no later stamp than the frame before it, so --realtime knows no pace; add times or "
+        "frame_rate_hz to the calibration, or leave out --realtime",
+        input.sequence.folder.string(), i));
+  }
 }
 
 /// Saved maps consist of keyframes, which only loop closure in the anchored layout keeps.
@@ -143,6 +187,7 @@ RunSummary summary_of(const RunRecord& record) {
   });
   summary.landmarks = record.map_points.size();
   summary.frame_cost = frame_cost(record);
+  summary.realtime = realtime_summary(record);
   return summary;
 }
 
@@ -187,6 +232,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   // Whatever would make the run fail at its end is checked at its beginning.
   RunHeader header{
       .state = "running", .error = "", .pose_frame = body_of(sequence, options) ? "body" : "camera"};
+  if (options.realtime) require_pace(input);
   if (options.save_map) {
     require_keyframes(settings);
     require_writable(*options.save_map);
@@ -200,9 +246,10 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   const SignalGuard signals;
   const auto start = Clock::now();
   RunRecord record;
+  if (options.realtime) record.realtime.emplace();
   attempt(header, [&] {
     Progress progress(options.quiet);
-    process_frames(input, slam, display, progress, record);
+    process_recording(input, slam, {display, progress, record});
   });
   header.seconds = seconds_since(start);
   const bool interrupted = SignalGuard::stop_requested();
@@ -210,6 +257,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (options.save_map) attempt(header, [&] { save_map(*options.save_map, slam.saved_map()); });
   header.frames_processed = record.results.size();
   header.frame_cost = frame_cost(record);
+  header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
   if (header.state == "running") header.state = interrupted ? "interrupted" : "finished";
   save(input, options, record, header);

@@ -19,6 +19,7 @@ struct RunOptions {
   std::optional<int> threads;  ///< 1: also without the thread of loop closing; default: OpenCV's choice
   bool quiet = false;
   bool view = false;
+  bool realtime = false;  ///< offer frames at the pace of their stamps, and drop those that come too early
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< to localise in; with save_map, to extend
   std::optional<std::filesystem::path> save_map = std::nullopt;
   std::optional<std::filesystem::path> debug_images = std::nullopt;  ///< folder
@@ -32,14 +33,16 @@ struct RunSummary {
   std::size_t landmarks = 0;
   double seconds = 0.0;
   FrameCost frame_cost{};
+  std::optional<RealtimeSummary> realtime = std::nullopt;
   bool interrupted = false;
   std::string error;  ///< what stopped the run; empty if nothing did
 };
 
 /// Runs the SLAM on a recording and writes the results. Another thread reads images ahead. SIGINT, SIGTERM
 /// and SIGHUP end the run after the current frame; the frames before a signal or an error are saved. The
-/// results do not depend on the number of threads. Throws std::runtime_error when the run cannot start: the
-/// output or the map file cannot be used, or the calibration does not contain the body.
+/// results do not depend on the number of threads; with `realtime` they depend on the speed of the machine.
+/// Throws std::runtime_error when the run cannot start: the output or the map file cannot be used, the
+/// calibration does not contain the body, or `realtime` is asked for and the stamps do not increase.
 [[nodiscard]] RunSummary run(const StereoSequence& sequence, const Settings& settings,
                              const RunOptions& options);
 

@@ -22,6 +22,8 @@
 #include <fmt/ostream.h>
 #include <yaml-cpp/yaml.h>
 
+#include <antipode/geometry/interpolation.hpp>
+
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
@@ -86,6 +88,17 @@ void emit_frame_cost(YAML::Emitter& yaml, const FrameCost& cost) {
   yaml << YAML::EndMap;
 }
 
+void emit_realtime(YAML::Emitter& yaml, const RealtimeSummary& summary) {
+  yaml << YAML::Key << "realtime" << YAML::Value << YAML::BeginMap;
+  yaml << YAML::Key << "frames_dropped" << YAML::Value << summary.dropped;
+  for (const auto& [name, value] :
+       {std::pair{"latency_median_ms", summary.median_ms}, std::pair{"latency_p95_ms", summary.p95_ms},
+        std::pair{"latency_max_ms", summary.max_ms}, std::pair{"reading_delay_s", summary.reading_delay_s}}) {
+    yaml << YAML::Key << name << YAML::Value << fmt::format("{:.3f}", value);
+  }
+  yaml << YAML::EndMap;
+}
+
 void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
   yaml << YAML::Key << "memory" << YAML::Value << YAML::BeginMap;
   if (!std::isnan(header.peak_mb))
@@ -111,6 +124,35 @@ FrameCost frame_cost(const RunRecord& record) {
           .max_ms = quantile(record.total_ms, 1.0),
           .cpu_ms = mean(record.cpu_ms),
           .read_cpu_ms = mean(record.read_cpu_ms)};
+}
+
+std::optional<RealtimeSummary> realtime_summary(const RunRecord& record) {
+  if (!record.realtime) return std::nullopt;
+  RealtimeSummary summary{.reading_delay_s = record.realtime->reading_delay_s};
+  std::vector<double> latency_ms;
+  for (const auto& frame : record.realtime->frames) {
+    summary.dropped += frame.dropped_ns.size();
+    latency_ms.push_back(frame.latency_ms);
+  }
+  summary.median_ms = median(latency_ms);
+  summary.p95_ms = quantile(latency_ms, 0.95);
+  summary.max_ms = quantile(latency_ms, 1.0);
+  return summary;
+}
+
+std::vector<Pose> poses_of_all_frames(const RunRecord& record) {
+  if (!record.realtime) return poses_of(record.trajectory);
+  std::vector<Pose> poses;
+  for (std::size_t k = 0; k < record.trajectory.size(); ++k) {
+    for (const std::int64_t stamp_ns : record.realtime->frames[k].dropped_ns) {
+      const std::int64_t before_ns = record.results[k - 1].stamp_ns;
+      const auto gap_ns = static_cast<double>(record.results[k].stamp_ns - before_ns);
+      poses.push_back(antipode::sclerp(record.trajectory[k - 1].pose, record.trajectory[k].pose,
+                                       static_cast<double>(stamp_ns - before_ns) / gap_ns));
+    }
+    poses.push_back(record.trajectory[k].pose);
+  }
+  return poses;
 }
 
 void prepare_output_folder(const std::filesystem::path& folder) {
@@ -146,7 +188,7 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
       if (first_error.empty()) first_error = error.what();
     }
   };
-  write("trajectory_kitti.txt", [&](auto& out) { write_kitti_trajectory(out, poses); });
+  write("trajectory_kitti.txt", [&](auto& out) { write_kitti_trajectory(out, poses_of_all_frames(record)); });
   write("trajectory_tum.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, poses); });
   write("trajectory_online.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, online); });
   write("covariances.csv", [&](auto& out) { write_covariances(out, record); });
@@ -168,6 +210,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   yaml << YAML::Key << "seconds" << YAML::Value << fmt::format("{:.3f}", header.seconds);
   yaml << YAML::Key << "pose_frame" << YAML::Value << header.pose_frame;
   emit_frame_cost(yaml, header.frame_cost);
+  if (header.realtime) emit_realtime(yaml, *header.realtime);
   emit_memory(yaml, header);
   emit_dataset(yaml, sequence);
   emit_host(yaml);
@@ -229,13 +272,17 @@ void write_timing(std::ostream& stream, const RunRecord& record) {
   const auto stages = stage_names(record);
   stream << "frame";
   for (const auto& stage : stages) fmt::print(stream, ",{}_ms", stage);
-  stream << ",total_ms,cpu_ms,read_cpu_ms,rss_mb\n";
+  fmt::print(stream, ",total_ms,cpu_ms,read_cpu_ms,rss_mb{}\n", record.realtime ? ",latency_ms,dropped" : "");
   for (std::size_t k = 0; k < record.results.size(); ++k) {
     const auto& result = record.results[k];
     fmt::print(stream, "{}", result.index);
     for (const auto& stage : stages) fmt::print(stream, ",{:.3f}", stage_ms(result, stage));
     fmt::print(stream, ",{:.3f},{:.3f},{:.3f},", record.total_ms[k], record.cpu_ms[k], record.read_cpu_ms[k]);
     if (!std::isnan(record.resident_mb[k])) fmt::print(stream, "{:.1f}", record.resident_mb[k]);
+    if (record.realtime) {
+      const RealtimeFrame& frame = record.realtime->frames[k];
+      fmt::print(stream, ",{:.3f},{}", frame.latency_ms, frame.dropped_ns.size());
+    }
     stream << '\n';
   }
 }

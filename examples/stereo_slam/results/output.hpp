@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <ostream>
 #include <span>
 #include <string>
@@ -17,6 +19,19 @@
 /// The result files of a run. Each is written whole or not at all.
 namespace stereo_slam {
 
+/// What `run --realtime` records of a frame that it processed.
+struct RealtimeFrame {
+  double latency_ms = 0.0;  ///< from the time the frame was offered to its result
+  std::vector<std::int64_t>
+      dropped_ns;  ///< stamps of the frames dropped since the one before; none before the first
+};
+
+/// A run at the pace of the recording's stamps.
+struct RealtimeRecord {
+  std::vector<RealtimeFrame> frames;  ///< one a processed frame
+  double reading_delay_s = 0.0;       ///< by how much the last frame was offered late, waiting for images
+};
+
 /// Results of the frames processed so far.
 struct RunRecord {
   std::vector<FrameResult> results;      ///< as known when each frame was processed
@@ -27,6 +42,7 @@ struct RunRecord {
   std::vector<PoseGaussian> trajectory;  ///< as known at the end, one a frame
   std::vector<MapPoint> map_points;
   std::vector<LoopEvent> loops;
+  std::optional<RealtimeRecord> realtime = std::nullopt;
 };
 
 /// Number of frames with a property.
@@ -46,6 +62,22 @@ struct FrameCost {
 /// All zero without frames.
 [[nodiscard]] FrameCost frame_cost(const RunRecord& record);
 
+/// How a run kept up with the stamps.
+struct RealtimeSummary {
+  std::size_t dropped = 0;  ///< frames
+  double median_ms = 0.0;   ///< latency
+  double p95_ms = 0.0;
+  double max_ms = 0.0;
+  double reading_delay_s = 0.0;
+};
+
+/// Nothing for a run that was not at the pace of the stamps.
+[[nodiscard]] std::optional<RealtimeSummary> realtime_summary(const RunRecord& record);
+
+/// The final poses of all frames up to the last processed one. Those of dropped frames are interpolated
+/// between the processed frames around them, by their stamps, with constant velocity along the screw motion.
+[[nodiscard]] std::vector<Pose> poses_of_all_frames(const RunRecord& record);
+
 /// What run.yaml contains besides the settings.
 struct RunHeader {
   std::string state;  ///< running, finished, interrupted or failed
@@ -53,6 +85,7 @@ struct RunHeader {
   std::size_t frames_processed = 0;
   double seconds = 0.0;
   FrameCost frame_cost{};
+  std::optional<RealtimeSummary> realtime = std::nullopt;
   std::string pose_frame = "camera";  ///< frame whose poses the trajectories contain: "camera" or "body"
   double peak_mb = std::numeric_limits<double>::quiet_NaN();  ///< memory of the process; NaN where unknown
   std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
@@ -63,7 +96,8 @@ struct RunHeader {
 void prepare_output_folder(const std::filesystem::path& folder);
 
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,
-/// loops.csv and map.ply. A file that cannot be written does not prevent the others; then throws
+/// loops.csv and map.ply. trajectory_kitti.txt has poses_of_all_frames, as that format has no stamps; the
+/// others have processed frames only. A file that cannot be written does not prevent the others; then throws
 /// std::runtime_error with the first failure.
 void write_results(const std::filesystem::path& folder, const RunRecord& record);
 
@@ -85,7 +119,9 @@ void write_covariances(std::ostream& stream, const RunRecord& record);
 /// Writes one line per frame: milliseconds of every stage (columns in the order of stage_names) and in total;
 /// CPU milliseconds of the whole process since the line before, which include the thread that reads later
 /// frames; CPU milliseconds that reading this frame took; and megabytes of resident memory, empty where
-/// unknown.
+/// unknown. In a run at the pace of the stamps, also
+/// milliseconds from the time the frame was offered to its result, and the number of frames dropped before
+/// it.
 void write_timing(std::ostream& stream, const RunRecord& record);
 
 /// Writes one line per loop: its frames, inliers, chi2, verdict and relative pose.

@@ -62,6 +62,52 @@ TEST_CASE("timing.csv has a column for every stage; unknown memory is left empty
         "0,1.500,0.000,2.000,3.000,0.500,\n1,2.500,3.250,6.000,8.250,0.750,123.5\n");
 }
 
+namespace {
+
+/// Frames at 0 and 100 ms, and two dropped between them, at 25 and 75 ms. The camera moves and turns.
+RunRecord dropped_frames() {
+  RunRecord record = two_frames();
+  record.trajectory[1].pose = Pose::exp((Vector6<double>() << 0.0, 0.4, 0.0, 1.0, 2.0, 3.0).finished());
+  record.realtime = RealtimeRecord{{{4.0, {}}, {12.5, {25'000'000, 75'000'000}}}, 0.25};
+  return record;
+}
+
+}  // namespace
+
+TEST_CASE("The KITTI trajectory of a run in real time has every frame, the others the processed ones",
+          "[output]") {
+  const TemporaryFolder folder;
+  const RunRecord record = dropped_frames();
+  write_results(folder.path(), record);
+  CHECK(read_trajectory(folder / "trajectory_kitti.txt").poses.size() == 4);
+  CHECK(read_trajectory(folder / "trajectory_tum.txt").poses.size() == 2);
+  CHECK(read_trajectory(folder / "trajectory_online.txt").poses.size() == 2);
+  CHECK(split_lines(read_text(folder / "covariances.csv")).size() == 3);
+  const auto timing = split_lines(read_text(folder / "timing.csv"));
+  CHECK_THAT(timing[0], Catch::EndsWith(",rss_mb,latency_ms,dropped"));
+  CHECK_THAT(timing[1], Catch::EndsWith(",,4.000,0"));
+  CHECK_THAT(timing[2], Catch::EndsWith(",123.5,12.500,2"));
+}
+
+TEST_CASE("A dropped frame is where a constant velocity between its neighbours puts it at its stamp",
+          "[output]") {
+  const auto poses = poses_of_all_frames(dropped_frames());
+  REQUIRE(poses.size() == 4);
+  const Vector6<double> whole = poses[3].log();
+  CHECK((poses[1].log() - 0.25 * whole).norm() < 1e-14);
+  CHECK((poses[2].log() - 0.75 * whole).norm() < 1e-14);
+}
+
+TEST_CASE("The latency of a run in real time is summarised over its processed frames", "[output]") {
+  CHECK_FALSE(realtime_summary(two_frames()));
+  const auto summary = realtime_summary(dropped_frames());
+  REQUIRE(summary);
+  CHECK(summary->dropped == 2);
+  CHECK(summary->median_ms == 12.5);
+  CHECK(summary->max_ms == 12.5);
+  CHECK(summary->reading_delay_s == 0.25);
+}
+
 TEST_CASE("The cost of a frame is order statistics of its time and means of its CPU time", "[output]") {
   RunRecord record;
   for (int i = 0; i < 20; ++i) {
