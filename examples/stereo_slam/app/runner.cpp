@@ -17,6 +17,7 @@
 #include "stereo_slam/app/signals.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/report.hpp"
+#include "stereo_slam/report/thumbnails.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/results/output.hpp"
 #include "stereo_slam/slam/slam.hpp"
@@ -40,7 +41,7 @@ struct RunInput {
   std::size_t frames;
 };
 
-/// The window of --view and the images of --debug-images, if they are wanted.
+/// The window of --view and the images of --debug-images, if they are wanted, and those of the report.
 class FrameDisplay {
  public:
   FrameDisplay(const RunOptions& options, const StereoCamera& camera) : camera_(camera) {
@@ -53,12 +54,16 @@ class FrameDisplay {
   void show(const StereoFrame& frame, const FrameResult& result, Slam& slam, const AssociationTrace& trace) {
     if (viewer_) viewer_->show(frame, result, slam.archived_map_points(), camera_);
     if (debug_images_) debug_images_->write(frame, result, trace);
+    thumbnails_.offer(frame);
   }
+
+  [[nodiscard]] const std::vector<report::Thumbnail>& thumbnails() const { return thumbnails_.images(); }
 
  private:
   StereoCamera camera_;
   std::optional<Viewer> viewer_;
   std::optional<DebugImages> debug_images_;
+  report::Thumbnails thumbnails_;
 };
 
 /// Frame `i` of the recording; nothing if a video ends before it.
@@ -208,7 +213,8 @@ void attempt(RunHeader& header, const std::function<void()>& step) {
 
 /// Writes all result files; one that cannot be written does not prevent the others. The report is always of
 /// the camera.
-void save(const RunInput& input, const RunOptions& options, const RunRecord& record, RunHeader& header) {
+void save(const RunInput& input, const RunOptions& options, const RunRecord& record,
+          const std::vector<report::Thumbnail>& thumbnails, RunHeader& header) {
   const auto T_body_camera = body_of(input.sequence, options);
   attempt(header, [&] {
     write_results(options.output, T_body_camera ? in_body_frame(record, *T_body_camera) : record);
@@ -216,9 +222,13 @@ void save(const RunInput& input, const RunOptions& options, const RunRecord& rec
   header.peak_mb = peak_resident_memory_mb();
   attempt(header, [&] {
     write_file(options.output / "report.html", [&](std::ostream& out) {
-      report::write_report(
-          out, record,
-          {header, std::filesystem::absolute(input.sequence.folder).string(), input.settings.preset});
+      report::write_report(out, record,
+                           {.header = header,
+                            .dataset = std::filesystem::absolute(input.sequence.folder).string(),
+                            .preset = input.settings.preset,
+                            .ground_truth = {.stamps_ns = input.sequence.ground_truth_ns,
+                                             .poses = input.sequence.ground_truth},
+                            .thumbnails = thumbnails});
     });
   });
   write_run_yaml(options.output, header, input.sequence, input.settings);
@@ -260,7 +270,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
   if (header.state == "running") header.state = interrupted ? "interrupted" : "finished";
-  save(input, options, record, header);
+  save(input, options, record, display.thumbnails(), header);
 
   RunSummary summary = summary_of(record);
   summary.seconds = header.seconds;

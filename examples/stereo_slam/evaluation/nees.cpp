@@ -117,6 +117,37 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
   return rows;
 }
 
+std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
+                                     const GroundTruthNoise& noise) {
+  const auto& [rows, poses, true_poses] = run;
+  std::vector<bool> anchored(rows.size(), false);
+  for (const auto& row : rows) {
+    if (row.keyframe < rows.size()) anchored[row.keyframe] = true;
+  }
+  Vector6<double> truth_variance;
+  truth_variance << Vector3<double>::Constant(noise.rotation_rad * noise.rotation_rad),
+      Vector3<double>::Constant(noise.translation_m * noise.translation_m);
+  std::vector<FrameNees> nees;
+  for (std::size_t i = 0; i + frames < rows.size(); ++i) {
+    const std::size_t j = i + frames;
+    if (!anchored[i] || !true_poses[i] || !true_poses[j]) continue;
+    auto covariance = relative_covariance(rows, poses, i, j);
+    if (!covariance) continue;
+    covariance->diagonal() += truth_variance;
+    const Vector6<double> error =
+        (true_poses[i]->inverse() * *true_poses[j]).boxminus(poses[i].inverse() * poses[j]);
+    const Eigen::LLT<Matrix6<double>> factor(*covariance);
+    if (factor.info() != Eigen::Success) {
+      throw std::runtime_error(
+          fmt::format("the covariance from frame {} to frame {} is not positive definite; give a "
+                      "covariances.csv as `run` wrote it",
+                      i, j));
+    }
+    nees.push_back({i, j, error.dot(factor.solve(error))});
+  }
+  return nees;
+}
+
 NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
                              const std::vector<CovarianceRow>& rows, const GroundTruthNoise& noise) {
   if (rows.size() != estimate.poses.size()) {
@@ -124,37 +155,16 @@ NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate
         fmt::format("{} rows of covariances for {} estimated poses; give both files of the same run",
                     rows.size(), estimate.poses.size()));
   }
-  const auto poses = dual_quaternions(estimate.poses);
-  std::vector<std::optional<Pose>> true_poses(poses.size());
-  for (const auto& [i, j] : pairs) true_poses[j] = Pose::from_isometry(truth.poses[i]);
-  std::vector<bool> anchored(rows.size(), false);
-  for (const auto& row : rows) anchored[row.keyframe] = true;
-  Vector6<double> truth_variance;
-  truth_variance << Vector3<double>::Constant(noise.rotation_rad * noise.rotation_rad),
-      Vector3<double>::Constant(noise.translation_m * noise.translation_m);
+  TrackedRun run{.rows = rows, .poses = dual_quaternions(estimate.poses), .true_poses = {}};
+  run.true_poses.resize(run.poses.size());
+  for (const auto& [i, j] : pairs) run.true_poses[j] = Pose::from_isometry(truth.poses[i]);
 
   NeesReport report;
   report.truth_taken_as_exact = noise.translation_m == 0.0 && noise.rotation_rad == 0.0;
   for (const std::size_t frames : {1, 10, 100}) {
-    std::vector<double> nees;
-    for (std::size_t i = 0; i + frames < rows.size(); ++i) {
-      const std::size_t j = i + frames;
-      if (!anchored[i] || !true_poses[i] || !true_poses[j]) continue;
-      auto covariance = relative_covariance(rows, poses, i, j);
-      if (!covariance) continue;
-      covariance->diagonal() += truth_variance;
-      const Vector6<double> error =
-          (true_poses[i]->inverse() * *true_poses[j]).boxminus(poses[i].inverse() * poses[j]);
-      const Eigen::LLT<Matrix6<double>> factor(*covariance);
-      if (factor.info() != Eigen::Success) {
-        throw std::runtime_error(
-            fmt::format("the covariance from frame {} to frame {} is not positive definite; give a "
-                        "covariances.csv as `run` wrote it",
-                        i, j));
-      }
-      nees.push_back(error.dot(factor.solve(error)));
-    }
-    report.relative.push_back(summary_of(frames, nees));
+    std::vector<double> values;
+    for (const auto& nees : relative_nees(run, frames, noise)) values.push_back(nees.value);
+    report.relative.push_back(summary_of(frames, values));
   }
   add_nis(rows, report);
   return report;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -32,7 +33,26 @@ struct GroundTruthNoise {
   double rotation_rad = 0.0;
 };
 
-/// Normalised estimation errors squared (NEES) of relative poses over a number of frames.
+/// The frames of a run, one element each.
+struct TrackedRun {
+  std::vector<CovarianceRow> rows;
+  std::vector<Pose> poses;                      ///< T_world_camera, as known at the end
+  std::vector<std::optional<Pose>> true_poses;  ///< in any world; nothing where the ground truth has none
+};
+
+/// Normalised estimation error squared (NEES) of the pose of frame `to` relative to frame `from`.
+struct FrameNees {
+  std::size_t from = 0;
+  std::size_t to = 0;
+  double value = 0.0;
+};
+
+/// The NEES of relative poses over a number of frames that start at keyframes, in order. Their covariances
+/// are composed over the keyframes between. Throws std::runtime_error when one is not positive definite.
+[[nodiscard]] std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
+                                                   const GroundTruthNoise& noise);
+
+/// Scores of the NEES of relative poses over a number of frames.
 struct RelativeNees {
   std::size_t frames = 0;
   std::size_t count = 0;      ///< of relative poses; the figures are zero without any

@@ -2,7 +2,11 @@
 #pragma once
 
 #include <ostream>
+#include <string>
+#include <vector>
 
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/report/thumbnails.hpp"
 #include "stereo_slam/results/output.hpp"
 
 namespace stereo_slam::report {
@@ -12,10 +16,13 @@ struct RunInfo {
   RunHeader header;
   std::string dataset;  ///< folder
   std::string preset;
+  Trajectory ground_truth = {};  ///< of the camera, with stamps; without poses if the recording has none
+  std::vector<Thumbnail> thumbnails = {};
 };
 
-/// Writes a self-contained HTML page about a run: key figures, path, charts with explanations, loops. The
-/// record has poses of the camera; it may have no frames.
+/// Writes a self-contained HTML page about a run: key figures, the path and the map in three dimensions,
+/// charts over time, images, loops. The record has poses of the camera; it may have no frames. At most 5000
+/// frames are shown: of a longer run one of every few, the worst tracked.
 void write_report(std::ostream& stream, const RunRecord& record, const RunInfo& info);
 
 }  // namespace stereo_slam::report

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/report/trajectory_geometry.hpp"
 
-#include <cmath>
+#include <limits>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 namespace stereo_slam::report {
 
@@ -16,18 +17,28 @@ std::vector<double> path_lengths(std::span<const PoseGaussian> trajectory) {
   return lengths_m;
 }
 
+std::vector<double> speeds(std::span<const PoseGaussian> trajectory,
+                           std::span<const std::int64_t> stamps_ns) {
+  std::vector<double> speeds_mps(trajectory.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t k = 1; k < trajectory.size(); ++k) {
+    const double seconds = 1e-9 * static_cast<double>(stamps_ns[k] - stamps_ns[k - 1]);
+    const double step_m = (trajectory[k].pose.translation() - trajectory[k - 1].pose.translation()).norm();
+    if (seconds > 0.0) speeds_mps[k] = step_m / seconds;
+  }
+  if (speeds_mps.size() > 1) speeds_mps[0] = speeds_mps[1];
+  return speeds_mps;
+}
+
 Matrix3<double> position_covariance(const PoseGaussian& T_world_camera) {
   const Matrix3<double> R = T_world_camera.pose.rotation_matrix();
   return R * T_world_camera.covariance.bottomRightCorner<3, 3>() * R.transpose();
 }
 
-SigmaEllipse sigma_ellipse(const PoseGaussian& T_world_camera) {
-  const Matrix3<double> P = position_covariance(T_world_camera);
-  Matrix2<double> in_plane;
-  in_plane << P(0, 0), P(0, 2), P(2, 0), P(2, 2);
-  const Eigen::SelfAdjointEigenSolver<Matrix2<double>> solver(in_plane);
-  const Vector2<double> longer = solver.eigenvectors().col(1);
-  return {solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().reverse(), std::atan2(longer.y(), longer.x())};
+SigmaEllipsoid sigma_ellipsoid(const PoseGaussian& T_world_camera) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3<double>> solver(position_covariance(T_world_camera));
+  Matrix3<double> R = solver.eigenvectors();
+  if (R.determinant() < 0.0) R.col(0) *= -1.0;
+  return {solver.eigenvalues().cwiseMax(0.0).cwiseSqrt(), Eigen::Quaterniond(R)};
 }
 
 }  // namespace stereo_slam::report

@@ -1,0 +1,16 @@
+/// How the page shows each tracking status. `row` is its place in the chart of the status, `mark` the sign in the view: a status
+/// is never told by its colour alone.
+export const kStatuses = [
+  {name: 'INITIALIZING', text: 'initialising', colour: 'slate', mark: '', row: 2, width: 2.5,
+    meaning: 'no map yet, or the frame that starts it'},
+  {name: 'OK', text: 'tracked', colour: 'blue', mark: '', row: 4, width: 3, meaning: 'updated by landmarks'},
+  {name: 'WEAK', text: 'weak', colour: 'orange', mark: '!', row: 1, width: 5,
+    meaning: 'odometry only, or position in the map uncertain'},
+  {name: 'LOST', text: 'lost', colour: 'red', mark: '×', row: 0, width: 5, dashed: true,
+    meaning: 'predicted only; the covariance grows'},
+  {name: 'RELOCALISED', text: 'relocalised', colour: 'ochre', mark: '◇', row: 3, width: 5,
+    meaning: 'first frame after a loss whose place is known again'},
+];
+
+/// Names of the rows of the status chart, from below.
+export const kStatusRows = kStatuses.slice().sort((a, b) => a.row - b.row).map((status) => status.text);

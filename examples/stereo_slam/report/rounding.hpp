@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+
+/// Numbers as short as their meaning allows; a JSON writer prints the shortest text that reads as the same
+/// number. Values that are not finite stay as they are: JSON writes null.
+namespace stereo_slam::report {
+
+[[nodiscard]] inline double to_decimals(double value, int decimals) {
+  const double scale = std::pow(10.0, decimals);
+  return std::round(value * scale) / scale + 0.0;  // + 0.0: no "-0.0"
+}
+
+[[nodiscard]] inline double to_digits(double value, int digits) {
+  if (value == 0.0 || !std::isfinite(value)) return value;
+  const int decimals = digits - 1 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  if (decimals >= 0) return to_decimals(value, decimals);
+  const double unit = std::pow(10.0, -decimals);
+  return std::round(value / unit) * unit;
+}
+
+}  // namespace stereo_slam::report

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/evaluation/evaluate.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/results/output.hpp"
+
+namespace stereo_slam::report {
+
+/// Errors of the poses of a run, one element a frame; NaN where the ground truth has no pose.
+struct TruthErrors {
+  std::vector<Vector3<double>> position_m;  ///< of the ground truth, in the world of the run
+  std::vector<double> error_m;
+  std::vector<double> error_rad;
+  std::vector<double> nees;  ///< of the pose relative to ten frames before; NaN unless that was a keyframe
+  ErrorStatistics ate_m;
+};
+
+/// The errors of the final poses, after the alignment that minimises their sum of squares: of the positions
+/// by a rigid motion, of the orientations by a rotation of their own (positions on a straight road determine
+/// none about the road). Nothing if fewer than three poses match.
+[[nodiscard]] std::optional<TruthErrors> truth_errors(const RunRecord& record, const Trajectory& truth);
+
+}  // namespace stereo_slam::report
