@@ -57,7 +57,7 @@ class FrameDisplay {
     thumbnails_.offer(frame);
   }
 
-  [[nodiscard]] const std::vector<report::Thumbnail>& thumbnails() const { return thumbnails_.images(); }
+  [[nodiscard]] std::vector<report::Thumbnail> thumbnails() const { return thumbnails_.images(); }
 
  private:
   StereoCamera camera_;

@@ -12,7 +12,7 @@ namespace stereo_slam::report {
 
 void Thumbnails::offer(const StereoFrame& frame) {
   if (offered_++ % spacing_ != 0) return;
-  images_.push_back({frame.index, small_jpeg(frame.left)});
+  images_.push_back({frame.index, small_image(frame.left)});
   if (images_.size() <= kMost) return;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < images_.size(); i += 2) images_[kept++] = std::move(images_[i]);
@@ -20,16 +20,26 @@ void Thumbnails::offer(const StereoFrame& frame) {
   spacing_ *= 2;
 }
 
-std::vector<std::uint8_t> small_jpeg(const cv::Mat& image) {
+std::vector<Thumbnail> Thumbnails::images() const {
+  std::vector<Thumbnail> thumbnails;
+  for (const auto& [frame, image] : images_) thumbnails.push_back({frame, to_jpeg(image)});
+  return thumbnails;
+}
+
+cv::Mat small_image(const cv::Mat& image) {
+  const int factor = (image.cols + Thumbnails::kWidth_px - 1) / Thumbnails::kWidth_px;
+  const cv::Size size(image.cols / factor, image.rows / factor);
+  if (factor == 1 || size.height == 0) return image.clone();
+  cv::Mat scaled;
+  cv::resize(image(cv::Rect(0, 0, factor * size.width, factor * size.height)), scaled, size, 0.0, 0.0,
+             cv::INTER_AREA);
+  return scaled;
+}
+
+std::vector<std::uint8_t> to_jpeg(const cv::Mat& image) {
   constexpr int kQuality = 60;
-  cv::Mat scaled = image;
-  if (image.cols > Thumbnails::kWidth_px) {
-    const double scale = static_cast<double>(Thumbnails::kWidth_px) / image.cols;
-    const int rows = std::max(1, cvRound(scale * image.rows));
-    cv::resize(image, scaled, {Thumbnails::kWidth_px, rows}, 0.0, 0.0, cv::INTER_AREA);
-  }
   std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", scaled, jpeg, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, kQuality});
   return jpeg;
 }
 

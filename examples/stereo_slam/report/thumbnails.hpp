@@ -20,7 +20,7 @@ struct Thumbnail {
 
 /// Small left images of a run, at equal distances in time: at most kMost, however long it is. Frames are
 /// offered as they are processed. When there are too many images every second one goes, and from then on half
-/// as many frames are kept; so a run of n frames encodes about 30 log2(n) of them.
+/// as many frames are kept; so a run of n frames scales about 30 log2(n) images.
 class Thumbnails {
  public:
   static constexpr std::size_t kMost = 60;
@@ -29,16 +29,25 @@ class Thumbnails {
   /// Keeps an image of the frame if it is its turn.
   void offer(const StereoFrame& frame);
 
-  [[nodiscard]] const std::vector<Thumbnail>& images() const { return images_; }
+  /// The images so far, compressed.
+  [[nodiscard]] std::vector<Thumbnail> images() const;
 
  private:
-  std::vector<Thumbnail> images_;
+  struct SmallImage {
+    std::size_t frame = 0;
+    cv::Mat image;
+  };
+
+  std::vector<SmallImage> images_;
   std::size_t offered_ = 0;
   std::size_t spacing_ = 4;  // of frames
 };
 
-/// `image` (CV_8UC1) as a JPEG, at most kWidth_px wide.
-[[nodiscard]] std::vector<std::uint8_t> small_jpeg(const cv::Mat& image);
+/// A CV_8UC1 image at most kWidth_px wide: `image` divided by a whole number, which takes a tenth of the time
+/// of any other scale. An image too low for that is copied.
+[[nodiscard]] cv::Mat small_image(const cv::Mat& image);
+
+[[nodiscard]] std::vector<std::uint8_t> to_jpeg(const cv::Mat& image);
 
 [[nodiscard]] std::string base64(const std::vector<std::uint8_t>& bytes);
 

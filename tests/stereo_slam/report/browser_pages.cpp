@@ -50,8 +50,8 @@ report::RunInfo info_of(const RunRecord& record) {
                        .dataset = "/data/</script><b>two laps</b>",
                        .preset = "default"};
   for (std::size_t k = 0; k < record.results.size(); k += 20) {
-    cv::Mat image(120, 300, CV_8UC1, cv::Scalar(static_cast<double>(k % 255)));
-    info.thumbnails.push_back({k, report::small_jpeg(image)});
+    cv::Mat image(80, 200, CV_8UC1, cv::Scalar(static_cast<double>(k % 255)));
+    info.thumbnails.push_back({k, report::to_jpeg(image)});
   }
   return info;
 }
@@ -70,7 +70,8 @@ void write_pages(const std::filesystem::path& folder) {
     info.ground_truth.stamps_ns.push_back(record.results[k].stamp_ns);
     info.ground_truth.poses.push_back((record.trajectory[k].pose * test::at({0.1, 0.0, 0.0})).isometry());
   }
-  const json texts = {"two laps</b>", "20 of 400 frames were lost", "ground truth", "refused", "1 sigma, enlarged"};
+  const json texts = {"two laps</b>", "20 of 400 frames were lost", "ground truth", "refused",
+                      "1 sigma, enlarged"};
   const json full = {{"texts", texts},      {"charts", kCharts + 3}, {"view", true},
                      {"interactive", true}, {"turns", true},         {"frame_at_30_percent", 120}};
   write(folder, "laps", record, info, full);
