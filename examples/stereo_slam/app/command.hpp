@@ -24,6 +24,7 @@ constexpr int kInterrupted = 130;
 using Command = std::function<int()>;
 
 [[nodiscard]] Command add_run(CLI::App& parent);
+[[nodiscard]] Command add_compare(CLI::App& parent);
 [[nodiscard]] Command add_evaluate(CLI::App& parent);
 [[nodiscard]] Command add_simulate(CLI::App& parent);
 [[nodiscard]] Command add_info(CLI::App& parent);

@@ -60,12 +60,13 @@ int main(int argc, char** argv) {
   app.footer("`stereo_slam COMMAND --help` describes the options of a command.");
   const std::map<std::string, Command> commands = {{"run", add_run(app)},
                                                    {"evaluate", add_evaluate(app)},
+                                                   {"compare", add_compare(app)},
                                                    {"simulate", add_simulate(app)},
                                                    {"info", add_info(app)}};
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty() && print_settings->count() == 0)
-      throw CLI::RequiredError("one of the commands run, evaluate, simulate, info");
+      throw CLI::RequiredError("one of the commands run, evaluate, compare, simulate, info");
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kWrongUsage;
   }

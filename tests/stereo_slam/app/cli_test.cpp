@@ -30,6 +30,9 @@ TEST_CASE("Wrong usage has status 2", "[cli]") {
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--max-time-difference", "nan"},
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--truth-sigma-m", "-1"},
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--min-gap-frames", "0"},
+      {"compare", "--output", "x.html"},
+      {"compare", "x"},
+      {"compare", "x", "--output", "y.html", "--max-time-difference", "nan"},
       {"simulate"},
       {"simulate", "--output", "x", "--frames", "many"},
       {"simulate", "--output", "x", "--scene", "bogus"},
@@ -42,6 +45,24 @@ TEST_CASE("Wrong usage has status 2", "[cli]") {
     CHECK(result.status == 2);
     CHECK_FALSE(result.err.empty());
   }
+}
+
+TEST_CASE("compare writes one page about several runs, and refuses folders that are none", "[cli]") {
+  const TemporaryFolder folder;
+  const std::string in = folder / "in", page = folder / "compare.html";
+  write_tiny_sequence(in, 4);
+  for (const auto* name : {"default", "odometry"})
+    REQUIRE(call({"run", "--dataset", in, "--preset", name, "--output", folder / name, "--quiet"}).status ==
+            0);
+  const auto result = call({"compare", folder / "default", folder / "odometry", "--output", page});
+  CHECK(result.status == 0);
+  CHECK(result.err.empty());
+  CHECK_THAT(result.out, Catch::Contains("2 runs compared in " + page));
+  CHECK_THAT(read_text(page),
+             Catch::Contains("\"Comparison of 2 runs\"") && Catch::Contains("loop_closure.enabled"));
+  const auto refused = call({"compare", in, "--output", page});
+  CHECK(refused.status == 1);
+  CHECK_THAT(refused.err, Catch::Contains("in/run.yaml: not found"));
 }
 
 TEST_CASE("run, evaluate and info work together from the command line", "[cli]") {

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "stereo_slam/report/comparison.hpp"
 #include "stereo_slam/report/drive.hpp"
 #include "stereo_slam/report/report.hpp"
 
@@ -98,12 +99,52 @@ void write_pages(const std::filesystem::path& folder) {
         {{"texts", {"No frame could be tracked", "No values."}}, {"charts", kCharts}, {"view", true}});
 }
 
+/// What `compare` reads of a record.
+report::RunFolder folder_of(const std::string& name, const RunRecord& record) {
+  report::RunFolder run;
+  run.folder = name;
+  run.entries = {{"state", "finished"}, {"dataset.folder", "/data/laps"}, {"settings.preset", name}};
+  for (std::size_t k = 0; k < record.results.size(); ++k) {
+    run.trajectory.stamps_ns.push_back(record.results[k].stamp_ns);
+    run.trajectory.poses.push_back(record.trajectory[k].pose.isometry());
+    run.sigma_m.push_back(0.001 * static_cast<double>(k));
+    run.nis_per_dof.push_back(1.0);
+  }
+  run.total_ms = record.total_ms;
+  run.resident_mb = record.resident_mb;
+  return run;
+}
+
+void write_comparison_pages(const std::filesystem::path& folder) {
+  const RunRecord record = laps(400);
+  std::vector<report::RunFolder> runs = {folder_of("default", record), folder_of("<b>paper</b>", laps(300))};
+  report::RunFolder crashed;
+  crashed.folder = "crashed";
+  crashed.problem = "has no timing.csv";
+  crashed.entries = {{"state", "running"}, {"dataset.folder", "/data/laps"}};
+  runs.push_back(crashed);
+  std::ofstream page(folder / "comparison.html");
+  report::write_comparison(page, runs, report::ComparisonTruth{runs[0].trajectory});
+  const json expected = {
+      {"texts", {"<b>paper</b>", "has no timing.csv", "ATE, m", "Settings", "ground truth"}},
+      {"charts", 5},
+      {"view", true},
+      {"interactive", true},
+      {"turns", true}};
+  std::ofstream(folder / "comparison.json") << expected.dump();
+  std::ofstream nothing(folder / "comparison-of-nothing.html");
+  report::write_comparison(nothing, {crashed}, std::nullopt);
+  std::ofstream(folder / "comparison-of-nothing.json")
+      << json({{"texts", {"crashed", "No frames."}}, {"charts", 4}, {"view", true}}).dump();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
     if (argc != 2) throw std::invalid_argument("usage: browser_pages DIR");
     write_pages(argv[1]);
+    write_comparison_pages(argv[1]);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "browser_pages: {}\n", error.what());

@@ -34,6 +34,8 @@ inline RunRecord drive(std::size_t frames) {
     result.times = {{"features", 10.0 + std::sin(z)}, {"odometry", 5.0}};
     record.results.push_back(result);
     record.total_ms.push_back(17.0);
+    record.cpu_ms.push_back(25.0);
+    record.read_cpu_ms.push_back(3.0);
     record.resident_mb.push_back(200.0 + z);
     record.trajectory.push_back({at({0.0, 0.0, z}), 1e-6 * z * Matrix6<double>::Identity()});
     record.map_points.push_back({{5.0 * std::sin(7.0 * z), -1.0, z}, 100});

@@ -18,10 +18,9 @@ export function showComparison(data, page) {
   page.append(el('main', {}, left, right));
   const scene = sceneOf(data, runs);
   const view = pathView(left, scene, (path, row) => setRow(rowAt(times, scene.paths[path].time_s[row])));
-  left.append(settingsTable(data, runs));
   const charts = new ChartGroup(right, times, setRow);
   for (const chart of chartsOf(data, runs, times)) charts.add(chart);
-  page.append(el('footer', {}, `Written by stereo_slam ${data.version}. Times are those since the first frame of each run.`));
+  page.append(settingsTable(data, runs), el('footer', {}, `Written by stereo_slam ${data.version}. Times are those since the first frame of each run.`));
 
   let shown = -1;
   function setRow(row) {
@@ -52,7 +51,7 @@ function rowAt(times, time_s) {
 
 function sceneOf(data, runs) {
   const paths = runs.map((run) => ({name: run.name, layer: run.id, colour: run.colour, dashed: run.dash != null, positions: run.position_m,
-    time_s: run.time_s, width: 2.6, pickable: true}));
+    time_s: run.time_s, width: 2.6, pickable: true, order: 2}));
   const legend = runs.map((run) => ({layer: run.id, sign: run.dash ? 'dashed' : 'line', colour: run.colour, text: run.name}));
   if (data.truth_position_m.length > 0) {
     paths.push({name: 'ground truth', layer: 'truth', colour: 'ink', positions: data.truth_position_m, width: 1.6});
@@ -90,8 +89,8 @@ function runTable(data, runs) {
       ['ATE, m', (run) => run.scores?.ate_m, number, 'least'],
       ['t_rel, %', (run) => run.scores?.t_rel_percent, number, 'least'],
       ['r_rel, °/100 m', (run) => run.scores?.r_rel_deg_per_100m, number, 'least'],
+      ['t_rel 10–50 m, %', (run) => run.scores?.t_rel_short_percent, number, 'least'],
       ['RPE 10 m, m', (run) => run.scores?.rpe_10m_m, number, 'least'],
-      ['End, m', (run) => run.scores?.end_error_m, number, 'least'],
     ] : []),
     ['Median, ms', (run) => run.median_ms, (value) => fixed(value, 1), 'least'],
     ['95 %, ms', (run) => run.p95_ms, (value) => fixed(value, 1), 'least'],
@@ -100,7 +99,7 @@ function runTable(data, runs) {
   ];
   const best = columns.map(([, value, , rule]) => (rule && data.same_recording ? Math.min(...runs.map((run) => value(run) ?? Infinity)) : null));
   const rows = runs.map((run) => el('tr', {}, el('th', {scope: 'row', style: `--c: var(--${run.colour})`}, el('i', {class: run.dash ? 'dashed' : 'line'}), run.name,
-    el('small', {}, run.dataset)), columns.map(([, value, text], i) => {
+    data.same_recording ? null : el('small', {}, run.dataset)), columns.map(([, value, text], i) => {
     const shown = value(run);
     const cell = text ? text(shown) : String(shown ?? '–');
     return el('td', {class: runs.length > 1 && best[i] != null && shown === best[i] ? 'best' : null}, cell);
@@ -109,7 +108,7 @@ function runTable(data, runs) {
   return el('section', {class: 'card'}, el('div', {class: 'scroll wide'}, el('table', {class: 'runs'},
     el('thead', {}, el('tr', {}, el('th', {}, 'Run'), columns.map(([name]) => el('th', {}, name)))), el('tbody', {}, rows))), problems,
     data.has_truth ? el('p', {class: 'note'}, 'ATE: root mean square of the position error after alignment (SE(3)). t_rel, r_rel: the KITTI score, over segments of 100 to 800 m. ' +
-      'RPE: over segments of 10 m. End: distance from the ground truth at the last common frame, aligned at the first.') : null,
+      'RPE: over 10 m.') : null,
     data.same_recording ? null : el('p', {class: 'note'}, 'The runs are of different recordings: their paths all begin at the origin.'));
 }
 

@@ -103,7 +103,7 @@ export class View3d {
     const snap = (value) => this.gridStep * Math.round(value / this.gridStep);
     grid.position.set(snap(centre.x), box.min.y - 0.002 * this.extent, snap(centre.z));
     grid.material.vertexColors = false;
-    grid.material.transparent = true;
+    grid.renderOrder = -1;
     grid.material.depthWrite = false;
     this.themed.push(() => grid.material.color.set(colour('grid')));
     this.stage.add(grid);
