@@ -112,7 +112,7 @@ export class ChartGroup {
   }
 
   valueAxis(chart) {
-    if (chart.log) return {size: 54, splits: (plot, axis, low, high) => powersOfTen(low, high), values: (plot, powers) => powers.map((power) => number(power, 1))};
+    if (chart.log) return {size: 54, splits: (plot, axis, low, high) => powersOfTen(low, high), filter: (plot, splits) => splits, values: (plot, powers) => powers.map((power) => number(power, 1))};
     if (!chart.rows) return {size: 54, space: 30};
     return {size: 84, splits: () => chart.rows.map((name, row) => row), values: () => chart.rows};
   }
