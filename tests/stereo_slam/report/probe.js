@@ -2,8 +2,7 @@
 (async () => {
   const faults = window.pageErrors;  // filled by recorder.js since the page began
   const check = (holds, text) => { if (!holds) faults.push(text); };
-  const drawn = () => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
-  const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms)).then(drawn);
+  const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
   const all = (selector) => [...document.querySelectorAll(selector)];
   const expected = JSON.parse(document.getElementById('expected').textContent);
 

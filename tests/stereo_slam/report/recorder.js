@@ -1,4 +1,4 @@
-// Runs in a page under test before its own scripts: collects errors and warnings.
+// Runs in a page under test before its own scripts: collects errors and warnings, and drives its drawing.
 window.pageErrors = [];
 addEventListener('error', (event) => window.pageErrors.push(`error: ${event.message}`));
 addEventListener('unhandledrejection', (event) => window.pageErrors.push(`unhandled rejection: ${event.reason}`));
@@ -9,3 +9,5 @@ for (const name of ['error', 'warn']) {
     original(...parts);
   };
 }
+// A browser without a screen draws no frames when nothing asks it to; here they come with the clock.
+window.requestAnimationFrame = (callback) => setTimeout(() => callback(performance.now()), 16);
