@@ -119,6 +119,7 @@ void append_position(json& array, const Vector3<double>& position) {
 /// What the page calls the runs: their folders without the path, or with it where that is not unique.
 [[nodiscard]] std::vector<std::string> names_of(const std::vector<RunFolder>& runs) {
   std::vector<std::string> names;
+  names.reserve(runs.size());
   for (const auto& run : runs) names.push_back((run.folder / "").parent_path().filename().string());
   if (std::set<std::string>(names.begin(), names.end()).size() == names.size()) return names;
   for (std::size_t i = 0; i < runs.size(); ++i) names[i] = runs[i].folder.string();
@@ -143,6 +144,7 @@ void append_position(json& array, const Vector3<double>& position) {
   json array = json::array();
   for (const auto& key : keys) {
     std::vector<std::string> values;
+    values.reserve(runs.size());
     for (const auto& run : runs) values.push_back(run.entries.contains(key) ? run.entry(key) : "–");
     if (std::set<std::string>(values.begin(), values.end()).size() < 2) continue;
     constexpr std::string_view kSettings = "settings.";
