@@ -8,7 +8,7 @@ export function runScene(data) {
   const paths = [{name: 'path', layer: 'path', styles: kStatuses, statuses: frames.status, positions: frames.position_m,
     quaternions: frames.quaternion_xyzw, pickable: true, cursor: true, cursorColour: 'ink', order: 2}];
   if (truth) paths.push({name: 'ground truth', layer: 'truth', colour: 'ink', positions: truth.position_m, width: 1.6, cursor: true});
-  if (data.without_loops_m) paths.push({name: 'without loops', layer: 'uncorrected', colour: 'muted', positions: data.without_loops_m, width: 1.5, dashed: true});
+  if (data.without_loops_m) paths.push({name: 'without loops', layer: 'uncorrected', colour: 'muted', positions: data.without_loops_m, width: 1.5, dashed: true, background: true});
   return {paths, points: data.map, ellipsoids: data.ellipsoids, ellipsoid_scale: scale, links: linksOf(data), legend: legendOf(data, scale)};
 }
 

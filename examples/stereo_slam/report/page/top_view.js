@@ -40,7 +40,8 @@ export class TopView {
   /// Centre and pixels per metre such that all paths fit.
   fit() {
     const x = [], z = [];
-    for (const {positions} of this.scene.paths) {
+    for (const {positions, background} of this.scene.paths) {
+      if (background) continue;
       for (let i = 0; i + 2 < positions.length; i += 3) {
         if (!Number.isFinite(positions[i])) continue;
         x.push(positions[i]);

@@ -17,7 +17,8 @@ const kDirections = {
 
 /// A view in three dimensions of paths and what belongs to them. It turns, zooms and pans, is drawn only when something has
 /// changed, and reports the place on a path under the pointer. The scene is
-///   paths: [{name, layer, colour, positions: [x, y, z, ...], width, dashed, statuses, pickable, order}], a higher order on top
+///   paths: [{name, layer, colour, positions: [x, y, z, ...], width, dashed, statuses, pickable, order,
+///     background}], a higher order on top; the view need not show all of a background
 ///   points: {positions, intensity}, ellipsoids: [{centre, rotation, half_axes}], ellipsoid_scale,
 ///   links: [{from: [x, y, z], to: [x, y, z], accepted}]
 /// in the axes of the first camera: x right, y down, z forward.
@@ -66,10 +67,11 @@ export class View3d {
     this.look('home');
   }
 
-  /// Positions of all paths in the axes of the stage.
+  /// Positions of the paths that the view must show, in the axes of the stage.
   boundary() {
     const corners = [];
     for (const path of this.scene.paths) {
+      if (path.background) continue;
       for (let i = 0; i + 2 < path.positions.length; i += 3) {
         const [x, y, z] = path.positions.slice(i, i + 3);
         if (x != null && Number.isFinite(x + y + z)) corners.push(new THREE.Vector3(x, -y, -z));
