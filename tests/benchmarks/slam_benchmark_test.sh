@@ -75,3 +75,17 @@ grep -q "^drive, default: ate_m was " "$work/printed" || fail "the ATE became wo
 grep -q "^drive, odometry: nees_inside_10 was " "$work/printed" || fail "the covariances became worse"
 cmp "$work/again.json" "$work/out/results.json"
 cmp "$work/again.md" "$work/out/results.md"
+
+mkdir -p "$work/sizes/points/100" "$work/sizes/points/300"
+cp -r "$work/out/runs/drive/default/1" "$work/sizes/points/100/1"
+cp -r "$work/out/runs/drive/default/2" "$work/sizes/points/300/1"
+PYTHONDONTWRITEBYTECODE=1 expect_status 0 python3 "$scripts/sizes.py" "$work/sizes"
+[ "$(grep -c '^| [13]00 |' "$work/printed")" -eq 2 ] || fail "sizes.py has a row for every size"
+grep -q "^Law, .* CPU ms .* MB " "$work/printed" || fail "sizes.py prints a law"
+PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$scripts python3 - <<'EOF'
+from sizes import line_fit
+
+assert line_fit([1, 2, 4], [3, 5, 9]) == (1, 2, 0), line_fit([1, 2, 4], [3, 5, 9])
+a, b, difference = line_fit([0, 1, 2], [1, 2.5, 3])
+assert abs(a - 7 / 6) < 1e-12 and abs(b - 1) < 1e-12 and abs(difference - 1 / 6) < 1e-12, (a, b, difference)
+EOF
