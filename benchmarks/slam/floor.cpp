@@ -15,6 +15,7 @@
 #include <exception>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -55,10 +56,9 @@ void measure(Step& step, const Work& work) {
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
 }
 
-Pyramid pyramid_of(const cv::Mat& image) {
-  Pyramid pyramid;
+/// Fills a pyramid. One of an earlier frame keeps its memory: fresh pages would cost several times the work.
+void build_pyramid(const cv::Mat& image, Pyramid& pyramid) {
   cv::buildOpticalFlowPyramid(image, pyramid, kWindow, kLevels - 1, /*withDerivatives=*/true);
-  return pyramid;
 }
 
 std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image) {
@@ -105,17 +105,18 @@ struct Floor {
 
 Floor measure_floor(const std::vector<StereoFrame>& frames) {
   Floor floor;
-  Pyramid previous = pyramid_of(frames.front().left);
+  Pyramid previous;
+  Pyramid left;
+  Pyramid right;
+  build_pyramid(frames.front().left, previous);
   Points points = spread(fast_corners(frames.front().left), frames.front().left.size());
   for (std::size_t i = 1; i < frames.size(); ++i) {
-    Pyramid left;
-    Pyramid right;
     std::vector<cv::KeyPoint> corners;
     Points moved;
     measure(floor.frame, [&] {
       measure(floor.steps[0], [&] {
-        left = pyramid_of(frames[i].left);
-        right = pyramid_of(frames[i].right);
+        build_pyramid(frames[i].left, left);
+        build_pyramid(frames[i].right, right);
       });
       measure(floor.steps[1], [&] { corners = fast_corners(frames[i].left); });
       measure(floor.steps[2], [&] { moved = flow(previous, left, points); });
@@ -124,7 +125,7 @@ Floor measure_floor(const std::vector<StereoFrame>& frames) {
     });
     floor.corners += static_cast<double>(corners.size()) / static_cast<double>(frames.size() - 1);
     points = spread(std::move(corners), frames[i].left.size());
-    previous = std::move(left);
+    std::swap(previous, left);
   }
   return floor;
 }

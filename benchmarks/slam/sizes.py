@@ -3,7 +3,8 @@
 
     sizes.py RUNS
 
-The law of y against x is a + b x by least squares, with the largest relative difference from it.
+RUNS/SUBJECT/SIZE/ROUND holds the results of `stereo_slam run` and floor.json. Figures are medians over the rounds, the spread of a ratio is
+its largest minus its smallest value. The law of y against x is a + b x by least squares, with the largest relative difference from it.
 """
 import csv
 import json
@@ -11,7 +12,7 @@ import pathlib
 import statistics
 import sys
 
-from summarise import cost
+from summarise import cost, over_rounds
 
 
 def megapixels(folder):
@@ -45,17 +46,22 @@ def line_fit(x, y):
 
 def table(runs, subject):
     title, size_of = SUBJECTS[subject]
-    measured = [(size_of(folder), cost(folder)) for folder in (runs / subject).glob("*/1")]
-    rows = sorted(measured, key=lambda row: row[0])
-    lines = [f"| {title} | CPU ms | median / floor | CPU / floor | peak MB |", "|---|---|---|---|---|"]
+    rows = []
+    for folder in (runs / subject).iterdir():
+        rounds = sorted(folder.iterdir())
+        rows.append((size_of(rounds[0]), over_rounds([cost(folder) for folder in rounds])))
+    rows.sort(key=lambda row: row[0])
+    lines = [f"| {title} | CPU ms | floor: CPU ms | CPU / floor (spread) | median / floor (spread) | peak MB |", "|---|---|---|---|---|---|"]
     for size, figures in rows:
-        lines.append(f"| {size:.3g} | {figures['cpu_ms']:.1f} | {figures['median_to_floor']:.2f} | {figures['cpu_to_floor']:.2f} | "
-                     f"{figures['peak_mb']:.0f} |")
+        cells = [f"{size:.0f}" if size >= 100 else f"{size:.2f}", f"{figures['cpu_ms']['median']:.1f}", f"{figures['floor_cpu_ms']['median']:.1f}"]
+        for ratio in ("cpu_to_floor", "median_to_floor"):
+            cells.append(f"{figures[ratio]['median']:.2f} ({figures[ratio]['spread']:.2f})")
+        lines.append("| " + " | ".join([*cells, f"{figures['peak_mb']['median']:.0f}"]) + " |")
     sizes = [size for size, _ in rows]
     laws = []
     for name, unit in (("cpu_ms", "CPU ms"), ("peak_mb", "MB")):
-        a, b, difference = line_fit(sizes, [figures[name] for _, figures in rows])
-        laws.append(f"{a:.3g} + {b:.3g} x {unit} (to {100 * difference:.0f} %)")
+        a, b, difference = line_fit(sizes, [figures[name]["median"] for _, figures in rows])
+        laws.append(f"{a:.3g} {b:+.3g} x {unit} (to {100 * difference:.0f} %)")
     return "\n".join(lines) + "\n\nLaw, x in the unit of the first column: " + ", ".join(laws) + ".\n"
 
 

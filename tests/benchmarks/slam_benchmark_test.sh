@@ -76,9 +76,9 @@ grep -q "^drive, odometry: nees_inside_10 was " "$work/printed" || fail "the cov
 cmp "$work/again.json" "$work/out/results.json"
 cmp "$work/again.md" "$work/out/results.md"
 
-mkdir -p "$work/sizes/points/100" "$work/sizes/points/300"
-cp -r "$work/out/runs/drive/default/1" "$work/sizes/points/100/1"
-cp -r "$work/out/runs/drive/default/2" "$work/sizes/points/300/1"
+mkdir -p "$work/sizes/points"
+cp -r "$work/out/runs/drive/default" "$work/sizes/points/100"
+cp -r "$work/out/runs/drive/odometry" "$work/sizes/points/300"
 PYTHONDONTWRITEBYTECODE=1 expect_status 0 python3 "$scripts/sizes.py" "$work/sizes"
 [ "$(grep -c '^| [13]00 |' "$work/printed")" -eq 2 ] || fail "sizes.py has a row for every size"
 grep -q "^Law, .* CPU ms .* MB " "$work/printed" || fail "sizes.py prints a law"

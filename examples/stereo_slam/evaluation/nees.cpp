@@ -151,9 +151,10 @@ std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
 NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
                              const std::vector<CovarianceRow>& rows, const GroundTruthNoise& noise) {
   if (rows.size() != estimate.poses.size()) {
-    throw std::runtime_error(
-        fmt::format("{} rows of covariances for {} estimated poses; give both files of the same run",
-                    rows.size(), estimate.poses.size()));
+    throw std::runtime_error(fmt::format(
+        "{} rows of covariances for {} estimated poses; give both files of the same run, and of one with "
+        "--realtime trajectory_tum.txt",
+        rows.size(), estimate.poses.size()));
   }
   TrackedRun run{.rows = rows, .poses = dual_quaternions(estimate.poses), .true_poses = {}};
   run.true_poses.resize(run.poses.size());
