@@ -30,8 +30,10 @@ for recording in "$@"; do
   for preset in default paper; do
     results=$out/$(basename "$recording")_$preset
     if [ ! "${results}_before/covariances.csv" -nt "$before" ]; then
+      rm -rf "${results}_before"
       "$before" run --dataset "$recording" --preset "$preset" --output "${results}_before" --quiet 2>"${results}_before.log"
     fi
+    rm -rf "${results}_after"
     "$after" run --dataset "$recording" --preset "$preset" --output "${results}_after" --quiet 2>"${results}_after.log"
     for file in trajectory_kitti.txt covariances.csv trajectory_online.txt loops.csv; do
       [ -f "${results}_before/$file" ] || continue

@@ -15,7 +15,7 @@ measure() {
   shift 2
   mkdir -p "$folder"
   "$floor" "$recording" >"$folder/floor.json"
-  "$program" run --dataset "$recording" --output "$folder" --quiet "$@" 2>"$folder/run.log" || {
+  "$program" run --dataset "$recording" --output "$folder" --overwrite --quiet "$@" 2>"$folder/run.log" || {
     cat "$folder/run.log" >&2
     exit 1
   }

@@ -20,11 +20,18 @@ if [ -z "$program" ]; then
 fi
 
 sequence=$out/sequence_${frames}_${scale}
+written=$sequence.demo  # stands beside the folder that this script wrote
 if [ "$sequence/times.txt" -nt "$program" ] && "$program" info --dataset "$sequence" >/dev/null 2>&1; then
   echo "== The sequence is already rendered: $sequence"
 else
+  if [ -e "$sequence" ] && [ ! -e "$written" ]; then
+    echo "$0: $sequence: exists, and is not of this script; move it, or give another folder" >&2
+    exit 1
+  fi
   echo "== Rendering $frames stereo frames"
-  rm -rf "$sequence"
+  [ ! -e "$written" ] || rm -rf "$sequence"
+  mkdir -p "$out"
+  touch "$written"
   "$program" simulate --output "$sequence" --frames "$frames" --scale "$scale"
 fi
 
@@ -32,7 +39,7 @@ echo "== The recording"
 "$program" info --dataset "$sequence"
 
 echo "== SLAM"
-"$program" run --dataset "$sequence" --output "$out/results"
+"$program" run --dataset "$sequence" --output "$out/results" --overwrite
 
 echo "== Estimate against ground truth"
 "$program" evaluate --groundtruth "$sequence/poses.txt" --estimate "$out/results/trajectory_kitti.txt" \

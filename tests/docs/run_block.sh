@@ -15,6 +15,7 @@ rm -rf "$work"
 mkdir -p "$work"
 cp -r "$RECORDINGS"/. "$work"
 cd "$work"
+if grep -q 'run .*--output OUT\b' "$block"; then rm -rf OUT; fi  # the block makes its own
 export PATH="$here/bin:$PATH" HOME=$work
 mkdir build
 ln -s "$BUILD_DIR" build/release

@@ -3,13 +3,14 @@
 
 #include <ostream>
 #include <stdexcept>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
 #include "simulator/recording/euroc_writer.hpp"
 #include "simulator/recording/kitti_writer.hpp"
-#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/output_file.hpp"
 
 namespace stereo_slam::simulator {
 
@@ -17,12 +18,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Creates a folder for images; throws when it is not empty.
-fs::path make_image_folder(const fs::path& folder) {
-  fs::create_directories(folder);
+/// Creates the folder of a recording; throws when it is not empty.
+void make_root(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!error && !fs::is_directory(folder)) error = std::make_error_code(std::errc::not_a_directory);
+  if (error)
+    throw std::runtime_error(
+        fmt::format("{}: cannot be used for output ({})", folder.string(), error.message()));
   if (!fs::is_empty(folder)) {
-    throw std::runtime_error(folder.string() + ": not empty; remove it or choose another output folder");
+    throw std::runtime_error(
+        fmt::format("{}: not empty; choose another output folder, or remove it", folder.string()));
   }
+}
+
+fs::path make_folder(const fs::path& folder) {
+  fs::create_directories(folder);
   return folder;
 }
 
@@ -36,11 +47,11 @@ void write_png(const cv::Mat1b& image, const fs::path& file) {
 
 RecordingFolder::RecordingFolder(const SimulationSettings& settings, const fs::path& output)
     : settings_(settings), root_(output) {
+  make_root(root_);
   if (settings.rig) root_ /= "mav0";
-  images_ = settings.rig
-                ? std::array{make_image_folder(root_ / "cam0/data"), make_image_folder(root_ / "cam1/data")}
-                : std::array{make_image_folder(root_ / "image_0"), make_image_folder(root_ / "image_1")};
-  if (settings.moving_masks) make_image_folder(root_ / "moving");
+  images_ = settings.rig ? std::array{make_folder(root_ / "cam0/data"), make_folder(root_ / "cam1/data")}
+                         : std::array{make_folder(root_ / "image_0"), make_folder(root_ / "image_1")};
+  if (settings.moving_masks) (void)make_folder(root_ / "moving");
 }
 
 void RecordingFolder::write_cameras() const {

@@ -17,8 +17,8 @@ namespace stereo_slam::simulator {
 /// std::runtime_error with the path where a file cannot be written.
 class RecordingFolder {
  public:
-  /// Creates the folders of the images; throws std::runtime_error when one is not empty, so that no recording
-  /// is overwritten or mixed with another. `settings` must outlive it.
+  /// Creates the folders; throws std::runtime_error when `output` is not empty, so that nothing is
+  /// overwritten and no recording is mixed with another. `settings` must outlive it.
   RecordingFolder(const SimulationSettings& settings, const std::filesystem::path& output);
 
   void write_cameras() const;

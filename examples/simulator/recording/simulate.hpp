@@ -48,7 +48,7 @@ using Progress = std::function<bool(int done, int total)>;
 /// masks of what moves beside image_0 or cam0, in moving, white on black: the text files first, then each
 /// pair of images as soon as it is rendered. Throws std::invalid_argument for settings out of range and
 /// std::runtime_error for a trajectory that cannot be read, both before anything is written, and
-/// std::runtime_error for files that cannot be written and for folders that hold images already.
+/// std::runtime_error for files that cannot be written and for an `output` that is not empty.
 void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
               const Progress& progress = nullptr);
 

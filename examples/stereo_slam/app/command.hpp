@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -39,7 +40,16 @@ struct DatasetOptions {
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset);
 void add_pose_frame_option(CLI::App& app, PoseFrame& frame);
 
-/// Accepts numbers from `least` to `most`; CLI::Range accepts NaN, too.
+// Checks of an option's text: they return what is wrong with it, or nothing.
+
+/// Accepts decimal numbers from `least` to `most`; CLI::Range accepts NaN and hexadecimal ones, too.
 [[nodiscard]] std::function<std::string(const std::string&)> number_between(double least, double most);
+
+/// Accepts decimal whole numbers; CLI11 wraps what is negative or too large.
+[[nodiscard]] std::function<std::string(const std::string&)> whole_number_between(std::uint64_t least,
+                                                                                  std::uint64_t most);
+
+/// Accepts the name of a file or folder unless it is empty.
+[[nodiscard]] std::string require_name(const std::string& path);
 
 }  // namespace stereo_slam

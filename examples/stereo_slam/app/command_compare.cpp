@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "stereo_slam/app/command.hpp"
-#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/report/comparison.hpp"
+#include "stereo_slam/results/output.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -22,7 +24,22 @@ struct Arguments {
   double max_difference_s = 0.01;
 };
 
+/// What is written must not replace what is read.
+void check_page(const Arguments& arguments) {
+  std::vector<fs::path> inputs;
+  if (arguments.ground_truth) inputs.push_back(*arguments.ground_truth);
+  for (const auto& run : arguments.runs) {
+    inputs.push_back(run / "run.yaml");
+    for (const auto* name : result_files()) inputs.push_back(run / name);
+  }
+  require_replaceable(arguments.output, inputs, [](std::string_view beginning) {
+    return beginning.find("<title>stereo_slam") != std::string_view::npos;
+  });
+  require_writable(arguments.output);
+}
+
 int compare_command(const Arguments& arguments) {
+  check_page(arguments);
   std::vector<report::RunFolder> runs;
   for (const auto& folder : arguments.runs) runs.push_back(report::read_run_folder(folder));
   std::optional<report::ComparisonTruth> truth;
@@ -42,9 +59,13 @@ Command add_compare(CLI::App& parent) {
   auto& app =
       *parent.add_subcommand("compare", "show several runs on one page: paths, errors, times, settings");
   app.add_option("runs", arguments->runs, "output folders of runs")->required()->type_name("DIR");
-  app.add_option("--output", arguments->output, "page to write")->required()->type_name("FILE.html");
+  app.add_option("--output", arguments->output, "page to write")
+      ->required()
+      ->check(require_name)
+      ->type_name("FILE.html");
   app.add_option("--groundtruth", arguments->ground_truth,
                  "ground-truth trajectory that all runs are compared with")
+      ->check(require_name)
       ->type_name("FILE");
   app.add_option("--max-time-difference", arguments->max_difference_s,
                  "largest time difference of matched poses, in seconds")

@@ -10,10 +10,11 @@
 #include <fmt/ranges.h>
 
 #include "stereo_slam/app/command.hpp"
+#include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/evaluation/loop_score.hpp"
 #include "stereo_slam/evaluation/nees.hpp"
-#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
 namespace stereo_slam {
@@ -37,8 +38,12 @@ struct Arguments {
 void add_trajectory_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--groundtruth", arguments.ground_truth, "ground-truth trajectory")
       ->required()
+      ->check(require_name)
       ->type_name("FILE");
-  app.add_option("--estimate", arguments.estimate, "estimated trajectory")->required()->type_name("FILE");
+  app.add_option("--estimate", arguments.estimate, "estimated trajectory")
+      ->required()
+      ->check(require_name)
+      ->type_name("FILE");
   app.add_option("--format", arguments.format, "format of both files; default: by their columns")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, TrajectoryFormat>{{"kitti", TrajectoryFormat::kKitti},
@@ -49,12 +54,15 @@ void add_trajectory_options(CLI::App& app, Arguments& arguments) {
       ->check(number_between(0.0, 1e6))
       ->capture_default_str()
       ->type_name("S");
-  app.add_option("--json", arguments.json, "write the scores to this file, too")->type_name("FILE");
+  app.add_option("--json", arguments.json, "write the scores to this file, too")
+      ->check(require_name)
+      ->type_name("FILE");
 }
 
 void add_covariance_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--covariances", arguments.covariances,
                  "covariances.csv of the run: compare its covariances with the errors (NEES)")
+      ->check(require_name)
       ->type_name("FILE");
   app.add_option("--truth-sigma-m", arguments.truth_sigma_m,
                  "standard deviation of ground-truth relative positions, per axis, in m")
@@ -68,18 +76,41 @@ void add_covariance_options(CLI::App& app, Arguments& arguments) {
 
 void add_loop_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--loops", arguments.loops, "loops.csv of the run: report loop-closure precision and recall")
+      ->check(require_name)
       ->type_name("FILE");
   app.add_option("--min-gap-frames", arguments.revisits.min_gap_frames,
                  "smallest number of frames between two visits of a place, like the setting "
                  "place_recognition.min_gap_frames")
-      ->check(CLI::Range(1, 1'000'000))
+      ->check(whole_number_between(1, 1'000'000))
       ->capture_default_str()
       ->type_name("N");
 }
 
+/// What is written must not replace what is read.
+void check_json(const Arguments& arguments) {
+  if (!arguments.json) return;
+  std::vector<fs::path> inputs = {arguments.ground_truth, arguments.estimate};
+  for (const auto& more : {arguments.covariances, arguments.loops}) {
+    if (more) inputs.push_back(*more);
+  }
+  require_replaceable(*arguments.json, inputs, [](std::string_view beginning) {
+    return beginning.find("\"frames_matched\"") != std::string_view::npos;
+  });
+  require_writable(*arguments.json);
+}
+
+void warn_of_lengths(const Trajectory& truth, const Trajectory& estimate) {
+  if (!truth.stamps_ns.empty() || truth.poses.size() == estimate.poses.size()) return;
+  print_message(fmt::format(
+      "warning: {} ground-truth and {} estimated poses without stamps; they are paired from the first one on",
+      truth.poses.size(), estimate.poses.size()));
+}
+
 int evaluate_command(const Arguments& arguments) {
+  check_json(arguments);
   const Trajectory truth = read_trajectory(arguments.ground_truth, arguments.format);
   const Trajectory estimate = read_trajectory(arguments.estimate, arguments.format);
+  warn_of_lengths(truth, estimate);
   const Evaluation evaluation = evaluate(truth, estimate, arguments.max_difference_s);
   print_evaluation(std::cout, evaluation);
   const FramePairs pairs = match_poses(truth, estimate, arguments.max_difference_s);

@@ -7,7 +7,7 @@
 
 #include "stereo_slam/app/command.hpp"
 #include "stereo_slam/app/info.hpp"
-#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/output_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -19,6 +19,11 @@ struct Arguments {
 };
 
 int info_command(const Arguments& arguments) {
+  if (arguments.ground_truth) {
+    require_replaceable(*arguments.ground_truth, {},
+                        [](std::string_view beginning) { return beginning.starts_with(kGroundTruthHeader); });
+    require_writable(*arguments.ground_truth);
+  }
   const Inspection inspection = inspect_sequence(arguments.dataset.folder, arguments.dataset.format);
   print_inspection(std::cout, inspection);
   const auto& problems = inspection.scan.problems;
@@ -40,6 +45,7 @@ Command add_info(CLI::App& parent) {
   add_dataset_options(app, arguments->dataset);
   app.add_option("--write-groundtruth", arguments->ground_truth,
                  "write the ground truth to this file, in TUM format")
+      ->check(require_name)
       ->type_name("FILE");
   add_pose_frame_option(app, arguments->pose_frame);
   app.footer("Example:\n  stereo_slam info --dataset euroc/MH_01_easy");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <cstdlib>
+#include <charconv>
 #include <map>
 
 #include <fmt/format.h>
@@ -11,6 +11,7 @@ namespace stereo_slam {
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
   app.add_option("--dataset", dataset.folder, "folder of the recording, or the calibration.yaml in it")
       ->required()
+      ->check(require_name)
       ->type_name("DIR");
   app.add_option("--format", dataset.format, "layout of the folder; euroc includes TUM-VI")
       ->check(CLI::IsMember({"kitti", "euroc", "folders", "video", "auto"}))
@@ -27,11 +28,27 @@ void add_pose_frame_option(CLI::App& app, PoseFrame& frame) {
 
 std::function<std::string(const std::string&)> number_between(double least, double most) {
   return [least, most](const std::string& text) {
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    const bool good = end != text.c_str() && *end == '\0' && value >= least && value <= most;
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool good =
+        error == std::errc{} && end == text.data() + text.size() && value >= least && value <= most;
     return good ? std::string() : fmt::format("{} is not a number from {} to {}", text, least, most);
   };
+}
+
+std::function<std::string(const std::string&)> whole_number_between(std::uint64_t least, std::uint64_t most) {
+  return [least, most](const std::string& text) {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool octal = text.size() > 1 && text.starts_with('0');  // CLI11 would read it so
+    const bool good =
+        error == std::errc{} && end == text.data() + text.size() && !octal && value >= least && value <= most;
+    return good ? std::string() : fmt::format("{} is not a whole number from {} to {}", text, least, most);
+  };
+}
+
+std::string require_name(const std::string& path) {
+  return path.empty() ? "the name is empty" : std::string();
 }
 
 }  // namespace stereo_slam

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/app/command.hpp"
+#include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/app/runner.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/dataset/stereo_check.hpp"
@@ -34,6 +34,7 @@ struct Arguments {
 void add_settings_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--config", arguments.config,
                  "settings that differ from the preset; --print-settings lists all of them")
+      ->check(require_name)
       ->type_name("FILE.yaml");
   app.add_option("--preset", arguments.preset, "settings to start from; default: default")
       ->check(CLI::IsMember(preset_names()));
@@ -44,21 +45,31 @@ void add_settings_options(CLI::App& app, Arguments& arguments) {
 }
 
 void add_run_options(CLI::App& app, RunOptions& options) {
-  app.add_option("--output", options.output, "folder for the results")->required()->type_name("DIR");
+  app.add_option("--output", options.output, "folder for the results")
+      ->required()
+      ->check(require_name)
+      ->type_name("DIR");
+  app.add_flag(
+      "--overwrite", options.overwrite,
+      "replace the results of an earlier run in --output, once this one has ended, and the map and the "
+      "debug images of one");
   app.add_option("--max-frames", options.max_frames, "stop after N frames")
-      ->check(CLI::PositiveNumber)
+      ->check(whole_number_between(1, 1'000'000'000))
       ->type_name("N");
   app.add_option("--threads", options.threads, "number of threads; the results do not depend on it")
-      ->check(CLI::Range(1, 1024))
+      ->check(whole_number_between(1, 1024))
       ->type_name("N");
   add_pose_frame_option(app, options.pose_frame);
   app.add_option("--save-map", options.save_map, "write the map at the end, for later runs")
+      ->check(require_name)
       ->type_name("FILE");
   app.add_option("--load-map", options.load_map,
                  "localise in the map of an earlier run; with --save-map, extend that map")
+      ->check(require_name)
       ->type_name("FILE");
   app.add_option("--debug-images", options.debug_images,
                  "folder for one image per frame: predicted and observed flow, search ellipses, matches")
+      ->check(require_name)
       ->type_name("DIR");
   app.add_flag("--realtime", options.realtime,
                "offer the frames at the pace of their stamps, as a camera does, and drop those that come "
@@ -69,7 +80,7 @@ void add_run_options(CLI::App& app, RunOptions& options) {
 }
 
 void warn(const std::string& text, bool quiet) {
-  if (!quiet) fmt::print(stderr, "stereo_slam: warning: {}\n", text);
+  if (!quiet) print_message("warning: " + text);
 }
 
 /// Prints the warnings; throws the first error.
@@ -88,7 +99,7 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
     if (i > 0)
       attempt(ignored, Problem::Severity::kWarning, [&] { frames.push_back(load_frame(sequence, i)); });
   }
-  require_usable(problems_of(check_stereo_agreement(frames), sequence), quiet);
+  require_usable(problems_of(check_stereo_agreement(frames), sequence, frames), quiet);
 }
 
 [[nodiscard]] Settings settings_of(const Arguments& arguments) {

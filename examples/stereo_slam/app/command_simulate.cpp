@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,6 +29,7 @@ struct Arguments {
 void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
   app.add_option("--trajectory", settings.trajectory,
                  "KITTI pose file to drive along; default: a loop of streets, or a highway")
+      ->check(require_name)
       ->type_name("POSES");
   app.add_option("--scene", settings.scenery,
                  "scene along the path: town, or highway, where most objects are far; default: town")
@@ -35,14 +38,15 @@ void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
   app.add_option("--frames", settings.frames,
                  fmt::format("number of frames; default: all of --trajectory, or {} without it",
                              settings.kDefaultFrames))
-      ->check(CLI::Range(2, 1'000'000))
+      ->check(whole_number_between(2, 1'000'000))
       ->type_name("N");
   app.add_option("--seed", settings.seed, "seed of the world, the traffic and the noise")
+      ->check(whole_number_between(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str()
       ->type_name("S");
   app.add_option("--dynamic-objects", settings.dynamic_objects,
                  "number of moving cars and lorries, ahead and oncoming; 40 make a traffic jam")
-      ->check(CLI::Range(0, 1000))
+      ->check(whole_number_between(0, 1000))
       ->capture_default_str()
       ->type_name("N");
   app.add_flag("--moving-masks", settings.moving_masks,
@@ -70,7 +74,7 @@ void add_recording_options(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--threads", arguments.settings.threads,
                  "number of threads, 0: one per processor; the images do not depend on it")
-      ->check(CLI::Range(0, 1024))
+      ->check(whole_number_between(0, 1024))
       ->type_name("N");
   app.add_flag("--quiet", arguments.quiet, "print errors only");
 }
@@ -107,7 +111,10 @@ Command add_simulate(CLI::App& parent) {
   auto arguments = std::make_shared<Arguments>();
   auto& app = *parent.add_subcommand(
       "simulate", "render a town or a highway as a KITTI or EuRoC sequence with ground truth");
-  app.add_option("--output", arguments->output, "folder for the sequence")->required()->type_name("DIR");
+  app.add_option("--output", arguments->output, "folder for the sequence")
+      ->required()
+      ->check(require_name)
+      ->type_name("DIR");
   add_scene_options(app, arguments->settings);
   add_recording_options(app, *arguments);
   app.parse_complete_callback([arguments] {

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
@@ -54,7 +55,8 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
   return whole;
 }
 
-/// Checks up to five frames spread over the sequence, or the first ones of a video.
+/// Checks up to five frames spread over the sequence, or the first ones of a video, and adds what is wrong
+/// with them.
 StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_t>& whole_frames) {
   constexpr std::size_t kSampled = 5;
   std::vector<StereoFrame> frames;
@@ -64,7 +66,10 @@ StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_
     attempt(scan.problems, Problem::Severity::kError,
             [&] { frames.push_back(load_frame(scan.sequence, whole_frames[k])); });
   }
-  return check_stereo_agreement(frames);
+  const StereoAgreement agreement = check_stereo_agreement(frames);
+  for (auto& problem : problems_of(agreement, scan.sequence, frames))
+    scan.problems.push_back(std::move(problem));
+  return agreement;
 }
 
 void print_findings(std::ostream& stream, const StereoSequence& sequence) {
@@ -101,7 +106,8 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
 
 void print_problems(std::ostream& stream, const std::vector<Problem>& problems) {
   for (std::size_t i = 0; i < std::min(problems.size(), kPrintedProblems); ++i) {
-    fmt::print(stream, "{:<12}  {}\n", is_error(problems[i]) ? "ERROR" : "warning", problems[i].text);
+    fmt::print(stream, "{:<12}  {}\n", is_error(problems[i]) ? "ERROR" : "warning",
+               as_message(problems[i].text));
   }
   if (problems.size() > kPrintedProblems) {
     fmt::print(stream, "...           and {} more problems\n", problems.size() - kPrintedProblems);
@@ -115,8 +121,6 @@ Inspection inspect_sequence(const std::filesystem::path& folder, std::string_vie
   if (inspection.scan.sequence.camera.width_px == 0) return inspection;
   const auto whole_frames = check_images(inspection.scan);
   inspection.agreement = check_agreement(inspection.scan, whole_frames);
-  for (auto& problem : problems_of(inspection.agreement, inspection.scan.sequence))
-    inspection.scan.problems.push_back(std::move(problem));
   return inspection;
 }
 
@@ -132,6 +136,7 @@ void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, Po
     poses.push_back(
         Pose::from_matrix(Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix(), T.translation()));
   }
+  stream << kGroundTruthHeader << '\n';
   write_tum_trajectory(stream, sequence.ground_truth_ns, poses);
 }
 

@@ -20,6 +20,10 @@ struct Inspection {
 
 [[nodiscard]] Inspection inspect_sequence(const std::filesystem::path& folder, std::string_view format);
 
+/// The first line of a ground truth that `info` wrote.
+constexpr std::string_view kGroundTruthHeader =
+    "# ground truth of stereo_slam info: stamp tx ty tz qx qy qz qw";
+
 /// Writes the recording's ground truth as a TUM trajectory, for `evaluate` with a run of the same
 /// --pose-frame. Throws std::runtime_error when there is none.
 void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <cstdio>
-#include <cstdlib>
 #include <iostream>
 #include <map>
 #include <stdexcept>
@@ -8,9 +7,9 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <opencv2/core/utils/logger.hpp>
 
 #include "stereo_slam/app/command.hpp"
+#include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 
@@ -18,35 +17,33 @@ namespace {
 
 using namespace stereo_slam;
 
-/// Keeps OpenCV and its decoders from printing to standard error (std::cerr among others): their failures
-/// become one-line errors of this program, which it prints to the C stream. The environment variables of
-/// OpenCV and FFmpeg still work.
-void silence_decoders() {
-  if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {
-    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-    std::cerr.setstate(std::ios::badbit);
-  }
-  constexpr const char* kQuiet = "-8";
-  setenv("OPENCV_FFMPEG_LOGLEVEL", kQuiet, /*overwrite=*/0);
-}
-
 /// Runs the command; an exception becomes one line on standard error.
 int execute(const Command& command) {
-  silence_decoders();
+  silence_libraries();
   try {
     const int status = command();
     std::cout.flush();
     if (!std::cout || std::fflush(stdout) != 0) throw std::runtime_error("standard output cannot be written");
     return status;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "stereo_slam: {}\n", error.what());
-    return kFailed;
+    print_message(error.what());
+  } catch (...) {
+    print_message("an unknown error");
   }
+  return kFailed;
+}
+
+/// Prints what is wrong with the command line, or the help that it asks for. Returns the exit status.
+int answer(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) return app.exit(error);
+  print_message(fmt::format("{}; --help describes the options", error.what()));
+  return kWrongUsage;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  prepare_streams();
   CLI::App app("Stereo visual SLAM with dual quaternions and Bingham densities.", "stereo_slam");
   app.set_version_flag("--version", STEREO_SLAM_VERSION);
   app.require_subcommand(0, 1);
@@ -68,7 +65,7 @@ int main(int argc, char** argv) {
     if (app.get_subcommands().empty() && print_settings->count() == 0)
       throw CLI::RequiredError("one of the commands run, evaluate, compare, simulate, info");
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kWrongUsage;
+    return answer(app, error);
   }
 
   if (!app.get_subcommands().empty()) return execute(commands.at(app.get_subcommands().front()->get_name()));

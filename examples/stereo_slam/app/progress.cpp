@@ -29,11 +29,11 @@ void Progress::update(std::size_t done, std::size_t total, std::string_view deta
   last_print_s_ = now_s;
   const auto text = fmt::format("frame {}/{}  {:.1f} fps  {}", done, total,
                                 static_cast<double>(done) / std::max(now_s, 1e-9), detail);
-  if (terminal_) {
-    fmt::print("\r{:<72}", text);
+  if (terminal_) {  // a failure to print does not end the job
+    std::fputs(fmt::format("\r{:<72}", text).c_str(), stdout);
     line_open_ = true;
   } else {
-    fmt::print("{}\n", text);
+    std::fputs((text + "\n").c_str(), stdout);
   }
   std::fflush(stdout);
 }

@@ -10,16 +10,20 @@
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
 
+#include "stereo_slam/app/background_sync.hpp"
 #include "stereo_slam/app/frame_reader.hpp"
+#include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/app/process_usage.hpp"
 #include "stereo_slam/app/progress.hpp"
 #include "stereo_slam/app/realtime_reader.hpp"
 #include "stereo_slam/app/signals.hpp"
-#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/report/report.hpp"
 #include "stereo_slam/report/thumbnails.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/results/output.hpp"
+#include "stereo_slam/results/result_streams.hpp"
+#include "stereo_slam/results/run_folder.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/visualization/debug_image.hpp"
@@ -27,6 +31,8 @@
 
 namespace stereo_slam {
 namespace {
+
+namespace fs = std::filesystem;
 
 using Clock = std::chrono::steady_clock;
 
@@ -38,6 +44,7 @@ double seconds_since(Clock::time_point start) {
 struct RunInput {
   const StereoSequence& sequence;
   const Settings& settings;
+  const RunOptions& options;
   std::size_t frames;
 };
 
@@ -46,7 +53,7 @@ class FrameDisplay {
  public:
   FrameDisplay(const RunOptions& options, const StereoCamera& camera) : camera_(camera) {
     if (options.view) viewer_.emplace();
-    if (options.debug_images) debug_images_.emplace(*options.debug_images);
+    if (options.debug_images) debug_images_.emplace(*options.debug_images, options.overwrite);
   }
 
   [[nodiscard]] bool needs_trace() const { return debug_images_.has_value(); }
@@ -66,6 +73,26 @@ class FrameDisplay {
   report::Thumbnails thumbnails_;
 };
 
+/// The results that are written while the run goes on.
+class LiveResults {
+ public:
+  LiveResults(const fs::path& folder, const std::optional<Eigen::Isometry3d>& T_body_camera)
+      : streams_(folder, T_body_camera) {}
+
+  [[nodiscard]] bool begun() const { return streams_.begun(); }
+
+  /// Writes the last frame of the record, and at keyframes waits in another thread for the disk.
+  void append(const RunRecord& record, const Slam& slam) {
+    streams_.append_frame(record);
+    streams_.append_loops(slam.known_loop_events());
+    if (record.results.back().is_keyframe) sync_.request();
+  }
+
+ private:
+  ResultStreams streams_;
+  BackgroundSync sync_{[this] { streams_.sync(); }};  // last: ends before what it uses
+};
+
 /// Frame `i` of the recording; nothing if a video ends before it.
 std::optional<StereoFrame> load_unless_ended(const RunInput& input, std::size_t i) {
   try {
@@ -79,6 +106,7 @@ std::optional<StereoFrame> load_unless_ended(const RunInput& input, std::size_t 
 struct RunOutputs {
   FrameDisplay& display;
   Progress& progress;
+  LiveResults& results;
   RunRecord& record;
 };
 
@@ -95,8 +123,6 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
     FrameResult result = slam.process(frame, outputs.display.needs_trace() ? &trace : nullptr);
     const double ms = 1e3 * seconds_since(start);
     const double latency_ms = 1e3 * seconds_since(offered->offered_at);
-    outputs.progress.update(position + 1, input.frames,
-                            fmt::format("{} landmarks  {}", result.landmarks, to_string(result.status)));
     outputs.display.show(frame, result, slam, trace);
     record.results.push_back(std::move(result));
     record.total_ms.push_back(ms);
@@ -108,6 +134,10 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
       record.realtime->frames.push_back({latency_ms, std::move(offered->dropped_ns)});
       record.realtime->reading_delay_s = offered->reading_delay_s;
     }
+    outputs.results.append(record, slam);
+    const FrameResult& last = record.results.back();
+    outputs.progress.update(position + 1, input.frames,
+                            fmt::format("{} landmarks  {}", last.landmarks, to_string(last.status)));
   }
 }
 
@@ -147,6 +177,29 @@ void require_keyframes(const Settings& settings) {
   if (settings.loop_closure.enabled && settings.map.layout == MapLayout::kAnchored) return;
   throw std::runtime_error(
       "--save-map and --load-map need loop closure and the anchored layout; use the default preset");
+}
+
+/// Throws unless --save-map can be written at the end of the run, and replaces nothing but an earlier map.
+void check_save_map(const RunOptions& options) {
+  const fs::path& file = *options.save_map;
+  std::vector<fs::path> inputs;
+  if (options.load_map) inputs.push_back(*options.load_map);
+  require_replaceable(file, inputs, [&](std::string_view beginning) {
+    if (is_map(beginning) && !options.overwrite) {
+      throw std::runtime_error(fmt::format(
+          "{}: holds an earlier map; name another file, or replace it with --overwrite", file.string()));
+    }
+    return is_map(beginning);
+  });
+  const auto is_name = [&](const fs::path& name) { return file.filename() == name; };
+  const bool beside_results =
+      fs::weakly_canonical(fs::absolute(file).parent_path()) == fs::weakly_canonical(options.output);
+  if (!beside_results)
+    return require_writable(file);  // --output, which may not be there yet, is checked itself
+  if (std::any_of(result_files().begin(), result_files().end(), is_name) || is_name("run.yaml")) {
+    throw std::runtime_error(fmt::format(
+        "{}: is the name of a result file in --output; name another file for the map", file.string()));
+  }
 }
 
 /// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
@@ -202,42 +255,44 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
 }
 
 /// Calls a step of the run. Its exception becomes the run's error, unless the run has an earlier one.
-void attempt(RunHeader& header, const std::function<void()>& step) {
+/// Returns whether there was none.
+[[nodiscard]] bool attempt(RunHeader& header, const std::function<void()>& step) {
   try {
     step();
+    return true;
   } catch (const std::exception& error) {
-    if (header.error.empty()) header.error = error.what();
+    if (header.error.empty()) header.error = as_message(error.what());
     header.state = "failed";
+    return false;
   }
 }
 
 /// Writes all result files; one that cannot be written does not prevent the others. The report is always of
-/// the camera.
-void save(const RunInput& input, const RunOptions& options, const RunRecord& record,
-          const std::vector<report::Thumbnail>& thumbnails, RunHeader& header) {
-  const auto T_body_camera = body_of(input.sequence, options);
-  attempt(header, [&] {
-    write_results(options.output, T_body_camera ? in_body_frame(record, *T_body_camera) : record);
-  });
+/// the camera. Returns whether all were written.
+[[nodiscard]] bool save(const RunInput& input, const fs::path& folder, const RunRecord& record,
+                        const std::vector<report::Thumbnail>& thumbnails, RunHeader& header) {
+  const auto T_body_camera = body_of(input.sequence, input.options);
+  const bool written = attempt(
+      header, [&] { write_results(folder, T_body_camera ? in_body_frame(record, *T_body_camera) : record); });
   header.peak_mb = peak_resident_memory_mb();
-  attempt(header, [&] {
-    write_file(options.output / "report.html", [&](std::ostream& out) {
+  const bool reported = attempt(header, [&] {
+    write_file(folder / "report.html", [&](std::ostream& out) {
       report::write_report(out, record,
                            {.header = header,
-                            .dataset = std::filesystem::absolute(input.sequence.folder).string(),
+                            .dataset = fs::absolute(input.sequence.folder).string(),
                             .preset = input.settings.preset,
                             .ground_truth = {.stamps_ns = input.sequence.ground_truth_ns,
                                              .poses = input.sequence.ground_truth},
                             .thumbnails = thumbnails});
     });
   });
-  write_run_yaml(options.output, header, input.sequence, input.settings);
+  return written && reported;
 }
 
 }  // namespace
 
 RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
-  const RunInput input{sequence, settings,
+  const RunInput input{sequence, settings, options,
                        std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()))};
   // Whatever would make the run fail at its end is checked at its beginning.
   RunHeader header{
@@ -245,32 +300,35 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (options.realtime) require_pace(input);
   if (options.save_map) {
     require_keyframes(settings);
-    require_writable(*options.save_map);
+    check_save_map(options);
   }
   if (options.threads) cv::setNumThreads(*options.threads);
   Slam slam = make_slam(input, options);
   FrameDisplay display(options, sequence.camera);
-  prepare_output_folder(options.output);
-  write_run_yaml(options.output, header, sequence, settings);
+  const RunFolder folder(options.output, options.overwrite);
+  write_run_yaml(folder.working(), header, sequence, settings);
+  LiveResults results(folder.working(), body_of(sequence, options));
 
   const SignalGuard signals;
   const auto start = Clock::now();
   RunRecord record;
   if (options.realtime) record.realtime.emplace();
-  attempt(header, [&] {
+  (void)attempt(header, [&] {
     Progress progress(options.quiet);
-    process_recording(input, slam, {display, progress, record});
+    process_recording(input, slam, {display, progress, results, record});
   });
   header.seconds = seconds_since(start);
   const bool interrupted = SignalGuard::stop_requested();
   add_final_results(slam, record);
-  if (options.save_map) attempt(header, [&] { save_map(*options.save_map, slam.saved_map()); });
+  if (options.save_map) (void)attempt(header, [&] { save_map(*options.save_map, slam.saved_map()); });
   header.frames_processed = record.results.size();
   header.frame_cost = frame_cost(record);
   header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
   if (header.state == "running") header.state = interrupted ? "interrupted" : "finished";
-  save(input, options, record, display.thumbnails(), header);
+  const bool saved = results.begun() && save(input, folder.working(), record, display.thumbnails(), header);
+  write_run_yaml(folder.working(), header, sequence, settings);
+  if (saved && !record.results.empty()) folder.publish();
 
   RunSummary summary = summary_of(record);
   summary.seconds = header.seconds;

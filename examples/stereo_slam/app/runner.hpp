@@ -19,7 +19,8 @@ struct RunOptions {
   std::optional<int> threads;  ///< 1: also without the thread of loop closing; default: OpenCV's choice
   bool quiet = false;
   bool view = false;
-  bool realtime = false;  ///< offer frames at the pace of their stamps, and drop those that come too early
+  bool realtime = false;   ///< offer frames at the pace of their stamps, and drop those that come too early
+  bool overwrite = false;  ///< replace the results of an earlier run
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< to localise in; with save_map, to extend
   std::optional<std::filesystem::path> save_map = std::nullopt;
   std::optional<std::filesystem::path> debug_images = std::nullopt;  ///< folder
@@ -41,8 +42,9 @@ struct RunSummary {
 /// Runs the SLAM on a recording and writes the results. Another thread reads images ahead. SIGINT, SIGTERM
 /// and SIGHUP end the run after the current frame; the frames before a signal or an error are saved. The
 /// results do not depend on the number of threads; with `realtime` they depend on the speed of the machine.
-/// Throws std::runtime_error when the run cannot start: the output or the map file cannot be used, the
-/// calibration does not contain the body, or `realtime` is asked for and the stamps do not increase.
+/// Each finished frame is on its way to the disk before the next one begins. Throws std::runtime_error when
+/// the run cannot start: the output or the map file cannot be used, the calibration does not contain the
+/// body, or `realtime` is asked for and the stamps do not increase.
 [[nodiscard]] RunSummary run(const StereoSequence& sequence, const Settings& settings,
                              const RunOptions& options);
 

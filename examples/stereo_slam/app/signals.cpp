@@ -17,17 +17,12 @@ SignalGuard::SignalGuard() {
   sigaction(SIGINT, &action, &previous_int_);
   sigaction(SIGTERM, &action, &previous_term_);
   sigaction(SIGHUP, &action, &previous_hang_up_);
-  // A closed pipe on standard output must not end the run.
-  action.sa_handler = SIG_IGN;
-  action.sa_flags = 0;
-  sigaction(SIGPIPE, &action, &previous_pipe_);
 }
 
 SignalGuard::~SignalGuard() {
   sigaction(SIGINT, &previous_int_, nullptr);
   sigaction(SIGTERM, &previous_term_, nullptr);
   sigaction(SIGHUP, &previous_hang_up_, nullptr);
-  sigaction(SIGPIPE, &previous_pipe_, nullptr);
 }
 
 bool SignalGuard::stop_requested() { return stop_signal != 0; }

@@ -6,7 +6,7 @@
 namespace stereo_slam {
 
 /// While it exists, the first SIGINT, SIGTERM or SIGHUP is a request to stop; a second one ends the program
-/// at once. SIGPIPE is ignored.
+/// at once.
 class SignalGuard {
  public:
   SignalGuard();
@@ -21,7 +21,6 @@ class SignalGuard {
   struct sigaction previous_int_ = {};
   struct sigaction previous_term_ = {};
   struct sigaction previous_hang_up_ = {};
-  struct sigaction previous_pipe_ = {};
 };
 
 }  // namespace stereo_slam

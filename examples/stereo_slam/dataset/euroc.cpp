@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/euroc.hpp"
 
-#include <charconv>
-#include <cstdlib>
 #include <string>
 
 #include <fmt/format.h>
@@ -42,11 +40,8 @@ std::vector<Row> read_rows(const fs::path& camera) {
       throw std::runtime_error(at_line(csv, line.number, what));
     };
     const auto fields = split_fields(line.text);
-    std::int64_t stamp_ns = 0;
-    const auto [end, error] =
-        std::from_chars(fields[0].data(), fields[0].data() + fields[0].size(), stamp_ns);
-    if (error != std::errc{} || end != fields[0].data() + fields[0].size() || stamp_ns < 0)
-      fail(fmt::format("'{}' is not a stamp in whole nanoseconds", fields[0]));
+    const std::int64_t stamp_ns = parse_nanoseconds(fields[0]).value_or(-1);
+    if (stamp_ns < 0) fail(fmt::format("'{}' is not a stamp in whole nanoseconds", fields[0]));
     if (fields.size() != 2) {
       fail(fmt::format("'{}' is not 'stamp in ns, file name'; the file is damaged or truncated", line.text));
     }

@@ -5,13 +5,15 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
+
+#include "stereo_slam/dataset/image_size.hpp"
+#include "stereo_slam/io/input_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -23,13 +25,17 @@ using Bytes = std::vector<std::uint8_t>;
 }
 
 Bytes read_bytes(const std::filesystem::path& file) {
+  constexpr std::size_t kMostImageBytes = std::size_t{256} << 20;
   if (!std::filesystem::exists(file)) fail(file, "missing; restore the image or cut the sequence before it");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(file)) fail(file, "cannot be read; check its permissions");
-  Bytes bytes(std::filesystem::file_size(file));
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  return bytes;
+  const std::string content = read_file(file, kMostImageBytes);
+  return {content.begin(), content.end()};
+}
+
+/// Throws for an image that would take more memory than there may be.
+void require_size(const std::filesystem::path& file, const ImageSize& size) {
+  if (is_supported(size)) return;
+  fail(file, fmt::format("is {} x {} pixels; images may have up to {} pixels, scale them down", size.width_px,
+                         size.height_px, kMostPixels));
 }
 
 std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
@@ -81,6 +87,7 @@ ImageHeader check_chunks(const std::filesystem::path& file, std::span<const std:
   if (!std::equal(kSignature.begin(), kSignature.end(), bytes.begin()))
     fail(file, "not a PNG image; convert it");
 
+  if (const auto size = image_size(bytes)) require_size(file, *size);
   ImageHeader header;
   auto rest = bytes.subspan(kSignature.size());
   while (true) {
@@ -125,10 +132,13 @@ cv::Mat decode(const std::filesystem::path& file, int mode) {
   if (bytes.empty()) fail(file, "the file is empty; copy or download it again");
   if (extension == ".png") check_chunks(file, bytes);
   if (extension == ".jpg" || extension == ".jpeg") check_jpeg(file, bytes);
+  const auto size = image_size(bytes);
+  if (!size) fail(file, "the image cannot be decoded; convert or download it again");
+  require_size(file, *size);
   cv::Mat image;
   try {
     image = cv::imdecode(bytes, mode);
-  } catch (const cv::Exception&) {  // an image of a size beyond reason, say
+  } catch (const cv::Exception&) {  // the message below says it
   }
   if (image.empty()) fail(file, "the image cannot be decoded; convert or download it again");
   return image;

@@ -29,15 +29,21 @@ std::string frame_name(std::size_t index) { return fmt::format("{:06}.png", inde
 
 /// "P0: twelve numbers", row-major.
 Projection read_projection(const fs::path& file, const std::vector<TextLine>& lines, std::string_view key) {
+  const TextLine* first = nullptr;
+  Projection projection;
   for (const auto& line : lines) {
     if (!line.text.starts_with(key)) continue;
+    if (first != nullptr)
+      throw std::runtime_error(at_line(file, line.number, fmt::format("{} is given twice", key)));
+    first = &line;
     const auto numbers = parse_numbers(std::string_view(line.text).substr(key.size()));
     if (!numbers || numbers->size() != 12) {
       throw std::runtime_error(
           at_line(file, line.number, fmt::format("{} needs 12 numbers after it, a 3x4 matrix", key)));
     }
-    return Eigen::Map<const Projection>(numbers->data());
+    projection = Eigen::Map<const Projection>(numbers->data());
   }
+  if (first != nullptr) return projection;
   fail(file, fmt::format("has no line '{} ...' with a 3x4 matrix; take the calib.txt of the sequence", key));
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <string>
@@ -67,11 +66,24 @@ std::vector<fs::path> list_images(const fs::path& folder) {
   return images;
 }
 
+/// The images by their names without extension; throws if two have the same.
+std::map<std::string, fs::path> by_name(const std::vector<fs::path>& images) {
+  std::map<std::string, fs::path> named;
+  for (const auto& image : images) {
+    const auto [other, is_new] = named.emplace(image.stem().string(), image);
+    if (!is_new) {
+      fail(image, fmt::format("has the name of {}; one image of a name must remain in the folder",
+                              other->second.filename().string()));
+    }
+  }
+  return named;
+}
+
 /// Pairs the images of both folders and fills the frames.
 void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>& right, SequenceScan& scan) {
   auto& frames = scan.sequence.frames;
-  std::map<std::string, fs::path> right_by_name;
-  for (const auto& image : right) right_by_name.emplace(image.stem().string(), image);
+  const auto right_by_name = by_name(right);
+  (void)by_name(left);
   for (const auto& image : left) {
     const auto partner = right_by_name.find(image.stem().string());
     if (partner != right_by_name.end()) frames.push_back({0, image, partner->second});
@@ -100,12 +112,9 @@ void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>&
 /// A name of 13 digits or more is a stamp in nanoseconds.
 std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
   const std::string name = image.stem().string();
-  std::int64_t stamp_ns = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), stamp_ns);
   constexpr std::size_t kMinDigits = 13;
-  if (name.size() < kMinDigits || error != std::errc{} || end != name.data() + name.size() || stamp_ns < 0)
-    return std::nullopt;
-  return stamp_ns;
+  const auto stamp_ns = parse_nanoseconds(name);
+  return name.size() >= kMinDigits && stamp_ns && *stamp_ns >= 0 ? stamp_ns : std::nullopt;
 }
 
 void read_times(const fs::path& file, std::vector<StereoFiles>& frames) {

@@ -11,7 +11,9 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "stereo_slam/dataset/image_size.hpp"
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -120,19 +122,7 @@ class YamlMap {
 
 YamlMap load(const fs::path& file, const std::string& advice) {
   if (!fs::exists(file)) throw std::runtime_error(fmt::format("{}: missing; {}", file.string(), advice));
-  // OpenCV's first line, %YAML:1.0, is not valid YAML. It becomes empty, so that line numbers stay.
-  std::string text;
-  int next = 1;
-  for (const auto& line : read_text_lines(file)) {
-    for (; next < line.number; ++next) text += '\n';
-    if (!line.text.starts_with('%')) text += line.text;
-  }
-  try {
-    return {file, YAML::Load(text), "the file"};
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error(
-        at_line(file, error.mark.line + 1, fmt::format("not valid YAML: {}", error.msg)));
-  }
+  return {file, load_yaml_file(file), "the file"};
 }
 
 struct Model {
@@ -180,6 +170,10 @@ Lens read_lens(const YamlMap& map) {
   }
   lens.width_px = static_cast<int>(resolution[0]);
   lens.height_px = static_cast<int>(resolution[1]);
+  if (static_cast<std::uint64_t>(lens.width_px) * static_cast<std::uint64_t>(lens.height_px) > kMostPixels) {
+    map.fail(map.get({"resolution"}), fmt::format("resolution is {} x {}; images may have up to {} pixels",
+                                                  lens.width_px, lens.height_px, kMostPixels));
+  }
   const auto intrinsics = map.numbers({"intrinsics"});
   if (intrinsics.size() != 4) {
     map.fail(map.get({"intrinsics"}),
@@ -298,8 +292,12 @@ OwnCamera read_own_camera(const fs::path& file) {
   }
   if (map.has("frame_rate_hz")) {
     own.frame_rate_hz = map.number("frame_rate_hz");
-    if (!(*own.frame_rate_hz > 0.0 && *own.frame_rate_hz < 1e5))
-      map.fail(map.get({"frame_rate_hz"}), "frame_rate_hz must be positive");
+    constexpr double kSlowest_hz = 0.01;
+    constexpr double kFastest_hz = 1e5;
+    if (!(*own.frame_rate_hz >= kSlowest_hz && *own.frame_rate_hz <= kFastest_hz)) {
+      map.fail(map.get({"frame_rate_hz"}), fmt::format("frame_rate_hz is {}, but must be from {} to {}",
+                                                       *own.frame_rate_hz, kSlowest_hz, kFastest_hz));
+    }
   }
   if (map.has("times")) own.times = map.text({"times"});
   return own;

@@ -30,16 +30,30 @@ void check_size(const cv::Mat& image, const fs::path& file, const StereoCamera& 
   throw std::runtime_error(wrong_size(file, image.cols, image.rows, camera).text);
 }
 
-/// The two raw images.
-std::pair<cv::Mat, cv::Mat> load_images(const StereoSequence& sequence, std::size_t index) {
-  const auto& files = sequence.frames.at(index);
-  if (!sequence.video) return {load_gray_image(files.left), load_gray_image(files.right)};
+using ImagePair = std::pair<cv::Mat, cv::Mat>;
+
+/// The two raw images of a frame of a video.
+ImagePair load_from_video(const StereoSequence& sequence, std::size_t index) {
   auto images = sequence.video->read(index);
-  if (!images) {
-    throw EndOfRecording(fmt::format("{}: the video ends at frame {}, its header promises {}",
-                                     sequence.folder.string(), index, sequence.frames.size()));
+  if (images) return std::move(*images);
+  throw EndOfRecording(fmt::format("{}: the video ends at frame {}, its header promises {}",
+                                   sequence.folder.string(), index, sequence.frames.size()));
+}
+
+/// The raw left image of one frame and the right one of another.
+ImagePair load_images(const StereoSequence& sequence, std::size_t left, std::size_t right) {
+  const auto& left_file = sequence.frames.at(left).left;
+  const auto& right_file = sequence.frames.at(right).right;
+  ImagePair images;
+  if (sequence.video) {
+    images = load_from_video(sequence, left);
+    if (right != left) images.second = load_from_video(sequence, right).second;
+  } else {
+    images = {load_gray_image(left_file), load_gray_image(right_file)};
   }
-  return std::move(*images);
+  check_size(images.first, left_file, sequence.camera);
+  check_size(images.second, right_file, sequence.camera);
+  return images;
 }
 
 cv::Mat equalised(const cv::Mat& image, const ImageSettings& settings) {
@@ -51,7 +65,9 @@ cv::Mat equalised(const cv::Mat& image, const ImageSettings& settings) {
 
 }  // namespace
 
-SequenceScan scan_sequence(const fs::path& folder, std::string_view format) {
+namespace {
+
+SequenceScan scan_layout(const fs::path& folder, std::string_view format) {
   const std::string name = folder.string();
   const bool automatic = format == "auto";
   if (!fs::exists(folder)) return unusable(folder, fmt::format("{}: no such folder; check --dataset", name));
@@ -70,6 +86,41 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format) {
           "{}: not a recording of a known layout; expected the KITTI layout ({}), the EuRoC layout ({}), or "
           "a camera of your own ({})",
           name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
+}
+
+/// Figures that no camera has, and a baseline that no stereo camera has: lengths in another unit, most
+/// likely.
+void check_camera(SequenceScan& scan) {
+  constexpr double kShortest_m = 0.005;
+  constexpr double kLongest_m = 10.0;
+  constexpr double kLeast = 1e-6;  // of any length, and the largest
+  constexpr double kMost = 1e6;
+  const auto& camera = scan.sequence.camera;
+  const double baseline_m = camera.baseline_m;
+  const auto is_sane = [&](double value) { return value >= kLeast && value <= kMost; };
+  if (camera.fx > 0.0 && !(is_sane(camera.fx) && is_sane(camera.fy) && is_sane(baseline_m))) {
+    scan.problems.push_back(
+        {Problem::Severity::kError,
+         fmt::format(
+             "{}: the calibration gives focal lengths of {:.4g} and {:.4g} px and a baseline of {:.4g} m; "
+             "each must be from {} to {}",
+             scan.sequence.folder.string(), camera.fx, camera.fy, baseline_m, kLeast, kMost)});
+    return;
+  }
+  if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres{}",
+                   scan.sequence.folder.string(), baseline_m,
+                   baseline_m > kLongest_m ? ", these look like millimetres" : "")});
+}
+
+}  // namespace
+
+SequenceScan scan_sequence(const fs::path& folder, std::string_view format) {
+  SequenceScan scan = scan_layout(folder, format);
+  check_camera(scan);
+  return scan;
 }
 
 StereoSequence open_sequence(const fs::path& folder, std::string_view format) {
@@ -101,20 +152,26 @@ void set_rig(StereoSequence& sequence, const StereoRig& rig) {
   sequence.rectifier = std::move(rectifier);
 }
 
-StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {
-  const auto& files = sequence.frames.at(index);
-  auto [left, right] = load_images(sequence, index);
-  check_size(left, files.left, sequence.camera);
-  check_size(right, files.right, sequence.camera);
+StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice) {
+  auto [left, right] = load_images(sequence, choice.left, choice.right);
+  if (choice.swapped) std::swap(left, right);
   if (sequence.rectifier) {
     left = sequence.rectifier->left(left);
     right = sequence.rectifier->right(right);
   }
+  return {.index = choice.left,
+          .stamp_ns = sequence.frames.at(choice.left).stamp_ns,
+          .left = left,
+          .right = right};
+}
+
+StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {
+  StereoFrame frame = load_pair(sequence, {.left = index, .right = index});
   if (settings.clahe) {
-    left = equalised(left, settings);
-    right = equalised(right, settings);
+    frame.left = equalised(frame.left, settings);
+    frame.right = equalised(frame.right, settings);
   }
-  return {.index = index, .stamp_ns = files.stamp_ns, .left = left, .right = right};
+  return frame;
 }
 
 }  // namespace stereo_slam

@@ -88,6 +88,16 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
 /// Takes size, lenses and rectification from a rig. Throws std::runtime_error as Rectifier does.
 void set_rig(StereoSequence& sequence, const StereoRig& rig);
 
+/// Images that may belong together in another way than the recording says.
+struct PairChoice {
+  std::size_t left = 0;  ///< index of the frame of the left image
+  std::size_t right = 0;
+  bool swapped = false;  ///< the image of each camera is that of the other one
+};
+
+/// Reads the two images of a choice and rectifies them. Throws like load_frame.
+[[nodiscard]] StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice);
+
 /// Reads a frame, rectifies it and prepares it according to `settings`. Throws std::runtime_error that names
 /// the file when an image is missing, damaged or of another size, and EndOfRecording where a video ends
 /// early.

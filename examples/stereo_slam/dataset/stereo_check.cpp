@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
+#include <string>
 
 #include <fmt/format.h>
 #include <opencv2/features2d.hpp>
@@ -74,6 +76,50 @@ double median(const std::vector<Offset>& offsets, const Value& value) {
   return *middle;
 }
 
+/// How well the images agree if they belong together in another way: right images of the frame `step` later,
+/// or swapped.
+StereoAgreement agreement_of(const StereoSequence& sequence, const std::vector<StereoFrame>& frames, int step,
+                             bool swapped) {
+  std::vector<StereoFrame> chosen;
+  std::vector<Problem> ignored;  // images that cannot be read are another problem
+  for (const auto& frame : frames) {
+    if (step < 0 && frame.index == 0) continue;
+    const std::size_t right = step < 0 ? frame.index - 1 : frame.index + static_cast<std::size_t>(step);
+    if (right >= sequence.frames.size()) continue;
+    attempt(ignored, Problem::Severity::kWarning, [&] {
+      chosen.push_back(load_pair(sequence, {frame.index, right, swapped}));
+    });
+  }
+  return check_stereo_agreement(chosen);
+}
+
+/// The problem that the images agree much better in another way than the recording says.
+std::optional<Problem> wrong_pairing(const StereoAgreement& agreement, const StereoSequence& sequence,
+                                     const std::vector<StereoFrame>& frames) {
+  constexpr double kSuspicious_px = 0.15;  // good recordings have 0.05 to 0.1
+  if (frames.empty() || agreement.row_offset_px < kSuspicious_px) return std::nullopt;
+  const auto is_better = [&](const StereoAgreement& other) {
+    return other.matches >= agreement.matches / 2 && other.conclusive() &&
+           other.row_offset_px < 0.5 * agreement.row_offset_px && other.median_disparity_px > 0.0;
+  };
+  const std::string folder = sequence.folder.string();
+  if (sequence.rectifier && is_better(agreement_of(sequence, frames, 0, true))) {
+    return Problem{
+        Problem::Severity::kError,
+        fmt::format("{}: {} and {} look swapped, each with the images of the other camera; {} must hold "
+                    "those of the left one",
+                    folder, sequence.left_name, sequence.right_name, sequence.left_name)};
+  }
+  for (const int step : {1, -1}) {
+    if (!is_better(agreement_of(sequence, frames, step, false))) continue;
+    return Problem{
+        Problem::Severity::kWarning,
+        fmt::format("{}: the images of {} look one frame {}; those of a pair must have been taken together",
+                    folder, sequence.right_name, step > 0 ? "late" : "early")};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<std::size_t> spread(std::size_t frames, std::size_t count) {
@@ -98,7 +144,8 @@ StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
           .negative_share = beyond == 0 ? 0.0 : static_cast<double>(negative) / static_cast<double>(beyond)};
 }
 
-std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoSequence& sequence) {
+std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoSequence& sequence,
+                                 const std::vector<StereoFrame>& frames) {
   // A point in front of the cameras lies further left in the right image.
   constexpr double kMaxNegativeShare = 0.8;
   constexpr double kMaxRowOffset_px = 1.0;
@@ -124,6 +171,7 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
                      sequence.folder.string(), 100.0 * agreement.negative_share, sequence.left_name,
                      sequence.right_name, sequence.left_name)}};
   }
+  if (const auto problem = wrong_pairing(agreement, sequence, frames)) return {*problem};
   if (agreement.row_offset_px > kMaxRowOffset_px) {
     const auto* advice =
         sequence.rectifier

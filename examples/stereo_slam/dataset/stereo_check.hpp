@@ -29,9 +29,10 @@ struct StereoAgreement {
 /// rectification.
 [[nodiscard]] StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames);
 
-/// The problems that the agreement shows. Error: swapped cameras. Warnings: hardly any matches, identical
-/// images, no rectification.
+/// The problems that the agreement of `frames` of the sequence shows. Errors: swapped cameras. Warnings:
+/// hardly any matches, identical images, right images of the frame before or after, no rectification.
 [[nodiscard]] std::vector<Problem> problems_of(const StereoAgreement& agreement,
-                                               const StereoSequence& sequence);
+                                               const StereoSequence& sequence,
+                                               const std::vector<StereoFrame>& frames = {});
 
 }  // namespace stereo_slam

@@ -11,6 +11,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "stereo_slam/dataset/image_size.hpp"
+
 namespace stereo_slam {
 namespace {
 
@@ -20,13 +22,24 @@ namespace fs = std::filesystem;
   throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
 }
 
+void require_size(const fs::path& file, const cv::VideoCapture& video) {
+  const double width_px = video.get(cv::CAP_PROP_FRAME_WIDTH);
+  const double height_px = video.get(cv::CAP_PROP_FRAME_HEIGHT);
+  if (width_px * height_px <= static_cast<double>(kMostPixels)) return;
+  fail(file, fmt::format("has {} x {} pixels; images may have up to {} pixels, scale them down", width_px,
+                         height_px, kMostPixels));
+}
+
 cv::VideoCapture open(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "missing; check the path in the calibration file");
   if (!fs::is_regular_file(file)) fail(file, "is not a video file");
   for (const int backend : {cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG}) {
     cv::VideoCapture video;
     try {
-      if (video.open(file.string(), backend) && video.isOpened()) return video;
+      if (video.open(file.string(), backend) && video.isOpened()) {
+        require_size(file, video);
+        return video;
+      }
     } catch (const cv::Exception&) {  // this backend cannot; the next one may
     }
   }
@@ -44,8 +57,9 @@ struct VideoPair::Decoder {
 
   /// From the header, or by decoding the file if the header has none.
   std::size_t count_frames() {
+    constexpr double kMostFrames = 1e7;  // eleven days at ten a second
     const double stated = video.get(cv::CAP_PROP_FRAME_COUNT);
-    if (stated >= 1.0 && stated < 1e9) return static_cast<std::size_t>(std::llround(stated));
+    if (stated >= 1.0 && stated < kMostFrames) return static_cast<std::size_t>(std::llround(stated));
     while (video.grab()) ++next;
     const std::size_t count = next;
     rewind();
@@ -77,7 +91,7 @@ VideoPair::VideoPair(const fs::path& left, const fs::path& right)
   frames_of_each_ = {left_->count_frames(), right_->count_frames()};
   frames_ = std::min(frames_of_each_.first, frames_of_each_.second);
   const double rate_hz = left_->video.get(cv::CAP_PROP_FPS);
-  rate_hz_ = std::isfinite(rate_hz) && rate_hz > 0.0 && rate_hz < 1e5 ? rate_hz : 0.0;
+  rate_hz_ = std::isfinite(rate_hz) && rate_hz >= 0.01 && rate_hz < 1e5 ? rate_hz : 0.0;
 }
 
 VideoPair::~VideoPair() = default;

@@ -12,6 +12,7 @@
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
+#include "stereo_slam/evaluation/pose_tree.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
@@ -59,13 +60,6 @@ template <class Integer>
   return loop;
 }
 
-[[nodiscard]] bool is_near(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double max_distance_m,
-                           double max_angle_rad) {
-  if ((a.translation() - b.translation()).squaredNorm() > max_distance_m * max_distance_m) return false;
-  const double cosine = 0.5 * (a.linear().cwiseProduct(b.linear()).sum() - 1.0);
-  return cosine >= std::cos(max_angle_rad);
-}
-
 /// A frame with ground truth.
 struct KnownFrame {
   std::size_t frame = 0;
@@ -84,33 +78,50 @@ struct KnownFrame {
   return known;
 }
 
-/// Whether the last of `past` revisits the place of an earlier one.
-[[nodiscard]] bool revisits_place(std::span<const KnownFrame> past, const RevisitRule& rule) {
-  const KnownFrame& now = past.back();
-  bool was_elsewhere = false;
-  for (std::size_t i = past.size() - 1; i-- > 0;) {
-    const KnownFrame& then = past[i];
-    const bool near = is_near(then.pose, now.pose, rule.max_distance_m, rule.max_angle_rad);
-    was_elsewhere = was_elsewhere || !near;
-    if (near && was_elsewhere && now.frame - then.frame >= rule.min_gap_frames &&
-        now.path_m - then.path_m > rule.min_path_m) {
-      return true;
-    }
+/// Finds which frames revisit the place of an earlier one.
+class RevisitSearch {
+ public:
+  RevisitSearch(const std::vector<KnownFrame>& known, const RevisitRule& rule)
+      : known_(known), rule_(rule), tree_(poses_of(known), {rule.max_distance_m, rule.max_angle_rad}) {}
+
+  [[nodiscard]] bool revisits_place(std::size_t i) const {
+    const KnownFrame& now = known_[i];
+    const auto elsewhere = tree_.last_far(now.pose, i);
+    if (!elsewhere) return false;
+    // Frames and path increase along the run: what is long enough ago is a first part of it.
+    const auto first_recent =
+        std::partition_point(known_.begin(), known_.begin() + static_cast<std::ptrdiff_t>(*elsewhere),
+                             [&](const KnownFrame& then) {
+                               return now.frame - then.frame >= rule_.min_gap_frames &&
+                                      now.path_m - then.path_m > rule_.min_path_m;
+                             });
+    return tree_.any_near(now.pose, static_cast<std::size_t>(first_recent - known_.begin()));
   }
-  return false;
-}
+
+ private:
+  [[nodiscard]] static std::vector<Eigen::Isometry3d> poses_of(const std::vector<KnownFrame>& known) {
+    std::vector<Eigen::Isometry3d> poses;
+    poses.reserve(known.size());
+    for (const auto& frame : known) poses.push_back(frame.pose);
+    return poses;
+  }
+
+  const std::vector<KnownFrame>& known_;
+  const RevisitRule& rule_;
+  PoseTree tree_;
+};
 
 [[nodiscard]] bool is_true(const LoopEvent& loop, const TruePoses& truth, const RevisitRule& rule) {
   const Eigen::Isometry3d T_old_new = truth[loop.old_frame]->inverse() * *truth[loop.frame];
-  return is_near(T_old_new, loop.T_old_new.isometry(), rule.max_true_error_m, rule.max_true_error_rad);
+  return is_near(T_old_new, loop.T_old_new.isometry(), {rule.max_true_error_m, rule.max_true_error_rad});
 }
 
 /// Credits a true loop to the revisit that its frame is in.
 void credit(std::vector<Revisit>& revisits, const LoopEvent& loop) {
-  for (auto& revisit : revisits) {
-    if (loop.frame < revisit.first || loop.frame > revisit.last) continue;
-    revisit.first_loop = std::min(revisit.first_loop.value_or(loop.frame), loop.frame);
-  }
+  const auto revisit = std::lower_bound(revisits.begin(), revisits.end(), loop.frame,
+                                        [](const Revisit& r, std::size_t frame) { return r.last < frame; });
+  if (revisit == revisits.end() || loop.frame < revisit->first) return;
+  revisit->first_loop = std::min(revisit->first_loop.value_or(loop.frame), loop.frame);
 }
 
 /// Sums the path of every revisit over the frames of loops and up to `reach_frames` after each.
@@ -118,9 +129,12 @@ void measure_found_path(std::vector<Revisit>& revisits, const std::vector<KnownF
                         std::vector<std::size_t> loop_frames, std::size_t reach_frames) {
   std::sort(loop_frames.begin(), loop_frames.end());
   for (auto& revisit : revisits) {
-    for (std::size_t i = 1; i < known.size(); ++i) {
+    const auto first =
+        std::lower_bound(known.begin(), known.end(), revisit.first,
+                         [](const KnownFrame& k, std::size_t frame) { return k.frame < frame; });
+    for (auto i = static_cast<std::size_t>(first - known.begin()) + 1;
+         i < known.size() && known[i].frame <= revisit.last; ++i) {
       const std::size_t frame = known[i].frame;
-      if (known[i - 1].frame < revisit.first || frame > revisit.last) continue;
       const auto after = std::upper_bound(loop_frames.begin(), loop_frames.end(), frame);
       const bool found = after != loop_frames.begin() && *(after - 1) >= revisit.first &&
                          frame - *(after - 1) <= reach_frames;
@@ -165,6 +179,7 @@ std::vector<LoopEvent> read_loops(const std::filesystem::path& file) {
     throw std::runtime_error(
         fmt::format("{}: not a loops.csv: the header {} is missing", file.string(), kHeader));
   }
+  require_line_end(file, lines);
   std::vector<LoopEvent> loops;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto loop = parse_loop(lines[i].text);
@@ -191,10 +206,11 @@ TruePoses poses_at_frames(const Trajectory& truth, const FramePairs& pairs, std:
 
 std::vector<Revisit> find_revisits(const TruePoses& truth, const RevisitRule& rule) {
   const auto known = known_frames(truth);
+  const RevisitSearch search(known, rule);
   std::vector<Revisit> revisits;
   std::size_t last = 0;  // index of the last revisit's end
   for (std::size_t i = 0; i < known.size(); ++i) {
-    if (!revisits_place({known.data(), i + 1}, rule)) continue;
+    if (!search.revisits_place(i)) continue;
     if (revisits.empty() || known[i].frame - revisits.back().last > rule.max_hole_frames + 1) {
       revisits.push_back({.first = known[i].frame, .last = known[i].frame, .first_loop = {}});
     } else {

@@ -88,9 +88,10 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
     throw std::runtime_error(
         fmt::format("{}: not a covariances.csv: the header stamp_s,status,... is missing", file.string()));
   }
+  require_line_end(file, lines);
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    const auto& [number, text] = lines[i];
-    const auto fields = split_fields(text);
+    const int number = lines[i].number;
+    const auto fields = split_fields(lines[i].text);
     const auto numbers =
         fields.size() == kColumns
             ? parse_numbers(fmt::format("{}", fmt::join(fields.begin() + 2, fields.end(), ",")))

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <fstream>
 #include <stdexcept>
-#include <system_error>
 
 #include <fmt/format.h>
+
+#include "stereo_slam/io/input_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -25,40 +25,36 @@ std::optional<double> parse_number(std::string_view field) {
   return value;
 }
 
-[[nodiscard]] std::filesystem::path partial_of(const std::filesystem::path& file) {
-  return file.string() + ".partial";
-}
-
-/// Writes the temporary file that is to replace `file`.
-void write_partial(const std::filesystem::path& file, const std::filesystem::path& partial,
-                   const std::function<void(std::ostream&)>& write) {
-  std::ofstream stream(partial, std::ios::binary | std::ios::trunc);
-  if (stream) write(stream);
-  stream.close();
-  if (stream) return;
-  std::error_code ignored;
-  std::filesystem::remove(partial, ignored);
-  throw std::runtime_error(
-      fmt::format("{}: cannot be written; check permissions and free space", file.string()));
-}
-
 }  // namespace
 
 std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw std::runtime_error(
-        fmt::format("{}: cannot be read; check the path and its permissions", file.string()));
-  }
+  const std::string content = read_file(file, kMostTextBytes);
   std::vector<TextLine> lines;
-  std::string text;
-  for (int number = 1; std::getline(stream, text); ++number) {
+  std::string_view rest = content;
+  for (int number = 1; !rest.empty(); ++number) {
+    const auto end = rest.find('\n');
+    const bool ended = end != std::string_view::npos;
+    auto text = rest.substr(0, end);
+    rest.remove_prefix(ended ? end + 1 : rest.size());
+    if (text.size() > kMostLineBytes) {
+      throw std::runtime_error(
+          at_line(file, number,
+                  fmt::format("the line has {} bytes, more than {}; check that it is a text file",
+                              text.size(), kMostLineBytes)));
+    }
     const auto first = text.find_first_not_of(kSeparators);
-    if (first == std::string::npos || text[first] == '#') continue;
-    if (text.back() == '\r') text.pop_back();
-    lines.push_back({number, text});
+    if (first == std::string_view::npos || text[first] == '#') continue;
+    if (text.back() == '\r') text.remove_suffix(1);
+    lines.push_back({number, std::string(text), ended});
   }
   return lines;
+}
+
+void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
+  if (lines.empty() || lines.back().ended) return;
+  throw std::runtime_error(at_line(file, lines.back().number,
+                                   "the last line has no line end, so digits may be missing; copy the file "
+                                   "again, or add the line end"));
 }
 
 std::vector<std::string_view> split_fields(std::string_view text) {
@@ -81,6 +77,14 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
   return numbers;
 }
 
+std::optional<std::int64_t> parse_nanoseconds(std::string_view text) {
+  std::int64_t stamp_ns = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), stamp_ns);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  if (stamp_ns < -kLatestStamp_ns || stamp_ns > kLatestStamp_ns) return std::nullopt;
+  return stamp_ns;
+}
+
 std::optional<std::int64_t> parse_seconds(std::string_view text) {
   // A mantissa of 64 bits resolves nanoseconds since 1970; where long double is double the error is below 0.2
   // us.
@@ -88,7 +92,7 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
   long double seconds = 0.0L;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  if (!(std::fabs(seconds) < 9.2e9L)) return std::nullopt;
+  if (!(std::fabs(seconds) <= 1e-9L * kLatestStamp_ns)) return std::nullopt;
   return static_cast<std::int64_t>(std::llround(seconds * 1e9L));
 }
 
@@ -100,28 +104,6 @@ std::string format_seconds(std::int64_t stamp_ns) {
 
 std::string at_line(const std::filesystem::path& file, int line, std::string_view message) {
   return fmt::format("{}:{}: {}", file.string(), line, message);
-}
-
-void write_file(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write) {
-  const std::filesystem::path partial = partial_of(file);
-  write_partial(file, partial, write);
-  std::error_code error;
-  std::filesystem::rename(partial, file, error);
-  if (error) {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
-    throw std::runtime_error(fmt::format("{}: cannot be written ({})", file.string(), error.message()));
-  }
-}
-
-void require_writable(const std::filesystem::path& file) {
-  if (std::filesystem::is_directory(file)) {
-    throw std::runtime_error(fmt::format("{}: is a folder; name a file", file.string()));
-  }
-  const std::filesystem::path partial = partial_of(file);
-  write_partial(file, partial, [](std::ostream&) {});
-  std::error_code ignored;
-  std::filesystem::remove(partial, ignored);
 }
 
 }  // namespace stereo_slam

@@ -67,12 +67,8 @@ std::int64_t parse_stamp(TrajectoryFormat format, std::string_view field) {
     if (const auto stamp_ns = parse_seconds(field)) return *stamp_ns;
     throw std::runtime_error(fmt::format("'{}' is not a stamp in seconds", field));
   }
-  std::int64_t stamp_ns = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), stamp_ns);
-  if (error != std::errc{} || end != field.data() + field.size()) {
-    throw std::runtime_error(fmt::format("'{}' is not a stamp in whole nanoseconds", field));
-  }
-  return stamp_ns;
+  if (const auto stamp_ns = parse_nanoseconds(field)) return *stamp_ns;
+  throw std::runtime_error(fmt::format("'{}' is not a stamp in whole nanoseconds", field));
 }
 
 void append_line(Trajectory& trajectory, const std::string& text) {
@@ -118,6 +114,7 @@ std::string_view to_string(TrajectoryFormat format) noexcept {
 Trajectory read_trajectory(const std::filesystem::path& file, std::optional<TrajectoryFormat> format) {
   const auto lines = read_text_lines(file);
   if (lines.empty()) throw std::runtime_error(fmt::format("{}: contains no poses", file.string()));
+  require_line_end(file, lines);
   Trajectory trajectory;
   trajectory.poses.reserve(lines.size());
   int number = lines.front().number;

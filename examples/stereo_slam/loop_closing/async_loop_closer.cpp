@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 
+#include <chrono>
 #include <deque>
 #include <future>
 #include <limits>
@@ -23,6 +24,12 @@ struct AsyncLoopCloser::State {
   [[nodiscard]] const LoopCloser& at_rest() const {
     if (!tasks.empty()) tasks.back().correction.wait();
     return closer;
+  }
+
+  /// Whether the thread of the loops is at work.
+  [[nodiscard]] bool is_working() const {
+    using namespace std::chrono_literals;
+    return !tasks.empty() && tasks.back().correction.wait_for(0s) == std::future_status::timeout;
   }
 
   /// Waits for the tasks that are due. A correction contains any earlier one.
@@ -70,6 +77,10 @@ std::optional<LoopCorrection> AsyncLoopCloser::finish() {
 }
 
 std::vector<LoopEvent> AsyncLoopCloser::events() const { return state_->at_rest().events(); }
+
+std::span<const LoopEvent> AsyncLoopCloser::known_events() const {
+  return state_->is_working() ? std::span<const LoopEvent>{} : state_->closer.events();
+}
 
 void AsyncLoopCloser::save(SavedMap& map) const { state_->at_rest().save(map); }
 

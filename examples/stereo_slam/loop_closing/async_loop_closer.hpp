@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "stereo_slam/core/stereo_camera.hpp"
@@ -44,6 +45,9 @@ class AsyncLoopCloser {
 
   /// Loops found so far, accepted and refused, in order. Waits for the thread; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> events() const;
+
+  /// The same without waiting: nothing while the thread is at work. Valid until the next keyframe is added.
+  [[nodiscard]] std::span<const LoopEvent> known_events() const;
 
   /// Sets the keyframes and the loops of `map`; those of the known map come first. Waits for the thread.
   void save(SavedMap& map) const;

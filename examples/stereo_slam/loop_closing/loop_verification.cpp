@@ -84,9 +84,13 @@ struct NearestDescriptor {
   cv::Mat translation;
   cv::Mat inliers;
   // OpenCV seeds the random numbers of this RANSAC with a constant.
-  const bool found = cv::solvePnPRansac(
-      points, pixels, K, cv::noArray(), rotation, translation, false, settings.ransac_iterations,
-      static_cast<float>(settings.max_reprojection_error_px), kConfidence, inliers, cv::SOLVEPNP_AP3P);
+  bool found = false;
+  try {
+    found = cv::solvePnPRansac(
+        points, pixels, K, cv::noArray(), rotation, translation, false, settings.ransac_iterations,
+        static_cast<float>(settings.max_reprojection_error_px), kConfidence, inliers, cv::SOLVEPNP_AP3P);
+  } catch (const cv::Exception&) {  // fewer than the four inliers that its refinement asserts
+  }
   if (!found || inliers.rows < 4) return std::nullopt;
   if (!cv::checkRange(rotation) || !cv::checkRange(translation)) return std::nullopt;
   return antipode::pose_from_cv<double>(rotation, translation).inverse();

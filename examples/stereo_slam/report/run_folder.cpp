@@ -8,9 +8,9 @@
 #include <string_view>
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam::report {
 namespace {
@@ -78,14 +78,9 @@ void collect(const YAML::Node& node, const std::string& path, std::map<std::stri
     throw std::runtime_error(
         fmt::format("{}: not found; give the --output folders of `stereo_slam run`", file.string()));
   }
-  try {
-    std::map<std::string, std::string> entries;
-    collect(YAML::LoadFile(file.string()), "", entries);
-    return entries;
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error(
-        at_line(file, error.mark.line + 1, fmt::format("not valid YAML: {}", error.msg)));
-  }
+  std::map<std::string, std::string> entries;
+  collect(load_yaml_file(file), "", entries);
+  return entries;
 }
 
 void add_covariances(const Table& table, RunFolder& run) {

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/results/byte_stream.hpp"
 
 namespace stereo_slam {
@@ -315,6 +315,8 @@ SavedMap decode(std::string_view body) {
 }
 
 }  // namespace
+
+bool is_map(std::string_view beginning) { return beginning.starts_with(kMagic); }
 
 void save_map(const std::filesystem::path& file, const SavedMap& map) {
   check(map);

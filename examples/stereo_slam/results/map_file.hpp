@@ -2,11 +2,15 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 #include "stereo_slam/loop_closing/saved_map.hpp"
 
 /// A map as one file, readable on any machine; docs/map_file.md describes it byte by byte.
 namespace stereo_slam {
+
+/// Whether a file that begins like this is a map.
+[[nodiscard]] bool is_map(std::string_view beginning);
 
 /// Writes the map completely or not at all; until then an earlier `file` stays. Throws std::runtime_error
 /// when it cannot be written and std::invalid_argument for a map that load_map() would refuse.

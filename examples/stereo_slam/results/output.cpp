@@ -25,6 +25,7 @@
 #include <antipode/geometry/interpolation.hpp>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -32,14 +33,14 @@
 namespace stereo_slam {
 namespace {
 
-constexpr auto kResultFiles = {"trajectory_kitti.txt",
-                               "trajectory_tum.txt",
-                               "trajectory_online.txt",
-                               "covariances.csv",
-                               "timing.csv",
-                               "loops.csv",
-                               "map.ply",
-                               "report.html"};
+constexpr std::array kResultFiles = {"trajectory_kitti.txt",
+                                     "trajectory_tum.txt",
+                                     "trajectory_online.txt",
+                                     "covariances.csv",
+                                     "timing.csv",
+                                     "loops.csv",
+                                     "map.ply",
+                                     "report.html"};
 
 std::vector<Pose> poses_of(std::span<const PoseGaussian> estimates) {
   std::vector<Pose> poses;
@@ -155,22 +156,7 @@ std::vector<Pose> poses_of_all_frames(const RunRecord& record) {
   return poses;
 }
 
-void prepare_output_folder(const std::filesystem::path& folder) {
-  try {
-    std::filesystem::create_directories(folder);
-    for (const auto* name : kResultFiles) {
-      if (std::filesystem::is_directory(folder / name)) {
-        throw std::runtime_error(
-            fmt::format("{}: is a folder with the name of a result file; choose another --output",
-                        (folder / name).string()));
-      }
-    }
-    for (const auto* name : kResultFiles) std::filesystem::remove(folder / name);
-  } catch (const std::filesystem::filesystem_error& error) {
-    throw std::runtime_error(fmt::format("{}: cannot be used for output ({}); choose another --output",
-                                         folder.string(), error.code().message()));
-  }
-}
+std::span<const char* const> result_files() { return kResultFiles; }
 
 void write_results(const std::filesystem::path& folder, const RunRecord& record) {
   const auto poses = poses_of(record.trajectory);
@@ -193,7 +179,7 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
   write("trajectory_online.txt", [&](auto& out) { write_tum_trajectory(out, stamps_ns, online); });
   write("covariances.csv", [&](auto& out) { write_covariances(out, record); });
   write("timing.csv", [&](auto& out) { write_timing(out, record); });
-  write("loops.csv", [&](auto& out) { write_loops(out, record); });
+  write("loops.csv", [&](auto& out) { write_loops(out, record.loops); });
   write("map.ply", [&](auto& out) { write_ply(out, record.map_points); });
   if (!first_error.empty()) throw std::runtime_error(first_error);
 }
@@ -221,7 +207,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   });
 }
 
-void write_covariances(std::ostream& stream, const RunRecord& record) {
+void write_covariances_header(std::ostream& stream) {
   constexpr std::array<std::string_view, 6> kAxes = {"rx", "ry", "rz", "tx", "ty", "tz"};
   constexpr std::array<std::string_view, 3> kUnits = {"rad2", "rad_m", "m2"};
   const auto print_names = [&](std::string_view prefix) {
@@ -230,26 +216,32 @@ void write_covariances(std::ostream& stream, const RunRecord& record) {
         fmt::print(stream, ",{}{}_{}_{}", prefix, kAxes[i], kAxes[j], kUnits[i / 3 + j / 3]);
     }
   };
-  const auto print_triangle = [&](const Matrix6<double>& covariance) {
-    for (int i = 0; i < 6; ++i) {
-      for (int j = i; j < 6; ++j) fmt::print(stream, ",{:.9g}", covariance(i, j));
-    }
-  };
   stream << "stamp_s,status";
   print_names("");
   stream << ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad";
   print_names("keyframe_");
   stream << '\n';
-  for (std::size_t k = 0; k < record.results.size(); ++k) {
-    fmt::print(stream, "{},{}", format_seconds(record.results[k].stamp_ns),
-               to_string(record.results[k].status));
-    print_triangle(record.trajectory[k].covariance);
-    const FrameResult& result = record.results[k];
-    fmt::print(stream, ",{},{:.6g},{},{:.6g},{:.6g}", result.keyframe, result.nis, result.nis_dof,
-               result.calibration.scale_sigma, result.calibration.axes_sigma_rad);
-    print_triangle(result.relative_covariance);
-    stream << '\n';
-  }
+}
+
+void write_covariances_row(std::ostream& stream, const FrameResult& result,
+                           const Matrix6<double>& covariance) {
+  const auto print_triangle = [&](const Matrix6<double>& P) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) fmt::print(stream, ",{:.9g}", P(i, j));
+    }
+  };
+  fmt::print(stream, "{},{}", format_seconds(result.stamp_ns), to_string(result.status));
+  print_triangle(covariance);
+  fmt::print(stream, ",{},{:.6g},{},{:.6g},{:.6g}", result.keyframe, result.nis, result.nis_dof,
+             result.calibration.scale_sigma, result.calibration.axes_sigma_rad);
+  print_triangle(result.relative_covariance);
+  stream << '\n';
+}
+
+void write_covariances(std::ostream& stream, const RunRecord& record) {
+  write_covariances_header(stream);
+  for (std::size_t k = 0; k < record.results.size(); ++k)
+    write_covariances_row(stream, record.results[k], record.trajectory[k].covariance);
 }
 
 std::vector<std::string> stage_names(const RunRecord& record) {
@@ -273,29 +265,38 @@ void write_timing(std::ostream& stream, const RunRecord& record) {
   stream << "frame";
   for (const auto& stage : stages) fmt::print(stream, ",{}_ms", stage);
   fmt::print(stream, ",total_ms,cpu_ms,read_cpu_ms,rss_mb{}\n", record.realtime ? ",latency_ms,dropped" : "");
-  for (std::size_t k = 0; k < record.results.size(); ++k) {
-    const auto& result = record.results[k];
-    fmt::print(stream, "{}", result.index);
-    for (const auto& stage : stages) fmt::print(stream, ",{:.3f}", stage_ms(result, stage));
-    fmt::print(stream, ",{:.3f},{:.3f},{:.3f},", record.total_ms[k], record.cpu_ms[k], record.read_cpu_ms[k]);
-    if (!std::isnan(record.resident_mb[k])) fmt::print(stream, "{:.1f}", record.resident_mb[k]);
-    if (record.realtime) {
-      const RealtimeFrame& frame = record.realtime->frames[k];
-      fmt::print(stream, ",{:.3f},{}", frame.latency_ms, frame.dropped_ns.size());
-    }
-    stream << '\n';
-  }
+  for (std::size_t k = 0; k < record.results.size(); ++k) write_timing_row(stream, record, k, stages);
 }
 
-void write_loops(std::ostream& stream, const RunRecord& record) {
-  stream << "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
-  for (const auto& loop : record.loops) {
-    const Vector3<double> t = loop.T_old_new.translation();
-    const antipode::Vector4<double> q = antipode::canonical(loop.T_old_new.rotation());
-    fmt::print(stream, "{},{},{},{:.6g},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", loop.frame,
-               loop.old_frame, loop.inliers, loop.chi2, loop.accepted ? "accepted" : "refused",
-               loop.in_loaded_map ? "loaded" : "run", t[0], t[1], t[2], q[1], q[2], q[3], q[0]);
+void write_timing_row(std::ostream& stream, const RunRecord& record, std::size_t k,
+                      const std::vector<std::string>& stages) {
+  const auto& result = record.results[k];
+  fmt::print(stream, "{}", result.index);
+  for (const auto& stage : stages) fmt::print(stream, ",{:.3f}", stage_ms(result, stage));
+  fmt::print(stream, ",{:.3f},{:.3f},{:.3f},", record.total_ms[k], record.cpu_ms[k], record.read_cpu_ms[k]);
+  if (!std::isnan(record.resident_mb[k])) fmt::print(stream, "{:.1f}", record.resident_mb[k]);
+  if (record.realtime) {
+    const RealtimeFrame& frame = record.realtime->frames[k];
+    fmt::print(stream, ",{:.3f},{}", frame.latency_ms, frame.dropped_ns.size());
   }
+  stream << '\n';
+}
+
+void write_loops_header(std::ostream& stream) {
+  stream << "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
+}
+
+void write_loops_row(std::ostream& stream, const LoopEvent& loop) {
+  const Vector3<double> t = loop.T_old_new.translation();
+  const antipode::Vector4<double> q = antipode::canonical(loop.T_old_new.rotation());
+  fmt::print(stream, "{},{},{},{:.6g},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", loop.frame,
+             loop.old_frame, loop.inliers, loop.chi2, loop.accepted ? "accepted" : "refused",
+             loop.in_loaded_map ? "loaded" : "run", t[0], t[1], t[2], q[1], q[2], q[3], q[0]);
+}
+
+void write_loops(std::ostream& stream, std::span<const LoopEvent> loops) {
+  write_loops_header(stream);
+  for (const auto& loop : loops) write_loops_row(stream, loop);
 }
 
 void write_ply(std::ostream& stream, std::span<const MapPoint> points) {

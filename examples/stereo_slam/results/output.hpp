@@ -91,10 +91,6 @@ struct RunHeader {
   std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
 };
 
-/// Creates the folder and removes the results of an earlier run from it. Throws std::runtime_error when that
-/// fails.
-void prepare_output_folder(const std::filesystem::path& folder);
-
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,
 /// loops.csv and map.ply. trajectory_kitti.txt has poses_of_all_frames, as that format has no stamps; the
 /// others have processed frames only. A file that cannot be written does not prevent the others; then throws
@@ -105,10 +101,17 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
 void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header,
                     const StereoSequence& sequence, const Settings& settings);
 
+/// The files that a run writes, besides run.yaml.
+[[nodiscard]] std::span<const char* const> result_files();
+
 /// Writes one line per frame: stamp, status and the upper triangle of the 6x6 covariance of xi in
 /// T_world_camera = mean * exp(xi); then keyframe, NIS, calibration errors and the covariance relative to the
 /// keyframe.
 void write_covariances(std::ostream& stream, const RunRecord& record);
+void write_covariances_header(std::ostream& stream);
+/// The line of a frame; `covariance` is that of T_world_camera.
+void write_covariances_row(std::ostream& stream, const FrameResult& result,
+                           const Matrix6<double>& covariance);
 
 /// Names of all stages, in order of first appearance.
 [[nodiscard]] std::vector<std::string> stage_names(const RunRecord& record);
@@ -123,9 +126,14 @@ void write_covariances(std::ostream& stream, const RunRecord& record);
 /// milliseconds from the time the frame was offered to its result, and the number of frames dropped before
 /// it.
 void write_timing(std::ostream& stream, const RunRecord& record);
+/// The line of frame `k` of the record.
+void write_timing_row(std::ostream& stream, const RunRecord& record, std::size_t k,
+                      const std::vector<std::string>& stages);
 
 /// Writes one line per loop: its frames, inliers, chi2, verdict and relative pose.
-void write_loops(std::ostream& stream, const RunRecord& record);
+void write_loops(std::ostream& stream, std::span<const LoopEvent> loops);
+void write_loops_header(std::ostream& stream);
+void write_loops_row(std::ostream& stream, const LoopEvent& loop);
 
 /// Writes a binary PLY of points with grey colours, readable by MeshLab and CloudCompare.
 void write_ply(std::ostream& stream, std::span<const MapPoint> points);

@@ -6,6 +6,43 @@
 #include <fmt/format.h>
 
 namespace stereo_slam {
+namespace {
+
+class BodyFrame {
+ public:
+  explicit BodyFrame(const Eigen::Isometry3d& T_body_camera)
+      : X_(Pose::from_matrix(Eigen::Quaterniond(T_body_camera.linear()).normalized().toRotationMatrix(),
+                             T_body_camera.translation())),
+        X_inverse_(X_.inverse()),
+        Ad_(X_.adjoint()) {}
+
+  [[nodiscard]] const Pose& X() const { return X_; }
+
+  void transform(PoseGaussian& estimate) const {
+    estimate.pose = X_ * estimate.pose * X_inverse_;
+    estimate.covariance = covariance(estimate.covariance);
+  }
+
+  void transform(FrameResult& result) const {
+    transform(result.T_world_camera);
+    transform(result.odometry);
+    result.T_odometry_camera = X_ * result.T_odometry_camera * X_inverse_;
+    result.relative_covariance = covariance(result.relative_covariance);
+  }
+
+  void transform(LoopEvent& loop) const { loop.T_old_new = X_ * loop.T_old_new * X_inverse_; }
+
+ private:
+  [[nodiscard]] Matrix6<double> covariance(const Matrix6<double>& P) const {
+    return Ad_ * P * Ad_.transpose();
+  }
+
+  Pose X_;
+  Pose X_inverse_;
+  Matrix6<double> Ad_;
+};
+
+}  // namespace
 
 Eigen::Isometry3d require_body(const StereoSequence& sequence) {
   if (sequence.T_body_camera) return *sequence.T_body_camera;
@@ -15,25 +52,22 @@ Eigen::Isometry3d require_body(const StereoSequence& sequence) {
       sequence.folder.string()));
 }
 
+FrameResult in_body_frame(FrameResult result, const Eigen::Isometry3d& T_body_camera) {
+  BodyFrame(T_body_camera).transform(result);
+  return result;
+}
+
+LoopEvent in_body_frame(LoopEvent loop, const Eigen::Isometry3d& T_body_camera) {
+  BodyFrame(T_body_camera).transform(loop);
+  return loop;
+}
+
 RunRecord in_body_frame(RunRecord record, const Eigen::Isometry3d& T_body_camera) {
-  const Pose X = Pose::from_matrix(Eigen::Quaterniond(T_body_camera.linear()).normalized().toRotationMatrix(),
-                                   T_body_camera.translation());
-  const Pose X_inverse = X.inverse();
-  const Matrix6<double> Ad = X.adjoint();
-  const auto covariance = [&](const Matrix6<double>& P) { return Matrix6<double>(Ad * P * Ad.transpose()); };
-  const auto transform = [&](PoseGaussian& estimate) {
-    estimate.pose = X * estimate.pose * X_inverse;
-    estimate.covariance = covariance(estimate.covariance);
-  };
-  for (auto& result : record.results) {
-    transform(result.T_world_camera);
-    transform(result.odometry);
-    result.T_odometry_camera = X * result.T_odometry_camera * X_inverse;
-    result.relative_covariance = covariance(result.relative_covariance);
-  }
-  for (auto& estimate : record.trajectory) transform(estimate);
-  for (auto& loop : record.loops) loop.T_old_new = X * loop.T_old_new * X_inverse;
-  for (auto& point : record.map_points) point.position_world = X * point.position_world;
+  const BodyFrame body(T_body_camera);
+  for (auto& result : record.results) body.transform(result);
+  for (auto& estimate : record.trajectory) body.transform(estimate);
+  for (auto& loop : record.loops) body.transform(loop);
+  for (auto& point : record.map_points) point.position_world = body.X() * point.position_world;
   return record;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -16,6 +15,7 @@
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/schema.hpp"
+#include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -94,11 +94,9 @@ class Overlay {
   Overlay(const std::filesystem::path& file, Settings& settings) : file_(file), settings_(settings) {}
 
   void apply(const YAML::Node& map, const std::string& prefix = "") {
-    std::set<std::string> seen;
     for (const auto& entry : map) {
       if (!entry.first.IsScalar()) fail(entry.first, "a key must be a plain word");
       const std::string key = prefix + entry.first.Scalar();
-      if (!seen.insert(key).second) fail(entry.first, fmt::format("{} is given twice", key));
       if (key == "preset") continue;
       if (groups_.contains(key)) {
         if (!entry.second.IsMap())
@@ -134,19 +132,6 @@ class Overlay {
   const std::set<std::string> groups_ = readable_groups();
 };
 
-YAML::Node load_yaml(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw std::runtime_error(fmt::format("{}: cannot be read; check the path of --config", file.string()));
-  }
-  try {
-    return YAML::Load(stream);
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error(
-        at_line(file, error.mark.line + 1, fmt::format("not valid YAML: {}", error.msg)));
-  }
-}
-
 /// Throws if the file of a run holds anything beside `settings:` that write_run_yaml does not write.
 void check_run_keys(const std::filesystem::path& file, const YAML::Node& document) {
   constexpr std::array<std::string_view, 13> kRunKeys = {
@@ -171,7 +156,7 @@ std::string explanation(const SettingsField& field, const Settings& settings) {
 }  // namespace
 
 Settings load_settings(const std::filesystem::path& file, std::optional<std::string_view> preset) {
-  const YAML::Node document = load_yaml(file);
+  const YAML::Node document = load_yaml_file(file);
   if (document.IsNull()) return preset_settings(preset.value_or("default"));
   if (!document.IsMap())
     throw std::runtime_error(at_line(file, 1, "not a settings file; write one `key: value` a line"));

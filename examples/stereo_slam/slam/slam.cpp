@@ -422,6 +422,10 @@ std::vector<LoopEvent> Slam::loop_events() const {
   return loops_ ? loops_->events() : std::vector<LoopEvent>{};
 }
 
+std::span<const LoopEvent> Slam::known_loop_events() const {
+  return loops_ ? loops_->known_events() : std::span<const LoopEvent>{};
+}
+
 std::size_t Slam::keyframe_memory_bytes() const { return loops_ ? loops_->memory_bytes() : 0; }
 
 }  // namespace stereo_slam

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "stereo_slam/core/pose_estimate.hpp"
@@ -70,6 +71,9 @@ class Slam {
 
   /// Loops so far, accepted and refused; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> loop_events() const;
+
+  /// The same without waiting: loops that the thread of the loops is about to find may be missing.
+  [[nodiscard]] std::span<const LoopEvent> known_loop_events() const;
 
   /// Memory that loop closure uses for keyframes; zero without it.
   [[nodiscard]] std::size_t keyframe_memory_bytes() const;

@@ -15,7 +15,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/output_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -134,13 +134,19 @@ cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result, co
   return canvas;
 }
 
-DebugImages::DebugImages(fs::path folder) : folder_(std::move(folder)) {
+DebugImages::DebugImages(fs::path folder, bool overwrite) : folder_(std::move(folder)) {
   try {
     const std::regex ours("debug_[0-9]{6,}\\.png");
     fs::create_directories(folder_);
     std::vector<fs::path> stale;
     for (const auto& entry : fs::directory_iterator(folder_)) {
       if (std::regex_match(entry.path().filename().string(), ours)) stale.push_back(entry.path());
+    }
+    if (!stale.empty() && !overwrite) {
+      throw std::runtime_error(fmt::format(
+          "{}: holds the debug images of an earlier run; choose another folder, or replace them with "
+          "--overwrite",
+          folder_.string()));
     }
     for (const auto& file : stale) fs::remove(file);
   } catch (const fs::filesystem_error& error) {

@@ -24,9 +24,9 @@ namespace stereo_slam {
 /// Folder of such images, one per frame: debug_000000.png, debug_000001.png, ...
 class DebugImages {
  public:
-  /// Creates the folder and removes the images of an earlier run from it. Throws std::runtime_error when that
-  /// fails.
-  explicit DebugImages(std::filesystem::path folder);
+  /// Creates the folder; with `overwrite` it removes the images of an earlier run from it. Throws
+  /// std::runtime_error when that fails, or there are some and `overwrite` is false.
+  DebugImages(std::filesystem::path folder, bool overwrite);
 
   /// Throws std::runtime_error when the image cannot be written.
   void write(const StereoFrame& frame, const FrameResult& result, const AssociationTrace& trace) const;

@@ -243,8 +243,13 @@ TEST_CASE("A recording is never overwritten", "[simulate]") {
   SimulationSettings settings = small_settings();
   settings.seed = 2;
   CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }),
-             Catch::Contains("image_0: not empty"));
+             Catch::Contains("seq: not empty"));
   CHECK(read_text(folder / "seq/image_1/000000.png") == image);
+  fs::create_directories(folder / "mine");
+  write_text(folder / "mine/calib.txt", "mine");
+  CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "mine"); }),
+             Catch::Contains("mine: not empty"));
+  CHECK(read_text(folder / "mine/calib.txt") == "mine");
 }
 
 TEST_CASE("A folder that cannot be written is reported by name", "[simulate]") {

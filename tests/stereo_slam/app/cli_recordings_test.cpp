@@ -91,7 +91,7 @@ TEST_CASE("simulate, info, run and evaluate work together on an EuRoC recording"
                            Catch::Contains("row offset 0.") && Catch::Contains("verdict       usable"));
   for (const auto* frame : {"camera", "body"}) {
     const auto run = call({"run", "--dataset", folder / "s/mav0", "--output", folder / "o", "--quiet",
-                           "--clahe", "--pose-frame", frame});
+                           "--overwrite", "--clahe", "--pose-frame", frame});
     CHECK(run.err.empty());
     CHECK(run.status == 0);
     CHECK_THAT(read_text(folder / "o/run.yaml"),

@@ -124,7 +124,8 @@ TEST_CASE("The command line overrides whether the settings close loops", "[cli]"
   write_tiny_sequence(folder / "in", 2);
   write_text(folder / "off.yaml", "loop_closure: {enabled: false}\n");
   const auto enabled = [&](std::vector<std::string> options) {
-    std::vector<std::string> arguments = {"run", "--dataset", folder / "in", "--output", folder / "out"};
+    std::vector<std::string> arguments = {"run",      "--dataset",    folder / "in",
+                                          "--output", folder / "out", "--overwrite"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     CHECK(call(arguments).status == 0);
     const auto yaml = read_text(folder / "out/run.yaml");
@@ -143,8 +144,8 @@ TEST_CASE("A map saved by one run is loaded by the next", "[cli]") {
   CHECK(call({"simulate", "--output", folder / "s", "--frames", "5", "--scale", "0.4", "--quiet"}).status ==
         0);
   const auto run = [&](std::vector<std::string> options) {
-    std::vector<std::string> arguments = {"run",      "--dataset",    folder / "s",
-                                          "--output", folder / "out", "--quiet"};
+    std::vector<std::string> arguments = {"run",          "--dataset", folder / "s", "--output",
+                                          folder / "out", "--quiet",   "--overwrite"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     return call(arguments);
   };
@@ -266,18 +267,10 @@ TEST_CASE("--view without a display gives one line and status 1", "[cli]") {
 TEST_CASE("SIGINT, SIGTERM and SIGHUP end a run with status 130 and all finished frames saved", "[cli]") {
   constexpr int kFrames = 4000;
   const TemporaryFolder folder;
-  write_tiny_sequence(folder / "in", 2);
-  fs::remove(folder / "in/poses.txt");  // of two frames
-  std::string times;
-  for (int i = 0; i < kFrames; ++i) {  // the same two images over and over
-    for (const auto* camera : {"in/image_0", "in/image_1"}) {
-      if (i > 1) fs::create_hard_link(folder / camera / frame_name(i % 2), folder / camera / frame_name(i));
-    }
-    times += std::to_string(i) + "\n";
-  }
-  write_text(folder / "in/times.txt", times);
+  write_long_sequence(folder / "in", kFrames);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out"});
+    const Program program(folder.path(),
+                          {"run", "--dataset", folder / "in", "--output", folder / "out", "--overwrite"});
     program.wait_for_output("frame 1/");
     program.signal(number);
     const auto result = program.wait();

@@ -126,6 +126,6 @@ TEST_CASE("The ground truth is written for the camera or for the body", "[info]"
     write_ground_truth(out, sequence, frame);
     return split_lines(out.str());
   };
-  CHECK(written(PoseFrame::kBody)[1] == "1000000000.100000000 0.16 0 0 0 0 0 1");
-  CHECK(written(PoseFrame::kCamera)[1] == "1000000000.100000000 0.16 0 0.25 0 0 0 1");
+  CHECK(written(PoseFrame::kBody)[2] == "1000000000.100000000 0.16 0 0 0 0 0 1");
+  CHECK(written(PoseFrame::kCamera)[2] == "1000000000.100000000 0.16 0 0.25 0 0 0 1");
 }

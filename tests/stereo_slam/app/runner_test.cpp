@@ -147,6 +147,7 @@ TEST_CASE("The report shows the camera's path, also where the poses of the body 
   const auto path = [&](PoseFrame pose_frame) {
     RunOptions options{.output = folder / "out", .max_frames = 3, .threads = std::nullopt, .quiet = true};
     options.pose_frame = pose_frame;
+    options.overwrite = true;
     CHECK(run(sequence, Settings{}, options).error.empty());
     return page_data(read_text(folder / "out/report.html"))["frames"]["position_m"];
   };
@@ -266,6 +267,7 @@ TEST_CASE("The number of frames can be limited", "[runner]") {
   CHECK(run(sequence, Settings{}, options).frames == 3);
   check_results(folder / "out", 3);
   options.max_frames = 100;
+  options.overwrite = true;
   CHECK(run(sequence, Settings{}, options).frames == 8);
 }
 
@@ -323,6 +325,8 @@ TEST_CASE("Debug images are written for every frame and do not change the result
 
   fs::remove(folder / "images/debug_000002.png");
   fs::create_directories(folder / "images/debug_000002.png/x");
-  CHECK_THAT(message_of([&] { (void)run(sequence, Settings{}, options); }),
+  RunOptions again = options;
+  again.overwrite = true;
+  CHECK_THAT(message_of([&] { (void)run(sequence, Settings{}, again); }),
              Catch::Contains("cannot be used for debug images"));
 }

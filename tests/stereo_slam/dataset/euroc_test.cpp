@@ -168,7 +168,7 @@ TEST_CASE("Cameras that cannot be rectified are refused", "[euroc]") {
              Catch::Contains("one camera is a fisheye"));
   // A distortion that no lens has must end in an error or in a camera, not in a crash.
   const std::string wild = error_with_sensor("[0, 0, 0, 0]", "[-1e6, 1e9, 3, -7]");
-  if (!wild.empty()) CHECK_THAT(wild, Catch::Contains("cam1"));
+  if (!wild.empty()) CHECK_THAT(wild, Catch::Contains("focal lengths of"));
 }
 
 TEST_CASE("Images of another size than the calibration's are refused", "[euroc]") {

@@ -119,7 +119,7 @@ TEST_CASE("A wrong calibration of an own camera is refused with file and line", 
              Catch::Contains("calibration.yaml:2: ") && Catch::Contains("unknown key fps"));
   CHECK_THAT(error_with(tiny_calibration("")), Catch::Contains("has no times; add frame_rate_hz"));
   CHECK_THAT(error_with(tiny_calibration("frame_rate_hz: -1\n")),
-             Catch::Contains("calibration.yaml:2: frame_rate_hz must be positive"));
+             Catch::Contains("calibration.yaml:2: frame_rate_hz is -1, but must be from"));
   CHECK_THAT(error_with(tiny_calibration("times: t.txt\n")), Catch::Contains("t.txt: missing"));
   CHECK_THAT(
       error_with("rectified: {fx: nan, fy: 200, cx: 160, cy: 60, baseline_m: 0.4}\nframe_rate_hz: 10\n"),

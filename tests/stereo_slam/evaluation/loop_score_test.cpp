@@ -194,7 +194,7 @@ TEST_CASE("loops.csv is read as it is written", "[loop_score]") {
   record.loops = {loop(110, 10), loop(115, 14, false), loop(3, 400)};
   record.loops.back().in_loaded_map = true;
   std::ostringstream text;
-  write_loops(text, record);
+  write_loops(text, record.loops);
   write_text(folder / "loops.csv", text.str());
   const auto loops = read_loops(folder / "loops.csv");
   REQUIRE(loops.size() == 3);

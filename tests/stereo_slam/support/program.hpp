@@ -23,7 +23,10 @@ struct Result {
 /// A running stereo_slam with its output in files.
 class Program {
  public:
-  Program(const fs::path& folder, std::vector<std::string> arguments)
+  /// Calls `prepare` in the new process, after its output was connected.
+  Program(
+      const fs::path& folder, std::vector<std::string> arguments,
+      const std::function<void()>& prepare = [] {})
       : out_(folder / "stdout"), err_(folder / "stderr") {
     arguments.insert(arguments.begin(), STEREO_SLAM_PROGRAM);
     write_text(out_, "");
@@ -35,6 +38,7 @@ class Program {
     if (std::freopen(out_.c_str(), "w", stdout) == nullptr ||
         std::freopen(err_.c_str(), "w", stderr) == nullptr)
       _exit(99);
+    prepare();
     execv(argv[0], argv.data());
     _exit(98);
   }
@@ -60,9 +64,10 @@ class Program {
   pid_t process_ = 0;
 };
 
-inline Result call(std::vector<std::string> arguments) {
+inline Result call(
+    std::vector<std::string> arguments, const std::function<void()>& prepare = [] {}) {
   const TemporaryFolder folder;
-  return Program(folder.path(), std::move(arguments)).wait();
+  return Program(folder.path(), std::move(arguments), prepare).wait();
 }
 
 /// A failure is one line on standard error that begins with the program's name.

@@ -84,6 +84,20 @@ inline void write_tiny_sequence(const fs::path& folder, int frames) {
   write_text(folder / "poses.txt", poses);
 }
 
+/// A recording of many frames that takes no room: the same two images over and over.
+inline void write_long_sequence(const fs::path& folder, int frames) {
+  write_tiny_sequence(folder, 2);
+  fs::remove(folder / "poses.txt");  // of two frames
+  std::string times;
+  for (int i = 0; i < frames; ++i) {
+    for (const auto* camera : {"image_0", "image_1"}) {
+      if (i > 1) fs::create_hard_link(folder / camera / frame_name(i % 2), folder / camera / frame_name(i));
+    }
+    times += std::to_string(i) + "\n";
+  }
+  write_text(folder / "times.txt", times);
+}
+
 /// sensor.yaml of the tiny recording's cameras, at `x_m` in the body.
 inline std::string tiny_sensor(double x_m, const std::string& model = "radial-tangential",
                                const std::string& coefficients = "0, 0, 0, 0") {

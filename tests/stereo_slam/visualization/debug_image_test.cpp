@@ -67,12 +67,15 @@ TEST_CASE("Frames without landmarks and narrow frames have a debug image", "[ste
   CHECK(draw_debug_image(narrow, FrameResult{}, {}).cols == 64);
 }
 
-TEST_CASE("Debug images of an earlier run are removed, other files stay", "[stereo_slam][debug_image]") {
+TEST_CASE("Debug images of an earlier run are replaced if that was asked for, other files stay",
+          "[stereo_slam][debug_image]") {
   const test::TemporaryFolder folder;
   for (const auto* name : {"debug_000007.png", "000000.png", "debug_notes.txt"}) {
     test::write_text(folder / name, "");
   }
-  const DebugImages images(folder.path());
+  CHECK_THAT(test::message_of([&] { DebugImages(folder.path(), false); }), Catch::Contains("--overwrite"));
+  CHECK(test::fs::exists(folder / "debug_000007.png"));
+  const DebugImages images(folder.path(), true);
   CHECK_FALSE(test::fs::exists(folder / "debug_000007.png"));
   CHECK(test::fs::exists(folder / "000000.png"));
   CHECK(test::fs::exists(folder / "debug_notes.txt"));
@@ -85,7 +88,7 @@ TEST_CASE("Debug images of an earlier run are removed, other files stay", "[ster
 TEST_CASE("A folder that cannot take debug images is refused by name", "[stereo_slam][debug_image]") {
   const test::TemporaryFolder folder;
   test::write_text(folder / "file", "");
-  CHECK_THAT(test::message_of([&] { DebugImages{folder / "file/images"}; }),
+  CHECK_THAT(test::message_of([&] { DebugImages(folder / "file/images", false); }),
              Catch::Contains("file/images") && Catch::Contains("choose another"));
 }
 

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/messages.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <opencv2/core/utils/logger.hpp>
+
+namespace stereo_slam {
+namespace {
+
+#ifndef __has_feature
+#define __has_feature(x) 0
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || __has_feature(address_sanitizer) || \
+    __has_feature(thread_sanitizer)
+constexpr bool kSanitized = true;  // its findings go to standard error
+#else
+constexpr bool kSanitized = false;
+#endif
+
+/// The descriptor of messages: standard error, or what it was before silence_libraries().
+int message_descriptor = STDERR_FILENO;
+
+}  // namespace
+
+void prepare_streams() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    // Read-only, so that writing fails as it would have done. The lowest free descriptor is this one.
+    if (::fcntl(descriptor, F_GETFD) < 0 && errno == EBADF) (void)::open("/dev/null", O_RDONLY);
+  }
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void silence_libraries() {
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", /*overwrite=*/0);
+  if (std::getenv("OPENCV_LOG_LEVEL") != nullptr) return;
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  if (kSanitized) return;
+  const int copy = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  const int nobody = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (copy >= 0 && nobody >= 0 && ::dup2(nobody, STDERR_FILENO) >= 0) message_descriptor = copy;
+  if (nobody >= 0) ::close(nobody);
+}
+
+std::string as_message(std::string_view text) {
+  constexpr std::string_view kGap = " ... ";
+  constexpr std::size_t kHead = 300;
+  std::string line(text);
+  if (text.size() > kLongestMessage) {
+    line = fmt::format("{}{}{}", text.substr(0, kHead), kGap,
+                       text.substr(text.size() - (kLongestMessage - kHead - kGap.size())));
+  }
+  std::replace_if(
+      line.begin(), line.end(), [](unsigned char c) { return c < ' ' || c == 0x7F; }, '?');
+  return line;
+}
+
+void print_message(std::string_view text) {
+  const std::string line = fmt::format("stereo_slam: {}\n", as_message(text));
+  std::string_view rest = line;
+  while (!rest.empty()) {
+    const ssize_t written = ::write(message_descriptor, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return;  // there is nobody to tell
+    rest.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/image_size.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <string_view>
+
+namespace stereo_slam {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// Reads numbers at offsets; what lies beyond the end makes it invalid.
+class Header {
+ public:
+  Header(Bytes bytes, bool little_endian) : bytes_(bytes), little_endian_(little_endian) {}
+
+  [[nodiscard]] bool valid() const { return valid_; }
+
+  std::uint32_t number(std::size_t offset, std::size_t width) {
+    if (offset > bytes_.size() || width > bytes_.size() - offset) {
+      valid_ = false;
+      return 0;
+    }
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < width; ++i)
+      value = value << 8 | bytes_[offset + (little_endian_ ? width - 1 - i : i)];
+    return value;
+  }
+
+  [[nodiscard]] std::optional<ImageSize> result(std::uint64_t width_px, std::uint64_t height_px) const {
+    if (!valid_) return std::nullopt;
+    return ImageSize{width_px, height_px};
+  }
+
+ private:
+  Bytes bytes_;
+  bool little_endian_;
+  bool valid_ = true;
+};
+
+[[nodiscard]] std::optional<ImageSize> png_size(Bytes bytes) {
+  Header header(bytes, false);
+  return header.result(header.number(16, 4), header.number(20, 4));
+}
+
+/// The first frame header among the segments: marker (2), length (2), precision (1), height (2), width (2).
+[[nodiscard]] std::optional<ImageSize> jpeg_size(Bytes bytes) {
+  Header header(bytes, false);
+  for (std::size_t at = 2; header.valid();) {
+    const auto marker = header.number(at, 2);
+    if (marker == 0xFFFF) {  // padding
+      ++at;
+      continue;
+    }
+    const bool is_frame =
+        marker >= 0xFFC0 && marker <= 0xFFCF && marker != 0xFFC4 && marker != 0xFFC8 && marker != 0xFFCC;
+    if (is_frame) {
+      const auto height_px = header.number(at + 5, 2);
+      return header.result(header.number(at + 7, 2), height_px);
+    }
+    const auto length = header.number(at + 2, 2);
+    if (marker < 0xFF00 || length < 2) return std::nullopt;
+    at += 2 + length;
+  }
+  return std::nullopt;
+}
+
+/// "P5 width height most", with comments from # to the end of a line.
+[[nodiscard]] std::optional<ImageSize> pnm_size(Bytes bytes) {
+  std::string_view text(reinterpret_cast<const char*>(bytes.data()),
+                        std::min(bytes.size(), std::size_t{4096}));
+  text.remove_prefix(2);
+  const auto number = [&]() -> std::uint64_t {
+    while (!text.empty() && (std::string_view(" \t\r\n").find(text[0]) != text.npos || text[0] == '#'))
+      text.remove_prefix(text[0] == '#' ? std::min(text.find('\n'), text.size()) : 1);
+    std::uint64_t value = 0;
+    for (; !text.empty() && text[0] >= '0' && text[0] <= '9' && value < kMostPixels; text.remove_prefix(1))
+      value = 10 * value + static_cast<std::uint64_t>(text[0] - '0');
+    return value;
+  };
+  const auto width_px = number();
+  const auto height_px = number();
+  if (text.empty()) return std::nullopt;
+  return ImageSize{width_px, height_px};
+}
+
+[[nodiscard]] std::optional<ImageSize> bmp_size(Bytes bytes) {
+  Header header(bytes, true);
+  const bool old = header.number(14, 4) == 12;  // OS/2
+  if (old) return header.result(header.number(18, 2), header.number(20, 2));
+  const auto magnitude = [](std::uint32_t value) {  // a negative height is that of an image upside down
+    return value > 0x7FFFFFFF ? std::uint64_t{0x100000000} - value : std::uint64_t{value};
+  };
+  const auto width_px = magnitude(header.number(18, 4));
+  return header.result(width_px, magnitude(header.number(22, 4)));
+}
+
+/// The tags 256 and 257 of the first directory: tag (2), type (2), count (4), value (4).
+[[nodiscard]] std::optional<ImageSize> tiff_size(Bytes bytes, bool little_endian) {
+  Header header(bytes, little_endian);
+  const std::size_t directory = header.number(4, 4);
+  const auto entries = header.number(directory, 2);
+  ImageSize size;
+  for (std::size_t i = 0; i < entries && header.valid(); ++i) {
+    constexpr std::uint32_t kShort = 3;
+    const std::size_t at = directory + 2 + 12 * i;
+    const auto tag = header.number(at, 2);
+    const std::uint64_t value = header.number(at + 8, header.number(at + 2, 2) == kShort ? 2 : 4);
+    if (tag == 256) size.width_px = value;
+    if (tag == 257) size.height_px = value;
+  }
+  return header.result(size.width_px, size.height_px);
+}
+
+}  // namespace
+
+bool is_supported(const ImageSize& size) {
+  return size.width_px > 0 && size.height_px > 0 && size.width_px <= kMostPixels &&
+         size.height_px <= kMostPixels / size.width_px;
+}
+
+std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes) {
+  using namespace std::string_view_literals;
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (text.starts_with("\x89PNG\r\n\x1A\n"sv)) return png_size(bytes);
+  if (text.starts_with("\xFF\xD8"sv)) return jpeg_size(bytes);
+  if (text.starts_with("BM"sv)) return bmp_size(bytes);
+  if (text.starts_with("II*\0"sv)) return tiff_size(bytes, true);
+  if (text.starts_with("MM\0*"sv)) return tiff_size(bytes, false);
+  if (text.size() > 2 && text[0] == 'P' && text[1] >= '1' && text[1] <= '6') return pnm_size(bytes);
+  return std::nullopt;
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace stereo_slam {
+
+/// Width and height as the header of an image says.
+struct ImageSize {
+  std::uint64_t width_px = 0;
+  std::uint64_t height_px = 0;
+};
+
+/// The largest image that is read, in pixels: 4096 x 4096. A run holds about fifty bytes a pixel.
+constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 24;
+
+/// Whether an image of this size is read: not empty, and at most kMostPixels.
+[[nodiscard]] bool is_supported(const ImageSize& size);
+
+/// The size of a PNG, JPEG, PNM, BMP or TIFF image, recognised by its first bytes, without decoding it.
+/// Nothing for what is none of these, or ends within its header.
+[[nodiscard]] std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes);
+
+}  // namespace stereo_slam

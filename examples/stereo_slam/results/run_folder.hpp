@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+
+namespace stereo_slam {
+
+/// The folder that a run writes to. No other run can use it while the object exists, and results of an
+/// earlier run stay in it until this one replaces them: a run that ended (run.yaml says finished, interrupted
+/// or failed) when this one ends, a run that was killed with the first frame of this one.
+class RunFolder {
+ public:
+  /// Subfolder for the files of a run until it replaces another one's.
+  static constexpr const char* kUnfinished = "unfinished";
+
+  /// Creates the folder. Throws std::runtime_error when it cannot be used, another run uses it, it holds
+  /// results and `overwrite` is false, or it holds files with the names of results that no run wrote.
+  RunFolder(std::filesystem::path folder, bool overwrite);
+  ~RunFolder();
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+
+  /// Where this run writes: the folder, or `unfinished` in it while an earlier run's results stay.
+  [[nodiscard]] const std::filesystem::path& working() const { return working_; }
+
+  /// Moves the results from working() to the folder. Throws std::runtime_error when that fails.
+  void publish() const;
+
+ private:
+  void lock();
+
+  std::filesystem::path folder_;
+  std::filesystem::path working_;
+  int lock_ = -1;
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/settings/yaml_file.hpp"
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+
+#include "stereo_slam/io/input_file.hpp"
+#include "stereo_slam/io/text_file.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& file, const YAML::Mark& mark, const std::string& what) {
+  throw std::runtime_error(at_line(file, std::max(mark.line + 1, 1), what));
+}
+
+/// Refuses what a document tree cannot be walked safely with.
+class Guard : public YAML::EventHandler {
+ public:
+  explicit Guard(const fs::path& file) : file_(file) {}
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    fail(file_, mark, "refers to another part of the file (*); write the value out");
+  }
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    enter(mark);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    enter(mark);
+  }
+  void OnMapEnd() override { --depth_; }
+
+ private:
+  void enter(const YAML::Mark& mark) {
+    constexpr int kDeepest = 16;
+    if (++depth_ > kDeepest) fail(file_, mark, fmt::format("is nested deeper than {} levels", kDeepest));
+  }
+
+  const fs::path& file_;
+  int depth_ = 0;
+};
+
+void check_keys(const fs::path& file, const YAML::Node& node) {
+  if (node.IsSequence()) {
+    for (const auto& part : node) check_keys(file, part);
+  }
+  if (!node.IsMap()) return;
+  std::set<std::string> seen;
+  for (const auto& entry : node) {
+    if (entry.first.IsScalar() && !seen.insert(entry.first.Scalar()).second)
+      fail(file, entry.first.Mark(), fmt::format("{} is given twice", entry.first.Scalar()));
+    check_keys(file, entry.second);
+  }
+}
+
+/// The file's text; OpenCV's first line, %YAML:1.0, which is not valid YAML, becomes empty.
+[[nodiscard]] std::string text_of(const fs::path& file) {
+  std::string text = read_file(file, kMostYamlBytes);
+  if (text.starts_with("%YAML:")) text.erase(0, text.find('\n'));
+  return text;
+}
+
+}  // namespace
+
+YAML::Node load_yaml_file(const fs::path& file) {
+  const std::string text = text_of(file);
+  try {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    Guard guard(file);
+    if (parser.HandleNextDocument(guard) && parser.HandleNextDocument(guard)) {
+      throw std::runtime_error(
+          fmt::format("{}: holds several documents; remove the line `---` between them", file.string()));
+    }
+    YAML::Node document = YAML::Load(text);
+    check_keys(file, document);
+    return document;
+  } catch (const YAML::Exception& error) {
+    fail(file, error.mark, fmt::format("not valid YAML: {}", error.msg));
+  }
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+#include <yaml-cpp/yaml.h>
+
+namespace stereo_slam {
+
+/// More would be no calibration and no settings.
+constexpr std::size_t kMostYamlBytes = std::size_t{1} << 20;
+
+/// Reads the one document of a YAML file. An empty one is null. Throws std::runtime_error, with file and
+/// line, when the file cannot be read, is larger than kMostYamlBytes or not valid, holds several documents,
+/// gives a key twice, or refers to its own parts (`&a`, `*a`).
+[[nodiscard]] YAML::Node load_yaml_file(const std::filesystem::path& file);
+
+}  // namespace stereo_slam

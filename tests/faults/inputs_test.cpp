@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+// Files that are not what they should be: each ends with one line, soon, and without much memory.
+#include <csignal>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include "stereo_slam/support/program.hpp"
+
+using namespace stereo_slam::test;
+
+namespace {
+
+/// What a program may use at most. The signal of the alarm ends one that hangs.
+void bound_time_and_memory() {
+  constexpr rlimit kBytes = {std::size_t{3} << 30, std::size_t{3} << 30};  // addresses, not memory in use
+  setrlimit(RLIMIT_AS, &kBytes);
+  alarm(30);
+}
+
+void check_bounded_failure(const std::vector<std::string>& arguments, const std::string& part) {
+  CAPTURE(arguments);
+  check_one_line_failure(call(arguments, bound_time_and_memory), part);
+}
+
+void make_pipe(const fs::path& path) {
+  fs::remove(path);
+  REQUIRE(mkfifo(path.c_str(), 0600) == 0);
+}
+
+void make_link(const fs::path& path, const char* target) {
+  fs::remove(path);
+  fs::create_symlink(target, path);
+}
+
+constexpr auto kNoFile = "it is not an ordinary file";
+
+}  // namespace
+
+TEST_CASE("Pipes and devices in place of a recording's files are refused", "[faults]") {
+  for (const auto* name : {"calib.txt", "times.txt", "image_0/000001.png", "image_1/000000.png"}) {
+    const TemporaryFolder folder;
+    write_tiny_sequence(folder / "in", 3);
+    make_pipe(folder / "in" / name);
+    check_bounded_failure({"info", "--dataset", folder / "in"}, kNoFile);
+    make_link(folder / "in" / name, "/dev/zero");
+    check_bounded_failure({"run", "--dataset", folder / "in", "--output", folder / "out"}, kNoFile);
+  }
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  make_pipe(folder / "in/poses.txt");  // the ground truth is not needed
+  const auto info = call({"info", "--dataset", folder / "in"}, bound_time_and_memory);
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains(kNoFile));
+}
+
+TEST_CASE("Pipes and devices in place of other inputs are refused", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  const std::string pipe = folder / "pipe";
+  make_pipe(pipe);
+  const std::string poses = folder / "in/poses.txt";
+  for (const auto& source : std::vector<std::string>{pipe, "/dev/urandom", "/dev/tty0"}) {
+    if (!fs::exists(source)) continue;
+    check_bounded_failure({"run", "--dataset", folder / "in", "--output", folder / "out", "--config", source},
+                          "");
+    check_bounded_failure(
+        {"run", "--dataset", folder / "in", "--output", folder / "out", "--load-map", source},
+        "is not an ordinary file");
+    check_bounded_failure({"evaluate", "--groundtruth", source, "--estimate", poses}, "");
+    check_bounded_failure({"evaluate", "--groundtruth", poses, "--estimate", poses, "--loops", source}, "");
+    check_bounded_failure({"simulate", "--output", folder / "s", "--trajectory", source}, "");
+  }
+}
+
+TEST_CASE("A pipe that the program is started with is read", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 5);
+  const std::string poses = folder / "in/poses.txt";
+  const std::string text = read_text(poses);
+  const auto evaluate = [&](bool endless) {
+    return call({"evaluate", "--groundtruth", "/dev/stdin", "--estimate", poses}, [&] {
+      bound_time_and_memory();
+      if (endless) {
+        (void)!std::freopen("/dev/zero", "r", stdin);
+        return;
+      }
+      int ends[2];
+      if (pipe(ends) != 0) _exit(97);
+      (void)!write(ends[1], text.data(), text.size());
+      dup2(ends[0], STDIN_FILENO);
+      close(ends[0]);
+      close(ends[1]);
+    });
+  };
+  CHECK(evaluate(false).status == 0);
+  check_one_line_failure(evaluate(true), kNoFile);
+}
+
+TEST_CASE("YAML that refers to itself, is nested deep, twice there or huge is refused", "[faults]") {
+  std::string deep;
+  for (int i = 0; i < 100'000; ++i) deep += '[';
+  std::string laughs = "a: &a [1, 1]\n";
+  for (char c = 'b'; c < 'z'; ++c)
+    laughs += fmt::format("{0}: &{0} [*{1}, *{1}, *{1}, *{1}]\n", c, static_cast<char>(c - 1));
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"intrinsics: &a [*a, 1]\n", "refers to another part"},
+      {laughs, "refers to another part"},
+      {"a: " + deep, ""},
+      {"seed: 1\n---\nseed: 2\n", "holds several documents"},
+      {"seed: 1\nseed: 2\n", "seed is given twice"},
+      {std::string(2 << 20, '#'), "is larger than 1048576 bytes"},
+  };
+  for (const auto& [text, part] : cases) {
+    const TemporaryFolder folder;
+    write_tiny_sequence(folder / "in", 3);
+    write_text(folder / "s.yaml", text);
+    check_bounded_failure(
+        {"run", "--dataset", folder / "in", "--output", folder / "out", "--config", folder / "s.yaml"}, part);
+    write_tiny_euroc(folder / "euroc", 3);
+    write_text(folder / "euroc/mav0/cam1/sensor.yaml", text);
+    check_bounded_failure({"info", "--dataset", folder / "euroc"}, part);
+    write_tiny_folders(folder / "own", 3);
+    write_text(folder / "own/calibration.yaml", text);
+    check_bounded_failure({"info", "--dataset", folder / "own"}, part);
+  }
+}
+
+TEST_CASE("Text without line ends, and files without end, are refused", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  const std::string poses = folder / "in/poses.txt";
+  write_text(folder / "long.txt", std::string(1 << 20, '7'));
+  check_bounded_failure({"evaluate", "--groundtruth", folder / "long.txt", "--estimate", poses},
+                        "long.txt:1: the line has 1048576 bytes");
+  write_text(folder / "sparse.txt", "");
+  fs::resize_file(folder / "sparse.txt", std::uintmax_t{1} << 40);
+  check_bounded_failure({"evaluate", "--groundtruth", folder / "sparse.txt", "--estimate", poses},
+                        "is larger than 268435456 bytes");
+  fs::resize_file(folder / "in/image_0/000001.png", std::uintmax_t{1} << 40);
+  check_bounded_failure({"info", "--dataset", folder / "in"}, "is larger than");
+}
+
+TEST_CASE("Images and resolutions that do not fit into memory are refused by their headers", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder / "own", 3);
+  const auto with_image = [&](const std::string& name, const std::string& bytes) {
+    for (const auto* side : {"own/left", "own/right"}) {
+      fs::remove_all(folder / side);
+      fs::create_directories(folder / side);
+      for (const auto* frame : {"0", "1"}) write_text(folder / side / (frame + name), bytes);
+    }
+    check_bounded_failure({"info", "--dataset", folder / "own"}, "images may have up to 16777216 pixels");
+  };
+  with_image(".pgm", "P5 60000 60000 255\nabc");
+  with_image(".bmp", std::string("BM") + std::string(12, '\0') +
+                         std::string("\x28\0\0\0\0\0\1\0\0\0\1\0", 12) + std::string(100, '\0'));
+  with_image(".jpg", std::string("\xFF\xD8\xFF\xC0\0\x0B\x08\xFF\xFF\xFF\xFF\1\1\x11\0\xFF\xD9", 17));
+  with_image(".tif", std::string("II*\0\x08\0\0\0\2\0", 10) +
+                         std::string("\0\1\4\0\1\0\0\0\0\0\1\0\1\1\4\0\1\0\0\0\0\0\1\0\0\0\0\0", 28));
+  write_tiny_euroc(folder / "euroc", 3);
+  for (const auto* camera : {"cam0", "cam1"})
+    replace_in(fs::path(folder / "euroc/mav0") / camera / "sensor.yaml", "[320, 120]", "[20000, 20000]");
+  check_bounded_failure({"info", "--dataset", folder / "euroc"}, "resolution is 20000 x 20000");
+}
+
+TEST_CASE("Loops are scored in seconds for a hundred thousand poses", "[faults]") {
+  const TemporaryFolder folder;
+  const auto line = [](double x, double y) { return fmt::format("1 0 0 {} 0 1 0 0 0 0 1 {}\n", x, y); };
+  std::string standing;
+  std::string round;
+  for (int i = 0; i < 100'000; ++i) {
+    standing += line(0.01 * (i % 2), 0.0);
+    round += line(100.0 * std::sin(0.01 * i), 100.0 * std::cos(0.01 * i));
+  }
+  write_text(folder / "loops.csv", "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n");
+  for (const auto& text : {standing, round}) {
+    write_text(folder / "poses.txt", text);
+    const auto result = call({"evaluate", "--groundtruth", folder / "poses.txt", "--estimate",
+                              folder / "poses.txt", "--loops", folder / "loops.csv"},
+                             bound_time_and_memory);
+    CHECK(result.status == 0);
+  }
+}
+
+TEST_CASE("Numbers and stamps are taken as written, or refused", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  const std::vector<std::vector<std::string>> wrong = {
+      {"run", "--dataset", folder / "in", "--output", folder / "o", "--max-frames", "99999999999999999999"},
+      {"run", "--dataset", folder / "in", "--output", folder / "o", "--max-frames", "0x10"},
+      {"run", "--dataset", folder / "in", "--output", folder / "o", "--max-frames", "010"},
+      {"run", "--dataset", folder / "in", "--output", folder / "o", "--threads", "4294967297"},
+      {"run", "--dataset", folder / "in", "--output", ""},
+      {"run", "--dataset", folder / "in", "--output", folder / "o", "--save-map", ""},
+      {"simulate", "--output", folder / "s", "--seed", "-1"},
+      {"simulate", "--output", folder / "s", "--frames", "1e3"},
+      {"simulate", "--output", folder / "s", "--fps", "0x10"},
+      {"simulate", "--output", ""}};
+  for (const auto& arguments : wrong) {
+    CAPTURE(arguments);
+    const auto result = call(arguments);
+    CHECK(result.status == 2);
+    CHECK(split_lines(result.err).size() == 1);
+  }
+  for (const auto* times : {"0\n1\n1e300\n", "0\n1\n9e9\n", "-9e9\n0\n1\n"}) {
+    write_text(folder / "in/times.txt", times);
+    check_bounded_failure({"info", "--dataset", folder / "in"}, "is not one time in seconds");
+  }
+  write_tiny_euroc(folder / "euroc", 3);
+  replace_in(folder / "euroc/mav0/cam0/data.csv", tiny_stamp(2) + ",", "9223372036854775807,");
+  check_bounded_failure({"info", "--dataset", folder / "euroc"}, "is not a stamp in whole nanoseconds");
+  write_tiny_folders(folder / "own", 3);
+  write_text(folder / "own/calibration.yaml", tiny_calibration("frame_rate_hz: 1e-300\n"));
+  check_bounded_failure({"info", "--dataset", folder / "own"}, "frame_rate_hz is 1e-300");
+  write_text(folder / "own/calibration.yaml", tiny_calibration());
+  cv::imwrite((folder / "own/left/000001.jpg").string(), tiny_texture(320));
+  check_bounded_failure({"info", "--dataset", folder / "own"}, "one image of a name must remain");
+}
+
+TEST_CASE("Contradictions and cut files are named", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 5);
+  const std::string calib = read_text(folder / "in/calib.txt");
+  write_text(folder / "in/calib.txt", calib + projection_line("P0", 0.0));
+  check_bounded_failure({"info", "--dataset", folder / "in"}, "calib.txt:3: P0: is given twice");
+  for (const auto& [fourth, baseline] : {std::pair{-22000.0, "110 m"}, std::pair{-0.4, "0.002 m"}}) {
+    write_text(folder / "in/calib.txt", projection_line("P0", 0.0) + projection_line("P1", fourth));
+    const auto info = call({"info", "--dataset", folder / "in"});
+    CHECK_THAT(info.out,
+               Catch::Contains(fmt::format("a baseline of {}; lengths must be in metres", baseline)));
+  }
+  write_text(folder / "in/calib.txt", calib);
+
+  const std::string poses = read_text(folder / "in/poses.txt");
+  write_text(folder / "cut.txt", poses.substr(0, poses.size() - 3));
+  check_bounded_failure(
+      {"evaluate", "--groundtruth", folder / "in/poses.txt", "--estimate", folder / "cut.txt"},
+      "cut.txt:5: the last line has no line end");
+  write_text(folder / "short.txt", poses.substr(0, poses.find('\n', 2 * poses.find('\n') + 5) + 1) + poses);
+  const auto result =
+      call({"evaluate", "--groundtruth", folder / "in/poses.txt", "--estimate", folder / "short.txt"});
+  CHECK(result.status == 0);
+  CHECK_THAT(result.err,
+             Catch::Contains("warning: 5 ground-truth and") && Catch::Contains("paired from the first"));
+}
+
+TEST_CASE("Swapped cameras and right images of another frame are named", "[faults]") {
+  const TemporaryFolder folder;
+  CHECK(call({"simulate", "--quiet", "--output", folder / "kitti", "--frames", "6", "--scale", "0.35"})
+            .status == 0);
+  for (int i = 5; i > 0; --i)
+    fs::copy_file(folder / "kitti/image_1" / frame_name(i - 1), folder / "kitti/image_1" / frame_name(i),
+                  fs::copy_options::overwrite_existing);
+  CHECK_THAT(call({"info", "--dataset", folder / "kitti"}).out,
+             Catch::Contains("image_1 look one frame late"));
+  const auto run =
+      call({"run", "--dataset", folder / "kitti", "--output", folder / "out", "--max-frames", "2"});
+  CHECK_THAT(run.err, Catch::Contains("image_1 look one frame late"));
+
+  CHECK(call({"simulate", "--quiet", "--output", folder / "euroc", "--frames", "3", "--scale", "0.4",
+              "--format", "euroc"})
+            .status == 0);
+  fs::rename(folder / "euroc/mav0/cam0/data", folder / "x");
+  fs::rename(folder / "euroc/mav0/cam1/data", folder / "euroc/mav0/cam0/data");
+  fs::rename(folder / "x", folder / "euroc/mav0/cam1/data");
+  check_one_line_failure(call({"run", "--dataset", folder / "euroc", "--output", folder / "out2"}),
+                         "cam0 and cam1 look swapped");
+}

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+// What is left of a run that is killed, and of the results that it was to replace.
+#include <charconv>
+#include <csignal>
+#include <random>
+#include <sys/resource.h>
+
+#include "stereo_slam/evaluation/loop_score.hpp"
+#include "stereo_slam/evaluation/nees.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/support/program.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+constexpr int kFrames = 4000;
+
+std::vector<std::string> run_into(const TemporaryFolder& folder, const std::string& output) {
+  return {"run", "--dataset", folder / "in", "--output", folder / output, "--overwrite"};
+}
+
+/// The frames that the program said it had finished.
+std::size_t frames_reported(const std::string& out) {
+  const auto begin = out.rfind("frame ");
+  std::size_t frames = 0;
+  if (begin != std::string::npos) std::from_chars(out.data() + begin + 6, out.data() + out.size(), frames);
+  return frames;
+}
+
+/// Every file can be read, and holds all finished frames. Returns how many.
+std::size_t check_killed_run(const fs::path& output, std::size_t finished) {
+  if (!fs::exists(output / "run.yaml")) {
+    CHECK(finished == 0);  // killed before it began
+    return 0;
+  }
+  CHECK_THAT(read_text(output / "run.yaml"), Catch::Contains("state: running"));
+  CHECK(load_settings(output / "run.yaml").preset == "default");
+  const auto poses = split_lines(read_text(output / "trajectory_online.txt")).size();
+  CHECK(poses >= finished);
+  if (poses > 0) CHECK(read_trajectory(output / "trajectory_online.txt").poses.size() == poses);
+  if (!fs::exists(output / "loops.csv")) return poses;
+  CHECK(read_covariances(output / "covariances.csv").size() + 1 >= poses);
+  CHECK(read_loops(output / "loops.csv").empty());
+  CHECK(split_lines(read_text(output / "timing.csv")).size() + 1 >= poses);
+  return poses;
+}
+
+}  // namespace
+
+TEST_CASE("Every frame that a run finished before it was killed is in its files", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", kFrames);
+  std::mt19937 random(20);
+  std::size_t most = 0;
+  for (int i = 0; i < 20; ++i) {
+    const auto output = fmt::format("out{}", i % 4);  // fresh ones, then those of killed runs
+    const Program program(folder.path(), run_into(folder, output));
+    usleep(std::uniform_int_distribution<unsigned>(1'000, 700'000)(random));
+    program.signal(SIGKILL);
+    const auto result = program.wait();
+    CHECK(result.status == 1000 + SIGKILL);
+    most = std::max(most, check_killed_run(folder / output, frames_reported(result.out)));
+  }
+  CHECK(most > 0);
+}
+
+TEST_CASE("A killed run leaves the results that it was to replace", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "short", 3);
+  CHECK(call({"run", "--dataset", folder / "short", "--output", folder / "out", "--quiet"}).status == 0);
+  const auto before = read_text(folder / "out/trajectory_kitti.txt");
+  write_long_sequence(folder / "in", kFrames);
+  const Program program(folder.path(), run_into(folder, "out"));
+  program.wait_for_output("frame 50/");
+  program.signal(SIGKILL);
+  const auto result = program.wait();
+  CHECK(read_text(folder / "out/trajectory_kitti.txt") == before);
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: finished"));
+  CHECK(check_killed_run(folder / "out/unfinished", frames_reported(result.out)) >= 50);
+
+  CHECK(call({"run", "--dataset", folder / "short", "--output", folder / "out", "--quiet", "--overwrite"})
+            .status == 0);
+  CHECK_FALSE(fs::exists(folder / "out/unfinished"));
+}
+
+TEST_CASE("Results of an earlier run are replaced with --overwrite only", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  std::vector<std::string> run = {"run", "--dataset", folder / "in", "--output", folder / "out", "--quiet"};
+  CHECK(call(run).status == 0);
+  check_one_line_failure(call(run), "replace them with --overwrite");
+  run.emplace_back("--overwrite");
+  CHECK(call(run).status == 0);
+}
+
+TEST_CASE("A run that fails before its first frame leaves the results that it was to replace", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  CHECK(call({"run", "--dataset", folder / "in", "--output", folder / "out", "--quiet"}).status == 0);
+  fs::remove(folder / "in/image_1/000000.png");
+  check_one_line_failure(call(run_into(folder, "out")), "000000.png: missing");
+  CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == 3);
+}
+
+TEST_CASE("Two runs cannot write to one folder; the lock of a killed run is gone", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", kFrames);
+  const Program program(folder.path(), run_into(folder, "out"));
+  program.wait_for_output("frame 1/");
+  check_one_line_failure(call(run_into(folder, "out")), "another run is writing to it");
+  program.signal(SIGKILL);
+  (void)program.wait();
+  auto again = run_into(folder, "out");
+  again.insert(again.end(), {"--max-frames", "2", "--quiet"});
+  CHECK(call(again).status == 0);
+}
+
+TEST_CASE("A full disk ends the run with one line; the frames before it are whole", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", kFrames);
+  const auto limit_files = [] {
+    constexpr rlimit kBytes = {40'000, 40'000};
+    setrlimit(RLIMIT_FSIZE, &kBytes);
+  };
+  const auto result = call(run_into(folder, "out"), limit_files);
+  check_one_line_failure(result, "cannot be written (File too large)");
+  const auto poses = read_trajectory(folder / "out/trajectory_online.txt").poses.size();
+  CHECK(poses > 10);
+  CHECK(read_covariances(folder / "out/covariances.csv").size() + 1 >= poses);
+}

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+// Output that would replace something, and streams that nobody reads.
+#include <csignal>
+#include <fcntl.h>
+#include <sys/resource.h>
+
+#include "stereo_slam/app/messages.hpp"
+#include "stereo_slam/support/program.hpp"
+
+using namespace stereo_slam::test;
+
+namespace {
+
+/// A recording with results and a map of one run.
+void prepare(const TemporaryFolder& folder) {
+  write_tiny_sequence(folder / "in", 4);
+  CHECK(call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out", "--save-map",
+              folder / "street.map"})
+            .status == 0);
+}
+
+}  // namespace
+
+TEST_CASE("What is read, and what the program did not write, is never replaced", "[faults]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  write_text(folder / "mine.txt", "mine");
+  const std::string poses = folder / "in/poses.txt";
+  const std::string map = folder / "street.map";
+  const auto run = [&](const std::string& file, const std::string& more = "--overwrite") {
+    return std::vector<std::string>{"run",     "--dataset",  folder / "in", "--output", folder / "out2",
+                                    "--quiet", "--save-map", file,          more};
+  };
+  const std::vector<std::tuple<std::vector<std::string>, fs::path, const char*>> cases = {
+      {run(poses), poses, "is not a file of this kind"},
+      {run(folder / "in/image_0/000000.png"), folder / "in/image_0/000000.png", "is not a file of this kind"},
+      {run(folder / "mine.txt"), folder / "mine.txt", "is not a file of this kind"},
+      {run(map, "--quiet"), map, "replace it with --overwrite"},
+      {run(folder / "out2/map.ply"), poses, "is the name of a result file"},
+      {{"run", "--dataset", folder / "in", "--output", folder / "out2", "--load-map", map, "--save-map", map,
+        "--overwrite"},
+       map,
+       "is to be read, too"},
+      {{"evaluate", "--groundtruth", poses, "--estimate", folder / "out/trajectory_kitti.txt", "--json",
+        poses},
+       poses,
+       "is to be read, too"},
+      {{"evaluate", "--groundtruth", poses, "--estimate", folder / "out/trajectory_kitti.txt", "--json",
+        folder / "mine.txt"},
+       folder / "mine.txt",
+       "is not a file of this kind"},
+      {{"info", "--dataset", folder / "in", "--write-groundtruth", poses},
+       poses,
+       "is not a file of this kind"},
+      {{"simulate", "--output", folder / "in", "--trajectory", poses}, poses, "in: not empty"},
+  };
+  for (const auto& [arguments, file, part] : cases) {
+    CAPTURE(arguments);
+    const auto before = read_text(file);
+    check_one_line_failure(call(arguments), part);
+    CHECK(read_text(file) == before);
+    CHECK_FALSE(fs::exists(folder / "out2/trajectory_online.txt"));
+  }
+}
+
+TEST_CASE("What the program wrote is replaced by the same command", "[faults]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  const std::vector<std::vector<std::string>> commands = {
+      {"evaluate", "--groundtruth", folder / "in/poses.txt", "--estimate",
+       folder / "out/trajectory_kitti.txt", "--json", folder / "e.json"},
+      {"info", "--dataset", folder / "in", "--write-groundtruth", folder / "truth.txt"},
+      {"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out", "--save-map",
+       folder / "street.map", "--overwrite"}};
+  for (const auto& arguments : commands) {
+    CAPTURE(arguments);
+    for (int i = 0; i < 2; ++i) CHECK(call(arguments).status == 0);
+  }
+}
+
+TEST_CASE("Links and devices named as output are written through", "[faults]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  write_text(folder / "file.json", "");
+  fs::create_symlink(folder / "file.json", folder / "link.json");
+  const auto evaluate = [&](const std::string& json) {
+    return call({"evaluate", "--groundtruth", folder / "in/poses.txt", "--estimate",
+                 folder / "out/trajectory_kitti.txt", "--json", json});
+  };
+  CHECK(evaluate(folder / "link.json").status == 0);
+  CHECK(fs::is_symlink(folder / "link.json"));
+  CHECK_THAT(read_text(folder / "file.json"), Catch::Contains("frames_matched"));
+  CHECK(evaluate("/dev/null").status == 0);
+  CHECK(fs::is_character_file("/dev/null"));
+  const auto printed = evaluate("/dev/stdout");
+  CHECK(printed.status == 0);
+  CHECK_THAT(printed.out, Catch::Contains("\"frames_matched\""));
+  CHECK(fs::is_symlink("/dev/stdout"));
+  check_one_line_failure(evaluate("/dev/full"), "/dev/full: cannot be written (No space left on device)");
+}
+
+TEST_CASE("Standard streams that are closed, full or unread do not end a run with a signal", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 4);
+  const auto point_at_full = [](int descriptor) { dup2(open("/dev/full", O_WRONLY), descriptor); };
+  const auto break_pipe = [](int descriptor) {
+    int ends[2];
+    if (pipe(ends) != 0) _exit(97);
+    dup2(ends[1], descriptor);
+    close(ends[0]);
+    close(ends[1]);
+  };
+  int number = 0;
+  const std::vector<std::function<void(int)>> damages = {[](int descriptor) { close(descriptor); },
+                                                         point_at_full, break_pipe};
+  for (const auto& damage : damages) {
+    const std::string out = folder / fmt::format("out{}", number++);
+    const std::vector<std::string> run = {"run", "--dataset", folder / "in", "--output", out, "--overwrite"};
+    CHECK(call(run, [&] { damage(STDERR_FILENO); }).status == 0);
+    CHECK(call({"run"}, [&] { damage(STDERR_FILENO); }).status == 2);
+    CHECK(call({"info", "--dataset", "nowhere"}, [&] { damage(STDERR_FILENO); }).status == 1);
+    check_one_line_failure(call(run, [&] { damage(STDOUT_FILENO); }), "standard output cannot be written");
+    CHECK(split_lines(read_text(out + "/trajectory_kitti.txt")).size() == 4);
+    CHECK(call(run, [&] {
+            for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) damage(descriptor);
+          }).status == 1);
+    CHECK(split_lines(read_text(out + "/trajectory_kitti.txt")).size() == 4);  // and not a message
+  }
+}
+
+TEST_CASE("A message is one line of bounded length", "[faults]") {
+  using stereo_slam::as_message;
+  CHECK(as_message("two\nlines\x1B[31m") == "two?lines?[31m");
+  const auto cut = as_message("begin" + std::string(10'000'000, 'x') + "end");
+  CHECK(cut.size() == stereo_slam::kLongestMessage);
+  CHECK_THAT(cut, Catch::StartsWith("begin") && Catch::Contains(" ... ") && Catch::EndsWith("end"));
+
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  const std::string path(5'000, 'p');
+  const std::string line(60'000, 'x');
+  write_text(folder / "in/calib.txt", "P0: " + line + "\n");
+  write_text(folder / "in/times.txt", line + "\n");
+  write_text(folder / "s.yaml", line + ": 1\n");
+  const std::vector<std::vector<std::string>> commands = {
+      {"info", "--dataset", path},
+      {"info", "--dataset", folder / "in"},
+      {"run", "--dataset", path, "--output", path},
+      {"run", "--dataset", folder / "in", "--output", folder / "out", "--config", folder / "s.yaml"},
+      {"evaluate", "--groundtruth", path, "--estimate", path}};
+  for (const auto& arguments : commands) {
+    const auto result = call(arguments);
+    check_one_line_failure(result, "");
+    CHECK(result.err.size() < 1'100);
+    CHECK(result.out.size() < 5'000);
+  }
+  const auto usage = call({"info", "--dataset", "x", "--format", std::string(100'000, 'f')});
+  CHECK(usage.status == 2);
+  CHECK(usage.err.size() < 1'100);
+}
+
+TEST_CASE("What libraries print about a damaged image does not reach the user", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder / "in", 3);
+  for (const auto* side : {"in/left", "in/right"}) {  // the formats whose data is not checked before decoding
+    for (int i = 0; i < 3; ++i) {
+      const auto png = folder / side / frame_name(i);
+      cv::imwrite((folder / side / fmt::format("{}.jpg", i)).string(), cv::imread(png.string()));
+      fs::remove(png);
+    }
+  }
+  auto bytes = read_text(folder / "in/left/1.jpg");
+  for (std::size_t i = bytes.size() / 2; i < bytes.size() / 2 + 40; ++i) bytes[i] = '\xFF';
+  write_text(folder / "in/left/1.jpg", bytes);
+  const auto result = call({"run", "--dataset", folder / "in", "--output", folder / "out", "--quiet"});
+  CHECK(split_lines(result.err).size() <= 1);
+}
+
+TEST_CASE("demo.sh does not remove a folder that it did not write", "[faults]") {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "demo/sequence_4_0.2");
+  write_text(folder / "demo/sequence_4_0.2/mine.txt", "mine");
+  const std::string command = fmt::format("FRAMES=4 SCALE=0.2 STEREO_SLAM={} {} {} >/dev/null 2>&1",
+                                          STEREO_SLAM_PROGRAM, STEREO_SLAM_DEMO, (folder / "demo").string());
+  CHECK(std::system(command.c_str()) != 0);
+  CHECK(read_text(folder / "demo/sequence_4_0.2/mine.txt") == "mine");
+  fs::remove_all(folder / "demo");
+  CHECK(std::system(command.c_str()) == 0);
+  fs::remove(folder / "demo/sequence_4_0.2/image_0/000002.png");
+  CHECK(std::system(command.c_str()) == 0);
+}
