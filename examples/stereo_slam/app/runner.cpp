@@ -192,8 +192,8 @@ void check_save_map(const RunOptions& options) {
     return is_map(beginning);
   });
   const auto is_name = [&](const fs::path& name) { return file.filename() == name; };
-  const bool beside_results =
-      fs::weakly_canonical(fs::absolute(file).parent_path()) == fs::weakly_canonical(options.output);
+  const bool beside_results = fs::weakly_canonical(fs::absolute(file).parent_path()) ==
+                              fs::weakly_canonical(fs::absolute(options.output));
   if (!beside_results)
     return require_writable(file);  // --output, which may not be there yet, is checked itself
   if (std::any_of(result_files().begin(), result_files().end(), is_name) || is_name("run.yaml")) {
