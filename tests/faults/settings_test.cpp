@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// Settings at the ends of their ranges.
+#include <random>
+#include <sstream>
+
+#include "stereo_slam/settings/presets.hpp"
+#include "stereo_slam/settings/schema.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/support/program.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+/// The ends of a range "a number from 0 to 1", or nothing for names.
+std::vector<std::string> ends_of(const SettingsField& field) {
+  std::istringstream words(field.allowed);
+  std::vector<std::string> ends;
+  for (std::string word; words >> word;) {
+    if (word == "from" || word == "to") words >> ends.emplace_back();
+  }
+  return ends;
+}
+
+/// A dozen settings, each at one of its ends.
+Settings extreme_settings(const std::string& preset, std::mt19937& random) {
+  constexpr int kChanged = 12;
+  const auto& fields = settings_fields();
+  Settings settings = preset_settings(preset);
+  for (int i = 0; i < kChanged; ++i) {
+    const auto& field = fields[std::uniform_int_distribution<std::size_t>(0, fields.size() - 1)(random)];
+    const auto ends = ends_of(field);
+    if (ends.size() == 2) REQUIRE(field.set(settings, ends[random() % 2]));
+  }
+  return settings;
+}
+
+}  // namespace
+
+TEST_CASE("Settings at the ends of their ranges run", "[faults]") {
+  const TemporaryFolder folder;
+  CHECK(call({"simulate", "--quiet", "--output", folder / "in", "--frames", "6", "--scale", "0.25"}).status ==
+        0);
+  std::mt19937 random(7);
+  for (int i = 0; i < 12; ++i) {
+    const std::string preset = i % 2 == 0 ? "default" : "paper";
+    std::ostringstream text;
+    write_settings(text, extreme_settings(preset, random));
+    write_text(folder / "s.yaml", text.str());
+    CAPTURE(text.str());
+    const auto run = call({"run", "--quiet", "--overwrite", "--dataset", folder / "in", "--output",
+                           folder / "out", "--config", folder / "s.yaml"});
+    CHECK(run.err == "");
+    CHECK(run.status == 0);
+  }
+}
