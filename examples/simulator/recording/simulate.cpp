@@ -14,6 +14,7 @@
 
 #include "simulator/recording/recording_folder.hpp"
 #include "simulator/rendering/lens_view.hpp"
+#include "simulator/rendering/rectification_error.hpp"
 #include "simulator/rendering/renderer.hpp"
 #include "simulator/textures/random.hpp"
 #include "simulator/world/traffic.hpp"
@@ -31,6 +32,10 @@ void validate(const SimulationSettings& settings) {
   require(settings.frames >= 0, "frames must not be negative", settings.frames);
   require(settings.dynamic_objects >= 0, "dynamic_objects must not be negative", settings.dynamic_objects);
   require(settings.fps > 0.0, "fps must be positive", settings.fps);
+  require(settings.rectification_error_px >= 0.0, "rectification_error_px must not be negative",
+          settings.rectification_error_px);
+  if (settings.rig && settings.rectification_error_px > 0.0)
+    throw std::invalid_argument("rectification_error_px is of rectified images, not of a rig");
   require(settings.baseline_m > 0.0, "baseline_m must be positive", settings.baseline_m);
   require(settings.camera_height_m > 0.0, "camera_height_m must be positive", settings.camera_height_m);
   require(settings.threads >= 0, "threads must not be negative", settings.threads);
@@ -44,23 +49,30 @@ void validate(const SimulationSettings& settings) {
   validate(settings.sensor);
 }
 
-/// The lenses of a rig: none with rectified images.
-std::vector<LensView> lens_views(const SimulationSettings& settings) {
-  std::vector<LensView> views;
-  if (settings.rig) {
-    views.emplace_back(settings.rig->left);
-    views.emplace_back(settings.rig->right);
+/// The two cameras as they really are, which the recorded calibration may differ from.
+struct StereoViews {
+  std::vector<LensView> lenses;  ///< left and right; none if both are pinholes
+  Eigen::Isometry3d T_left_right;
+};
+
+StereoViews stereo_views(const SimulationSettings& settings) {
+  std::optional<StereoRig> rig = settings.rig;
+  if (settings.rectification_error_px > 0.0) {
+    rig = misrectified_rig(settings.camera, settings.baseline_m,
+                           {settings.rectification_error_px, settings.seed});
   }
-  return views;
+  if (!rig) return {{}, Eigen::Isometry3d(Eigen::Translation3d(settings.baseline_m, 0.0, 0.0))};
+  return {{LensView(rig->left), LensView(rig->right)}, rig->T_right_left.inverse()};
 }
 
 /// Renders and writes stereo pairs; one for each thread.
 class Camera {
  public:
   Camera(const SimulationSettings& settings, const World& world, const Traffic& traffic,
-         const std::vector<LensView>& lenses, const RecordingFolder& folder)
-      : settings_(settings), traffic_(traffic), lenses_(lenses), folder_(folder) {
+         const StereoViews& views, const RecordingFolder& folder)
+      : settings_(settings), traffic_(traffic), views_(views), folder_(folder) {
     for (std::size_t side = 0; side < 2; ++side) {
+      const auto& lenses = views.lenses;
       renderers_.emplace_back(world.scene(), lenses.empty() ? settings.camera : lenses[side].pinhole(),
                               settings.samples_per_pixel);
     }
@@ -86,18 +98,16 @@ class Camera {
   [[nodiscard]] cv::Mat1f see(std::size_t side, const Eigen::Isometry3d& T_world_left,
                               const std::vector<Face>& moving) {
     const cv::Mat1f light = renderers_[side].render(T_world_left * T_left_camera(side), moving);
-    return lenses_.empty() ? light : lenses_[side].through(light);
+    return views_.lenses.empty() ? light : views_.lenses[side].through(light);
   }
 
   [[nodiscard]] Eigen::Isometry3d T_left_camera(std::size_t side) const {
-    if (side == 0) return Eigen::Isometry3d::Identity();
-    if (settings_.rig) return settings_.rig->T_right_left.inverse();
-    return Eigen::Isometry3d(Eigen::Translation3d(settings_.baseline_m, 0.0, 0.0));
+    return side == 0 ? Eigen::Isometry3d::Identity() : views_.T_left_right;
   }
 
   const SimulationSettings& settings_;
   const Traffic& traffic_;
-  const std::vector<LensView>& lenses_;
+  const StereoViews& views_;
   const RecordingFolder& folder_;
   std::vector<Renderer> renderers_;
 };
@@ -134,7 +144,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
                            .street = {}});
   const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
 
-  const std::vector<LensView> lenses = lens_views(settings);
+  const StereoViews views = stereo_views(settings);
   const RecordingFolder folder(settings, output);
   folder.write_cameras();
   folder.write_times_and_poses(path);
@@ -146,7 +156,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
   std::exception_ptr failure;
   const auto work = [&] {
     try {
-      Camera camera(settings, world, traffic, lenses, folder);
+      Camera camera(settings, world, traffic, views, folder);
       for (std::size_t frame = next_frame++; frame < path.size(); frame = next_frame++) {
         camera.shoot(frame, path[frame]);
         const std::lock_guard lock(mutex);

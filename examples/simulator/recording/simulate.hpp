@@ -25,9 +25,13 @@ struct SimulationSettings {
   double fps = 10.0;                 ///< frames a second, > 0
   PinholeCamera camera{1241, 376, 718.856, 718.856, 607.1928, 185.2157};  ///< of both images, px
   double baseline_m = 0.5371657;                                          ///< > 0
-  double camera_height_m = 1.65;                                          ///< above the road, > 0
-  int samples_per_pixel = 8;                                              ///< for anti-aliasing: 4, 8 or 16
-  int texture_size_px = 1024;  ///< side of the large textures, a power of two >= 64
+  /// Largest displacement in the right image by errors that the recorded calibration does not contain: a
+  /// relative rotation, an offset of the principal point and a radial distortion, drawn with the seed. Needs
+  /// rectified images.
+  double rectification_error_px = 0.0;
+  double camera_height_m = 1.65;  ///< above the road, > 0
+  int samples_per_pixel = 8;      ///< for anti-aliasing: 4, 8 or 16
+  int texture_size_px = 1024;     ///< side of the large textures, a power of two >= 64
   /// Raw images of these cameras in EuRoC's layout, instead of rectified ones of `camera` and `baseline_m` in
   /// KITTI's; the path is that of the left one. T_body_left is required.
   std::optional<StereoRig> rig;

@@ -72,6 +72,11 @@ void add_recording_options(CLI::App& app, Arguments& arguments) {
                  "standard deviation of the pixel noise, in grey levels")
       ->check(number_between(0.0, 50.0))
       ->capture_default_str();
+  app.add_option("--rectification-error", arguments.settings.rectification_error_px,
+                 "largest displacement by errors of the right camera's calibration, in pixels at scale 1: "
+                 "rotation, principal point and radial distortion; with --format kitti")
+      ->check(number_between(0.0, 20.0))
+      ->type_name("PX");
   app.add_option("--threads", arguments.settings.threads,
                  "number of threads, 0: one per processor; the images do not depend on it")
       ->check(whole_number_between(0, 1024))
@@ -92,6 +97,7 @@ void add_recording_options(CLI::App& app, Arguments& arguments) {
 int simulate_command(const Arguments& arguments) {
   simulator::SimulationSettings settings = arguments.settings;
   settings.camera = scaled(settings.camera, arguments.scale);
+  settings.rectification_error_px *= arguments.scale;
   if (arguments.format == "euroc") {
     settings.rig =
         simulator::euroc_like_rig(arguments.distortion.value_or(Distortion::kRadTan), arguments.scale);
@@ -120,6 +126,8 @@ Command add_simulate(CLI::App& parent) {
   app.parse_complete_callback([arguments] {
     if (arguments->distortion && arguments->format != "euroc")
       throw CLI::ValidationError("--distortion", "needs --format euroc");
+    if (arguments->settings.rectification_error_px > 0.0 && arguments->format != "kitti")
+      throw CLI::ValidationError("--rectification-error", "needs --format kitti");
   });
   app.footer("Example:\n  stereo_slam simulate --output town --frames 300");
   return [arguments] { return simulate_command(*arguments); };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/online_rectification.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -12,6 +13,19 @@ constexpr double kRowSigma_px = 0.3;
 constexpr double kConfidence =
     0.25;  // weight of a keyframe's disparity information, whose errors are not independent
 constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
+
+// Expected disparity offset for a given row offset: both have the same causes, such as a rotation of one
+// camera, but one or the other may be small by chance.
+constexpr double kDisparityPerRow = 2.0;
+constexpr double kExactSigma_px = 0.03;  // of the disparity offset where there is no row offset
+
+/// Mean square of an offset over the image, whose coordinates are uniform in [-1, 1].
+[[nodiscard]] double mean_square(const RectificationResidual::Basis& c) {
+  const double constant = c[0] + (c[3] + c[5]) / 3.0;
+  const double linear = (c[1] * c[1] + c[2] * c[2]) / 3.0;
+  const double quadratic = (c[3] * c[3] + c[5] * c[5]) * (1.0 / 5.0 - 1.0 / 9.0) + c[4] * c[4] / 9.0;
+  return constant * constant + linear + quadratic;
+}
 
 }  // namespace
 
@@ -27,6 +41,11 @@ Vector2<double> RectificationResidual::right_position(const StereoPoint& z) cons
   return Vector2<double>(z.x() - z.z(), z.y()) + coefficients_ * basis(z.head<2>());
 }
 
+Vector2<double> RectificationResidual::rms_offset_px() const {
+  return {std::sqrt(mean_square(coefficients_.row(0).transpose())),
+          std::sqrt(mean_square(coefficients_.row(1).transpose()))};
+}
+
 RectificationResidual::Measurement RectificationResidual::measure(const Vector2<double>& left_px,
                                                                   const Vector2<double>& right_px) const {
   const Vector2<double> difference = left_px - right_px + coefficients_ * basis(left_px);
@@ -35,15 +54,15 @@ RectificationResidual::Measurement RectificationResidual::measure(const Vector2<
 
 RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
                                                const OnlineRectificationSettings& settings)
-    : camera_(camera) {
+    : camera_(camera), max_disparity_sigma_px_(settings.disparity_sigma_px) {
   estimate_.row_information /= settings.row_sigma_px * settings.row_sigma_px;
   estimate_.disparity_information /= settings.disparity_sigma_px * settings.disparity_sigma_px;
 }
 
 RectificationEstimator RectificationEstimator::resumed(const StereoCamera& camera,
+                                                       const OnlineRectificationSettings& settings,
                                                        const RectificationEstimate& estimate) {
-  RectificationEstimator estimator;
-  estimator.camera_ = camera;
+  RectificationEstimator estimator(camera, settings);
   estimator.estimate_ = estimate;
   return estimator;
 }
@@ -60,11 +79,10 @@ void RectificationEstimator::add_rows(std::span<const RectificationResidual::Mea
   }
 }
 
-void RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints) {
+Matrix6<double> RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
+                                                   const Pose& T_first_second) {
   constexpr std::size_t kMinConstraints = 30;
-  if (constraints.size() < kMinConstraints) return;
-  using Information = RectificationEstimate::Information;
-  using Basis = RectificationEstimate::Basis;
+  if (constraints.size() < kMinConstraints) return Matrix6<double>::Zero();
   Matrix6<double> pose_pose = Matrix6<double>::Zero();
   Information pose_bias = Information::Zero();
   Information bias_bias = Information::Zero();
@@ -87,19 +105,36 @@ void RectificationEstimator::add_motion(std::span<const BiasConstraint> constrai
     bias_vector -= D.transpose() * W * e;
   }
   const Eigen::LDLT<Matrix6<double>> factor(pose_pose);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) return;
-  estimate_.disparity_information +=
-      kConfidence * (bias_bias - pose_bias.transpose() * factor.solve(pose_bias));
-  estimate_.disparity_vector +=
-      kConfidence * (bias_vector - pose_bias.transpose() * factor.solve(pose_vector));
+  if (factor.info() != Eigen::Success || !factor.isPositive()) return Matrix6<double>::Zero();
+  const Eigen::Matrix<double, 6, RectificationResidual::kTerms> pose_derivative = factor.solve(pose_bias);
+  const Matrix6<double> motion_covariance =
+      pose_derivative * disparity_information().ldlt().solve(pose_derivative.transpose());
+  estimate_.disparity_information += kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative);
+  estimate_.disparity_vector += kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector);
+  const Vector3<double> path_m = T_first_second.inverse().translation();
+  length_derivative_m2_ += pose_derivative.bottomRows<3>().transpose() * path_m;
+  squared_length_m2_ += path_m.squaredNorm();
+  return motion_covariance;
+}
+
+/// With the prior of coefficients that are about as large as those of the rows.
+RectificationEstimate::Information RectificationEstimator::disparity_information() const {
+  const double expected_px = std::hypot(kExactSigma_px, kDisparityPerRow * current().rms_offset_px().y());
+  const auto information = [](double sigma_px) { return 1.0 / (sigma_px * sigma_px); };
+  const double missing = information(expected_px) - information(max_disparity_sigma_px_);
+  return estimate_.disparity_information + std::max(missing, 0.0) * Information::Identity();
+}
+
+double RectificationEstimator::scale_sigma() const {
+  if (!(squared_length_m2_ > 0.0)) return 0.0;
+  const Basis derivative = length_derivative_m2_ / squared_length_m2_;
+  return std::sqrt(std::max(derivative.dot(disparity_information().ldlt().solve(derivative)), 0.0));
 }
 
 void RectificationEstimator::advance() {
   const auto& e = estimate_;
-  RectificationResidual::Coefficients coefficients;
-  coefficients.row(0) = e.disparity_information.ldlt().solve(e.disparity_vector).transpose();
-  coefficients.row(1) = e.row_information.ldlt().solve(e.row_vector).transpose();
-  estimate_.coefficients = coefficients;
+  estimate_.coefficients.row(1) = e.row_information.ldlt().solve(e.row_vector).transpose();
+  estimate_.coefficients.row(0) = disparity_information().ldlt().solve(e.disparity_vector).transpose();
 }
 
 }  // namespace stereo_slam

@@ -42,6 +42,9 @@ class RectificationResidual {
     double row_error_px = 0.0;  ///< left minus right row, corrected
   };
 
+  /// Root mean squares over the image of the offsets in u and in v, px.
+  [[nodiscard]] Vector2<double> rms_offset_px() const;
+
   /// Stereo measurement of a point seen at `left_px` and `right_px`, corrected.
   [[nodiscard]] Measurement measure(const Vector2<double>& left_px, const Vector2<double>& right_px) const;
 
@@ -79,6 +82,9 @@ struct RectificationEstimate {
 /// and far points, or those on the left and on the right, disagree about the same motion. A pose and six
 /// coefficients are solved for together, the pose is eliminated, and the information of the coefficients adds
 /// up from keyframe to keyframe. No ground truth is used.
+///
+/// The row offset shows at once how good the calibration is. The disparity offset is expected to be of its
+/// size, so that an exact rectification is hardly changed while little is known.
 class RectificationEstimator {
  public:
   RectificationEstimator() = default;
@@ -86,13 +92,15 @@ class RectificationEstimator {
 
   /// Resumes from the state of another estimator of the same camera.
   [[nodiscard]] static RectificationEstimator resumed(const StereoCamera& camera,
+                                                      const OnlineRectificationSettings& settings,
                                                       const RectificationEstimate& estimate);
 
   /// Stereo matches of one frame, measured with current().
   void add_rows(std::span<const RectificationResidual::Measurement> matches);
 
-  /// Points matched between two frames, all measured with current().
-  void add_motion(std::span<const BiasConstraint> constraints);
+  /// Points matched between two frames, all measured with current(), and the motion between them. Returns the
+  /// covariance of that motion by what was not known of the disparity offset.
+  Matrix6<double> add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second);
 
   /// Best estimate so far.
   [[nodiscard]] RectificationResidual current() const {
@@ -100,13 +108,26 @@ class RectificationEstimator {
   }
   [[nodiscard]] const RectificationEstimate& estimate() const noexcept { return estimate_; }
 
+  /// Relative standard deviation of all lengths by what is not known of the disparity offset. Zero before the
+  /// first motion.
+  [[nodiscard]] double scale_sigma() const;
+
   /// Makes current() the mean of everything added so far. Earlier measurements used the former current() and
   /// have to be repeated.
   void advance();
 
  private:
+  using Basis = RectificationEstimate::Basis;
+  using Information = RectificationEstimate::Information;
+
+  [[nodiscard]] Information disparity_information() const;
+
   StereoCamera camera_;
   RectificationEstimate estimate_;
+  double max_disparity_sigma_px_ = 1.0;  // of a coefficient before the first motion, at most
+  Basis length_derivative_m2_ =
+      Basis::Zero();                // sum over the motions: length times d length / d coefficients
+  double squared_length_m2_ = 0.0;  // sum over the motions
 };
 
 }  // namespace stereo_slam

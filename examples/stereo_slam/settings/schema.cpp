@@ -57,9 +57,14 @@ void add_stereo(Table& table) {
 void add_calibration(Table& table) {
   SettingsGroup(table, "calibration", &Settings::calibration)
       .add("scale_sigma", &CalibrationSettings::scale_sigma, {0.0, 0.5}, "",
-           "relative standard deviation of the calibrated scale (baseline times focal length)")
+           "relative standard deviation of the calibrated scale (baseline times focal length), known "
+           "beforehand")
       .add("principal_point_sigma_px", &CalibrationSettings::principal_point_sigma_px, {0.0, 50.0}, "px",
-           "standard deviation of the calibrated principal point");
+           "standard deviation of the calibrated principal point, known beforehand")
+      .add("scale_sigma_per_px", &CalibrationSettings::scale_sigma_per_px, {0.0, 0.5}, "1/px",
+           "... of the scale, for each pixel by which online_rectification finds the rows displaced")
+      .add("principal_point_per_px", &CalibrationSettings::principal_point_per_px, {0.0, 50.0}, "",
+           "... of the principal point, for each pixel by which it finds the rows displaced");
 }
 
 void add_online_rectification(Table& table) {
@@ -69,7 +74,9 @@ void add_online_rectification(Table& table) {
       .add("row_sigma_px", &OnlineRectificationSettings::row_sigma_px, {0.001, 20.0}, "px",
            "prior standard deviation of the row offset at the image border")
       .add("disparity_sigma_px", &OnlineRectificationSettings::disparity_sigma_px, {0.001, 20.0}, "px",
-           "prior standard deviation of the disparity offset at the image border");
+           "prior standard deviation of the disparity offset at the image border, at most; less where the "
+           "rows "
+           "show a better calibration");
 }
 
 void add_odometry(Table& table) {

@@ -36,8 +36,10 @@ struct StereoMatchingSettings {
 /// Errors of the calibration that are the same in every frame. The covariances contain them; nothing
 /// estimates them.
 struct CalibrationSettings {
-  double scale_sigma = 0.005;
-  double principal_point_sigma_px = 0.5;
+  double scale_sigma = 0.0;
+  double principal_point_sigma_px = 0.15;
+  double scale_sigma_per_px = 0.01;
+  double principal_point_per_px = 1.0;
 };
 
 /// Estimate, while driving, of the errors that rectification leaves.

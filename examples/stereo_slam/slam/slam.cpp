@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/slam.hpp"
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -67,7 +68,8 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
     throw std::invalid_argument("a run is localised in a loaded map by loop closure; enable loop_closure");
   }
   check_camera_of(known, camera);
-  rectification_ = RectificationEstimator::resumed(camera, known.rectification);
+  rectification_ =
+      RectificationEstimator::resumed(camera, settings.online_rectification, known.rectification);
   global_map_ = GlobalMap(known);
   segment_ = SegmentState::in_loaded_map();
 }
@@ -203,7 +205,9 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   result.matches = static_cast<int>(tracked.matches.size());
   result.nis = tracked.nis;
   result.nis_dof = tracked.nis_dof;
-  if (tracked.measured()) result.is_keyframe = extend_map(tracked, images);
+  if (!tracked.measured() || !extend_map(tracked, images)) return;
+  result.is_keyframe = true;
+  if (anchored()) record_keyframe(result);
 }
 
 /// Finds out which points move with the landmarks: they are known to be static in the next frame.
@@ -270,6 +274,13 @@ void Slam::record(const PoseDensity& T_keyframe_camera, bool measured, FrameResu
   result.T_odometry_camera = trajectory_.in_odometry_frame(pose.pose);
 }
 
+/// Replaces the covariances in the result by those of the new keyframe, which contain the rectification's.
+void Slam::record_keyframe(FrameResult& result) const {
+  result.relative_covariance = trajectory_.T_previous_reference().covariance;
+  const PoseGaussian T_world_keyframe = trajectory_.in_world(PoseGaussian{});
+  result.T_world_camera.covariance = with_calibration_error(T_world_keyframe, result.calibration).covariance;
+}
+
 /// Completes the result after the map update: the status takes into account whether the segment is localised.
 void Slam::complete(const FrameImages& images, FrameResult& result) {
   lost_ = result.status == TrackingStatus::kLost;
@@ -328,8 +339,9 @@ void Slam::begin_segment(const FrameImages& images, const OdometryResult& odomet
 
 /// Makes the current camera the reference of pose and landmarks.
 void Slam::change_keyframe(const FrameImages& images, const std::vector<Match>& matches) {
-  refine_rectification(matches);
-  trajectory_.add_keyframe(images.frame.index, to_pose_gaussian(posterior_));
+  PoseGaussian T_previous_keyframe = to_pose_gaussian(posterior_);
+  T_previous_keyframe.covariance += refine_rectification(matches);
+  trajectory_.add_keyframe(images.frame.index, T_previous_keyframe);
   posterior_ = certain_pose();
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
   local_map_.restart(trajectory_.reference());
@@ -372,22 +384,31 @@ std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
   return keyframe_points(points, ids);
 }
 
-/// Refines the rectification by the landmarks of the ending keyframe, matched in this frame.
-void Slam::refine_rectification(const std::vector<Match>& matches) {
-  if (!settings_.online_rectification.enabled || !settings_.refinement.enabled) return;
+/// Refines the rectification by the landmarks of the ending keyframe, matched in this frame. Returns the
+/// covariance of the frame's pose by what was not known of the rectification.
+Matrix6<double> Slam::refine_rectification(const std::vector<Match>& matches) {
+  if (!settings_.online_rectification.enabled || !settings_.refinement.enabled)
+    return Matrix6<double>::Zero();
   const RectificationResidual before = rectification_.current();
-  rectification_.add_motion(bias_constraints(matches, local_map_.view(), posterior_.pose()));
+  const Pose T_keyframe_camera = posterior_.pose();
+  const Matrix6<double> covariance = rectification_.add_motion(
+      bias_constraints(matches, local_map_.view(), T_keyframe_camera), T_keyframe_camera);
   rectification_.advance();
   tracks_.remeasure(before, rectification_.current());
+  return covariance;
 }
 
 bool Slam::tracks_correlation() const {
   return anchored() && settings_.map.track_correlation && !settings_.map.update_landmarks;
 }
 
+/// The errors of the calibration that no image shows are as large as those that the rows show.
 CalibrationError Slam::calibration_error() const {
-  const auto& sigma = settings_.calibration;
-  return {sigma.scale_sigma, sigma.principal_point_sigma_px / camera_.fx};
+  const auto& allowed = settings_.calibration;
+  const double seen_px = rectification_.current().rms_offset_px().y();
+  return {
+      std::hypot(allowed.scale_sigma, allowed.scale_sigma_per_px * seen_px, rectification_.scale_sigma()),
+      std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px) / camera_.fx};
 }
 
 void Slam::finish() {

@@ -112,6 +112,7 @@ class Slam {
   void initialise(const FrameImages& images, FrameResult& result);
 
   void record(const PoseDensity& T_keyframe_camera, bool measured, FrameResult& result);
+  void record_keyframe(FrameResult& result) const;
   void complete(const FrameImages& images, FrameResult& result);
   void learn_velocity(const TrackedPose& tracked, std::int64_t stamp_ns);
 
@@ -126,7 +127,7 @@ class Slam {
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
                                                          const std::vector<Vector2<double>>& reserved_px,
                                                          const ReobservedLandmarks& reobserved = {});
-  void refine_rectification(const std::vector<Match>& matches);
+  Matrix6<double> refine_rectification(const std::vector<Match>& matches);
 
   StereoCamera camera_;
   Settings settings_;

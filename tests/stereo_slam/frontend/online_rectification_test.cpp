@@ -63,7 +63,7 @@ void drive(RectificationEstimator& estimator, std::mt19937_64& random, const Rec
                            first.z.head<2>(), second.z.head<2>()});
   }
   estimator.add_rows(rows);
-  estimator.add_motion(constraints);
+  estimator.add_motion(constraints, motion);
   estimator.advance();
 }
 
@@ -97,8 +97,49 @@ TEST_CASE("A perfect rectification is hardly changed", "[stereo_slam][rectificat
   for (int i = 0; i < 50; ++i) {
     const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 10.0, 20.0);
     const Vector2<double> ideal(z.x() - z.z(), z.y());
-    CHECK((estimator.current().right_position(z) - ideal).cwiseAbs().maxCoeff() < 0.15);
+    CHECK((estimator.current().right_position(z) - ideal).cwiseAbs().maxCoeff() < 0.1);
   }
+}
+
+TEST_CASE("Little is learned of the disparity offset where the rows show an exact rectification",
+          "[stereo_slam][rectification]") {
+  std::mt19937_64 random(5);
+  RectificationEstimator exact(test::kitti_camera(), {});
+  RectificationEstimator wrong(test::kitti_camera(), {});
+  drive(exact, random, RectificationResidual(test::kitti_camera()), 0.2);
+  drive(wrong, random, RectificationResidual(test::kitti_camera(), planted()), 0.2);
+  CHECK(exact.current().rms_offset_px().x() < 0.05);
+  CHECK(exact.scale_sigma() < 0.5 * wrong.scale_sigma());
+}
+
+TEST_CASE("The root mean square of an offset is that of its values over the image",
+          "[stereo_slam][rectification]") {
+  StereoCamera camera = test::kitti_camera();
+  camera.cx = 0.5 * camera.width_px;
+  camera.cy = 0.5 * camera.height_px;
+  const RectificationResidual residual(camera, planted());
+  Vector2<double> sum = Vector2<double>::Zero();
+  constexpr int kSteps = 200;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      const Vector2<double> px((i + 0.5) / kSteps * camera.width_px, (j + 0.5) / kSteps * camera.height_px);
+      sum += (residual.coefficients() * residual.basis(px)).cwiseAbs2();
+    }
+  }
+  const Vector2<double> expected = (sum / (kSteps * kSteps)).cwiseSqrt();
+  CHECK((residual.rms_offset_px() - expected).norm() < 1e-3);
+}
+
+TEST_CASE("The reported uncertainty of lengths decreases with the distance driven",
+          "[stereo_slam][rectification]") {
+  std::mt19937_64 random(6);
+  const RectificationResidual truth(test::kitti_camera(), planted());
+  RectificationEstimator estimator(test::kitti_camera(), {});
+  drive(estimator, random, truth, 0.2);
+  const double first = estimator.scale_sigma();
+  for (int keyframe = 0; keyframe < 10; ++keyframe) drive(estimator, random, truth, 0.2);
+  CHECK(first > 0.0);
+  CHECK(estimator.scale_sigma() < 0.6 * first);
 }
 
 TEST_CASE("A resumed estimator gives the same estimates as one that never stopped",
@@ -108,7 +149,7 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
   const RectificationResidual truth(camera, planted());
   RectificationEstimator estimator(camera, {});
   for (int keyframe = 0; keyframe < 3; ++keyframe) drive(estimator, random, truth, 0.2);
-  auto resumed = RectificationEstimator::resumed(camera, estimator.estimate());
+  auto resumed = RectificationEstimator::resumed(camera, {}, estimator.estimate());
   CHECK(resumed.current().coefficients() == estimator.current().coefficients());
   auto same_random = random;
   drive(estimator, random, truth, 0.2);
@@ -119,7 +160,8 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
 TEST_CASE("Without data the estimate is the prior, zero", "[stereo_slam][rectification]") {
   RectificationEstimator estimator(test::kitti_camera(), {});
   estimator.add_rows({});
-  estimator.add_motion({});
+  CHECK(estimator.add_motion({}, Pose::identity()).isZero());
+  CHECK(estimator.scale_sigma() == 0.0);
   estimator.advance();
   CHECK(estimator.current().coefficients() == Coefficients::Zero());
 }
