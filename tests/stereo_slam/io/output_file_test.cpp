@@ -64,8 +64,9 @@ TEST_CASE("Symbolic links and devices stay what they are", "[output_file]") {
 
   fs::create_symlink(folder / "nowhere", folder / "dangling");
   for (const auto& [name, part] : {std::pair{"dangling", "leads nowhere"}, std::pair{"", "is a folder"}}) {
-    CHECK_THAT(message_of([&] { write_new(folder / name); }), Catch::Contains(part));
-    CHECK_THAT(message_of([&] { require_writable(folder / name); }), Catch::Contains(part));
+    const auto path = folder / name;
+    CHECK_THAT(message_of([&] { write_new(path); }), Catch::Contains(part));
+    CHECK_THAT(message_of([&] { require_writable(path); }), Catch::Contains(part));
   }
   CHECK_THAT(message_of([] { write_new(""); }), Catch::Contains("is empty"));
   require_writable(folder / "another");
