@@ -105,10 +105,13 @@ Matrix6<double> RectificationEstimator::add_motion(std::span<const BiasConstrain
     bias_vector -= D.transpose() * W * e;
   }
   const Eigen::LDLT<Matrix6<double>> factor(pose_pose);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) return Matrix6<double>::Zero();
+  constexpr double kMinReciprocalCondition = 1e-12;  // below, the motion itself is not known
+  if (factor.info() != Eigen::Success || !factor.isPositive() || !(factor.rcond() > kMinReciprocalCondition))
+    return Matrix6<double>::Zero();
+  const Eigen::LDLT<Information> known(disparity_information());
+  if (!known.isPositive()) return Matrix6<double>::Zero();
   const Eigen::Matrix<double, 6, RectificationResidual::kTerms> pose_derivative = factor.solve(pose_bias);
-  const Matrix6<double> motion_covariance =
-      pose_derivative * disparity_information().ldlt().solve(pose_derivative.transpose());
+  const Matrix6<double> motion_covariance = pose_derivative * known.solve(pose_derivative.transpose());
   estimate_.disparity_information += kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative);
   estimate_.disparity_vector += kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector);
   const Vector3<double> path_m = T_first_second.inverse().translation();

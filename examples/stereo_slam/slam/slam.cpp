@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/slam.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -406,9 +407,12 @@ bool Slam::tracks_correlation() const {
 CalibrationError Slam::calibration_error() const {
   const auto& allowed = settings_.calibration;
   const double seen_px = rectification_.current().rms_offset_px().y();
-  return {
-      std::hypot(allowed.scale_sigma, allowed.scale_sigma_per_px * seen_px, rectification_.scale_sigma()),
-      std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px) / camera_.fx};
+  constexpr double kLargest = 0.5;  // more is no calibration
+  const double scale =
+      std::hypot(allowed.scale_sigma, allowed.scale_sigma_per_px * seen_px, rectification_.scale_sigma());
+  const double axes_px =
+      std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px);
+  return {std::min(scale, kLargest), std::min(axes_px / camera_.fx, kLargest)};
 }
 
 void Slam::finish() {
