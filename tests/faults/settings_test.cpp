@@ -33,9 +33,6 @@ Settings extreme_settings(const std::string& preset, std::mt19937& random) {
     const auto ends = ends_of(field);
     if (ends.size() == 2) REQUIRE(field.set(settings, ends[random() % 2]));
   }
-  // With descriptors of any distance nearly all matches of the paper's preset are wrong, and its covariance
-  // can leave the range of its density. That ends the run with an error.
-  if (preset == "paper") settings.association.max_descriptor_distance = 64;
   return settings;
 }
 

@@ -19,6 +19,7 @@ constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which 
 constexpr int kMaxIterations = 15;
 constexpr double kConvergedStep = 1e-8;
 constexpr double kMinDisparity_px = 0.05;
+constexpr double kWidestRotation_rad = 0.3;  // a rotation that is known less well was not measured
 
 /// A correspondence linearised at a pose and a point.
 struct Linearization {
@@ -183,6 +184,14 @@ class MotionProblem {
   std::vector<Matrix3<double>> S_inverse_;
 };
 
+/// Whether the points determine the motion: near-singular equations give covariances that are huge, or not
+/// positive definite after rounding.
+[[nodiscard]] bool well_posed(const Matrix6<double>& covariance) {
+  return covariance.allFinite() &&
+         covariance.topLeftCorner<3, 3>().trace() < kWidestRotation_rad * kWidestRotation_rad &&
+         Eigen::LLT<Matrix6<double>>(covariance).info() == Eigen::Success;
+}
+
 [[nodiscard]] std::array<std::size_t, 3> draw_three(std::size_t count, std::mt19937_64& random) {
   std::array<std::size_t, 3> sample{};
   do {
@@ -263,7 +272,7 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
   }
 
   result.T_previous_current = *solution;
-  result.valid = result.T_previous_current.covariance.allFinite();
+  result.valid = well_posed(solution->covariance);
   return result;
 }
 

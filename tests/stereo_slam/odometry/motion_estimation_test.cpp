@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
@@ -140,6 +141,36 @@ TEST_CASE("Correspondences of nothing but noise give no confident motion", "[ste
   const auto estimate =
       estimate_motion({matches}, test::kitti_camera(), Pose::identity(), settings(), random);
   CHECK_FALSE(estimate.valid);
+}
+
+TEST_CASE("A motion is valid only if its covariance can be a density of poses", "[stereo_slam][odometry]") {
+  OdometrySettings lenient = settings();
+  lenient.min_inliers = 3;
+  const Pose motion = test::car_motion();
+  const StereoCamera camera = test::kitti_camera();
+  int valid = 0;
+  for (unsigned seed = 0; seed < 400; ++seed) {
+    CAPTURE(seed);
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    // A few points in a spot of the image leave some motions, or all, nearly free.
+    const double spread_px = std::pow(10.0, -2.0 + 4.0 * uniform(random));
+    const double sigma_px = std::pow(10.0, -3.0 + 3.0 * uniform(random));
+    const StereoPoint centre(300.0, 200.0, 0.5 + 40.0 * uniform(random));
+    std::vector<StereoCorrespondence> matches;
+    while (matches.size() < 3 + seed % 4) {
+      const StereoPoint previous = centre + test::stereo_noise(random, spread_px);
+      if (previous.z() < 0.1) continue;
+      const auto current = camera.project(motion.inverse() * camera.back_project(previous));
+      if (current) matches.push_back({previous, *current + test::stereo_noise(random, sigma_px)});
+    }
+    const auto estimate = estimate_motion({matches}, camera, motion, lenient, random);
+    if (!estimate.valid) continue;
+    ++valid;
+    CHECK_NOTHROW(PoseDensity::from_pose_covariance(estimate.T_previous_current.pose,
+                                                    estimate.T_previous_current.covariance));
+  }
+  CHECK(valid > 100);
 }
 
 TEST_CASE("The same seed gives the same motion, bit for bit", "[stereo_slam][odometry]") {
