@@ -7,8 +7,14 @@ file(CREATE_LINK ${SOURCE_DIR} ${WORK_DIR}/project/antipode SYMBOLIC)
 
 file(STRINGS ${BLOCK} installed REGEX "find_package")
 if(installed)
-  execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --component library --prefix ${WORK_DIR}/prefix
-                  OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+  set(components library)
+  if(installed MATCHES "stereo_slam")
+    list(APPEND components stereo_slam)
+  endif()
+  foreach(component ${components})
+    execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --component ${component} --prefix ${WORK_DIR}/prefix
+                    OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+  endforeach()
 endif()
 execute_process(
   COMMAND ${CMAKE_COMMAND} -G ${GENERATOR} -S ${WORK_DIR}/project -B ${WORK_DIR}/build -D BLOCK=${BLOCK}

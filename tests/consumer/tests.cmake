@@ -12,3 +12,16 @@ add_test(NAME library_needs_only_eigen
          COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D WORK_DIR=${PROJECT_BINARY_DIR}/tests/consumer/only_eigen
                  -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER}
                  -P ${CMAKE_CURRENT_LIST_DIR}/only_eigen.cmake)
+
+# examples/camera_poses, a project of its own, is built with the installed SLAM and run on a rendered sequence. NAME says how the
+# SLAM was installed: by `installed` (cmake --install) or `packaged` (the Debian packages of cpack, unpacked).
+if(ANTIPODE_BUILD_EXAMPLES AND ANTIPODE_INSTALL AND ANTIPODE_BUILD_SLOW_TESTS)
+  foreach(way installed packaged)
+    add_test(NAME stereo_slam_${way}_for_others
+             COMMAND ${CMAKE_COMMAND} -D WAY=${way} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D BUILD_DIR=${PROJECT_BINARY_DIR}
+                     -D WORK_DIR=${PROJECT_BINARY_DIR}/tests/consumer/stereo_slam_${way} -D GENERATOR=${CMAKE_GENERATOR}
+                     -D COMPILER=${CMAKE_CXX_COMPILER} -D PROGRAM=$<TARGET_FILE:stereo_slam>
+                     -P ${CMAKE_CURRENT_LIST_DIR}/stereo_slam.cmake)
+    set_tests_properties(stereo_slam_${way}_for_others PROPERTIES LABELS slow)
+  endforeach()
+endif()

@@ -66,6 +66,10 @@ const Graph kMayInclude = {
     {"stereo_slam/report",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/evaluation",
       "stereo_slam/results"}},
+    {"stereo_slam", {"stereo_slam/core", "stereo_slam/dataset"}},  // stereo_slam.hpp, for other programs
+    {"stereo_slam/library",
+     {"stereo_slam", "stereo_slam/settings", "stereo_slam/dataset", "stereo_slam/results",
+      "stereo_slam/slam"}},
     {"stereo_slam/visualization",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/tracking"}},
     {"simulator/textures", {}},

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
 
 #include "stereo_slam/dataset/euroc.hpp"
+#include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
@@ -55,17 +55,6 @@ ImagePair load_images(const StereoSequence& sequence, std::size_t left, std::siz
   check_size(images.second, right_file, sequence.camera);
   return images;
 }
-
-cv::Mat equalised(const cv::Mat& image, const ImageSettings& settings) {
-  cv::Mat result;
-  cv::createCLAHE(settings.clahe_clip_limit, {settings.clahe_tiles, settings.clahe_tiles})
-      ->apply(image, result);
-  return result;
-}
-
-}  // namespace
-
-namespace {
 
 SequenceScan scan_layout(const fs::path& folder, std::string_view format) {
   const std::string name = folder.string();
@@ -167,10 +156,7 @@ StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice) 
 
 StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {
   StereoFrame frame = load_pair(sequence, {.left = index, .right = index});
-  if (settings.clahe) {
-    frame.left = equalised(frame.left, settings);
-    frame.right = equalised(frame.right, settings);
-  }
+  equalise(frame, settings);
   return frame;
 }
 

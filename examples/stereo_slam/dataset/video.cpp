@@ -8,9 +8,9 @@
 #include <string>
 
 #include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/image_size.hpp"
 
 namespace stereo_slam {
@@ -78,11 +78,7 @@ struct VideoPair::Decoder {
     }
     cv::Mat image;
     if (!video.retrieve(image) || image.empty()) fail(file, fmt::format("frame {} cannot be decoded", index));
-    if (image.depth() != CV_8U) image.convertTo(image, CV_8U, image.depth() == CV_16U ? 1.0 / 256.0 : 1.0);
-    if (image.channels() == 1) return image.clone();
-    cv::Mat grey;
-    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-    return grey;
+    return to_grey(image);
   }
 };
 

@@ -88,6 +88,23 @@ std::string allowed_with_unit(const SettingsField& field) {
   return field.unit.empty() ? field.allowed : fmt::format("{} {}", field.allowed, field.unit);
 }
 
+/// Throws std::runtime_error for a key that no setting has.
+const SettingsField& field_of(const std::string& key) {
+  for (const auto& renamed : renamed_keys()) {
+    if (renamed.old_key == key)
+      throw std::runtime_error(fmt::format("{} is called {} now", key, renamed.key));
+  }
+  const auto& fields = settings_fields();
+  const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.key == key; });
+  if (field == fields.end())
+    throw std::runtime_error(fmt::format("unknown setting {}{}", key, suggestion(key, known_keys())));
+  return *field;
+}
+
+std::string refusal(const SettingsField& field, std::string_view value) {
+  return fmt::format("{} is {}, but must be {}", field.key, value, allowed_with_unit(field));
+}
+
 /// Walks the maps of a settings file and sets the values it finds.
 class Overlay {
  public:
@@ -114,17 +131,14 @@ class Overlay {
 
  private:
   void set(const std::string& key, const YAML::Node& name, const YAML::Node& value) {
-    for (const auto& renamed : renamed_keys()) {
-      if (renamed.old_key == key) fail(name, fmt::format("{} is called {} now", key, renamed.key));
+    const SettingsField* field = nullptr;
+    try {
+      field = &field_of(key);
+    } catch (const std::runtime_error& error) {
+      fail(name, error.what());
     }
-    const auto& fields = settings_fields();
-    const auto field =
-        std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.key == key; });
-    if (field == fields.end())
-      fail(name, fmt::format("unknown setting {}{}", key, suggestion(key, known_keys())));
-    if (!value.IsScalar() || !field->set(settings_, value.Scalar())) {
-      fail(name, fmt::format("{} is {}, but must be {}", key, as_text(value), allowed_with_unit(*field)));
-    }
+    if (!value.IsScalar() || !field->set(settings_, value.Scalar()))
+      fail(name, refusal(*field, as_text(value)));
   }
 
   const std::filesystem::path& file_;
@@ -174,6 +188,11 @@ Settings load_settings(const std::filesystem::path& file, std::optional<std::str
   }
   Overlay(file, settings).apply(root);
   return settings;
+}
+
+void set_setting(Settings& settings, const std::string& key, const std::string& value) {
+  const SettingsField& field = field_of(key);
+  if (!field.set(settings, value)) throw std::runtime_error(refusal(field, value));
 }
 
 void write_settings(std::ostream& stream, const Settings& settings, int indent) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <ostream>
+#include <string>
 #include <string_view>
 
 #include "stereo_slam/settings/settings.hpp"
@@ -15,6 +16,10 @@ namespace stereo_slam {
 /// Throws std::runtime_error with one line that names file, line, key and value, and says what is allowed.
 [[nodiscard]] Settings load_settings(const std::filesystem::path& file,
                                      std::optional<std::string_view> preset = std::nullopt);
+
+/// Sets one value from text, by its key ("features.count"). Throws std::runtime_error that names key and
+/// value, and says what is allowed.
+void set_setting(Settings& settings, const std::string& key, const std::string& value);
 
 /// Writes all settings as YAML that load_settings reads. A comment gives each setting's meaning and range,
 /// and the default where the value differs from it. Every line starts with `indent` spaces.

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/stereo_slam.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "stereo_slam/dataset/grey_image.hpp"
+#include "stereo_slam/dataset/rectifier.hpp"
+#include "stereo_slam/dataset/rig_file.hpp"
+#include "stereo_slam/results/map_file.hpp"
+#include "stereo_slam/settings/presets.hpp"
+#include "stereo_slam/settings/settings_io.hpp"
+#include "stereo_slam/slam/slam.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// A fixed-size Eigen type has another layout where Eigen aligns differently.
+void check_alignment(const SlamOptions& options) {
+  if (options.eigen_alignment == EIGEN_MAX_ALIGN_BYTES) return;
+  throw std::invalid_argument(fmt::format(
+      "stereo_slam was compiled for Eigen types aligned to {} bytes, and this program for {}; compile both "
+      "with the same -march or -m options",
+      EIGEN_MAX_ALIGN_BYTES, options.eigen_alignment));
+}
+
+[[nodiscard]] Settings settings_of(const SlamOptions& options) {
+  Settings settings = options.settings_file ? load_settings(*options.settings_file, options.preset)
+                                            : preset_settings(options.preset);
+  for (const auto& [key, value] : options.settings) set_setting(settings, key, value);
+  return settings;
+}
+
+[[nodiscard]] cv::Mat grey(const cv::Mat& image, const char* side) {
+  if (image.empty()) throw std::invalid_argument(fmt::format("the {} image is empty", side));
+  return to_grey(image);
+}
+
+}  // namespace
+
+struct StereoSlam::State {
+  SlamOptions options;
+  Settings settings;
+  StereoCamera camera;
+  std::optional<StereoRig> rig;  // whose size is not known yet
+  std::optional<Rectifier> rectifier;
+  std::optional<Eigen::Isometry3d> T_body_camera;
+  SavedMap known;
+  std::optional<Slam> slam;
+  std::vector<FramePose> frames;  // poses are filled in when they are asked for
+  std::vector<std::size_t> keyframes;
+
+  explicit State(const SlamOptions& given) : options(given), settings(settings_of(given)) {
+    if (options.load_map) known = stereo_slam::load_map(*options.load_map);
+  }
+
+  void use(const StereoCamera& rectified) {
+    camera = rectified;
+    begin_if_sized();
+  }
+
+  void use(const StereoRig& raw) {
+    rig = raw;
+    if (raw.left.width_px > 0) rectify();
+    begin_if_sized();
+  }
+
+  void rectify() {
+    rectifier.emplace(*rig);
+    camera = rectifier->camera();
+    if (rig->T_body_left) T_body_camera = *rig->T_body_left * rectifier->T_left_camera();
+    rig.reset();
+  }
+
+  /// Begins as soon as the images' size is known: at once, or with the first images.
+  void begin_if_sized() {
+    if (camera.width_px == 0) return;
+    const auto thread = options.loop_thread ? LoopThread::kOwn : LoopThread::kNone;
+    const auto use = options.extend_map ? MapUse::kContinue : MapUse::kLocalise;
+    try {
+      slam.emplace(camera, settings, thread, known, use);
+    } catch (const std::invalid_argument& error) {
+      if (!options.load_map) throw;
+      throw std::invalid_argument(fmt::format("{}: {}", options.load_map->string(), error.what()));
+    }
+  }
+
+  void take_size(const cv::Size& size) {
+    if (rig) {
+      for (auto* lens : {&rig->left, &rig->right}) {
+        lens->width_px = size.width;
+        lens->height_px = size.height;
+      }
+      rectify();
+    } else {
+      camera.width_px = size.width;
+      camera.height_px = size.height;
+    }
+    begin_if_sized();
+  }
+
+  void require_size(const cv::Size& size) const {
+    if (size.width == camera.width_px && size.height == camera.height_px) return;
+    throw std::invalid_argument(fmt::format("the images have {}x{} pixels, but the calibration is of {}x{}",
+                                            size.width, size.height, camera.width_px, camera.height_px));
+  }
+
+  [[nodiscard]] const Slam& begun() const {
+    if (!slam) throw std::logic_error("no frame has been processed yet");
+    return *slam;
+  }
+};
+
+StereoSlam::StereoSlam(const StereoCamera& camera, const SlamOptions& options) {
+  check_alignment(options);
+  if (!(camera.fx > 0.0 && camera.fy > 0.0 && camera.baseline_m > 0.0)) {
+    throw std::invalid_argument(
+        fmt::format("the camera has focal lengths {} and {} px and a baseline of {} m; all must be positive",
+                    camera.fx, camera.fy, camera.baseline_m));
+  }
+  state_ = std::make_unique<State>(options);
+  state_->use(camera);
+}
+
+StereoSlam::StereoSlam(const StereoRig& rig, const SlamOptions& options) {
+  check_alignment(options);
+  state_ = std::make_unique<State>(options);
+  state_->use(rig);
+}
+
+StereoSlam::StereoSlam(const std::filesystem::path& calibration, const SlamOptions& options) {
+  check_alignment(options);
+  state_ = std::make_unique<State>(options);
+  const OwnCamera own = read_own_camera(calibration);
+  state_->T_body_camera = own.T_body_camera;
+  try {
+    own.rig ? state_->use(*own.rig) : state_->use(*own.rectified);
+  } catch (const std::runtime_error& error) {  // of the rectification, which does not know the file
+    throw std::runtime_error(fmt::format("{}: {}", calibration.string(), error.what()));
+  }
+}
+
+StereoSlam::StereoSlam(StereoSlam&&) noexcept = default;
+StereoSlam& StereoSlam::operator=(StereoSlam&&) noexcept = default;
+StereoSlam::~StereoSlam() = default;
+
+FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns) {
+  State& state = *state_;
+  if (!state.frames.empty() && stamp_ns <= state.frames.back().stamp_ns) {
+    throw std::invalid_argument(fmt::format("the stamp {} ns is not later than {} ns, the one before",
+                                            stamp_ns, state.frames.back().stamp_ns));
+  }
+  StereoFrame frame{state.frames.size(), stamp_ns, grey(left, "left"), grey(right, "right")};
+  if (frame.left.size() != frame.right.size()) throw std::invalid_argument("the two images differ in size");
+  if (!state.slam) state.take_size(frame.left.size());
+  state.require_size(frame.left.size());
+  if (state.rectifier) {
+    frame.left = state.rectifier->left(frame.left);
+    frame.right = state.rectifier->right(frame.right);
+  }
+  equalise(frame, state.settings.images);
+  FrameResult result = state.slam->process(frame);
+  state.frames.push_back({frame.index, stamp_ns, result.status, {}});
+  if (result.is_keyframe) state.keyframes.push_back(frame.index);
+  return result;
+}
+
+void StereoSlam::finish() {
+  if (state_->slam) state_->slam->finish();
+}
+
+std::vector<FramePose> StereoSlam::trajectory() const {
+  std::vector<FramePose> frames = state_->frames;
+  if (frames.empty()) return frames;
+  const auto poses = state_->slam->trajectory();
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].T_world_camera = poses.at(i);
+  return frames;
+}
+
+std::vector<FramePose> StereoSlam::keyframes() const {
+  const auto frames = trajectory();
+  std::vector<FramePose> keyframes;
+  for (const std::size_t index : state_->keyframes) keyframes.push_back(frames.at(index));
+  return keyframes;
+}
+
+std::vector<MapPoint> StereoSlam::map_points() const {
+  return state_->slam ? state_->slam->map_points() : std::vector<MapPoint>{};
+}
+
+std::vector<LoopEvent> StereoSlam::loops() const {
+  return state_->slam ? state_->slam->loop_events() : std::vector<LoopEvent>{};
+}
+
+const StereoCamera& StereoSlam::camera() const { return state_->camera; }
+
+const std::optional<Eigen::Isometry3d>& StereoSlam::T_body_camera() const { return state_->T_body_camera; }
+
+void StereoSlam::save_map(const std::filesystem::path& file) const {
+  stereo_slam::save_map(file, state_->begun().saved_map());
+}
+
+}  // namespace stereo_slam

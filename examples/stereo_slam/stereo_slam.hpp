@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/dataset/stereo_rig.hpp"
+
+/// The stereo SLAM for use in other programs: link antipode::stereo_slam. Needs Eigen and OpenCV's core.
+/// Pixels, metres, radians, nanoseconds; `T_a_b` maps coordinates of b to coordinates of a.
+namespace stereo_slam {
+
+/// What a StereoSlam does; all of it can be left out.
+struct SlamOptions {
+  std::string preset = "default";                                     ///< of stereo_slam run --preset
+  std::optional<std::filesystem::path> settings_file = std::nullopt;  ///< of stereo_slam run --config
+  std::map<std::string, std::string> settings{};  ///< after the file: {{"features.count", "500"}}
+  std::optional<std::filesystem::path> load_map = std::nullopt;  ///< localises in a map that save_map() wrote
+  bool extend_map = false;                                       ///< also continues the loaded map
+  bool loop_thread = true;  ///< a thread of its own closes loops; the results are the same
+  /// Of your compiler's flags. Another one than the library was built with is refused.
+  std::size_t eigen_alignment = EIGEN_MAX_ALIGN_BYTES;
+};
+
+/// Pose of a frame as it is known now: a loop closure may have moved it since the frame was processed.
+struct FramePose {
+  std::size_t index = 0;
+  std::int64_t stamp_ns = 0;
+  TrackingStatus status = TrackingStatus::kInitializing;  ///< when it was processed
+  PoseGaussian T_world_camera;
+};
+
+/// Stereo visual SLAM: image pairs in, poses with covariances out. The world's origin is the camera's first
+/// pose; "camera" is the rectified left camera, axes x right, y down, z forward. Calls must not overlap;
+/// different objects are independent of each other.
+///
+/// Every constructor throws std::invalid_argument or std::runtime_error, with one line that names file or
+/// value, for a calibration, a setting or a map that cannot be used.
+class StereoSlam {
+ public:
+  /// For images that are rectified already. A camera without size takes that of the first images.
+  explicit StereoSlam(const StereoCamera& camera, const SlamOptions& options = {});
+
+  /// For raw images, which are rectified here.
+  explicit StereoSlam(const StereoRig& rig, const SlamOptions& options = {});
+
+  /// For the cameras of a calibration file, in any of the formats that docs/datasets.md describes.
+  explicit StereoSlam(const std::filesystem::path& calibration, const SlamOptions& options = {});
+
+  StereoSlam(StereoSlam&&) noexcept;
+  StereoSlam& operator=(StereoSlam&&) noexcept;
+  ~StereoSlam();
+
+  /// Tracks a pair that was taken at one time. Every pair gets a pose; `status` says what it is based on, and
+  /// T_world_camera.covariance how far it can be trusted.
+  ///
+  /// Images have 8 or 16 bits and 1, 3 (BGR) or 4 (BGRA) channels, and may be reused by the caller at once.
+  /// Throws std::invalid_argument, and changes nothing, for images of another size or type, or a stamp that
+  /// is not later than the one before.
+  FrameResult process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns);
+
+  /// Waits for loops that are still being closed. Call it after the last frame, before what follows.
+  void finish();
+
+  /// Poses of all frames so far, and of the keyframes among them.
+  [[nodiscard]] std::vector<FramePose> trajectory() const;
+  [[nodiscard]] std::vector<FramePose> keyframes() const;
+
+  /// Landmarks in world coordinates.
+  [[nodiscard]] std::vector<MapPoint> map_points() const;
+
+  /// Loops found so far, accepted and refused.
+  [[nodiscard]] std::vector<LoopEvent> loops() const;
+
+  /// The rectified camera: what map points project into. Its size is 0 before the first images, if the
+  /// calibration has none.
+  [[nodiscard]] const StereoCamera& camera() const;
+
+  /// The rectified left camera in the body, if the calibration contains one: T_world_camera *
+  /// T_body_camera.inverse() is the body's pose.
+  [[nodiscard]] const std::optional<Eigen::Isometry3d>& T_body_camera() const;
+
+  /// Writes the map for SlamOptions::load_map and stereo_slam run --load-map. Throws std::runtime_error when
+  /// the file cannot be written, and std::logic_error before the first frame or without loop closure.
+  void save_map(const std::filesystem::path& file) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace stereo_slam

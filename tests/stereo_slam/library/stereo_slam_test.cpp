@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/stereo_slam.hpp"
+
+#include <utility>
+
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+const StereoCamera kTinyCamera{.fx = 200, .fy = 200, .cx = 160, .cy = 60, .baseline_m = 0.4};
+
+struct Images {
+  cv::Mat left;
+  cv::Mat right;
+};
+
+/// Pairs of the tiny recording: a wall that is passed sideways.
+Images tiny_images(int frame, int type = CV_8UC1) {
+  using Tiny = TinySequence;
+  const cv::Mat texture = tiny_texture(Tiny::kWidth + Tiny::kDisparity_px + Tiny::kShift_px * 12);
+  const cv::Rect left(Tiny::kShift_px * frame, 0, Tiny::kWidth, Tiny::kHeight);
+  Images images{texture(left).clone(), texture(left + cv::Point(Tiny::kDisparity_px, 0)).clone()};
+  for (auto* image : {&images.left, &images.right}) {
+    if (CV_MAT_CN(type) == 3) cv::cvtColor(*image, *image, cv::COLOR_GRAY2BGR);
+    if (CV_MAT_CN(type) == 4) cv::cvtColor(*image, *image, cv::COLOR_GRAY2BGRA);
+    if (CV_MAT_DEPTH(type) == CV_16U) image->convertTo(*image, CV_16U, 256.0);
+  }
+  return images;
+}
+
+constexpr std::int64_t kPeriod_ns = 100'000'000;
+
+void process_frames(StereoSlam& slam, int frames, int type = CV_8UC1) {
+  for (int i = 0; i < frames; ++i) {
+    const auto [left, right] = tiny_images(i, type);
+    (void)slam.process(left, right, i * kPeriod_ns);
+  }
+  slam.finish();
+}
+
+}  // namespace
+
+TEST_CASE("The library gives the poses of the SLAM behind it, bit for bit", "[library]") {
+  StereoSlam library(kTinyCamera);
+  StereoCamera camera = kTinyCamera;
+  camera.width_px = TinySequence::kWidth;
+  camera.height_px = TinySequence::kHeight;
+  Slam slam(camera, Settings{});
+  for (int i = 0; i < 8; ++i) {
+    auto [left, right] = tiny_images(i);
+    const auto expected =
+        slam.process({static_cast<std::size_t>(i), i * kPeriod_ns, left.clone(), right.clone()});
+    const auto result = library.process(left, right, i * kPeriod_ns);
+    left.setTo(0);  // a driver may use the memory again
+    right.setTo(0);
+    CHECK(result.status == expected.status);
+    CHECK(result.T_world_camera.pose.coeffs() == expected.T_world_camera.pose.coeffs());
+    CHECK(result.T_world_camera.covariance == expected.T_world_camera.covariance);
+  }
+  slam.finish();
+  library.finish();
+  CHECK(library.map_points().size() == slam.map_points().size());
+  CHECK(library.camera().width_px == TinySequence::kWidth);
+  const auto trajectory = library.trajectory();
+  REQUIRE(trajectory.size() == 8);
+  CHECK(trajectory[7].T_world_camera.pose.translation().x() == Approx(7 * 0.16).margin(0.05));
+  CHECK(trajectory[7].stamp_ns == 7 * kPeriod_ns);
+  CHECK(trajectory[7].status == TrackingStatus::kOk);
+  REQUIRE_FALSE(library.keyframes().empty());
+  CHECK(library.keyframes().front().index == 0);
+}
+
+TEST_CASE("Images in colour and with 16 bits are taken as grey ones", "[library]") {
+  StereoSlam grey(kTinyCamera);
+  process_frames(grey, 3);
+  const auto expected = grey.trajectory().back().T_world_camera.pose.coeffs();
+  for (const int type : {CV_8UC3, CV_8UC4, CV_16UC1}) {
+    CAPTURE(type);
+    StereoSlam slam(kTinyCamera);
+    process_frames(slam, 3, type);
+    CHECK(slam.trajectory().back().T_world_camera.pose.coeffs() == expected);
+  }
+}
+
+TEST_CASE("What cannot be processed is refused, and changes nothing", "[library]") {
+  StereoSlam slam(kTinyCamera);
+  const auto [left, right] = tiny_images(0);
+  const auto refused = [&](const cv::Mat& a, const cv::Mat& b, std::int64_t stamp_ns) {
+    return message_of([&] { (void)slam.process(a, b, stamp_ns); });
+  };
+  CHECK_THAT(refused({}, right, 0), Catch::Contains("the left image is empty"));
+  CHECK_THAT(refused(left, right.colRange(0, 100), 0), Catch::Contains("differ in size"));
+  CHECK_THAT(refused(cv::Mat(120, 320, CV_32F), right, 0), Catch::Contains("CV_32FC1"));
+  CHECK(slam.trajectory().empty());
+  CHECK(slam.map_points().empty());
+  CHECK_THAT(message_of([&] { slam.save_map("unused.map"); }), Catch::Contains("no frame"));
+  (void)slam.process(left, right, 5);
+  CHECK_THAT(refused(left, right, 5), Catch::Contains("5 ns is not later"));
+  CHECK_THAT(refused(left.rowRange(0, 100), right.rowRange(0, 100), 6),
+             Catch::Contains("320x100 pixels, but the calibration is of 320x120"));
+  CHECK(slam.trajectory().size() == 1);
+}
+
+TEST_CASE("Options that cannot be used are refused with their name", "[library]") {
+  const auto refused = [](const SlamOptions& options) {
+    return message_of([&] { StereoSlam slam(kTinyCamera, options); });
+  };
+  CHECK_THAT(refused({.preset = "fast"}), Catch::Contains("fast"));
+  CHECK_THAT(refused({.settings = {{"features.cuont", "500"}}}),
+             Catch::Contains("did you mean features.count"));
+  CHECK_THAT(refused({.settings = {{"features.count", "many"}}}),
+             Catch::Contains("features.count is many, but must be a whole number"));
+  CHECK_THAT(refused({.settings_file = "missing.yaml"}), Catch::Contains("missing.yaml"));
+  CHECK_THAT(refused({.load_map = "missing.map"}), Catch::Contains("missing.map"));
+  CHECK_THAT(refused({.eigen_alignment = 64}), Catch::Contains("aligned") && Catch::Contains("64"));
+  CHECK_THAT(message_of([] { StereoSlam slam(StereoCamera{}); }), Catch::Contains("must be positive"));
+  CHECK_THAT(message_of([] { StereoSlam slam(fs::path("missing.yaml")); }), Catch::Contains("missing.yaml"));
+  CHECK_NOTHROW(StereoSlam(kTinyCamera, {.settings = {{"features.count", "500"}}, .loop_thread = false}));
+}
+
+TEST_CASE("A calibration file gives rectification and body", "[library]") {
+  const TemporaryFolder folder;
+  write_text(folder / "calibration.yaml",
+             "left: {resolution: [320, 120], intrinsics: [200, 200, 160, 60], distortion_model: none}\n"
+             "right: {resolution: [320, 120], intrinsics: [200, 200, 160, 60], distortion_model: none}\n"
+             "T_right_left: [1, 0, 0, -0.4, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"
+             "T_body_left: [0, 0, 1, 0.1, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 1]\n");
+  StereoSlam slam(folder / "calibration.yaml");
+  CHECK(slam.camera().baseline_m == Approx(0.4));
+  REQUIRE(slam.T_body_camera());
+  CHECK(slam.T_body_camera()->translation().x() == Approx(0.1));
+  process_frames(slam, 5);
+  CHECK(slam.trajectory().back().T_world_camera.pose.translation().x() == Approx(4 * 0.16).margin(0.03));
+}
+
+TEST_CASE("A saved map is loaded again, and that of another camera is refused", "[library]") {
+  const TemporaryFolder folder;
+  StereoSlam first(kTinyCamera);
+  process_frames(first, 8);
+  first.save_map(folder / "wall.map");
+  StereoCamera camera = kTinyCamera;
+  camera.width_px = TinySequence::kWidth;
+  camera.height_px = TinySequence::kHeight;
+  StereoSlam second(camera, {.load_map = folder / "wall.map"});
+  process_frames(second, 4);
+  CHECK(second.trajectory().front().status != TrackingStatus::kOk);  // until it is localised
+  StereoSlam moved = std::move(second);
+  CHECK(moved.trajectory().size() == 4);
+  camera.baseline_m = 0.5;
+  CHECK_THAT(message_of([&] { StereoSlam slam(camera, {.load_map = folder / "wall.map"}); }),
+             Catch::Contains("wall.map: the map was made with another camera"));
+}
