@@ -51,43 +51,52 @@ constexpr CornerStrength kWeak{5, 900.0};  // hardly more than the alignment of 
   return half_trace - std::hypot(half_difference, off_diagonal);
 }
 
-/// Search for corners in one row of cells.
+/// Search for corners in one row of cells. `wanted` is how many of each cell; those that want none are not
+/// looked at.
 class CellRow {
  public:
-  CellRow(const cv::Mat& image, const CornerGrid& grid, const CornerStrength& strength, int row)
-      : image_(image), grid_(grid), strength_(strength) {
+  CellRow(const cv::Mat& image, const CornerGrid& grid, const CornerStrength& strength, int row,
+          std::span<const int> wanted)
+      : image_(image), grid_(grid), strength_(strength), wanted_(wanted), cells_(wanted.size()) {
     const int top = std::max(row * grid.cell_px, kCornerBorder_px);
     const int bottom = std::min((row + 1) * grid.cell_px, image.rows - kCornerBorder_px);
     if (bottom <= top) return;
-    // FAST leaves out the border of what it is given, and needs one more pixel to find a local maximum.
-    constexpr int kMargin_px = 4;
-    const int first = top - kMargin_px;
-    cv::FAST(image.rowRange(first, bottom + kMargin_px), keypoints_, strength.fast_threshold,
-             /*nonmaxSuppression=*/true);
-    for (auto& keypoint : keypoints_) keypoint.pt.y += static_cast<float>(first);
-    std::erase_if(keypoints_, [&](const cv::KeyPoint& keypoint) {
-      const int y = static_cast<int>(keypoint.pt.y);
-      return y < top || y >= bottom;
-    });
+    for (std::size_t first = 0; first < wanted.size(); ++first) {
+      if (wanted[first] <= 0) continue;
+      std::size_t end = first + 1;
+      while (end < wanted.size() && wanted[end] > 0) ++end;
+      const int left = std::max(static_cast<int>(first) * grid.cell_px, kCornerBorder_px);
+      const int right = std::min(static_cast<int>(end) * grid.cell_px, image.cols - kCornerBorder_px);
+      if (left < right) detect({{left, top}, cv::Point(right, bottom)});
+      first = end;
+    }
   }
 
-  /// The best corners of every cell, at most `wanted` of each, away from the used points and each other.
-  [[nodiscard]] std::vector<Feature> best(std::span<const int> wanted, const SpatialIndex& used) {
-    std::vector<std::vector<cv::KeyPoint>> cells(wanted.size());
-    for (const auto& keypoint : keypoints_) {
-      const int x = static_cast<int>(keypoint.pt.x);
-      if (x < kCornerBorder_px || x >= image_.cols - kCornerBorder_px) continue;
-      const auto cell = static_cast<std::size_t>(x / grid_.cell_px);
-      if (wanted[cell] > 0) cells[cell].push_back(keypoint);
-    }
+  /// The best corners of every cell, away from the used points and each other.
+  [[nodiscard]] std::vector<Feature> best(const SpatialIndex& used) {
     std::vector<Feature> corners;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      for (auto& corner : best_of_cell(cells[i], wanted[i], used)) corners.push_back(std::move(corner));
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      for (auto& corner : best_of_cell(cells_[i], wanted_[i], used)) corners.push_back(std::move(corner));
     }
     return corners;
   }
 
  private:
+  /// Finds the corners of a part of the image.
+  void detect(const cv::Rect& part) {
+    // FAST leaves out the border of what it is given, and needs one more pixel to find a local maximum.
+    constexpr int kMargin_px = 4;
+    const cv::Point corner = part.tl() - cv::Point(kMargin_px, kMargin_px);
+    const cv::Rect with_margin(corner, part.size() + cv::Size(2 * kMargin_px, 2 * kMargin_px));
+    std::vector<cv::KeyPoint> keypoints;
+    cv::FAST(image_(with_margin), keypoints, strength_.fast_threshold, /*nonmaxSuppression=*/true);
+    for (auto& keypoint : keypoints) {
+      keypoint.pt += cv::Point2f(corner);
+      const cv::Point at(keypoint.pt);
+      if (part.contains(at)) cells_[static_cast<std::size_t>(at.x / grid_.cell_px)].push_back(keypoint);
+    }
+  }
+
   [[nodiscard]] std::vector<Feature> best_of_cell(std::vector<cv::KeyPoint>& keypoints, int wanted,
                                                   const SpatialIndex& used) const {
     // FAST's score is coarse; it decides only which corners are worth the structure tensor.
@@ -123,7 +132,8 @@ class CellRow {
   const cv::Mat& image_;
   const CornerGrid& grid_;
   const CornerStrength& strength_;
-  std::vector<cv::KeyPoint> keypoints_;
+  std::span<const int> wanted_;
+  std::vector<std::vector<cv::KeyPoint>> cells_;
 };
 
 /// Room in every cell, row by row: corners wanted less points present.
@@ -186,8 +196,7 @@ class CellRow {
   cv::parallel_for_(cv::Range(0, static_cast<int>(by_row.size())), [&](const cv::Range& range) {
     for (int row = range.start; row < range.end; ++row) {
       const auto wanted = room.subspan(static_cast<std::size_t>(row) * columns, columns);
-      if (std::none_of(wanted.begin(), wanted.end(), [](int n) { return n > 0; })) continue;
-      by_row[static_cast<std::size_t>(row)] = CellRow(image, grid, strength, row).best(wanted, used);
+      by_row[static_cast<std::size_t>(row)] = CellRow(image, grid, strength, row, wanted).best(used);
     }
   });
   std::vector<Feature> corners;

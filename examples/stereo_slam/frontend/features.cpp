@@ -8,6 +8,7 @@
 
 #include <opencv2/features2d.hpp>
 
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/spatial_index.hpp"
 
 namespace stereo_slam {
@@ -124,12 +125,8 @@ std::vector<Feature> extract_features(const cv::Mat& image, const FeatureSetting
 
 StereoFeatures extract_features(const StereoFrame& frame, const FeatureSettings& settings) {
   StereoFeatures features;
-  cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& range) {
-    for (int side = range.start; side < range.end; ++side) {
-      (side == 0 ? features.left : features.right) =
-          extract_features(side == 0 ? frame.left : frame.right, settings);
-    }
-  });
+  run_both([&] { features.left = extract_features(frame.left, settings); },
+           [&] { features.right = extract_features(frame.right, settings); });
   return features;
 }
 

@@ -5,6 +5,8 @@
 
 #include <opencv2/video/tracking.hpp>
 
+#include "stereo_slam/core/parallel.hpp"
+
 namespace stereo_slam {
 
 FlowPyramid::FlowPyramid(const cv::Mat& image, bool with_derivatives) {
@@ -13,12 +15,8 @@ FlowPyramid::FlowPyramid(const cv::Mat& image, bool with_derivatives) {
 
 StereoPyramid build_pyramids(const StereoFrame& frame) {
   StereoPyramid pyramids;
-  cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& range) {
-    for (int side = range.start; side < range.end; ++side) {
-      (side == 0 ? pyramids.left : pyramids.right) =
-          FlowPyramid(side == 0 ? frame.left : frame.right, side == 0);
-    }
-  });
+  run_both([&] { pyramids.left = FlowPyramid(frame.left, /*with_derivatives=*/true); },
+           [&] { pyramids.right = FlowPyramid(frame.right, /*with_derivatives=*/false); });
   return pyramids;
 }
 

@@ -30,27 +30,25 @@ StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Fea
   return points;
 }
 
-StereoPoints measure_stereo_corners(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
-                                    const Settings& settings) {
-  const cv::Mat& image = view.frame.left;
+std::vector<Feature> find_stereo_corners(const cv::Mat& left, const Settings& settings) {
   const auto wanted = static_cast<std::size_t>(settings.map.max_new_landmarks);
   const int cell_px = settings.map.cell_px;
-  const int cells = ((image.cols + cell_px - 1) / cell_px) * ((image.rows + cell_px - 1) / cell_px);
+  const int cells = ((left.cols + cell_px - 1) / cell_px) * ((left.rows + cell_px - 1) / cell_px);
   const int share = 1 + settings.map.max_new_landmarks / std::max(cells, 1);
-  const auto corners = detect_corners(image, {}, reserved_px,
+  const auto corners = detect_corners(left, {}, {},
                                       {.cell_px = settings.map.cell_px,
                                        .per_cell = std::max(kMinCornersPerCell, share),
                                        .min_distance_px = settings.odometry.exclusion_px,
                                        .enough = wanted / 2});
-  const auto spread = spread_features(corners, image.size(), settings.map.cell_px, wanted);
+  return spread_features(corners, left.size(), settings.map.cell_px, wanted);
+}
+
+StereoPoints measure_stereo_corners(const StereoView& view, const std::vector<Feature>& corners,
+                                    const Settings& settings) {
   StereoPoints points;
-  std::vector<Vector2<double>> matched_px;
-  for (const auto& match : match_stereo(view, positions(spread), settings.stereo)) {
-    if (!match) continue;
-    points.measured.push_back(*match);
-    matched_px.push_back(match->z.head<2>());
+  for (const auto& match : match_stereo(view, positions(corners), settings.stereo)) {
+    if (match) points.measured.push_back(*match);
   }
-  points.descriptors = describe_points(image, matched_px);
   return points;
 }
 

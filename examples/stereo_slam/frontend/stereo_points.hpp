@@ -12,7 +12,7 @@
 namespace stereo_slam {
 
 /// Features with a stereo match, from which landmarks and keyframes are created. One entry a point in both
-/// lists.
+/// lists; the second is empty while the points are not described.
 struct StereoPoints {
   std::vector<RectificationResidual::Measurement> measured;
   std::vector<Descriptor> descriptors;
@@ -24,9 +24,11 @@ struct StereoPoints {
                                                  const std::vector<Vector2<double>>& reserved_px,
                                                  const Settings& settings);
 
-/// The same from corners that are found in the image, with descriptors for those that have a match.
-[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view,
-                                                  const std::vector<Vector2<double>>& reserved_px,
+/// Corners of a left image to do the same with, found without its features.
+[[nodiscard]] std::vector<Feature> find_stereo_corners(const cv::Mat& left, const Settings& settings);
+
+/// Those of the corners that have a stereo match, not described.
+[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view, const std::vector<Feature>& corners,
                                                   const Settings& settings);
 
 }  // namespace stereo_slam

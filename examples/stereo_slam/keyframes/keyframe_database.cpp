@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/frontend/corners.hpp"
 
 namespace stereo_slam {
 
@@ -16,10 +17,19 @@ std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
                                            const std::vector<std::uint32_t>& landmarks) {
   std::vector<KeyframePoint> result;
   for (std::size_t i = 0; i < points.measured.size(); ++i) {
-    result.push_back(
-        {points.measured[i].z.cast<float>(), points.descriptors[i], landmarks.empty() ? 0 : landmarks[i]});
+    KeyframePoint point{.z = points.measured[i].z.cast<float>()};
+    if (!points.descriptors.empty()) point.descriptor = points.descriptors[i];
+    if (!landmarks.empty()) point.landmark = landmarks[i];
+    result.push_back(point);
   }
   return result;
+}
+
+void describe(std::vector<KeyframePoint>& points, const cv::Mat& left) {
+  std::vector<Vector2<double>> px;
+  for (const auto& point : points) px.push_back(measurement(point).head<2>());
+  const auto descriptors = describe_points(left, px);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].descriptor = descriptors[i];
 }
 
 std::size_t KeyframeDatabase::add(Keyframe keyframe) {

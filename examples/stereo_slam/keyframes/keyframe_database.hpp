@@ -34,6 +34,9 @@ struct Keyframe {
 [[nodiscard]] std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
                                                          const std::vector<std::uint32_t>& landmarks);
 
+/// Describes the points by the left image of their keyframe.
+void describe(std::vector<KeyframePoint>& points, const cv::Mat& left);
+
 /// All keyframes of a run, in order. A keyframe's memory is bounded by the number of its points.
 class KeyframeDatabase {
  public:

@@ -54,7 +54,7 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
     landmark.id = ids[i];
     landmark.T_reference_anchor = T_reference_camera.pose;
     landmark.anchor_px = landmark.last_px = z.head<2>();
-    landmark.descriptor = points.descriptors[i];
+    if (!points.descriptors.empty()) landmark.descriptor = points.descriptors[i];
     landmark.last_seen = frame.index;
     landmark.intensity = intensity_at(frame.left, landmark.anchor_px);
     if (z.z() < far_disparity_px) {

@@ -53,12 +53,15 @@ AsyncLoopCloser::~AsyncLoopCloser() = default;
 AsyncLoopCloser::AsyncLoopCloser(AsyncLoopCloser&&) noexcept = default;
 AsyncLoopCloser& AsyncLoopCloser::operator=(AsyncLoopCloser&&) noexcept = default;
 
-void AsyncLoopCloser::add_keyframe(Keyframe keyframe) {
+void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left) {
   State& s = *state_;
   const std::size_t due = keyframe.frame + s.latency_frames;
   const auto policy = s.thread == LoopThread::kOwn ? std::launch::async : std::launch::deferred;
   auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
-  auto work = [&closer = s.closer, before = std::move(before), keyframe = std::move(keyframe)]() mutable {
+  auto work = [&closer = s.closer, before = std::move(before), keyframe = std::move(keyframe),
+               left = std::move(left)]() mutable {
+    if (!left.empty()) describe(keyframe.points, left);
+    left.release();
     if (before.valid()) before.wait();
     before = {};  // frees its result
     return closer.process(std::move(keyframe));

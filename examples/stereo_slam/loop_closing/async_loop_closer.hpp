@@ -34,8 +34,9 @@ class AsyncLoopCloser {
   AsyncLoopCloser(AsyncLoopCloser&&) noexcept;
   AsyncLoopCloser& operator=(AsyncLoopCloser&&) noexcept;
 
-  /// Adds a keyframe with its points and its pose relative to the keyframe before.
-  void add_keyframe(Keyframe keyframe);
+  /// Adds a keyframe with its points and its pose relative to the keyframe before. If its points are not
+  /// described yet, `left` is the image to describe them by: the thread of the loops does that.
+  void add_keyframe(Keyframe keyframe, cv::Mat left = {});
 
   /// The correction that takes effect before `frame`, if any. The caller corrects its keyframes.
   [[nodiscard]] std::optional<LoopCorrection> correction_due(std::size_t frame);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/tracking/landmark_search.hpp"
@@ -96,7 +97,10 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
     clock.lap("predict");
     matches = find_landmarks(images, prior, odometry, trace);  // Alg. 3, sec. IV-C
     clock.lap("associate");
-    TrackedPose tracked = update(prior, odometry, matches);  // eq. 13, Alg. 2
+    std::optional<TrackedPose> updated;
+    run_both([&] { updated = update(prior, odometry, matches); },  // eq. 13, Alg. 2
+             [&] { images.ahead = look_ahead(images, matches); });
+    TrackedPose& tracked = *updated;
     clock.lap("update");
     if (anchored() && (lost_ || !tracked.measured())) {
       tracked.use_keyframe(relocalise(images));
@@ -108,7 +112,7 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
   }
   complete(images, result);
   clock.lap("map");
-  prepare_next(images, matches);
+  prepare_next(images, matches, result.is_keyframe);
   clock.lap("stereo");
   result.times = clock.times();
   return result;
@@ -182,13 +186,26 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
   return {prior, update.posterior, basis, odometry, std::move(matches), update.nis, update.nis_dof};
 }
 
+/// Begins with what follows the update and does not depend on it.
+FoundAhead Slam::look_ahead(const FrameImages& images, const std::vector<Match>& matches) const {
+  FoundAhead ahead;
+  if (!aligns_patches()) return ahead;
+  if (needs_keyframe(images.frame.index, matches.size())) {
+    ahead.landmark_corners = find_stereo_corners(images.frame.left, settings_);
+  } else {
+    ahead.odometry_points = tracks_.find_replenishment(view_of(images.frame), positions(matches), settings_);
+  }
+  return ahead;
+}
+
 std::optional<PoseDensity> Slam::relocalise(const FrameImages& images) const {
   // Features of all pyramid levels: the camera may have come nearer since the keyframe.
   const StereoView view = view_of(images.frame);
   const auto points =
       measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
-  return recognise_keyframe(reference_.keyframe, {local_map_.landmarks(), reference_.left}, view, points,
-                            settings_);
+  Keyframe keyframe = reference_.keyframe;
+  if (aligns_patches()) describe(keyframe.points, reference_.left);
+  return recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
@@ -224,14 +241,16 @@ void Slam::find_static_points(const TrackedPose& tracked) {
 }
 
 /// Chooses the points that the odometry of the next frame starts from, away from the landmarks.
-void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& matches) {
+void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& matches, bool is_keyframe) {
   auto landmarks_px = positions(matches);
   for (const auto& landmark : local_map_.landmarks()) {
     if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
   }
   const StereoView view = view_of(images.frame);
   if (aligns_patches()) {
-    tracks_.replenish(view, landmarks_px, settings_);
+    const bool found = images.ahead.odometry_points && !is_keyframe;
+    tracks_.replenish(found ? *images.ahead.odometry_points
+                            : tracks_.find_replenishment(view, landmarks_px, settings_));
   } else {
     previous_.odometry_points = select_odometry_points(view, images.features.left, landmarks_px, settings_);
   }
@@ -358,14 +377,18 @@ void Slam::begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> p
   reference_.keyframe.segment = segment_.current();
   reference_.keyframe.points = std::move(points);
   reference_.keyframe.T_previous_keyframe = trajectory_.T_previous_reference();
-  if (loops_) loops_->add_keyframe(reference_.keyframe);
+  if (loops_) loops_->add_keyframe(reference_.keyframe, aligns_patches() ? reference_.left : cv::Mat());
 }
 
 /// Points of the frame with a disparity, for landmarks and keyframes, away from `reserved_px`.
 StereoPoints Slam::measure_points(const FrameImages& images,
                                   const std::vector<Vector2<double>>& reserved_px) const {
   const StereoView view = view_of(images.frame);
-  if (aligns_patches()) return measure_stereo_corners(view, reserved_px, settings_);
+  if (aligns_patches()) {
+    const auto& found = images.ahead.landmark_corners;
+    return measure_stereo_corners(view, found ? *found : find_stereo_corners(images.frame.left, settings_),
+                                  settings_);
+  }
   return measure_stereo_points(view, images.features.left, reserved_px, settings_);
 }
 

@@ -34,8 +34,8 @@ struct AssociationTrace;
 /// The stereo SLAM of the DQV-SLAM paper's Fig. 2.
 ///
 /// The state of the filter is the pose of the camera relative to a reference keyframe; landmarks are relative
-/// to it too. Frames go in one by one, in order. Reads and writes no files; the only thread is that of the
-/// loops, and it changes no result.
+/// to it too. Frames go in one by one, in order. Reads and writes no files. Works on the threads of OpenCV
+/// and on one for the loops; they change no result.
 class Slam {
  public:
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread = LoopThread::kNone);
@@ -102,10 +102,11 @@ class Slam {
                                                   AssociationTrace* trace) const;
   [[nodiscard]] TrackedPose update(const PoseDensity& prior, const OdometryResult& odometry,
                                    std::vector<Match> matches);
+  [[nodiscard]] FoundAhead look_ahead(const FrameImages& images, const std::vector<Match>& matches) const;
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
   void find_static_points(const TrackedPose& tracked);
-  void prepare_next(const FrameImages& images, const std::vector<Match>& matches);
+  void prepare_next(const FrameImages& images, const std::vector<Match>& matches, bool is_keyframe);
 
   // The unusual cases: a repeated image, and no map yet.
   void pass_over(const StereoFrame& frame, FrameResult& result);
