@@ -25,6 +25,7 @@ struct CornerStrength {
   double min_eigenvalue = 0.0;  ///< grey levels^2
 };
 
+constexpr CornerStrength kClear{20, 2000.0};
 constexpr CornerStrength kStrong{10, 2000.0};
 constexpr CornerStrength kWeak{5, 900.0};  // hardly more than the alignment of patches needs
 
@@ -215,7 +216,19 @@ std::vector<Feature> detect_corners(const cv::Mat& image, const std::vector<Vect
   std::vector<Vector2<double>> used_px = present_px;
   used_px.insert(used_px.end(), reserved_px.begin(), reserved_px.end());
   const SpatialIndex used(used_px, image.size());
-  auto corners = search_cells(image, used, grid, room, kStrong);
+  auto corners = search_cells(image, used, grid, room, kClear);
+
+  // FAST takes longer the lower its threshold, so only cells that remained empty are searched for less.
+  const auto clear_px = positions(corners);
+  const auto room_left = room_by_cell(clear_px, cells, grid);
+  auto still_wanted = room;
+  for (std::size_t i = 0; i < room.size(); ++i) {
+    if (room_left[i] < grid.per_cell) still_wanted[i] = 0;
+  }
+  used_px.insert(used_px.end(), clear_px.begin(), clear_px.end());
+  const auto strong = search_cells(image, SpatialIndex(used_px, image.size()), grid, still_wanted, kStrong);
+  corners.insert(corners.end(), strong.begin(), strong.end());
+
   if (corners.size() < grid.enough) corners = search_cells(image, used, grid, room, kWeak);
   return corners;
 }

@@ -22,9 +22,9 @@ struct CornerGrid {
 
 /// FAST corners of a grey image in the cells that have room for more than the `present_px`, away from these
 /// and from `reserved_px`: in every such cell those with the largest smallest eigenvalue of the structure
-/// tensor (Shi and Tomasi 1994), which is their response. They have no descriptors. None is nearer than
-/// kCornerBorder_px to the border, so that each can be described. Ordered by cell, row by row, then by
-/// response.
+/// tensor (Shi and Tomasi 1994), which is their response. Weaker corners are taken in cells without a clear
+/// one, and everywhere where there are not enough. They have no descriptors. None is nearer than
+/// kCornerBorder_px to the border, so that each can be described.
 [[nodiscard]] std::vector<Feature> detect_corners(const cv::Mat& image,
                                                   const std::vector<Vector2<double>>& present_px,
                                                   const std::vector<Vector2<double>>& reserved_px,
