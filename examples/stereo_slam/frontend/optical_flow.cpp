@@ -2,6 +2,7 @@
 #include "stereo_slam/frontend/optical_flow.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <opencv2/video/tracking.hpp>
 
@@ -9,14 +10,24 @@
 
 namespace stereo_slam {
 
-FlowPyramid::FlowPyramid(const cv::Mat& image, bool with_derivatives) {
+FlowPyramid::FlowPyramid(const cv::Mat& image, bool with_derivatives, FlowPyramid unused)
+    : levels_(std::move(unused.levels_)) {
   cv::buildOpticalFlowPyramid(image, levels_, {kMaxWindow_px, kMaxWindow_px}, kMaxLevel, with_derivatives);
 }
 
-StereoPyramid build_pyramids(const StereoFrame& frame) {
+StereoPyramid build_pyramids(const StereoFrame& frame, PyramidSides sides, StereoPyramid unused) {
   StereoPyramid pyramids;
-  run_both([&] { pyramids.left = FlowPyramid(frame.left, /*with_derivatives=*/true); },
-           [&] { pyramids.right = FlowPyramid(frame.right, /*with_derivatives=*/false); });
+  const auto left = [&] {
+    pyramids.left = FlowPyramid(frame.left, /*with_derivatives=*/true, std::move(unused.left));
+  };
+  const auto right = [&] {
+    pyramids.right = FlowPyramid(frame.right, /*with_derivatives=*/false, std::move(unused.right));
+  };
+  if (sides == PyramidSides::kBoth) {
+    run_both(left, right);
+  } else {
+    left();
+  }
   return pyramids;
 }
 
@@ -31,7 +42,7 @@ StereoPyramid as_bright_as(const StereoPyramid& reference, const StereoPyramid& 
   StereoFrame adapted;
   frame.left.convertTo(adapted.left, -1, wanted / given);
   frame.right.convertTo(adapted.right, -1, wanted / given);
-  return build_pyramids(adapted);
+  return build_pyramids(adapted, pyramids.right.empty() ? PyramidSides::kLeft : PyramidSides::kBoth);
 }
 
 FlowResult track_points(const FlowPyramid& from, const FlowPyramid& to,

@@ -17,8 +17,9 @@ class FlowPyramid {
 
   FlowPyramid() = default;
 
-  /// Flow from this image is cheaper with derivatives, flow to it does not use them.
-  explicit FlowPyramid(const cv::Mat& image, bool with_derivatives = true);
+  /// Flow from this image is cheaper with derivatives, flow to it does not use them. The pyramid takes the
+  /// memory of one that is no longer used, if it fits: new memory costs as much time as the pyramid.
+  explicit FlowPyramid(const cv::Mat& image, bool with_derivatives = true, FlowPyramid unused = {});
 
   [[nodiscard]] bool empty() const noexcept { return levels_.empty(); }
   [[nodiscard]] const std::vector<cv::Mat>& levels() const noexcept { return levels_; }
@@ -28,7 +29,7 @@ class FlowPyramid {
   std::vector<cv::Mat> levels_;
 };
 
-/// Left and right pyramid of one frame.
+/// Left and right pyramid of one frame. The right one is empty where only the left image is used.
 struct StereoPyramid {
   FlowPyramid left;
   FlowPyramid right;
@@ -40,7 +41,11 @@ struct ConsecutivePyramids {
   const StereoPyramid& current;
 };
 
-[[nodiscard]] StereoPyramid build_pyramids(const StereoFrame& frame);
+enum class PyramidSides { kLeft, kBoth };
+
+/// Pyramids of a frame, in the memory of `unused`.
+[[nodiscard]] StereoPyramid build_pyramids(const StereoFrame& frame, PyramidSides sides = PyramidSides::kBoth,
+                                           StereoPyramid unused = {});
 
 /// The pyramids of `frame`, scaled to the mean grey value of the reference if they differ by more than a
 /// tenth: flow compares grey values, and the exposure may jump. Dark images are left as they are.

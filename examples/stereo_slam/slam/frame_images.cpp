@@ -15,12 +15,16 @@ bool PreviousFrame::repeated_by(const StereoFrame& frame) const {
     }
     return true;
   };
-  return !pyramids.left.empty() && same(pyramids.left.image(), frame.left) &&
-         same(pyramids.right.image(), frame.right);
+  return !pyramids.left.empty() && same(pyramids.left.image(), frame.left) && same(right, frame.right);
 }
 
-FrameImages prepare_images(const StereoFrame& frame, const PreviousFrame& previous) {
-  StereoPyramid pyramids = build_pyramids(frame);
+void PreviousFrame::replace_images(const StereoFrame& frame, StereoPyramid next) {
+  before = std::exchange(pyramids, std::move(next));
+  frame.right.copyTo(right);
+}
+
+FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides, PreviousFrame& previous) {
+  StereoPyramid pyramids = build_pyramids(frame, sides, std::move(previous.before));
   StereoPyramid equalised =
       previous.pyramids.left.empty() ? pyramids : as_bright_as(previous.pyramids, pyramids, frame);
   return {frame, std::move(pyramids), std::move(equalised)};

@@ -15,6 +15,8 @@ namespace stereo_slam {
 /// What the next frame is tracked from.
 struct PreviousFrame {
   StereoPyramid pyramids;
+  StereoPyramid before;  ///< pyramids of the frame before it, whose memory the next frame takes
+  cv::Mat right;         ///< right image
   Pose T_keyframe_camera = Pose::identity();
   std::size_t position = 0;                  ///< in the trajectory
   std::vector<StereoPoint> odometry_points;  ///< where circular matching starts
@@ -22,6 +24,9 @@ struct PreviousFrame {
 
   /// Whether a frame has the same images, bit by bit, as a camera that hangs delivers them.
   [[nodiscard]] bool repeated_by(const StereoFrame& frame) const;
+
+  /// Takes the images of the next frame.
+  void replace_images(const StereoFrame& frame, StereoPyramid next);
 };
 
 /// What is searched for in a frame while its pose is updated: new landmarks if it is about to become a
@@ -40,6 +45,7 @@ struct FrameImages {
   FoundAhead ahead = {};
 };
 
-[[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, const PreviousFrame& previous);
+[[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides,
+                                         PreviousFrame& previous);
 
 }  // namespace stereo_slam

@@ -85,7 +85,8 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
     result.times = clock.times();
     return result;
   }
-  FrameImages images = prepare_images(frame, previous_);
+  FrameImages images =
+      prepare_images(frame, aligns_patches() ? PyramidSides::kLeft : PyramidSides::kBoth, previous_);
   if (!aligns_patches()) images.features = extract_features(frame, settings_.features);
   clock.lap("images");
 
@@ -254,7 +255,7 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
   } else {
     previous_.odometry_points = select_odometry_points(view, images.features.left, landmarks_px, settings_);
   }
-  previous_.pyramids = images.pyramids;
+  previous_.replace_images(images.frame, images.pyramids);
   previous_.T_keyframe_camera = posterior_.pose();
   previous_.position = trajectory_.frames() - 1;
 }
