@@ -137,7 +137,8 @@ class CellRow {
   std::vector<std::vector<cv::KeyPoint>> cells_;
 };
 
-/// Room in every cell, row by row: corners wanted less points present.
+/// Room in every cell, row by row: corners wanted less points present; none in cells that are half full,
+/// which can wait until they are emptier.
 [[nodiscard]] std::vector<int> room_by_cell(const std::vector<Vector2<double>>& present_px, cv::Size cells,
                                             const CornerGrid& grid) {
   std::vector<int> room(static_cast<std::size_t>(cells.area()), grid.per_cell);
@@ -146,6 +147,9 @@ class CellRow {
     const int row = static_cast<int>(std::floor(px.y() / grid.cell_px));
     if (column < 0 || row < 0 || column >= cells.width || row >= cells.height) continue;
     --room[static_cast<std::size_t>(row * cells.width + column)];
+  }
+  for (int& n : room) {
+    if (2 * n <= grid.per_cell) n = 0;
   }
   return room;
 }

@@ -20,7 +20,7 @@ struct CornerGrid {
   std::size_t enough = 0;        ///< with fewer strong corners than this, weak ones are taken too
 };
 
-/// FAST corners of a grey image in the cells that have room for more than the `present_px`, away from these
+/// FAST corners of a grey image in the cells that are less than half full with `present_px`, away from these
 /// and from `reserved_px`: in every such cell those with the largest smallest eigenvalue of the structure
 /// tensor (Shi and Tomasi 1994), which is their response. Weaker corners are taken in cells without a clear
 /// one, and everywhere where there are not enough. They have no descriptors. None is nearer than
