@@ -17,7 +17,7 @@ namespace {
 constexpr double kChi2_3_99 = 11.345;  // 99 % of a chi-square with 3 degrees of freedom
 constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
 constexpr int kMaxIterations = 15;
-constexpr double kConvergedStep = 1e-8;
+constexpr double kConvergedStep = 1e-6;  // rad, m
 constexpr double kMinDisparity_px = 0.05;
 constexpr double kWidestRotation_rad = 0.3;  // a rotation that is known less well was not measured
 

@@ -11,21 +11,44 @@
 namespace stereo_slam {
 
 PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap)
-    : camera_(map.camera), cap_(cap) {
-  const auto count = static_cast<Eigen::Index>(matches.size());
-  points_.resize(4, count);
-  measurements_.resize(3, count);
-  whitening_.resize(6, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Match& match = matches[static_cast<std::size_t>(i)];
+    : camera_(map.camera), cap_(cap), count_(matches.size()) {
+  Block empty;
+  empty.point.fill(Lanes::Ones());  // in front of the camera
+  empty.measurement.fill(Lanes::Zero());
+  empty.U.fill(Lanes::Zero());
+  empty.UV.fill(Lanes::Zero());
+  empty.weight = 0.0;
+  blocks_.assign((count_ + kLanes - 1) / kLanes, empty);
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Match& match = matches[i];
     const Landmark& landmark = map.landmarks[match.landmark];
     const HomogeneousPoint point = to_point(landmark, landmark.mean, camera_);
-    points_.col(i) << point.x, point.w;
-    measurements_.col(i) = match.z;
     const Matrix3<double> S = match.predicted.landmark_part + match.R;
     const Matrix3<double> U = S.inverse().llt().matrixU();
-    whitening_.col(i) << U(0, 0), U(0, 1), U(0, 2), U(1, 1), U(1, 2), U(2, 2);
+    Block& block = blocks_[i / kLanes];
+    const auto lane = static_cast<Eigen::Index>(i % kLanes);
+    for (int k = 0; k < 3; ++k) {
+      block.point[static_cast<std::size_t>(k)][lane] = point.x[k];
+      block.measurement[static_cast<std::size_t>(k)][lane] = match.z[k];
+    }
+    block.point[3][lane] = point.w;
+    std::size_t entry = 0;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = row; column < 3; ++column) block.U[entry++][lane] = U(row, column);
+    }
+    block.weight[lane] = 1.0;
   }
+}
+
+Matrix3<double> PoseLikelihood::whitening(std::size_t landmark) const {
+  const Block& block = blocks_[landmark / kLanes];
+  const auto lane = static_cast<Eigen::Index>(landmark % kLanes);
+  Matrix3<double> U = Matrix3<double>::Zero();
+  std::size_t entry = 0;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column) U(row, column) = block.U[entry++][lane];
+  }
+  return U;
 }
 
 PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap,
@@ -39,19 +62,17 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& ma
   if (root.info() != Eigen::Success) return;
   prior_ = prior.pose;
   prior_whitening_ = root.matrixL().solve(Matrix6<double>(Matrix6<double>::Identity()));
-  correlation_.resize(18, points_.cols());
   Matrix6<double> remaining = Matrix6<double>::Identity();
-  for (Eigen::Index i = 0; i < points_.cols(); ++i) {
-    const Landmark& landmark = map.landmarks[matches[static_cast<std::size_t>(i)].landmark];
-    Matrix3<double> U = Matrix3<double>::Zero();
-    U.row(0) = whitening_.col(i).head<3>();
-    U.row(1).tail<2>() = whitening_.col(i).segment<2>(3);
-    U(2, 2) = whitening_(5, i);
-    const Eigen::Matrix<double, 3, 6, Eigen::RowMajor> UV =
-        U * landmark_jacobian(landmark, prior.pose, camera_) * landmark.pose_cross_covariance.transpose() *
-        prior_whitening_.transpose();
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Landmark& landmark = map.landmarks[matches[i].landmark];
+    const Eigen::Matrix<double, 3, 6> UV = whitening(i) * landmark_jacobian(landmark, prior.pose, camera_) *
+                                           landmark.pose_cross_covariance.transpose() *
+                                           prior_whitening_.transpose();
     remaining -= UV.transpose() * UV;
-    correlation_.col(i) = UV.reshaped<Eigen::RowMajor>();
+    Block& block = blocks_[i / kLanes];
+    for (int k = 0; k < 18; ++k) {
+      block.UV[static_cast<std::size_t>(k)][static_cast<Eigen::Index>(i % kLanes)] = UV(k / 6, k % 6);
+    }
   }
   // Not positive definite by rounding, or where first order is not enough: independence is the safer model.
   const Eigen::LLT<Matrix6<double>> factor(remaining);
@@ -64,38 +85,45 @@ double PoseLikelihood::sum_distances(const Pose& T, const Vector6<double>& y, Ve
   const Matrix3<double> R = T.rotation_matrix().transpose();
   const Vector3<double> t = -R * T.translation();
   const double bf = camera_.fx * camera_.baseline_m;
-  double sum = 0.0;
-  for (Eigen::Index i = 0; i < points_.cols(); ++i) {
-    const auto p = points_.col(i);
-    const double hx = R(0, 0) * p[0] + R(0, 1) * p[1] + R(0, 2) * p[2] + t.x() * p[3];
-    const double hy = R(1, 0) * p[0] + R(1, 1) * p[1] + R(1, 2) * p[2] + t.y() * p[3];
-    const double hz = R(2, 0) * p[0] + R(2, 1) * p[1] + R(2, 2) * p[2] + t.z() * p[3];
-    const double inverse = 1.0 / hz;
-    const double du = measurements_(0, i) - (camera_.fx * hx * inverse + camera_.cx);
-    const double dv = measurements_(1, i) - (camera_.fy * hy * inverse + camera_.cy);
-    const double dd = measurements_(2, i) - bf * p[3] * inverse;
-    const auto U = whitening_.col(i);
-    double a = U[0] * du + U[1] * dv + U[2] * dd;
-    double b = U[3] * dv + U[4] * dd;
-    double c = U[5] * dd;
+  Lanes sum = Lanes::Zero();
+  std::array<Lanes, 6> w_lanes;
+  w_lanes.fill(Lanes::Zero());
+  for (const Block& block : blocks_) {
+    const auto& p = block.point;
+    const auto& U = block.U;
+    const auto& UV = block.UV;
+    const Lanes hx = R(0, 0) * p[0] + R(0, 1) * p[1] + R(0, 2) * p[2] + t.x() * p[3];
+    const Lanes hy = R(1, 0) * p[0] + R(1, 1) * p[1] + R(1, 2) * p[2] + t.y() * p[3];
+    const Lanes hz = R(2, 0) * p[0] + R(2, 1) * p[1] + R(2, 2) * p[2] + t.z() * p[3];
+    const Lanes inverse = 1.0 / hz;
+    const Lanes du = block.measurement[0] - (camera_.fx * hx * inverse + camera_.cx);
+    const Lanes dv = block.measurement[1] - (camera_.fy * hy * inverse + camera_.cy);
+    const Lanes dd = block.measurement[2] - bf * p[3] * inverse;
+    Lanes a = U[0] * du + U[1] * dv + U[2] * dd;
+    Lanes b = U[3] * dv + U[4] * dd;
+    Lanes c = U[5] * dd;
     if constexpr (Correlated) {
-      const auto V = correlation_.col(i);
-      for (int k = 0; k < 6; ++k) {
-        a -= V[k] * y[k];
-        b -= V[6 + k] * y[k];
-        c -= V[12 + k] * y[k];
+      for (std::size_t k = 0; k < 6; ++k) {
+        const double y_k = y[static_cast<Eigen::Index>(k)];
+        a -= UV[k] * y_k;
+        b -= UV[6 + k] * y_k;
+        c -= UV[12 + k] * y_k;
       }
     }
-    const double distance2 = a * a + b * b + c * c;
-    const bool counts = hz > StereoCamera::kMinDepth_m * p[3] && distance2 < cap_;
-    sum += counts ? distance2 : cap_;
+    const Lanes distance2 = a * a + b * b + c * c;
+    for (Eigen::Index i = 0; i < distance2.size(); ++i) {
+      const bool counts = hz[i] > StereoCamera::kMinDepth_m * p[3][i] && distance2[i] < cap_;
+      sum[i] += block.weight[i] * (counts ? distance2[i] : cap_);
+      a[i] = counts ? a[i] : 0.0;
+      b[i] = counts ? b[i] : 0.0;
+      c[i] = counts ? c[i] : 0.0;
+    }
     if constexpr (Correlated) {
-      if (!counts) continue;
-      const auto V = correlation_.col(i);
-      for (int k = 0; k < 6; ++k) w[k] += V[k] * a + V[6 + k] * b + V[12 + k] * c;
+      for (std::size_t k = 0; k < 6; ++k) w_lanes[k] += UV[k] * a + UV[6 + k] * b + UV[12 + k] * c;
     }
   }
-  return sum;
+  for (std::size_t k = 0; k < 6; ++k) w[static_cast<Eigen::Index>(k)] += w_lanes[k].sum();
+  return sum.sum();
 }
 
 double PoseLikelihood::evaluate(const antipode::Vector8<double>& pose) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -18,8 +20,8 @@ namespace stereo_slam {
 ///   l(x) = -1/2 sum_j min( e_j' S_j^-1 e_j, cap ),   e_j = z_j - h(x, l_j)
 ///
 /// Every pose projects every landmark anew; S_j (landmark and pixel noise) is frozen at the prior mean. A
-/// landmark behind a sampled camera costs `cap`. It keeps its own copy of what it needs, as arrays over
-/// the landmarks.
+/// landmark behind a sampled camera costs `cap`. It keeps its own copy of what it needs, four landmarks side
+/// by side, which compilers turn into vector instructions.
 ///
 /// If the landmarks' errors are correlated with the prior's, C_j = Cov(l_j, xi), their expected errors at the
 /// pose x = prior exp(xi) are C_j P^-1 xi. The remaining errors are correlated with each other:
@@ -46,26 +48,37 @@ class PoseLikelihood {
     return -2.0 * evaluate(T_reference_camera.coeffs());
   }
 
-  [[nodiscard]] int dimension() const noexcept { return 3 * static_cast<int>(points_.cols()); }
+  [[nodiscard]] int dimension() const noexcept { return 3 * static_cast<int>(count_); }
 
  private:
-  /// -2 l of independent landmarks with the whitened errors reduced by correlation_ y; adds their terms to w.
+  static constexpr std::size_t kLanes = 4;
+  using Lanes = Eigen::Array<double, static_cast<int>(kLanes), 1>;
+
+  /// Four landmarks, one a lane. Lanes without a landmark have weight 0.
+  struct Block {
+    std::array<Lanes, 4> point;        ///< homogeneous, reference frame
+    std::array<Lanes, 3> measurement;  ///< (u, v, d), px
+    std::array<Lanes, 6> U;            ///< upper triangle by rows, S^-1 = U' U
+    std::array<Lanes, 18> UV;          ///< U_j V_j by rows
+    Lanes weight;
+  };
+  /// U of a landmark.
+  [[nodiscard]] Matrix3<double> whitening(std::size_t landmark) const;
+
+  /// -2 l of independent landmarks with the whitened errors reduced by U V y; adds their terms to w.
   template <bool Correlated>
   [[nodiscard]] double sum_distances(const Pose& pose, const Vector6<double>& y, Vector6<double>& w) const;
   [[nodiscard]] double evaluate(const antipode::Vector8<double>& pose) const;
 
   StereoCamera camera_;
   double cap_;
-  // One column a landmark.
-  Eigen::Matrix<double, 4, Eigen::Dynamic> points_;  // homogeneous, reference frame
-  Eigen::Matrix<double, 3, Eigen::Dynamic> measurements_;
-  Eigen::Matrix<double, 6, Eigen::Dynamic> whitening_;  // upper triangle U, S^-1 = U' U, by rows
+  std::size_t count_;  // of landmarks
+  std::vector<Block> blocks_;
 
   bool correlated_ = false;
   Pose prior_ = Pose::identity();
   Matrix6<double> prior_whitening_ = Matrix6<double>::Identity();  // L^-1
   Matrix6<double> shared_ = Matrix6<double>::Zero();               // (I - sum V' S^-1 V)^-1
-  Eigen::Matrix<double, 18, Eigen::Dynamic> correlation_;          // U_j V_j, by rows
 };
 
 }  // namespace stereo_slam

@@ -84,6 +84,22 @@ TEST_CASE("A landmark behind a sampled camera costs the cap, not a NaN", "[stere
   CHECK(likelihood.squared_distance(Pose::exp(far_ahead)) == Approx(20 * 16.0));
 }
 
+TEST_CASE("Distances of any number of landmarks add up", "[stereo_slam][update]") {
+  std::mt19937_64 random(4);
+  const Pose truth = test::car_motion();
+  const Scene scene = make_scene(random, truth, 9, 0.01, 0.1);
+  const std::span<const Match> matches(scene.matches);
+  const Pose pose = antipode::to_pose_gaussian(scene.prior).pose;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    sum += PoseLikelihood(matches.subspan(i, 1), scene.map(), 16.0).squared_distance(pose);
+    const PoseLikelihood likelihood(matches.first(i + 1), scene.map(), 16.0);
+    CHECK(likelihood.squared_distance(pose) == Approx(sum).epsilon(1e-12));
+    CHECK(likelihood.dimension() == 3 * static_cast<int>(i + 1));
+  }
+  CHECK(PoseLikelihood({}, scene.map(), 16.0).squared_distance(pose) == 0.0);
+}
+
 TEST_CASE("Every method moves the pose to the landmarks", "[stereo_slam][update]") {
   const auto method =
       GENERATE(PoseUpdateMethod::kPaper, PoseUpdateMethod::kProgressive, PoseUpdateMethod::kQuadratic);
