@@ -6,7 +6,7 @@
 #
 #   --real FOLDER        recordings in KITTI layout, one a subfolder; 3 cm and 0.1 degrees are allowed for the errors of the ground truth
 #   --rendered FOLDER    the same with exact ground truth
-#   --preset NAME        may be repeated; default: default, odometry, paper
+#   --preset NAME        may be repeated; default: default, fast, odometry, paper
 #   --rounds N           runs of each, of which medians and spreads are taken (3)
 #   --max-frames N       of each recording (all)
 #   --out DIR            (out/slam)
@@ -44,7 +44,7 @@ while [ $# -gt 0 ]; do
   shift 2
 done
 [ ${#recordings[@]} -gt 0 ] || { echo "no recordings: give --real or --rendered a folder of folders in KITTI layout" >&2; exit 2; }
-[ ${#presets[@]} -gt 0 ] || presets=(default odometry paper)
+[ ${#presets[@]} -gt 0 ] || presets=(default fast odometry paper)
 
 . "$here/measure.sh"
 

@@ -82,6 +82,17 @@ TEST_CASE("The default preset follows a rendered street to a hundredth of the wa
   CHECK(end_error_m(results) < 0.01 * path_length_m());
 }
 
+TEST_CASE("The fast preset follows it as well, with fewer landmarks", "[stereo_slam][slam]") {
+  const auto results = run(preset_settings("fast"));
+  for (std::size_t i = 1; i < results.size(); ++i) {
+    CAPTURE(i);
+    CHECK(results[i].status == TrackingStatus::kOk);
+    CHECK(results[i].landmarks <= 200);
+  }
+  CAPTURE(end_error_m(results), path_length_m());
+  CHECK(end_error_m(results) < 0.01 * path_length_m());
+}
+
 TEST_CASE("The paper preset follows it too", "[stereo_slam][slam]") {
   const auto results = run(preset_settings("paper"));
   CAPTURE(end_error_m(results), path_length_m());
