@@ -231,6 +231,11 @@ std::optional<Eigen::Isometry3d> body_of(const StereoSequence& sequence, const R
 void add_final_results(const Slam& slam, RunRecord& record) {
   record.trajectory = slam.trajectory();
   record.trajectory.resize(record.results.size());
+  const auto covariances = slam.relative_covariances();
+  for (std::size_t k = 0; k < record.results.size(); ++k) {
+    record.results[k].relative_covariance = covariances[k];
+    record.results[k].calibration = slam.calibration_error();
+  }
   record.map_points = slam.map_points();
   record.loops = slam.loop_events();
 }

@@ -79,10 +79,10 @@ void RectificationEstimator::add_rows(std::span<const RectificationResidual::Mea
   }
 }
 
-Matrix6<double> RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
-                                                   const Pose& T_first_second) {
+RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
+                                                       const Pose& T_first_second) {
   constexpr std::size_t kMinConstraints = 30;
-  if (constraints.size() < kMinConstraints) return Matrix6<double>::Zero();
+  if (constraints.size() < kMinConstraints) return {};
   Matrix6<double> pose_pose = Matrix6<double>::Zero();
   Information pose_bias = Information::Zero();
   Information bias_bias = Information::Zero();
@@ -107,17 +107,16 @@ Matrix6<double> RectificationEstimator::add_motion(std::span<const BiasConstrain
   const Eigen::LDLT<Matrix6<double>> factor(pose_pose);
   constexpr double kMinReciprocalCondition = 1e-12;  // below, the motion itself is not known
   if (factor.info() != Eigen::Success || !factor.isPositive() || !(factor.rcond() > kMinReciprocalCondition))
-    return Matrix6<double>::Zero();
-  const Eigen::LDLT<Information> known(disparity_information());
-  if (!known.isPositive()) return Matrix6<double>::Zero();
+    return {};
   const Eigen::Matrix<double, 6, RectificationResidual::kTerms> pose_derivative = factor.solve(pose_bias);
-  const Matrix6<double> motion_covariance = pose_derivative * known.solve(pose_derivative.transpose());
+  RectificationEffect effect{.applied = applied, .derivative = -pose_derivative};
+  effect.covariance = covariance_of(effect);
   estimate_.disparity_information += kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative);
   estimate_.disparity_vector += kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector);
   const Vector3<double> path_m = T_first_second.inverse().translation();
   length_derivative_m2_ += pose_derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
-  return motion_covariance;
+  return effect;
 }
 
 /// With the prior of coefficients that are about as large as those of the rows.
@@ -126,6 +125,11 @@ RectificationEstimate::Information RectificationEstimator::disparity_information
   const auto information = [](double sigma_px) { return 1.0 / (sigma_px * sigma_px); };
   const double missing = information(expected_px) - information(max_disparity_sigma_px_);
   return estimate_.disparity_information + std::max(missing, 0.0) * Information::Identity();
+}
+
+Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect& effect) const {
+  const Eigen::LDLT<Information> information(disparity_information());
+  return effect.derivative * information.solve(effect.derivative.transpose());
 }
 
 double RectificationEstimator::scale_sigma() const {

@@ -62,6 +62,23 @@ struct BiasConstraint {
   Vector2<double> first_px, second_px;  ///< left positions
 };
 
+/// How a measured motion depends on the disparity offset.
+struct RectificationEffect {
+  using Basis = RectificationResidual::Basis;
+
+  Basis applied = Basis::Zero();  ///< coefficients of the disparity offset that it was measured with, px
+  /// d motion / d coefficients, right perturbation
+  Eigen::Matrix<double, 6, RectificationResidual::kTerms> derivative =
+      Eigen::Matrix<double, 6, RectificationResidual::kTerms>::Zero();
+  Matrix6<double> covariance =
+      Matrix6<double>::Zero();  ///< of the motion by what was not known of the coefficients
+
+  /// Change of the motion if it is measured with `now` instead.
+  [[nodiscard]] Vector6<double> change(const RectificationResidual& now) const {
+    return derivative * (now.coefficients().row(0).transpose() - applied);
+  }
+};
+
 /// Complete state of a RectificationEstimator, from which another one can resume. The coefficients of rows
 /// and of disparities are Gaussian, in information form: mean = information^-1 vector.
 struct RectificationEstimate {
@@ -98,15 +115,18 @@ class RectificationEstimator {
   /// Stereo matches of one frame, measured with current().
   void add_rows(std::span<const RectificationResidual::Measurement> matches);
 
-  /// Points matched between two frames, all measured with current(), and the motion between them. Returns the
-  /// covariance of that motion by what was not known of the disparity offset.
-  Matrix6<double> add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second);
+  /// Points matched between two frames, all measured with current(), and the motion between them. Returns how
+  /// that motion depends on the disparity offset; not at all where the motion itself is hardly known.
+  RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second);
 
   /// Best estimate so far.
   [[nodiscard]] RectificationResidual current() const {
     return RectificationResidual(camera_, estimate_.coefficients);
   }
   [[nodiscard]] const RectificationEstimate& estimate() const noexcept { return estimate_; }
+
+  /// Covariance of a motion by what is not known of the disparity offset now.
+  [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect) const;
 
   /// Relative standard deviation of all lengths by what is not known of the disparity offset. Zero before the
   /// first motion.

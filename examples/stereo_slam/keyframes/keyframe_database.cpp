@@ -64,6 +64,10 @@ void KeyframeDatabase::correct(const std::vector<PoseGaussian>& T_world_keyframe
   }
 }
 
+void KeyframeDatabase::replace(std::span<const KeyframeLink> links) {
+  for (const auto& link : links) keyframes_.at(link.keyframe).T_previous_keyframe = link.T_previous_keyframe;
+}
+
 std::size_t shared_landmarks(const Keyframe& a, const Keyframe& b) {
   const auto ids_of = [](const Keyframe& keyframe) {
     std::vector<std::uint32_t> result;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
@@ -30,6 +31,12 @@ struct Keyframe {
   double path_length_m = 0.0;        ///< from the first keyframe, along the keyframes
 };
 
+/// The pose of a keyframe relative to the one before, by the keyframe's id.
+struct KeyframeLink {
+  std::size_t keyframe = 0;
+  PoseGaussian T_previous_keyframe;
+};
+
 /// Points of a keyframe with the ids of their landmarks, one a point. Without ids no point has a landmark.
 [[nodiscard]] std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
                                                          const std::vector<std::uint32_t>& landmarks);
@@ -55,6 +62,10 @@ class KeyframeDatabase {
   /// Sets the poses of the first keyframes; later ones keep their poses relative to the last of them. Throws
   /// std::invalid_argument for more poses than keyframes.
   void correct(const std::vector<PoseGaussian>& T_world_keyframe);
+
+  /// Replaces the poses of keyframes relative to those before them. Poses in the world stay until correct().
+  /// Throws std::out_of_range if there is no such keyframe.
+  void replace(std::span<const KeyframeLink> links);
 
   /// Memory of all keyframes, bytes.
   [[nodiscard]] std::size_t memory_bytes() const;

@@ -73,8 +73,9 @@ std::optional<LoopCorrection> AsyncLoopCloser::correction_due(std::size_t frame)
   return state_->collect(frame);
 }
 
-std::optional<LoopCorrection> AsyncLoopCloser::finish() {
+std::optional<LoopCorrection> AsyncLoopCloser::finish(const std::vector<KeyframeLink>& links) {
   auto latest = state_->collect(std::numeric_limits<std::size_t>::max());
+  state_->closer.replace(links);
   if (auto last = state_->closer.correct()) latest = std::move(last);
   return latest;
 }

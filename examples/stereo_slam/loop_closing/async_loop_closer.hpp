@@ -41,8 +41,9 @@ class AsyncLoopCloser {
   /// The correction that takes effect before `frame`, if any. The caller corrects its keyframes.
   [[nodiscard]] std::optional<LoopCorrection> correction_due(std::size_t frame);
 
-  /// The last correction, after the last keyframe: it contains all accepted loops. Waits for the thread.
-  [[nodiscard]] std::optional<LoopCorrection> finish();
+  /// The last correction, after the last keyframe: it contains all accepted loops. `links` are keyframes
+  /// whose pose relative to the one before is now known better. Waits for the thread.
+  [[nodiscard]] std::optional<LoopCorrection> finish(const std::vector<KeyframeLink>& links = {});
 
   /// Loops found so far, accepted and refused, in order. Waits for the thread; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> events() const;

@@ -104,9 +104,26 @@ std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
   return correct();
 }
 
+void LoopCloser::replace(std::vector<KeyframeLink> links) {
+  if (links.empty()) return;
+  for (auto& link : links) {
+    link.keyframe += known_.keyframes;
+    odometry_[link.keyframe - 1].T_from_to = link.T_previous_keyframe;
+  }
+  keyframes_.replace(links);
+  links_replaced_ = true;
+  if (!loops_.empty()) return;
+  std::vector<PoseGaussian> poses_before;
+  for (std::size_t id = 0; id < links.front().keyframe; ++id) {
+    poses_before.push_back(keyframes_[id].T_world_keyframe);
+  }
+  keyframes_.correct(poses_before);
+}
+
 std::optional<LoopCorrection> LoopCloser::correct() {
-  if (waiting_loops_ == 0) return std::nullopt;
+  if (waiting_loops_ == 0 && !(links_replaced_ && !loops_.empty())) return std::nullopt;
   waiting_loops_ = 0;
+  links_replaced_ = false;
   PoseGraph graph = pose_graph();
   graph.poses = optimize(graph, settings_.pose_graph).poses;
   const auto poses = with_covariances(graph);

@@ -45,7 +45,11 @@ class LoopCloser {
   /// Adds the next keyframe. Returns a correction if enough loops are new.
   [[nodiscard]] std::optional<LoopCorrection> process(Keyframe keyframe);
 
-  /// The correction for the accepted loops that still wait for one; nothing if none does.
+  /// Replaces the poses of this run's keyframes relative to those before them. With loops, the next
+  /// correction contains them.
+  void replace(std::vector<KeyframeLink> links);
+
+  /// The correction for the accepted loops and replaced poses that still wait for one; nothing if none does.
   [[nodiscard]] std::optional<LoopCorrection> correct();
 
   [[nodiscard]] const std::vector<LoopEvent>& events() const noexcept { return events_; }
@@ -84,6 +88,7 @@ class LoopCloser {
   std::vector<PoseGraphEdge> odometry_;  // edge k leads from keyframe k to k + 1
   std::vector<PoseGraphEdge> loops_;     // accepted
   std::size_t waiting_loops_ = 0;        // the last ones of them: no correction contains them yet
+  bool links_replaced_ = false;          // since the last correction
   std::size_t fixed_keyframes_ = 1;      // gauge of the pose graph
   std::vector<LoopEvent> events_;
   MapExtent known_;

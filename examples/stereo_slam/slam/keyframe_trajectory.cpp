@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
 
+#include <algorithm>
+
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/slam/bridging.hpp"
 
@@ -10,8 +12,10 @@ void KeyframeTrajectory::append(const PoseGaussian& T_keyframe_camera, bool meas
   frames_.push_back({reference(), T_keyframe_camera, measured});
 }
 
-void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe) {
-  keyframes_.push_back({frame, T_previous_keyframe, in_world(T_previous_keyframe)});
+void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
+                                      const RectificationEffect& effect) {
+  keyframes_.push_back(
+      {frame, T_previous_keyframe, in_world(T_previous_keyframe), effect, frames_.size() - 1});
   T_odometry_keyframe_ = in_odometry_frame(T_previous_keyframe.pose);
   frames_.back() = {reference(), PoseGaussian{}};  // the keyframe's own frame moves with it
 }
@@ -28,6 +32,33 @@ void KeyframeTrajectory::correct(const std::vector<PoseGaussian>& T_world_keyfra
   }
 }
 
+std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const RectificationEstimator& rectification) {
+  const RectificationResidual now = rectification.current();
+  // The error is one of length: frames on the way to the next keyframe have a part of it.
+  for (auto& frame : frames_) {
+    if (frame.keyframe == reference()) continue;
+    const KeyframePose& next = keyframes_[frame.keyframe + 1];
+    const double length_m = next.T_previous_keyframe.pose.translation().norm();
+    const double part_m = frame.T_keyframe_camera.pose.translation().norm();
+    if (part_m == 0.0 || length_m == 0.0) continue;
+    Pose& pose = frame.T_keyframe_camera.pose;
+    pose = pose.boxplus(std::min(part_m / length_m, 1.0) * next.effect.change(now)).renormalized();
+  }
+  std::vector<KeyframeLink> changed;
+  for (std::size_t id = 1; id < keyframes_.size(); ++id) {
+    auto& [frame, T_previous_keyframe, T_world_keyframe, effect, position] = keyframes_[id];
+    if (effect.derivative.isZero(0.0)) continue;
+    T_previous_keyframe.pose = T_previous_keyframe.pose.boxplus(effect.change(now)).renormalized();
+    T_previous_keyframe.covariance -= effect.covariance;
+    effect.applied = now.coefficients().row(0).transpose();
+    effect.covariance = rectification.covariance_of(effect);
+    T_previous_keyframe.covariance += effect.covariance;
+    changed.push_back({id, T_previous_keyframe});
+  }
+  correct({keyframes_.front().T_world_keyframe});
+  return changed;
+}
+
 void KeyframeTrajectory::continue_odometry(const Pose& expected, const Pose& found) {
   T_odometry_keyframe_ = (T_odometry_keyframe_ * expected * found.inverse()).renormalized();
 }
@@ -38,6 +69,15 @@ PoseGaussian KeyframeTrajectory::in_world(const PoseGaussian& T_keyframe_camera)
 
 Pose KeyframeTrajectory::in_odometry_frame(const Pose& T_keyframe_camera) const {
   return (T_odometry_keyframe_ * T_keyframe_camera).renormalized();
+}
+
+std::vector<Matrix6<double>> KeyframeTrajectory::relative_covariances() const {
+  std::vector<Matrix6<double>> covariances;
+  for (const auto& frame : frames_) covariances.push_back(frame.T_keyframe_camera.covariance);
+  for (std::size_t id = 1; id < keyframes_.size(); ++id) {
+    covariances[keyframes_[id].position] = keyframes_[id].T_previous_keyframe.covariance;
+  }
+  return covariances;
 }
 
 std::vector<PoseGaussian> KeyframeTrajectory::poses() const {

@@ -5,13 +5,16 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/keyframes/keyframe_database.hpp"
 
 namespace stereo_slam {
 
 /// Poses of all frames: keyframes in the world, every frame relative to its keyframe.
 ///
 /// The last keyframe is the reference of the filter's state. A loop correction moves keyframes, and their
-/// frames with them; poses relative to keyframes never change.
+/// frames with them. Poses relative to keyframes change at the end only, when the rectification is known
+/// best.
 class KeyframeTrajectory {
  public:
   /// Makes `frame` the first keyframe, whose camera is the world's frame.
@@ -21,14 +24,21 @@ class KeyframeTrajectory {
   /// predicted pose.
   void append(const PoseGaussian& T_keyframe_camera, bool measured);
 
-  /// Makes the last frame the reference keyframe, at its pose relative to the one before.
-  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe);
+  /// Makes the last frame the reference keyframe, at its pose relative to the one before, whose covariance
+  /// contains that of the `effect` of the rectification.
+  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
+                    const RectificationEffect& effect = {});
 
   /// Replaces the pose of an earlier frame by one relative to the reference keyframe.
   void replace(std::size_t position, const PoseGaussian& T_keyframe_camera);
 
   /// Sets the poses of the first keyframes; the others keep their poses relative to those before them.
   void correct(const std::vector<PoseGaussian>& T_world_keyframe);
+
+  /// Corrects what was measured with an earlier estimate of the rectification to what the present one would
+  /// have given, to first order, and the covariances to what is not known of it now. The poses in the world
+  /// follow, without loops. Returns the keyframes that moved relative to those before them, in order.
+  std::vector<KeyframeLink> remeasure(const RectificationEstimator& rectification);
 
   /// Lets the odometry's path, which no loop corrects, go on from `expected` when the filter says `found`.
   void continue_odometry(const Pose& expected, const Pose& found);
@@ -50,6 +60,10 @@ class KeyframeTrajectory {
   /// The same on the odometry's path, which never jumps.
   [[nodiscard]] Pose in_odometry_frame(const Pose& T_keyframe_camera) const;
 
+  /// Covariance of every frame relative to its keyframe, or of a keyframe's own frame relative to the
+  /// keyframe before, as known now.
+  [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const;
+
   /// T_world_camera of every frame as known now; predicted frames lie between their measured neighbours.
   [[nodiscard]] std::vector<PoseGaussian> poses() const;
 
@@ -58,6 +72,8 @@ class KeyframeTrajectory {
     std::size_t frame = 0;
     PoseGaussian T_previous_keyframe;
     PoseGaussian T_world_keyframe;
+    RectificationEffect effect;  ///< on T_previous_keyframe
+    std::size_t position = 0;    ///< of its own frame in frames_
   };
   struct FramePose {
     std::size_t keyframe = 0;

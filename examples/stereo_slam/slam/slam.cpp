@@ -361,8 +361,9 @@ void Slam::begin_segment(const FrameImages& images, const OdometryResult& odomet
 /// Makes the current camera the reference of pose and landmarks.
 void Slam::change_keyframe(const FrameImages& images, const std::vector<Match>& matches) {
   PoseGaussian T_previous_keyframe = to_pose_gaussian(posterior_);
-  T_previous_keyframe.covariance += refine_rectification(matches);
-  trajectory_.add_keyframe(images.frame.index, T_previous_keyframe);
+  const RectificationEffect effect = refine_rectification(matches);
+  T_previous_keyframe.covariance += effect.covariance;
+  trajectory_.add_keyframe(images.frame.index, T_previous_keyframe, effect);
   posterior_ = certain_pose();
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
   local_map_.restart(trajectory_.reference());
@@ -409,18 +410,17 @@ std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
   return keyframe_points(points, ids);
 }
 
-/// Refines the rectification by the landmarks of the ending keyframe, matched in this frame. Returns the
-/// covariance of the frame's pose by what was not known of the rectification.
-Matrix6<double> Slam::refine_rectification(const std::vector<Match>& matches) {
-  if (!settings_.online_rectification.enabled || !settings_.refinement.enabled)
-    return Matrix6<double>::Zero();
+/// Refines the rectification by the landmarks of the ending keyframe, matched in this frame. Returns how the
+/// frame's pose depends on it.
+RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches) {
+  if (!settings_.online_rectification.enabled || !settings_.refinement.enabled) return {};
   const RectificationResidual before = rectification_.current();
   const Pose T_keyframe_camera = posterior_.pose();
-  const Matrix6<double> covariance = rectification_.add_motion(
+  const RectificationEffect effect = rectification_.add_motion(
       bias_constraints(matches, local_map_.view(), T_keyframe_camera), T_keyframe_camera);
   rectification_.advance();
   tracks_.remeasure(before, rectification_.current());
-  return covariance;
+  return effect;
 }
 
 bool Slam::tracks_correlation() const {
@@ -440,7 +440,9 @@ CalibrationError Slam::calibration_error() const {
 }
 
 void Slam::finish() {
-  if (loops_) apply(loops_->finish());
+  std::vector<KeyframeLink> links;
+  if (settings_.online_rectification.enabled) links = trajectory_.remeasure(rectification_);
+  if (loops_) apply(loops_->finish(links));
 }
 
 std::vector<PoseGaussian> Slam::trajectory() const {

@@ -51,11 +51,21 @@ class Slam {
   /// was measured against. Fills `trace`, if there is one, with how landmarks were searched for.
   FrameResult process(const StereoFrame& frame, AssociationTrace* trace = nullptr);
 
-  /// Call after the last frame: applies the loop corrections that are still being computed.
+  /// Call after the last frame: applies the loop corrections that are still being computed, and measures the
+  /// first frames again, as it were, with what is known of the rectification at the end.
   void finish();
 
   /// T_world_camera of every frame so far. A loop closure may have moved earlier ones.
   [[nodiscard]] std::vector<PoseGaussian> trajectory() const;
+
+  /// Covariance of every frame so far relative to its keyframe, as FrameResult has it at the time, as known
+  /// now: finish() changes it.
+  [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const {
+    return trajectory_.relative_covariances();
+  }
+
+  /// Errors of the calibration that all frames share, as known now.
+  [[nodiscard]] CalibrationError calibration_error() const;
 
   /// All landmarks so far in world coordinates, with those of a loaded map once the run is localised in it.
   /// Complete after finish().
@@ -84,7 +94,6 @@ class Slam {
 
   /// Whether landmarks are measured by patches of the keyframe; the paper matches features.
   [[nodiscard]] bool aligns_patches() const { return anchored() && settings_.refinement.enabled; }
-  [[nodiscard]] CalibrationError calibration_error() const;
 
   /// A frame as the camera and the rectification at hand measure it.
   [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
@@ -128,7 +137,7 @@ class Slam {
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
                                                          const std::vector<Vector2<double>>& reserved_px,
                                                          const ReobservedLandmarks& reobserved = {});
-  Matrix6<double> refine_rectification(const std::vector<Match>& matches);
+  RectificationEffect refine_rectification(const std::vector<Match>& matches);
 
   StereoCamera camera_;
   Settings settings_;

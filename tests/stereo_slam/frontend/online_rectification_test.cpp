@@ -160,7 +160,7 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
 TEST_CASE("Without data the estimate is the prior, zero", "[stereo_slam][rectification]") {
   RectificationEstimator estimator(test::kitti_camera(), {});
   estimator.add_rows({});
-  CHECK(estimator.add_motion({}, Pose::identity()).isZero());
+  CHECK(estimator.add_motion({}, Pose::identity()).covariance.isZero());
   CHECK(estimator.scale_sigma() == 0.0);
   estimator.advance();
   CHECK(estimator.current().coefficients() == Coefficients::Zero());

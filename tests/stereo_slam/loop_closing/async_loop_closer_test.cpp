@@ -126,6 +126,7 @@ struct Circumstances {
   MapUse use = MapUse::kContinue;
   std::size_t lost_before = kKeyframes;  ///< keyframe that begins the second segment
   std::size_t keyframes = kKeyframes;
+  std::vector<KeyframeLink> known_better{};  // at the end
 };
 
 Outcome drive(
@@ -163,7 +164,7 @@ Outcome drive(
     outcome.closed.push_back(k == 0 ? PoseGaussian{} : compose(outcome.closed.back(), steps.back()));
     loops.add_keyframe(std::move(keyframe));
   }
-  apply(loops.finish());
+  apply(loops.finish(circumstances.known_better));
   outcome.events = loops.events();
   outcome.map.camera = test::kitti_camera();
   loops.save(outcome.map);
@@ -214,6 +215,35 @@ TEST_CASE("Corrections unite the landmarks that loops re-observe, and no others"
     united += second == id ? 1 : 0;
   }
   CHECK(united >= LoopVerificationSettings{}.min_inliers);
+}
+
+TEST_CASE("Keyframes whose motion is known better at the end move, with loops and without",
+          "[stereo_slam][loops]") {
+  const bool with_loops = GENERATE(false, true);
+  CAPTURE(with_loops);
+  const auto eyes = [&](std::size_t k) { return with_loops ? std::optional(k) : std::nullopt; };
+  const Outcome before = drive(LoopThread::kNone, eyes);
+  Circumstances circumstances;
+  constexpr std::size_t kChanged = 20;
+  const Keyframe& changed = before.map.keyframes[kChanged];
+  Vector6<double> half_a_metre = Vector6<double>::Zero();
+  half_a_metre[5] = 0.5;
+  const PoseGaussian link{changed.T_previous_keyframe.pose.boxplus(half_a_metre).renormalized(),
+                          changed.T_previous_keyframe.covariance};
+  circumstances.known_better = {{kChanged, link}};
+  const Outcome after = drive(LoopThread::kOwn, eyes, circumstances);
+  const auto& keyframes = after.map.keyframes;
+  CHECK(keyframes[kChanged].T_previous_keyframe.pose.coeffs() == link.pose.coeffs());
+  const auto moved_m = [&](std::size_t k) {
+    return (keyframes[k].T_world_keyframe.pose.translation() -
+            before.map.keyframes[k].T_world_keyframe.pose.translation())
+        .norm();
+  };
+  CHECK(moved_m(kChanged - 1) < (with_loops ? 0.3 : 1e-12));
+  CHECK(moved_m(kChanged) > (with_loops ? 0.05 : 0.49));
+  // Without loops the rest of the path moves as a whole; loops hold it where it was.
+  CHECK(moved_m(kKeyframes - 1) > (with_loops ? 0.0 : 0.49));
+  if (with_loops) CHECK(moved_m(kKeyframes - 1) < 0.3);
 }
 
 TEST_CASE("Corrections take effect at the same frames, with the same bits, with and without a thread",

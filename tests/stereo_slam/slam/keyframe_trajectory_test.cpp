@@ -65,6 +65,67 @@ TEST_CASE("The odometry's path does not move with a correction", "[stereo_slam][
   CHECK(trajectory.in_odometry_frame(found).is_approx(before, 1e-12));
 }
 
+/// An estimator that is certain of a disparity offset of `offset_px` everywhere.
+RectificationEstimator certain_of(double offset_px, double sigma_px) {
+  RectificationEstimate estimate;
+  estimate.coefficients(0, 0) = offset_px;
+  estimate.disparity_information /= sigma_px * sigma_px;
+  estimate.disparity_vector[0] = offset_px / (sigma_px * sigma_px);
+  return RectificationEstimator::resumed(test::kitti_camera(), {}, estimate);
+}
+
+TEST_CASE("What was measured with another rectification is corrected to the present one",
+          "[stereo_slam][slam]") {
+  constexpr double kSigma_px = 0.02;
+  RectificationEffect effect;  // measured without an offset: a pixel would make the motion 10 cm longer
+  effect.derivative(5, 0) = 0.1;
+  effect.covariance(5, 5) = 0.1 * 0.1 * 0.5 * 0.5;
+  KeyframeTrajectory trajectory;
+  trajectory.begin(0);
+  trajectory.append({}, true);
+  trajectory.append(step(1.0), true);
+  PoseGaussian link = step(2.0);
+  trajectory.append(link, true);
+  link.covariance += effect.covariance;
+  trajectory.add_keyframe(2, link, effect);
+  trajectory.append(step(1.0), true);
+  const auto before = trajectory.poses();
+
+  const auto estimator = certain_of(0.3, kSigma_px);
+  const auto links = trajectory.remeasure(estimator);
+  REQUIRE(links.size() == 1);
+  CHECK(links[0].keyframe == 1);
+  Vector6<double> longer = Vector6<double>::Zero();
+  longer[5] = 0.1 * 0.3;
+  CHECK(links[0].T_previous_keyframe.pose.is_approx(link.pose.boxplus(longer), 1e-12));
+  const double variance = links[0].T_previous_keyframe.covariance(5, 5);
+  CHECK(variance == Approx(1e-4 + std::pow(0.1 * kSigma_px, 2)).epsilon(0.01));
+  CHECK(trajectory.relative_covariances()[2] == links[0].T_previous_keyframe.covariance);
+  CHECK(trajectory.relative_covariances()[1] == step(1.0).covariance);
+
+  const auto after = trajectory.poses();
+  const Vector6<double> half = after[1].pose.boxminus(before[1].pose);
+  CHECK(half[5] == Approx(0.015).epsilon(1e-3));  // half way
+  CHECK(after[2].pose.is_approx(links[0].T_previous_keyframe.pose, 1e-12));
+  // Later frames move along; what they were measured with is the present estimate already.
+  CHECK(
+      (before[2].pose.inverse() * before[3].pose).is_approx(after[2].pose.inverse() * after[3].pose, 1e-12));
+
+  // Again, with the same estimate: nothing is left to correct.
+  (void)trajectory.remeasure(estimator);
+  CHECK(trajectory.poses()[3].pose.is_approx(after[3].pose, 1e-12));
+  CHECK(trajectory.poses()[3].covariance.isApprox(after[3].covariance, 1e-12));
+}
+
+TEST_CASE("Motions that do not depend on the rectification stay as they are", "[stereo_slam][slam]") {
+  auto trajectory = drive();
+  const auto before = trajectory.poses();
+  CHECK(trajectory.remeasure(certain_of(0.3, 0.02)).empty());
+  for (std::size_t frame = 0; frame < before.size(); ++frame) {
+    CHECK(trajectory.poses()[frame].pose.is_approx(before[frame].pose, 1e-12));
+  }
+}
+
 TEST_CASE("Predicted frames lie between their measured neighbours", "[stereo_slam][slam]") {
   KeyframeTrajectory trajectory;
   trajectory.append({}, true);
