@@ -8,9 +8,18 @@ packages=(
   libcli11-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
 )
 
+# Used where the distribution has them, and not missed where it does not: bags of ROS 1, and a test that writes some.
+optional=(librosbag-storage-dev python3-rosbag python3-sensor-msgs)
+
 missing=()
 for package in "${packages[@]}"; do
   if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" != installed ]; then
+    missing+=("$package")
+  fi
+done
+for package in "${optional[@]}"; do
+  if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" != installed ] &&
+    apt-cache show "$package" >/dev/null 2>&1; then
     missing+=("$package")
   fi
 done

@@ -14,7 +14,7 @@ settings=$("$program" --print-settings | awk '
 status=0
 for file in "$@"; do
   while read -r name; do
-    case $name in *.csv | *.txt | *.ply | *.yaml | *.html | *.js | *.hpp | *.cpp | *.py | *.sh) continue ;; esac
+    case $name in *.csv | *.txt | *.ply | *.yml | *.xml | *.json | *.bag | *.yaml | *.html | *.js | *.hpp | *.cpp | *.py | *.sh) continue ;; esac
     if ! grep -qxF "$name" <<<"$settings"; then
       echo "$file: no setting $name" >&2
       status=1

@@ -42,6 +42,7 @@ const Graph kMayInclude = {
     {"stereo_slam/io", {"stereo_slam/core"}},
     {"stereo_slam/settings", {"stereo_slam/core", "stereo_slam/io"}},
     {"stereo_slam/dataset", {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings"}},
+    {"stereo_slam/bags", {"stereo_slam/core", "stereo_slam/dataset"}},
     {"stereo_slam/frontend", {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings"}},
     {"stereo_slam/odometry",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/frontend"}},
@@ -79,7 +80,7 @@ const Graph kMayInclude = {
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/dataset", "simulator/textures",
       "simulator/rendering", "simulator/world"}},
     {"stereo_slam/app",
-     {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/dataset",
+     {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/dataset", "stereo_slam/bags",
       "stereo_slam/tracking", "stereo_slam/slam", "stereo_slam/evaluation", "stereo_slam/results",
       "stereo_slam/report", "stereo_slam/visualization", "simulator/rendering", "simulator/recording"}},
 };

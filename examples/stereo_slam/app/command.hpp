@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/results/pose_frame.hpp"
 
 /// The commands of the program, one file each. A function below adds the command with its options to the
@@ -33,12 +36,29 @@ using Command = std::function<int()>;
 // Options that several commands have.
 
 struct DatasetOptions {
-  std::filesystem::path folder;
+  std::filesystem::path folder;  ///< or a video, a bag, a live camera
   std::string format = "auto";
+  std::filesystem::path calibration;  ///< empty: that of the recording
+  std::string left_topic;             ///< of a bag; empty: found by its name
+  std::string right_topic;
 };
+
+/// The recording or the camera that the options name.
+[[nodiscard]] SequenceScan scan(const DatasetOptions& dataset);
 
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset);
 void add_pose_frame_option(CLI::App& app, PoseFrame& frame);
+
+/// Lets an option have one of some values, which --help lists by their names.
+template <class Value>
+void let_be_one_of(CLI::Option* option, const std::map<std::string, Value>& values) {
+  std::string names;
+  for (const auto& [name, value] : values) names += (names.empty() ? "" : "|") + name;
+  option->transform(CLI::CheckedTransformer(values).description(""))->type_name(names);
+}
+
+/// The same for an option that keeps the name.
+void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names);
 
 // Checks of an option's text: they return what is wrong with it, or nothing.
 

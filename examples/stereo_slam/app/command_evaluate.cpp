@@ -44,11 +44,11 @@ void add_trajectory_options(CLI::App& app, Arguments& arguments) {
       ->required()
       ->check(require_name)
       ->type_name("FILE");
-  app.add_option("--format", arguments.format, "format of both files; default: by their columns")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, TrajectoryFormat>{{"kitti", TrajectoryFormat::kKitti},
-                                                  {"tum", TrajectoryFormat::kTum},
-                                                  {"euroc", TrajectoryFormat::kEuroc}}));
+  let_be_one_of<TrajectoryFormat>(
+      app.add_option("--format", arguments.format, "format of both files; default: by their columns"),
+      {{"kitti", TrajectoryFormat::kKitti},
+       {"tum", TrajectoryFormat::kTum},
+       {"euroc", TrajectoryFormat::kEuroc}});
   app.add_option("--max-time-difference", arguments.max_difference_s,
                  "largest time difference of matched poses, in seconds")
       ->check(number_between(0.0, 1e6))
@@ -146,7 +146,10 @@ Command add_evaluate(CLI::App& parent) {
   add_covariance_options(app, *arguments);
   add_loop_options(app, *arguments);
   app.footer(
-      "Example:\n  stereo_slam evaluate --groundtruth poses/06.txt --estimate out/06/trajectory_kitti.txt");
+      "Examples:\n"
+      "  stereo_slam evaluate --groundtruth poses/06.txt --estimate out/06/trajectory_kitti.txt\n"
+      "  stereo_slam evaluate --groundtruth truth.txt --estimate out/trajectory_tum.txt --covariances "
+      "out/covariances.csv");
   return [arguments] { return evaluate_command(*arguments); };
 }
 

@@ -4,9 +4,14 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
 
 #include "stereo_slam/app/command.hpp"
 #include "stereo_slam/app/info.hpp"
+#include "stereo_slam/bags/bag_recording.hpp"
 #include "stereo_slam/io/output_file.hpp"
 
 namespace stereo_slam {
@@ -18,14 +23,23 @@ struct Arguments {
   PoseFrame pose_frame = PoseFrame::kCamera;
 };
 
+void print_topics(const std::filesystem::path& bag) {
+  std::vector<Problem> known;  // what makes the bag unreadable has been said
+  attempt(known, Problem::Severity::kError, [&] {
+    for (const auto& topic : list_topics(bag))
+      fmt::print(std::cout, "topic         {}  {}  {} messages\n", topic.name, topic.type, topic.messages);
+  });
+}
+
 int info_command(const Arguments& arguments) {
   if (arguments.ground_truth) {
     require_replaceable(*arguments.ground_truth, {},
                         [](std::string_view beginning) { return beginning.starts_with(kGroundTruthHeader); });
     require_writable(*arguments.ground_truth);
   }
-  const Inspection inspection = inspect_sequence(arguments.dataset.folder, arguments.dataset.format);
+  const Inspection inspection = inspect(scan(arguments.dataset));
   print_inspection(std::cout, inspection);
+  if (inspection.scan.sequence.format == "bag") print_topics(arguments.dataset.folder);
   const auto& problems = inspection.scan.problems;
   const auto error = std::find_if(problems.begin(), problems.end(), is_error);
   if (error != problems.end()) throw std::runtime_error(error->text);
@@ -48,7 +62,11 @@ Command add_info(CLI::App& parent) {
       ->check(require_name)
       ->type_name("FILE");
   add_pose_frame_option(app, arguments->pose_frame);
-  app.footer("Example:\n  stereo_slam info --dataset euroc/MH_01_easy");
+  app.footer(
+      "Examples:\n"
+      "  stereo_slam info --dataset euroc/MH_01_easy\n"
+      "  stereo_slam info --dataset raw --calibration camchain.yaml\n"
+      "  stereo_slam info --dataset drive.bag                            (lists its topics, too)");
   return [arguments] { return info_command(*arguments); };
 }
 

@@ -1,29 +1,61 @@
 // SPDX-License-Identifier: MIT
 #include <charconv>
-#include <map>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "stereo_slam/app/command.hpp"
+#include "stereo_slam/bags/bag_recording.hpp"
 
 namespace stereo_slam {
 
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
-  app.add_option("--dataset", dataset.folder, "folder of the recording, or the calibration.yaml in it")
+  app.add_option(
+         "--dataset", dataset.folder,
+         "folder of the recording, the calibration.yaml in it, or a bag of ROS 1; with --calibration also a "
+         "video or a live "
+         "camera (/dev/video0, a URL) that shows both images side by side, or two of them: LEFT,RIGHT")
       ->required()
       ->check(require_name)
       ->type_name("DIR");
-  app.add_option("--format", dataset.format, "layout of the folder; euroc includes TUM-VI")
-      ->check(CLI::IsMember({"kitti", "euroc", "folders", "video", "auto"}))
-      ->capture_default_str();
+  app.add_option(
+         "--calibration", dataset.calibration,
+         "calibration of the camera, if it is not in the folder: calibration.yaml, Kalibr's camchain.yaml, "
+         "OpenCV's YAML or XML, or left.yaml of ROS with right.yaml beside it")
+      ->check(require_name)
+      ->type_name("FILE");
+  app.add_option("--left-topic", dataset.left_topic,
+                 "of a bag: the images of the left camera; not needed where there is one pair of topics that "
+                 "is called "
+                 "left and right, cam0 and cam1, or infra1 and infra2")
+      ->type_name("TOPIC");
+  app.add_option("--right-topic", dataset.right_topic, "of a bag: the images of the right camera")
+      ->type_name("TOPIC");
+  let_be_one_of(app.add_option("--format", dataset.format,
+                               "layout of the folder; euroc includes TUM-VI; default: auto"),
+                {"kitti", "euroc", "folders", "video", "auto"});
+}
+
+SequenceScan scan(const DatasetOptions& dataset) {
+  if (has_bag_name(dataset.folder)) {
+    return scan_bag(dataset.folder, {.left_topic = dataset.left_topic,
+                                     .right_topic = dataset.right_topic,
+                                     .calibration = dataset.calibration});
+  }
+  return scan_sequence(dataset.folder, dataset.format, dataset.calibration);
 }
 
 void add_pose_frame_option(CLI::App& app, PoseFrame& frame) {
-  app.add_option("--pose-frame", frame,
-                 "frame whose poses are written: the rectified left camera, or the body (EuRoC: the IMU); "
-                 "default: camera")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, PoseFrame>{{"camera", PoseFrame::kCamera}, {"body", PoseFrame::kBody}}));
+  let_be_one_of<PoseFrame>(
+      app.add_option(
+          "--pose-frame", frame,
+          "frame whose poses are written: the rectified left camera, or the body (EuRoC: the IMU); "
+          "default: camera"),
+      {{"camera", PoseFrame::kCamera}, {"body", PoseFrame::kBody}});
+}
+
+void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names) {
+  option->check(CLI::IsMember(names).description(""))->type_name(fmt::format("{}", fmt::join(names, "|")));
 }
 
 std::function<std::string(const std::string&)> number_between(double least, double most) {

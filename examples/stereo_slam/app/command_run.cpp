@@ -10,9 +10,11 @@
 
 #include "stereo_slam/app/command.hpp"
 #include "stereo_slam/app/messages.hpp"
+#include "stereo_slam/app/run_json.hpp"
 #include "stereo_slam/app/runner.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 
@@ -29,6 +31,7 @@ struct Arguments {
   const CLI::Option* loop_closure_flag = nullptr;  ///< counts whether the flag was given
   bool clahe = false;
   RunOptions run;
+  std::optional<fs::path> json;
 };
 
 void add_settings_options(CLI::App& app, Arguments& arguments) {
@@ -36,15 +39,15 @@ void add_settings_options(CLI::App& app, Arguments& arguments) {
                  "settings that differ from the preset; --print-settings lists all of them")
       ->check(require_name)
       ->type_name("FILE.yaml");
-  app.add_option("--preset", arguments.preset, "settings to start from; default: default")
-      ->check(CLI::IsMember(preset_names()));
+  let_be_one_of(app.add_option("--preset", arguments.preset, "settings to start from; default: default"),
+                preset_names());
   arguments.loop_closure_flag = app.add_flag("--loop-closure,!--no-loop-closure", arguments.loop_closure,
                                              "close loops, or do not; default: as in the settings");
   app.add_flag("--clahe", arguments.clahe,
                "equalise the contrast locally, like the setting images.clahe: true");
 }
 
-void add_run_options(CLI::App& app, RunOptions& options) {
+void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>& json) {
   app.add_option("--output", options.output, "folder for the results")
       ->required()
       ->check(require_name)
@@ -65,6 +68,9 @@ void add_run_options(CLI::App& app, RunOptions& options) {
       ->type_name("FILE");
   app.add_option("--load-map", options.load_map,
                  "localise in the map of an earlier run; with --save-map, extend that map")
+      ->check(require_name)
+      ->type_name("FILE");
+  app.add_option("--json", json, "write how the run went to this file, for scripts")
       ->check(require_name)
       ->type_name("FILE");
   app.add_option("--debug-images", options.debug_images,
@@ -95,7 +101,7 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
   constexpr std::size_t kSampled = 3;
   std::vector<StereoFrame> frames{load_frame(sequence, 0)};
   std::vector<Problem> ignored;  // a run goes as far as its images can be read
-  for (const std::size_t i : spread(sequence.video ? kSampled : sequence.frames.size(), kSampled)) {
+  for (const std::size_t i : spread(sequence.source ? kSampled : sequence.frames.size(), kSampled)) {
     if (i > 0)
       attempt(ignored, Problem::Severity::kWarning, [&] { frames.push_back(load_frame(sequence, i)); });
   }
@@ -126,14 +132,30 @@ void print_summary(const RunSummary& summary, const fs::path& output) {
       summary.realtime->max_ms);
 }
 
+/// Files that the run reads, besides the images.
+[[nodiscard]] std::vector<fs::path> inputs_of(const Arguments& arguments) {
+  std::vector<fs::path> inputs;
+  if (arguments.config) inputs.push_back(*arguments.config);
+  if (arguments.run.load_map) inputs.push_back(*arguments.run.load_map);
+  for (const auto& file : {arguments.dataset.folder, arguments.dataset.calibration}) {
+    if (fs::is_regular_file(file)) inputs.push_back(file);
+  }
+  return inputs;
+}
+
 int run_command(const Arguments& arguments) {
   const bool quiet = arguments.run.quiet;
   const Settings settings = settings_of(arguments);
-  SequenceScan scan = scan_sequence(arguments.dataset.folder, arguments.dataset.format);
-  require_usable(scan.problems, quiet);
-  const StereoSequence sequence = std::move(scan.sequence);
+  SequenceScan found = scan(arguments.dataset);
+  require_usable(found.problems, quiet);
+  const StereoSequence sequence = std::move(found.sequence);
   check_before_run(sequence, quiet);
+  if (arguments.json) check_run_json(*arguments.json, inputs_of(arguments), arguments.run.output);
   const RunSummary summary = run(sequence, settings, arguments.run);
+  if (arguments.json) {
+    write_file(*arguments.json,
+               [&](std::ostream& out) { write_run_json(out, summary, sequence, settings, arguments.run); });
+  }
   if (!quiet) print_summary(summary, arguments.run.output);
   if (summary.lost > 0) {
     warn(fmt::format(
@@ -143,7 +165,7 @@ int run_command(const Arguments& arguments) {
          quiet);
   }
   constexpr double kNoticeable_s = 0.1;
-  if (summary.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
+  if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
     warn(fmt::format("images were not read in time, so the last frame was offered {:.1f} s late; use a "
                      "faster disk, or images "
                      "that are faster to decode",
@@ -165,8 +187,15 @@ Command add_run(CLI::App& parent) {
       "run", "track a recording; write trajectory, covariances, map, timing and a report");
   add_dataset_options(app, arguments->dataset);
   add_settings_options(app, *arguments);
-  add_run_options(app, arguments->run);
-  app.footer("Example:\n  stereo_slam run --dataset kitti/06 --output out/06");
+  add_run_options(app, arguments->run, arguments->json);
+  app.footer(
+      "Examples:\n"
+      "  stereo_slam run --dataset kitti/06 --output out/06\n"
+      "  stereo_slam run --dataset euroc/MH_01_easy --output out/MH_01 --pose-frame body\n"
+      "  stereo_slam run --dataset drive.bag --output out/drive --json drive.json\n"
+      "  stereo_slam run --dataset /dev/video0 --calibration zed.yaml --output out/live     (Ctrl-C ends "
+      "it)\n"
+      "  stereo_slam run --dataset hall --output out/hall --save-map hall.map");
   return [arguments] { return run_command(*arguments); };
 }
 

@@ -31,10 +31,10 @@ void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
                  "KITTI pose file to drive along; default: a loop of streets, or a highway")
       ->check(require_name)
       ->type_name("POSES");
-  app.add_option("--scene", settings.scenery,
-                 "scene along the path: town, or highway, where most objects are far; default: town")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, simulator::Scenery>{
-          {"town", simulator::Scenery::kTown}, {"highway", simulator::Scenery::kHighway}}));
+  let_be_one_of<simulator::Scenery>(
+      app.add_option("--scene", settings.scenery,
+                     "scene along the path: town, or highway, where most objects are far; default: town"),
+      {{"town", simulator::Scenery::kTown}, {"highway", simulator::Scenery::kHighway}});
   app.add_option("--frames", settings.frames,
                  fmt::format("number of frames; default: all of --trajectory, or {} without it",
                              settings.kDefaultFrames))
@@ -61,13 +61,13 @@ void add_recording_options(CLI::App& app, Arguments& arguments) {
                  "size of the images relative to KITTI's 1241 x 376 or EuRoC's 752 x 480")
       ->check(number_between(0.1, 4.0))
       ->capture_default_str();
-  app.add_option("--format", arguments.format,
-                 "kitti: rectified images; euroc: raw images of two different lenses")
-      ->check(CLI::IsMember({"kitti", "euroc"}))
-      ->capture_default_str();
-  app.add_option("--distortion", arguments.distortion, "lens model with --format euroc; default: radtan")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Distortion>{
-          {"radtan", Distortion::kRadTan}, {"equidistant", Distortion::kEquidistant}}));
+  let_be_one_of(
+      app.add_option("--format", arguments.format,
+                     "kitti: rectified images; euroc: raw images of two different lenses; default: kitti"),
+      {"kitti", "euroc"});
+  let_be_one_of<Distortion>(
+      app.add_option("--distortion", arguments.distortion, "lens model with --format euroc; default: radtan"),
+      {{"radtan", Distortion::kRadTan}, {"equidistant", Distortion::kEquidistant}});
   app.add_option("--noise", arguments.settings.sensor.noise_sigma,
                  "standard deviation of the pixel noise, in grey levels")
       ->check(number_between(0.0, 50.0))
@@ -129,7 +129,10 @@ Command add_simulate(CLI::App& parent) {
     if (arguments->settings.rectification_error_px > 0.0 && arguments->format != "kitti")
       throw CLI::ValidationError("--rectification-error", "needs --format kitti");
   });
-  app.footer("Example:\n  stereo_slam simulate --output town --frames 300");
+  app.footer(
+      "Examples:\n"
+      "  stereo_slam simulate --output town --frames 300\n"
+      "  stereo_slam simulate --output raw --format euroc --distortion equidistant --frames 100");
   return [arguments] { return simulate_command(*arguments); };
 }
 

@@ -24,9 +24,10 @@ constexpr std::size_t kPrintedProblems = 20;
 /// Checks both files of every frame; returns the frames without a fault.
 std::vector<std::size_t> check_images(SequenceScan& scan) {
   const auto& camera = scan.sequence.camera;
+  constexpr std::size_t kLiveFrames = 5;
   std::vector<std::size_t> whole;
-  if (scan.sequence.video) {  // only decoding would find faults, and it takes as long as a run
-    whole.resize(scan.sequence.frames.size());
+  if (scan.sequence.source) {  // only decoding would find faults, and it takes as long as a run
+    whole.resize(scan.sequence.live ? kLiveFrames : scan.sequence.frames.size());
     std::iota(whole.begin(), whole.end(), std::size_t{0});
     return whole;
   }
@@ -38,7 +39,9 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
       try {
         const ImageHeader header = check_image(file);
         colour = colour || header.colour;
-        if (header.width_px == camera.width_px && header.height_px == camera.height_px) continue;
+        if (header.width_px == (scan.sequence.side_by_side ? 2 : 1) * camera.width_px &&
+            header.height_px == camera.height_px)
+          continue;
         scan.problems.push_back(wrong_size(file, header.width_px, header.height_px, camera));
       } catch (const std::runtime_error& error) {
         scan.problems.push_back({Problem::Severity::kError, error.what()});
@@ -61,7 +64,7 @@ StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_
   constexpr std::size_t kSampled = 5;
   std::vector<StereoFrame> frames;
   const std::size_t range =
-      scan.sequence.video ? std::min(kSampled, whole_frames.size()) : whole_frames.size();
+      scan.sequence.source ? std::min(kSampled, whole_frames.size()) : whole_frames.size();
   for (const std::size_t k : spread(range, kSampled)) {
     attempt(scan.problems, Problem::Severity::kError,
             [&] { frames.push_back(load_frame(scan.sequence, whole_frames[k])); });
@@ -76,7 +79,8 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
   const auto& camera = sequence.camera;
   const auto& frames = sequence.frames;
   fmt::print(stream, "folder        {}\nformat        {}\nframes        {}\n", sequence.folder.string(),
-             sequence.format.empty() ? "unknown" : sequence.format, frames.size());
+             sequence.format.empty() ? "unknown" : sequence.format,
+             sequence.live ? "without end" : std::to_string(frames.size()));
   if (camera.width_px > 0)
     fmt::print(stream, "image size    {} x {} px\n", camera.width_px, camera.height_px);
   if (camera.fx > 0.0) {
@@ -116,8 +120,8 @@ void print_problems(std::ostream& stream, const std::vector<Problem>& problems) 
 
 }  // namespace
 
-Inspection inspect_sequence(const std::filesystem::path& folder, std::string_view format) {
-  Inspection inspection{.scan = scan_sequence(folder, format), .agreement = {}};
+Inspection inspect(SequenceScan scan) {
+  Inspection inspection{.scan = std::move(scan), .agreement = {}};
   if (inspection.scan.sequence.camera.width_px == 0) return inspection;
   const auto whole_frames = check_images(inspection.scan);
   inspection.agreement = check_agreement(inspection.scan, whole_frames);

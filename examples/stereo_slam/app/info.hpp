@@ -18,7 +18,7 @@ struct Inspection {
   StereoAgreement agreement;
 };
 
-[[nodiscard]] Inspection inspect_sequence(const std::filesystem::path& folder, std::string_view format);
+[[nodiscard]] Inspection inspect(SequenceScan scan);
 
 /// The first line of a ground truth that `info` wrote.
 constexpr std::string_view kGroundTruthHeader =

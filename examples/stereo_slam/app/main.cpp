@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -9,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/app/command.hpp"
+#include "stereo_slam/app/help_formatter.hpp"
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -46,15 +48,19 @@ int main(int argc, char** argv) {
   prepare_streams();
   CLI::App app("Stereo visual SLAM with dual quaternions and Bingham densities.", "stereo_slam");
   app.set_version_flag("--version", STEREO_SLAM_VERSION);
+  app.formatter(std::make_shared<HelpFormatter>());  // before the commands, which inherit it
   app.require_subcommand(0, 1);
   std::string printed_preset;
   auto* print_settings =
       app.add_option("--print-settings", printed_preset,
                      "print a preset as a settings file, with the meaning, unit and range of every setting")
           ->expected(0, 1)
-          ->check(CLI::IsMember(preset_names()))
+          ->check(CLI::IsMember(preset_names()).description(""))
           ->type_name("PRESET");
-  app.footer("`stereo_slam COMMAND --help` describes the options of a command.");
+  app.footer(
+      "`stereo_slam COMMAND --help` describes the options of a command, with examples.\n"
+      "Exit status: 0 done, 1 the input or the run failed, 2 the command line is wrong, 130 stopped by "
+      "Ctrl-C.");
   const std::map<std::string, Command> commands = {{"run", add_run(app)},
                                                    {"evaluate", add_evaluate(app)},
                                                    {"compare", add_compare(app)},

@@ -3,9 +3,22 @@
 
 #include <chrono>
 #include <cstddef>
+#include <optional>
+#include <string>
 #include <string_view>
 
 namespace stereo_slam {
+
+/// What is known of a job after some time.
+struct JobState {
+  std::size_t done = 0;                ///< frames
+  std::optional<std::size_t> total{};  ///< nothing for a job without end
+  double seconds = 0.0;                ///< since its beginning
+};
+
+/// "frame 200/1000  25.0 fps  0:32 left  DETAIL". The time that is left follows from the rate so far, once a
+/// second has passed.
+[[nodiscard]] std::string progress_text(const JobState& job, std::string_view detail);
 
 /// Prints the progress of a job over frames to standard output: one changing line on a terminal, occasional
 /// lines elsewhere, nothing when quiet.
@@ -16,8 +29,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `done` frames of `total` are finished; `detail` ends the line.
-  void update(std::size_t done, std::size_t total, std::string_view detail);
+  /// `done` frames of `total` are finished, of all if there is no total; `detail` ends the line.
+  void update(std::size_t done, std::optional<std::size_t> total, std::string_view detail);
 
  private:
   [[nodiscard]] bool is_due(std::size_t done, double now_s) const;

@@ -5,8 +5,10 @@
 
 namespace stereo_slam {
 
-RealtimeReader::RealtimeReader(FrameReader::Load load, std::size_t count)
-    : reader_(std::move(load), count), thread_([this](const std::stop_token& stop) { offer_all(stop); }) {}
+RealtimeReader::RealtimeReader(FrameReader::Load load, std::size_t count, Pace pace)
+    : pace_(pace),
+      reader_(std::move(load), count),
+      thread_([this](const std::stop_token& stop) { offer_all(stop); }) {}
 
 void RealtimeReader::offer_all(const std::stop_token& stop) {
   try {
@@ -14,7 +16,9 @@ void RealtimeReader::offer_all(const std::stop_token& stop) {
     Clock::time_point due;
     while (auto read = reader_.next([&] { return stop.stop_requested(); })) {
       const std::int64_t stamp_ns = read->frame.stamp_ns;
-      if (previous_ns) {
+      if (pace_ == Pace::kAsRead) {
+        offer(std::move(*read), Clock::now(), stop);
+      } else if (previous_ns) {
         due = not_before_now(due + std::chrono::nanoseconds(stamp_ns - *previous_ns));
         offer(std::move(*read), due, stop);
       } else {

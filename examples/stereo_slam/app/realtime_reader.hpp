@@ -24,7 +24,13 @@ struct OfferedFrame {
   double reading_delay_s = 0.0;            ///< how late it was offered because images were not read in time
 };
 
-/// Offers the frames of a recording at the pace of their stamps, as a camera does.
+/// When frames are offered.
+enum class Pace {
+  kStamps,  ///< of a recording: as its camera did
+  kAsRead,  ///< of a live camera: at once
+};
+
+/// Offers the frames of a recording at the pace of their stamps, as a camera does; or those of a live camera.
 ///
 /// The first frame is offered as soon as it is read, and the clock starts when it is taken. Every other frame
 /// is offered later by the difference of their stamps. A frame that was not taken when the next one is
@@ -33,7 +39,7 @@ struct OfferedFrame {
 class RealtimeReader {
  public:
   /// Reads as FrameReader does.
-  RealtimeReader(FrameReader::Load load, std::size_t count);
+  RealtimeReader(FrameReader::Load load, std::size_t count, Pace pace = Pace::kStamps);
 
   /// Waits for a frame that was not taken yet; nothing after the last one, or as soon as `stop` returns true.
   /// Rethrows the exception of a load in place of its frame.
@@ -46,6 +52,7 @@ class RealtimeReader {
   [[nodiscard]] Clock::time_point not_before_now(Clock::time_point due);
   void offer(ReadFrame read, Clock::time_point at, const std::stop_token& stop);
 
+  Pace pace_;
   FrameReader reader_;
   std::mutex mutex_;
   std::condition_variable_any changed_;

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
+#include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -40,12 +43,17 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// What a run processes: the first `frames` frames of a recording.
+/// What a run processes: the first `frames` frames of a recording or a camera.
 struct RunInput {
   const StereoSequence& sequence;
   const Settings& settings;
   const RunOptions& options;
   std::size_t frames;
+
+  /// Nothing if frames come until somebody stops the run.
+  [[nodiscard]] std::optional<std::size_t> total() const {
+    return sequence.live && !options.max_frames ? std::nullopt : std::optional(frames);
+  }
 };
 
 /// The window of --view and the images of --debug-images, if they are wanted, and those of the report.
@@ -136,7 +144,7 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
     }
     outputs.results.append(record, slam);
     const FrameResult& last = record.results.back();
-    outputs.progress.update(position + 1, input.frames,
+    outputs.progress.update(position + 1, input.total(),
                             fmt::format("{} landmarks  {}", last.landmarks, to_string(last.status)));
   }
 }
@@ -146,7 +154,7 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
 void process_recording(const RunInput& input, Slam& slam, RunOutputs outputs) {
   const auto load = [&](std::size_t i) { return load_unless_ended(input, i); };
   if (outputs.record.realtime) {
-    RealtimeReader reader(load, input.frames);
+    RealtimeReader reader(load, input.frames, input.sequence.live ? Pace::kAsRead : Pace::kStamps);
     process_frames([&] { return reader.next(SignalGuard::stop_requested); }, input, slam, outputs);
   } else {
     FrameReader reader(load, input.frames);
@@ -163,7 +171,7 @@ void process_recording(const RunInput& input, Slam& slam, RunOutputs outputs) {
 /// Frames can only be offered at the pace of stamps that increase.
 void require_pace(const RunInput& input) {
   const auto& frames = input.sequence.frames;
-  for (std::size_t i = 1; i < input.frames; ++i) {
+  for (std::size_t i = 1; i < std::min(frames.size(), input.frames); ++i) {
     if (frames[i].stamp_ns > frames[i - 1].stamp_ns) continue;
     throw std::runtime_error(fmt::format(
         "{}: frame {} has no later stamp than the frame before it, so --realtime knows no pace; add times or "
@@ -248,7 +256,21 @@ RunSummary summary_of(const RunRecord& record) {
     return result.status == TrackingStatus::kLost ||
            (result.status == TrackingStatus::kInitializing && !began_the_map);
   });
+  for (const auto& result : record.results) ++summary.frames_by_status[to_string(result.status)];
+  summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
   summary.landmarks = record.map_points.size();
+  for (const auto& loop : record.loops) ++(loop.accepted ? summary.loops_accepted : summary.loops_refused);
+  for (std::size_t i = 1; i < record.trajectory.size(); ++i) {
+    summary.path_m +=
+        (record.trajectory[i].pose.translation() - record.trajectory[i - 1].pose.translation()).norm();
+  }
+  if (!record.trajectory.empty()) {
+    const auto& covariance = record.trajectory.back().covariance;
+    constexpr double kDegrees = 180.0 / std::numbers::pi;
+    summary.last_sigma_deg = kDegrees * std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3.0);
+    summary.last_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3.0);
+  }
+  summary.peak_mb = peak_resident_memory_mb();
   summary.frame_cost = frame_cost(record);
   summary.realtime = realtime_summary(record);
   return summary;
@@ -284,7 +306,7 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
     write_file(folder / "report.html", [&](std::ostream& out) {
       report::write_report(out, record,
                            {.header = header,
-                            .dataset = fs::absolute(input.sequence.folder).string(),
+                            .dataset = full_name(input.sequence),
                             .preset = input.settings.preset,
                             .ground_truth = {.stamps_ns = input.sequence.ground_truth_ns,
                                              .poses = input.sequence.ground_truth},
@@ -294,11 +316,16 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
   return written && reported;
 }
 
+/// How many frames there are to be processed, at most.
+[[nodiscard]] std::size_t frames_of(const StereoSequence& sequence, const RunOptions& options) {
+  const std::size_t there = sequence.live ? std::numeric_limits<std::size_t>::max() : sequence.frames.size();
+  return std::min(there, options.max_frames.value_or(there));
+}
+
 }  // namespace
 
 RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
-  const RunInput input{sequence, settings, options,
-                       std::min(sequence.frames.size(), options.max_frames.value_or(sequence.frames.size()))};
+  const RunInput input{sequence, settings, options, frames_of(sequence, options)};
   // Whatever would make the run fail at its end is checked at its beginning.
   RunHeader header{
       .state = "running", .error = "", .pose_frame = body_of(sequence, options) ? "body" : "camera"};
@@ -317,13 +344,13 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   const SignalGuard signals;
   const auto start = Clock::now();
   RunRecord record;
-  if (options.realtime) record.realtime.emplace();
+  if (options.realtime || sequence.live) record.realtime.emplace();
   (void)attempt(header, [&] {
     Progress progress(options.quiet);
     process_recording(input, slam, {display, progress, results, record});
   });
   header.seconds = seconds_since(start);
-  const bool interrupted = SignalGuard::stop_requested();
+  const bool interrupted = SignalGuard::stop_requested() && !sequence.live;  // a camera has no other end
   add_final_results(slam, record);
   if (options.save_map) (void)attempt(header, [&] { save_map(*options.save_map, slam.saved_map()); });
   header.frames_processed = record.results.size();

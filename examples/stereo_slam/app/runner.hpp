@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -31,7 +32,15 @@ struct RunOptions {
 struct RunSummary {
   std::size_t frames = 0;
   std::size_t lost = 0;  ///< frames without odometry and landmarks, and those before the map began
+  std::map<std::string, std::size_t> frames_by_status;
+  std::size_t keyframes = 0;
   std::size_t landmarks = 0;
+  std::size_t loops_accepted = 0;
+  std::size_t loops_refused = 0;
+  double path_m = 0.0;        ///< length of the final trajectory
+  double last_sigma_m = 0.0;  ///< standard deviation of the last pose, mean over the axes
+  double last_sigma_deg = 0.0;
+  double peak_mb = 0.0;  ///< memory of the process; NaN where unknown
   double seconds = 0.0;
   FrameCost frame_cost{};
   std::optional<RealtimeSummary> realtime = std::nullopt;

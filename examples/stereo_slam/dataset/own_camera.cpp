@@ -10,8 +10,10 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/dataset/calibration_file.hpp"
 #include "stereo_slam/dataset/image_file.hpp"
-#include "stereo_slam/dataset/rig_file.hpp"
+#include "stereo_slam/dataset/live_camera.hpp"
+#include "stereo_slam/dataset/video.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
@@ -142,6 +144,7 @@ void read_times(const fs::path& file, std::vector<StereoFiles>& frames) {
 void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_rate_hz,
                 std::vector<StereoFiles>& frames) {
   if (own.times) return read_times(calibration.parent_path() / *own.times, frames);
+  const fs::path usual_times = frames.front().left.parent_path().parent_path() / "times.txt";
   const bool named = video_rate_hz == 0.0 && std::all_of(frames.begin(), frames.end(), [](const auto& frame) {
                        return stamp_in_name(frame.left).has_value();
                      });
@@ -153,8 +156,12 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_
     return;
   }
   const double rate_hz = own.frame_rate_hz.value_or(video_rate_hz);
+  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return read_times(usual_times, frames);
   if (!(rate_hz > 0.0)) {
-    fail(calibration, "has no times; add frame_rate_hz, or times: FILE with one time in seconds per frame");
+    fail(calibration,
+         "has no times; add frame_rate_hz, or times: FILE with one time in seconds per frame, or put "
+         "times.txt "
+         "beside the folders of the images");
   }
   for (std::size_t i = 0; i < frames.size(); ++i)
     frames[i].stamp_ns = std::llround(1e9 * static_cast<double>(i) / rate_hz);
@@ -162,66 +169,145 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_
 
 /// The path of a source. A name without extension is a folder or else the only video of that name.
 fs::path find_source(const fs::path& parent, const std::string& name) {
+  if (is_live(name)) return name;
   const fs::path source = parent / name;
-  if (fs::exists(source)) return source;
-  for (const auto* extension : {".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg"}) {
-    if (fs::exists(source.string() + extension)) return source.string() + extension;
+  return fs::exists(source) ? source : find_video(source);
+}
+
+/// Where the images of the cameras come from.
+struct Sources {
+  fs::path left;   ///< of both cameras, if they are side by side
+  fs::path right;  ///< empty if they are side by side
+
+  [[nodiscard]] bool side_by_side() const { return right.empty(); }
+};
+
+/// Those that the calibration names, in a folder.
+Sources sources_in(const fs::path& folder, const OwnCamera& own) {
+  if (own.source) return {find_source(folder, *own.source), {}};
+  return {find_source(folder, own.left_source), find_source(folder, own.right_source)};
+}
+
+Sources sources_of(const OwnCamera& own, const OwnCameraFiles& files) {
+  if (files.dataset.empty()) return sources_in(files.calibration.parent_path(), own);
+  if (fs::is_directory(files.dataset)) return sources_in(files.dataset, own);
+  const std::string names = files.dataset.string();
+  const auto comma = names.find(',');
+  const bool two =
+      comma != std::string::npos && !fs::exists(files.dataset) && names.find(" ! ") == std::string::npos;
+  return two ? Sources{names.substr(0, comma), names.substr(comma + 1)} : Sources{files.dataset, {}};
+}
+
+void check_sources(const Sources& sources, const OwnCameraFiles& files) {
+  for (const auto& source : {sources.left, sources.right}) {
+    if (source.empty() || is_live(source) || fs::exists(source)) continue;
+    fail(source,
+         fmt::format("neither a folder of images nor a video; correct {}'source' in {}",
+                     files.dataset.empty() ? "" : "--dataset, or ", files.calibration.filename().string()));
   }
-  return source;
+  if (sources.side_by_side()) return;
+  if (is_live(sources.left) != is_live(sources.right))
+    fail(sources.left, "one source is a live camera and the other is not; record both, or read both live");
+  const bool same =
+      is_live(sources.left) ? sources.left == sources.right : fs::equivalent(sources.left, sources.right);
+  if (same) fail(sources.left, "is the source of both cameras; each needs its own");
 }
 
-void open_folders(const fs::path& left, const fs::path& right, const OwnCamera& own,
-                  const fs::path& calibration, SequenceScan& scan) {
-  pair_images(list_images(left), list_images(right), scan);
-  set_stamps(own, calibration, 0.0, scan.sequence.frames);
-}
-
-void open_videos(const fs::path& left, const fs::path& right, const OwnCamera& own,
-                 const fs::path& calibration, SequenceScan& scan) {
+void open_folders(const Sources& sources, const OwnCamera& own, const fs::path& calibration,
+                  SequenceScan& scan) {
   auto& sequence = scan.sequence;
-  auto video = std::make_shared<VideoPair>(left, right);
-  sequence.frames.assign(video->frames(), {0, left, right});
+  if (sources.side_by_side()) {
+    for (const auto& image : list_images(sources.left)) sequence.frames.push_back({0, image, image});
+    sequence.side_by_side = true;
+  } else {
+    pair_images(list_images(sources.left), list_images(sources.right), scan);
+  }
+  set_stamps(own, calibration, 0.0, sequence.frames);
+}
+
+void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& calibration,
+                 SequenceScan& scan) {
+  auto& sequence = scan.sequence;
+  auto video = std::make_shared<VideoPair>(sources.left, sources.right);
+  sequence.frames.assign(video->frames(),
+                         {0, sources.left, sources.side_by_side() ? sources.left : sources.right});
   const auto [left_count, right_count] = video->frames_of_each();
   if (left_count != right_count) {
     scan.problems.push_back(
         {kWarning,
          fmt::format("{}: has {} frames and {} has {}; the shorter one counts; frames with the same index "
                      "must have been taken together",
-                     left.string(), left_count, right.string(), right_count)});
+                     sources.left.string(), left_count, sources.right.string(), right_count)});
   }
   set_stamps(own, calibration, video->rate_hz(), sequence.frames);
-  sequence.video = std::move(video);
+  sequence.source = std::move(video);
+}
+
+void open_camera(const Sources& sources, SequenceScan& scan) {
+  scan.sequence.live = true;
+  scan.sequence.source = std::make_shared<LiveCamera>(sources.left, sources.right);
+}
+
+void open_sources(const Sources& sources, const OwnCamera& own, const fs::path& calibration,
+                  SequenceScan& scan) {
+  auto& sequence = scan.sequence;
+  sequence.left_name = sources.left.filename();
+  sequence.right_name = (sources.side_by_side() ? sources.left : sources.right).filename();
+  if (sequence.format == "camera") return open_camera(sources, scan);
+  (sequence.format == "video" ? open_videos : open_folders)(sources, own, calibration, scan);
+  if (sequence.frames.size() < 2) {
+    fail(sources.left,
+         fmt::format("contains {} frames; a sequence needs at least two", sequence.frames.size()));
+  }
 }
 
 /// Size of the first left image.
 cv::Size first_size(const StereoSequence& sequence) {
-  const auto& file = sequence.frames.front().left;
-  if (sequence.video) {
-    const auto images = sequence.video->read(0);
-    if (!images) fail(file, "contains no frame that can be decoded");
-    return images->first.size();
+  if (sequence.source) {
+    const auto images = sequence.source->read(0);
+    if (!images) fail(sequence.folder, "contains no frame that can be decoded");
+    return images->left.size();
   }
-  const ImageHeader header = check_image(file);
-  return {header.width_px, header.height_px};
+  const ImageHeader header = check_image(sequence.frames.front().left);
+  return {sequence.side_by_side ? header.width_px / 2 : header.width_px, header.height_px};
 }
+
+/// What to change where the calibration is of another size than the images.
+std::string size_advice(const StereoCamera& camera, const cv::Size& size) {
+  if (size.width == 2 * camera.width_px && size.height == camera.height_px)
+    return "both cameras seem to be side by side in it: use `layout: side-by-side`";
+  const double factor = static_cast<double>(size.width) / camera.width_px;
+  if (std::abs(factor * camera.height_px - size.height) <= 1.0)
+    return fmt::format("if it was only scaled, multiply fx, fy, cx and cy by {:.6g}", factor);
+  return "calibrate at the recorded size";
+}
+
+void set_raw_camera(StereoRig rig, const fs::path& calibration, const cv::Size& size,
+                    StereoSequence& sequence) {
+  if (rig.left.width_px == 0) {  // of a format without size
+    for (auto* lens : {&rig.left, &rig.right}) {
+      lens->width_px = size.width;
+      lens->height_px = size.height;
+    }
+  }
+  try {
+    set_rig(sequence, rig);
+  } catch (const std::runtime_error& error) {
+    fail(calibration, error.what());
+  }
+  const auto& camera = sequence.camera;
+  if (camera.width_px == size.width && camera.height_px == size.height) return;
+  const fs::path image = sequence.live ? sequence.folder : sequence.frames.front().left;
+  fail(calibration,
+       fmt::format("resolution is {}x{}, but {} has {}x{} pixels; {}", camera.width_px, camera.height_px,
+                   image.string(), size.width, size.height, size_advice(camera, size)));
+}
+
+}  // namespace
 
 void set_camera(const OwnCamera& own, const fs::path& calibration, StereoSequence& sequence) {
   const cv::Size size = first_size(sequence);
-  if (own.rig) {
-    try {
-      set_rig(sequence, *own.rig);
-    } catch (const std::runtime_error& error) {
-      fail(calibration, error.what());
-    }
-    auto& camera = sequence.camera;
-    if (camera.width_px != size.width || camera.height_px != size.height) {
-      fail(calibration,
-           fmt::format("resolution is {}x{}, but {} has {}x{} pixels; calibrate at the recorded size",
-                       camera.width_px, camera.height_px, sequence.frames.front().left.string(), size.width,
-                       size.height));
-    }
-    return;
-  }
+  if (own.rig) return set_raw_camera(*own.rig, calibration, size, sequence);
   sequence.camera = *own.rectified;
   sequence.camera.width_px = size.width;
   sequence.camera.height_px = size.height;
@@ -233,35 +319,33 @@ void set_camera(const OwnCamera& own, const fs::path& calibration, StereoSequenc
   }
 }
 
-}  // namespace
-
 bool is_calibration_file(const fs::path& file) {
-  return fs::is_regular_file(file) && (file.extension() == ".yaml" || file.extension() == ".yml");
+  const auto extension = file.extension();
+  return fs::is_regular_file(file) && (extension == ".yaml" || extension == ".yml" || extension == ".xml");
 }
 
-SequenceScan scan_own_camera(const fs::path& calibration, std::string_view format) {
+fs::path find_calibration(const fs::path& folder) {
+  for (const char* name :
+       {kCalibrationFile.data(), "calibration.yml", "calibration.xml", "camchain.yaml", "left.yaml"}) {
+    if (fs::exists(folder / name)) return folder / name;
+  }
+  return {};
+}
+
+SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view format) {
   SequenceScan scan;
   auto& sequence = scan.sequence;
-  sequence.folder = calibration.parent_path();
+  sequence.folder = files.dataset.empty() ? files.calibration.parent_path() : files.dataset;
   sequence.format = format == "auto" ? "folders" : format;
   attempt(scan.problems, kError, [&] {
-    const OwnCamera own = read_own_camera(calibration);
-    const fs::path left = find_source(calibration.parent_path(), own.left_source);
-    const fs::path right = find_source(calibration.parent_path(), own.right_source);
-    for (const auto& source : {left, right}) {
-      if (!fs::exists(source)) {
-        fail(source, fmt::format("neither a folder of images nor a video; correct 'source' in {}",
-                                 calibration.filename().string()));
-      }
-    }
-    if (fs::equivalent(left, right)) fail(left, "is the source of both cameras; each needs its own");
-    if (format == "auto") sequence.format = fs::is_directory(left) ? "folders" : "video";
-    sequence.left_name = left.filename();
-    sequence.right_name = right.filename();
-    (sequence.format == "video" ? open_videos : open_folders)(left, right, own, calibration, scan);
-    if (sequence.frames.size() < 2)
-      fail(left, fmt::format("contains {} frames; a sequence needs at least two", sequence.frames.size()));
-    set_camera(own, calibration, sequence);
+    const OwnCamera own = read_calibration(files.calibration);
+    const Sources sources = sources_of(own, files);
+    check_sources(sources, files);
+    if (is_live(sources.left)) sequence.format = "camera";
+    if (format == "auto" && !is_live(sources.left))
+      sequence.format = fs::is_directory(sources.left) ? "folders" : "video";
+    open_sources(sources, own, files.calibration, scan);
+    set_camera(own, files.calibration, sequence);
   });
   return scan;
 }

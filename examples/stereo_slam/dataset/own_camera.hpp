@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
+#include "stereo_slam/dataset/calibration_file.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 
 namespace stereo_slam {
@@ -12,15 +13,30 @@ inline constexpr std::string_view kCalibrationFile = "calibration.yaml";
 inline constexpr std::string_view kOwnCameraLayout =
     "calibration.yaml with the folders left and right, or two videos; see docs/datasets.md";
 
-/// Whether this is a file with a YAML extension.
+/// Whether this is a file with the extension of a calibration: yaml, yml or xml.
 [[nodiscard]] bool is_calibration_file(const std::filesystem::path& file);
 
-/// Reads the images of a user's own camera: a calibration (see docs/datasets.md) and two folders of images or
-/// two videos. `format` is folders, video, or auto for what the calibration names.
+/// The calibration in a folder: calibration.yaml, .yml or .xml, camchain.yaml, or left.yaml of ROS; empty if
+/// there is none.
+[[nodiscard]] std::filesystem::path find_calibration(const std::filesystem::path& folder);
+
+/// Sets the camera of a sequence, and its rectification; the images' size is that of the first one. Throws
+/// std::runtime_error that names the calibration when the two do not fit together.
+void set_camera(const OwnCamera& own, const std::filesystem::path& calibration, StereoSequence& sequence);
+
+struct OwnCameraFiles {
+  std::filesystem::path calibration;  ///< see read_calibration
+  /// Where the images are: the folder that what the calibration names is relative to (empty: that of the
+  /// calibration), a video or a live camera with both images side by side, or two of them, LEFT,RIGHT.
+  std::filesystem::path dataset;
+};
+
+/// Reads the images of a user's own camera: a calibration (see docs/datasets.md), and folders of images,
+/// videos or live cameras. `format` is folders, video, or auto for what is there.
 ///
 /// Images are paired by name; if no name is common to both folders, by their position in natural order.
 /// Stamps come from the file of times, from names that are nanoseconds (13 digits or more), or from the frame
 /// rate.
-[[nodiscard]] SequenceScan scan_own_camera(const std::filesystem::path& calibration, std::string_view format);
+[[nodiscard]] SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view format);
 
 }  // namespace stereo_slam

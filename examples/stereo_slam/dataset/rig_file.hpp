@@ -25,8 +25,9 @@ struct OwnCamera {
   std::optional<StereoRig> rig;                    ///< of raw images; or
   std::optional<StereoCamera> rectified;           ///< of rectified images, without image size
   std::optional<Eigen::Isometry3d> T_body_camera;  ///< of rectified images; for raw ones the rig contains it
-  std::string left_source = "left";                ///< folder or video, relative to the file
+  std::string left_source = "left";                ///< folder, video or camera, relative to the file
   std::string right_source = "right";
+  std::optional<std::string> source;  ///< of images side by side, left first, in place of the two above
   std::optional<double> frame_rate_hz;
   std::optional<std::string> times;  ///< file with one time in seconds per frame
 };

@@ -10,8 +10,10 @@
 #include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
+#include "stereo_slam/dataset/live_camera.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/dataset/rig_file.hpp"
+#include "stereo_slam/dataset/video.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -30,45 +32,72 @@ void check_size(const cv::Mat& image, const fs::path& file, const StereoCamera& 
   throw std::runtime_error(wrong_size(file, image.cols, image.rows, camera).text);
 }
 
-using ImagePair = std::pair<cv::Mat, cv::Mat>;
-
-/// The two raw images of a frame of a video.
-ImagePair load_from_video(const StereoSequence& sequence, std::size_t index) {
-  auto images = sequence.video->read(index);
+RawPair read_source(const StereoSequence& sequence, std::size_t index) {
+  auto images = sequence.source->read(index);
   if (images) return std::move(*images);
-  throw EndOfRecording(fmt::format("{}: the video ends at frame {}, its header promises {}",
-                                   sequence.folder.string(), index, sequence.frames.size()));
+  throw EndOfRecording(sequence.live ? fmt::format("{}: delivers no more images", sequence.folder.string())
+                                     : fmt::format("{}: the video ends at frame {}, its header promises {}",
+                                                   sequence.folder.string(), index, sequence.frames.size()));
+}
+
+RawPair read_files(const StereoSequence& sequence, std::size_t left, std::size_t right) {
+  const auto& files = sequence.frames;
+  if (!sequence.side_by_side)
+    return {load_gray_image(files.at(left).left), load_gray_image(files.at(right).right)};
+  const auto read_both = [&](std::size_t index) {
+    try {
+      return split(load_gray_image(files.at(index).left));
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error(fmt::format("{}: {}", files.at(index).left.string(), error.what()));
+    }
+  };
+  RawPair pair = read_both(left);
+  if (right != left) pair.right = read_both(right).right;
+  return pair;
 }
 
 /// The raw left image of one frame and the right one of another.
-ImagePair load_images(const StereoSequence& sequence, std::size_t left, std::size_t right) {
-  const auto& left_file = sequence.frames.at(left).left;
-  const auto& right_file = sequence.frames.at(right).right;
-  ImagePair images;
-  if (sequence.video) {
-    images = load_from_video(sequence, left);
-    if (right != left) images.second = load_from_video(sequence, right).second;
+RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_t right) {
+  RawPair pair;
+  if (sequence.source) {
+    pair = read_source(sequence, left);
+    if (right != left) pair.right = read_source(sequence, right).right;
   } else {
-    images = {load_gray_image(left_file), load_gray_image(right_file)};
+    pair = read_files(sequence, left, right);
   }
-  check_size(images.first, left_file, sequence.camera);
-  check_size(images.second, right_file, sequence.camera);
-  return images;
+  const auto file = [&](std::size_t index) {
+    return sequence.live ? StereoFiles{0, sequence.folder, sequence.folder} : sequence.frames.at(index);
+  };
+  check_size(pair.left, file(left).left, sequence.camera);
+  check_size(pair.right, file(right).right, sequence.camera);
+  return pair;
 }
 
-SequenceScan scan_layout(const fs::path& folder, std::string_view format) {
+SequenceScan scan_layout(const fs::path& folder, std::string_view format, const fs::path& calibration) {
   const std::string name = folder.string();
   const bool automatic = format == "auto";
+  if (!calibration.empty()) return scan_own_camera({.calibration = calibration, .dataset = folder}, format);
+  if (is_live(folder) || has_video_name(folder)) {
+    return unusable(folder,
+                    fmt::format("{}: the camera that took these images is not known; name its calibration: "
+                                "--calibration FILE",
+                                name));
+  }
   if (!fs::exists(folder)) return unusable(folder, fmt::format("{}: no such folder; check --dataset", name));
   if (is_calibration_file(folder) && (automatic || format == "folders" || format == "video"))
-    return scan_own_camera(folder, format);
+    return scan_own_camera({.calibration = folder, .dataset = {}}, format);
   if (!fs::is_directory(folder))
     return unusable(folder, fmt::format("{}: is not a folder; check --dataset", name));
-  const bool has_calibration = fs::exists(folder / kCalibrationFile);
+  const auto calibration_in_folder = find_calibration(folder);
+  const bool has_calibration = !calibration_in_folder.empty();
   if (format == "euroc" || (automatic && looks_like_euroc(folder))) return scan_euroc(folder);
   if (format == "kitti" || (automatic && !has_calibration && looks_like_kitti(folder)))
     return scan_kitti(folder);
-  if (!automatic || has_calibration) return scan_own_camera(folder / kCalibrationFile, format);
+  if (!automatic || has_calibration) {
+    return scan_own_camera(
+        {.calibration = has_calibration ? calibration_in_folder : folder / kCalibrationFile, .dataset = {}},
+        format);
+  }
   return unusable(
       folder,
       fmt::format(
@@ -77,11 +106,11 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format) {
           name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
 }
 
-/// Figures that no camera has, and a baseline that no stereo camera has: lengths in another unit, most
-/// likely.
+}  // namespace
+
 void check_camera(SequenceScan& scan) {
   constexpr double kShortest_m = 0.005;
-  constexpr double kLongest_m = 10.0;
+  constexpr double kLongest_m = 3.0;
   constexpr double kLeast = 1e-6;  // of any length, and the largest
   constexpr double kMost = 1e6;
   const auto& camera = scan.sequence.camera;
@@ -99,17 +128,24 @@ void check_camera(SequenceScan& scan) {
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
   scan.problems.push_back(
       {Problem::Severity::kWarning,
-       fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres{}",
-                   scan.sequence.folder.string(), baseline_m,
-                   baseline_m > kLongest_m ? ", these look like millimetres" : "")});
+       fmt::format(
+           "{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres{}",
+           scan.sequence.folder.string(), baseline_m,
+           baseline_m > kLongest_m
+               ? fmt::format("; if these are millimetres, divide the translation by 1000 (to {:.4g} m)",
+                             baseline_m / 1000.0)
+               : "; multiply the translation by the length of its unit, or by the width of a square of "
+                 "the calibration board")});
 }
 
-}  // namespace
-
-SequenceScan scan_sequence(const fs::path& folder, std::string_view format) {
-  SequenceScan scan = scan_layout(folder, format);
+SequenceScan scan_sequence(const fs::path& folder, std::string_view format, const fs::path& calibration) {
+  SequenceScan scan = scan_layout(folder, format, calibration);
   check_camera(scan);
   return scan;
+}
+
+std::string full_name(const StereoSequence& sequence) {
+  return sequence.live ? sequence.folder.string() : fs::absolute(sequence.folder).string();
 }
 
 StereoSequence open_sequence(const fs::path& folder, std::string_view format) {
@@ -142,14 +178,14 @@ void set_rig(StereoSequence& sequence, const StereoRig& rig) {
 }
 
 StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice) {
-  auto [left, right] = load_images(sequence, choice.left, choice.right);
+  auto [left, right, stamp_ns] = load_images(sequence, choice.left, choice.right);
   if (choice.swapped) std::swap(left, right);
   if (sequence.rectifier) {
     left = sequence.rectifier->left(left);
     right = sequence.rectifier->right(right);
   }
   return {.index = choice.left,
-          .stamp_ns = sequence.frames.at(choice.left).stamp_ns,
+          .stamp_ns = stamp_ns ? *stamp_ns : sequence.frames.at(choice.left).stamp_ns,
           .left = left,
           .right = right};
 }

@@ -16,15 +16,15 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/dataset/pair_source.hpp"
 #include "stereo_slam/dataset/rectifier.hpp"
-#include "stereo_slam/dataset/video.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 /// A recording as plain data: the files of each frame and the camera. A new dataset format needs one function
 /// that fills a SequenceScan and one line in scan_sequence.
 namespace stereo_slam {
 
-/// Files of one stereo frame; with videos, the two videos.
+/// Files of one stereo frame: those of its images, or the videos or the bag that contain them.
 struct StereoFiles {
   std::int64_t stamp_ns = 0;
   std::filesystem::path left;
@@ -34,20 +34,25 @@ struct StereoFiles {
 /// Stereo recording; its frames are rectified when they are loaded.
 struct StereoSequence {
   std::filesystem::path folder;
-  std::string format;              ///< "kitti", "euroc", "folders" or "video"
+  std::string format;              ///< "kitti", "euroc", "folders", "video", "bag" or "camera"
   std::string left_name = "left";  ///< name of the images of a camera in messages
   std::string right_name = "right";
   StereoCamera camera;              ///< of every frame, with the image size
-  std::vector<StereoFiles> frames;  ///< stamps increase
+  std::vector<StereoFiles> frames;  ///< stamps increase; empty for a live camera
+  bool live = false;                ///< frames come as long as they are read, with stamps of their own
+  bool side_by_side = false;        ///< the left file of a frame shows both images
 
   std::shared_ptr<const Rectifier> rectifier;      ///< null for images that are rectified already
   std::string lenses;                              ///< distortion model before rectification, or empty
-  std::shared_ptr<VideoPair> video;                ///< null for image files
+  std::shared_ptr<PairSource> source;              ///< null for image files
   std::optional<Eigen::Isometry3d> T_body_camera;  ///< of the rectified left camera, if known
 
   std::vector<Eigen::Isometry3d> ground_truth;  ///< T_world_camera, or empty
   std::vector<std::int64_t> ground_truth_ns;    ///< its stamps; for KITTI those of the frames
 };
+
+/// The folder or file with its full path; a live camera as it was named.
+[[nodiscard]] std::string full_name(const StereoSequence& sequence);
 
 /// A problem of a recording: where, what and what to do. Errors make the recording unusable.
 struct Problem {
@@ -66,14 +71,19 @@ struct SequenceScan {
   std::vector<Problem> problems;
 };
 
-/// A video ended slightly before the number of frames in its header.
+/// A video ended slightly before the number of frames in its header, or a live camera does not go on.
 struct EndOfRecording : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 /// Reads everything but the images, of which it opens only the first. `format`: kitti, euroc, folders, video
-/// or auto.
-[[nodiscard]] SequenceScan scan_sequence(const std::filesystem::path& folder, std::string_view format);
+/// or auto. With a `calibration` (see read_calibration), `folder` may also be a video or a live camera that
+/// shows both images side by side, or two of them: LEFT,RIGHT.
+[[nodiscard]] SequenceScan scan_sequence(const std::filesystem::path& folder, std::string_view format,
+                                         const std::filesystem::path& calibration = {});
+
+/// Adds what no camera is: values out of bounds, a baseline that looks like another unit.
+void check_camera(SequenceScan& scan);
 
 /// The sequence of scan_sequence. Throws std::runtime_error with the first error.
 [[nodiscard]] StereoSequence open_sequence(const std::filesystem::path& folder, std::string_view format);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <opencv2/videoio.hpp>
@@ -30,6 +31,9 @@ void require_size(const fs::path& file, const cv::VideoCapture& video) {
                          height_px, kMostPixels));
 }
 
+constexpr std::array<std::string_view, 7> kExtensions = {".mp4",  ".avi", ".mkv", ".mov",
+                                                         ".webm", ".m4v", ".mpg"};
+
 cv::VideoCapture open(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "missing; check the path in the calibration file");
   if (!fs::is_regular_file(file)) fail(file, "is not a video file");
@@ -47,6 +51,19 @@ cv::VideoCapture open(const fs::path& file) {
 }
 
 }  // namespace
+
+bool has_video_name(const fs::path& file) {
+  return std::find(kExtensions.begin(), kExtensions.end(), file.extension().string()) != kExtensions.end();
+}
+
+fs::path find_video(const fs::path& name) {
+  for (const auto extension : kExtensions) {
+    fs::path video = name;
+    video += extension;
+    if (fs::exists(video)) return video;
+  }
+  return name;
+}
 
 struct VideoPair::Decoder {
   fs::path file;
@@ -82,9 +99,10 @@ struct VideoPair::Decoder {
   }
 };
 
-VideoPair::VideoPair(const fs::path& left, const fs::path& right)
-    : left_(std::make_unique<Decoder>(left)), right_(std::make_unique<Decoder>(right)) {
-  frames_of_each_ = {left_->count_frames(), right_->count_frames()};
+VideoPair::VideoPair(const fs::path& left, const fs::path& right) : left_(std::make_unique<Decoder>(left)) {
+  if (!right.empty()) right_ = std::make_unique<Decoder>(right);
+  const std::size_t count = left_->count_frames();
+  frames_of_each_ = {count, right_ ? right_->count_frames() : count};
   frames_ = std::min(frames_of_each_.first, frames_of_each_.second);
   const double rate_hz = left_->video.get(cv::CAP_PROP_FPS);
   rate_hz_ = std::isfinite(rate_hz) && rate_hz >= 0.01 && rate_hz < 1e5 ? rate_hz : 0.0;
@@ -92,22 +110,32 @@ VideoPair::VideoPair(const fs::path& left, const fs::path& right)
 
 VideoPair::~VideoPair() = default;
 
-std::optional<std::pair<cv::Mat, cv::Mat>> VideoPair::read(std::size_t index) {
-  const std::lock_guard lock(mutex_);
-  std::array<cv::Mat, 2> images;
-  const std::array decoders{left_.get(), right_.get()};
-  for (std::size_t side = 0; side < 2; ++side) {
-    auto image = decoders[side]->read(index);
-    if (!image) {
-      constexpr std::size_t kSlack = 5;
-      const bool nearly_done = index > 0 && index + std::max(kSlack, frames_ / 50) >= frames_;
-      if (nearly_done) return std::nullopt;
-      fail(decoders[side]->file,
-           fmt::format("ends at frame {} of {}; the video is truncated or damaged", index, frames_));
-    }
-    images[side] = std::move(*image);
+/// Nothing where the video nearly is at its end; throws where it is not.
+std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) const {
+  auto image = decoder.read(index);
+  constexpr std::size_t kSlack = 5;
+  const bool nearly_done = index > 0 && index + std::max(kSlack, frames_ / 50) >= frames_;
+  if (!image && !nearly_done) {
+    fail(decoder.file,
+         fmt::format("ends at frame {} of {}; the video is truncated or damaged", index, frames_));
   }
-  return std::pair{images[0], images[1]};
+  return image;
+}
+
+std::optional<RawPair> VideoPair::read(std::size_t index) {
+  const std::lock_guard lock(mutex_);
+  auto left = read(*left_, index);
+  if (!left) return std::nullopt;
+  if (!right_) {
+    try {
+      return split(*left);
+    } catch (const std::invalid_argument& error) {
+      fail(left_->file, error.what());
+    }
+  }
+  auto right = read(*right_, index);
+  if (!right) return std::nullopt;
+  return RawPair{*left, *right};
 }
 
 }  // namespace stereo_slam

@@ -10,16 +10,24 @@
 
 #include <opencv2/core.hpp>
 
+#include "stereo_slam/dataset/pair_source.hpp"
+
 namespace stereo_slam {
 
-/// Two video files read in step. Reading in order is fast; an earlier frame restarts from the beginning.
-class VideoPair {
+/// Whether the extension is that of a video: mp4, avi, mkv, mov, webm, m4v, mpg.
+[[nodiscard]] bool has_video_name(const std::filesystem::path& file);
+
+/// The video NAME.mp4, .avi ..., if there is one; else NAME.
+[[nodiscard]] std::filesystem::path find_video(const std::filesystem::path& name);
+
+/// Two video files read in step, or one that shows both cameras side by side. Reading in order is fast; an
+/// earlier frame restarts from the beginning.
+class VideoPair : public PairSource {
  public:
-  /// Throws std::runtime_error that names the file when one is missing or cannot be decoded.
+  /// `right` is empty for images side by side. Throws std::runtime_error that names the file when one is
+  /// missing or cannot be decoded.
   VideoPair(const std::filesystem::path& left, const std::filesystem::path& right);
-  ~VideoPair();
-  VideoPair(const VideoPair&) = delete;
-  VideoPair& operator=(const VideoPair&) = delete;
+  ~VideoPair() override;
 
   /// Number of frames by the headers; the shorter video counts.
   [[nodiscard]] std::size_t frames() const noexcept { return frames_; }
@@ -30,14 +38,16 @@ class VideoPair {
 
   /// Grey images of a frame; nothing if a video ends before it. Frame counts in headers are approximate, so a
   /// slightly early end is accepted. Throws std::runtime_error when the end is much too early.
-  [[nodiscard]] std::optional<std::pair<cv::Mat, cv::Mat>> read(std::size_t index);
+  [[nodiscard]] std::optional<RawPair> read(std::size_t index) override;
 
  private:
   struct Decoder;
 
+  [[nodiscard]] std::optional<cv::Mat> read(Decoder& decoder, std::size_t index) const;
+
   std::mutex mutex_;
   std::unique_ptr<Decoder> left_;
-  std::unique_ptr<Decoder> right_;
+  std::unique_ptr<Decoder> right_;  // null for images side by side
   std::pair<std::size_t, std::size_t> frames_of_each_;
   std::size_t frames_ = 0;
   double rate_hz_ = 0.0;

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/dataset/calibration_file.hpp"
 #include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/rectifier.hpp"
-#include "stereo_slam/dataset/rig_file.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -133,7 +133,7 @@ StereoSlam::StereoSlam(const StereoRig& rig, const SlamOptions& options) {
 StereoSlam::StereoSlam(const std::filesystem::path& calibration, const SlamOptions& options) {
   check_alignment(options);
   state_ = std::make_unique<State>(options);
-  const OwnCamera own = read_own_camera(calibration);
+  const OwnCamera own = read_calibration(calibration);
   state_->T_body_camera = own.T_body_camera;
   try {
     own.rig ? state_->use(*own.rig) : state_->use(*own.rectified);

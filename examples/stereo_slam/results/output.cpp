@@ -73,9 +73,9 @@ void emit_host(YAML::Emitter& yaml) {
 
 void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
   yaml << YAML::Key << "dataset" << YAML::Value << YAML::BeginMap;
-  yaml << YAML::Key << "folder" << YAML::Value << std::filesystem::absolute(sequence.folder).string();
+  yaml << YAML::Key << "folder" << YAML::Value << full_name(sequence);
   yaml << YAML::Key << "format" << YAML::Value << sequence.format;
-  yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
+  if (!sequence.live) yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
   yaml << YAML::EndMap;
 }
 

@@ -20,7 +20,7 @@ Info info_after(const std::function<void(const fs::path&)>& breaking) {
   const TemporaryFolder folder;
   write_tiny_sequence(folder.path(), 4);
   breaking(folder.path());
-  const auto inspection = inspect_sequence(folder.path(), "auto");
+  const auto inspection = inspect(scan_sequence(folder.path(), "auto"));
   std::ostringstream out;
   print_inspection(out, inspection);
   const auto& problems = inspection.scan.problems;

@@ -134,8 +134,7 @@ TEST_CASE("A wrong sensor.yaml is refused with file and line", "[euroc]") {
              Catch::Contains("sensor.yaml:11: distortion_model is omni, but must be radtan"));
   CHECK_THAT(error_with_sensor("pinhole", "ds"), Catch::Contains("sensor.yaml:9: camera_model is ds"));
   CHECK_THAT(error_with_sensor("[0, 0, 0, 0]", "[0, 0]"),
-             Catch::Contains(
-                 "sensor.yaml:12: radial-tangential has 2 distortion coefficients, but needs 4, 5 or 8"));
+             Catch::Contains("sensor.yaml:12: radtan has 2 distortion coefficients, but needs 4, 5 or 8"));
   CHECK_THAT(error_with_sensor("0, 0, 1, 0, 0, 0, 0, 1]", "0, 0, 1, 0]"),
              Catch::Contains("T_BS has 12 numbers, but a 4x4 matrix has 16"));
   CHECK_THAT(error_with_sensor("[1, 0, 0,", "[2, 0, 0,"), Catch::Contains("T_BS is not a rigid motion"));

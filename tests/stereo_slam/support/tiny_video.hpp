@@ -12,9 +12,10 @@
 namespace stereo_slam::test {
 
 /// Writes the images of a folder as a video without loss of more than a few grey levels.
-inline void write_video(const fs::path& images, const fs::path& file, int frames) {
+inline void write_video(const fs::path& images, const fs::path& file, int frames,
+                        const cv::Size& size = {TinySequence::kWidth, TinySequence::kHeight}) {
   cv::VideoWriter video(file.string(), cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
-                        10.0, cv::Size(TinySequence::kWidth, TinySequence::kHeight));
+                        10.0, size);
   REQUIRE(video.isOpened());
   for (int i = 0; i < frames; ++i) video.write(cv::imread((images / frame_name(i)).string()));
 }

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/run_json.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "stereo_slam/io/output_file.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kFirstMember = "\"stereo_slam\"";
+
+/// JSON has no NaN.
+[[nodiscard]] Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+[[nodiscard]] Json frame_times(const FrameCost& cost) {
+  return {{"median_ms", number(cost.median_ms)},
+          {"p95_ms", number(cost.p95_ms)},
+          {"max_ms", number(cost.max_ms)},
+          {"cpu_ms", number(cost.cpu_ms)}};
+}
+
+}  // namespace
+
+void check_run_json(const fs::path& file, std::span<const fs::path> inputs, const fs::path& output) {
+  require_replaceable(
+      file, std::vector<fs::path>(inputs.begin(), inputs.end()),
+      [](std::string_view beginning) { return beginning.find(kFirstMember) != std::string_view::npos; });
+  const bool beside_results =
+      fs::weakly_canonical(fs::absolute(file).parent_path()) == fs::weakly_canonical(fs::absolute(output));
+  if (!beside_results) require_writable(file);
+}
+
+void write_run_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,
+                    const Settings& settings, const RunOptions& options) {
+  Json json;
+  json["stereo_slam"] = STEREO_SLAM_VERSION;
+  json["state"] = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
+  json["error"] = summary.error;
+  json["dataset"] = full_name(sequence);
+  json["format"] = sequence.format;
+  json["preset"] = settings.preset;
+  json["output"] = fs::absolute(options.output).string();
+  json["frames"] = summary.frames;
+  json["frames_lost"] = summary.lost;
+  json["frames_by_status"] = summary.frames_by_status;
+  json["keyframes"] = summary.keyframes;
+  json["landmarks"] = summary.landmarks;
+  json["loops_accepted"] = summary.loops_accepted;
+  json["loops_refused"] = summary.loops_refused;
+  json["path_m"] = number(summary.path_m);
+  json["last_sigma_m"] = number(summary.last_sigma_m);
+  json["last_sigma_deg"] = number(summary.last_sigma_deg);
+  json["seconds"] = number(summary.seconds);
+  json["frames_per_second"] = number(static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9));
+  json["frame"] = frame_times(summary.frame_cost);
+  json["peak_memory_mb"] = number(summary.peak_mb);
+  if (summary.realtime) {
+    json["realtime"] = {{"dropped", summary.realtime->dropped},
+                        {"latency_median_ms", number(summary.realtime->median_ms)},
+                        {"latency_p95_ms", number(summary.realtime->p95_ms)},
+                        {"latency_max_ms", number(summary.realtime->max_ms)}};
+  }
+  // Bytes that are not UTF-8, as names of files may have, are replaced.
+  stream << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace stereo_slam

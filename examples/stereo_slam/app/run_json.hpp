@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <ostream>
+#include <span>
+#include <string_view>
+
+#include "stereo_slam/app/runner.hpp"
+
+namespace stereo_slam {
+
+/// Throws unless the file of `run --json` can be written when the run has ended, and replaces nothing but an
+/// earlier one.
+void check_run_json(const std::filesystem::path& file, std::span<const std::filesystem::path> inputs,
+                    const std::filesystem::path& output);
+
+/// Writes how a run went as one JSON object; docs/datasets.md lists its members.
+void write_run_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,
+                    const Settings& settings, const RunOptions& options);
+
+}  // namespace stereo_slam

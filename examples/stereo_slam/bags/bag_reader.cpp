@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/bags/bag_reader.hpp"
+
+#include <functional>
+#include <map>
+#include <mutex>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "stereo_slam/bags/image_message.hpp"
+#include "stereo_slam/dataset/lens_values.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& file, const std::string& what) {
+  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
+}
+
+/// A message as it was recorded, and how its fields are taken from it, one after the other.
+class Message {
+ public:
+  explicit Message(const rosbag::MessageInstance& recorded) : bytes_(recorded.size()) {
+    ros::serialization::OStream out(bytes_.data(), static_cast<std::uint32_t>(bytes_.size()));
+    recorded.write(out);
+  }
+
+  template <class Value>
+  Value next() {
+    Value value{};
+    stream_.next(value);
+    return value;
+  }
+
+  std::span<const std::uint8_t> bytes() {
+    const auto count = next<std::uint32_t>();
+    return {stream_.advance(count), count};
+  }
+
+  std::vector<double> numbers(std::size_t count) {
+    std::vector<double> values(count);
+    for (double& value : values) value = next<double>();
+    return values;
+  }
+
+  /// Reads std_msgs/Header and returns its stamp.
+  std::int64_t header_stamp_ns() {
+    (void)next<std::uint32_t>();  // seq
+    const auto seconds = next<std::uint32_t>();
+    const auto nanoseconds = next<std::uint32_t>();
+    (void)next<std::string>();  // frame_id
+    return std::int64_t{seconds} * 1'000'000'000 + nanoseconds;
+  }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+  ros::serialization::IStream stream_{bytes_.data(), static_cast<std::uint32_t>(bytes_.size())};
+};
+
+cv::Mat read_image(const rosbag::MessageInstance& recorded) {
+  Message message(recorded);
+  (void)message.header_stamp_ns();
+  if (recorded.getDataType() == "sensor_msgs/CompressedImage") {
+    (void)message.next<std::string>();  // format
+    return decode_grey(message.bytes());
+  }
+  ImageMessage image;
+  image.height = message.next<std::uint32_t>();
+  image.width = message.next<std::uint32_t>();
+  image.encoding = message.next<std::string>();
+  image.big_endian = message.next<std::uint8_t>() != 0;
+  image.step = message.next<std::uint32_t>();
+  image.data = message.bytes();
+  return to_grey(image);
+}
+
+CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
+  const Fail refuse = [](const std::string& what) { throw std::invalid_argument(what); };
+  constexpr std::uint32_t kMostCoefficients = 14;
+  Message message(recorded);
+  (void)message.header_stamp_ns();
+  CameraInfo info;
+  const auto height = message.next<std::uint32_t>();
+  const auto width = message.next<std::uint32_t>();
+  set_size(info.lens, {static_cast<double>(width), static_cast<double>(height)}, refuse);
+  set_model(info.lens, message.next<std::string>(), refuse);
+  const auto count = message.next<std::uint32_t>();
+  if (count > kMostCoefficients) refuse("the camera_info has too many distortion coefficients");
+  const auto D = message.numbers(count);
+  const auto K = message.numbers(9);
+  const auto R = message.numbers(9);
+  const auto P = message.numbers(12);
+  set_pinhole(info.lens, {K[0], K[4], K[2], K[5]}, refuse);
+  if (D.empty()) info.lens.distortion = Distortion::kNone;
+  if (info.lens.distortion != Distortion::kNone) set_coefficients(info.lens, D, refuse);
+  info.R = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data());
+  info.P = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(P.data());
+  if (!info.R.allFinite() || !info.P.allFinite() || !info.R.isUnitary(1e-2))
+    refuse("R of the camera_info is not a rotation, or P is not finite");
+  return info;
+}
+
+}  // namespace
+
+struct BagReader::Bag {
+  fs::path file;
+  rosbag::Bag bag;
+  std::map<std::string, std::vector<rosbag::MessageInstance>> images;  // by topic
+  std::mutex mutex;                                                    // the bag keeps a buffer
+
+  explicit Bag(const fs::path& path) : file(path) {
+    if (!fs::is_regular_file(file))
+      fail(file, fs::exists(file) ? "it is not an ordinary file" : "no such file");
+    call([&] { bag.open(file.string(), rosbag::bagmode::Read); });
+  }
+
+  /// Calls a function that reads the bag; names the bag in its errors.
+  void call(const std::function<void()>& read) const {
+    try {
+      read();
+    } catch (const rosbag::BagUnindexedException&) {
+      fail(file, "the bag has no index, its recording was not ended; call `rosbag reindex`");
+    } catch (const std::exception& error) {
+      fail(file, error.what());
+    }
+  }
+
+  /// Calls `visit` with the messages of a topic, until it returns false.
+  void visit(const std::string& topic,
+             const std::function<bool(const rosbag::MessageInstance&)>& visit_message) {
+    call([&] {
+      rosbag::View view(bag, [&](const rosbag::ConnectionInfo* info) { return info->topic == topic; });
+      for (const rosbag::MessageInstance& message : view) {
+        if (!visit_message(message)) return;
+      }
+    });
+  }
+};
+
+BagReader::BagReader(const fs::path& file) : bag_(std::make_unique<Bag>(file)) {}
+BagReader::~BagReader() = default;
+
+std::vector<BagTopic> BagReader::topics() const {
+  std::map<std::string, BagTopic> by_name;
+  bag_->call([&] {
+    rosbag::View view(bag_->bag);
+    for (const rosbag::ConnectionInfo* info : view.getConnections()) {
+      rosbag::View topic(bag_->bag,
+                         [&](const rosbag::ConnectionInfo* other) { return other->topic == info->topic; });
+      by_name[info->topic] = {info->topic, info->datatype, topic.size()};
+    }
+  });
+  std::vector<BagTopic> topics;
+  for (auto& [name, topic] : by_name) topics.push_back(std::move(topic));
+  return topics;
+}
+
+std::vector<std::int64_t> BagReader::index_images(const std::string& topic) {
+  auto& images = bag_->images[topic];
+  std::vector<std::int64_t> stamps_ns;
+  bag_->visit(topic, [&](const rosbag::MessageInstance& message) {
+    stamps_ns.push_back(Message(message).header_stamp_ns());
+    images.push_back(message);
+    return true;
+  });
+  return stamps_ns;
+}
+
+cv::Mat BagReader::image(const std::string& topic, std::size_t i) {
+  const std::lock_guard lock(bag_->mutex);
+  cv::Mat image;
+  try {
+    image = read_image(bag_->images.at(topic).at(i));
+  } catch (const std::exception& error) {
+    fail(bag_->file, fmt::format("image {} of {}: {}", i, topic, error.what()));
+  }
+  return image;
+}
+
+CameraInfo BagReader::camera_info(const std::string& topic) {
+  CameraInfo info;
+  bag_->visit(topic, [&](const rosbag::MessageInstance& message) {
+    info = read_camera_info(message);
+    return false;
+  });
+  return info;
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/dataset/calibration_file.hpp"
+
+namespace stereo_slam {
+
+/// The images and calibrations in a bag. Every function throws std::runtime_error that names the file; so
+/// does the constructor, where the program was built without librosbag-storage-dev.
+class BagReader {
+ public:
+  explicit BagReader(const std::filesystem::path& file);
+  ~BagReader();
+  BagReader(const BagReader&) = delete;
+  BagReader& operator=(const BagReader&) = delete;
+
+  [[nodiscard]] std::vector<BagTopic> topics() const;
+
+  /// Indexes the images of a topic. Returns their stamps: those of their headers, in order of recording.
+  [[nodiscard]] std::vector<std::int64_t> index_images(const std::string& topic);
+
+  /// The `i`-th image of an indexed topic, grey.
+  [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i);
+
+  /// The first message of a topic of sensor_msgs/CameraInfo.
+  [[nodiscard]] CameraInfo camera_info(const std::string& topic);
+
+ private:
+  struct Bag;
+  std::unique_ptr<Bag> bag_;
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/bags/bag_recording.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "stereo_slam/bags/bag_reader.hpp"
+#include "stereo_slam/dataset/own_camera.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& file, const std::string& what) {
+  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
+}
+
+[[nodiscard]] bool has_images(const BagTopic& topic) {
+  return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage";
+}
+
+/// The name of the right camera's topic, if this is one of a left camera: EuRoC's and TUM-VI's
+/// /cam0/image_raw, /stereo/left/image_raw, /camera/infra1/image_rect_raw.
+[[nodiscard]] std::vector<std::string> partners_of(const std::string& left) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kSides = {
+      {{"left", "right"}, {"cam0", "cam1"}, {"camera0", "camera1"}, {"infra1", "infra2"}}};
+  std::vector<std::string> names;
+  for (const auto& [from, to] : kSides) {
+    const auto at = left.find(from);
+    if (at != std::string::npos) names.push_back(std::string(left).replace(at, from.size(), to));
+  }
+  return names;
+}
+
+/// "/cam0/image_raw" -> "/cam0/camera_info", also for ".../image_raw/compressed".
+[[nodiscard]] std::string camera_info_topic(std::string image_topic) {
+  constexpr std::string_view kCompressed = "/compressed";
+  if (image_topic.ends_with(kCompressed)) image_topic.resize(image_topic.size() - kCompressed.size());
+  return image_topic.substr(0, image_topic.rfind('/')) + "/camera_info";
+}
+
+/// The frames of a bag by the positions of their images in the two topics.
+class BagImages : public PairSource {
+ public:
+  BagImages(std::shared_ptr<BagReader> reader, TopicPair topics)
+      : reader_(std::move(reader)), topics_(std::move(topics)) {}
+
+  void add(std::size_t left, std::size_t right) { frames_.emplace_back(left, right); }
+
+  [[nodiscard]] std::optional<RawPair> read(std::size_t index) override {
+    const auto [left, right] = frames_.at(index);
+    return RawPair{reader_->image(topics_.left, left), reader_->image(topics_.right, right)};
+  }
+
+ private:
+  std::shared_ptr<BagReader> reader_;
+  TopicPair topics_;
+  std::vector<std::pair<std::size_t, std::size_t>> frames_;
+};
+
+/// Pairs images whose stamps differ by at most 1 ms.
+void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, SequenceScan& scan) {
+  constexpr std::int64_t kTolerance_ns = 1'000'000;
+  const auto left = reader.index_images(topics.left);
+  const auto right = reader.index_images(topics.right);
+  const fs::path& file = scan.sequence.folder;
+  auto& frames = scan.sequence.frames;
+  for (std::size_t i = 0, j = 0; i < left.size() && j < right.size();) {
+    const std::int64_t later_ns = left[i] - right[j];
+    if (std::abs(later_ns) <= kTolerance_ns && (frames.empty() || left[i] > frames.back().stamp_ns)) {
+      frames.push_back({left[i], file, file});
+      images.add(i, j);
+    }
+    if (later_ns <= kTolerance_ns) ++i;
+    if (later_ns >= -kTolerance_ns) ++j;
+  }
+  if (frames.size() < 2) {
+    fail(file, fmt::format(
+                   "{} of {} images of {} and {} of {} have the same stamp within 1 ms; the cameras must be "
+                   "synchronised",
+                   frames.size(), left.size(), topics.left, right.size(), topics.right));
+  }
+  const std::size_t alone = left.size() + right.size() - 2 * frames.size();
+  if (alone > 0) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format("{}: {} images of {} and {} have no partner of the same stamp; they are left "
+                     "out",
+                     file.string(), alone, topics.left, topics.right)});
+  }
+}
+
+/// The calibration that was put beside the bag, as EuRoC and TUM-VI have it.
+[[nodiscard]] std::optional<OwnCamera> calibration_beside(const fs::path& file) {
+  const fs::path folder = fs::absolute(file).parent_path();
+  if (const auto found = find_calibration(folder); !found.empty()) return read_calibration(found);
+  if (fs::exists(folder / "dso/camchain.yaml")) return read_calibration(folder / "dso/camchain.yaml");
+  if (!fs::exists(folder / "mav0/cam0/sensor.yaml")) return std::nullopt;
+  OwnCamera own;
+  own.rig = read_sensor_files(folder / "mav0/cam0/sensor.yaml", folder / "mav0/cam1/sensor.yaml");
+  return own;
+}
+
+/// That of the bag's own camera_info. Topics of rectified images have "rect" in their names.
+[[nodiscard]] OwnCamera calibration_inside(BagReader& reader, const TopicPair& topics, const fs::path& file) {
+  const std::string left = camera_info_topic(topics.left);
+  const std::string right = camera_info_topic(topics.right);
+  const auto all = reader.topics();
+  for (const auto& name : {left, right}) {
+    if (std::any_of(all.begin(), all.end(), [&](const BagTopic& topic) { return topic.name == name; }))
+      continue;
+    fail(file, fmt::format("has no {}; name the calibration of the camera: --calibration FILE", name));
+  }
+  const CameraInfo of_left = reader.camera_info(left);
+  const CameraInfo of_right = reader.camera_info(right);
+  OwnCamera own;
+  try {
+    own.rig = rig_of(of_left, of_right);
+  } catch (const std::invalid_argument& error) {
+    fail(file, fmt::format("{}: {}", right, error.what()));
+  }
+  if (topics.left.find("rect") == std::string::npos) return own;
+  const auto& P = of_right.P;
+  own.rectified = StereoCamera{.fx = P(0, 0),
+                               .fy = P(1, 1),
+                               .cx = of_left.P(0, 2),
+                               .cy = of_left.P(1, 2),
+                               .baseline_m = -P(0, 3) / P(0, 0)};
+  own.rig.reset();
+  return own;
+}
+
+[[nodiscard]] OwnCamera calibration_of(BagReader& reader, const TopicPair& topics, const fs::path& file,
+                                       const BagOptions& options) {
+  if (!options.calibration.empty()) return read_calibration(options.calibration);
+  if (auto beside = calibration_beside(file)) return std::move(*beside);
+  return calibration_inside(reader, topics, file);
+}
+
+}  // namespace
+
+bool has_bag_name(const fs::path& file) { return file.extension() == ".bag"; }
+
+std::vector<BagTopic> list_topics(const fs::path& file) { return BagReader(file).topics(); }
+
+TopicPair choose_topics(const std::vector<BagTopic>& topics, const BagOptions& options) {
+  std::vector<std::string> images;
+  for (const auto& topic : topics) {
+    if (has_images(topic)) images.push_back(topic.name);
+  }
+  const auto is_there = [&](const std::string& name) {
+    return std::find(images.begin(), images.end(), name) != images.end();
+  };
+  const std::string there =
+      images.empty() ? "there are none" : fmt::format("there are {}", fmt::join(images, ", "));
+  if (!options.left_topic.empty() || !options.right_topic.empty()) {
+    for (const auto& name : {options.left_topic, options.right_topic}) {
+      if (!is_there(name))
+        throw std::invalid_argument(fmt::format("'{}' is no topic of images; {}", name, there));
+    }
+    if (options.left_topic == options.right_topic)
+      throw std::invalid_argument(
+          fmt::format("{} is the topic of both cameras; {}", options.left_topic, there));
+    return {options.left_topic, options.right_topic};
+  }
+  std::vector<TopicPair> pairs;
+  for (const auto& left : images) {
+    for (const auto& right : partners_of(left)) {
+      if (is_there(right)) pairs.push_back({left, right});
+    }
+  }
+  if (pairs.size() != 1) {
+    throw std::invalid_argument(
+        fmt::format("{} pairs of image topics; name them: --left-topic, --right-topic; {}",
+                    pairs.empty() ? "no" : "several", there));
+  }
+  return pairs.front();
+}
+
+SequenceScan scan_bag(const fs::path& file, const BagOptions& options) {
+  SequenceScan scan;
+  auto& sequence = scan.sequence;
+  sequence.folder = file;
+  sequence.format = "bag";
+  attempt(scan.problems, Problem::Severity::kError, [&] {
+    const auto reader = std::make_shared<BagReader>(file);
+    TopicPair topics;
+    try {
+      topics = choose_topics(reader->topics(), options);
+    } catch (const std::invalid_argument& error) {
+      fail(file, error.what());
+    }
+    sequence.left_name = topics.left;
+    sequence.right_name = topics.right;
+    const OwnCamera own = calibration_of(*reader, topics, file, options);
+    const auto images = std::make_shared<BagImages>(reader, topics);
+    pair_images(*reader, topics, *images, scan);
+    sequence.source = images;
+    set_camera(own, options.calibration.empty() ? file : options.calibration, sequence);
+  });
+  check_camera(scan);
+  return scan;
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "stereo_slam/dataset/sequence.hpp"
+
+/// Recordings in bags of ROS 1, where the program was built with librosbag-storage-dev.
+namespace stereo_slam {
+
+struct BagOptions {
+  std::string left_topic;  ///< both empty: the only pair of image topics whose names differ by left and
+                           ///< right, or 0 and 1
+  std::string right_topic;
+  std::filesystem::path calibration;  ///< see read_calibration; empty: beside the bag, else its camera_info
+};
+
+/// Whether the extension is that of a bag.
+[[nodiscard]] bool has_bag_name(const std::filesystem::path& file);
+
+struct BagTopic {
+  std::string name;
+  std::string type;  ///< "sensor_msgs/Image"
+  std::size_t messages = 0;
+};
+
+/// The topics of a bag by name. Throws std::runtime_error that names the file when it cannot be read.
+[[nodiscard]] std::vector<BagTopic> list_topics(const std::filesystem::path& file);
+
+/// The names of the image topics of the left and the right camera. Throws std::invalid_argument, listing the
+/// candidates, when there is no pair or more than one.
+struct TopicPair {
+  std::string left;
+  std::string right;
+};
+[[nodiscard]] TopicPair choose_topics(const std::vector<BagTopic>& topics, const BagOptions& options);
+
+/// Reads the stamps of all images (sensor_msgs/Image or CompressedImage) and the calibration. Images are
+/// paired by stamp, to 1 ms; those without a partner are left out, with a warning.
+[[nodiscard]] SequenceScan scan_bag(const std::filesystem::path& file, const BagOptions& options);
+
+}  // namespace stereo_slam

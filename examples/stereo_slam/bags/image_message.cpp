@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/bags/image_message.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "stereo_slam/dataset/grey_image.hpp"
+#include "stereo_slam/dataset/image_size.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kAsItIs = -1;
+
+struct Encoding {
+  std::string_view name;
+  int type;
+  int conversion;  ///< to grey, by cv::cvtColor
+};
+
+/// ROS names a Bayer pattern by its first row and column, OpenCV by the second ones.
+constexpr std::array<Encoding, 14> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
+                                                  {"8UC1", CV_8UC1, kAsItIs},
+                                                  {"mono16", CV_16UC1, kAsItIs},
+                                                  {"16UC1", CV_16UC1, kAsItIs},
+                                                  {"bgr8", CV_8UC3, cv::COLOR_BGR2GRAY},
+                                                  {"rgb8", CV_8UC3, cv::COLOR_RGB2GRAY},
+                                                  {"bgra8", CV_8UC4, cv::COLOR_BGRA2GRAY},
+                                                  {"rgba8", CV_8UC4, cv::COLOR_RGBA2GRAY},
+                                                  {"bayer_rggb8", CV_8UC1, cv::COLOR_BayerBG2GRAY},
+                                                  {"bayer_bggr8", CV_8UC1, cv::COLOR_BayerRG2GRAY},
+                                                  {"bayer_gbrg8", CV_8UC1, cv::COLOR_BayerGR2GRAY},
+                                                  {"bayer_grbg8", CV_8UC1, cv::COLOR_BayerGB2GRAY},
+                                                  {"yuv422", CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
+                                                  {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2}}};
+
+const Encoding& encoding_of(const ImageMessage& message) {
+  const auto* found = std::find_if(kEncodings.begin(), kEncodings.end(), [&](const Encoding& encoding) {
+    return encoding.name == message.encoding;
+  });
+  if (found == kEncodings.end()) {
+    throw std::invalid_argument(fmt::format(
+        "the encoding {} is not known; record mono8, bgr8, rgb8, bayer_*8, yuv422 or compressed images",
+        message.encoding));
+  }
+  return *found;
+}
+
+void check_size(const ImageMessage& message, std::size_t pixel_bytes) {
+  if (!is_supported({message.width, message.height})) {
+    throw std::invalid_argument(fmt::format("has {} x {} pixels; images may have up to {} pixels",
+                                            message.width, message.height, kMostPixels));
+  }
+  const std::uint64_t needed =
+      std::uint64_t{message.step} * (message.height - 1) + message.width * pixel_bytes;
+  if (message.step < message.width * pixel_bytes || message.data.size() < needed)
+    throw std::invalid_argument("the image is truncated; record it again");
+}
+
+}  // namespace
+
+cv::Mat to_grey(const ImageMessage& message) {
+  const Encoding& encoding = encoding_of(message);
+  check_size(message, CV_ELEM_SIZE(encoding.type));
+  // OpenCV's images are writable, this one is only read.
+  auto* data = const_cast<std::uint8_t*>(message.data.data());
+  const cv::Mat image(static_cast<int>(message.height), static_cast<int>(message.width), encoding.type, data,
+                      message.step);
+  if (encoding.conversion != kAsItIs) {
+    cv::Mat grey;
+    cv::cvtColor(image, grey, encoding.conversion);
+    return grey;
+  }
+  if (encoding.type == CV_8UC1) return image.clone();
+  std::vector<cv::Mat> bytes;  // the upper one is what is wanted
+  cv::split(cv::Mat(image.rows, image.cols, CV_8UC2, data, message.step), bytes);
+  return bytes[message.big_endian ? 0 : 1];
+}
+
+cv::Mat decode_grey(std::span<const std::uint8_t> data) {
+  const auto size = image_size(data);
+  if (!size) throw std::invalid_argument("the compressed image cannot be decoded");
+  if (!is_supported(*size))
+    throw std::invalid_argument(fmt::format("images may have up to {} pixels", kMostPixels));
+  cv::Mat image;
+  try {
+    image = cv::imdecode(std::vector<std::uint8_t>(data.begin(), data.end()), cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception&) {  // the message below says it
+  }
+  if (image.empty()) throw std::invalid_argument("the compressed image cannot be decoded");
+  return image;
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+/// Images as ROS messages carry them.
+namespace stereo_slam {
+
+/// sensor_msgs/Image without its header; `data` belongs to the message.
+struct ImageMessage {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::uint32_t step = 0;  ///< bytes a row
+  std::string encoding;    ///< "mono8", "bgr8", ...
+  bool big_endian = false;
+  std::span<const std::uint8_t> data;
+};
+
+/// The image as CV_8UC1. Throws std::invalid_argument for encodings other than mono8, mono16, 8UC1, 16UC1,
+/// bgr8, rgb8, bgra8, rgba8, bayer_*8, yuv422 and yuv422_yuy2, and for sizes that do not fit together.
+[[nodiscard]] cv::Mat to_grey(const ImageMessage& message);
+
+/// The image of a sensor_msgs/CompressedImage: JPEG, PNG or another format that OpenCV decodes. Throws
+/// std::invalid_argument for one that is damaged or too large.
+[[nodiscard]] cv::Mat decode_grey(std::span<const std::uint8_t> data);
+
+}  // namespace stereo_slam

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// In place of bag_reader.cpp where librosbag-storage-dev is missing: bags are refused.
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "stereo_slam/bags/bag_reader.hpp"
+
+namespace stereo_slam {
+
+struct BagReader::Bag {};
+
+BagReader::BagReader(const std::filesystem::path& file) {
+  throw std::runtime_error(
+      fmt::format("{}: this program was built without bags; install librosbag-storage-dev and build it again",
+                  file.string()));
+}
+
+BagReader::~BagReader() = default;
+std::vector<BagTopic> BagReader::topics() const { return {}; }
+std::vector<std::int64_t> BagReader::index_images(const std::string&) { return {}; }
+cv::Mat BagReader::image(const std::string&, std::size_t) { return {}; }
+CameraInfo BagReader::camera_info(const std::string&) { return {}; }
+
+}  // namespace stereo_slam

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/lens_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "stereo_slam/dataset/image_size.hpp"
+
+namespace stereo_slam {
+namespace {
+
+struct Model {
+  std::string_view name;
+  Distortion distortion;
+};
+constexpr Model kModels[] = {{"radtan", Distortion::kRadTan},
+                             {"equidistant", Distortion::kEquidistant},
+                             {"none", Distortion::kNone},
+                             {"radial-tangential", Distortion::kRadTan},
+                             {"plumb_bob", Distortion::kRadTan},
+                             {"fisheye", Distortion::kEquidistant},
+                             {"rational_polynomial", Distortion::kRadTan},
+                             {"equi", Distortion::kEquidistant}};
+
+}  // namespace
+
+void set_size(Lens& lens, const std::vector<double>& size, const Fail& fail) {
+  constexpr double kMaxSide_px = 20000.0;
+  const auto is_side = [](double x) { return x >= 16.0 && x <= kMaxSide_px && x == std::floor(x); };
+  if (size.size() != 2 || !std::all_of(size.begin(), size.end(), is_side))
+    return fail("resolution must be [width, height] in pixels");
+  lens.width_px = static_cast<int>(size[0]);
+  lens.height_px = static_cast<int>(size[1]);
+  if (static_cast<std::uint64_t>(lens.width_px) * static_cast<std::uint64_t>(lens.height_px) > kMostPixels) {
+    fail(fmt::format("resolution is {} x {}; images may have up to {} pixels", lens.width_px, lens.height_px,
+                     kMostPixels));
+  }
+}
+
+void set_pinhole(Lens& lens, const std::vector<double>& intrinsics, const Fail& fail) {
+  if (intrinsics.size() != 4) return fail("the intrinsics must be [fx, fy, cx, cy]");
+  lens.fx = intrinsics[0];
+  lens.fy = intrinsics[1];
+  lens.cx = intrinsics[2];
+  lens.cy = intrinsics[3];
+  if (!(lens.fx > 0.0 && lens.fy > 0.0))
+    return fail(
+        fmt::format("intrinsics has focal lengths {} and {}; both must be positive", lens.fx, lens.fy));
+  const bool inside = lens.cx > 0.0 && lens.cy > 0.0 &&
+                      (lens.width_px == 0 || (lens.cx < lens.width_px && lens.cy < lens.height_px));
+  if (!inside) {
+    fail(fmt::format(
+        "the principal point ({}, {}) lies outside the {}x{} images; intrinsics is [fx, fy, cx, cy]", lens.cx,
+        lens.cy, lens.width_px, lens.height_px));
+  }
+}
+
+void set_model(Lens& lens, std::string_view name, const Fail& fail) {
+  const auto* model =
+      std::find_if(std::begin(kModels), std::end(kModels), [&](const auto& m) { return m.name == name; });
+  if (model == std::end(kModels)) {
+    return fail(
+        fmt::format("distortion_model is {}, but must be radtan (radial-tangential, plumb_bob), "
+                    "equidistant (fisheye) or none; calibrate with one of them",
+                    name));
+  }
+  lens.distortion = model->distortion;
+}
+
+void set_coefficients(Lens& lens, std::vector<double> coefficients, const Fail& fail) {
+  constexpr std::size_t kRational = 8;
+  const bool radtan = lens.distortion == Distortion::kRadTan;
+  if (radtan && coefficients.size() > kRational &&
+      std::all_of(coefficients.begin() + kRational, coefficients.end(), [](double k) { return k == 0.0; })) {
+    coefficients.resize(kRational);
+  }
+  const auto count = coefficients.size();
+  if (count != 4 && !(radtan && (count == 5 || count == kRational))) {
+    return fail(fmt::format("{} has {} distortion coefficients, but needs {}",
+                            radtan ? "radtan" : "equidistant", count,
+                            radtan ? "4, 5 or 8 (k1 k2 p1 p2 [k3 [k4 k5 k6]])" : "4 (k1 k2 k3 k4)"));
+  }
+  lens.coefficients = std::move(coefficients);
+}
+
+}  // namespace stereo_slam

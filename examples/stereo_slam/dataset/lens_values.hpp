@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereo_slam/dataset/stereo_rig.hpp"
+
+/// The values of a lens as calibration files of every format give them, with their bounds.
+namespace stereo_slam {
+
+/// Throws an exception with the file, the place in it and the text.
+using Fail = std::function<void(const std::string&)>;
+
+/// [width, height] in pixels.
+void set_size(Lens& lens, const std::vector<double>& size, const Fail& fail);
+
+/// [fx, fy, cx, cy] in pixels. The principal point has to be inside the image, if its size is known.
+void set_pinhole(Lens& lens, const std::vector<double>& intrinsics, const Fail& fail);
+
+/// The distortion model by one of its names.
+void set_model(Lens& lens, std::string_view name, const Fail& fail);
+
+/// The coefficients of the lens's model, in OpenCV's order. Of OpenCV's thin prism and tilted models only
+/// what they have in common with radtan can be used: the rest has to be zero.
+void set_coefficients(Lens& lens, std::vector<double> coefficients, const Fail& fail);
+
+}  // namespace stereo_slam

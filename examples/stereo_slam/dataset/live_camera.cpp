@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/live_camera.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/videoio.hpp>
+
+#include "stereo_slam/dataset/grey_image.hpp"
+#include "stereo_slam/dataset/image_size.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kPipelineMark = " ! ";
+
+}  // namespace
+
+bool is_live(const fs::path& source) {
+  const std::string name = source.string();
+  return name.starts_with("/dev/video") || name.find("://") != std::string::npos ||
+         name.find(kPipelineMark) != std::string::npos;
+}
+
+struct LiveCamera::Device {
+  std::string name;
+  cv::VideoCapture capture;
+
+  explicit Device(const fs::path& source) : name(source.string()) {
+    const bool pipeline = name.find(kPipelineMark) != std::string::npos;
+    try {
+      capture.open(name, pipeline ? cv::CAP_GSTREAMER : cv::CAP_ANY);
+    } catch (const cv::Exception&) {  // the message below says it
+    }
+    if (!capture.isOpened()) fail("cannot be opened; check its name, and that no other program uses it");
+    capture.set(cv::CAP_PROP_BUFFERSIZE, 1);  // where the driver can: older images are of no use
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw std::runtime_error(fmt::format("{}: {}", name, what));
+  }
+
+  cv::Mat retrieve() {
+    cv::Mat image;
+    if (!capture.retrieve(image) || image.empty()) fail("delivers an image that cannot be decoded");
+    if (image.total() > kMostPixels)
+      fail(fmt::format("delivers images with more than {} pixels", kMostPixels));
+    return to_grey(image);
+  }
+};
+
+LiveCamera::LiveCamera(const fs::path& left, const fs::path& right) : left_(std::make_unique<Device>(left)) {
+  if (!right.empty()) right_ = std::make_unique<Device>(right);
+}
+
+LiveCamera::~LiveCamera() = default;
+
+std::optional<RawPair> LiveCamera::read(std::size_t) {
+  const bool grabbed = left_->capture.grab() && (!right_ || right_->capture.grab());
+  if (!grabbed) {
+    if (!began_) left_->fail("delivers no images; check its cable, and that no other program uses it");
+    return std::nullopt;
+  }
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  last_stamp_ns_ = std::max<std::int64_t>(std::chrono::nanoseconds(now).count(), last_stamp_ns_ + 1);
+  began_ = true;
+  RawPair pair;
+  if (right_) {
+    pair = {left_->retrieve(), right_->retrieve()};
+  } else {
+    try {
+      pair = split(left_->retrieve());
+    } catch (const std::invalid_argument& error) {
+      left_->fail(error.what());
+    }
+  }
+  pair.stamp_ns = last_stamp_ns_;
+  return pair;
+}
+
+}  // namespace stereo_slam

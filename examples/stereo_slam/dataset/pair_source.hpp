@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include <opencv2/core.hpp>
+
+namespace stereo_slam {
+
+/// The images of both cameras as they were taken, grey.
+struct RawPair {
+  cv::Mat left;
+  cv::Mat right;
+  std::optional<std::int64_t> stamp_ns{};  ///< of a live camera; recordings know their stamps beforehand
+};
+
+/// Image pairs that are not files of their own: those of videos, bags and cameras. Reading in order is fast.
+class PairSource {
+ public:
+  PairSource() = default;
+  PairSource(const PairSource&) = delete;
+  PairSource& operator=(const PairSource&) = delete;
+  virtual ~PairSource() = default;
+
+  /// The images of a frame; nothing where the source ends. A live camera gives its next images, whatever the
+  /// index. Throws std::runtime_error that names the source when they cannot be read.
+  [[nodiscard]] virtual std::optional<RawPair> read(std::size_t index) = 0;
+};
+
+/// Splits an image that shows both cameras, the left one on the left. Throws std::invalid_argument for an odd
+/// width.
+[[nodiscard]] RawPair split(const cv::Mat& side_by_side);
+
+}  // namespace stereo_slam

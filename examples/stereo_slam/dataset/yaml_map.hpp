@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/yaml.h>
+
+#include "stereo_slam/io/text_file.hpp"
+
+namespace stereo_slam {
+
+/// A map of a YAML file. Errors name file and line.
+class YamlMap {
+ public:
+  YamlMap(std::filesystem::path file, const YAML::Node& node, std::string name)
+      : file_(std::move(file)), node_(node), name_(std::move(name)) {
+    if (!node_.IsMap()) fail(node_, fmt::format("{} must contain `key: value` lines", name_));
+  }
+
+  [[noreturn]] void fail(const YAML::Node& where, const std::string& what) const {
+    const int line = where.IsDefined() ? where.Mark().line + 1 : 1;
+    throw std::runtime_error(at_line(file_, std::max(line, 1), what));
+  }
+  [[noreturn]] void fail(const std::string& what) const { fail(node_, what); }
+
+  [[nodiscard]] bool has(const std::string& key) const { return node_[key].IsDefined(); }
+
+  /// The value of the first key present, of keys with the same meaning.
+  [[nodiscard]] YAML::Node get(std::initializer_list<const char*> keys) const {
+    for (const auto* key : keys) {
+      if (has(key)) return node_[key];
+    }
+    fail(fmt::format("{} has no {}; add it", name_, *keys.begin()));
+  }
+
+  [[nodiscard]] YamlMap map(const std::string& key) const { return {file_, get({key.c_str()}), key}; }
+
+  [[nodiscard]] std::string text(std::initializer_list<const char*> keys) const {
+    const YAML::Node node = get(keys);
+    if (!node.IsScalar() || node.Scalar().empty())
+      fail(node, fmt::format("{} must be one word", *keys.begin()));
+    return node.Scalar();
+  }
+
+  [[nodiscard]] double number(const char* key) const {
+    const YAML::Node node = get({key});
+    std::vector<double> values;
+    if (node.IsScalar()) append(node, key, values);
+    if (values.size() != 1) fail(node, fmt::format("{} must be one number", key));
+    return values.front();
+  }
+
+  /// All numbers of a list, nested or not.
+  [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> keys) const {
+    const YAML::Node node = get(keys);
+    if (!node.IsSequence()) fail(node, fmt::format("{} must be a list of numbers in [ ]", *keys.begin()));
+    std::vector<double> values;
+    append(node, *keys.begin(), values);
+    return values;
+  }
+
+  /// A rigid motion: 16 numbers row by row, as a list, as four lists, or as `data` of a map.
+  [[nodiscard]] Eigen::Isometry3d transform(const char* key) const {
+    const YAML::Node node = get({key});
+    const YAML::Node data = node.IsMap() ? node["data"] : node;
+    if (!data.IsDefined() || !data.IsSequence()) fail(node, fmt::format("{} needs a 4x4 matrix", key));
+    std::vector<double> values;
+    append(data, key, values);
+    if (values.size() != 16)
+      fail(node, fmt::format("{} has {} numbers, but a 4x4 matrix has 16", key, values.size()));
+    using RowMajor = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+    const Eigen::Matrix4d T = Eigen::Map<const RowMajor>(values.data());
+    const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
+    constexpr double kTolerance = 1e-2;  // admits files with three digits
+    const bool rotation =
+        (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
+        R.determinant() > 0.0;
+    if (!rotation || !T.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0), kTolerance)) {
+      fail(node, fmt::format("{} is not a rigid motion [R t; 0 0 0 1] with a rotation R", key));
+    }
+    return Eigen::Translation3d(T.topRightCorner<3, 1>()) * Eigen::Quaterniond(R).normalized();
+  }
+
+  void refuse_unknown_keys(const std::set<std::string>& known) const {
+    for (const auto& entry : node_) {
+      if (entry.first.IsScalar() && known.contains(entry.first.Scalar())) continue;
+      fail(entry.first,
+           fmt::format("{} has an unknown key {}; known are {}", name_,
+                       entry.first.IsScalar() ? entry.first.Scalar() : "[...]", fmt::join(known, ", ")));
+    }
+  }
+
+ private:
+  void append(const YAML::Node& node, const char* key, std::vector<double>& values) const {
+    if (node.IsSequence()) {
+      for (const auto& part : node) append(part, key, values);
+      return;
+    }
+    const auto parsed = node.IsScalar() ? parse_numbers(node.Scalar()) : std::nullopt;
+    if (!parsed || parsed->size() != 1) {
+      fail(node, fmt::format("{} holds '{}', which is not a finite number", key,
+                             node.IsScalar() ? node.Scalar() : "..."));
+    }
+    values.push_back(parsed->front());
+  }
+
+  std::filesystem::path file_;
+  YAML::Node node_;
+  std::string name_;
+};
+
+}  // namespace stereo_slam

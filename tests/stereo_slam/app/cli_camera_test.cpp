@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+// Live cameras, from the command line: a named pipe is the camera.
+#include <atomic>
+#include <csignal>
+#include <cstdint>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <thread>
+
+#include "stereo_slam/support/program.hpp"
+#include "stereo_slam/support/side_by_side.hpp"
+
+using namespace stereo_slam::test;
+
+namespace {
+
+/// Writes JPEGs into a pipe, fifty a second, until nobody reads it: the tiny wall, passed to and fro.
+class FakeCamera {
+ public:
+  explicit FakeCamera(const fs::path& pipe, int most_frames = 1'000'000) : pipe_(pipe) {
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    std::signal(SIGPIPE, SIG_IGN);
+    thread_ =
+        std::jthread([this, most_frames](const std::stop_token& stop) { write_frames(stop, most_frames); });
+  }
+
+ private:
+  void write_frames(const std::stop_token& stop, int most_frames) const {
+    using Tiny = TinySequence;
+    constexpr int kTurn = 40;
+    const cv::Mat texture = tiny_texture(Tiny::kWidth + Tiny::kDisparity_px + Tiny::kShift_px * kTurn);
+    const int out = open_for_writing(stop);
+    for (int i = 0; i < most_frames && !stop.stop_requested(); ++i) {
+      const int step = std::abs(i % (2 * kTurn) - kTurn);
+      const cv::Rect left(Tiny::kShift_px * step, 0, Tiny::kWidth, Tiny::kHeight);
+      cv::Mat both;
+      cv::hconcat(texture(left), texture(left + cv::Point(Tiny::kDisparity_px, 0)), both);
+      std::vector<std::uint8_t> jpeg;
+      cv::imencode(".jpg", both, jpeg, {cv::IMWRITE_JPEG_QUALITY, 98});
+      if (!write_all(out, jpeg)) break;
+      usleep(20'000);
+    }
+    close(out);
+  }
+
+  /// Waits for a reader, without getting stuck if there never is one.
+  int open_for_writing(const std::stop_token& stop) const {
+    int out = -1;
+    while (out < 0 && !stop.stop_requested()) {
+      out = open(pipe_.c_str(), O_WRONLY | O_NONBLOCK);
+      if (out < 0) usleep(1000);
+    }
+    if (out >= 0) fcntl(out, F_SETFL, 0);
+    return out;
+  }
+
+  static bool write_all(int out, const std::vector<std::uint8_t>& bytes) {
+    for (std::size_t done = 0; done < bytes.size();) {
+      const auto written = write(out, bytes.data() + done, bytes.size() - done);
+      if (written <= 0) return false;
+      done += static_cast<std::size_t>(written);
+    }
+    return true;
+  }
+
+  fs::path pipe_;
+  std::jthread thread_;
+};
+
+std::vector<std::string> run_arguments(const TemporaryFolder& folder) {
+  write_text(folder / "calibration.yaml", tiny_calibration(""));
+  return {"run",
+          "--dataset",
+          "file://" + (folder / "camera.mjpeg").string(),
+          "--calibration",
+          folder / "calibration.yaml",
+          "--output",
+          folder / "out"};
+}
+
+}  // namespace
+
+TEST_CASE("Ctrl-C ends a run with a live camera, with status 0 and all results", "[cli][camera]") {
+  const TemporaryFolder folder;
+  const FakeCamera camera(folder / "camera.mjpeg");
+  const Program program(folder.path(), run_arguments(folder));
+  program.wait_for_output("  OK");
+  program.signal(SIGINT);
+  const Result result = program.wait();
+  CAPTURE(result.out, result.err);
+  CHECK(result.status == 0);
+  const auto poses = split_lines(read_text(folder / "out/trajectory_tum.txt"));
+  CHECK(poses.size() >= 2);
+  CHECK(poses.front().substr(0, 2) >= "16");  // seconds since 1970
+  CHECK_THAT(result.out, Catch::Contains("real time: "));
+  CHECK_THAT(read_text(folder / "out/run.yaml"),
+             Catch::Contains("state: finished") && Catch::Contains("format: camera"));
+  CHECK(fs::exists(folder / "out/report.html"));
+}
+
+TEST_CASE("A live camera that ends, or --max-frames, ends the run", "[cli][camera]") {
+  const TemporaryFolder folder;
+  auto arguments = run_arguments(folder);
+  {
+    const FakeCamera camera(folder / "camera.mjpeg", 120);
+    const Result result = call(arguments);
+    CAPTURE(result.out, result.err);
+    CHECK(result.status == 0);
+    CHECK(split_lines(read_text(folder / "out/trajectory_tum.txt")).size() >= 2);
+  }
+  fs::remove(folder / "camera.mjpeg");
+  const FakeCamera camera(folder / "camera.mjpeg");
+  arguments.insert(arguments.end(), {"--max-frames", "10", "--overwrite"});
+  CHECK(call(arguments).status == 0);
+  CHECK(split_lines(read_text(folder / "out/trajectory_tum.txt")).size() <= 10);
+}
+
+TEST_CASE("info describes a live camera, and one that is not there is one line", "[cli][camera]") {
+  const TemporaryFolder folder;
+  auto arguments = run_arguments(folder);
+  check_one_line_failure(call(arguments), "camera.mjpeg: cannot be opened");
+  const FakeCamera camera(folder / "camera.mjpeg");
+  const auto info = call({"info", "--dataset", arguments[2], "--calibration", arguments[4]});
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains("format        camera") &&
+                           Catch::Contains("frames        without end") &&
+                           Catch::Contains("image size    320 x 120"));
+}

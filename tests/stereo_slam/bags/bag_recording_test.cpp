@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/bags/bag_recording.hpp"
+
+#include <cstdlib>
+#include <sys/wait.h>
+
+#include "stereo_slam/bags/image_message.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+constexpr int kFrames = 5;
+constexpr std::int64_t kFirst_ns = 1'500'000'000'000'000'000;
+
+/// The bags of write_bags.py; nothing, and a warning, where bags cannot be written or read.
+std::optional<fs::path> bags() {
+  static const TemporaryFolder folder;
+  static const int status = [&] {
+    write_tiny_folders(folder.path(), kFrames);
+    fs::remove(folder / "calibration.yaml");
+    for (const auto* side : {"left", "right"}) {
+      for (int i = 0; i < kFrames; ++i) {
+        const fs::path png = folder / side / frame_name(i);
+        cv::imwrite(fs::path(png).replace_extension(".pgm").string(),
+                    cv::imread(png.string(), cv::IMREAD_GRAYSCALE));
+      }
+    }
+    const int result =
+        std::system(fmt::format("/usr/bin/python3 {} {}", BAG_WRITER, folder.path().string()).c_str());
+    return WIFEXITED(result) ? WEXITSTATUS(result) : 1;
+  }();
+  constexpr int kSkipped = 77;
+  if (status == kSkipped || !BAGS_ARE_READ) {
+    WARN("skipped: python3-rosbag, python3-sensor-msgs or librosbag-storage-dev is not installed");
+    return std::nullopt;
+  }
+  REQUIRE(status == 0);
+  return folder.path();
+}
+
+cv::Mat original(const fs::path& folder, const char* side, int frame) {
+  return cv::imread((folder / side / frame_name(frame)).string(), cv::IMREAD_GRAYSCALE);
+}
+
+void check_images(const SequenceScan& scan, const fs::path& folder) {
+  for (const auto& problem : scan.problems) FAIL(problem.text);
+  const auto& sequence = scan.sequence;
+  CHECK(sequence.format == "bag");
+  CHECK(sequence.camera.baseline_m == Approx(0.4));
+  REQUIRE(sequence.frames.size() == kFrames);
+  for (const int i : {3, 0, 4}) {
+    const auto frame = load_frame(sequence, static_cast<std::size_t>(i));
+    CHECK(frame.stamp_ns == kFirst_ns + 100'000'000LL * i);
+    CHECK(cv::norm(frame.left, original(folder, "left", i), cv::NORM_INF) <= 1.0);
+    CHECK(cv::norm(frame.right, original(folder, "right", i), cv::NORM_INF) <= 1.0);
+  }
+}
+
+std::string error_of(const fs::path& file, const BagOptions& options = {}) {
+  const auto scan = scan_bag(file, options);
+  REQUIRE_FALSE(scan.problems.empty());
+  CHECK(is_error(scan.problems.front()));
+  CHECK_THAT(scan.problems.front().text, Catch::StartsWith(file.string()));
+  return scan.problems.front().text;
+}
+
+}  // namespace
+
+TEST_CASE("A bag with camera_info is a recording, whatever its compression and encoding", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  for (const char* name : {"stereo.bag", "compressed.bag", "lz4.bag", "rgb.bag"}) {
+    CAPTURE(name);
+    check_images(scan_bag(*folder / name, {}), *folder);
+  }
+  CHECK(scan_bag(*folder / "stereo.bag", {}).sequence.rectifier);
+  CHECK_FALSE(scan_bag(*folder / "rgb.bag", {}).sequence.rectifier);  // its topics are image_rect
+}
+
+TEST_CASE("EuRoC's topics are recognised, other ones named; the calibration is a file", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  CHECK_THAT(error_of(*folder / "euroc.bag"),
+             Catch::Contains("has no /cam0/camera_info; name the calibration"));
+  const TemporaryFolder elsewhere;
+  const fs::path calibration = elsewhere / "rectified.yaml";
+  write_text(calibration, tiny_calibration());
+  check_images(
+      scan_bag(*folder / "euroc.bag", {.left_topic = "", .right_topic = "", .calibration = calibration}),
+      *folder);
+  fs::copy_file(*folder / "euroc.bag", elsewhere / "euroc.bag");
+  write_text(elsewhere / "calibration.yaml", tiny_calibration());
+  check_images(scan_bag(elsewhere / "euroc.bag", {}), *folder);  // beside the bag
+
+  CHECK_THAT(
+      error_of(*folder / "odd.bag"),
+      Catch::Contains(
+          "no pairs of image topics; name them: --left-topic, --right-topic; there are /back, /front"));
+  check_images(scan_bag(*folder / "odd.bag",
+                        {.left_topic = "/front", .right_topic = "/back", .calibration = calibration}),
+               *folder);
+}
+
+TEST_CASE("The topics of a bag are listed", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  const auto topics = list_topics(*folder / "stereo.bag");
+  REQUIRE(topics.size() == 5);
+  CHECK(topics[0].name == "/note");
+  CHECK(topics[2].name == "/stereo/left/image_raw");
+  CHECK(topics[2].type == "sensor_msgs/Image");
+  CHECK(topics[2].messages == kFrames);
+}
+
+TEST_CASE("Images without a partner are left out of a bag, with a warning", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  const auto scan = scan_bag(*folder / "gap.bag", {});
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_FALSE(is_error(scan.problems[0]));
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("1 images of") && Catch::Contains("no partner"));
+  REQUIRE(scan.sequence.frames.size() == kFrames - 1);
+  CHECK(scan.sequence.frames[2].stamp_ns == kFirst_ns + 300'000'000);
+  CHECK(cv::norm(load_frame(scan.sequence, 2).right, original(*folder, "right", 3), cv::NORM_INF) <= 1.0);
+}
+
+TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  CHECK_THAT(error_of(*folder / "nowhere.bag"), Catch::Contains("no such file"));
+  CHECK_THAT(error_of("/dev/null"), Catch::Contains("not an ordinary file"));
+  write_text(*folder / "text.bag", "no bag");
+  CHECK_FALSE(error_of(*folder / "text.bag").empty());
+  CHECK_THAT(error_of(*folder / "strange.bag"),
+             Catch::Contains("image 0 of /stereo/left/image_raw: the encoding 32FC1"));
+  const std::string whole = read_text(*folder / "stereo.bag");
+  for (const double share : {0.01, 0.3, 0.6, 0.99}) {
+    CAPTURE(share);
+    write_text(*folder / "cut.bag",
+               whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+    CHECK_FALSE(error_of(*folder / "cut.bag").empty());
+  }
+}
+
+TEST_CASE("Topics are chosen by name, and only pairs of images", "[bags]") {
+  const auto topics = [](const std::vector<std::string>& names) {
+    std::vector<BagTopic> result{{"/imu0", "sensor_msgs/Imu", 9}};
+    for (const auto& name : names) result.push_back({name, "sensor_msgs/Image", 3});
+    return result;
+  };
+  const auto chosen = [&](const std::vector<std::string>& names) {
+    return choose_topics(topics(names), {}).right;
+  };
+  CHECK(chosen({"/cam0/image_raw", "/cam1/image_raw", "/cam2/image_raw"}) == "/cam1/image_raw");
+  CHECK(chosen({"/camera/infra1/image_rect_raw", "/camera/infra2/image_rect_raw"}) ==
+        "/camera/infra2/image_rect_raw");
+  const auto refused = [&](const std::vector<std::string>& names, const BagOptions& options) {
+    return message_of([&] { (void)choose_topics(topics(names), options); });
+  };
+  CHECK_THAT(refused({"/left/a", "/right/a", "/left/b", "/right/b"}, {}), Catch::Contains("several pairs"));
+  CHECK_THAT(refused({}, {}), Catch::Contains("there are none"));
+  const BagOptions imu{.left_topic = "/imu0", .right_topic = "/a", .calibration = {}};
+  CHECK_THAT(refused({"/a"}, imu), Catch::Contains("'/imu0' is no topic of images; there are /a"));
+  const BagOptions twice{.left_topic = "/a", .right_topic = "/a", .calibration = {}};
+  CHECK_THAT(refused({"/a"}, twice), Catch::Contains("/a is the topic of both cameras"));
+  const BagOptions half{.left_topic = "/a", .right_topic = "", .calibration = {}};
+  CHECK_THAT(refused({"/a"}, half), Catch::Contains("'' is no topic of images"));
+}
+
+TEST_CASE("Images of messages are checked against their size", "[bags]") {
+  std::vector<std::uint8_t> data(64);
+  for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::uint8_t>(i);
+  const ImageMessage good{
+      .width = 8, .height = 4, .step = 16, .encoding = "mono8", .big_endian = false, .data = data};
+  CHECK(to_grey(good).at<std::uint8_t>(3, 7) == 55);  // rows may be padded
+  auto message = good;
+  message.encoding = "mono16";
+  CHECK(to_grey(message).at<std::uint8_t>(1, 2) == 21);
+  message.big_endian = true;
+  CHECK(to_grey(message).at<std::uint8_t>(1, 2) == 20);
+  message.encoding = "bgr8";
+  CHECK_THAT(message_of([&] { (void)to_grey(message); }), Catch::Contains("truncated"));
+  message = good;
+  message.height = 5;
+  CHECK_THAT(message_of([&] { (void)to_grey(message); }), Catch::Contains("truncated"));
+  message.width = message.height = 0xFFFFFFFF;
+  CHECK_THAT(message_of([&] { (void)to_grey(message); }), Catch::Contains("images may have up to"));
+  message = good;
+  message.width = 0;
+  CHECK_FALSE(message_of([&] { (void)to_grey(message); }).empty());
+  for (const char* bayer : {"bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"}) {
+    message = good;
+    message.encoding = bayer;
+    CHECK(to_grey(message).size() == cv::Size(8, 4));
+  }
+  CHECK_THAT(message_of([] {
+               (void)decode_grey(std::vector<std::uint8_t>{1, 2, 3});
+             }),
+             Catch::Contains("cannot be decoded"));
+}

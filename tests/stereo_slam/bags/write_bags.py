@@ -1,0 +1,89 @@
+"""Writes bags for bag_recording_test.cpp with ROS's own Python implementation: write_bags.py FOLDER
+
+The images are those of FOLDER/left and FOLDER/right: PNGs of the tiny recording (320 x 120, baseline 0.4 m).
+Status 77 if ROS is not installed.
+"""
+import glob
+import sys
+
+try:
+    import genpy
+    import rosbag
+    from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+    from std_msgs.msg import String
+except ImportError:
+    sys.exit(77)
+
+folder = sys.argv[1]
+FIRST_NS = 1_500_000_000_000_000_000
+
+
+def stamp(frame, offset_ns=0):
+    total = FIRST_NS + 100_000_000 * frame + offset_ns
+    return genpy.Time(total // 10**9, total % 10**9)
+
+
+def frames(side):
+    return sorted(glob.glob(f"{folder}/{side}/*.png"))
+
+
+def grey(path):
+    """Rows of a grey PGM beside the PNG."""
+    with open(path.replace(".png", ".pgm"), "rb") as file:
+        data = file.read()
+    return data[-320 * 120:]
+
+
+def image(path, when, encoding="mono8"):
+    pixels = grey(path)
+    message = Image(width=320, height=120, encoding=encoding, step=320)
+    if encoding == "mono16":
+        pixels = b"".join(bytes([7, value]) for value in pixels)
+        message.step = 640
+    elif encoding == "rgb8":
+        pixels = b"".join(bytes([value] * 3) for value in pixels)
+        message.step = 960
+    message.data = pixels
+    message.header.stamp = when
+    return message
+
+
+def compressed(path, when):
+    with open(path, "rb") as file:
+        message = CompressedImage(format="mono8; png compressed", data=file.read())
+    message.header.stamp = when
+    return message
+
+
+def camera_info(side, baseline=0.4):
+    message = CameraInfo(width=320, height=120, distortion_model="plumb_bob", D=[0.0] * 5)
+    message.K = [200.0, 0, 160, 0, 200, 60, 0, 0, 1]
+    message.R = [1.0, 0, 0, 0, 1, 0, 0, 0, 1]
+    message.P = [200.0, 0, 160, 0 if side == "left" else -200 * baseline, 0, 200, 60, 0, 0, 0, 1, 0]
+    return message
+
+
+def write(name, topics, make=image, info=True, compression="none", skip=None):
+    """`topics` by side; images are recorded later than they were taken, the right ones first."""
+    with rosbag.Bag(f"{folder}/{name}", "w", compression=compression) as bag:
+        bag.write("/note", String("hello"), stamp(0))
+        for frame, (left, right) in enumerate(zip(frames("left"), frames("right"))):
+            for side, path in (("right", right), ("left", left)):
+                if skip == (side, frame):
+                    continue
+                offset_ns = 400_000 if side == "right" else 0
+                bag.write(topics[side], make(path, stamp(frame, offset_ns)), stamp(frame, 30_000_000))
+                if info:
+                    base = topics[side].replace("/compressed", "").rsplit("/", 1)[0]
+                    bag.write(base + "/camera_info", camera_info(side), stamp(frame, 30_000_000))
+
+
+stereo = {"left": "/stereo/left/image_raw", "right": "/stereo/right/image_raw"}
+write("stereo.bag", stereo)
+write("compressed.bag", {side: topic + "/compressed" for side, topic in stereo.items()}, compressed, compression="bz2")
+write("lz4.bag", stereo, lambda path, when: image(path, when, "mono16"), compression="lz4")
+write("rgb.bag", {"left": "/a/left/image_rect", "right": "/a/right/image_rect"}, lambda path, when: image(path, when, "rgb8"))
+write("euroc.bag", {"left": "/cam0/image_raw", "right": "/cam1/image_raw"}, info=False)
+write("odd.bag", {"left": "/front", "right": "/back"}, info=False)
+write("gap.bag", stereo, skip=("right", 2))
+write("strange.bag", stereo, lambda path, when: image(path, when, "32FC1"))

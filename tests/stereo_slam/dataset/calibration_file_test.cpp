@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/calibration_file.hpp"
+
+#include <opencv2/calib3d.hpp>
+
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+/// Two cameras that are not quite parallel, as OpenCV describes them.
+struct Cameras {
+  cv::Size size{320, 120};
+  cv::Matx33d K1{200, 0, 160, 0, 201, 60, 0, 0, 1};
+  cv::Matx33d K2{202, 0, 158, 0, 203, 61, 0, 0, 1};
+  cv::Mat D1 = (cv::Mat_<double>(1, 5) << -0.02, 0.01, 0.001, -0.002, 0.003);
+  cv::Mat D2 = (cv::Mat_<double>(1, 5) << -0.03, 0.02, -0.001, 0.002, 0.001);
+  cv::Matx33d R;
+  cv::Vec3d T{-0.4, 0.002, 0.003};
+
+  Cameras() { cv::Rodrigues(cv::Vec3d(0.01, -0.02, 0.03), R); }
+};
+
+/// OpenCV's FileStorage writes it, as a calibration of a user's would.
+void write_opencv(const fs::path& file, const Cameras& cameras, bool with_extrinsics = true,
+                  double unit = 1.0) {
+  cv::FileStorage storage(file.string(), cv::FileStorage::WRITE);
+  storage << "M1" << cv::Mat(cameras.K1) << "D1" << cameras.D1 << "M2" << cv::Mat(cameras.K2) << "D2"
+          << cameras.D2;
+  if (with_extrinsics) storage << "R" << cv::Mat(cameras.R) << "T" << cv::Mat(cameras.T * unit);
+}
+
+template <class Matrix>
+std::string numbers(const Matrix& matrix) {
+  std::string text;
+  const cv::Mat values = cv::Mat(matrix).reshape(1, 1);
+  for (int i = 0; i < values.cols; ++i)
+    text += fmt::format("{}{:.17g}", i == 0 ? "" : ", ", values.at<double>(i));
+  return text;
+}
+
+/// As camera_calibration of ROS writes one of the two.
+std::string camera_info(const Cameras& cameras, bool left) {
+  cv::Matx33d R1, R2;
+  cv::Matx34d P1, P2;
+  cv::Matx44d Q;
+  cv::stereoRectify(cameras.K1, cameras.D1, cameras.K2, cameras.D2, cameras.size, cameras.R, cameras.T, R1,
+                    R2, P1, P2, Q, cv::CALIB_ZERO_DISPARITY, 0.0);
+  return fmt::format(
+      "image_width: 320\nimage_height: 120\ncamera_name: narrow_stereo/{}\n"
+      "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [{}]\ndistortion_model: plumb_bob\n"
+      "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [{}]\n"
+      "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [{}]\n"
+      "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}]\n",
+      left ? "left" : "right", numbers(left ? cameras.K1 : cameras.K2),
+      numbers(left ? cameras.D1 : cameras.D2), numbers(left ? R1 : R2), numbers(left ? P1 : P2));
+}
+
+std::string camchain(const Cameras& cameras) {
+  const auto lens = [](const cv::Matx33d& K, const cv::Mat& D) {
+    return fmt::format(
+        "  camera_model: pinhole\n  cam_overlaps: [1]\n  distortion_coeffs: [{}]\n  distortion_model: "
+        "radtan\n"
+        "  intrinsics: [{}, {}, {}, {}]\n  resolution: [320, 120]\n  rostopic: /cam/image_raw\n",
+        numbers(D.colRange(0, 4)), K(0, 0), K(1, 1), K(0, 2), K(1, 2));
+  };
+  std::string T;
+  for (int i = 0; i < 3; ++i) {
+    T += fmt::format("  - [{:.17g}, {:.17g}, {:.17g}, {:.17g}]\n", cameras.R(i, 0), cameras.R(i, 1),
+                     cameras.R(i, 2), cameras.T[i]);
+  }
+  return "cam0:\n" + lens(cameras.K1, cameras.D1) + "cam1:\n  T_cn_cnm1:\n" + T +
+         "  - [0.0, 0.0, 0.0, 1.0]\n" + lens(cameras.K2, cameras.D2);
+}
+
+void check_rig(const OwnCamera& own, const Cameras& cameras, int width_px, std::size_t coefficients = 5) {
+  REQUIRE(own.rig);
+  const auto& [left, right, T_right_left, T_body_left] = *own.rig;
+  CHECK(left.width_px == width_px);
+  CHECK(left.fy == Approx(cameras.K1(1, 1)));
+  CHECK(right.cx == Approx(cameras.K2(0, 2)));
+  REQUIRE(right.coefficients.size() == coefficients);
+  CHECK(right.coefficients[3] == Approx(cameras.D2.at<double>(3)));
+  for (int i = 0; i < 3; ++i) {
+    CHECK(T_right_left.translation()[i] == Approx(cameras.T[i]).margin(1e-9));
+    for (int j = 0; j < 3; ++j) CHECK(T_right_left.linear()(i, j) == Approx(cameras.R(i, j)).margin(1e-9));
+  }
+}
+
+std::string error_of(const fs::path& file) {
+  const auto message = message_of([&] { (void)read_calibration(file); });
+  CHECK(std::count(message.begin(), message.end(), '\n') == 0);
+  return message;
+}
+
+}  // namespace
+
+TEST_CASE("One stereo camera is read from the files of OpenCV, Kalibr and ROS", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  for (const char* name : {"stereo.yaml", "stereo.yml", "stereo.xml"}) {
+    CAPTURE(name);
+    write_opencv(folder / name, cameras);
+    check_rig(read_calibration(folder / name), cameras, 0);
+  }
+  write_text(folder / "camchain-imucam.yaml", camchain(cameras));
+  check_rig(read_calibration(folder / "camchain-imucam.yaml"), cameras, 320, 4);
+  write_text(folder / "left.yaml", camera_info(cameras, true));
+  write_text(folder / "right.yaml", camera_info(cameras, false));
+  check_rig(read_calibration(folder / "left.yaml"), cameras, 320);
+  check_rig(read_calibration(folder.path()), cameras, 320);
+}
+
+TEST_CASE("OpenCV's intrinsics and extrinsics may be two files", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  write_opencv(folder / "intrinsics.yml", cameras, /*with_extrinsics=*/false);
+  CHECK_THAT(error_of(folder / "intrinsics.yml"),
+             Catch::Contains("has no T; add R and T of cv::stereoCalibrate"));
+  {
+    cv::FileStorage storage((folder / "extrinsics.yml").string(), cv::FileStorage::WRITE);
+    storage << "R" << cv::Mat(cameras.R) << "T" << cv::Mat(cameras.T);
+  }
+  check_rig(read_calibration(folder / "intrinsics.yml"), cameras, 0);
+}
+
+TEST_CASE("A calibration without image size takes that of the images", "[calibration]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder / "in", 3);
+  fs::remove(folder / "in/calibration.yaml");
+  write_text(folder / "in/times.txt", "0\n0.1\n0.2\n");
+  write_opencv(folder / "stereo.xml", Cameras());
+  auto scan = scan_sequence(folder / "in", "auto", folder / "stereo.xml");
+  CHECK(scan.problems.empty());
+  CHECK(scan.sequence.camera.width_px == 320);
+  CHECK(scan.sequence.frames[2].stamp_ns == 200'000'000);
+  CHECK(load_frame(scan.sequence, 1).left.cols == 320);
+  // In the folder itself it needs no option.
+  fs::rename(folder / "stereo.xml", folder / "in/calibration.xml");
+  CHECK(scan_sequence(folder / "in", "auto").problems.empty());
+  fs::rename(folder / "in/times.txt", folder / "elsewhere.txt");
+  scan = scan_sequence(folder / "in", "auto");
+  REQUIRE_FALSE(scan.problems.empty());
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("or put times.txt beside the folders"));
+}
+
+TEST_CASE("Millimetres and squares of the board are suspected, with what to change", "[calibration]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder / "in", 3);
+  write_text(folder / "in/times.txt", "0\n0.1\n0.2\n");
+  const auto warning = [&](double unit) {
+    write_opencv(folder / "stereo.yaml", Cameras(), true, unit);
+    const auto scan = scan_sequence(folder / "in", "auto", folder / "stereo.yaml");
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_FALSE(is_error(scan.problems[0]));
+    return scan.problems[0].text;
+  };
+  CHECK_THAT(warning(1000.0), Catch::Contains("a baseline of 400 m; lengths must be in metres; if these are "
+                                              "millimetres, divide the translation by 1000 (to 0.4 m)"));
+  CHECK_THAT(warning(0.001), Catch::Contains("a baseline of 0.0004 m") &&
+                                 Catch::Contains("a square of the calibration board"));
+}
+
+TEST_CASE("A calibration of another size says what to change", "[calibration]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  write_text(folder / "times.txt", "0\n0.1\n0.2\n");
+  const auto error = [&](const std::string& resolution, const std::string& principal) {
+    std::string text = camchain(Cameras());
+    for (std::size_t at = 0; (at = text.find("[320, 120]", at)) != std::string::npos;)
+      text.replace(at, 10, resolution);
+    for (const char* was : {"160, 60]", "158, 61]"}) text.replace(text.find(was), 8, principal);
+    write_text(folder / "camchain.yaml", text);
+    const auto scan = scan_sequence(folder.path(), "auto", folder / "camchain.yaml");
+    REQUIRE_FALSE(scan.problems.empty());
+    return scan.problems[0].text;
+  };
+  CHECK_THAT(error("[640, 240]", "320, 120]"), Catch::Contains("resolution is 640x240") &&
+                                                   Catch::Contains("multiply fx, fy, cx and cy by 0.5"));
+  CHECK_THAT(error("[160, 120]", "80, 60]"), Catch::Contains("use `layout: side-by-side`"));
+  CHECK_THAT(error("[320, 200]", "160, 60]"), Catch::Contains("calibrate at the recorded size"));
+}
+
+TEST_CASE("Damaged calibrations of other programs are refused in one line", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  CHECK_THAT(error_of(folder / "nowhere.yaml"), Catch::Contains("nowhere.yaml: missing"));
+  write_text(folder / "a.xml", "<opencv_storage><M1>");
+  CHECK_THAT(error_of(folder / "a.xml"), Catch::Contains("a.xml: "));
+  write_text(folder / "a.xml", "<?xml version=\"1.0\"?><opencv_storage><M1>7</M1></opencv_storage>");
+  CHECK_THAT(error_of(folder / "a.xml"), Catch::Contains("M1 is not a matrix or a list of 9 finite numbers"));
+  write_opencv(folder / "b.yaml", cameras);
+  std::string text = read_text(folder / "b.yaml");
+  write_text(folder / "b.yaml", text.replace(text.find("-2."), 3, ".nan, -2."));
+  CHECK_THAT(error_of(folder / "b.yaml"), Catch::Contains("b.yaml: "));
+  Cameras turned;
+  turned.R = turned.R * 2.0;
+  write_opencv(folder / "c.yaml", turned);
+  CHECK_THAT(error_of(folder / "c.yaml"), Catch::Contains("R is not a rotation"));
+  Cameras prism;
+  prism.D1 = (cv::Mat_<double>(1, 12) << 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.1, 0, 0);
+  write_opencv(folder / "d.yaml", prism);
+  CHECK_THAT(error_of(folder / "d.yaml"), Catch::Contains("radtan has 12 distortion coefficients"));
+
+  write_text(folder / "camera.yaml", camera_info(cameras, true));
+  CHECK_THAT(error_of(folder / "camera.yaml"),
+             Catch::Contains("call the two files left.yaml and right.yaml"));
+  write_text(folder / "left.yaml", camera_info(cameras, true));
+  CHECK_THAT(error_of(folder / "left.yaml"), Catch::Contains("right.yaml: missing"));
+  write_text(folder / "right.yaml", camera_info(cameras, true));
+  CHECK_THAT(error_of(folder / "left.yaml"),
+             Catch::Contains("right.yaml: the projection matrix has no baseline"));
+  write_text(folder / "right.yaml", "image_width: 320\nimage_height: 120\n");
+  CHECK_THAT(error_of(folder / "left.yaml"), Catch::Contains("right.yaml:1: the file has no camera_matrix"));
+}
