@@ -11,27 +11,35 @@ packages=(
 # Used where the distribution has them, and not missed where it does not: bags of ROS 1, and a test that writes some.
 optional=(librosbag-storage-dev python3-rosbag python3-sensor-msgs)
 
+is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null || true)" = installed ]; }
+# Those of the arguments that are not installed, and that apt knows.
+available() {
+  for package in "$@"; do
+    if ! is_installed "$package" && apt-cache show "$package" >/dev/null 2>&1; then echo "$package"; fi
+  done
+}
+
 missing=()
 for package in "${packages[@]}"; do
-  if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" != installed ]; then
-    missing+=("$package")
-  fi
+  is_installed "$package" || missing+=("$package")
 done
-for package in "${optional[@]}"; do
-  if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" != installed ] &&
-    apt-cache show "$package" >/dev/null 2>&1; then
-    missing+=("$package")
-  fi
-done
-[ ${#missing[@]} -eq 0 ] && exit 0
+[ ${#missing[@]} -gt 0 ] || [ -n "$(available "${optional[@]}")" ] || exit 0
 
 sudo=""
 if [ "$(id -u)" -ne 0 ]; then
+  [ ${#missing[@]} -gt 0 ] || command -v sudo >/dev/null || exit 0
   command -v sudo >/dev/null || { echo "install-dependencies: run as root, or install sudo; missing: ${missing[*]}" >&2; exit 1; }
   sudo="sudo"
 fi
-echo "Installing: ${missing[*]}"
 # Waits if another installation holds the lock.
 apt() { $sudo env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300 "$@"; }
 apt update
-apt install -y --no-install-recommends "${missing[@]}"
+if [ ${#missing[@]} -gt 0 ]; then
+  echo "Installing: ${missing[*]}"
+  apt install -y --no-install-recommends "${missing[@]}"
+fi
+mapfile -t more < <(available "${optional[@]}")
+if [ ${#more[@]} -gt 0 ]; then
+  echo "Installing: ${more[*]}"
+  apt install -y --no-install-recommends "${more[@]}" || echo "not installed, and not needed: ${more[*]}"
+fi

@@ -156,6 +156,7 @@ std::vector<BagTopic> BagReader::topics() const {
     }
   });
   std::vector<BagTopic> topics;
+  topics.reserve(by_name.size());
   for (auto& [name, topic] : by_name) topics.push_back(std::move(topic));
   return topics;
 }

@@ -154,7 +154,7 @@ OwnCamera read_opencv_stereo(const fs::path& path) {
 
 /// Numbers of `key` as ROS writes matrices: {rows, cols, data}.
 std::vector<double> ros_numbers(const YamlMap& map, const char* key, std::size_t count) {
-  const auto values = map.map(key).numbers({"data"});
+  auto values = map.map(key).numbers({"data"});
   if (count > 0 && values.size() != count)
     map.fail(map.get({key}), fmt::format("{} has {} numbers, but needs {}", key, values.size(), count));
   return values;
@@ -185,7 +185,7 @@ fs::path right_of(const fs::path& left) {
     fail(left,
          "is one camera of a ROS pair; call the two files left.yaml and right.yaml, and name the left one");
   }
-  const fs::path right = left.parent_path() / name.replace(at, std::string_view("left").size(), "right");
+  fs::path right = left.parent_path() / name.replace(at, std::string_view("left").size(), "right");
   if (!fs::exists(right)) fail(right, "missing; it has to be beside the camera_info of the left camera");
   return right;
 }

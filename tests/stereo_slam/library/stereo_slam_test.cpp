@@ -111,7 +111,7 @@ TEST_CASE("Options that cannot be used are refused with their name", "[library]"
   const auto refused = [](const SlamOptions& options) {
     return message_of([&] { StereoSlam slam(kTinyCamera, options); });
   };
-  CHECK_THAT(refused({.preset = "fast"}), Catch::Contains("fast"));
+  CHECK_THAT(refused({.preset = "turbo"}), Catch::Contains("turbo"));
   CHECK_THAT(refused({.settings = {{"features.cuont", "500"}}}),
              Catch::Contains("did you mean features.count"));
   CHECK_THAT(refused({.settings = {{"features.count", "many"}}}),
