@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What is left of a run that is killed, and of the results that it was to replace.
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <random>
 #include <sys/resource.h>
@@ -48,17 +49,30 @@ std::size_t check_killed_run(const fs::path& output, std::size_t finished) {
   return poses;
 }
 
+/// Time from the start of a run to its first frame.
+std::int64_t first_frame_us(const TemporaryFolder& folder) {
+  const auto start = std::chrono::steady_clock::now();
+  const Program program(folder.path(), run_into(folder, "first"));
+  program.wait_for_output("frame 1/");
+  const auto time = std::chrono::steady_clock::now() - start;
+  program.signal(SIGKILL);
+  (void)program.wait();
+  return std::chrono::duration_cast<std::chrono::microseconds>(time).count();
+}
+
 }  // namespace
 
 TEST_CASE("Every frame that a run finished before it was killed is in its files", "[faults]") {
   const TemporaryFolder folder;
   write_long_sequence(folder / "in", kFrames);
+  // Killed before the first frame and after it, however slow the machine is.
+  const auto longest_us = static_cast<unsigned>(3 * first_frame_us(folder));
   std::mt19937 random(20);
   std::size_t most = 0;
   for (int i = 0; i < 20; ++i) {
     const auto output = fmt::format("out{}", i % 4);  // fresh ones, then those of killed runs
     const Program program(folder.path(), run_into(folder, output));
-    usleep(std::uniform_int_distribution<unsigned>(1'000, 700'000)(random));
+    usleep(std::uniform_int_distribution<unsigned>(1'000, longest_us)(random));
     program.signal(SIGKILL);
     const auto result = program.wait();
     CHECK(result.status == 1000 + SIGKILL);
