@@ -2,6 +2,7 @@
 #include "stereo_slam/frontend/online_rectification.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -19,12 +20,21 @@ constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which 
 constexpr double kDisparityPerRow = 2.0;
 constexpr double kExactSigma_px = 0.03;  // of the disparity offset where there is no row offset
 
+/// Powers of x and y of the terms.
+constexpr std::array<std::array<int, 2>, RectificationResidual::kTerms> kPowers = {
+    {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}, {3, 0}, {2, 1}, {1, 2}, {0, 3}}};
+
 /// Mean square of an offset over the image, whose coordinates are uniform in [-1, 1].
 [[nodiscard]] double mean_square(const RectificationResidual::Basis& c) {
-  const double constant = c[0] + (c[3] + c[5]) / 3.0;
-  const double linear = (c[1] * c[1] + c[2] * c[2]) / 3.0;
-  const double quadratic = (c[3] * c[3] + c[5] * c[5]) * (1.0 / 5.0 - 1.0 / 9.0) + c[4] * c[4] / 9.0;
-  return constant * constant + linear + quadratic;
+  const auto mean = [](int power) { return power % 2 == 0 ? 1.0 / (power + 1) : 0.0; };
+  double sum = 0.0;
+  for (std::size_t i = 0; i < kPowers.size(); ++i) {
+    for (std::size_t j = 0; j < kPowers.size(); ++j) {
+      sum += c[static_cast<Eigen::Index>(i)] * c[static_cast<Eigen::Index>(j)] *
+             mean(kPowers[i][0] + kPowers[j][0]) * mean(kPowers[i][1] + kPowers[j][1]);
+    }
+  }
+  return sum;
 }
 
 }  // namespace
@@ -33,7 +43,7 @@ RectificationResidual::Basis RectificationResidual::basis(const Vector2<double>&
   const double x = 2.0 * (left_px.x() - camera_.cx) / camera_.width_px;
   const double y = 2.0 * (left_px.y() - camera_.cy) / camera_.height_px;
   Basis terms;
-  terms << 1.0, x, y, x * x, x * y, y * y;
+  terms << 1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y;
   return terms;
 }
 
@@ -84,7 +94,8 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   constexpr std::size_t kMinConstraints = 30;
   if (constraints.size() < kMinConstraints) return {};
   Matrix6<double> pose_pose = Matrix6<double>::Zero();
-  Information pose_bias = Information::Zero();
+  using PoseByBias = Eigen::Matrix<double, 6, RectificationResidual::kTerms>;
+  PoseByBias pose_bias = PoseByBias::Zero();
   Information bias_bias = Information::Zero();
   Vector6<double> pose_vector = Vector6<double>::Zero();
   Basis bias_vector = Basis::Zero();
@@ -108,7 +119,7 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   constexpr double kMinReciprocalCondition = 1e-12;  // below, the motion itself is not known
   if (factor.info() != Eigen::Success || !factor.isPositive() || !(factor.rcond() > kMinReciprocalCondition))
     return {};
-  const Eigen::Matrix<double, 6, RectificationResidual::kTerms> pose_derivative = factor.solve(pose_bias);
+  const PoseByBias pose_derivative = factor.solve(pose_bias);
   RectificationEffect effect{.applied = applied, .derivative = -pose_derivative};
   effect.covariance = covariance_of(effect);
   estimate_.disparity_information += kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative);

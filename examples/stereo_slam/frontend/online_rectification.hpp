@@ -14,7 +14,7 @@ namespace stereo_slam {
 
 /// Residual error of the stereo rectification: a smooth offset of the right image,
 ///
-///   (u_right, v_right) = (u - d, v) + C (1, x, y, x^2, x y, y^2)',
+///   (u_right, v_right) = (u - d, v) + C (1, x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3)',
 ///
 /// where (x, y) is the left position relative to the principal point in half image sizes, so that a
 /// coefficient is an offset in pixels at the border. It is zero for a perfect calibration; a small error of
@@ -22,7 +22,7 @@ namespace stereo_slam {
 /// or too short by per cents.
 class RectificationResidual {
  public:
-  static constexpr int kTerms = 6;
+  static constexpr int kTerms = 10;
   using Basis = antipode::Vector<double, kTerms>;
   using Coefficients = antipode::Matrix<double, 2, kTerms>;  ///< px; rows u, v
 

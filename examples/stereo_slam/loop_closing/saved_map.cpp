@@ -28,20 +28,23 @@ void require(bool condition, std::string_view where, std::string_view what) {
 }
 
 /// Symmetric and without a negative variance in any direction, whatever the units of its rows.
-[[nodiscard]] bool is_covariance(const Matrix6<double>& P) {
-  const Vector6<double> sigma = P.diagonal().cwiseSqrt();  // NaN for a negative variance
-  const Matrix6<double> bound = sigma * sigma.transpose();
+template <int N>
+[[nodiscard]] bool is_covariance(const antipode::Matrix<double, N>& P) {
+  using Vector = antipode::Vector<double, N>;
+  using Matrix = antipode::Matrix<double, N>;
+  const Vector sigma = P.diagonal().cwiseSqrt();  // NaN for a negative variance
+  const Matrix bound = sigma * sigma.transpose();
   if (!P.allFinite() || !bound.allFinite()) return false;
   if (((P - P.transpose()).array().abs() > kRounding * bound.array()).any()) return false;
   if ((P.array().abs() > (1.0 + kRounding) * bound.array()).any()) return false;
-  const Vector6<double> scale = sigma.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-  const Matrix6<double> correlation = scale.asDiagonal() * P * scale.asDiagonal();
-  return Eigen::LLT<Matrix6<double>>(correlation + kRounding * Matrix6<double>::Identity()).info() ==
-         Eigen::Success;
+  const Vector scale = sigma.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const Matrix correlation = scale.asDiagonal() * P * scale.asDiagonal();
+  return Eigen::LLT<Matrix>(correlation + kRounding * Matrix::Identity()).info() == Eigen::Success;
 }
 
-[[nodiscard]] bool is_positive_definite(const Matrix6<double>& P) {
-  return is_covariance(P) && Eigen::LLT<Matrix6<double>>(P).info() == Eigen::Success;
+template <int N>
+[[nodiscard]] bool is_positive_definite(const antipode::Matrix<double, N>& P) {
+  return is_covariance<N>(P) && Eigen::LLT<antipode::Matrix<double, N>>(P).info() == Eigen::Success;
 }
 
 [[nodiscard]] bool is_near(const Vector3<double>& position) {
@@ -59,13 +62,14 @@ void check_pose(const Pose& pose, std::string_view where) {
 
 void check_estimate(const PoseGaussian& estimate, std::string_view where) {
   check_pose(estimate.pose, where);
-  require(is_covariance(estimate.covariance), where, "has a matrix that is not a covariance");
+  require(is_covariance<6>(estimate.covariance), where, "has a matrix that is not a covariance");
 }
 
 /// A relative pose is an edge of the pose graph.
 void check_relative(const PoseGaussian& estimate, std::string_view where) {
   check_estimate(estimate, where);
-  require(is_positive_definite(estimate.covariance), where, "has a covariance that is not positive definite");
+  require(is_positive_definite<6>(estimate.covariance), where,
+          "has a covariance that is not positive definite");
 }
 
 void check_camera(const StereoCamera& camera) {
@@ -77,15 +81,16 @@ void check_camera(const StereoCamera& camera) {
 }
 
 void check_rectification(const RectificationEstimate& estimate, const StereoCamera& camera) {
+  constexpr int kTerms = RectificationResidual::kTerms;
   const std::string_view where = "rectification";
   require(estimate.coefficients.allFinite() && estimate.row_vector.allFinite() &&
               estimate.disparity_vector.allFinite(),
           where, "is not finite");
   require(estimate.coefficients.cwiseAbs().maxCoeff() < camera.width_px, where,
           "moves points out of the image");
-  require(
-      is_positive_definite(estimate.row_information) && is_positive_definite(estimate.disparity_information),
-      where, "has an information that is not positive definite");
+  require(is_positive_definite<kTerms>(estimate.row_information) &&
+              is_positive_definite<kTerms>(estimate.disparity_information),
+          where, "has an information that is not positive definite");
 }
 
 void check_point(const KeyframePoint& point, const StereoCamera& camera, std::string_view where) {

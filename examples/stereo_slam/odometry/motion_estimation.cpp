@@ -215,31 +215,59 @@ class MotionProblem {
   return static_cast<int>(std::min(1e6, std::ceil(std::log(kMissed) / std::log1p(-clean))));
 }
 
+/// Whether a motion may follow another one, `expected`, without a jerk that no vehicle or hand makes.
+[[nodiscard]] bool continues(const Pose& motion, const Pose& expected) {
+  constexpr double kChange = 0.5;  // of the motion, relative
+  constexpr double kRotation_rad = 0.03;
+  constexpr double kTranslation_m = 0.05;
+  const Vector6<double> size = expected.boxminus(Pose::identity());
+  const Vector6<double> change = motion.boxminus(expected);
+  return change.head<3>().norm() < kChange * size.head<3>().norm() + kRotation_rad &&
+         change.tail<3>().norm() < kChange * size.tail<3>().norm() + kTranslation_m;
+}
+
+/// A motion, and the correspondences that agree with it.
+struct Hypothesis {
+  Pose pose;
+  double cost = std::numeric_limits<double>::infinity();  ///< sum of truncated distances
+  std::size_t inliers = 0;
+
+  /// Becomes the other one if that is better.
+  void compete(const Hypothesis& other) {
+    if (other.cost < cost) *this = other;
+  }
+};
+
+[[nodiscard]] Hypothesis judge(const MotionProblem& problem, const Pose& pose) {
+  Hypothesis result{pose, 0.0, 0};
+  for (const double d : problem.distances(pose)) {
+    result.cost += std::min(d, kChi2_3_99);
+    if (d < kChi2_3_99) ++result.inliers;
+  }
+  return result;
+}
+
 /// Pose with the smallest sum of truncated distances over random minimal sets; `initial` competes too. Ends
 /// when the inliers of the best pose make a better one improbable, after `iterations` at the latest.
+///
+/// What fills half of the image and moves, a lorry ahead, agrees on a motion as well as the street does. A
+/// motion that does not continue the expected one, `initial`, therefore needs twice the inliers of the best
+/// that does.
 [[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const Pose& initial,
                           int iterations, std::mt19937_64& random) {
-  Pose best = initial;
-  double best_cost = std::numeric_limits<double>::infinity();
-  int draws = iterations;
-  const auto compete = [&](const Pose& pose) {
-    double cost = 0.0;
-    std::size_t inliers = 0;
-    for (const double d : problem.distances(pose)) {
-      cost += std::min(d, kChi2_3_99);
-      if (d < kChi2_3_99) ++inliers;
-    }
-    if (!(cost < best_cost)) return;
-    best = pose;
-    best_cost = cost;
-    draws = std::min(iterations, sufficient_draws(static_cast<double>(inliers) / static_cast<double>(count)));
-  };
-  compete(initial);
-  for (int iteration = 0; iteration < draws; ++iteration) {
+  constexpr std::size_t kSupportOfJump = 2;
+  Hypothesis best = judge(problem, initial);
+  Hypothesis best_continuing = best;
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    const double share = static_cast<double>(best.inliers) / static_cast<double>(count);
+    if (iteration >= sufficient_draws(share) && continues(best.pose, initial)) break;
     const auto pose = problem.minimal_solution(draw_three(count, random), initial);
-    if (pose) compete(*pose);
+    if (!pose) continue;
+    const Hypothesis drawn = judge(problem, *pose);
+    best.compete(drawn);
+    if (continues(*pose, initial)) best_continuing.compete(drawn);
   }
-  return best;
+  return best.inliers < kSupportOfJump * best_continuing.inliers ? best_continuing.pose : best.pose;
 }
 
 }  // namespace

@@ -41,7 +41,8 @@ struct MotionEstimate {
 /// the inliers to start from; Cauchy weights limit the remaining outliers. The covariance is the sandwich
 /// estimate of the weighted problem, which follows the scale of the residuals.
 ///
-/// Without static points the largest consistent set may be that of a moving lorry.
+/// Without static points the largest consistent set may be that of a moving lorry. A set that contradicts the
+/// initial motion, which is the one expected, therefore needs twice the points of one that continues it.
 [[nodiscard]] MotionEstimate estimate_motion(const MotionCorrespondences& correspondences,
                                              const StereoCamera& camera,
                                              const Pose& initial_T_previous_current,

@@ -23,7 +23,7 @@ static_assert(sizeof(std::size_t) == 8 && sizeof(int) == 4, "the file has fields
 
 // Header and trailer stay the same in all versions.
 constexpr std::string_view kMagic = "antipode map\r\n\x1a\n";
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kTrailerBytes = 4;
 

@@ -15,8 +15,8 @@ using Coefficients = RectificationResidual::Coefficients;
 /// As large as those of public recordings.
 Coefficients planted() {
   Coefficients c;
-  c << 0.2, -0.3, 0.1, 0.8, 0.0, -0.1,  //
-      -0.2, 0.2, 0.1, -0.1, 1.4, 0.1;
+  c << 0.2, -0.3, 0.1, 0.8, 0.0, -0.1, -0.4, 0.1, 0.2, 0.0,  //
+      -0.2, 0.2, 0.1, -0.1, 1.4, 0.1, 0.1, -0.3, 0.1, 0.2;
   return c;
 }
 

@@ -79,8 +79,29 @@ TEST_CASE("Static points outvote a lorry that fills the image, and have no other
       estimate_motion({{matches.data(), 60}}, test::kitti_camera(), motion, settings(), random);
   CHECK(estimate.T_previous_current.covariance(5, 5) > 0.3 * alone.T_previous_current.covariance(5, 5));
 
-  const auto fooled = estimate_motion({matches}, test::kitti_camera(), motion, settings(), random);
+  const auto fooled = estimate_motion({matches}, test::kitti_camera(), Pose::identity(), settings(), random);
   CHECK(fooled.T_previous_current.pose.translation().norm() < 0.1);
+}
+
+TEST_CASE("Of two motions that many points agree on, the one that continues the last motion is found",
+          "[stereo_slam][odometry]") {
+  std::mt19937_64 random(15);
+  const Pose motion = test::car_motion();
+  Vector6<double> faster = Vector6<double>::Zero();
+  faster[5] = 0.1;
+  const Pose expected = motion.boxplus(faster);
+  auto matches = correspondences(random, 80, motion, kSigma_px);
+  const auto on_lorry = correspondences(random, 120, Pose::identity(), kSigma_px);
+  matches.insert(matches.end(), on_lorry.begin(), on_lorry.end());
+  const auto estimate = estimate_motion({matches}, test::kitti_camera(), expected, settings(), random);
+  REQUIRE(estimate.valid);
+  CHECK(motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.05);
+
+  // A jump that nearly all points agree on is real.
+  const auto jump = correspondences(random, 120, test::car_motion(-2.0), kSigma_px);
+  const auto after_jump = estimate_motion({jump}, test::kitti_camera(), expected, settings(), random);
+  REQUIRE(after_jump.valid);
+  CHECK(after_jump.T_previous_current.pose.boxminus(test::car_motion(-2.0)).tail<3>().norm() < 0.05);
 }
 
 TEST_CASE("The reported covariance of the motion is consistent with its errors", "[stereo_slam][odometry]") {
