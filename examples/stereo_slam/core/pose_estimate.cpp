@@ -3,6 +3,11 @@
 
 namespace stereo_slam {
 
+PoseDensity certain_pose() {
+  constexpr double kVariance = 1e-10;
+  return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
+}
+
 PoseGaussian with_calibration_error(const PoseGaussian& T_a_b, const CalibrationError& error) {
   const Pose T_b_a = T_a_b.pose.inverse();
   const Vector3<double> along = error.scale_sigma * T_b_a.translation();

@@ -11,6 +11,9 @@ namespace stereo_slam {
 /// The filter's density of a pose: orientation and translation coupled, valid for wide orientations too.
 using PoseDensity = antipode::BinghamGaussian<double>;
 
+/// Pose of a keyframe relative to itself: known, up to the smallest covariance that densities represent.
+[[nodiscard]] PoseDensity certain_pose();
+
 /// The estimate with the uncertainty of the calibration added. All frames share the calibration's errors, and
 /// no measurement of the camera observes them; they are therefore no part of the state, and are added once,
 /// to the reported pose. An error of the baseline scales all lengths: the translation is uncertain along

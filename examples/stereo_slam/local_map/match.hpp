@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
@@ -18,5 +19,13 @@ struct Match {
   std::optional<std::size_t>
       left_feature;  ///< matched feature of the left image, if descriptors made the match
 };
+
+/// Where the landmarks are in the left image.
+[[nodiscard]] inline std::vector<Vector2<double>> positions(const std::vector<Match>& matches) {
+  std::vector<Vector2<double>> result;
+  result.reserve(matches.size());
+  for (const auto& match : matches) result.push_back(match.z.head<2>());
+  return result;
+}
 
 }  // namespace stereo_slam

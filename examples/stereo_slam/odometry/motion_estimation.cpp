@@ -247,15 +247,28 @@ struct Hypothesis {
   return result;
 }
 
+/// Whether a motion has at least four times the correspondences of another one, those not counted that agree
+/// with both: far points agree with many motions.
+[[nodiscard]] bool outvotes(const MotionProblem& problem, const Pose& pose, const Pose& other) {
+  constexpr std::size_t kMajority = 4;
+  const auto agree = flag_inliers(problem.distances(pose));
+  const auto agree_with_other = flag_inliers(problem.distances(other));
+  std::size_t alone = 0;
+  std::size_t other_alone = 0;
+  for (std::size_t i = 0; i < agree.size(); ++i) {
+    if (agree[i] && !agree_with_other[i]) ++alone;
+    if (agree_with_other[i] && !agree[i]) ++other_alone;
+  }
+  return alone >= kMajority * other_alone;
+}
+
 /// Pose with the smallest sum of truncated distances over random minimal sets; `initial` competes too. Ends
 /// when the inliers of the best pose make a better one improbable, after `iterations` at the latest.
 ///
 /// What fills half of the image and moves, a lorry ahead, agrees on a motion as well as the street does. A
-/// motion that does not continue the expected one, `initial`, therefore needs twice the inliers of the best
-/// that does.
+/// motion that does not continue the expected one, `initial`, therefore has to outvote the best that does.
 [[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const Pose& initial,
                           int iterations, std::mt19937_64& random) {
-  constexpr std::size_t kSupportOfJump = 2;
   Hypothesis best = judge(problem, initial);
   Hypothesis best_continuing = best;
   for (int iteration = 0; iteration < iterations; ++iteration) {
@@ -267,7 +280,8 @@ struct Hypothesis {
     best.compete(drawn);
     if (continues(*pose, initial)) best_continuing.compete(drawn);
   }
-  return best.inliers < kSupportOfJump * best_continuing.inliers ? best_continuing.pose : best.pose;
+  if (continues(best.pose, initial)) return best.pose;
+  return outvotes(problem, best.pose, best_continuing.pose) ? best.pose : best_continuing.pose;
 }
 
 }  // namespace

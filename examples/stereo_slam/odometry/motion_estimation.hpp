@@ -42,7 +42,8 @@ struct MotionEstimate {
 /// estimate of the weighted problem, which follows the scale of the residuals.
 ///
 /// Without static points the largest consistent set may be that of a moving lorry. A set that contradicts the
-/// initial motion, which is the one expected, therefore needs twice the points of one that continues it.
+/// initial motion, which is the one expected, therefore needs four times the points of one that continues it,
+/// not counting those that agree with both.
 [[nodiscard]] MotionEstimate estimate_motion(const MotionCorrespondences& correspondences,
                                              const StereoCamera& camera,
                                              const Pose& initial_T_previous_current,

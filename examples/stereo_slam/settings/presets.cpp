@@ -36,7 +36,6 @@ void apply_odometry(Settings& settings) {
 void apply_fast(Settings& settings) {
   settings.odometry.max_points = 120;
   settings.odometry.cell_px = 80;
-  settings.odometry.pyramid_levels = 3;
   settings.map.max_new_landmarks = 200;
   settings.map.cell_px = 60;
   settings.keyframes.min_match_ratio = 0.5;

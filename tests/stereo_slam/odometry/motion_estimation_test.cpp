@@ -83,6 +83,21 @@ TEST_CASE("Static points outvote a lorry that fills the image, and have no other
   CHECK(fooled.T_previous_current.pose.translation().norm() < 0.1);
 }
 
+TEST_CASE("Far points agree with any motion but do not hold back the first one", "[stereo_slam][odometry]") {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    CAPTURE(seed);
+    std::mt19937_64 random(seed);
+    const Pose motion = test::car_motion(2.5);
+    auto matches = correspondences(random, 60, motion, kSigma_px, 6.0, 40.0);
+    const auto far = correspondences(random, 120, motion, kSigma_px, 100.0, 400.0);
+    matches.insert(matches.end(), far.begin(), far.end());
+    const auto estimate =
+        estimate_motion({matches}, test::kitti_camera(), Pose::identity(), settings(), random);
+    REQUIRE(estimate.valid);
+    CHECK(motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.1);
+  }
+}
+
 TEST_CASE("Of two motions that many points agree on, the one that continues the last motion is found",
           "[stereo_slam][odometry]") {
   std::mt19937_64 random(15);

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// The part of the SLAM that adds keyframes and landmarks.
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "stereo_slam/frontend/stereo_points.hpp"
+#include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/tracking/rectification_constraints.hpp"
+
+namespace stereo_slam {
+
+/// Removes old landmarks, and adds new ones where it is time to. Returns whether the frame became a keyframe.
+bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
+  local_map_.cull(images.frame.index);
+  if (!anchored()) {
+    (void)add_landmarks(images, positions(tracked.matches));
+    return false;
+  }
+  if (tracked.basis == PoseBasis::kOdometry && lost_) {
+    begin_segment(images, tracked.odometry);
+    return true;
+  }
+  const bool recognised = tracked.basis == PoseBasis::kKeyframe;
+  if (!recognised && !needs_keyframe(images.frame.index, tracked.matches.size())) return false;
+  const bool against_landmarks = tracked.basis == PoseBasis::kLandmarks;
+  change_keyframe(images, against_landmarks ? tracked.matches : std::vector<Match>{});
+  return true;
+}
+
+bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
+  const auto& rule = settings_.keyframes;
+  return static_cast<double>(matches) < rule.min_match_ratio * static_cast<double>(reference_.landmarks) ||
+         matches < static_cast<std::size_t>(rule.min_matches) ||
+         frame >= trajectory_.reference_frame() + static_cast<std::size_t>(rule.max_frames);
+}
+
+/// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The frame that
+/// the odometry started from was not measured either; it is known relative to this one.
+void Slam::begin_segment(const FrameImages& images, const OdometryResult& odometry) {
+  segment_.begin_next();
+  change_keyframe(images, {});
+  trajectory_.replace(previous_.position, antipode::inverse(odometry.T_previous_current));
+}
+
+/// Makes the current camera the reference of pose and landmarks.
+void Slam::change_keyframe(const FrameImages& images, const std::vector<Match>& matches) {
+  PoseGaussian T_previous_keyframe = to_pose_gaussian(posterior_);
+  const RectificationEffect effect = refine_rectification(matches);
+  T_previous_keyframe.covariance += effect.covariance;
+  trajectory_.add_keyframe(images.frame.index, T_previous_keyframe, effect);
+  posterior_ = certain_pose();
+  const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
+  local_map_.restart(trajectory_.reference());
+  begin_keyframe(images.frame, add_landmarks(images, {}, reobserved));
+}
+
+void Slam::begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points) {
+  reference_.left = frame.left.clone();
+  reference_.landmarks = local_map_.landmarks().size();
+  reference_.keyframe = {};
+  reference_.keyframe.frame = frame.index;
+  reference_.keyframe.stamp_ns = frame.stamp_ns;
+  reference_.keyframe.segment = segment_.current();
+  reference_.keyframe.points = std::move(points);
+  reference_.keyframe.T_previous_keyframe = trajectory_.T_previous_reference();
+  if (loops_) loops_->add_keyframe(reference_.keyframe, aligns_patches() ? reference_.left : cv::Mat());
+}
+
+/// Points of the frame with a disparity, for landmarks and keyframes, away from `reserved_px`.
+StereoPoints Slam::measure_points(const FrameImages& images,
+                                  const std::vector<Vector2<double>>& reserved_px) const {
+  const StereoView view = view_of(images.frame);
+  if (aligns_patches()) {
+    const auto& found = images.ahead.landmark_corners;
+    return measure_stereo_corners(view, found ? *found : find_stereo_corners(images.frame.left, settings_),
+                                  settings_);
+  }
+  return measure_stereo_points(view, images.features.left, reserved_px, settings_);
+}
+
+/// Adds landmarks at features with a stereo match, away from `reserved_px`; a feature at a re-observed
+/// landmark keeps its id. Returns what they were made from.
+std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
+                                               const std::vector<Vector2<double>>& reserved_px,
+                                               const ReobservedLandmarks& reobserved) {
+  const StereoFrame& frame = images.frame;
+  const auto points = measure_points(images, reserved_px);
+  std::vector<std::uint32_t> ids;
+  for (const auto& known : reobserved.ids_at(points, frame.left.size())) {
+    ids.push_back(known ? *known : local_map_.new_id());
+  }
+  local_map_.add(points, ids, to_pose_gaussian(posterior_), frame);
+  if (settings_.online_rectification.enabled) rectification_.add_rows(points.measured);
+  return keyframe_points(points, ids);
+}
+
+/// Refines the rectification by the landmarks of the ending keyframe, matched in this frame. Returns how the
+/// frame's pose depends on it.
+RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches) {
+  if (!settings_.online_rectification.enabled || !settings_.refinement.enabled) return {};
+  const RectificationResidual before = rectification_.current();
+  const Pose T_keyframe_camera = posterior_.pose();
+  const RectificationEffect effect = rectification_.add_motion(
+      bias_constraints(matches, local_map_.view(), T_keyframe_camera), T_keyframe_camera);
+  rectification_.advance();
+  tracks_.remeasure(before, rectification_.current());
+  return effect;
+}
+
+}  // namespace stereo_slam
