@@ -100,53 +100,6 @@ TEST_CASE("What is linear in the split chart takes one fit and is the Kalman upd
   CHECK(result.log_evidence == Approx(-0.5 * 9.0 / S - std::log(std::sqrt(S) / 0.1)).epsilon(1e-10));
 }
 
-TEST_CASE("Changing the chart keeps mean and covariance to second order", "[split][law]") {
-  constexpr int kDraws = 200000;
-  Rng rng(3);
-  Matrix6<double> P = random_covariance<double, 6>(rng, 0.05);
-  P.topRows<3>() *= 0.1;
-  P.leftCols<3>() *= 0.1;
-  const PoseGaussian<double> screw{random_pose<double>(rng), P};
-  const Split split = in_chart<SplitChart<double>>(screw);
-  Vector6<double> mean = Vector6<double>::Zero();
-  Matrix6<double> second = Matrix6<double>::Zero();
-  for (int i = 0; i < kDraws; ++i) {
-    const Vector6<double> xi = SplitChart<double>::local(split.pose, draw(rng, screw));
-    mean += xi / kDraws;
-    second += xi * xi.transpose() / kDraws;
-  }
-  for (int i = 0; i < 6; ++i) {
-    CHECK(std::abs(mean[i]) <= 4.0 * std::sqrt(split.covariance(i, i) / kDraws));
-    for (int j = 0; j < 6; ++j) {
-      const double sigmas = std::sqrt(split.covariance(i, i) * split.covariance(j, j));
-      CHECK(std::abs(second(i, j) - split.covariance(i, j)) <= 4.0 * sigmas * std::sqrt(2.0 / kDraws));
-    }
-  }
-  // There and back, what is lost is of third order: the rotation's variance times itself.
-  const auto back = in_chart<ScrewChart<double>>(split);
-  CHECK(max_difference(back.covariance, P) <= 5e-3);
-  CHECK(back.pose.boxminus(screw.pose).norm() <= 5e-3);
-}
-
-TEST_CASE("A Bingham density with its translation is rotation and position apart", "[split][law]") {
-  Rng rng(7);
-  const Split split{random_pose<double>(rng),
-                    Matrix6<double>(1e-4 * random_covariance<double, 6>(rng, 0.05))};
-  const Split back = to_split_pose_gaussian(to_bingham_gaussian(split));
-  CHECK(back.pose.is_approx(split.pose, 1e-12));
-  CHECK(back.covariance.isApprox(split.covariance, 1e-3));
-  CHECK((to_bingham_gaussian(split).translation_covariance() - split.covariance.bottomRightCorner<3, 3>())
-            .norm() <= 1e-3 * split.covariance.norm());
-}
-
-TEST_CASE("A certain pose is certain in every chart", "[split]") {
-  Rng rng(4);
-  const auto pose = random_pose<double>(rng);
-  const Split split = in_chart<SplitChart<double>>(PoseGaussian<double>{pose, Matrix6<double>::Zero()});
-  CHECK(split.pose.is_approx(pose, 1e-14));
-  CHECK(split.covariance.isZero());
-}
-
 TEST_CASE("The prediction in the split chart is that of sampled motions", "[split]") {
   Rng rng(5);
   const Split state{random_pose<double>(rng), pose_covariance<double>(0.02, 3.0)};

@@ -3,6 +3,9 @@
 #include <limits>
 #include <vector>
 
+#include <antipode/filters/detail/mode_search.hpp>
+#include <antipode/filters/gauss_newton_update.hpp>
+#include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
@@ -57,6 +60,68 @@ TEST_CASE("Two modes are reported, not merged in silence", "[status]") {
   CHECK(result.status == UpdateStatus::kNotGaussian);
   CHECK(result.residual > 100.0);
   CHECK(quadratic(prior, bimodal).status != UpdateStatus::kConverged);
+}
+
+TEST_CASE("A position known up to its sign is reported by every update that sees one place", "[status]") {
+  // |t_x| = 5 +- .5 under priors of 2 to 100 m. From one side the measurement looks linear.
+  struct Distance {
+    Vector<double, 1> operator()(const Pose& x, std::size_t) const {
+      return Vector<double, 1>(std::abs(x.translation()[0]));
+    }
+    Vector<double, 1> operator()(const Pose& x, std::size_t i, Matrix<double, 1, 6>& J) const {
+      J.setZero();
+      J(0, 3) = x.translation()[0] > 0.0 ? 1.0 : -1.0;
+      return (*this)(x, i);
+    }
+  };
+  const std::vector<NoisyMeasurement<double, 1>> z{{Vector<double, 1>(5.0), Vector<double, 1>(0.25)}};
+  const GaussianMeasurements measurement(z, Distance{});
+  for (const double sigma_m : {4.0, 10.0, 100.0}) {
+    for (const double offset_m : {0.5, 2.0, -3.0}) {
+      CAPTURE(sigma_m, offset_m);
+      const auto at =
+          Pose::from_rotation_translation(Vector4<double>(1, 0, 0, 0), Vector3<double>(offset_m, 0, 0));
+      const SplitPoseGaussian<double> prior{at, pose_covariance<double>(0.17, sigma_m)};
+      CHECK(quadratic_update(prior, measurement).status != UpdateStatus::kConverged);
+      CHECK(linearized_update(prior, z, Distance{}, {}, MysovskikhRule<6>{}).status !=
+            UpdateStatus::kConverged);
+      CHECK(gauss_newton_update(prior, z, Distance{}).status != UpdateStatus::kConverged);
+    }
+  }
+  // Known to a metre, it is at one of the two. Who knows better may say so.
+  const auto near = Pose::from_rotation_translation(Vector4<double>(1, 0, 0, 0), Vector3<double>(4.5, 0, 0));
+  const SplitPoseGaussian<double> decided{near, pose_covariance<double>(0.17, 1.0)};
+  CHECK(quadratic_update(decided, measurement).status == UpdateStatus::kConverged);
+  CHECK(linearized_update(decided, z, Distance{}).status == UpdateStatus::kConverged);
+  CHECK(gauss_newton_update(decided, z, Distance{}).status == UpdateStatus::kConverged);
+  const SplitPoseGaussian<double> wide{near, pose_covariance<double>(0.17, 10.0)};
+  CHECK(gauss_newton_update(wide, z, Distance{}, {.check_modes = false}).status == UpdateStatus::kConverged);
+}
+
+TEST_CASE("A second mode is found wherever it is on the axis, and one alone is not doubted", "[status]") {
+  const SplitPoseGaussian<double> prior{Pose::identity(), pose_covariance<double>(0.1, 1.0)};
+  const auto two = [](double x, double first, double second, double sigma) {
+    const double a = -0.5 * std::pow((x - first) / sigma, 2), b = -0.5 * std::pow((x - second) / sigma, 2);
+    return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
+  };
+  for (const double sigma : {1e-3, 1e-2, 0.05}) {
+    for (const double second : {-1.5, -0.5, 1.2, 2.0}) {
+      CAPTURE(sigma, second);
+      const auto posterior = detail::SqrtGaussian<SplitPoseGaussian<double>>::of(
+          {Pose::from_rotation_translation(Vector4<double>(1, 0, 0, 0), Vector3<double>(0.3, 0, 0)),
+           Vector6<double>(0.01, 0.01, 0.01, sigma * sigma, 1.0, 1.0).asDiagonal()});
+      const auto origin = detail::SqrtGaussian<SplitPoseGaussian<double>>::of(prior);
+      const auto search = [&](double other) {
+        return detail::has_second_mode<57>(
+            origin, posterior, [&](const Matrix<double, 6, 57>& tangents, Vector<double, 57>& values) {
+              for (int k = 0; k < 57; ++k) values[k] = two(0.3 + tangents(3, k), 0.3, other, sigma);
+            });
+      };
+      CHECK(search(second));
+      CHECK_FALSE(search(0.3));
+      CHECK_FALSE(search(9.0));  // beyond what the prior allows
+    }
+  }
 }
 
 TEST_CASE("A density that collapsed to its floors has diverged", "[status]") {

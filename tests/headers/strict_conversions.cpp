@@ -60,6 +60,15 @@ class Instances {
     (void)quadratic_update(x, RobustMeasurements(z, h, Contamination<Scalar>{}));
     SplitPoseFilter<Scalar> split(SplitPoseGaussian<Scalar>{Pose(), Matrix6<Scalar>::Identity()});
     (void)split.update(gaussian);
+    const auto h_with_jacobian = [h](const Pose& pose, std::size_t i, Matrix<Scalar, 3, 6>& J) {
+      J.setZero();
+      return h(pose, i);
+    };
+    (void)gauss_newton_update(x, z, h_with_jacobian);
+    using AnyRows = NoisyMeasurement<Scalar, Eigen::Dynamic>;
+    (void)linearized_update(x, std::vector<AnyRows>{{z[0].z, z[0].R}}, [&](const Pose& pose, std::size_t i) {
+      return Vector<Scalar, Eigen::Dynamic>(h(pose, i));
+    });
   }
 
   void sensors() {

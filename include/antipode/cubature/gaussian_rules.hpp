@@ -27,6 +27,9 @@ concept GaussianRule = requires(const Rule& rule) {
 
 namespace detail {
 
+template <class Rule, int Dim>
+concept GaussianRuleIn = GaussianRule<Rule> && Rule::kDim == Dim;
+
 /// Columns first.. of `points`: radius e_1, ..., radius e_Dim, and then their negatives.
 template <class Scalar, int Dim, int Count>
 void set_axis_points(int first, Scalar radius, Matrix<Scalar, Dim, Count>& points) {

@@ -8,7 +8,7 @@
 #include <antipode/eigen_types.hpp>
 
 /// Small positive definite matrices. Plain loops compile in a tenth of the time of Eigen's blocked
-/// algorithms, which bring their matrix product kernels along.
+/// algorithms, which bring their matrix product kernels along. N may be Eigen::Dynamic.
 namespace antipode::detail {
 
 /// The lower triangular L with L L^T = A and a positive diagonal; nothing unless A, of which the lower
@@ -17,14 +17,15 @@ template <class Scalar, int N>
 [[nodiscard]] std::optional<Matrix<Scalar, N>> cholesky_factor(const Matrix<Scalar, N>& A,
                                                                Scalar smallest_pivot = Scalar(0)) {
   using std::sqrt;
-  Matrix<Scalar, N> L = Matrix<Scalar, N>::Zero();
-  for (int j = 0; j < N; ++j) {
+  const int n = static_cast<int>(A.rows());
+  Matrix<Scalar, N> L = Matrix<Scalar, N>::Zero(n, n);
+  for (int j = 0; j < n; ++j) {
     Scalar pivot = A(j, j);
     for (int k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
     pivot = std::max(pivot, smallest_pivot);
     if (!(pivot > Scalar(0))) return std::nullopt;
     L(j, j) = sqrt(pivot);
-    for (int i = j + 1; i < N; ++i) {
+    for (int i = j + 1; i < n; ++i) {
       Scalar entry = A(i, j);
       for (int k = 0; k < j; ++k) entry -= L(i, k) * L(j, k);
       L(i, j) = entry / L(j, j);
@@ -36,8 +37,9 @@ template <class Scalar, int N>
 /// L^-1 B for a lower triangular L.
 template <class Scalar, int N, int Cols>
 [[nodiscard]] Matrix<Scalar, N, Cols> solve_lower(const Matrix<Scalar, N>& L, Matrix<Scalar, N, Cols> B) {
-  for (int column = 0; column < Cols; ++column) {
-    for (int i = 0; i < N; ++i) {
+  const int n = static_cast<int>(L.rows()), columns = static_cast<int>(B.cols());
+  for (int column = 0; column < columns; ++column) {
+    for (int i = 0; i < n; ++i) {
       for (int k = 0; k < i; ++k) B(i, column) -= L(i, k) * B(k, column);
       B(i, column) /= L(i, i);
     }

@@ -24,10 +24,11 @@ inline constexpr Scalar kSymmetryTolerance = std::max(Scalar(1e-9),
 template <class Scalar, int N>
 [[nodiscard]] Matrix<Scalar, N> checked_symmetric(std::string_view what, const Matrix<Scalar, N>& A) {
   using std::abs;
-  Matrix<Scalar, N> symmetric;
+  const int n = static_cast<int>(A.rows());
+  Matrix<Scalar, N> symmetric(n, n);
   Scalar asymmetry(0), largest(0);
-  for (int j = 0; j < N; ++j) {
-    for (int i = j; i < N; ++i) {
+  for (int j = 0; j < n; ++j) {
+    for (int i = j; i < n; ++i) {
       symmetric(i, j) = symmetric(j, i) = Scalar(0.5) * (A(i, j) + A(j, i));
       asymmetry = std::max(asymmetry, abs(A(i, j) - A(j, i)));
       largest = std::max(largest, abs(symmetric(i, j)));

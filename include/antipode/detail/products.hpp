@@ -4,17 +4,19 @@
 #include <antipode/eigen_types.hpp>
 
 /// Products of small matrices that recur. As functions of plain matrices they are compiled once a size;
-/// nested Eigen expressions are types of their own wherever they occur, at a tenth of a second each.
+/// nested Eigen expressions are types of their own wherever they occur, at a tenth of a second each. Sizes
+/// may be Eigen::Dynamic.
 namespace antipode::detail {
 
 /// A diag(d) A^T, symmetric bit for bit.
 template <class Scalar, int N, int K>
 [[nodiscard]] Matrix<Scalar, N> scaled_square(const Matrix<Scalar, N, K>& A, const Vector<Scalar, K>& d) {
-  Matrix<Scalar, N> square;
-  for (int j = 0; j < N; ++j) {
-    for (int i = j; i < N; ++i) {
+  const int n = static_cast<int>(A.rows()), columns = static_cast<int>(A.cols());
+  Matrix<Scalar, N> square(n, n);
+  for (int j = 0; j < n; ++j) {
+    for (int i = j; i < n; ++i) {
       Scalar sum(0);
-      for (int k = 0; k < K; ++k) sum += A(i, k) * A(j, k) * d[k];
+      for (int k = 0; k < columns; ++k) sum += A(i, k) * A(j, k) * d[k];
       square(i, j) = square(j, i) = sum;
     }
   }
@@ -24,12 +26,13 @@ template <class Scalar, int N, int K>
 /// A S A^T for a symmetric S, symmetric bit for bit.
 template <class Scalar, int M, int N>
 [[nodiscard]] Matrix<Scalar, M> congruence(const Matrix<Scalar, M, N>& A, const Matrix<Scalar, N>& S) {
+  const int m = static_cast<int>(A.rows()), n = static_cast<int>(A.cols());
   const Matrix<Scalar, M, N> AS = A * S;
-  Matrix<Scalar, M> result;
-  for (int j = 0; j < M; ++j) {
-    for (int i = j; i < M; ++i) {
+  Matrix<Scalar, M> result(m, m);
+  for (int j = 0; j < m; ++j) {
+    for (int i = j; i < m; ++i) {
       Scalar sum(0);
-      for (int k = 0; k < N; ++k) sum += AS(i, k) * A(j, k);
+      for (int k = 0; k < n; ++k) sum += AS(i, k) * A(j, k);
       result(i, j) = result(j, i) = sum;
     }
   }
@@ -40,9 +43,9 @@ template <class Scalar, int M, int N>
 template <class Scalar, int M, int N>
 void add_outer_product(Scalar weight, const Vector<Scalar, M>& a, const Vector<Scalar, N>& b,
                        Matrix<Scalar, M, N>& sum) {
-  for (int j = 0; j < N; ++j) {
+  for (int j = 0; j < static_cast<int>(b.size()); ++j) {
     const Scalar scaled = weight * b[j];
-    for (int i = 0; i < M; ++i) sum(i, j) += scaled * a[i];
+    for (int i = 0; i < static_cast<int>(a.size()); ++i) sum(i, j) += scaled * a[i];
   }
 }
 

@@ -7,7 +7,6 @@
 #include <limits>
 #include <optional>
 #include <type_traits>
-#include <utility>
 
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
@@ -48,6 +47,9 @@ struct GaussNewtonOptions {
   /// A posterior with a larger residual, the root of the sum of tr(R^-1 Omega_i) as in linearized_update, is
   /// reported as kNotGaussian. In trials the mean NEES was 6.6 at most below 0.4.
   Scalar max_final_residual = Scalar(0.5);
+  /// Whether to look for a second mode where the measurements are not linear over the prior, as in
+  /// linearized_update. Finding out whether they are takes twelve evaluations of each model.
+  bool check_modes = true;
   /// Below this log-likelihood at the mean the result is reported as diverged.
   Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
 };
@@ -84,8 +86,13 @@ template <class Density, class Measurements, class Model>
   Matrix<Scalar, kDim, N> J;
   const std::size_t count = measurements.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const std::optional<Z> predicted = h(density.mean, i, J);
+    require_matching_size(measurements[i]);
+    J.resize(measurements[i].z.rows(), N);
+    const auto predicted = checked_prediction<Z>(measurements[i].z, h(density.mean, i, J));
     if (!predicted) continue;
+    if (J.rows() != predicted->rows()) [[unlikely]] {
+      throw_invalid("the Jacobian of the model has another number of rows than were measured", J.rows());
+    }
     ++sum.used;
     const auto root = cholesky_factor<Scalar, kDim>(measurements[i].R);
     const Z innovation = measurements[i].z - *predicted;
@@ -96,7 +103,7 @@ template <class Density, class Measurements, class Model>
     const Z whitened = solve_lower<Scalar, kDim, 1>(*root, innovation);
     const Matrix<Scalar, N, kDim> slope = solve_lower<Scalar, kDim, N>(*root, J).transpose();
     gradient += slope * whitened;
-    curvature += scaled_square<Scalar, N, kDim>(slope, Z::Ones());
+    curvature += scaled_square<Scalar, N, kDim>(slope, Z::Ones(whitened.size()));
     sum.model.constant -= Scalar(0.5) * whitened.squaredNorm();
   }
   const Matrix<Scalar, N> Lt = density.L.transpose();
@@ -130,7 +137,7 @@ class GaussNewtonIteration {
   }
 
  private:
-  static constexpr Scalar kShortest{1e-3};  // share of a step
+  static constexpr Scalar kShortest = Scalar(1e-3);  // share of a step
 
   /// Whether there is more to do.
   [[nodiscard]] bool iterate() {
@@ -153,6 +160,7 @@ class GaussNewtonIteration {
     if (!y_.finite() || !std::isfinite(y_.log_evidence)) return fail(UpdateStatus::kNotFinite);
     result_.log_likelihood = fit.model.constant;
     result_.log_evidence = y_.log_evidence;
+    result_.nis = y_.nis;
     return move();
   }
 
@@ -193,7 +201,7 @@ class GaussNewtonIteration {
       if constexpr (requires { h_(state, i); }) {
         return std::optional<Z>(h_(state, i));
       } else {
-        Matrix<Scalar, Z::RowsAtCompileTime, N> J;
+        Matrix<Scalar, Z::RowsAtCompileTime, N> J(measurements_[i].z.rows(), N);
         return std::optional<Z>(h_(state, i, J));
       }
     };
@@ -206,10 +214,19 @@ class GaussNewtonIteration {
     result_.posterior = density_.density();
     if (result_.limit_hit || result_.log_likelihood < options_.min_log_likelihood) {
       result_.status = UpdateStatus::kDiverged;
-    } else if (result_.residual > options_.max_final_residual) {
+    } else if (result_.residual > options_.max_final_residual || is_ambiguous(values_of_h, standard)) {
       result_.status = UpdateStatus::kNotGaussian;
     }
     return false;
+  }
+
+  template <class Values, class Standard>
+  [[nodiscard]] bool is_ambiguous(const Values& h, const Standard& standard) {
+    if (!options_.check_modes || !origin_.invertible) return false;
+    result_.evaluations += Standard::kCount;
+    const auto over_prior = linearize(origin_, measurements_, h, standard, {});
+    return (over_prior.bent() || over_prior.used == 0) &&
+           detail::is_ambiguous(origin_, density_, measurements_, h, result_.evaluations);
   }
 
   /// The posterior stays the prior.
@@ -218,7 +235,7 @@ class GaussNewtonIteration {
     return false;
   }
 
-  static constexpr Scalar kWorse{1e-3};  // of the log posterior
+  static constexpr Scalar kWorse = Scalar(1e-3);  // of the log posterior
 
   const SqrtGaussian<Density> origin_;  ///< the prior
   SqrtGaussian<Density> density_;
@@ -244,14 +261,30 @@ class GaussNewtonIteration {
 /// finite or whose R is not positive definite comes back as kNotFinite, none that can be predicted as
 /// kNoSupport, both with the prior.
 template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model>
-requires DifferentiableModel<
-    Model, Density,
-    std::remove_cvref_t<decltype(std::declval<const Measurements&>()[0].z)>::RowsAtCompileTime>
 [[nodiscard]] UpdateResult<Density> gauss_newton_update(
     const Density& prior, const Measurements& measurements, const Model& h,
     const GaussNewtonOptions<typename Density::Scalar>& options = {}) {
+  using Z = std::remove_cvref_t<decltype(measurements[0].z)>;
+  static_assert(DifferentiableModel<Model, Density, Z::RowsAtCompileTime>,
+                "gauss_newton_update: the model must be callable as h(state, i, J), set the Jacobian J and "
+                "return the predicted vector or a std::optional of it");
   detail::require_valid(options);
   return detail::GaussNewtonIteration<Density, Measurements, Model>(prior, measurements, h, options).run();
+}
+
+/// Not an update: names what is wrong with the prior.
+template <class Density, class... Rest>
+requires(!ConcentratedDensity<Density>) void gauss_newton_update(const Density&, Rest&&...) {
+  static_assert(ConcentratedDensity<Density>,
+                "gauss_newton_update: the prior must be a PoseGaussian or a StateGaussian");
+}
+
+/// Not an update: names what is wrong with the measurements.
+template <ConcentratedDensity Density, class Measurements, class... Rest>
+requires(!IndexedMeasurements<Measurements>) void gauss_newton_update(const Density&, const Measurements&,
+                                                                      Rest&&...) {
+  static_assert(IndexedMeasurements<Measurements>,
+                "gauss_newton_update: the measurements must have size() and, by index, the members z and R");
 }
 
 }  // namespace antipode

@@ -21,6 +21,7 @@ namespace antipode {
 /// Every update takes them: as a log-likelihood (the call operator), or by their models and noises one after
 /// another, for updates that linearise h. Constants are left out of the log-likelihood. A pose from which a
 /// measurement cannot be predicted, a landmark behind the camera say, has the log-likelihood `unpredictable`.
+/// With Dim = Eigen::Dynamic measurements of any number of rows go together, R a MatrixXd.
 template <std::floating_point Scalar, int Dim, class Model>
 class GaussianMeasurements {
  public:
@@ -43,7 +44,7 @@ class GaussianMeasurements {
   [[nodiscard]] Scalar operator()(const State& state) const {
     Scalar sum(0);
     for (std::size_t i = 0; i < measurements_.size(); ++i) {
-      const std::optional<Vector<Scalar, Dim>> predicted = h_(state, i);
+      const auto predicted = detail::checked_prediction(measurements_[i].z, h_(state, i));
       if (!predicted) return unpredictable_;
       const Vector<Scalar, Dim> innovation = measurements_[i].z - *predicted;
       sum -= Scalar(0.5) * detail::solve_lower<Scalar, Dim, 1>(roots_[i], innovation).squaredNorm();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <concepts>
@@ -15,8 +16,11 @@
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/measurement_modes.hpp>
 #include <antipode/filters/detail/sqrt_gaussian.hpp>
+#include <antipode/filters/detail/statistical_regression.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
+#include <antipode/filters/noisy_measurement.hpp>
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/update_status.hpp>
 #include <antipode/weighted_samples.hpp>
@@ -38,6 +42,13 @@ concept IndexedMeasurements = requires(const Measurements& measurements, std::si
   { measurements.size() } -> std::convertible_to<std::size_t>;
   measurements[i].z;
   measurements[i].R;
+};
+
+/// h(state, i) predicts the i-th measurement, as a vector or a std::optional of one.
+template <class Model, class Density, class Z>
+concept MeasurementModelOver = requires(const Model& h, const typename Density::Chart::Point& state,
+                                        std::size_t i) {
+  { h(state, i) } -> std::convertible_to<std::optional<Z>>;
 };
 
 /// How much a measurement of squared Mahalanobis distance d^2 counts.
@@ -65,6 +76,10 @@ struct LinearizedUpdateOptions {
   /// kNotGaussian. Its covariance contains the Omega_i and is as large as the error on average, but large
   /// errors are more frequent than a Gaussian's.
   Scalar max_final_residual = Scalar(4);
+  /// Whether to look for a second mode where the measurements are not linear over the prior, and to report it
+  /// as kNotGaussian (see quadratic_update.hpp). Eight evaluations of each model for every dimension of the
+  /// state. Not with robust weights.
+  bool check_modes = true;
   RobustWeight robust = RobustWeight::kNone;
   /// Distance at which a measurement begins to count less. It is compared with S_i, which includes the spread
   /// of the current density: a wide prior condemns nothing.
@@ -86,37 +101,18 @@ template <class Scalar>
 template <class Scalar, int N>
 struct Linearization {
   QuadraticLogLikelihood<Scalar, N> model;
-  Scalar residual = 0;  ///< sum of tr(R_i^-1 Omega_i)
-  int used = 0;         ///< measurements that can be made at every sample
+  Scalar log_normalizer = 0;  ///< in the model's constant: the noise is R_i + Omega_i, not R_i
+  Scalar residual = 0;        ///< sum of tr(R_i^-1 Omega_i)
+  Scalar explained = 0;       ///< sum of tr(R_i^-1 A_i A_i^T)
+  int used = 0;               ///< measurements that can be made at every sample
   bool finite = true;
-};
 
-/// One measurement over a density: z = mean + A y + e with Cov(e) = disturbance.
-template <class Scalar, int Dim, int N>
-struct LinearMeasurementModel {
-  Vector<Scalar, Dim> mean;
-  Matrix<Scalar, Dim, N> A;
-  Matrix<Scalar, Dim> disturbance;
+  /// Whether the measurements are anything but linear over the density.
+  [[nodiscard]] bool bent() const {
+    constexpr Scalar kBent = Scalar(0.001);  // share of the explained variance that remains unexplained
+    return residual > std::max(Scalar(1), kBent * explained);
+  }
 };
-
-/// The regression of predicted measurements, one a column, on the sigma points that they were predicted at.
-template <class Scalar, int Dim, int N, int Count>
-[[nodiscard]] LinearMeasurementModel<Scalar, Dim, N> regress_on_points(
-    const Matrix<Scalar, Dim, Count>& predicted, const WeightedSamples<Scalar, N, Count>& standard) {
-  using Z = Vector<Scalar, Dim>;
-  LinearMeasurementModel<Scalar, Dim, N> model{Z::Zero(), Matrix<Scalar, Dim, N>::Zero(),
-                                               Matrix<Scalar, Dim>::Zero()};
-  for (int k = 0; k < Count; ++k) model.mean += standard.weights[k] * predicted.col(k);
-  for (int k = 0; k < Count; ++k) {
-    add_outer_product<Scalar, Dim, N>(standard.weights[k], predicted.col(k) - model.mean,
-                                      standard.points.col(k), model.A);
-  }
-  for (int k = 0; k < Count; ++k) {
-    const Z error = predicted.col(k) - model.mean - model.A * standard.points.col(k);
-    add_outer_product(standard.weights[k], error, error, model.disturbance);
-  }
-  return model;
-}
 
 /// Adds the log-likelihood of one measurement; sets `finite` to false where its numbers are not.
 template <class Scalar, int Dim, int N>
@@ -144,10 +140,16 @@ void add_measurement(const Vector<Scalar, Dim>& z, const Matrix<Scalar, Dim>& R,
   const Vector<Scalar, Dim> whitened = solve_lower(*noise_root, innovation);
   const Matrix<Scalar, N, Dim> slope = solve_lower(*noise_root, h.A).transpose();
   sum.model.gradient += weight * (slope * whitened);
-  sum.model.curvature += scaled_square<Scalar, N, Dim>(slope, Vector<Scalar, Dim>::Constant(weight));
+  sum.model.curvature +=
+      scaled_square<Scalar, N, Dim>(slope, Vector<Scalar, Dim>::Constant(z.size(), weight));
   sum.model.constant -= Scalar(0.5) * weight * whitened.squaredNorm();
-  for (int j = 0; j < Dim; ++j) sum.model.constant -= log((*noise_root)(j, j) / (*R_root)(j, j));
-  const Square R_inverse_root = solve_lower<Scalar, Dim, Dim>(*R_root, Square::Identity());
+  Scalar log_normalizer(0);
+  for (int j = 0; j < static_cast<int>(z.size()); ++j)
+    log_normalizer -= log((*noise_root)(j, j) / (*R_root)(j, j));
+  sum.log_normalizer += log_normalizer;
+  sum.model.constant += log_normalizer;
+  const Square R_inverse_root = solve_lower<Scalar, Dim, Dim>(*R_root, Square::Identity(z.size(), z.size()));
+  sum.explained += Matrix<Scalar, Dim, N>(R_inverse_root * h.A).squaredNorm();
   sum.residual += congruence<Scalar, Dim, Dim>(R_inverse_root, h.disturbance).trace();
 }
 
@@ -166,8 +168,10 @@ template <class Density, class Measurements, class Model, int N, int Count>
   const std::size_t count = measurements.size();
   for (std::size_t i = 0; i < count && sum.finite; ++i) {
     bool measurable = true;
+    require_matching_size(measurements[i]);
+    predicted.resize(measurements[i].z.rows(), Count);
     for (std::size_t k = 0; k < Count && measurable; ++k) {
-      const std::optional<Z> z = h(states[k], i);
+      const auto z = checked_prediction<Z>(measurements[i].z, h(states[k], i));
       measurable = z.has_value();
       if (measurable) predicted.col(static_cast<int>(k)) = *z;
     }
@@ -180,6 +184,100 @@ template <class Density, class Measurements, class Model, int N, int Count>
   }
   return sum;
 }
+
+/// The iteration of linearized_update: regress h on the points over the density, condition the prior, move.
+template <class Density, class Measurements, class Model, class Rule>
+class LinearizedIteration {
+  using Scalar = typename Density::Scalar;
+  static constexpr int N = Density::Chart::kDim;
+
+ public:
+  LinearizedIteration(const Density& prior, const Measurements& measurements, const Model& h,
+                      const LinearizedUpdateOptions<Scalar>& options)
+      : origin_(SqrtGaussian<Density>::of(prior)),
+        density_(origin_),
+        measurements_(measurements),
+        h_(h),
+        options_(options),
+        result_{.posterior = prior} {}
+
+  [[nodiscard]] UpdateResult<Density> run(const Rule& rule) {
+    if (measurements_.size() == 0) return result_;
+    const auto standard = rule.template standard<Scalar>();
+    // Conditioning the prior again and again takes its inverse.
+    const int max_iterations = origin_.invertible ? options_.max_iterations : 1;
+    do {
+      if (!iterate(standard)) return result_;
+    } while (result_.limit_hit && result_.steps < max_iterations);
+    if (!origin_.invertible) {  // the only linear models were those over the prior
+      const auto fit = linear_models(standard);
+      result_.residual =
+          fit.finite && fit.used > 0 ? std::sqrt(fit.residual) : std::numeric_limits<Scalar>::infinity();
+    }
+    judge();
+    result_.posterior = density_.density();
+    return result_;
+  }
+
+ private:
+  template <class Standard>
+  [[nodiscard]] Linearization<Scalar, N> linear_models(const Standard& standard) {
+    result_.evaluations += Rule::kCount;
+    return linearize(density_, measurements_, h_, standard, options_);
+  }
+
+  /// Whether the density was conditioned and moved. If not, the status says why.
+  template <class Standard>
+  [[nodiscard]] bool iterate(const Standard& standard) {
+    const auto fit = linear_models(standard);
+    if (!fit.finite) return fail(UpdateStatus::kNotFinite);
+    if (fit.used == 0) return fail(UpdateStatus::kNoSupport);
+    const auto y = result_.steps == 0 ? condition<Scalar, N>(Vector<Scalar, N>::Zero(),
+                                                             Matrix<Scalar, N>::Identity(), fit.model)
+                                      : density_.condition_prior(origin_, fit.model);
+    if (!y.finite() || !std::isfinite(y.log_evidence)) return fail(UpdateStatus::kNotFinite);
+    const auto moved = density_.moved(y);
+    if (!moved) return fail(UpdateStatus::kDiverged);
+    density_ = *moved;
+    bent_ = bent_ || (result_.steps == 0 && fit.bent());
+    ++result_.steps;
+    result_.log_evidence = y.log_evidence;
+    result_.log_likelihood = fit.model.constant;
+    result_.nis = y.nis + Scalar(2) * fit.log_normalizer;
+    result_.residual = std::sqrt(fit.residual);
+    // Steps are measured in the density that the iteration started from, once that is the posterior's size.
+    last_step_ = result_.steps > 1 ? y.mean.norm() : std::numeric_limits<Scalar>::infinity();
+    result_.limit_hit = origin_.invertible && !(last_step_ <= options_.tolerance);
+    return true;
+  }
+
+  void judge() {
+    const bool check_modes = options_.check_modes && bent_ && options_.robust == RobustWeight::kNone;
+    if (result_.limit_hit && !(last_step_ <= options_.settled_step)) {
+      result_.status = UpdateStatus::kDiverged;
+    } else if (!(result_.residual <= options_.max_final_residual)) {
+      result_.status = UpdateStatus::kNotGaussian;
+    } else if (check_modes && is_ambiguous(origin_, density_, measurements_, h_, result_.evaluations)) {
+      result_.status = UpdateStatus::kNotGaussian;
+    }
+  }
+
+  /// The posterior stays the prior.
+  [[nodiscard]] bool fail(UpdateStatus status) {
+    result_.status = status;
+    return false;
+  }
+
+  const SqrtGaussian<Density> origin_;  ///< the prior
+  SqrtGaussian<Density> density_;
+  const Measurements& measurements_;
+  const Model& h_;
+  const LinearizedUpdateOptions<Scalar>& options_;
+
+  Scalar last_step_ = std::numeric_limits<Scalar>::infinity();
+  bool bent_ = false;  ///< the measurements are not linear over the prior
+  UpdateResult<Density> result_;
+};
 
 template <class Scalar>
 void check_options(const LinearizedUpdateOptions<Scalar>& options) {
@@ -208,68 +306,37 @@ void check_options(const LinearizedUpdateOptions<Scalar>& options) {
 /// predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. With a
 /// singular covariance of the pose there is one iteration only. Throws on
 /// invalid options and covariances of the pose; a measurement that is not finite or whose R is not positive
-/// definite comes back as kNotFinite, none that can be predicted as kNoSupport, both with the prior.
+/// definite comes back as kNotFinite, none that can be predicted as kNoSupport, both with the prior. Vectors
+/// of any length are allowed (NoisyMeasurement<Scalar, Eigen::Dynamic>); R and h of another one throw.
 template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model,
-          GaussianRule Rule = CubatureRule<Density::Chart::kDim>>
-requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] UpdateResult<Density> linearized_update(
+          class Rule = CubatureRule<Density::Chart::kDim>>
+[[nodiscard]] UpdateResult<Density> linearized_update(
     const Density& prior, const Measurements& measurements, const Model& h,
     const LinearizedUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {
-  using Scalar = typename Density::Scalar;
-  constexpr int N = Density::Chart::kDim;
+  static_assert(
+      MeasurementModelOver<Model, Density, std::remove_cvref_t<decltype(measurements[0].z)>>,
+      "linearized_update: the model must be callable as h(state, i) and return the predicted vector "
+      "or a std::optional of it");
+  static_assert(detail::GaussianRuleIn<Rule, Density::Chart::kDim>,
+                "linearized_update: the rule must be a GaussianRule of the dimension of the state");
   detail::check_options(options);
-  const auto origin = detail::SqrtGaussian<Density>::of(prior);
-  // Conditioning the prior again and again takes its inverse.
-  const int max_iterations = origin.invertible ? options.max_iterations : 1;
-  UpdateResult<Density> result{.posterior = prior};
-  if (measurements.size() == 0) return result;
-  Scalar last_step(0);
-  result.limit_hit = origin.invertible;
-  const auto standard = rule.template standard<Scalar>();
-  detail::SqrtGaussian<Density> density = origin;
-  do {
-    const auto fit = detail::linearize(density, measurements, h, standard, options);
-    result.evaluations += Rule::kCount;
-    if (!fit.finite) {
-      result.status = UpdateStatus::kNotFinite;
-      return result;
-    }
-    if (fit.used == 0) {
-      result.status = UpdateStatus::kNoSupport;
-      return result;
-    }
-    const auto y = result.steps == 0 ? detail::condition<Scalar, N>(Vector<Scalar, N>::Zero(),
-                                                                    Matrix<Scalar, N>::Identity(), fit.model)
-                                     : density.condition_prior(origin, fit.model);
-    if (!y.finite() || !std::isfinite(y.log_evidence)) {
-      result.status = UpdateStatus::kNotFinite;
-      return result;
-    }
-    const auto moved = density.moved(y);
-    if (!moved) {
-      result.status = UpdateStatus::kDiverged;
-      return result;
-    }
-    density = *moved;
-    ++result.steps;
-    result.log_evidence = y.log_evidence;
-    result.log_likelihood = fit.model.constant;
-    result.residual = std::sqrt(fit.residual);
-    // Steps are measured in the density that the iteration started from, once that is the posterior's size.
-    last_step = result.steps > 1 ? y.mean.norm() : std::numeric_limits<Scalar>::infinity();
-    result.limit_hit = origin.invertible && !(last_step <= options.tolerance);
-  } while (result.limit_hit && result.steps < max_iterations);
-  if (!origin.invertible) {  // the only linear models were those over the prior
-    const auto fit = detail::linearize(density, measurements, h, standard, options);
-    result.evaluations += Rule::kCount;
-    result.residual =
-        fit.finite && fit.used > 0 ? std::sqrt(fit.residual) : std::numeric_limits<Scalar>::infinity();
-  }
-  const bool settled = !result.limit_hit || last_step <= options.settled_step;
-  const bool explained = result.residual <= options.max_final_residual;
-  if (!explained) result.status = UpdateStatus::kNotGaussian;
-  if (!settled) result.status = UpdateStatus::kDiverged;
-  result.posterior = density.density();
-  return result;
+  return detail::LinearizedIteration<Density, Measurements, Model, Rule>(prior, measurements, h, options)
+      .run(rule);
+}
+
+/// Not an update: names what is wrong with the prior.
+template <class Density, class... Rest>
+requires(!ConcentratedDensity<Density>) void linearized_update(const Density&, Rest&&...) {
+  static_assert(ConcentratedDensity<Density>,
+                "linearized_update: the prior must be a PoseGaussian or a StateGaussian");
+}
+
+/// Not an update: names what is wrong with the measurements.
+template <ConcentratedDensity Density, class Measurements, class... Rest>
+requires(!IndexedMeasurements<Measurements>) void linearized_update(const Density&, const Measurements&,
+                                                                    Rest&&...) {
+  static_assert(IndexedMeasurements<Measurements>,
+                "linearized_update: the measurements must have size() and, by index, the members z and R");
 }
 
 }  // namespace antipode

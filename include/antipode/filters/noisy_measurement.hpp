@@ -2,6 +2,8 @@
 #pragma once
 
 #include <concepts>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <antipode/detail/check.hpp>
@@ -11,7 +13,8 @@
 
 namespace antipode {
 
-/// A measured vector and the covariance of its noise.
+/// A measured vector and the covariance of its noise. Dim may be Eigen::Dynamic, and each measurement of a
+/// list may then have another length.
 template <std::floating_point Scalar, int Dim>
 struct NoisyMeasurement {
   Vector<Scalar, Dim> z;
@@ -19,6 +22,26 @@ struct NoisyMeasurement {
 };
 
 namespace detail {
+
+/// Throws unless R has the size of z. Sizes known to the compiler are not in doubt.
+template <class Measurement>
+void require_matching_size(const Measurement& m) {
+  if (m.R.rows() != m.z.rows() || m.R.cols() != m.z.rows()) [[unlikely]] {
+    throw_invalid("covariance of a measurement is not as large as the measurement", m.R);
+  }
+}
+
+/// A predicted measurement, or nothing. Throws if it has another length than the measured one.
+template <class Z, class Predicted>
+[[nodiscard]] std::optional<Z> checked_prediction(const Z& measured, Predicted&& predicted) {
+  std::optional<Z> z(std::forward<Predicted>(predicted));
+  if constexpr (Z::RowsAtCompileTime == Eigen::Dynamic) {
+    if (z && z->rows() != measured.rows()) [[unlikely]] {
+      throw_invalid("the model predicts another number of rows than were measured", z->rows());
+    }
+  }
+  return z;
+}
 
 /// The Cholesky factors of the measurements' covariances. Throws unless every z is finite and every R
 /// positive definite.
@@ -28,6 +51,7 @@ template <std::floating_point Scalar, int Dim>
   std::vector<Matrix<Scalar, Dim>> roots;
   roots.reserve(measurements.size());
   for (const auto& m : measurements) {
+    require_matching_size(m);
     require_finite("measurement is not finite", m.z);
     const auto root = cholesky_factor<Scalar, Dim>(
         checked_symmetric<Scalar, Dim>("covariance of a measurement is not finite or not symmetric", m.R));

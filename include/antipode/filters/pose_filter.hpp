@@ -144,6 +144,7 @@ template <class Scalar>
           .evaluations = result.evaluations,
           .log_evidence = result.log_evidence,
           .log_likelihood = result.log_likelihood,
+          .nis = result.nis,
           .residual = result.residual,
           .limit_hit = result.step_floor_hit};
 }
@@ -220,12 +221,20 @@ class PoseFilter {
                                            checked(Belief{mean(), noise}).covariance));
   }
 
+  /// Whether update() takes such a measurement.
+  template <class Measurement>
+  static constexpr bool kTakes = std::invocable<const Update&, const Density&, Measurement, const Rule&>;
+
   /// The belief given a measurement: a log-likelihood (log_likelihood.hpp) or GaussianMeasurements; updates
   /// that linearise the measurement take GaussianMeasurements only. If the result's status is not kConverged
   /// the belief stays as it was.
   template <class Measurement>
-  requires std::invocable<const Update&, const Density&, Measurement, const Rule&> UpdateResult<Belief>
-  update(Measurement&& measurement) {
+  UpdateResult<Belief> update(Measurement&& measurement) {
+    static_assert(
+        std::invocable<const Update&, const Density&, Measurement, const Rule&>,
+        "PoseFilter::update: the filter takes a log-likelihood, callable as Scalar(state), or "
+        "GaussianMeasurements with a model h(state, i); if it linearises, GaussianMeasurements only; "
+        "if it is a Gauss-Newton filter, with a model h(state, i, J)");
     const auto result = update_(density_, std::forward<Measurement>(measurement), rule_);
     if (result.status == UpdateStatus::kConverged) density_ = result.posterior;
     return detail::as_update_result(result);

@@ -20,6 +20,10 @@ struct UpdateResult {
   long evaluations = 0;       ///< poses at which the likelihood or the measurement model was evaluated
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
   Scalar log_likelihood = 0;  ///< the best one among the last samples
+  /// Normalised innovation squared: (z - h)^T S^-1 (z - h) of a linear measurement, chi-square of as many
+  /// degrees of freedom as there are measured numbers; of any likelihood, the squared distance from the prior
+  /// minus twice the log-likelihood, at the state where that is least.
+  Scalar nis = 0;
   /// What the update's model leaves unexplained over the posterior: of quadratic_update, the standard
   /// deviation of the log-likelihood's remainder; of updates by linear models, the root of the sum of
   /// tr(R^-1 Omega), the remainder of each measurement in standard deviations of its noise. Well below 1 if

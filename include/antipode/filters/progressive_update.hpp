@@ -10,12 +10,20 @@
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/cholesky.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
+#include <antipode/distributions/pose_charts.hpp>
+#include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/mode_search.hpp>
 #include <antipode/filters/detail/progression.hpp>
+#include <antipode/filters/detail/quadratic_fit.hpp>
+#include <antipode/filters/detail/sqrt_gaussian.hpp>
 #include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/update_status.hpp>
+#include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 #include <antipode/sampling/sigma_point_rule.hpp>
+#include <antipode/weighted_samples.hpp>
 
 /// Progressive Bayes update of a pose density by any likelihood (DQV-SLAM Alg. 2, corrected, in the log
 /// domain).
@@ -65,6 +73,9 @@ struct ProgressiveResult {
   Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
   Scalar log_likelihood = 0;  ///< of the samples of the last step
+  /// Normalised innovation squared, as in UpdateResult, from the samples of the last step and so to a few
+  /// percent; 0, not assessed, for a prior that is certain of a direction.
+  Scalar nis = 0;
   /// Standard deviation over the posterior of the log of prior times likelihood over posterior: what the
   /// density leaves unexplained. Well below 1 if the density is the posterior; 0, not assessed, for a prior
   /// that is certain of a direction or an infinite max_final_residual.
@@ -117,17 +128,35 @@ template <class Scalar>
          (at_moment_floor(before, min_eigenvalue) && at_moment_floor(after, min_eigenvalue));
 }
 
+/// The normalised innovation squared from samples of the posterior. There the mean of the prior's squared
+/// distance minus twice the log-likelihood exceeds its least value by the dimension of the pose, 6.
+template <class Scalar, int Count>
+[[nodiscard]] Scalar innovation_squared(const BinghamGaussian<Scalar>& prior,
+                                        const WeightedSamples<Scalar, 8, Count>& posterior,
+                                        const Vector<Scalar, Count>& log_likelihoods) {
+  if (!cholesky_factor(prior.conditional_covariance())) return Scalar(0);
+  const Scalar peak = prior.log_density(prior.pose());
+  Scalar mean(0);
+  for (int k = 0; k < Count; ++k) {
+    if (!(posterior.weights[k] > Scalar(0))) continue;
+    const Scalar fall = peak - prior.log_density(DualQuaternion<Scalar>::unchecked(posterior.points.col(k)));
+    mean += posterior.weights[k] * (fall - log_likelihoods[k]);
+  }
+  return Scalar(2) * mean - Scalar(6);
+}
+
 template <class Scalar>
 struct ProgressionAttempt {
   Scalar tau;
   bool may_give_up;
 };
 
-/// One run through Alg. 2 from the density in `result`; returns false if it gave up because the steps are too
-/// long.
+/// One run through Alg. 2 from the prior, the density in `result`; returns false if it gave up because the
+/// steps are too long.
 template <class Scalar, class L, class Rule>
 [[nodiscard]] bool progress(L& log_likelihood, const Rule& rule, const ProgressionAttempt<Scalar>& attempt,
                             const ProgressiveOptions<Scalar>& options, ProgressiveResult<Scalar>& result) {
+  const BinghamGaussian<Scalar> prior = result.posterior;
   BinghamGaussian<Scalar>& density = result.posterior;
   Scalar remaining(1);
   while (remaining > Scalar(kProgressionDone)) {
@@ -156,6 +185,7 @@ template <class Scalar, class L, class Rule>
     result.effective_sample_size = std::min(result.effective_sample_size, change.effective_sample_size);
     result.log_likelihood = range.hi;
     result.step_floor_hit = result.step_floor_hit || step.floored;
+    if (remaining <= Scalar(kProgressionDone)) result.nis = innovation_squared(prior, samples, values);
   }
   result.moment_floor_hit = at_moment_floor(density, options.min_eigenvalue);
   return true;
@@ -185,6 +215,23 @@ template <class Scalar, class L, class Rule>
   return std::isfinite(variance) ? sqrt(variance) : std::numeric_limits<Scalar>::infinity();
 }
 
+/// Whether prior times likelihood has a second mode: see ModeSearch. False if the prior is certain of a
+/// direction.
+template <class Scalar, class L, class Rule>
+[[nodiscard]] bool is_ambiguous(const BinghamGaussian<Scalar>& prior, L& log_likelihood, const Rule&,
+                                ProgressiveResult<Scalar>& result) {
+  using Split = SplitPoseGaussian<Scalar>;
+  const auto posterior = SqrtGaussian<Split>::of(to_split_pose_gaussian(result.posterior));
+  const auto evaluate = [&](const Matrix<Scalar, 6, Rule::kCount>& tangents,
+                            Vector<Scalar, Rule::kCount>& values) {
+    result.evaluations += Rule::kCount;
+    evaluate_over<Split>({posterior.mean, Matrix6<Scalar>::Identity(), true}, log_likelihood, tangents,
+                         values);
+  };
+  return has_second_mode<Rule::kCount>(SqrtGaussian<Split>::of(to_split_pose_gaussian(prior)), posterior,
+                                       evaluate);
+}
+
 /// The status of a posterior whose steps are done.
 template <class Scalar>
 [[nodiscard]] UpdateStatus judge(const ProgressiveResult<Scalar>& result,
@@ -201,11 +248,13 @@ template <class Scalar>
 /// void(8 x Count poses, values) (see log_likelihood.hpp). Throws on invalid options; numerical failures are
 /// reported in the status.
 template <std::floating_point Scalar, class L, PoseRule<BinghamGaussian<Scalar>> Rule>
-requires LogLikelihood<L, Scalar, Rule::kCount>
 [[nodiscard]] ProgressiveResult<Scalar> progressive_update(const BinghamGaussian<Scalar>& prior,
                                                            L&& log_likelihood, const Rule& rule,
                                                            const ProgressiveOptions<Scalar>& options = {}) {
   using std::sqrt;
+  static_assert(LogLikelihood<L, Scalar, Rule::kCount>,
+                "progressive_update: the log-likelihood must be callable as Scalar(pose) or void(poses, "
+                "values); of GaussianMeasurements and RobustMeasurements the model as h(pose, i)");
   detail::require_valid(options);
   Scalar tau = options.tau;
   for (ProgressiveResult<Scalar> result{.posterior = prior};; tau = sqrt(tau)) {
@@ -220,10 +269,21 @@ requires LogLikelihood<L, Scalar, Rule::kCount>
         result.evaluations += Rule::kCount;
       }
       result.status = detail::judge(result, options);
+      if (result.status == UpdateStatus::kConverged && std::isfinite(options.max_final_residual) &&
+          detail::is_ambiguous(prior, log_likelihood, rule, result)) {
+        result.status = UpdateStatus::kNotGaussian;
+      }
       return result;
     }
     result = {.posterior = prior, .restarts = result.restarts + 1, .evaluations = result.evaluations};
   }
+}
+
+/// Not an update: names what is wrong with the prior.
+template <ConcentratedDensity Density, class... Rest>
+void progressive_update(const Density&, Rest&&...) {
+  static_assert(!ConcentratedDensity<Density>,
+                "progressive_update: the prior must be a BinghamGaussian; see to_bingham_gaussian");
 }
 
 template <std::floating_point Scalar>
@@ -308,6 +368,7 @@ requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Ru
     total.effective_sample_size = std::min(total.effective_sample_size, result.effective_sample_size);
     total.log_evidence += result.log_evidence;
     total.log_likelihood += result.log_likelihood;
+    total.nis += result.nis;
     total.step_floor_hit = total.step_floor_hit || result.step_floor_hit;
     total.moment_floor_hit = result.moment_floor_hit;
     if (result.status != UpdateStatus::kConverged) {

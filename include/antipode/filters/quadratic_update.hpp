@@ -9,13 +9,12 @@
 
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
-#include <antipode/detail/cholesky.hpp>
-#include <antipode/detail/positive_semidefinite.hpp>
-#include <antipode/detail/products.hpp>
-#include <antipode/detail/solve.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/mode_search.hpp>
 #include <antipode/filters/detail/progression.hpp>
+#include <antipode/filters/detail/quadratic_fit.hpp>
+#include <antipode/filters/detail/quadratic_step.hpp>
 #include <antipode/filters/detail/sqrt_gaussian.hpp>
 #include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/pose_update_result.hpp>
@@ -41,8 +40,9 @@
 ///
 /// No derivatives are needed, and the likelihood may be robust or otherwise non-Gaussian as long as the
 /// posterior has one mode that the prior reaches: a cap that hides most of the measurement from most of the
-/// prior leaves no slope to follow. A second mode that the samples of the fits miss stays unnoticed, and the
-/// result is kConverged: where several modes are possible, start one update in each (mixture_filter.hpp).
+/// prior leaves no slope to follow. Where the log-likelihood is not quadratic over the prior, a second mode
+/// is looked for along the axes of the posterior and reported as kNotGaussian; one that lies on none of them
+/// stays unnoticed. Where several modes are possible, start one update in each (mixture_filter.hpp).
 namespace antipode {
 
 template <std::floating_point Scalar>
@@ -58,133 +58,15 @@ struct QuadraticUpdateOptions {
   /// position and direction under wide priors (docs/results/consistency.md) no more than one NEES in 300 was
   /// above 30 below this.
   Scalar max_final_residual = Scalar(0.4);
+  /// Whether to look for a second mode where the log-likelihood is not quadratic over the prior. One fit
+  /// more.
+  bool check_modes = true;
   /// Below this log-likelihood at the posterior's samples (the best of them) the result is reported as
   /// diverged.
   Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
 };
 
 namespace detail {
-
-/// The quadratic model of a log-likelihood over a density.
-template <class Scalar, int N>
-struct QuadraticFit {
-  QuadraticLogLikelihood<Scalar, N> model;
-  Scalar mean = 0;         ///< of the log-likelihood
-  Scalar residual = 0;     ///< standard deviation of what the model leaves unexplained
-  Scalar explained = 0;    ///< standard deviation of the quadratic
-  Scalar dropped = 0;      ///< standard deviation of what curves upwards, which the model leaves out
-  LogRange<Scalar> range;  ///< the rest is set only if it is valid and supported
-};
-
-/// The log-likelihood at the points with the whitened coordinates `points`, one a column.
-template <class Density, class L, int N, int Count>
-void evaluate_over(const SqrtGaussian<Density>& density, L& log_likelihood,
-                   const Matrix<typename Density::Scalar, N, Count>& points,
-                   Vector<typename Density::Scalar, Count>& values) {
-  using Scalar = typename Density::Scalar;
-  if constexpr (std::same_as<typename Density::Chart::Point, DualQuaternion<Scalar>>) {
-    Matrix<Scalar, 8, Count> poses;
-    for (int k = 0; k < Count; ++k) poses.col(k) = density.at(points.col(k)).coeffs();
-    evaluate_log_likelihood(log_likelihood, poses, values);
-  } else {
-    for (int k = 0; k < Count; ++k) values[k] = log_likelihood(density.at(points.col(k)));
-  }
-}
-
-/// Asks the likelihood at the points of a rule for N(0, spread^2 I) in the density's coordinates y and
-/// projects it onto Hermite polynomials.
-template <class Density, class L, int N, int Count>
-[[nodiscard]] auto fit_quadratic(const SqrtGaussian<Density>& density, typename Density::Scalar spread,
-                                 L& log_likelihood,
-                                 const WeightedSamples<typename Density::Scalar, N, Count>& standard) {
-  using Scalar = typename Density::Scalar;
-  using std::sqrt;
-  Vector<Scalar, Count> values;
-  evaluate_over<Density>({density.mean, spread * density.L, density.invertible}, log_likelihood,
-                         standard.points, values);
-  QuadraticFit<Scalar, N> fit;
-  fit.range = bound_log_likelihoods(standard.weights, values);
-  if (!fit.range.valid || !fit.range.supported()) return fit;
-
-  const Scalar mean = standard.weights.dot(values);
-  fit.mean = mean;
-  Vector<Scalar, Count> errors = values.array() - mean;
-  Matrix<Scalar, N> hessian = Matrix<Scalar, N>::Zero();
-  Vector<Scalar, N> gradient = Vector<Scalar, N>::Zero();
-  for (int k = 0; k < Count; ++k) {
-    const Vector<Scalar, N> y = standard.points.col(k);
-    gradient += standard.weights[k] * errors[k] * y;
-    add_outer_product(standard.weights[k] * errors[k], y, y, hessian);
-  }
-  fit.explained = sqrt(gradient.squaredNorm() + Scalar(0.5) * hessian.squaredNorm());
-  for (int k = 0; k < Count; ++k) {
-    const Vector<Scalar, N> y = standard.points.col(k);
-    const Vector<Scalar, N> hessian_y = hessian * y;
-    errors[k] -= y.dot(gradient) + Scalar(0.5) * (y.dot(hessian_y) - hessian.trace());
-  }
-  fit.residual = sqrt(standard.weights.dot(errors.cwiseAbs2()));
-  const Matrix<Scalar, N> curvature = without_negative_eigenvalues<Scalar, N>(-hessian);
-  fit.dropped = sqrt(Scalar(0.5) * (curvature + hessian).squaredNorm());
-  fit.model = {mean + Scalar(0.5) * curvature.trace(), gradient / spread, curvature / (spread * spread)};
-  return fit;
-}
-
-/// The last step of the progression: from where, by which model, and where it led.
-template <class Density>
-struct QuadraticStep {
-  using Scalar = typename Density::Scalar;
-  static constexpr int N = Density::Chart::kDim;
-
-  SqrtGaussian<Density> density;
-  QuadraticFit<Scalar, N> fit = {};
-  Scalar power = Scalar(0);  ///< of the likelihood in the density
-  Scalar next = Scalar(0);   ///< power that the whole step leads to
-  ConditionedGaussian<Scalar, N> y = {};
-
-  /// How far the mean log-likelihood after the step is below what the model promised.
-  [[nodiscard]] Scalar shortfall(const QuadraticFit<Scalar, N>& after, Scalar spread) const {
-    if (!after.range.supported()) return std::numeric_limits<Scalar>::infinity();
-    const Vector<Scalar, N> bend = fit.model.curvature * y.mean;
-    const Matrix<Scalar, N> spread_bend = fit.model.curvature * y.root;
-    const Scalar promised =
-        fit.model.constant + y.mean.dot(fit.model.gradient) -
-        Scalar(0.5) * (y.mean.dot(bend) + spread * spread * y.root.cwiseProduct(spread_bend).sum());
-    return promised - after.mean;
-  }
-};
-
-/// A share of the way from N(0, I) to y, straight in the information and the information matrix: the
-/// geometric mean of the densities.
-template <class Scalar, int N>
-[[nodiscard]] ConditionedGaussian<Scalar, N> damped(const ConditionedGaussian<Scalar, N>& y, Scalar share) {
-  const Matrix<Scalar, N> inverse_root = solve<Scalar, N, N>(y.root, Matrix<Scalar, N>::Identity());
-  const Matrix<Scalar, N> inverse_root_t = inverse_root.transpose();
-  const Matrix<Scalar, N> information =
-      (Scalar(1) - share) * Matrix<Scalar, N>::Identity() +
-      share * scaled_square<Scalar, N, N>(inverse_root_t, Vector<Scalar, N>::Ones());
-  const auto C = cholesky_factor<Scalar, N>(information);
-  if (!C)
-    return {Vector<Scalar, N>::Constant(std::numeric_limits<Scalar>::quiet_NaN()), y.root, y.log_evidence};
-  const Matrix<Scalar, N> root = solve_lower<Scalar, N, N>(*C, Matrix<Scalar, N>::Identity()).transpose();
-  const Vector<Scalar, N> whitened_mean = inverse_root * y.mean;
-  const Vector<Scalar, N> slope = share * (inverse_root_t * whitened_mean);
-  const Vector<Scalar, N> step = root.transpose() * slope;
-  return {root * step, root, y.log_evidence};
-}
-
-/// Whether y is inside N(0, I).
-template <class Scalar, int N>
-[[nodiscard]] bool is_within(const ConditionedGaussian<Scalar, N>& y, Scalar tolerance) {
-  return y.mean.squaredNorm() <= Scalar(1) && y.root.squaredNorm() <= Scalar(N) * (Scalar(1) + tolerance);
-}
-
-/// Whether conditioning left the density where it was, in its own whitened coordinates.
-template <class Scalar, int N>
-[[nodiscard]] bool is_settled(const ConditionedGaussian<Scalar, N>& y, Scalar tolerance) {
-  using std::abs;
-  return y.mean.squaredNorm() <= tolerance * tolerance &&
-         abs(y.root.squaredNorm() - Scalar(N)) <= Scalar(N) * tolerance;
-}
 
 template <class Scalar>
 void check_options(const QuadraticUpdateOptions<Scalar>& options) {
@@ -253,14 +135,25 @@ class QuadraticIteration {
     if (result_.status != UpdateStatus::kConverged) return;
     if (result_.log_likelihood < options_.min_log_likelihood) {
       result_.status = UpdateStatus::kDiverged;
-    } else if (result_.residual > options_.max_final_residual) {
+    } else if (result_.residual > options_.max_final_residual || is_ambiguous()) {
       result_.status = UpdateStatus::kNotGaussian;
     }
+  }
+
+  [[nodiscard]] bool is_ambiguous() {
+    if (!options_.check_modes || !bent_) return false;
+    const auto evaluate = [&](const Matrix<Scalar, N, Count>& tangents, Vector<Scalar, Count>& values) {
+      result_.evaluations += Count;
+      evaluate_over<Density>({density_.mean, Matrix<Scalar, N>::Identity(), true}, log_likelihood_, tangents,
+                             values);
+    };
+    return has_second_mode<Count>(origin_, density_, evaluate);
   }
 
   [[nodiscard]] IterationState iterate() {
     auto fit = fit_quadratic(density_, spread_, log_likelihood_, standard_);
     result_.evaluations += Count;
+    bent_ = bent_ || (result_.steps == 0 && is_bent(fit));
     if (!fit.range.valid || !std::isfinite(fit.residual)) return fail(UpdateStatus::kNotFinite);
     if (overshot(fit)) {
       fit = take_back_last_step();
@@ -276,6 +169,13 @@ class QuadraticIteration {
     const bool settled = has_settled(fit);
     if (!settled) halve_step();
     return move(settled);
+  }
+
+  /// Whether the log-likelihood is anything but quadratic over the prior.
+  [[nodiscard]] bool is_bent(const Fit& fit) const {
+    constexpr Scalar kBent = Scalar(0.005);  // share of the explained that remains unexplained
+    return !fit.range.supported() ||
+           !(fit.residual <= std::max(options_.max_final_residual, kBent * fit.explained));
   }
 
   /// Whether the log-likelihood fell short of what the model of the last step promised.
@@ -359,6 +259,7 @@ class QuadraticIteration {
     ++result_.steps;
     result_.log_evidence =
         origin_.invertible ? last_.y.log_evidence : result_.log_evidence + last_.y.log_evidence;
+    result_.nis = origin_.invertible ? last_.y.nis : result_.nis + last_.y.nis;
     if (settled) {
       fit_of_posterior_ = origin_.invertible && spread_ == Scalar(1);
       return IterationState::kDone;
@@ -390,7 +291,8 @@ class QuadraticIteration {
   QuadraticStep<Density> last_;
   int retries_ = kMostRetries;  ///< of the last step
   bool fit_of_posterior_ = false;
-  int repeats_ = 0;  ///< fits in succession that did not allow a larger power
+  bool bent_ = false;  ///< the log-likelihood is not quadratic over the prior
+  int repeats_ = 0;    ///< fits in succession that did not allow a larger power
   UpdateResult<Density> result_;
 };
 
@@ -400,16 +302,28 @@ class QuadraticIteration {
 /// void(8 x Count poses, values) (see log_likelihood.hpp). The rule must be exact to degree 5. Throws on
 /// invalid options and covariances; numerical failures are reported in the status. With a singular covariance
 /// the powers are applied one after another and there is no fixed point.
-template <ConcentratedDensity Density, class L, GaussianRule Rule = MysovskikhRule<Density::Chart::kDim>>
-requires(Rule::kDim == Density::Chart::kDim && LogLikelihoodOver<L, Density, Rule::kCount>)
-    [[nodiscard]] UpdateResult<Density> quadratic_update(
-        const Density& prior, L&& log_likelihood,
-        const QuadraticUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {
+template <ConcentratedDensity Density, class L, class Rule = MysovskikhRule<Density::Chart::kDim>>
+[[nodiscard]] UpdateResult<Density> quadratic_update(
+    const Density& prior, L&& log_likelihood,
+    const QuadraticUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {
+  static_assert(detail::GaussianRuleIn<Rule, Density::Chart::kDim>,
+                "quadratic_update: the rule must be a GaussianRule of the dimension of the state");
+  static_assert(
+      LogLikelihoodOver<L, Density, Rule::kCount>,
+      "quadratic_update: the log-likelihood must be callable as Scalar(state), for poses also as "
+      "void(poses, values); of GaussianMeasurements and RobustMeasurements the model as h(state, i)");
   detail::check_options(options);
   const auto standard = rule.template standard<typename Density::Scalar>();
   return detail::QuadraticIteration<Density, std::remove_reference_t<L>, Rule::kCount>(prior, log_likelihood,
                                                                                        standard, options)
       .run();
+}
+
+/// Not an update: names what is wrong with the prior.
+template <class Density, class... Rest>
+requires(!ConcentratedDensity<Density>) void quadratic_update(const Density&, Rest&&...) {
+  static_assert(ConcentratedDensity<Density>,
+                "quadratic_update: the prior must be a PoseGaussian or a StateGaussian");
 }
 
 }  // namespace antipode

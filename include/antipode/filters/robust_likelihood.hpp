@@ -38,9 +38,8 @@ struct StudentT {
     if (!(dof > Scalar(0)) || !std::isfinite(dof)) [[unlikely]]
       detail::throw_invalid("dof of StudentT is not positive", dof);
   }
-  template <int Dim>
-  [[nodiscard]] Scalar log_density(Scalar squared_distance) const {
-    return Scalar(-0.5) * (dof + Scalar(Dim)) * std::log1p(squared_distance / dof);
+  [[nodiscard]] Scalar log_density(Scalar squared_distance, int dim) const {
+    return Scalar(-0.5) * (dof + Scalar(dim)) * std::log1p(squared_distance / dof);
   }
 };
 
@@ -68,14 +67,13 @@ struct Contamination {
       detail::throw_invalid("outlier_scale of Contamination is below 1", outlier_scale);
     }
   }
-  template <int Dim>
-  [[nodiscard]] Scalar log_density(Scalar squared_distance) const {
+  [[nodiscard]] Scalar log_density(Scalar squared_distance, int dim) const {
     using std::exp;
     using std::log;
     using std::log1p;
     const Scalar outlier =
-        log_outlier_peak<Dim>() -
-        Scalar(0.5) * Scalar(1 + Dim) * log1p(squared_distance / (outlier_scale * outlier_scale));
+        log_outlier_peak(dim) -
+        Scalar(0.5) * Scalar(1 + dim) * log1p(squared_distance / (outlier_scale * outlier_scale));
     const Scalar good = Scalar(-0.5) * squared_distance;
     return good > outlier ? good + log1p(exp(outlier - good)) : outlier + log1p(exp(good - outlier));
   }
@@ -83,20 +81,19 @@ struct Contamination {
  private:
   /// log of share/(1 - share) times the Cauchy density's peak in units of the Gaussian's,
   /// 2^(Dim/2) Gamma((1 + Dim)/2) / Gamma(1/2), which is 1 for Dim = 2, and (Dim - 1) times that of Dim - 2.
-  template <int Dim>
-  [[nodiscard]] Scalar log_outlier_peak() const {
+  [[nodiscard]] Scalar log_outlier_peak(int dim) const {
     using std::log;
-    Scalar ratio = Dim % 2 == 0 ? Scalar(1) : Scalar(2) / std::sqrt(Scalar(2) * std::numbers::pi_v<Scalar>);
-    for (int d = Dim; d > 2; d -= 2) ratio *= Scalar(d - 1);
-    return log(outlier_share / (Scalar(1) - outlier_share) * ratio) - Scalar(Dim) * log(outlier_scale);
+    Scalar ratio = dim % 2 == 0 ? Scalar(1) : Scalar(2) / std::sqrt(Scalar(2) * std::numbers::pi_v<Scalar>);
+    for (int d = dim; d > 2; d -= 2) ratio *= Scalar(d - 1);
+    return log(outlier_share / (Scalar(1) - outlier_share) * ratio) - Scalar(dim) * log(outlier_scale);
   }
 };
 
-/// A robust kind of noise: log_density<Dim>(d^2) <= log_density<Dim>(0), finite, and check(), which throws on
+/// A robust kind of noise: log_density(d^2, dim) <= log_density(0, dim), finite, and check(), which throws on
 /// parameters that make no sense.
 template <class Noise, class Scalar>
 concept RobustNoise = requires(const Noise& noise, Scalar squared_distance) {
-  { noise.template log_density<3>(squared_distance) } -> std::same_as<Scalar>;
+  { noise.log_density(squared_distance, 3) } -> std::same_as<Scalar>;
   noise.check();
 };
 
@@ -119,7 +116,7 @@ class RobustMeasurements {
         roots_(detail::roots_of_noise(measurements_)),
         h_(std::move(h)),
         noise_(noise),
-        unpredictable_(noise.template log_density<Dim>(unpredictable * unpredictable)) {
+        unpredictable_(unpredictable * unpredictable) {
     noise_.check();
   }
 
@@ -132,14 +129,14 @@ class RobustMeasurements {
   [[nodiscard]] Scalar operator()(const State& state) const {
     Scalar sum(0);
     for (std::size_t i = 0; i < measurements_.size(); ++i) {
-      const std::optional<Vector<Scalar, Dim>> predicted = h_(state, i);
+      const auto predicted = detail::checked_prediction(measurements_[i].z, h_(state, i));
       if (!predicted) {
-        sum += unpredictable_;
+        sum += noise_.log_density(unpredictable_, static_cast<int>(measurements_[i].z.size()));
         continue;
       }
       const Vector<Scalar, Dim> innovation = measurements_[i].z - *predicted;
-      sum += noise_.template log_density<Dim>(
-          detail::solve_lower<Scalar, Dim, 1>(roots_[i], innovation).squaredNorm());
+      sum += noise_.log_density(detail::solve_lower<Scalar, Dim, 1>(roots_[i], innovation).squaredNorm(),
+                                static_cast<int>(innovation.size()));
     }
     return sum;
   }
@@ -149,7 +146,7 @@ class RobustMeasurements {
   std::vector<Matrix<Scalar, Dim>> roots_;  ///< of R
   Model h_;
   Noise noise_;
-  Scalar unpredictable_;
+  Scalar unpredictable_;  ///< squared distance
 };
 
 template <std::floating_point Scalar, int Dim, class Model, class Noise>

@@ -7,8 +7,8 @@ namespace antipode {
 /// unless it is kConverged.
 enum class UpdateStatus {
   kConverged,    ///< the steps settled, and the residual is at most max_final_residual of the options
-  kNotGaussian,  ///< the steps settled, but the residual is above max_final_residual: over the posterior the
-                 ///< likelihood is not what the update's model of it says. The covariance of
+  kNotGaussian,  ///< the steps settled, but the residual is above max_final_residual, or there is a second
+                 ///< mode: the likelihood is not what the update's model of it says. The covariance of
                  ///< linearized_update contains what its models leave out, that of the others may be far too
                  ///< small
   kDiverged,     ///< do not use the posterior. It does not explain the measurement (see min_log_likelihood of

@@ -28,12 +28,13 @@ struct QuadraticLogLikelihood {
   }
 };
 
-/// A Gaussian N(mean, root root^T) and the evidence of the measurement that made it.
+/// A Gaussian N(mean, root root^T), the evidence of the measurement that made it, and its innovation squared.
 template <class Scalar, int N>
 struct ConditionedGaussian {
   Vector<Scalar, N> mean;
   Matrix<Scalar, N> root;
   Scalar log_evidence;
+  Scalar nis;  ///< least over the states of: squared distance from the prior - 2 l
 
   [[nodiscard]] bool finite() const { return mean.allFinite() && root.allFinite(); }
 };
@@ -58,10 +59,11 @@ template <class Scalar, int N>
   const Vector<Scalar, N> posterior_mean = mean + root * step;
   const Vector<Scalar, N> from_prior = solve_lower_transposed<Scalar, N, 1>(C, step);
   const Vector<Scalar, N> H_posterior = l.curvature * posterior_mean;
-  Scalar log_evidence = l.constant + posterior_mean.dot(l.gradient) -
-                        Scalar(0.5) * (posterior_mean.dot(H_posterior) + from_prior.squaredNorm());
+  const Scalar log_peak = l.constant + posterior_mean.dot(l.gradient) -
+                          Scalar(0.5) * (posterior_mean.dot(H_posterior) + from_prior.squaredNorm());
+  Scalar log_evidence = log_peak;
   for (int i = 0; i < N; ++i) log_evidence -= log(C(i, i));
-  return {posterior_mean, root, log_evidence};
+  return {posterior_mean, root, log_evidence, Scalar(0) - Scalar(2) * log_peak};
 }
 
 /// A concentrated density by a root of its covariance.

@@ -99,4 +99,32 @@ template <class Model, class Scalar, int Count, int Dim, int Points>
   return std::optional<Linear>{model};
 }
 
+/// One measurement over a density: z = mean + A y + e with Cov(e) = disturbance.
+template <class Scalar, int Dim, int N>
+struct LinearMeasurementModel {
+  Vector<Scalar, Dim> mean;
+  Matrix<Scalar, Dim, N> A;
+  Matrix<Scalar, Dim> disturbance;
+};
+
+/// The regression of predicted measurements, one a column, on the sigma points that they were predicted at.
+template <class Scalar, int Dim, int N, int Count>
+[[nodiscard]] LinearMeasurementModel<Scalar, Dim, N> regress_on_points(
+    const Matrix<Scalar, Dim, Count>& predicted, const WeightedSamples<Scalar, N, Count>& standard) {
+  using Z = Vector<Scalar, Dim>;
+  const Eigen::Index rows = predicted.rows();
+  LinearMeasurementModel<Scalar, Dim, N> model{Z::Zero(rows), Matrix<Scalar, Dim, N>::Zero(rows, N),
+                                               Matrix<Scalar, Dim>::Zero(rows, rows)};
+  for (int k = 0; k < Count; ++k) model.mean += standard.weights[k] * predicted.col(k);
+  for (int k = 0; k < Count; ++k) {
+    add_outer_product<Scalar, Dim, N>(standard.weights[k], predicted.col(k) - model.mean,
+                                      standard.points.col(k), model.A);
+  }
+  for (int k = 0; k < Count; ++k) {
+    const Z error = predicted.col(k) - model.mean - model.A * standard.points.col(k);
+    add_outer_product(standard.weights[k], error, error, model.disturbance);
+  }
+  return model;
+}
+
 }  // namespace antipode::detail

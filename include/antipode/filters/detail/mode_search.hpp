@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <antipode/detail/products.hpp>
+#include <antipode/detail/solve.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
+#include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/sqrt_gaussian.hpp>
+
+namespace antipode::detail {
+
+/// The search for a second mode of prior times likelihood, beside the one that an update settled in.
+///
+/// It follows the straight lines through the posterior's mean along which the measurement made the prior
+/// narrower, from two standard deviations of the posterior to three of the prior: first in steps that grow
+/// with the distance, then with all points where the density rises again. A mode that no such line passes
+/// remains unseen; the ambiguity of a single sensor, one of two places say, lies on one. `evaluate` sets the
+/// log-likelihoods at Count vectors about the posterior's mean, one a column.
+template <class Density, int Count, class Evaluate>
+class ModeSearch {
+  using Chart = typename Density::Chart;
+  using Scalar = typename Density::Scalar;
+  static constexpr int N = Chart::kDim;
+  static_assert(Count > 2 * N);
+
+ public:
+  ModeSearch(const SqrtGaussian<Density>& prior, const SqrtGaussian<Density>& posterior, Evaluate& evaluate)
+      : evaluate_(evaluate) {
+    const Vector<Scalar, N> to_prior = Chart::local(posterior.mean, prior.mean);
+    prior_root_ = Chart::jacobian_inverse(to_prior) * prior.L;
+    mean_ = -solve<Scalar, N, 1>(prior_root_, to_prior);
+    const Matrix<Scalar, N> narrowing = solve<Scalar, N, N>(prior_root_, posterior.L);
+    const auto eigen =
+        symmetric_eigen<Scalar, N>(scaled_square<Scalar, N, N>(narrowing, Vector<Scalar, N>::Ones()));
+    directions_ = eigen.vectors;
+    variances_ = eigen.values;
+    while (lines_ < N && eigen.values[lines_] < kNarrow) ++lines_;
+  }
+
+  /// Whether there is one that is not negligible beside the first.
+  [[nodiscard]] bool finds_second_mode() {
+    if (lines_ == 0 || !directions_.allFinite() || !mean_.allFinite()) return false;
+    const int half = (Count - 1) / (2 * lines_);                        // of a line
+    Matrix<Scalar, 2, Count> where = Matrix<Scalar, 2, Count>::Zero();  // line and place; last, the mean
+    for (int i = 0; i < 2 * lines_; ++i) {
+      for (int k = 0; k < half; ++k) where.col(i * half + k) << Scalar(i / 2), place(i, k, half);
+    }
+    const Vector<Scalar, Count> values = log_density(where);
+    peak_ = values[Count - 1];
+    for (int i = 0; i < 2 * lines_; ++i) {
+      const int k = highest_rise(values.data() + i * half, half);
+      if (k < 0) continue;
+      const Scalar near = k > 0 ? place(i, k - 1, half) : Scalar(0);
+      const Scalar far = place(i, std::min(k + 1, half - 1), half);
+      if (rises_to_second_mode(i / 2, near, far, values[i * half + k])) return true;
+    }
+    return false;
+  }
+
+ private:
+  static constexpr Scalar kNarrow{0.25};  // variance of the posterior, in that of the prior
+  static constexpr Scalar kNear{2};       // standard deviations of the posterior
+  static constexpr Scalar kSmallest = Scalar(1e-30);
+  static constexpr Scalar kReach{3};       // standard deviations of the prior
+  static constexpr Scalar kRise{1};        // of the log-density, which is no second mode yet
+  static constexpr Scalar kNegligible{6};  // a mode lower by this has little weight
+  static constexpr int kMostRefinements{6};
+
+  /// The k-th of the places on one half of a line, in standard deviations of the prior from the posterior's
+  /// mean. They grow by a constant factor.
+  [[nodiscard]] Scalar place(int half_line, int k, int places) const {
+    const int line = half_line / 2;
+    const Scalar sign = half_line % 2 == 0 ? Scalar(1) : Scalar(-1);
+    const Scalar first = kNear * std::sqrt(std::max(variances_[line], kSmallest));
+    const Scalar last = std::max(first, kReach - sign * directions_.col(line).dot(mean_));
+    return sign * first * std::pow(last / first, Scalar(k) / Scalar(std::max(1, places - 1)));
+  }
+
+  [[nodiscard]] Vector<Scalar, Count> log_density(const Matrix<Scalar, 2, Count>& where) {
+    Matrix<Scalar, N, Count> tangents;
+    Vector<Scalar, Count> values, from_prior;
+    for (int k = 0; k < Count; ++k) {
+      const Vector<Scalar, N> step = where(1, k) * directions_.col(static_cast<int>(where(0, k)));
+      tangents.col(k) = prior_root_ * step;
+      from_prior[k] = (mean_ + step).squaredNorm();
+    }
+    evaluate_(tangents, values);
+    for (int k = 0; k < Count; ++k) {
+      values[k] -= Scalar(0.5) * from_prior[k];
+      if (std::isnan(values[k])) values[k] = -std::numeric_limits<Scalar>::infinity();
+    }
+    return values;
+  }
+
+  /// The highest of the places of half a line up to which the density rises again, seen from the mean; -1 if
+  /// it only falls.
+  [[nodiscard]] int highest_rise(const Scalar* values, int places) const {
+    int highest = -1;
+    Scalar low = peak_;
+    for (int k = 0; k < places; ++k) {
+      low = std::min(low, values[k]);
+      if (values[k] > low + kRise && (highest < 0 || values[k] > values[highest])) highest = k;
+    }
+    return highest;
+  }
+
+  /// Follows the rise between two places to its top.
+  [[nodiscard]] bool rises_to_second_mode(int line, Scalar begin, Scalar end, Scalar top) {
+    for (int i = 0; i < kMostRefinements && top <= peak_ - kNegligible; ++i) {
+      const Scalar step = (end - begin) / Scalar(Count - 1);
+      Matrix<Scalar, 2, Count> where;
+      for (int k = 0; k < Count; ++k) where.col(k) << Scalar(line), begin + Scalar(k) * step;
+      int k = 0;
+      const Scalar found = log_density(where).maxCoeff(&k);
+      if (!(found > top)) return false;
+      top = found;
+      begin = where(1, k) - step;
+      end = where(1, k) + step;
+    }
+    return top > peak_ - kNegligible;
+  }
+
+  Evaluate& evaluate_;
+  Matrix<Scalar, N> prior_root_;  ///< of the prior's covariance, about the posterior's mean
+  Vector<Scalar, N> mean_;        ///< of the posterior, in whitened coordinates of the prior
+  Matrix<Scalar, N> directions_;  ///< unit columns in these coordinates, the narrowest first
+  Vector<Scalar, N> variances_;   ///< of the posterior along them
+  int lines_ = 0;
+  Scalar peak_ = Scalar(0);  ///< log of prior times likelihood at the posterior's mean
+};
+
+/// Whether prior times likelihood has a second mode: see ModeSearch. False where the prior is singular.
+template <int Count, class Density, class Evaluate>
+[[nodiscard]] bool has_second_mode(const SqrtGaussian<Density>& prior, const SqrtGaussian<Density>& posterior,
+                                   Evaluate&& evaluate) {
+  return prior.invertible &&
+         ModeSearch<Density, Count, Evaluate>(prior, posterior, evaluate).finds_second_mode();
+}
+
+}  // namespace antipode::detail
