@@ -108,7 +108,7 @@ TEST_CASE("A value out of range is refused with file, line, key, value and range
   CHECK_THAT(load_error("features: {scale_factor: .nan}"), Catch::Contains("a number from 1.01 to 2"));
   CHECK_THAT(load_error("features: {cell_px: 9999}"), Catch::Contains("a whole number from 8 to 512 px"));
   CHECK_THAT(load_error("preset: papr"),
-             Catch::Contains("s.yaml:1: preset is papr, but must be one of: default, paper"));
+             Catch::Contains("s.yaml:1: preset is papr, but must be one of: default, fast, paper"));
 }
 
 TEST_CASE("An unknown setting is refused; the message suggests the nearest known one", "[settings]") {
