@@ -55,7 +55,7 @@ void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Poi
     if (std::abs(d - best) > 2) rival = std::min(rival, other);
   }
   const double best_cost = *smallest;
-  if (best_cost > settings.uniqueness * rival) return std::nullopt;
+  if (!(best_cost < settings.uniqueness * rival)) return std::nullopt;  // nor if both are 0
   return best;
 }
 

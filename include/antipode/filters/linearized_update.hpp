@@ -255,9 +255,8 @@ class LinearizedIteration {
     const bool check_modes = options_.check_modes && bent_ && options_.robust == RobustWeight::kNone;
     if (result_.limit_hit && !(last_step_ <= options_.settled_step)) {
       result_.status = UpdateStatus::kDiverged;
-    } else if (!(result_.residual <= options_.max_final_residual)) {
-      result_.status = UpdateStatus::kNotGaussian;
-    } else if (check_modes && is_ambiguous(origin_, density_, measurements_, h_, result_.evaluations)) {
+    } else if (!(result_.residual <= options_.max_final_residual) ||
+               (check_modes && is_ambiguous(origin_, density_, measurements_, h_, result_.evaluations))) {
       result_.status = UpdateStatus::kNotGaussian;
     }
   }

@@ -47,7 +47,8 @@ class ModeSearch {
     const int half = (Count - 1) / (2 * lines_);                        // of a line
     Matrix<Scalar, 2, Count> where = Matrix<Scalar, 2, Count>::Zero();  // line and place; last, the mean
     for (int i = 0; i < 2 * lines_; ++i) {
-      for (int k = 0; k < half; ++k) where.col(i * half + k) << Scalar(i / 2), place(i, k, half);
+      const int line = i / 2;
+      for (int k = 0; k < half; ++k) where.col(i * half + k) << Scalar(line), place(i, k, half);
     }
     const Vector<Scalar, Count> values = log_density(where);
     peak_ = values[Count - 1];
