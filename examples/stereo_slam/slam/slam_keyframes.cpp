@@ -102,7 +102,7 @@ RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches
   if (!settings_.online_rectification.enabled || !settings_.refinement.enabled) return {};
   const RectificationResidual before = rectification_.current();
   const Pose T_keyframe_camera = posterior_.pose();
-  const RectificationEffect effect = rectification_.add_motion(
+  RectificationEffect effect = rectification_.add_motion(
       bias_constraints(matches, local_map_.view(), T_keyframe_camera), T_keyframe_camera);
   rectification_.advance();
   tracks_.remeasure(before, rectification_.current());
