@@ -5,7 +5,9 @@
 #include <chrono>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/videoio.hpp>
@@ -19,12 +21,21 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPipelineMark = " ! ";
+constexpr std::string_view kDevices = "/dev/video";
+
+/// What opens a source. To let OpenCV try everything would also ask the drivers of industrial cameras, which
+/// takes time and leaks memory.
+[[nodiscard]] std::vector<int> backends_for(std::string_view name) {
+  if (name.find(kPipelineMark) != std::string_view::npos) return {cv::CAP_GSTREAMER};
+  if (name.starts_with(kDevices)) return {cv::CAP_V4L2};
+  return {cv::CAP_FFMPEG, cv::CAP_GSTREAMER};
+}
 
 }  // namespace
 
 bool is_live(const fs::path& source) {
   const std::string name = source.string();
-  return name.starts_with("/dev/video") || name.find("://") != std::string::npos ||
+  return name.starts_with(kDevices) || name.find("://") != std::string::npos ||
          name.find(kPipelineMark) != std::string::npos;
 }
 
@@ -33,10 +44,11 @@ struct LiveCamera::Device {
   cv::VideoCapture capture;
 
   explicit Device(const fs::path& source) : name(source.string()) {
-    const bool pipeline = name.find(kPipelineMark) != std::string::npos;
-    try {
-      capture.open(name, pipeline ? cv::CAP_GSTREAMER : cv::CAP_ANY);
-    } catch (const cv::Exception&) {  // the message below says it
+    for (const int backend : backends_for(name)) {
+      try {
+        if (capture.open(name, backend)) break;
+      } catch (const cv::Exception&) {  // the message below says it
+      }
     }
     if (!capture.isOpened()) fail("cannot be opened; check its name, and that no other program uses it");
     capture.set(cv::CAP_PROP_BUFFERSIZE, 1);  // where the driver can: older images are of no use
