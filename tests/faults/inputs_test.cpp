@@ -266,3 +266,24 @@ TEST_CASE("Swapped cameras and right images of another frame are named", "[fault
   check_one_line_failure(call({"run", "--dataset", folder / "euroc", "--output", folder / "out2"}),
                          "cam0 and cam1 look swapped");
 }
+
+TEST_CASE("A run that could track nothing says so and fails; its results are there", "[faults]") {
+  const TemporaryFolder folder;
+  constexpr int kFrames = 5;
+  for (const int grey : {0, 128, 255}) {
+    CAPTURE(grey);
+    fs::remove_all(folder / "in");
+    write_tiny_sequence(folder / "in", kFrames);
+    const cv::Mat image(TinySequence::kHeight, TinySequence::kWidth, CV_8UC1, cv::Scalar(grey));
+    for (int i = 0; i < kFrames; ++i) {
+      for (const auto* camera : {"image_0", "image_1"}) {
+        cv::imwrite((folder / "in" / camera / frame_name(i)).string(), image);
+      }
+    }
+    const auto run =
+        call({"run", "--dataset", folder / "in", "--output", folder / "out", "--quiet", "--overwrite"});
+    CHECK(run.status == 1);
+    CHECK_THAT(run.err, Catch::Contains("tracked 0 of 5 frames"));
+    CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == kFrames);
+  }
+}

@@ -157,7 +157,8 @@ int run_command(const Arguments& arguments) {
                [&](std::ostream& out) { write_run_json(out, summary, sequence, settings, arguments.run); });
   }
   if (!quiet) print_summary(summary, arguments.run.output);
-  if (summary.lost > 0) {
+  const bool tracked_none = summary.frames > 1 && summary.lost + 1 >= summary.frames;
+  if (summary.lost > 0 && !tracked_none) {
     warn(fmt::format(
              "{} of {} frames could not be tracked; their poses are predictions, see the column status of "
              "covariances.csv",
@@ -176,7 +177,15 @@ int run_command(const Arguments& arguments) {
     throw std::runtime_error(
         fmt::format("{} (the {} frames before it are saved)", summary.error, summary.frames));
   }
-  return summary.interrupted ? kInterrupted : kDone;
+  if (summary.interrupted) return kInterrupted;
+  if (tracked_none) {
+    throw std::runtime_error(fmt::format(
+        "tracked {} of {} frames: hardly any corner was found in both images and again in the next frame; "
+        "check for black, blurred or repeated images, swapped cameras, a calibration of another camera and a "
+        "low frame rate (the results are in {})",
+        summary.frames - summary.lost, summary.frames, arguments.run.output.string()));
+  }
+  return kDone;
 }
 
 }  // namespace
