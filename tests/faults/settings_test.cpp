@@ -51,7 +51,12 @@ TEST_CASE("Settings at the ends of their ranges run", "[faults]") {
     CAPTURE(text.str());
     const auto run = call({"run", "--quiet", "--overwrite", "--dataset", folder / "in", "--output",
                            folder / "out", "--config", folder / "s.yaml"});
-    CHECK(run.err == "");
-    CHECK(run.status == 0);
+    // Some extremes let no point pass, and say so; no other error is allowed.
+    if (run.err.find("tracked 0 of 6 frames") != std::string::npos) {
+      CHECK(run.status == 1);
+    } else {
+      CHECK(run.err == "");
+      CHECK(run.status == 0);
+    }
   }
 }
