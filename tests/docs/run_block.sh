@@ -24,12 +24,18 @@ case $block in
   *.sh) sed 's/\bSEED\b/1/g' "$block" >block.sh; bash -euxo pipefail block.sh | tee block.out ;;
   *.yaml) cp "$block" block.yaml ;;
   *.python)
-    if ! python3 --version >/dev/null 2>&1; then
-      echo "skipped: no python3"
+    modules=sys
+    if grep -q '^import numpy' "$block"; then modules=numpy; fi
+    python=
+    for candidate in python3 /usr/bin/python3; do
+      if "$candidate" -c "import $modules" 2>/dev/null; then python=$candidate && break; fi
+    done
+    if [ -z "$python" ]; then
+      echo "skipped: no python3 with $modules"
       exit 0
     fi
     cat "$block" "$check" >block.py
-    python3 block.py
+    "$python" block.py
     ;;
 esac
 case $check in
