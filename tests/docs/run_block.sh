@@ -19,6 +19,7 @@ if grep -q 'run .*--output OUT\b' "$block"; then rm -rf OUT; fi  # the block mak
 export PATH="$here/bin:$PATH" HOME=$work
 mkdir build
 ln -s "$BUILD_DIR" build/release
+ln -s "$SOURCE_DIR/examples" examples
 
 case $block in
   *.sh) sed 's/\bSEED\b/1/g' "$block" >block.sh; bash -euxo pipefail block.sh | tee block.out ;;

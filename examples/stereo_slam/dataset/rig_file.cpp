@@ -77,6 +77,51 @@ void read_layout(const YamlMap& map, OwnCamera& own) {
   if (side_by_side) own.source = map.text({"source"});
 }
 
+/// The name of a camera's images, from its `source` if it has one. A camera of rectified images has nothing
+/// else.
+void read_source(const YamlMap& camera, bool rectified, const OwnCamera& own, std::string& source) {
+  if (rectified) {
+    camera.refuse_unknown_keys({"source"});
+  } else {
+    camera.refuse_unknown_keys({"source", "camera_model", "resolution", "intrinsics", "distortion_model",
+                                "distortion_coefficients"});
+  }
+  if (!camera.has("source")) return;
+  if (own.source) {
+    camera.fail(camera.get({"source"}),
+                "each camera has a source of its own; leave out `layout: side-by-side`");
+  }
+  source = camera.text({"source"});
+}
+
+/// The camera of images that are rectified already.
+StereoCamera read_rectified(const YamlMap& map) {
+  const YamlMap camera = map.map("rectified");
+  camera.refuse_unknown_keys({"fx", "fy", "cx", "cy", "baseline_m"});
+  const StereoCamera rectified{.fx = camera.number("fx"),
+                               .fy = camera.number("fy"),
+                               .cx = camera.number("cx"),
+                               .cy = camera.number("cy"),
+                               .baseline_m = camera.number("baseline_m")};
+  if (!(rectified.fx > 0.0 && rectified.fy > 0.0)) camera.fail("fx and fy must be positive");
+  if (!(rectified.baseline_m > 0.0)) {
+    camera.fail(map.get({"rectified"})["baseline_m"],
+                fmt::format("baseline_m is {}, but must be positive, in metres", rectified.baseline_m));
+  }
+  return rectified;
+}
+
+double read_frame_rate(const YamlMap& map) {
+  constexpr double kSlowest_hz = 0.01;
+  constexpr double kFastest_hz = 1e5;
+  const double rate_hz = map.number("frame_rate_hz");
+  if (!(rate_hz >= kSlowest_hz && rate_hz <= kFastest_hz)) {
+    map.fail(map.get({"frame_rate_hz"}), fmt::format("frame_rate_hz is {}, but must be from {} to {}",
+                                                     rate_hz, kSlowest_hz, kFastest_hz));
+  }
+  return rate_hz;
+}
+
 StereoRig read_rig(const YamlMap& left, const YamlMap& right) {
   StereoRig rig{.left = read_lens(left), .right = read_lens(right), .T_right_left = {}, .T_body_left = {}};
   if (rig.left.width_px != rig.right.width_px || rig.left.height_px != rig.right.height_px) {
@@ -125,58 +170,25 @@ OwnCamera read_own_camera(const fs::path& file) {
   read_layout(map, own);
   const bool rectified = map.has("rectified");
   for (const auto* side : {"left", "right"}) {
-    if (!map.has(side)) {
-      if (!rectified)
-        map.fail(
-            fmt::format("there is neither '{}' nor 'rectified'; add the calibration of the camera", side));
-      continue;
+    if (map.has(side)) {
+      read_source(map.map(side), rectified, own,
+                  side == std::string_view("left") ? own.left_source : own.right_source);
+    } else if (!rectified) {
+      map.fail(fmt::format("there is neither '{}' nor 'rectified'; add the calibration of the camera", side));
     }
-    const YamlMap camera = map.map(side);
-    if (rectified) {
-      camera.refuse_unknown_keys({"source"});
-    } else {
-      camera.refuse_unknown_keys({"source", "camera_model", "resolution", "intrinsics", "distortion_model",
-                                  "distortion_coefficients"});
-    }
-    if (camera.has("source") && own.source)
-      camera.fail(camera.get({"source"}),
-                  "each camera has a source of its own; leave out `layout: side-by-side`");
-    if (camera.has("source"))
-      (std::string_view(side) == "left" ? own.left_source : own.right_source) = camera.text({"source"});
   }
   std::optional<Eigen::Isometry3d> T_body_left;
   if (map.has("T_body_left")) T_body_left = map.transform("T_body_left");
   if (rectified) {
-    const YamlMap camera = map.map("rectified");
-    camera.refuse_unknown_keys({"fx", "fy", "cx", "cy", "baseline_m"});
-    own.rectified = StereoCamera{.fx = camera.number("fx"),
-                                 .fy = camera.number("fy"),
-                                 .cx = camera.number("cx"),
-                                 .cy = camera.number("cy"),
-                                 .baseline_m = camera.number("baseline_m")};
-    if (!(own.rectified->fx > 0.0 && own.rectified->fy > 0.0)) camera.fail("fx and fy must be positive");
-    if (!(own.rectified->baseline_m > 0.0)) {
-      camera.fail(
-          map.get({"rectified"})["baseline_m"],
-          fmt::format("baseline_m is {}, but must be positive, in metres", own.rectified->baseline_m));
-    }
+    own.rectified = read_rectified(map);
     own.T_body_camera = T_body_left;
   } else {
-    StereoRig rig{.left = read_lens(map.map("left")),
-                  .right = read_lens(map.map("right")),
-                  .T_right_left = map.transform("T_right_left"),
-                  .T_body_left = T_body_left};
-    own.rig = std::move(rig);
+    own.rig = StereoRig{.left = read_lens(map.map("left")),
+                        .right = read_lens(map.map("right")),
+                        .T_right_left = map.transform("T_right_left"),
+                        .T_body_left = T_body_left};
   }
-  if (map.has("frame_rate_hz")) {
-    own.frame_rate_hz = map.number("frame_rate_hz");
-    constexpr double kSlowest_hz = 0.01;
-    constexpr double kFastest_hz = 1e5;
-    if (!(*own.frame_rate_hz >= kSlowest_hz && *own.frame_rate_hz <= kFastest_hz)) {
-      map.fail(map.get({"frame_rate_hz"}), fmt::format("frame_rate_hz is {}, but must be from {} to {}",
-                                                       *own.frame_rate_hz, kSlowest_hz, kFastest_hz));
-    }
-  }
+  if (map.has("frame_rate_hz")) own.frame_rate_hz = read_frame_rate(map);
   if (map.has("times")) own.times = map.text({"times"});
   return own;
 }
