@@ -81,7 +81,8 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
                "offer the frames at the pace of their stamps, as a camera does, and drop those that come "
                "while another "
                "is processed; the results then depend on the speed of the machine");
-  app.add_flag("--view", options.view, "show the images and the projected map points during the run");
+  app.add_flag("--view", options.view,
+               "show the images with the landmarks, and the path and the map from above, during the run");
   app.add_flag("--quiet", options.quiet, "print errors only");
 }
 

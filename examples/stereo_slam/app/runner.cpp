@@ -15,6 +15,7 @@
 
 #include "stereo_slam/app/background_sync.hpp"
 #include "stereo_slam/app/frame_reader.hpp"
+#include "stereo_slam/app/live_view.hpp"
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/app/process_usage.hpp"
 #include "stereo_slam/app/progress.hpp"
@@ -30,7 +31,6 @@
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/visualization/debug_image.hpp"
-#include "stereo_slam/visualization/view.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -59,15 +59,15 @@ struct RunInput {
 /// The window of --view and the images of --debug-images, if they are wanted, and those of the report.
 class FrameDisplay {
  public:
-  FrameDisplay(const RunOptions& options, const StereoCamera& camera) : camera_(camera) {
-    if (options.view) viewer_.emplace();
+  FrameDisplay(const RunOptions& options, const StereoCamera& camera) {
+    if (options.view) view_.emplace(camera);
     if (options.debug_images) debug_images_.emplace(*options.debug_images, options.overwrite);
   }
 
   [[nodiscard]] bool needs_trace() const { return debug_images_.has_value(); }
 
   void show(const StereoFrame& frame, const FrameResult& result, Slam& slam, const AssociationTrace& trace) {
-    if (viewer_) viewer_->show(frame, result, slam.archived_map_points(), camera_);
+    if (view_) view_->show(frame, result, slam);
     if (debug_images_) debug_images_->write(frame, result, trace);
     thumbnails_.offer(frame);
   }
@@ -75,8 +75,7 @@ class FrameDisplay {
   [[nodiscard]] std::vector<report::Thumbnail> thumbnails() const { return thumbnails_.images(); }
 
  private:
-  StereoCamera camera_;
-  std::optional<Viewer> viewer_;
+  std::optional<LiveView> view_;
   std::optional<DebugImages> debug_images_;
   report::Thumbnails thumbnails_;
 };

@@ -8,6 +8,7 @@
 
 #include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
+#include "stereo_slam/local_map/landmark_tracks.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/tracking/landmark_search.hpp"
 #include "stereo_slam/tracking/predict.hpp"
@@ -345,6 +346,11 @@ std::vector<MapPoint> Slam::map_points() const {
 
 const std::vector<MapPoint>& Slam::archived_map_points() {
   return global_map_.archived(local_map_, trajectory_, segment_.any_localised());
+}
+
+std::vector<LandmarkTrack> Slam::landmark_tracks() const {
+  if (trajectory_.frames() == 0) return {};
+  return tracks_in_view(local_map_.view(), posterior_.pose(), trajectory_.frames() - 1);
 }
 
 SavedMap Slam::saved_map() const {

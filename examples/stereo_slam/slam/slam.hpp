@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "stereo_slam/core/landmark_track.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
@@ -74,6 +75,9 @@ class Slam {
   /// The same without the landmarks of the reference keyframe, for display: brought up to date and not
   /// copied. Valid until the next call of a function that is not const.
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points();
+
+  /// The landmarks of the reference keyframe that are in view of the last frame.
+  [[nodiscard]] std::vector<LandmarkTrack> landmark_tracks() const;
 
   /// The map for a later run, with the one that this run started with; complete after finish(). Throws
   /// std::logic_error without loop closure, which keeps the keyframes.

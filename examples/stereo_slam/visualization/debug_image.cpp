@@ -2,7 +2,6 @@
 #include "stereo_slam/visualization/debug_image.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <regex>
 #include <stdexcept>
 #include <string>
@@ -10,38 +9,17 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "stereo_slam/io/output_file.hpp"
+#include "stereo_slam/visualization/drawing.hpp"
 
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Colours in OpenCV's order: blue, green, red.
-const cv::Scalar kOrange(0, 140, 255);
-const cv::Scalar kBlue(255, 170, 60);
-const cv::Scalar kRed(60, 60, 255);
-const cv::Scalar kGreen(90, 200, 90);
-const cv::Scalar kYellow(0, 235, 255);
-const cv::Scalar kWhite(235, 235, 235);
-
-constexpr int kSubpixelBits = 4;
-
-/// Position in OpenCV's fixed-point drawing coordinates.
-[[nodiscard]] cv::Point subpixel(const Vector2<double>& p) {
-  constexpr double kOne = 1 << kSubpixelBits;
-  return {static_cast<int>(std::lround(kOne * p.x())), static_cast<int>(std::lround(kOne * p.y()))};
-}
-
-void draw_dot(cv::Mat& canvas, const Vector2<double>& centre_px, double radius_px, const cv::Scalar& colour) {
-  cv::circle(canvas, subpixel(centre_px), static_cast<int>(std::lround(radius_px * (1 << kSubpixelBits))),
-             colour, cv::FILLED, cv::LINE_AA, kSubpixelBits);
-}
 
 void draw_arrow(cv::Mat& canvas, const Vector2<double>& from_px, const Vector2<double>& to_px,
                 const cv::Scalar& colour) {
@@ -50,17 +28,6 @@ void draw_arrow(cv::Mat& canvas, const Vector2<double>& from_px, const Vector2<d
   if (length_px < 1.0) return;
   cv::arrowedLine(canvas, subpixel(from_px), subpixel(to_px), colour, 1, cv::LINE_AA, kSubpixelBits,
                   std::min(0.5, kTip_px / length_px));
-}
-
-/// Outline of the ellipse x' C^-1 x = chi2.
-void draw_ellipse(cv::Mat& canvas, const Vector2<double>& centre_px, const Matrix2<double>& covariance_px2,
-                  double chi2, const cv::Scalar& colour) {
-  const Eigen::SelfAdjointEigenSolver<Matrix2<double>> axes(covariance_px2);
-  const Vector2<double> half_axes_px = (chi2 * axes.eigenvalues()).cwiseMax(0.0).cwiseSqrt();
-  const Vector2<double> major = axes.eigenvectors().col(1);
-  const cv::Point size = subpixel({half_axes_px.y(), half_axes_px.x()});
-  cv::ellipse(canvas, subpixel(centre_px), {size.x, size.y}, std::atan2(major.y(), major.x()) * 180.0 / CV_PI,
-              0.0, 360.0, colour, 1, cv::LINE_AA, kSubpixelBits);
 }
 
 void draw_landmark(cv::Mat& canvas, const TracedLandmark& landmark) {
@@ -73,11 +40,6 @@ void draw_landmark(cv::Mat& canvas, const TracedLandmark& landmark) {
   }
   if (landmark.matched_px) draw_dot(canvas, *landmark.matched_px, 1.6, kYellow);
 }
-
-struct LegendEntry {
-  std::string text;
-  cv::Scalar colour;
-};
 
 [[nodiscard]] std::vector<LegendEntry> legend_of(const FrameResult& result, const AssociationTrace& trace) {
   const auto count = [&](auto&& property) {
@@ -95,30 +57,6 @@ struct LegendEntry {
           {fmt::format("{} searched", searched), kGreen},
           {fmt::format("{} matched", matched), kYellow},
           {fmt::format("{} odometry", trace.odometry_px.size()), kWhite}};
-}
-
-/// One line of text as wide as the image; the text is smaller for narrow images.
-[[nodiscard]] cv::Mat draw_legend(const std::vector<LegendEntry>& entries, int width_px) {
-  constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
-  constexpr double kLargestScale = 0.5;
-  constexpr int kGap_px = 18;  // at full scale
-  int full_width_px = kGap_px;
-  for (const auto& entry : entries) {
-    full_width_px += cv::getTextSize(entry.text, kFont, kLargestScale, 1, nullptr).width + kGap_px;
-  }
-  const double shrink = std::min(1.0, static_cast<double>(width_px) / full_width_px);
-  const double scale = kLargestScale * shrink;
-  const int height_px = static_cast<int>(std::lround(24.0 * shrink));
-  const int baseline_px = static_cast<int>(std::lround(17.0 * shrink));
-  const int gap_px = static_cast<int>(kGap_px * shrink);
-
-  cv::Mat line(height_px, width_px, CV_8UC3, cv::Scalar(24, 24, 24));
-  int x = gap_px;
-  for (const auto& entry : entries) {
-    cv::putText(line, entry.text, {x, baseline_px}, kFont, scale, entry.colour, 1, cv::LINE_AA);
-    x += cv::getTextSize(entry.text, kFont, scale, 1, nullptr).width + gap_px;
-  }
-  return line;
 }
 
 }  // namespace

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <span>
-
-#include "stereo_slam/core/stereo_camera.hpp"
-#include "stereo_slam/core/types.hpp"
+#include <opencv2/core.hpp>
 
 namespace stereo_slam {
 
-/// Window with the left image and the projected map points, near ones red, far ones blue.
+/// A window on the screen.
 class Viewer {
  public:
   /// Throws std::runtime_error when there is no display, or OpenCV was built without windows.
   Viewer();
 
-  void show(const StereoFrame& frame, const FrameResult& result, std::span<const MapPoint> map_points,
-            const StereoCamera& camera);
+  /// Shows an image (CV_8UC3) until the next one.
+  void show(const cv::Mat& image);
+
+ private:
+  [[maybe_unused]] bool sized_ =
+      false;  ///< the window has the size of the first image, until the user changes it
 };
 
 }  // namespace stereo_slam
