@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds all but the benchmarks and runs all tests. Arguments go to ctest. That every header compiles
 # alone is left to other builds (ANTIPODE_CHECK_HEADERS): it takes minutes, and each has a test that includes it first. Large
-# headers are precompiled, which hides missing includes of them; builds without tests/run.sh and tests/tidy.sh parse them.
+# headers are precompiled and sources compiled eight at a time (a unity build), which hides missing includes; other builds and
+# tests/tidy.sh parse each source alone.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build/release
 
 "$root/cmake/install-dependencies.sh"
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DANTIPODE_BUILD_BENCHMARKS=OFF \
-  -DANTIPODE_CHECK_HEADERS=OFF -DANTIPODE_PRECOMPILE_HEADERS=ON
+  -DANTIPODE_CHECK_HEADERS=OFF -DANTIPODE_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=8
 cmake --build "$build"
 ctest --test-dir "$build" --output-on-failure --timeout 900 --parallel "$(nproc)" "$@"

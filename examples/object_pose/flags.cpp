@@ -18,9 +18,9 @@ const cv::Scalar kBefore(60, 140, 40), kFeature(200, 90, 20), kAfter(40, 30, 210
 constexpr int kFraction = 4;  // binary digits of a coordinate between pixels
 
 /// A square of the left image and how to draw in it.
-class Panel {
+class FlagPanel {
  public:
-  Panel(const cv::Mat1b& left, const StereoCamera& camera, const cv::Rect2d& part, int side_px)
+  FlagPanel(const cv::Mat1b& left, const StereoCamera& camera, const cv::Rect2d& part, int side_px)
       : camera_(camera), part_(part), scale_(side_px / part.width) {
     // Pale and smooth, for the flags to stand out and the file to be small.
     const cv::Matx23d cut(scale_, 0, -scale_ * part.x, 0, scale_, -scale_ * part.y);
@@ -116,7 +116,7 @@ cv::Rect2d around(const Pose& pose, const BoxSize& size_m, const StereoCamera& c
 }
 
 /// Draws of a mixture. The least dense come first, the most dense are the most opaque.
-void plant(const Belief& belief, const cv::Scalar& color, const FlagSettings& settings, Panel& panel) {
+void plant(const Belief& belief, const cv::Scalar& color, const FlagSettings& settings, FlagPanel& panel) {
   std::mt19937_64 rng(1);
   std::vector<std::pair<double, Pose>> flags;
   for (int k = 0; k < settings.draws; ++k) {
@@ -141,11 +141,11 @@ cv::Mat3b draw_stage(const Stage& stage, const Match& match, const StageBackgrou
                      const FlagSettings& settings) {
   const auto& [left, camera, size_m, truth, view] = background;
   const cv::Rect2d part = around(view, size_m, camera, settings.margin);
-  Panel apart(left, camera, part, settings.panel_px), together(left, camera, part, settings.panel_px);
+  FlagPanel apart(left, camera, part, settings.panel_px), together(left, camera, part, settings.panel_px);
   if (stage.before) plant(*stage.before, kBefore, settings, apart);
   plant(stage.feature, kFeature, settings, apart);
   plant(stage.after, kAfter, settings, together);
-  for (Panel* panel : {&apart, &together}) {
+  for (FlagPanel* panel : {&apart, &together}) {
     if (truth) panel->outline(*truth, settings, kTruth);
   }
   apart.dot(match.seen.z, kFeature);

@@ -10,7 +10,7 @@
 namespace antipode::test {
 namespace {
 
-constexpr unsigned kSeed = 11;
+constexpr unsigned kEdgeSeed = 11;
 using Pose = DualQuaternion<double>;
 using Matrix6x8 = Eigen::Matrix<double, 6, 8, Eigen::RowMajor>;
 using Matrix8x6 = Eigen::Matrix<double, 8, 6, Eigen::RowMajor>;
@@ -56,8 +56,8 @@ Evaluated evaluate(const ceres::CostFunction& cost, const Pose& a, const Pose& b
 
 TEST_CASE("The relative pose's Jacobians are those of automatic differentiation and of differences",
           "[ceres][law]") {
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
+  Rng rng(kEdgeSeed);
+  CAPTURE(kEdgeSeed);
   for (const double angle : {0.0, 1e-8, 1e-3, 1.0, 3.0}) {
     for (const double sign : {1.0, -1.0}) {
       CAPTURE(angle, sign);
@@ -92,8 +92,8 @@ TEST_CASE("The relative pose's Jacobians are those of automatic differentiation 
 }
 
 TEST_CASE("The residual is whitened: its square is the squared Mahalanobis distance", "[ceres]") {
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
+  Rng rng(kEdgeSeed);
+  CAPTURE(kEdgeSeed);
   const Pose a = random_pose<double>(rng);
   const Pose z = random_pose<double>(rng);
   const Vector6<double> e = random_twist<double>(rng, 0.7, 1);
@@ -103,7 +103,7 @@ TEST_CASE("The residual is whitened: its square is the squared Mahalanobis dista
 }
 
 TEST_CASE("A pose that is constant gets no Jacobian, and a bad covariance is refused", "[ceres][error]") {
-  Rng rng(kSeed);
+  Rng rng(kEdgeSeed);
   const Pose a = random_pose<double>(rng);
   const Pose b = random_pose<double>(rng);
   const RelativePoseCost cost(a, Matrix6<double>::Identity());

@@ -16,7 +16,7 @@ using namespace antipode::test;
 
 namespace {
 
-using Density = ProjectedGaussian<double>;
+using PoseDensity = ProjectedGaussian<double>;
 using nlohmann::json;
 
 const json& reference() {
@@ -24,8 +24,8 @@ const json& reference() {
   return values;
 }
 
-Density density(const json& row, const char* q, const char* mu, const char* Sigma) {
-  return Density(to_vector<4>(row.at(q)), to_vector<6>(row.at(mu)), to_matrix<6>(row.at(Sigma)));
+PoseDensity density(const json& row, const char* q, const char* mu, const char* Sigma) {
+  return PoseDensity(to_vector<4>(row.at(q)), to_vector<6>(row.at(mu)), to_matrix<6>(row.at(Sigma)));
 }
 
 /// Entries relative to the largest one.
@@ -38,8 +38,8 @@ double rotation_error(const Vector4<double>& q, const Vector4<double>& expected)
   return (q - (q.dot(expected) < 0.0 ? -1.0 : 1.0) * expected).norm();
 }
 
-void check_density(const Density& value, const json& row, const char* q, const char* mu, const char* Sigma,
-                   double tolerance) {
+void check_density(const PoseDensity& value, const json& row, const char* q, const char* mu,
+                   const char* Sigma, double tolerance) {
   CHECK(rotation_error(value.tangent_point(), to_vector<4>(row.at(q))) <= tolerance);
   CHECK(error(value.mean(), to_vector<6>(row.at(mu))) <= tolerance);
   CHECK(error(value.covariance(), to_matrix<6>(row.at(Sigma))) <= tolerance);
@@ -87,7 +87,7 @@ TEST_CASE("Central projection and its inverse match the reference", "[reference]
 
 TEST_CASE("Both densities match the reference", "[reference]") {
   for (const json& row : reference().at("density")) {
-    const Density x = density(row, "q0", "mu", "Sigma");
+    const PoseDensity x = density(row, "q0", "mu", "Sigma");
     const auto pose = DualQuaternion<double>::from_rotation_translation(to_vector<4>(row.at("q")),
                                                                         to_vector<3>(row.at("t")));
     CHECK(error(x.coordinates(pose), to_vector<6>(row.at("tangent"))) <= 1e-12);

@@ -38,14 +38,6 @@ struct StereoWithJacobian {
   }
 };
 
-[[nodiscard]] Measurements measurements_of(const StereoScene<double>& scene) {
-  Measurements measurements;
-  for (const Point& z : scene.measurements) {
-    measurements.push_back({z, Matrix3<double>(scene.sigma.cwiseAbs2().asDiagonal())});
-  }
-  return measurements;
-}
-
 }  // namespace
 
 TEST_CASE("Gauss-Newton agrees with linearisation where that is exact", "[gauss-newton]") {

@@ -19,10 +19,10 @@ using Pose = DualQuaternion<double>;
 using Point = Vector3<double>;
 /// A pose and the velocity of its position.
 using Moving = ProductChart<SplitChart<double>, VectorChart<double, 3>>;
-using Density = StateGaussian<Moving>;
+using StateDensity = StateGaussian<Moving>;
 using Square = Matrix<double, 9>;
 
-[[nodiscard]] Density random_density(Rng& rng) {
+[[nodiscard]] StateDensity random_density(Rng& rng) {
   return {{random_pose<double>(rng), random_matrix<double, 3, 1>(rng)},
           Square(0.01 * random_covariance<double, 9>(rng, 0.1))};
 }
@@ -37,7 +37,7 @@ using Square = Matrix<double, 9>;
 
 TEST_CASE("A position updates the velocity that it is correlated with", "[joint]") {
   Rng rng(1);
-  const Density prior = random_density(rng);
+  const StateDensity prior = random_density(rng);
   const Point z = std::get<0>(prior.state).translation() + Point(0.1, -0.05, 0.02);
   StateFilter<Moving> filter(prior);
   const auto result = filter.update(position(z, 0.03));
@@ -56,7 +56,7 @@ TEST_CASE("A position updates the velocity that it is correlated with", "[joint]
 
 TEST_CASE("A joint state is predicted through its points and through its Jacobian", "[joint]") {
   Rng rng(2);
-  const Density state = random_density(rng);
+  const StateDensity state = random_density(rng);
   const double dt = 0.1;
   const auto move = [=](const Moving::Point& x) {
     const auto& [pose, velocity] = x;
@@ -67,8 +67,8 @@ TEST_CASE("A joint state is predicted through its points and through its Jacobia
   Square F = Square::Identity();
   F.block<3, 3>(3, 6) = dt * Matrix3<double>::Identity();
   const Square Q = 1e-4 * Square::Identity();
-  const Density sampled = predict(state, move, Q);
-  const Density closed = predict_closed_form(state, move, F, Q);
+  const StateDensity sampled = predict(state, move, Q);
+  const StateDensity closed = predict_closed_form(state, move, F, Q);
   // The mean of the points is iterated until it moves by a thousandth of their spread, 0.1.
   CHECK(max_difference(sampled.covariance, closed.covariance) <= 1e-6);
   CHECK(Moving::local(sampled.state, closed.state).norm() <= 1e-6);

@@ -20,25 +20,15 @@ using namespace antipode::test;
 namespace {
 
 template <class Scalar>
-using Measurements = std::vector<NoisyMeasurement<Scalar, 3>>;
-
-template <class Scalar>
 using AnyModel = std::function<std::optional<Vector3<Scalar>>(const DualQuaternion<Scalar>&, std::size_t)>;
 
 /// linearized_update, compiled once for each scalar.
 template <class Scalar>
 [[nodiscard]] PoseUpdateResult<Scalar> update(const PoseGaussian<Scalar>& prior,
-                                              const Measurements<Scalar>& measurements,
+                                              const std::vector<NoisyMeasurement<Scalar, 3>>& measurements,
                                               const std::type_identity_t<AnyModel<Scalar>>& h,
                                               const LinearizedUpdateOptions<Scalar>& options = {}) {
   return linearized_update(prior, measurements, h, options);
-}
-
-[[nodiscard]] Measurements<double> measurements_of(const StereoScene<double>& scene) {
-  const Matrix3<double> R = scene.sigma.cwiseAbs2().asDiagonal();
-  Measurements<double> result;
-  for (const auto& z : scene.measurements) result.push_back({z, R});
-  return result;
 }
 
 [[nodiscard]] AnyModel<double> model_of(const StereoScene<double>& scene) {
@@ -90,7 +80,7 @@ TEMPLATE_TEST_CASE("One iteration for a linear model is the Kalman update", "[li
     Matrix6<double> R = Matrix6<double>::Zero();
     R.topLeftCorner<3, 3>() = random_covariance<double, 3>(rng, 0.05);
     R.bottomRightCorner<3, 3>() = random_covariance<double, 3>(rng, 0.05);
-    const Measurements<TestType> measurements{
+    const std::vector<NoisyMeasurement<TestType, 3>> measurements{
         {z.head<3>().cast<TestType>(), R.topLeftCorner<3, 3>().cast<TestType>()},
         {z.tail<3>().cast<TestType>(), R.bottomRightCorner<3, 3>().cast<TestType>()}};
     const auto h = [&](const DualQuaternion<TestType>& x, std::size_t i) -> std::optional<Vec3> {
@@ -157,7 +147,7 @@ TEST_CASE("Measurements that are impossible or not a number leave the prior", "[
                               [](const auto&, std::size_t) -> std::optional<Vector3<double>> { return {}; });
   CHECK(nothing.status == UpdateStatus::kNoSupport);
   CHECK(is_prior(nothing));
-  const auto empty = update(prior, Measurements<double>{}, model_of(scene));
+  const auto empty = update(prior, {}, model_of(scene));
   CHECK(empty.status == UpdateStatus::kConverged);
   CHECK(is_prior(empty));
   auto broken = measurements;

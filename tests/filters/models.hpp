@@ -12,6 +12,7 @@
 #include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/noisy_measurement.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
 #include "support/random.hpp"
@@ -82,6 +83,15 @@ struct StereoScene {
     return scene;
   }
 };
+
+/// The measurements of a scene with their covariances.
+template <class Scalar>
+[[nodiscard]] std::vector<NoisyMeasurement<Scalar, 3>> measurements_of(const StereoScene<Scalar>& scene) {
+  const Matrix3<Scalar> covariance = scene.sigma.cwiseAbs2().asDiagonal();
+  std::vector<NoisyMeasurement<Scalar, 3>> result;
+  for (const auto& z : scene.measurements) result.push_back({z, covariance});
+  return result;
+}
 
 /// Rotation and translation of standard deviations [rad, m], uncorrelated.
 template <class Scalar>

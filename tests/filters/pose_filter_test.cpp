@@ -21,10 +21,10 @@ using namespace antipode::test;
 namespace {
 
 using Pose = DualQuaternion<double>;
-using Model = std::function<std::optional<Vector3<double>>(const Pose&, std::size_t)>;
-using Measurements = GaussianMeasurements<double, 3, Model>;
+using LandmarkModel = std::function<std::optional<Vector3<double>>(const Pose&, std::size_t)>;
+using LandmarkMeasurements = GaussianMeasurements<double, 3, LandmarkModel>;
 
-[[nodiscard]] Measurements measure(Rng& rng, const Pose& truth, int count) {
+[[nodiscard]] LandmarkMeasurements measure(Rng& rng, const Pose& truth, int count) {
   const auto scene = StereoScene<double>::random(rng, truth, count);
   std::vector<NoisyMeasurement<double, 3>> measurements;
   for (const auto& z : scene.measurements) {
@@ -137,7 +137,7 @@ TEST_CASE("A filter that linearises the measurement does not accept a log-likeli
   using L = AnyLogLikelihood<double>;
   STATIC_REQUIRE(QuadraticPoseFilter<double>::kTakes<L>);
   STATIC_REQUIRE(PaperPoseFilter<double>::kTakes<L>);
-  STATIC_REQUIRE(LinearizedPoseFilter<double>::kTakes<Measurements>);
+  STATIC_REQUIRE(LinearizedPoseFilter<double>::kTakes<LandmarkMeasurements>);
   STATIC_REQUIRE_FALSE(LinearizedPoseFilter<double>::kTakes<L>);
   STATIC_REQUIRE_FALSE(PaperPoseFilter<double>::kTakes<int>);
 }

@@ -22,9 +22,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-template <class Scalar>
-using Pose = DualQuaternion<Scalar>;
-
 /// A prior around a random pose, with no two standard deviations alike (the axes would be arbitrary).
 template <class Scalar>
 [[nodiscard]] PoseGaussian<Scalar> random_pose_gaussian(Rng& rng, double rotation_sigma_rad,
@@ -47,16 +44,16 @@ template <class Scalar>
 /// A smooth likelihood of order one around the prior.
 template <class Scalar>
 struct SmoothLikelihood {
-  Pose<Scalar> target;
+  DualQuaternion<Scalar> target;
   Matrix6<Scalar> information;
 
-  [[nodiscard]] Scalar operator()(const Pose<Scalar>& x) const {
+  [[nodiscard]] Scalar operator()(const DualQuaternion<Scalar>& x) const {
     const Vector6<Scalar> error = x.boxminus(target);
     return Scalar(-0.5) * error.dot(information * error);
   }
   [[nodiscard]] static SmoothLikelihood around(Rng& rng, const BinghamGaussian<Scalar>& prior) {
     const PoseGaussian<Scalar> density = to_pose_gaussian(prior);
-    const Pose<Scalar> target = draw(rng, density);
+    const DualQuaternion<Scalar> target = draw(rng, density);
     const Matrix6<Scalar> information =
         detail::solve<Scalar, 6, 6>(density.covariance, Matrix6<Scalar>::Identity());
     return {target, uniform<Scalar>(rng, 0.5, 20.0) * information};
@@ -99,7 +96,7 @@ TEMPLATE_TEST_CASE("A constant likelihood returns the prior in one step", "[prog
     CAPTURE(seed);
     Rng rng(seed);
     const auto prior = random_prior<TestType>(rng, 0.2, 1.0);
-    const auto constant = [](const Pose<TestType>&) { return TestType(-3); };
+    const auto constant = [](const DualQuaternion<TestType>&) { return TestType(-3); };
     const auto result = update(prior, constant, JointPoseRule{});
     CHECK(result.status == UpdateStatus::kConverged);
     CHECK(result.steps == 1);
@@ -150,9 +147,9 @@ TEST_CASE("Moving the origin moves the posterior", "[progressive][law]") {
     const auto prior = random_prior<double>(rng, 0.1, 0.5);
     const auto likelihood = SmoothLikelihood<double>::around(rng, prior);
     // No rotation: the sigma points of a turned covariance are others.
-    const auto y = Pose<double>::from_rotation_translation(Vector4<double>(1.0, 0.0, 0.0, 0.0),
-                                                           random_matrix<double, 3, 1>(rng, 100.0));
-    const auto moved = [&](const Pose<double>& x) { return likelihood(y.inverse() * x); };
+    const auto y = DualQuaternion<double>::from_rotation_translation(Vector4<double>(1.0, 0.0, 0.0, 0.0),
+                                                                     random_matrix<double, 3, 1>(rng, 100.0));
+    const auto moved = [&](const DualQuaternion<double>& x) { return likelihood(y.inverse() * x); };
     const auto a = update(prior, likelihood, RichPoseRule{});
     const auto b = update(compose(y, prior), moved, RichPoseRule{});
     CHECK(same_density(compose(y, a.posterior), b.posterior, 1e-8));
@@ -169,7 +166,7 @@ TEMPLATE_TEST_CASE("A batched likelihood gives the same bits as one pose at a ti
   using Values = Eigen::Ref<Vector<TestType, Eigen::Dynamic>>;
   const auto batched = [&](const Poses& poses, Values values) {
     for (Eigen::Index k = 0; k < poses.cols(); ++k)
-      values[k] = likelihood(Pose<TestType>::unchecked(poses.col(k)));
+      values[k] = likelihood(DualQuaternion<TestType>::unchecked(poses.col(k)));
   };
   const auto a = update(prior, likelihood, JointPoseRule{});
   const auto b = progressive_update(prior, batched, JointPoseRule{});
@@ -190,7 +187,7 @@ TEST_CASE("A linear measurement of the translation converges to the Kalman updat
     const Vector3<double> innovation = random_matrix<double, 3, 1>(rng);
     const Vector3<double> z = H * prior.mean_translation() + innovation;
     const Matrix3<double> R_root = detail::cholesky_factor(R).value();
-    const auto likelihood = [&](const Pose<double>& x) {
+    const auto likelihood = [&](const DualQuaternion<double>& x) {
       const Vector3<double> error = z - H * x.translation();
       return -0.5 * detail::solve_lower(R_root, error).squaredNorm();
     };
@@ -253,7 +250,7 @@ TEST_CASE("The number of steps is bounded whatever tau asks for", "[progressive]
 TEST_CASE("Steps too long for the samples are repeated with shorter ones", "[progressive]") {
   Rng rng(3);
   const auto prior = random_prior<double>(rng, 0.3, 0.5);
-  const auto sharp = [target = prior.pose()](const Pose<double>& x) {
+  const auto sharp = [target = prior.pose()](const DualQuaternion<double>& x) {
     return -1e6 * x.boxminus(target).head<3>().squaredNorm();
   };
   const ProgressiveOptions<double> long_steps{.tau = 1e-100};
@@ -272,7 +269,7 @@ TEST_CASE("Steps too long for the samples are repeated with shorter ones", "[pro
 TEST_CASE("An orientation below min_eigenvalue is reported", "[progressive]") {
   Rng rng(4);
   const auto prior = random_prior<double>(rng, 0.01, 0.5);
-  const auto sharp = [target = prior.pose()](const Pose<double>& x) {
+  const auto sharp = [target = prior.pose()](const DualQuaternion<double>& x) {
     return -1e9 * x.boxminus(target).head<3>().squaredNorm();
   };
   const auto floored = update(prior, sharp, JointPoseRule{}, {.min_eigenvalue = 1e-8});
@@ -296,21 +293,23 @@ TEMPLATE_TEST_CASE("A likelihood that is not a number returns the prior and is r
   constexpr TestType infinity = std::numeric_limits<TestType>::infinity();
   constexpr TestType nan = std::numeric_limits<TestType>::quiet_NaN();
   int calls = 0;
-  check([&](const Pose<TestType>& x) { return ++calls == 5 ? nan : smooth(x); }, UpdateStatus::kNotFinite);
-  calls = 0;
-  check([&](const Pose<TestType>& x) { return ++calls == 100 ? nan : smooth(x); }, UpdateStatus::kNotFinite);
-  calls = 0;
-  check([&](const Pose<TestType>& x) { return ++calls == 5 ? infinity : smooth(x); },
+  check([&](const DualQuaternion<TestType>& x) { return ++calls == 5 ? nan : smooth(x); },
         UpdateStatus::kNotFinite);
-  check([&](const Pose<TestType>&) { return -infinity; }, UpdateStatus::kNoSupport);
-  check([&](const Pose<TestType>&) { return nan; }, UpdateStatus::kNotFinite);
+  calls = 0;
+  check([&](const DualQuaternion<TestType>& x) { return ++calls == 100 ? nan : smooth(x); },
+        UpdateStatus::kNotFinite);
+  calls = 0;
+  check([&](const DualQuaternion<TestType>& x) { return ++calls == 5 ? infinity : smooth(x); },
+        UpdateStatus::kNotFinite);
+  check([&](const DualQuaternion<TestType>&) { return -infinity; }, UpdateStatus::kNoSupport);
+  check([&](const DualQuaternion<TestType>&) { return nan; }, UpdateStatus::kNotFinite);
 }
 
 TEST_CASE("Poses that are impossible are excluded", "[progressive]") {
   Rng rng(6);
   const auto prior = random_prior<double>(rng, 0.1, 1.0);
   const double wall = prior.mean_translation()[0];
-  const auto beyond_the_wall = [&](const Pose<double>& x) {
+  const auto beyond_the_wall = [&](const DualQuaternion<double>& x) {
     return x.translation()[0] < wall - 0.5 ? -kInfinity : 0.0;
   };
   const auto result = update(prior, beyond_the_wall, RichPoseRule{}, {.tau = 0.8});
@@ -364,7 +363,7 @@ TEST_CASE("Invalid options are refused with the value", "[progressive]") {
   const auto message = [&](const ProgressiveOptions<double>& options) {
     return error_message([&] {
       return update(
-                 prior, [](const Pose<double>&) { return 0.0; }, JointPoseRule{}, options)
+                 prior, [](const DualQuaternion<double>&) { return 0.0; }, JointPoseRule{}, options)
           .steps;
     });
   };

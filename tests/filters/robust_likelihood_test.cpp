@@ -21,7 +21,7 @@ namespace {
 
 using Pose = DualQuaternion<double>;
 using Measurements = std::vector<NoisyMeasurement<double, 3>>;
-using Model = std::function<std::optional<Vector3<double>>(const Pose&, std::size_t)>;
+using LandmarkModel = std::function<std::optional<Vector3<double>>(const Pose&, std::size_t)>;
 
 /// Landmarks before a camera, a share of whose measurements are anywhere in the image.
 struct OutlierScene {
@@ -49,7 +49,7 @@ struct OutlierScene {
     for (const auto& z : scene.measurements) all.push_back({z, variances.asDiagonal()});
     return all;
   }
-  [[nodiscard]] Model model() const {
+  [[nodiscard]] LandmarkModel model() const {
     return [this](const Pose& x, std::size_t i) { return scene.camera(x, scene.landmarks[i]); };
   }
   /// What an update that knows the outliers comes to.
@@ -217,7 +217,7 @@ TEST_CASE("A landmark that cannot be seen is an outlier, not the end", "[robust]
 }
 
 TEST_CASE("Parameters and measurements that make no sense are refused", "[robust][error]") {
-  const Model h = [](const Pose&, std::size_t) { return Vector3<double>(0, 0, 0); };
+  const LandmarkModel h = [](const Pose&, std::size_t) { return Vector3<double>(0, 0, 0); };
   const Measurements one = {{Vector3<double>(0, 0, 0), Matrix3<double>::Identity()}};
   CHECK(contains(error_message([&] { return RobustMeasurements(one, h, StudentT<double>{-1.0}); }),
                  "dof of StudentT is not positive: -1"));

@@ -27,7 +27,7 @@ using Landmark = Gaussian<double, 3>;
 template <class Scalar>
 using AnyModel =
     std::function<std::optional<Vector3<Scalar>>(const DualQuaternion<Scalar>&, const Vector3<Scalar>&)>;
-using Model = AnyModel<double>;
+using PoseModel = AnyModel<double>;
 
 /// Agreement with values of 17 digits, relative to the largest entry.
 template <int Cols>
@@ -83,7 +83,7 @@ TEST_CASE("The camera of these tests is that of the reference values", "[unscent
 TEST_CASE("A measurement back-projects with its covariance", "[unscented][reference]") {
   for (const auto& entry : cases("init", 8)) {
     const StereoModel<double> camera = camera_of(entry);
-    const Model back_project = [&](const Pose& x, const Vector3<double>& z) {
+    const PoseModel back_project = [&](const Pose& x, const Vector3<double>& z) {
       return camera.back_project(x, z);
     };
     const Gaussian<double, 3> measured(to_vector<3>(entry.at("z")), to_matrix<3>(entry.at("R")));
@@ -96,7 +96,7 @@ TEST_CASE("A measurement back-projects with its covariance", "[unscented][refere
 
 TEST_CASE("A landmark projects with its covariance", "[unscented][reference]") {
   for (const auto& entry : cases("alg3", 16)) {
-    const Model h = camera_of(entry);
+    const PoseModel h = camera_of(entry);
     const auto projected = project_gaussian(landmark_of(entry), pose_of(entry), h, entry.at("kappa"));
     REQUIRE(projected.has_value());
     check_reference(projected->mean, to_vector<3>(entry.at("zhat")));
@@ -107,7 +107,7 @@ TEST_CASE("A landmark projects with its covariance", "[unscented][reference]") {
 
 TEST_CASE("One iteration at a known pose is the unscented Kalman filter", "[unscented][reference]") {
   for (const auto& entry : cases("alg4_fixed_pose", 16)) {
-    const Model h = camera_of(entry);
+    const PoseModel h = camera_of(entry);
     const Vector3<double> z = to_vector<3>(entry.at("z"));
     const auto result =
         unscented_update(landmark_of(entry), pose_of(entry), h, {z, to_matrix<3>(entry.at("R"))},
@@ -127,7 +127,7 @@ TEST_CASE("One iteration at a known pose is the unscented Kalman filter", "[unsc
 
 TEST_CASE("One iteration with samples of the pose takes all pairs", "[unscented][reference]") {
   for (const auto& entry : cases("alg4_uncertain_pose", 8)) {
-    const Model h = camera_of(entry);
+    const PoseModel h = camera_of(entry);
     const auto density = BinghamGaussian<double>::independent(
         Bingham<double, 4>::from_parameters(to_matrix<4>(entry.at("M")), to_vector<4>(entry.at("z4"))),
         to_vector<3>(entry.at("mu_t")), to_matrix<3>(entry.at("Sigma_t")));
@@ -159,7 +159,7 @@ TEST_CASE("One iteration with samples of the pose takes all pairs", "[unscented]
 
 TEST_CASE("A second iteration reaches the true posterior of a wide prior", "[unscented][reference]") {
   for (const auto& entry : cases("alg4_fixed_pose", 16)) {
-    const Model h = camera_of(entry);
+    const PoseModel h = camera_of(entry);
     const auto score = [&](int iterations) {
       const auto result = unscented_update(landmark_of(entry), pose_of(entry), h,
                                            {to_vector<3>(entry.at("z")), to_matrix<3>(entry.at("R"))},
@@ -182,7 +182,7 @@ TEST_CASE("A landmark in inverse depth projects like the point it stands for", "
     const auto& projection = file.at("projection").at(i);
     const StereoModel<double> camera = camera_of(projection);
     const Vector3<double> anchor = to_vector<3>(entry.at("anchor"));
-    const Model h = [&](const Pose& x, const Vector3<double>& y) {
+    const PoseModel h = [&](const Pose& x, const Vector3<double>& y) {
       const double theta = y[0], phi = y[1], rho = y[2];
       const Vector3<double> ray(std::cos(phi) * std::sin(theta), -std::sin(phi),
                                 std::cos(phi) * std::cos(theta));
@@ -243,7 +243,8 @@ TEST_CASE("A singular prior moves only where it is uncertain", "[unscented]") {
   detail::add_outer_product(0.5, direction, direction, along_the_ray);
   const Landmark prior(20.0 * direction, along_the_ray);
   const Vector3<double> z = *camera(pose, 20.7 * direction);
-  const auto result = unscented_update(prior, pose, Model(camera), {z, 0.25 * Matrix3<double>::Identity()});
+  const auto result =
+      unscented_update(prior, pose, PoseModel(camera), {z, 0.25 * Matrix3<double>::Identity()});
   CHECK(result.status == UnscentedUpdateStatus::kUpdated);
   const Vector3<double> moved = result.posterior.mean() - prior.mean();
   CHECK(moved.cross(direction).norm() <= 1e-12);
@@ -265,7 +266,7 @@ TEST_CASE("The posterior covariance is positive definite and below the prior", "
     const Landmark prior(l, scale * depth * depth * random_covariance<double, 3>(rng, 1e-6));
     const Matrix3<double> R =
         std::pow(10.0, uniform<double>(rng, -6.0, 1.0)) * random_covariance<double, 3>(rng);
-    const auto result = unscented_update(prior, pose, Model(camera), {z, R});
+    const auto result = unscented_update(prior, pose, PoseModel(camera), {z, R});
     REQUIRE(result.status == UnscentedUpdateStatus::kUpdated);
     const Matrix3<double> P = result.posterior.covariance();
     CHECK(max_difference(P, P.transpose()) == 0.0);
@@ -279,7 +280,7 @@ TEST_CASE("The posterior covariance is positive definite and below the prior", "
 
 TEST_CASE("q and -q of the pose, and one sample in place of a known pose, measure the same",
           "[unscented][law]") {
-  const Model h = StereoModel<double>{};
+  const PoseModel h = StereoModel<double>{};
   const Pose pose;
   const Landmark prior({2.0, 1.0, 15.0}, 0.2 * Matrix3<double>::Identity());
   const Vector3<double> z = *h(pose, Vector3<double>(2.1, 0.9, 14.5));
@@ -301,7 +302,7 @@ TEST_CASE("q and -q of the pose, and one sample in place of a known pose, measur
 }
 
 TEST_CASE("An uncertain pose reduces a landmark's gain", "[unscented]") {
-  const Model h = StereoModel<double>{};
+  const PoseModel h = StereoModel<double>{};
   const Landmark prior({2.0, 1.0, 15.0}, 0.2 * Matrix3<double>::Identity());
   const Vector3<double> z = *h(Pose{}, Vector3<double>(2.1, 0.9, 14.5));
   const Matrix3<double> R = Matrix3<double>::Identity();
@@ -316,8 +317,8 @@ TEST_CASE("A landmark that cannot be measured is reported and stays unchanged", 
   const Matrix3<double> R = Matrix3<double>::Identity();
   const Landmark behind({0.0, 0.0, -5.0}, 0.01 * Matrix3<double>::Identity());
   const Landmark half_behind({0.0, 0.0, 1.0}, Matrix3<double>::Identity());
-  const Model camera = StereoModel<double>{};
-  const Model nowhere = [](const Pose&, const Vector3<double>&) -> std::optional<Vector3<double>> {
+  const PoseModel camera = StereoModel<double>{};
+  const PoseModel nowhere = [](const Pose&, const Vector3<double>&) -> std::optional<Vector3<double>> {
     return Vector3<double>::Constant(std::numeric_limits<double>::quiet_NaN());
   };
   for (const auto& [prior, h] : {std::pair{behind, camera}, {half_behind, camera}, {behind, nowhere}}) {
@@ -331,7 +332,7 @@ TEST_CASE("A landmark that cannot be measured is reported and stays unchanged", 
 }
 
 TEST_CASE("An iteration that leaves the view keeps the one before", "[unscented]") {
-  const Model h = [](const Pose&, const Vector3<double>& l) -> std::optional<Vector3<double>> {
+  const PoseModel h = [](const Pose&, const Vector3<double>& l) -> std::optional<Vector3<double>> {
     if (l[2] > 12.0) return std::nullopt;
     return l;
   };
@@ -347,7 +348,7 @@ TEST_CASE("An iteration that leaves the view keeps the one before", "[unscented]
 
 TEST_CASE("Invalid measurements, noise and options are refused with the value", "[unscented]") {
   const Landmark prior({2.0, 1.0, 15.0}, Matrix3<double>::Identity());
-  const Model h = StereoModel<double>{};
+  const PoseModel h = StereoModel<double>{};
   const auto message = [&](const Vector3<double>& z, const Matrix3<double>& R,
                            const UnscentedUpdateOptions& options) {
     return error_message([&] { return unscented_update(prior, Pose{}, h, {z, R}, options).nis; });

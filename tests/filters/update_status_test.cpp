@@ -22,7 +22,6 @@ namespace {
 
 using Pose = DualQuaternion<double>;
 using Likelihood = AnyLogLikelihood<double>;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 [[nodiscard]] auto quadratic(const PoseGaussian<double>& prior, const Likelihood& l,
                              const QuadraticUpdateOptions<double>& options = {}) {
@@ -34,8 +33,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 }
 
 /// A measured position coordinate or range, by its model.
-using Model = std::function<Vector<double, 1>(const Pose&, std::size_t)>;
-[[nodiscard]] auto linearized(const PoseGaussian<double>& prior, double z, double sigma, const Model& h,
+using ScalarModel = std::function<Vector<double, 1>(const Pose&, std::size_t)>;
+[[nodiscard]] auto linearized(const PoseGaussian<double>& prior, double z, double sigma, const ScalarModel& h,
                               const LinearizedUpdateOptions<double>& options = {}) {
   const std::vector<NoisyMeasurement<double, 1>> measurements{
       {Vector<double, 1>(z), Vector<double, 1>(sigma * sigma)}};
@@ -165,7 +164,8 @@ TEST_CASE("The residual is that over the posterior, and the options say how much
   CHECK(strict.status != UpdateStatus::kConverged);
   CHECK(strict.residual > 0.4);
   if (strict.status == UpdateStatus::kNotGaussian) {
-    const auto lenient = quadratic(prior, range, {.max_final_residual = kInfinity});
+    const auto lenient =
+        quadratic(prior, range, {.max_final_residual = std::numeric_limits<double>::infinity()});
     CHECK(lenient.status == UpdateStatus::kConverged);
     CHECK(lenient.posterior.covariance == strict.posterior.covariance);
   }
@@ -176,15 +176,15 @@ TEST_CASE("The residual is that over the posterior, and the options say how much
 }
 
 TEST_CASE("Linear models say when they do not hold or have not settled", "[status]") {
-  const Model range = [](const Pose& x, std::size_t) {
+  const ScalarModel range = [](const Pose& x, std::size_t) {
     return Vector<double, 1>((x.translation() - Vector3<double>(30, 10, 5)).norm());
   };
   CHECK(linearized(around_origin(0.1, 0.1), 32.0, 0.5, range).status == UpdateStatus::kConverged);
   const auto curved = linearized(around_origin(0.1, 10.0), 32.0, 0.05, range);
   CHECK(curved.residual > 4.0);
   CHECK(curved.status == UpdateStatus::kNotGaussian);
-  const auto accepted =
-      linearized(around_origin(0.1, 10.0), 32.0, 0.05, range, {.max_final_residual = kInfinity});
+  const auto accepted = linearized(around_origin(0.1, 10.0), 32.0, 0.05, range,
+                                   {.max_final_residual = std::numeric_limits<double>::infinity()});
   CHECK(accepted.status == UpdateStatus::kConverged);
   const auto hopeless = linearized(around_origin(0.1, 1e6), 32.0, 0.05, range);
   CHECK(hopeless.status != UpdateStatus::kConverged);
@@ -218,6 +218,6 @@ TEST_CASE("A twist that overflows is not called infinite", "[status][error]") {
   Vector6<double> xi = Vector6<double>::Zero();
   xi[0] = 1e200;
   CHECK(error_message([&] { (void)Pose::exp(xi); }).starts_with("twist (phi, rho) is too large"));
-  xi[0] = kInfinity;
+  xi[0] = std::numeric_limits<double>::infinity();
   CHECK(error_message([&] { (void)Pose::exp(xi); }).starts_with("twist (phi, rho) is not finite"));
 }

@@ -5,6 +5,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/testing/laws.hpp>
 
+#include "geometry/antipode_of.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 #include "support/random.hpp"
@@ -12,8 +13,8 @@
 namespace antipode::test {
 namespace {
 
-constexpr unsigned kSeed = 2;
-constexpr int kTrials = 200;
+constexpr unsigned kPoseSeed = 2;
+constexpr int kPoseTrials = 200;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -21,18 +22,12 @@ static_assert(LieGroup<DualQuaternion<double>>);
 static_assert(LieGroup<DualQuaternion<float>>);
 static_assert(sizeof(DualQuaternion<float>) == 8 * sizeof(float));
 
-/// The same pose with the other sign.
-template <class Scalar>
-DualQuaternion<Scalar> antipode_of(const DualQuaternion<Scalar>& x) {
-  return DualQuaternion<Scalar>::unchecked(-x.coeffs());
-}
-
 TEMPLATE_TEST_CASE("Poses obey the laws of a Lie group", "[dual_quaternion][law]", float, double) {
   using Pose = DualQuaternion<TestType>;
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
+  Rng rng(kPoseSeed);
+  CAPTURE(kPoseSeed);
   for (const double angle : {0.0, 1e-8, 1e-3, 0.1, 1.0, 3.0}) {
-    for (int trial = 0; trial < kTrials; ++trial) {
+    for (int trial = 0; trial < kPoseTrials; ++trial) {
       const Pose x = random_pose<TestType>(rng), y = random_pose<TestType>(rng),
                  z = random_pose<TestType>(rng);
       // Every law compares a few products of numbers up to 10; log is as well conditioned as 1/|w|^0 there.
@@ -47,9 +42,9 @@ TEMPLATE_TEST_CASE("Poses obey the laws of a Lie group", "[dual_quaternion][law]
 
 TEMPLATE_TEST_CASE("A point moves as by Eigen's isometry", "[dual_quaternion][law]", float, double) {
   using Pose = DualQuaternion<TestType>;
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
-  for (int trial = 0; trial < kTrials; ++trial) {
+  Rng rng(kPoseSeed);
+  CAPTURE(kPoseSeed);
+  for (int trial = 0; trial < kPoseTrials; ++trial) {
     const Pose a = random_pose<TestType>(rng), b = random_pose<TestType>(rng);
     const Vector3<TestType> v = random_matrix<TestType, 3, 1>(rng, 10);
     const double tolerance = 100 * kEpsilon<TestType>;  // numbers up to 30
@@ -65,9 +60,9 @@ TEMPLATE_TEST_CASE("A point moves as by Eigen's isometry", "[dual_quaternion][la
 
 TEMPLATE_TEST_CASE("Only the total conjugate moves points", "[dual_quaternion]", float, double) {
   using Pose = DualQuaternion<TestType>;
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
-  for (int trial = 0; trial < kTrials; ++trial) {
+  Rng rng(kPoseSeed);
+  CAPTURE(kPoseSeed);
+  for (int trial = 0; trial < kPoseTrials; ++trial) {
     const Pose x = random_pose<TestType>(rng);
     const Vector3<TestType> v = random_matrix<TestType, 3, 1>(rng);
     Vector8<TestType> embedded = Vector8<TestType>::Unit(0);
@@ -86,9 +81,9 @@ TEMPLATE_TEST_CASE("Only the total conjugate moves points", "[dual_quaternion]",
 
 TEMPLATE_TEST_CASE("No result depends on the sign of a pose", "[dual_quaternion][law]", float, double) {
   using Pose = DualQuaternion<TestType>;
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
-  for (int trial = 0; trial < kTrials; ++trial) {
+  Rng rng(kPoseSeed);
+  CAPTURE(kPoseSeed);
+  for (int trial = 0; trial < kPoseTrials; ++trial) {
     Pose x = random_pose<TestType>(rng);
     const Pose y = random_pose<TestType>(rng);
     const Vector3<TestType> v = random_matrix<TestType, 3, 1>(rng);
@@ -110,11 +105,11 @@ TEMPLATE_TEST_CASE("No result depends on the sign of a pose", "[dual_quaternion]
 
 TEMPLATE_TEST_CASE("exp and log of poses are inverse up to pi", "[dual_quaternion][law]", float, double) {
   using Pose = DualQuaternion<TestType>;
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
+  Rng rng(kPoseSeed);
+  CAPTURE(kPoseSeed);
   const double near_pi = std::numbers::pi - 100 * kEpsilon<TestType>;
   for (const double angle : {0.0, 1e-30, 1e-12, 1e-8, 1e-4, 0.0999, 0.1001, 1.0, 2.0, 3.0, 3.14, near_pi}) {
-    for (int trial = 0; trial < kTrials; ++trial) {
+    for (int trial = 0; trial < kPoseTrials; ++trial) {
       const Vector6<TestType> xi = random_twist<TestType>(rng, angle, 10);
       const Pose x = Pose::exp(xi);
       CAPTURE(angle, xi.transpose(), x.log().transpose());
@@ -128,9 +123,9 @@ TEMPLATE_TEST_CASE("exp and log of poses are inverse up to pi", "[dual_quaternio
 }
 
 TEST_CASE("exp is a one-parameter group, beyond pi too", "[dual_quaternion][law]") {
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
-  for (int trial = 0; trial < kTrials; ++trial) {
+  Rng rng(kPoseSeed);
+  CAPTURE(kPoseSeed);
+  for (int trial = 0; trial < kPoseTrials; ++trial) {
     const Vector6<double> xi = random_twist<double>(rng, uniform<double>(rng, 0, 6), 3);
     const double s = uniform<double>(rng, -3, 3), t = uniform<double>(rng, -3, 3);
     const auto product = DualQuaternion<double>::exp(s * xi) * DualQuaternion<double>::exp(t * xi);
@@ -141,8 +136,8 @@ TEST_CASE("exp is a one-parameter group, beyond pi too", "[dual_quaternion][law]
 TEMPLATE_TEST_CASE("Renormalising removes the drift of a million products", "[dual_quaternion]", float,
                    double) {
   using Pose = DualQuaternion<TestType>;
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
+  Rng rng(kPoseSeed);
+  CAPTURE(kPoseSeed);
   Pose x;
   for (int k = 0; k < 1000000; ++k) {
     x = x * Pose::exp(random_twist<TestType>(rng, 0.1, 0.1));
@@ -157,7 +152,7 @@ TEMPLATE_TEST_CASE("Renormalising removes the drift of a million products", "[du
 }
 
 TEST_CASE("A view reads and writes memory it does not own", "[dual_quaternion]") {
-  Rng rng(kSeed);
+  Rng rng(kPoseSeed);
   const auto x = random_pose<double>(rng), y = random_pose<double>(rng);
   alignas(16) double memory[9] = {};
   DualQuaternionView<double> view(memory + 1);  // unaligned on purpose
@@ -180,7 +175,7 @@ TEST_CASE("A view reads and writes memory it does not own", "[dual_quaternion]")
 }
 
 TEST_CASE("Poses convert between scalar types", "[dual_quaternion]") {
-  Rng rng(kSeed);
+  Rng rng(kPoseSeed);
   const auto x = random_pose<double>(rng);
   CHECK(x.cast<float>().cast<double>().is_approx(x, kEpsilon<float>));
   CHECK(x.cast<double>().coeffs() == x.coeffs());
@@ -195,9 +190,9 @@ TEST_CASE("A default pose is the identity, and poses print as rotation and trans
 }
 
 TEST_CASE("Coefficients slightly off the Study quadric are projected onto it", "[dual_quaternion]") {
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
-  for (int trial = 0; trial < kTrials; ++trial) {
+  Rng rng(kPoseSeed);
+  CAPTURE(kPoseSeed);
+  for (int trial = 0; trial < kPoseTrials; ++trial) {
     const auto x = random_pose<double>(rng);
     const Vector8<double> off = x.coeffs() + 1e-7 * random_matrix<double, 8, 1>(rng);
     const auto y = DualQuaternion<double>::from_coefficients(off);

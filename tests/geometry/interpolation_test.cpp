@@ -4,6 +4,7 @@
 
 #include <antipode/geometry/interpolation.hpp>
 
+#include "geometry/antipode_of.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 #include "support/random.hpp"
@@ -11,21 +12,16 @@
 namespace antipode::test {
 namespace {
 
-constexpr unsigned kSeed = 4;
-constexpr int kTrials = 100;
-
-template <class Scalar>
-DualQuaternion<Scalar> antipode_of(const DualQuaternion<Scalar>& x) {
-  return DualQuaternion<Scalar>::unchecked(-x.coeffs());
-}
+constexpr unsigned kScrewSeed = 4;
+constexpr int kScrewTrials = 100;
 
 TEMPLATE_TEST_CASE("ScLERP meets both ends, moves at constant velocity and is independent of signs",
                    "[interpolation][law]", float, double) {
   using Pose = DualQuaternion<TestType>;
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
+  Rng rng(kScrewSeed);
+  CAPTURE(kScrewSeed);
   const auto tolerance = static_cast<TestType>(200 * kEpsilon<TestType>);
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < kScrewTrials; ++trial) {
     const Pose a = random_pose<TestType>(rng), b = random_pose<TestType>(rng);
     const TestType tau = uniform<TestType>(rng, 0, 1);
     CHECK(sclerp(a, b, TestType(0)).coeffs() == a.coeffs());
@@ -41,7 +37,7 @@ TEMPLATE_TEST_CASE("ScLERP meets both ends, moves at constant velocity and is in
 }
 
 TEST_CASE("ScLERP extrapolates beyond its ends, and refuses a tau that is not finite", "[interpolation]") {
-  Rng rng(kSeed);
+  Rng rng(kScrewSeed);
   const auto a = random_pose<double>(rng), b = random_pose<double>(rng);
   CHECK(sclerp(a, sclerp(a, b, 0.25), 4.0).is_approx(b, 1e-13));
   CHECK_THROWS_AS(sclerp(a, b, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
@@ -74,10 +70,10 @@ Cloud random_cloud(Rng& rng, const DualQuaternion<double>& center, double spread
 TEST_CASE("The mean of poses balances the twists to them and commutes with changes of frame",
           "[interpolation][law]") {
   using Pose = DualQuaternion<double>;
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
+  Rng rng(kScrewSeed);
+  CAPTURE(kScrewSeed);
   for (const double spread : {1e-8, 1e-2, 0.5}) {
-    for (int trial = 0; trial < kTrials; ++trial) {
+    for (int trial = 0; trial < kScrewTrials; ++trial) {
       const Cloud cloud = random_cloud(rng, random_pose<double>(rng), spread);
       const auto result = mean(cloud.poses, cloud.weights);
       CAPTURE(spread, result.pose, result.iterations);
@@ -104,9 +100,9 @@ TEST_CASE("The mean of poses balances the twists to them and commutes with chang
 }
 
 TEST_CASE("The mean of two poses is half way on their screw", "[interpolation]") {
-  Rng rng(kSeed);
-  CAPTURE(kSeed);
-  for (int trial = 0; trial < kTrials; ++trial) {
+  Rng rng(kScrewSeed);
+  CAPTURE(kScrewSeed);
+  for (int trial = 0; trial < kScrewTrials; ++trial) {
     const auto a = random_pose<double>(rng);
     const auto b = a.boxplus(random_twist<double>(rng, 1.0));
     WeightedSamples<double, 8, 2> samples;
@@ -117,7 +113,7 @@ TEST_CASE("The mean of two poses is half way on their screw", "[interpolation]")
 }
 
 TEST_CASE("The mean of one pose is that pose, with any number of poses of weight zero", "[interpolation]") {
-  Rng rng(kSeed);
+  Rng rng(kScrewSeed);
   const auto x = random_pose<double>(rng);
   Eigen::Matrix<double, 8, Eigen::Dynamic> poses(8, 3);
   poses << random_pose<double>(rng).coeffs(), x.coeffs(), random_pose<double>(rng).coeffs();
@@ -125,13 +121,13 @@ TEST_CASE("The mean of one pose is that pose, with any number of poses of weight
 }
 
 TEST_CASE("A mean that does not converge is reported", "[interpolation]") {
-  Rng rng(kSeed);
+  Rng rng(kScrewSeed);
   const Cloud cloud = random_cloud(rng, random_pose<double>(rng), 0.5);
   CHECK_FALSE(mean(cloud.poses, cloud.weights, {.max_iterations = 1}).converged);
 }
 
 TEST_CASE("Means of no poses, negative weights or invalid poses are refused", "[interpolation][error]") {
-  Rng rng(kSeed);
+  Rng rng(kScrewSeed);
   const Cloud cloud = random_cloud(rng, random_pose<double>(rng), 0.1);
   Cloud bad = cloud;
   bad.weights.setZero();

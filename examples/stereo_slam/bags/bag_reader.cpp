@@ -12,15 +12,12 @@
 
 #include "stereo_slam/bags/image_message.hpp"
 #include "stereo_slam/dataset/lens_values.hpp"
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 /// A message as it was recorded, and how its fields are taken from it, one after the other.
 class Message {

@@ -15,15 +15,12 @@
 
 #include "stereo_slam/bags/bag_reader.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 [[nodiscard]] bool has_images(const BagTopic& topic) {
   return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage";

@@ -15,6 +15,7 @@
 
 #include "stereo_slam/dataset/lens_values.hpp"
 #include "stereo_slam/dataset/yaml_map.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/input_file.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
 
@@ -23,10 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 /// R of a rigid motion, without the rounding of a file.
 Eigen::Matrix3d rotation_of(const RowMajor3& R, const fs::path& file, std::string_view name) {

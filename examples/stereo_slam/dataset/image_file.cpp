@@ -13,16 +13,13 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "stereo_slam/dataset/image_size.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/input_file.hpp"
 
 namespace stereo_slam {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-
-[[noreturn]] void fail(const std::filesystem::path& file, std::string_view what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 Bytes read_bytes(const std::filesystem::path& file) {
   constexpr std::size_t kMostImageBytes = std::size_t{256} << 20;

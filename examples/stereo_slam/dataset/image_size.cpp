@@ -9,12 +9,11 @@
 namespace stereo_slam {
 namespace {
 
-using Bytes = std::span<const std::uint8_t>;
-
 /// Reads numbers at offsets; what lies beyond the end makes it invalid.
 class Header {
  public:
-  Header(Bytes bytes, bool little_endian) : bytes_(bytes), little_endian_(little_endian) {}
+  Header(std::span<const std::uint8_t> bytes, bool little_endian)
+      : bytes_(bytes), little_endian_(little_endian) {}
 
   [[nodiscard]] bool valid() const { return valid_; }
 
@@ -35,18 +34,18 @@ class Header {
   }
 
  private:
-  Bytes bytes_;
+  std::span<const std::uint8_t> bytes_;
   bool little_endian_;
   bool valid_ = true;
 };
 
-[[nodiscard]] std::optional<ImageSize> png_size(Bytes bytes) {
+[[nodiscard]] std::optional<ImageSize> png_size(std::span<const std::uint8_t> bytes) {
   Header header(bytes, false);
   return header.result(header.number(16, 4), header.number(20, 4));
 }
 
 /// The first frame header among the segments: marker (2), length (2), precision (1), height (2), width (2).
-[[nodiscard]] std::optional<ImageSize> jpeg_size(Bytes bytes) {
+[[nodiscard]] std::optional<ImageSize> jpeg_size(std::span<const std::uint8_t> bytes) {
   Header header(bytes, false);
   for (std::size_t at = 2; header.valid();) {
     const auto marker = header.number(at, 2);
@@ -68,7 +67,7 @@ class Header {
 }
 
 /// "P5 width height most", with comments from # to the end of a line.
-[[nodiscard]] std::optional<ImageSize> pnm_size(Bytes bytes) {
+[[nodiscard]] std::optional<ImageSize> pnm_size(std::span<const std::uint8_t> bytes) {
   std::string_view text(reinterpret_cast<const char*>(bytes.data()),
                         std::min(bytes.size(), std::size_t{4096}));
   text.remove_prefix(2);
@@ -86,7 +85,7 @@ class Header {
   return ImageSize{width_px, height_px};
 }
 
-[[nodiscard]] std::optional<ImageSize> bmp_size(Bytes bytes) {
+[[nodiscard]] std::optional<ImageSize> bmp_size(std::span<const std::uint8_t> bytes) {
   Header header(bytes, true);
   const bool old = header.number(14, 4) == 12;  // OS/2
   if (old) return header.result(header.number(18, 2), header.number(20, 2));
@@ -98,7 +97,7 @@ class Header {
 }
 
 /// The tags 256 and 257 of the first directory: tag (2), type (2), count (4), value (4).
-[[nodiscard]] std::optional<ImageSize> tiff_size(Bytes bytes, bool little_endian) {
+[[nodiscard]] std::optional<ImageSize> tiff_size(std::span<const std::uint8_t> bytes, bool little_endian) {
   Header header(bytes, little_endian);
   const std::size_t directory = header.number(4, 4);
   const auto entries = header.number(directory, 2);

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
@@ -20,10 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 using Projection = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 std::string frame_name(std::size_t index) { return fmt::format("{:06}.png", index); }
 
@@ -47,7 +44,7 @@ Projection read_projection(const fs::path& file, const std::vector<TextLine>& li
   fail(file, fmt::format("has no line '{} ...' with a 3x4 matrix; take the calib.txt of the sequence", key));
 }
 
-StereoCamera read_calibration(const fs::path& file) {
+StereoCamera read_calib_txt(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "missing; it holds the calibration as lines 'P0: ...' and 'P1: ...'");
   const auto lines = read_text_lines(file);
   const Projection P0 = read_projection(file, lines, "P0:");
@@ -188,7 +185,7 @@ SequenceScan scan_kitti(const fs::path& folder) {
 
   std::optional<std::vector<std::int64_t>> stamps_ns;
   std::size_t images = 0;
-  attempt(problems, kError, [&] { sequence.camera = read_calibration(folder / "calib.txt"); });
+  attempt(problems, kError, [&] { sequence.camera = read_calib_txt(folder / "calib.txt"); });
   attempt(problems, kError, [&] { stamps_ns = read_times(folder / "times.txt"); });
   for (const auto* name : {"image_0", "image_1"}) {
     attempt(problems, kError, [&] { images = std::max(images, count_images(folder / name)); });

@@ -14,6 +14,7 @@
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/dataset/live_camera.hpp"
 #include "stereo_slam/dataset/video.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
@@ -23,10 +24,6 @@ namespace fs = std::filesystem;
 
 constexpr auto kError = Problem::Severity::kError;
 constexpr auto kWarning = Problem::Severity::kWarning;
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 /// Natural order: digits compare as numbers, img9 before img10.
 bool natural_less(const std::string& a, const std::string& b) {

@@ -13,15 +13,12 @@
 
 #include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/image_size.hpp"
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 void require_size(const fs::path& file, const cv::VideoCapture& video) {
   const double width_px = video.get(cv::CAP_PROP_FRAME_WIDTH);

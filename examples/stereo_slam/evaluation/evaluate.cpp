@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "stereo_slam/evaluation/json_value.hpp"
+
 namespace stereo_slam {
 namespace {
 
@@ -279,10 +281,6 @@ void print_similarity(std::ostream& stream, const std::optional<SimilarityAligne
   print_statistics(stream, kName, error->ate_m, fmt::format("m, after scaling by {:.5f}", error->scale));
 }
 
-std::string json(const std::optional<double>& value) {
-  return value ? fmt::format("{}", *value) : std::string("null");
-}
-
 std::string json(const std::optional<SimilarityAlignedError>& error) {
   if (!error) return "null";
   return fmt::format(R"({{"scale": {}, "ate_m": {}}})", error->scale, json(error->ate_m));
@@ -320,7 +318,7 @@ void write_evaluation_json(std::ostream& stream, const Evaluation& e, const std:
              "  \"ate_first_pose_aligned_m\": {},\n"
              "  \"rpe_1_frame\": {},\n  \"rpe_10_m\": {}{}\n}}\n",
              e.matched, e.truth_poses, e.estimate_poses, e.truth_length_m, e.estimate_length_m,
-             json(e.path_ratio), json(e.kitti), json(e.segments_10_50_m), json(e.ate_aligned_m),
+             json_value(e.path_ratio), json(e.kitti), json(e.segments_10_50_m), json(e.ate_aligned_m),
              json(e.similarity_aligned), json(e.ate_first_pose_m), json(e.rpe_frame), json(e.rpe_10m),
              more.empty() ? "" : ",\n  " + more);
 }

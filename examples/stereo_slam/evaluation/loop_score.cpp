@@ -12,6 +12,7 @@
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
+#include "stereo_slam/evaluation/json_value.hpp"
 #include "stereo_slam/evaluation/pose_tree.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -149,15 +150,10 @@ void measure_found_path(std::vector<Revisit>& revisits, const std::vector<KnownF
   return path_m;
 }
 
-[[nodiscard]] std::string json(const std::optional<double>& value) {
-  return value ? fmt::format("{}", *value) : "null";
-}
-
 [[nodiscard]] std::string json(const Revisit& revisit) {
   return fmt::format(
       R"({{"first_frame": {}, "last_frame": {}, "path_m": {}, "found_path_m": {}, "first_loop": {}}})",
-      revisit.first, revisit.last, revisit.path_m, revisit.found_path_m,
-      revisit.first_loop ? fmt::format("{}", *revisit.first_loop) : "null");
+      revisit.first, revisit.last, revisit.path_m, revisit.found_path_m, json_value(revisit.first_loop));
 }
 
 void print_revisit(std::ostream& stream, const Revisit& revisit) {
@@ -299,8 +295,8 @@ std::string loop_score_json(const LoopScore& score) {
       R"("revisits": {}, "revisits_found": {}, "path_m": {}, "path_recall": {}, "median_delay_frames": {}, )"
       R"("regions": [{}]}})",
       score.accepted, score.accepted_false, score.refused, score.refused_true, score.without_truth,
-      score.revisits.size(), revisits_found(score), path_of(score), json(path_recall(score)),
-      json(median_delay_frames(score)), fmt::join(regions, ", "));
+      score.revisits.size(), revisits_found(score), path_of(score), json_value(path_recall(score)),
+      json_value(median_delay_frames(score)), fmt::join(regions, ", "));
 }
 
 }  // namespace stereo_slam

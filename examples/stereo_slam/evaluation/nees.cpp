@@ -13,6 +13,7 @@
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
+#include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -20,7 +21,6 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kChi2Bound95 = 12.592;  // six degrees of freedom
 constexpr std::size_t kTriangle = 21;
 constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
 
@@ -62,9 +62,9 @@ constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
   if (nees.empty()) return score;
   score.mean = mean_of(nees);
   score.median = median(nees);
-  score.share_inside = static_cast<double>(std::count_if(nees.begin(), nees.end(),
-                                                         [](double e) { return e <= kChi2Bound95; })) /
-                       static_cast<double>(nees.size());
+  score.share_inside =
+      static_cast<double>(std::count_if(nees.begin(), nees.end(), [](double e) { return e <= kChi2_6_95; })) /
+      static_cast<double>(nees.size());
   return score;
 }
 

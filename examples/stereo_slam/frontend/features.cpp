@@ -8,6 +8,7 @@
 
 #include <opencv2/features2d.hpp>
 
+#include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/spatial_index.hpp"
 
@@ -95,7 +96,7 @@ class FeatureGrid {
 
 [[nodiscard]] Feature to_feature(const cv::KeyPoint& keypoint, const cv::Mat& descriptor) {
   Feature feature;
-  feature.position_px = Eigen::Vector2f(keypoint.pt.x, keypoint.pt.y).cast<double>();
+  feature.position_px = to_eigen(keypoint.pt);
   feature.response = static_cast<double>(keypoint.response);
   std::memcpy(feature.descriptor.data(), descriptor.ptr(), feature.descriptor.size());
   return feature;

@@ -13,14 +13,12 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/file_error.hpp"
+
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void fail(const fs::path& file, std::string_view what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 [[noreturn]] void fail_with(const fs::path& file, int error) {
   fail(file, fmt::format("cannot be read ({}); check the path and its permissions",

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& file, int error) {
+[[noreturn]] void fail_to_write(const fs::path& file, int error) {
   throw std::runtime_error(fmt::format("{}: cannot be written ({}); check permissions and free space",
                                        file.string(), std::generic_category().message(error)));
 }
@@ -38,12 +38,12 @@ namespace fs = std::filesystem;
 }
 
 /// A file descriptor, closed with the object.
-class Descriptor {
+class FileDescriptor {
  public:
-  explicit Descriptor(int descriptor) : descriptor_(descriptor) {}
-  ~Descriptor() { (void)close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  explicit FileDescriptor(int descriptor) : descriptor_(descriptor) {}
+  ~FileDescriptor() { (void)close(); }
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
 
   [[nodiscard]] int get() const { return descriptor_; }
   [[nodiscard]] int release() { return std::exchange(descriptor_, -1); }
@@ -58,9 +58,9 @@ class Descriptor {
 };
 
 /// Buffers what a stream writes to a descriptor, and keeps the first error.
-class DescriptorBuffer : public std::streambuf {
+class FileDescriptorBuffer : public std::streambuf {
  public:
-  explicit DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
+  explicit FileDescriptorBuffer(int descriptor) : descriptor_(descriptor) {
     setp(buffer_.data(), buffer_.data() + buffer_.size());
   }
 
@@ -87,7 +87,7 @@ class DescriptorBuffer : public std::streambuf {
 
 /// Lets `write` fill an open file; returns zero or an errno.
 [[nodiscard]] int fill(int descriptor, const std::function<void(std::ostream&)>& write) {
-  DescriptorBuffer buffer(descriptor);
+  FileDescriptorBuffer buffer(descriptor);
   std::ostream stream(&buffer);
   write(stream);
   stream.flush();
@@ -124,12 +124,12 @@ void write_in_place(const fs::path& file, const std::function<void(std::ostream&
   std::cout.flush();
   std::fflush(stdout);
   // Without O_NONBLOCK a pipe that nobody reads would block for ever.
-  Descriptor out(::open(file.c_str(), O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
-  if (out.get() < 0) fail(file, errno);
+  FileDescriptor out(::open(file.c_str(), O_WRONLY | O_APPEND | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
+  if (out.get() < 0) fail_to_write(file, errno);
   ::fcntl(out.get(), F_SETFL, ::fcntl(out.get(), F_GETFL) & ~O_NONBLOCK);
   int error = fill(out.get(), write);
   if (error == 0) error = out.close();
-  if (error != 0) fail(file, error);
+  if (error != 0) fail_to_write(file, error);
 }
 
 /// A new file beside `file`, which is removed again unless it was renamed.
@@ -140,9 +140,9 @@ class Partial {
     for (int i = 0; i < kAttempts && descriptor_ < 0; ++i) {
       path_ = fmt::format("{}.partial-{}-{}", file.string(), ::getpid(), i);
       descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (descriptor_ < 0 && errno != EEXIST) fail(file, errno);
+      if (descriptor_ < 0 && errno != EEXIST) fail_to_write(file, errno);
     }
-    if (descriptor_ < 0) fail(file, EEXIST);
+    if (descriptor_ < 0) fail_to_write(file, EEXIST);
   }
   ~Partial() {
     if (descriptor_ >= 0) ::close(descriptor_);
@@ -155,8 +155,8 @@ class Partial {
 
   /// Gives the file its name; returns its descriptor.
   [[nodiscard]] int put_in_place() {
-    if (::fdatasync(descriptor_) != 0 && errno != EINVAL) fail(file_, errno);
-    if (::rename(path_.c_str(), file_.c_str()) != 0) fail(file_, errno);
+    if (::fdatasync(descriptor_) != 0 && errno != EINVAL) fail_to_write(file_, errno);
+    if (::rename(path_.c_str(), file_.c_str()) != 0) fail_to_write(file_, errno);
     path_.clear();
     return std::exchange(descriptor_, -1);
   }
@@ -173,9 +173,9 @@ void write_file(const fs::path& file, const std::function<void(std::ostream&)>& 
   const Target target = target_of(file);
   if (target.in_place) return write_in_place(target.file, write);
   Partial partial(target.file);
-  if (const int error = fill(partial.descriptor(), write)) fail(file, error);
-  Descriptor out(partial.put_in_place());
-  if (const int error = out.close()) fail(file, error);
+  if (const int error = fill(partial.descriptor(), write)) fail_to_write(file, error);
+  FileDescriptor out(partial.put_in_place());
+  if (const int error = out.close()) fail_to_write(file, error);
 }
 
 void require_writable(const fs::path& file) {
@@ -207,7 +207,7 @@ AppendFile::~AppendFile() {
 
 void AppendFile::replace(std::string_view text) {
   Partial partial(file_);
-  if (const int error = write_all(partial.descriptor(), text)) fail(file_, error);
+  if (const int error = write_all(partial.descriptor(), text)) fail_to_write(file_, error);
   const int descriptor = partial.put_in_place();
   if (descriptor_ >= 0) ::close(descriptor_);
   descriptor_ = descriptor;
@@ -215,10 +215,10 @@ void AppendFile::replace(std::string_view text) {
 }
 
 void AppendFile::append(std::string_view text) {
-  if (sync_error_ != 0) fail(file_, sync_error_);
+  if (sync_error_ != 0) fail_to_write(file_, sync_error_);
   if (const int error = write_all(descriptor_, text)) {
     (void)::ftruncate(descriptor_, static_cast<off_t>(size_));
-    fail(file_, error);
+    fail_to_write(file_, error);
   }
   size_ += text.size();
 }

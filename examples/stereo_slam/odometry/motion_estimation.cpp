@@ -11,10 +11,11 @@
 
 #include <antipode/geometry/quaternion.hpp>
 
+#include "stereo_slam/core/chi_square.hpp"
+
 namespace stereo_slam {
 namespace {
 
-constexpr double kChi2_3_99 = 11.345;  // 99 % of a chi-square with 3 degrees of freedom
 constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
 constexpr int kMaxIterations = 15;
 constexpr double kConvergedStep = 1e-6;  // rad, m

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 
@@ -11,14 +12,6 @@ namespace stereo_slam {
 namespace {
 
 using Points = std::vector<cv::Point2f>;
-
-[[nodiscard]] cv::Point2f to_cv(const Vector2<double>& p) {
-  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
-}
-
-[[nodiscard]] Vector2<double> to_eigen(const cv::Point2f& p) {
-  return Eigen::Vector2f(p.x, p.y).cast<double>();
-}
 
 /// Correspondences of the points that circular matching brings back to where they started.
 [[nodiscard]] std::vector<StereoCorrespondence> match_circle(const ConsecutivePyramids& pyramids,

@@ -6,6 +6,8 @@
 
 #include <Eigen/LU>
 
+#include "stereo_slam/core/chi_square.hpp"
+#include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
@@ -15,16 +17,7 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kChi2_3_99 = 11.345;    // 99 % of a chi-square with 3 degrees of freedom
 constexpr double kMinCorrelation = 0.8;  // of aligned patches
-
-[[nodiscard]] cv::Point2f to_cv(const Vector2<double>& p) {
-  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
-}
-
-[[nodiscard]] Vector2<double> to_eigen(const cv::Point2f& p) {
-  return Eigen::Vector2f(p.x, p.y).cast<double>();
-}
 
 /// Where to look for a point in the current frame.
 struct SearchStart {

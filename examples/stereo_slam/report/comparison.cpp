@@ -20,9 +20,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostFrames = 8000;   // of all runs together
-constexpr std::size_t kFewestFrames = 200;  // of each
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kMostFramesInAll = 8000;  // of all runs together
+constexpr std::size_t kFewestFrames = 200;      // of each
 
 /// The value below which a share of the finite values lies; NaN of none.
 [[nodiscard]] double quantile(std::vector<double> values, double share) {
@@ -161,7 +160,7 @@ void append_position(json& array, const Vector3<double>& position) {
 }
 
 [[nodiscard]] std::size_t step_of(const std::vector<RunFolder>& runs) {
-  const std::size_t each = std::max(kFewestFrames, kMostFrames / runs.size());
+  const std::size_t each = std::max(kFewestFrames, kMostFramesInAll / runs.size());
   std::size_t longest = 1;
   for (const auto& run : runs) longest = std::max(longest, run.trajectory.poses.size());
   return (longest + each - 1) / each;

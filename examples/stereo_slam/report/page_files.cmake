@@ -14,5 +14,6 @@ add_custom_command(OUTPUT ${page_source}
   VERBATIM)
 set_source_files_properties(${page_source} PROPERTIES
   COMPILE_OPTIONS -Wno-overlength-strings
-  SKIP_PRECOMPILE_HEADERS ON)
+  SKIP_PRECOMPILE_HEADERS ON
+  SKIP_UNITY_BUILD_INCLUSION ON)
 target_sources(stereo_slam_report PRIVATE ${page_source})

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 /// Numbers as short as their meaning allows; a JSON writer prints the shortest text that reads as the same
 /// number. Values that are not finite stay as they are: JSON writes null.
 namespace stereo_slam::report {
+
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();  ///< what is not known
 
 [[nodiscard]] inline double to_decimals(double value, int decimals) {
   const double scale = std::pow(10.0, decimals);

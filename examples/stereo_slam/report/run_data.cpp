@@ -28,7 +28,6 @@ constexpr std::size_t kMostMapPoints = 12'000;
 constexpr std::size_t kMostEllipsoids = 40;
 constexpr std::size_t kMostLoops = 500;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// One element a shown frame.
 template <class Function>

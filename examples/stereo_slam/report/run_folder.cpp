@@ -10,14 +10,13 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/report/rounding.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam::report {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// The columns of a file with a header, as text.
 using Table = std::map<std::string, std::vector<std::string>, std::less<>>;

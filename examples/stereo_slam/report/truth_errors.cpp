@@ -7,11 +7,11 @@
 #include <Eigen/SVD>
 
 #include "stereo_slam/evaluation/nees.hpp"
+#include "stereo_slam/report/rounding.hpp"
 
 namespace stereo_slam::report {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t kMaxDifference_ns = 10'000'000;
 constexpr std::size_t kFewest = 3;       // poses that an alignment needs
 constexpr std::size_t kNeesFrames = 10;  // over which the NEES is taken

@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/results/output.hpp"
 
@@ -22,10 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr auto kRunFile = "run.yaml";
-
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), what));
-}
 
 [[nodiscard]] bool present(const fs::path& file) { return fs::exists(fs::symlink_status(file)); }
 

@@ -9,12 +9,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "stereo_slam/core/chi_square.hpp"
+#include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/frontend/spatial_index.hpp"
 
 namespace stereo_slam {
 namespace {
-
-constexpr double kChi2_3_99 = 11.345;
 
 /// Expected position of a landmark in one image.
 struct SearchRegion {
@@ -145,8 +145,7 @@ std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<Predicte
                                      {.window_px = settings.flow_window_px});
   for (std::size_t k = 0; k < tracked.size(); ++k) {
     if (!followed.found[k]) continue;
-    flow[tracked[k]] = {Eigen::Vector2f(start[k].x, start[k].y).cast<double>(),
-                        Eigen::Vector2f(followed.points[k].x, followed.points[k].y).cast<double>()};
+    flow[tracked[k]] = {to_eigen(start[k]), to_eigen(followed.points[k])};
   }
   return flow;
 }

@@ -41,8 +41,6 @@ struct Association {
     const std::vector<PredictedLandmark>& predicted, const std::vector<std::optional<LandmarkFlow>>& flow,
     const AssociationSettings& settings);
 
-inline constexpr double kChi2_2_99 = 9.210;  ///< bounds the ellipse in which a feature is searched
-
 /// Covariance S of the innovation of a detected feature: landmark, pose and corner noise.
 [[nodiscard]] Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,
                                                     const AssociationSettings& settings);

@@ -6,12 +6,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 
 namespace stereo_slam {
 namespace {
-
-constexpr double kChi2_3_99 = 11.345;
 
 /// Warp of the patch from keyframe to current pixels, for a surface parallel to the keyframe's image plane.
 [[nodiscard]] std::optional<Matrix2<double>> patch_warp(const Landmark& landmark,

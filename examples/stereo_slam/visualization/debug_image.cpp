@@ -13,6 +13,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/visualization/drawing.hpp"
 

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-const PinholeCamera kCamera{200, 140, 150.0, 155.0, 97.3, 71.8};
+const PinholeCamera kSmallCamera{200, 140, 150.0, 155.0, 97.3, 71.8};
 
 std::shared_ptr<const Texture> even_texture(int grey) {
   return std::make_shared<const Texture>(cv::Mat1b(1, 1, static_cast<std::uint8_t>(grey)));
@@ -50,8 +50,8 @@ Scene dark_scene(const std::vector<Face>& faces) {
 }
 
 Vector2d project(const Vector3d& p_camera) {
-  return {kCamera.fx * p_camera.x() / p_camera.z() + kCamera.cx,
-          kCamera.fy * p_camera.y() / p_camera.z() + kCamera.cy};
+  return {kSmallCamera.fx * p_camera.x() / p_camera.z() + kSmallCamera.cx,
+          kSmallCamera.fy * p_camera.y() / p_camera.z() + kSmallCamera.cy};
 }
 
 struct Shape {
@@ -126,7 +126,7 @@ TEST_CASE("A marker is drawn where the pinhole model puts it", "[simulate][rende
       outline.push_back(project(T_world_camera.inverse() * corner.cast<double>()));
     }
     const Shape expected = polygon_shape(outline);
-    const Shape drawn = shape_in_image(Renderer(scene, kCamera, samples).render(T_world_camera));
+    const Shape drawn = shape_in_image(Renderer(scene, kSmallCamera, samples).render(T_world_camera));
     const Vector2d error = drawn.centroid - expected.centroid;
     worst = std::max(worst, error.cwiseAbs().maxCoeff());
     mean += error / kMarkers;
@@ -157,16 +157,17 @@ TEST_CASE("A smooth texture is drawn at its exact perspective position", "[simul
   Scene scene = dark_scene(
       {parallelogram(T_world_camera * p, T_world_camera.linear() * a, T_world_camera.linear() * b, 0)});
   scene.materials[0].detail = std::make_shared<const Texture>(image);
-  const cv::Mat1f drawn = Renderer(scene, kCamera, 8).render(T_world_camera);
+  const cv::Mat1f drawn = Renderer(scene, kSmallCamera, 8).render(T_world_camera);
 
   const Vector3d normal = a.cross(b);
   double worst = 0.0;
   double weighted_error = 0.0;
   double weights = 0.0;
-  for (int y = 0; y < kCamera.height_px; y += 3) {
-    for (int x = 0; x < kCamera.width_px; x += 3) {
+  for (int y = 0; y < kSmallCamera.height_px; y += 3) {
+    for (int x = 0; x < kSmallCamera.width_px; x += 3) {
       const auto u_at = [&](double column) {
-        const Vector3d ray((column - kCamera.cx) / kCamera.fx, (y - kCamera.cy) / kCamera.fy, 1.0);
+        const Vector3d ray((column - kSmallCamera.cx) / kSmallCamera.fx,
+                           (y - kSmallCamera.cy) / kSmallCamera.fy, 1.0);
         return a.dot(normal.dot(p) / normal.dot(ray) * ray - p) / a.squaredNorm();
       };
       const double slope = wave(u_at(x + 0.5)) - wave(u_at(x - 0.5));  // grey levels a pixel
@@ -184,15 +185,15 @@ TEST_CASE("A smooth texture is drawn at its exact perspective position", "[simul
 
 TEST_CASE("The right image shows a plane moved by the disparity", "[simulate][renderer]") {
   constexpr double kBaseline_m = 0.54;
-  const double depth = kCamera.fx * kBaseline_m / 5.0;  // 5 px
+  const double depth = kSmallCamera.fx * kBaseline_m / 5.0;  // 5 px
   cv::Mat1b noise(64, 64);
   cv::RNG(4).fill(noise, cv::RNG::UNIFORM, 0, 256);
   Scene scene = dark_scene({parallelogram({-30.0, -25.0, depth}, {60.0, 0.0, 0.0}, {0.0, 50.0, 0.0}, 0)});
   scene.materials[0].detail = std::make_shared<const Texture>(noise);
-  Renderer renderer(scene, kCamera, 4);
+  Renderer renderer(scene, kSmallCamera, 4);
   const cv::Mat1f left = renderer.render(Isometry3d::Identity());
   const cv::Mat1f right = renderer.render(Isometry3d(Eigen::Translation3d(kBaseline_m, 0.0, 0.0)));
-  const cv::Rect overlap(5, 0, kCamera.width_px - 5, kCamera.height_px);
+  const cv::Rect overlap(5, 0, kSmallCamera.width_px - 5, kSmallCamera.height_px);
   // The texture's coordinates are rounded to 2^-8 of a texel of at most 255 levels.
   CHECK(largest_difference(left(overlap), right(overlap - cv::Point(5, 0))) < 2.5);
 }
@@ -201,7 +202,7 @@ TEST_CASE("The nearer face hides the farther one in either order", "[simulate][r
   const Face near = parallelogram({-1.0, -1.0, 4.0}, {2.0, 0.0, 0.0}, {0.0, 2.0, 0.0}, 1);
   const Face far = parallelogram({-20.0, -20.0, 9.0}, {40.0, 0.0, 0.0}, {0.0, 40.0, 0.0}, 2);
   for (const auto& faces : {std::vector{near, far}, std::vector{far, near}}) {
-    const cv::Mat1f image = Renderer(dark_scene(faces), kCamera, 8).render(Isometry3d::Identity());
+    const cv::Mat1f image = Renderer(dark_scene(faces), kSmallCamera, 8).render(Isometry3d::Identity());
     CHECK(image(72, 97) == Approx(100.0));
     CHECK(image(5, 5) == Approx(200.0));
   }
@@ -212,7 +213,7 @@ TEST_CASE("Faces that intersect are cut along their common line", "[simulate][re
   const Face slanted =
       parallelogram({-20.0, -20.0, 5.0}, {40.0, 0.0, 10.0}, {0.0, 40.0, 0.0}, 2);  // z = 10 at x = 0
   const cv::Mat1f image =
-      Renderer(dark_scene({upright, slanted}), kCamera, 16).render(Isometry3d::Identity());
+      Renderer(dark_scene({upright, slanted}), kSmallCamera, 16).render(Isometry3d::Identity());
   for (int y = 0; y < image.rows; y += 10) {
     CHECK(image(y, 96) == Approx(200.0));  // the slanted one is nearer on the left of cx = 97.3
     CHECK(image(y, 99) == Approx(100.0));
@@ -254,18 +255,19 @@ TEST_CASE("A face is visible from its front only, unless it is two-sided", "[sim
   const Face averted = parallelogram({-9.0, -9.0, 5.0}, {18.0, 0.0, 0.0}, {0.0, 18.0, 0.0}, 0);
   Scene scene = dark_scene({facing});
   scene.materials[0].two_sided = false;
-  CHECK(Renderer(scene, kCamera, 4).render(Isometry3d::Identity())(70, 100) == Approx(255.0));
+  CHECK(Renderer(scene, kSmallCamera, 4).render(Isometry3d::Identity())(70, 100) == Approx(255.0));
   scene.chunks = make_chunks({averted}, 10.0);
-  CHECK(Renderer(scene, kCamera, 4).render(Isometry3d::Identity())(70, 100) == 0.0F);
+  CHECK(Renderer(scene, kSmallCamera, 4).render(Isometry3d::Identity())(70, 100) == 0.0F);
   scene.materials[0].two_sided = true;
-  CHECK(Renderer(scene, kCamera, 4).render(Isometry3d::Identity())(70, 100) == Approx(255.0));
+  CHECK(Renderer(scene, kSmallCamera, 4).render(Isometry3d::Identity())(70, 100) == Approx(255.0));
 }
 
 TEST_CASE("Faces around, behind and across the camera are drawn correctly", "[simulate][renderer]") {
   // A floor that passes below the camera and behind it: below the horizon everything is floor.
   const Face floor = parallelogram({-500.0, 1.5, -500.0}, {1000.0, 0.0, 0.0}, {0.0, 0.0, 1000.0}, 0);
   const Face behind = parallelogram({-5.0, -5.0, -3.0}, {10.0, 0.0, 0.0}, {0.0, 10.0, 0.0}, 1);
-  const cv::Mat1f image = Renderer(dark_scene({floor, behind}), kCamera, 8).render(Isometry3d::Identity());
+  const cv::Mat1f image =
+      Renderer(dark_scene({floor, behind}), kSmallCamera, 8).render(Isometry3d::Identity());
   for (int x = 0; x < image.cols; x += 7) {
     CHECK(image(60, x) == 0.0F);
     CHECK(image(75, x) == Approx(255.0));
@@ -274,8 +276,8 @@ TEST_CASE("Faces around, behind and across the camera are drawn correctly", "[si
   Face degenerate = floor;
   degenerate.corners.fill(Eigen::Vector3f(0.0F, 0.0F, 5.0F));
   CHECK(largest_difference(
-            Renderer(dark_scene({floor, degenerate}), kCamera, 8).render(Isometry3d::Identity()), image) ==
-        0.0);
+            Renderer(dark_scene({floor, degenerate}), kSmallCamera, 8).render(Isometry3d::Identity()),
+            image) == 0.0);
 }
 
 TEST_CASE("Holes let the background through in proportion to the opacity", "[simulate][renderer]") {
@@ -283,7 +285,7 @@ TEST_CASE("Holes let the background through in proportion to the opacity", "[sim
   for (const int opacity : {0, 64, 128, 255}) {
     Scene scene = dark_scene({screen});
     scene.materials[0].opacity = even_texture(opacity);
-    const cv::Mat1f image = Renderer(scene, kCamera, 8).render(Isometry3d::Identity());
+    const cv::Mat1f image = Renderer(scene, kSmallCamera, 8).render(Isometry3d::Identity());
     CHECK(std::abs(cv::mean(image(cv::Rect(50, 50, 60, 40)))[0] - opacity) < 255.0 / 16.0 + 1.0);
   }
 }
@@ -293,23 +295,24 @@ TEST_CASE("Distance fades into haze and shadow darkens the ground", "[simulate][
   Scene scene = dark_scene({wall});
   scene.haze_distance_m = 50.0;
   scene.horizon_grey = 200.0F;
-  CHECK(Renderer(scene, kCamera, 4).render(Isometry3d::Identity())(70, 100) == Approx(150.0).epsilon(1e-4));
+  CHECK(Renderer(scene, kSmallCamera, 4).render(Isometry3d::Identity())(70, 100) ==
+        Approx(150.0).epsilon(1e-4));
 
   scene = dark_scene({parallelogram({-20.0, 1.5, 0.0}, {40.0, 0.0, 0.0}, {0.0, 0.0, 40.0}, 1)});
   scene.materials[1].takes_shadow = true;
   cv::Mat1b map(64, 64, std::uint8_t{255});
   map.colRange(0, 32).setTo(0);  // x < 0
   scene.sunlight = {std::make_shared<const Texture>(map), {-20.0, 0.0}, 40.0, 0.4F};
-  const cv::Mat1f image = Renderer(scene, kCamera, 4).render(Isometry3d::Identity());
+  const cv::Mat1f image = Renderer(scene, kSmallCamera, 4).render(Isometry3d::Identity());
   CHECK(image(110, 40) == Approx(40.0));
   CHECK(image(110, 160) == Approx(100.0));
 }
 
 TEST_CASE("The renderer rejects impossible cameras and sample counts", "[simulate][renderer]") {
   const Scene scene = dark_scene({});
-  CHECK_THROWS_AS(Renderer(scene, kCamera, 5), std::invalid_argument);
+  CHECK_THROWS_AS(Renderer(scene, kSmallCamera, 5), std::invalid_argument);
   CHECK_THROWS_AS(Renderer(scene, PinholeCamera{0, 10, 1.0, 1.0, 0.0, 0.0}, 4), std::invalid_argument);
   CHECK_THROWS_AS(Renderer(scene, PinholeCamera{10, 10, -1.0, 1.0, 0.0, 0.0}, 4), std::invalid_argument);
-  const cv::Mat1f empty = Renderer(scene, kCamera, 4).render(Isometry3d::Identity());
+  const cv::Mat1f empty = Renderer(scene, kSmallCamera, 4).render(Isometry3d::Identity());
   CHECK(cv::countNonZero(empty) == 0);
 }

@@ -26,7 +26,7 @@ FrameReader::Load frames_every(std::chrono::nanoseconds period) {
   };
 }
 
-const auto never = [] { return false; };
+const auto not_interrupted = [] { return false; };
 
 struct Taken {
   std::vector<std::size_t> frames;
@@ -37,7 +37,7 @@ struct Taken {
 /// Takes all frames; `work` is done after each.
 Taken take_all(RealtimeReader& reader, const std::function<void(std::size_t)>& work) {
   Taken taken;
-  while (const auto offered = reader.next(never)) {
+  while (const auto offered = reader.next(not_interrupted)) {
     taken.frames.push_back(offered->read.frame.index);
     taken.dropped_ns.insert(taken.dropped_ns.end(), offered->dropped_ns.begin(), offered->dropped_ns.end());
     taken.reading_delay_s = offered->reading_delay_s;
@@ -74,9 +74,9 @@ TEST_CASE("Who is busy while frames are offered gets the newest, and the stamps 
 
 TEST_CASE("The time of an offer is that of the stamp, not that at which the frame is taken", "[realtime]") {
   RealtimeReader reader(frames_every(100ms), 2);
-  const auto first = reader.next(never);
+  const auto first = reader.next(not_interrupted);
   std::this_thread::sleep_for(400ms);
-  const auto second = reader.next(never);
+  const auto second = reader.next(not_interrupted);
   REQUIRE(second);
   CHECK(Clock::now() - second->offered_at >= 250ms);
   CHECK(second->offered_at - first->offered_at >= 100ms);
@@ -100,23 +100,23 @@ TEST_CASE("Reading a dropped frame counts for the frame taken in its place", "[r
     return load(i);
   };
   RealtimeReader reader(busy, 6);
-  CHECK(reader.next(never)->read.frame.index == 0);
+  CHECK(reader.next(not_interrupted)->read.frame.index == 0);
   std::this_thread::sleep_for(1s);
-  const auto last = reader.next(never);
+  const auto last = reader.next(not_interrupted);
   REQUIRE(last);
   CHECK(last->read.frame.index == 5);
   CHECK(last->dropped_ns == std::vector<std::int64_t>{1'000'000, 2'000'000, 3'000'000, 4'000'000});
   CHECK(last->read.cpu_ms >= 5 * 2.0);
 }
 
-TEST_CASE("The clock starts when the first frame is taken: it is never dropped", "[realtime]") {
+TEST_CASE("The clock starts when the first frame is taken: it is not_interrupted dropped", "[realtime]") {
   RealtimeReader reader(frames_every(200ms), 3);
   std::this_thread::sleep_for(600ms);
-  const auto first = reader.next(never);
+  const auto first = reader.next(not_interrupted);
   REQUIRE(first);
   CHECK(first->read.frame.index == 0);
   CHECK(first->dropped_ns.empty());
-  CHECK(reader.next(never)->read.frame.index == 1);
+  CHECK(reader.next(not_interrupted)->read.frame.index == 1);
 }
 
 TEST_CASE("A failed load is rethrown after the frames before it", "[realtime]") {
@@ -126,20 +126,20 @@ TEST_CASE("A failed load is rethrown after the frames before it", "[realtime]") 
         return load(i);
       },
       5);
-  CHECK(reader.next(never)->read.frame.index == 0);
-  CHECK(reader.next(never)->read.frame.index == 1);
-  CHECK_THROWS_WITH(reader.next(never), "frame two");
+  CHECK(reader.next(not_interrupted)->read.frame.index == 0);
+  CHECK(reader.next(not_interrupted)->read.frame.index == 1);
+  CHECK_THROWS_WITH(reader.next(not_interrupted), "frame two");
 }
 
 TEST_CASE("The wait for a stamp that is hours away ends with a request to stop, and with the reader",
           "[realtime]") {
   RealtimeReader reader(frames_every(2h), 3);
-  CHECK(reader.next(never)->read.frame.index == 0);
+  CHECK(reader.next(not_interrupted)->read.frame.index == 0);
   int polls = 0;
   CHECK_FALSE(reader.next([&] { return ++polls > 2; }));
 }
 
 TEST_CASE("A realtime reader without frames ends at once", "[realtime]") {
   RealtimeReader reader(frames_every(1ms), 0);
-  CHECK_FALSE(reader.next(never));
+  CHECK_FALSE(reader.next(not_interrupted));
 }

@@ -10,7 +10,7 @@ using namespace stereo_slam::test;
 namespace {
 
 /// Writes a recording of four frames, breaks its mav0, and returns what opening it says.
-std::string error_after(const std::function<void(const fs::path&)>& breaking) {
+std::string euroc_error_after(const std::function<void(const fs::path&)>& breaking) {
   const TemporaryFolder folder;
   write_tiny_euroc(folder.path(), 4);
   breaking(folder / "mav0");
@@ -20,11 +20,11 @@ std::string error_after(const std::function<void(const fs::path&)>& breaking) {
 }
 
 std::string error_with_sensor(const std::string& what, const std::string& by) {
-  return error_after([&](const fs::path& mav) { replace_in(mav / "cam1/sensor.yaml", what, by); });
+  return euroc_error_after([&](const fs::path& mav) { replace_in(mav / "cam1/sensor.yaml", what, by); });
 }
 
 std::string error_with_rows(const std::string& rows) {
-  return error_after([&](const fs::path& mav) { write_text(mav / "cam1/data.csv", rows); });
+  return euroc_error_after([&](const fs::path& mav) { write_text(mav / "cam1/data.csv", rows); });
 }
 
 std::string row(int index) { return fmt::format("{0},{0}.png\n", tiny_stamp(index)); }
@@ -79,7 +79,7 @@ TEST_CASE("Rows without a partner are left out and counted", "[euroc]") {
 
 TEST_CASE("A damaged data.csv is refused with file and line", "[euroc]") {
   const std::string two = row(0) + row(1);
-  CHECK_THAT(error_after([](const fs::path& mav) { fs::remove(mav / "cam0/data.csv"); }),
+  CHECK_THAT(euroc_error_after([](const fs::path& mav) { fs::remove(mav / "cam0/data.csv"); }),
              Catch::Contains("cam0/data.csv: missing"));
   CHECK_THAT(error_with_rows("#timestamp [ns],filename\n"),
              Catch::Contains("cam1/data.csv: lists no images"));
@@ -107,20 +107,20 @@ TEST_CASE("A damaged data.csv is refused with file and line", "[euroc]") {
 TEST_CASE("A missing image is found on opening, with the row that names it", "[euroc]") {
   const auto right = "cam1/data/" + tiny_stamp(2) + ".png";
   CHECK_THAT(
-      error_after([&](const fs::path& mav) { fs::remove(mav / right); }),
+      euroc_error_after([&](const fs::path& mav) { fs::remove(mav / right); }),
       Catch::Contains("cam1/data.csv:4: ") && Catch::Contains(right + " is missing; restore the image"));
-  CHECK_THAT(error_after([&](const fs::path& mav) { fs::remove_all(mav / "cam0/data"); }),
+  CHECK_THAT(euroc_error_after([&](const fs::path& mav) { fs::remove_all(mav / "cam0/data"); }),
              Catch::Contains("cam0/data.csv:2: ") && Catch::Contains("(and 3 more like it)"));
-  CHECK_THAT(error_after([&](const fs::path& mav) { fs::remove_all(mav / "cam1"); }),
+  CHECK_THAT(euroc_error_after([&](const fs::path& mav) { fs::remove_all(mav / "cam1"); }),
              Catch::Contains("has no cam0 and cam1"));
-  CHECK_THAT(error_after([&](const fs::path& mav) {
+  CHECK_THAT(euroc_error_after([&](const fs::path& mav) {
                truncate_file(mav / "cam0/data" / (tiny_stamp(0) + ".png"), 0.5);
              }),
              Catch::Contains("truncated"));
 }
 
 TEST_CASE("A wrong sensor.yaml is refused with file and line", "[euroc]") {
-  CHECK_THAT(error_after([](const fs::path& mav) { fs::remove(mav / "cam1/sensor.yaml"); }),
+  CHECK_THAT(euroc_error_after([](const fs::path& mav) { fs::remove(mav / "cam1/sensor.yaml"); }),
              Catch::Contains("cam1/sensor.yaml: missing"));
   CHECK_THAT(error_with_sensor("[200, 200,", "[nan, 200,"),
              Catch::Contains("cam1/sensor.yaml:10: intrinsics holds 'nan', which is not a finite number"));
@@ -149,7 +149,7 @@ TEST_CASE("A wrong sensor.yaml is refused with file and line", "[euroc]") {
              Catch::Contains("must be a list of numbers"));
   CHECK_THAT(error_with_sensor("resolution:", "size:"), Catch::Contains("has no resolution; add it"));
   CHECK_THAT(error_with_sensor("intrinsics: [", "intrinsics: [["), Catch::Contains("not valid YAML"));
-  CHECK_THAT(error_after([](const fs::path& mav) { write_text(mav / "cam0/sensor.yaml", ""); }),
+  CHECK_THAT(euroc_error_after([](const fs::path& mav) { write_text(mav / "cam0/sensor.yaml", ""); }),
              Catch::Contains("cam0/sensor.yaml:1: "));
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("Cameras that cannot be rectified are refused", "[euroc]") {
 TEST_CASE("Images of another size than the calibration's are refused", "[euroc]") {
   const auto first = "data/" + tiny_stamp(0) + ".png";
   CHECK_THAT(
-      error_after([&](const fs::path& mav) {
+      euroc_error_after([&](const fs::path& mav) {
         for (const auto* camera : {"cam0", "cam1"})
           replace_in(mav / camera / "sensor.yaml", "resolution: [320, 120]", "resolution: [640, 240]");
       }),

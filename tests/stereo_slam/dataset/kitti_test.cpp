@@ -10,7 +10,7 @@ using namespace stereo_slam::test;
 namespace {
 
 /// Writes a recording of three frames, breaks it, and returns what opening it says.
-std::string error_after(const std::function<void(const fs::path&)>& breaking, int frames = 3) {
+std::string kitti_error_after(const std::function<void(const fs::path&)>& breaking, int frames = 3) {
   const TemporaryFolder folder;
   write_tiny_sequence(folder.path(), frames);
   breaking(folder.path());
@@ -19,7 +19,7 @@ std::string error_after(const std::function<void(const fs::path&)>& breaking, in
   return message;
 }
 
-/// As error_after, but what reading frame `index` says; opening must succeed.
+/// As kitti_error_after, but what reading frame `index` says; opening must succeed.
 std::string frame_error_after(const std::function<void(const fs::path&)>& breaking, std::size_t index) {
   const TemporaryFolder folder;
   write_tiny_sequence(folder.path(), 3);
@@ -93,80 +93,84 @@ TEST_CASE("Another folder is refused with the expected contents", "[kitti]") {
 
 TEST_CASE("A wrong calibration is refused", "[kitti]") {
   const std::string P0 = projection_line("P0", 0.0);
-  CHECK_THAT(error_after(without("calib.txt")), Catch::Contains("calib.txt: missing"));
-  CHECK_THAT(error_after(with_file("calib.txt", "")), Catch::Contains("calib.txt: has no line 'P0: ...'"));
-  CHECK_THAT(error_after(with_file("calib.txt", P0)), Catch::Contains("has no line 'P1: ...'"));
-  CHECK_THAT(error_after(with_file("calib.txt", P0 + "P1: 1 2 3\n")),
+  CHECK_THAT(kitti_error_after(without("calib.txt")), Catch::Contains("calib.txt: missing"));
+  CHECK_THAT(kitti_error_after(with_file("calib.txt", "")),
+             Catch::Contains("calib.txt: has no line 'P0: ...'"));
+  CHECK_THAT(kitti_error_after(with_file("calib.txt", P0)), Catch::Contains("has no line 'P1: ...'"));
+  CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + "P1: 1 2 3\n")),
              Catch::Contains("calib.txt:2: P1: needs 12 numbers"));
-  CHECK_THAT(error_after(with_file("calib.txt", "P0: 200 0 160 x 0 200 60 0 0 0 1 0\n")),
+  CHECK_THAT(kitti_error_after(with_file("calib.txt", "P0: 200 0 160 x 0 200 60 0 0 0 1 0\n")),
              Catch::Contains("calib.txt:1: P0: needs 12"));
-  CHECK_THAT(error_after(with_file("calib.txt", P0 + projection_line("P1", 0.0))),
+  CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + projection_line("P1", 0.0))),
              Catch::Contains("P1 gives a baseline of zero"));
-  CHECK_THAT(error_after(with_file("calib.txt", P0 + projection_line("P1", 80.0))),
+  CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + projection_line("P1", 80.0))),
              Catch::Contains("P1 gives a baseline of -0.4 m"));
-  CHECK_THAT(error_after(with_file("calib.txt", P0 + "P1: 210 0 160 -80 0 200 60 0 0 0 1 0\n")),
+  CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + "P1: 210 0 160 -80 0 200 60 0 0 0 1 0\n")),
              Catch::Contains("P0 and P1 have different intrinsics"));
-  CHECK_THAT(error_after(with_file("calib.txt",
-                                   "P0: 0 0 160 0 0 200 60 0 0 0 1 0\nP1: 0 0 160 -80 0 200 60 0 0 0 1 0\n")),
+  CHECK_THAT(kitti_error_after(with_file(
+                 "calib.txt", "P0: 0 0 160 0 0 200 60 0 0 0 1 0\nP1: 0 0 160 -80 0 200 60 0 0 0 1 0\n")),
              Catch::Contains("P0 has focal lengths 0 and 200"));
-  CHECK_THAT(error_after(with_file(
+  CHECK_THAT(kitti_error_after(with_file(
                  "calib.txt", "P0: 200 9 160 0 0 200 60 0 0 0 1 0\nP1: 200 9 160 -80 0 200 60 0 0 0 1 0\n")),
              Catch::Contains("P0 is not [fx 0 cx 0;"));
-  CHECK_THAT(error_after(with_file(
+  CHECK_THAT(kitti_error_after(with_file(
                  "calib.txt", "P0: 200 0 900 0 0 200 60 0 0 0 1 0\nP1: 200 0 900 -80 0 200 60 0 0 0 1 0\n")),
              Catch::Contains("the principal point (900, 60) lies outside the 320x120 images"));
 }
 
 TEST_CASE("Wrong times are refused", "[kitti]") {
-  CHECK_THAT(error_after(without("times.txt")), Catch::Contains("times.txt: missing"));
-  CHECK_THAT(error_after(with_file("times.txt", "0\nabc\n2\n")),
+  CHECK_THAT(kitti_error_after(without("times.txt")), Catch::Contains("times.txt: missing"));
+  CHECK_THAT(kitti_error_after(with_file("times.txt", "0\nabc\n2\n")),
              Catch::Contains("times.txt:2: 'abc' is not one time in seconds"));
-  CHECK_THAT(error_after(with_file("times.txt", "0\n1 2\n3\n")),
+  CHECK_THAT(kitti_error_after(with_file("times.txt", "0\n1 2\n3\n")),
              Catch::Contains("times.txt:2: '1 2' is not one time"));
-  CHECK_THAT(error_after(with_file("times.txt", "0\n2\n1\n")),
+  CHECK_THAT(kitti_error_after(with_file("times.txt", "0\n2\n1\n")),
              Catch::Contains("times.txt:3: 1 is not later than"));
-  CHECK_THAT(error_after(with_file("times.txt", "0\n0\n1\n")),
+  CHECK_THAT(kitti_error_after(with_file("times.txt", "0\n0\n1\n")),
              Catch::Contains("times.txt:2: 0 is not later than"));
-  CHECK_THAT(error_after(with_file("times.txt", "0\nnan\n1\n")),
+  CHECK_THAT(kitti_error_after(with_file("times.txt", "0\nnan\n1\n")),
              Catch::Contains("times.txt:2: 'nan' is not one time"));
-  CHECK_THAT(error_after(with_file("times.txt", "0\n1\n")),
+  CHECK_THAT(kitti_error_after(with_file("times.txt", "0\n1\n")),
              Catch::Contains("has 2 times for 3 images (the last is 000002.png)"));
-  CHECK_THAT(error_after(with_file("times.txt", "")), Catch::Contains("has 0 times for 3 images"));
+  CHECK_THAT(kitti_error_after(with_file("times.txt", "")), Catch::Contains("has 0 times for 3 images"));
 }
 
 TEST_CASE("Missing image folders, foreign names and too few frames are refused", "[kitti]") {
-  CHECK_THAT(error_after(without("image_0")), Catch::Contains("image_0: no such folder"));
-  CHECK_THAT(error_after(without("image_1")), Catch::Contains("image_1: no such folder"));
-  CHECK_THAT(error_after([](const fs::path& folder) {
+  CHECK_THAT(kitti_error_after(without("image_0")), Catch::Contains("image_0: no such folder"));
+  CHECK_THAT(kitti_error_after(without("image_1")), Catch::Contains("image_1: no such folder"));
+  CHECK_THAT(kitti_error_after([](const fs::path& folder) {
                fs::remove_all(folder / "image_0");
                fs::create_directory(folder / "image_0");
              }),
              Catch::Contains("image_0: is empty"));
-  CHECK_THAT(error_after([](const fs::path& folder) { fs::rename(folder / "image_0", folder / "image_2"); }),
-             Catch::Contains("image_2 and image_3 are the colour cameras"));
-  CHECK_THAT(error_after([](const fs::path& folder) {
+  CHECK_THAT(
+      kitti_error_after([](const fs::path& folder) { fs::rename(folder / "image_0", folder / "image_2"); }),
+      Catch::Contains("image_2 and image_3 are the colour cameras"));
+  CHECK_THAT(kitti_error_after([](const fs::path& folder) {
                fs::remove_all(folder / "image_0");
                fs::create_directory(folder / "image_0");
                write_text(folder / "image_0/left1.jpg", "");
              }),
              Catch::Contains("contains no 000000.png but files such as left1.jpg"));
   for (const auto* stamp : {"1403636579763555584.png", "18446744073709551615.png", "000099999.png"}) {
-    CHECK_THAT(error_after([&](const fs::path& folder) {
+    CHECK_THAT(kitti_error_after([&](const fs::path& folder) {
                  fs::remove_all(folder / "image_0");
                  fs::create_directory(folder / "image_0");
                  write_text(folder / "image_0" / stamp, "");
                }),
                Catch::Contains("contains no 000000.png but files such as " + std::string(stamp)));
   }
-  CHECK_THAT(error_after([](const fs::path& folder) { write_text(folder / "image_1/900000.png", ""); }),
+  CHECK_THAT(kitti_error_after([](const fs::path& folder) { write_text(folder / "image_1/900000.png", ""); }),
              Catch::Contains("one is called 900000.png; they must be numbered from 000000.png without gaps"));
-  CHECK_THAT(error_after([](const fs::path&) {}, 1), Catch::Contains("contains a single frame"));
+  CHECK_THAT(kitti_error_after([](const fs::path&) {}, 1), Catch::Contains("contains a single frame"));
 }
 
 TEST_CASE("A damaged first image is found on opening", "[kitti]") {
-  CHECK_THAT(error_after([](const fs::path& folder) { truncate_file(folder / "image_0/000000.png", 0.5); }),
-             Catch::Contains("image_0/000000.png: the PNG is truncated"));
-  CHECK_THAT(error_after(without("image_0/000000.png")), Catch::Contains("image_0/000000.png: missing"));
+  CHECK_THAT(
+      kitti_error_after([](const fs::path& folder) { truncate_file(folder / "image_0/000000.png", 0.5); }),
+      Catch::Contains("image_0/000000.png: the PNG is truncated"));
+  CHECK_THAT(kitti_error_after(without("image_0/000000.png")),
+             Catch::Contains("image_0/000000.png: missing"));
 }
 
 TEST_CASE("A damaged later frame is found when it is read; the frames before it are not affected",

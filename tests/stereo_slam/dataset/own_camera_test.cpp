@@ -12,7 +12,7 @@ using namespace stereo_slam::test;
 namespace {
 
 /// Writes a recording of four frames, breaks it, and returns what opening it says.
-std::string error_after(const std::function<void(const fs::path&)>& breaking) {
+std::string folder_error_after(const std::function<void(const fs::path&)>& breaking) {
   const TemporaryFolder folder;
   write_tiny_folders(folder.path(), 4);
   breaking(folder.path());
@@ -22,7 +22,8 @@ std::string error_after(const std::function<void(const fs::path&)>& breaking) {
 }
 
 std::string error_with(const std::string& calibration) {
-  return error_after([&](const fs::path& folder) { write_text(folder / "calibration.yaml", calibration); });
+  return folder_error_after(
+      [&](const fs::path& folder) { write_text(folder / "calibration.yaml", calibration); });
 }
 
 /// The two cameras of the tiny recording with everything there is to say about them.
@@ -139,22 +140,22 @@ TEST_CASE("A wrong calibration of an own camera is refused with file and line", 
 
 TEST_CASE("Missing image sources, and two of different kinds, are refused", "[folders]") {
   CHECK_THAT(
-      error_after([](const fs::path& folder) { fs::remove_all(folder / "right"); }),
+      folder_error_after([](const fs::path& folder) { fs::remove_all(folder / "right"); }),
       Catch::Contains("right: neither a folder of images nor a video; correct 'source' in calibration.yaml"));
-  CHECK_THAT(error_after([](const fs::path& folder) {
+  CHECK_THAT(folder_error_after([](const fs::path& folder) {
                fs::remove_all(folder / "right");
                fs::create_directory(folder / "right");
              }),
              Catch::Contains("right: contains no images"));
   CHECK_THAT(error_with(tiny_calibration("frame_rate_hz: 10\nright: {source: left}\n")),
              Catch::Contains("is the source of both cameras"));
-  CHECK_THAT(error_after([](const fs::path& folder) {
+  CHECK_THAT(folder_error_after([](const fs::path& folder) {
                for (int i = 0; i < 4; ++i)
                  fs::rename(folder / "left" / frame_name(i), folder / fmt::format("left/l{}.png", i));
                fs::remove(folder / "left/l2.png");
              }),
              Catch::Contains("holds 3 images and") && Catch::Contains("without a name in common"));
-  CHECK_THAT(error_after([](const fs::path& folder) {
+  CHECK_THAT(folder_error_after([](const fs::path& folder) {
                for (int i = 1; i < 4; ++i) fs::remove(folder / "left" / frame_name(i));
              }),
              Catch::Contains("contains 1 frames; a sequence needs at least two"));

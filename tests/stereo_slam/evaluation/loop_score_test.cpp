@@ -31,7 +31,7 @@ TruePoses laps(std::size_t frames) {
   return poses;
 }
 
-TruePoses straight(std::size_t frames, double step_m) {
+TruePoses straight_path(std::size_t frames, double step_m) {
   TruePoses poses;
   for (std::size_t k = 0; k < frames; ++k)
     poses.emplace_back(Eigen::Translation3d(0.0, 0.0, step_m * static_cast<double>(k)));
@@ -68,20 +68,20 @@ TEST_CASE("A second lap is one revisit, from five metres before its beginning", 
 }
 
 TEST_CASE("Standing, creeping and driving on are no revisits", "[loop_score]") {
-  CHECK(find_revisits(straight(300, 0.0), {}).empty());
-  CHECK(find_revisits(straight(300, 0.02), {}).empty());
-  CHECK(find_revisits(straight(300, 1.0), {}).empty());
+  CHECK(find_revisits(straight_path(300, 0.0), {}).empty());
+  CHECK(find_revisits(straight_path(300, 0.02), {}).empty());
+  CHECK(find_revisits(straight_path(300, 1.0), {}).empty());
   CHECK(find_revisits({}, {}).empty());
 }
 
 TEST_CASE("Noise of the ground truth at a standstill makes no revisit", "[loop_score]") {
-  auto poses = straight(300, 0.0);  // 0.1 m to and fro: 30 m
+  auto poses = straight_path(300, 0.0);  // 0.1 m to and fro: 30 m
   for (std::size_t k = 0; k < poses.size(); k += 2) poses[k]->translation().x() = 0.1;
   CHECK(find_revisits(poses, {}).empty());
 }
 
 TEST_CASE("The same street in the opposite direction is no revisit", "[loop_score]") {
-  auto poses = straight(200, 1.0);
+  auto poses = straight_path(200, 1.0);
   for (std::size_t k = 100; k < 200; ++k) {
     *poses[k] = Eigen::Translation3d(0.0, 0.0, 200.0 - static_cast<double>(k)) *
                 Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY());
@@ -158,7 +158,7 @@ TEST_CASE("The delay is the median over the revisits found", "[loop_score]") {
 }
 
 TEST_CASE("A path without revisits has no recall", "[loop_score]") {
-  const auto score = score_loops(straight(100, 1.0), {});
+  const auto score = score_loops(straight_path(100, 1.0), {});
   CHECK_FALSE(path_recall(score));
   std::ostringstream text;
   print_loop_score(text, score);

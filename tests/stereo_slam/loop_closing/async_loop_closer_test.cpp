@@ -34,9 +34,9 @@ struct Corner {
 };
 
 /// Corners on both sides of a circular street, and a drive around it, almost one and a half times.
-class Town {
+class SquareTown {
  public:
-  Town() {
+  SquareTown() {
     Vector6<double> xi;
     xi << 0.0, 2.0 * std::numbers::pi / kLap, 0.0, 0.0, 0.0, 2.0 * std::numbers::pi * kRadius_m / kLap;
     for (std::size_t k = 0; k < kKeyframes; ++k) {
@@ -134,7 +134,7 @@ Outcome drive(
     const Circumstances& circumstances = {}) {
   Settings settings;
   settings.place_recognition.min_gap_frames = 30 * kFramesApart;
-  Town town;
+  SquareTown town;
   Outcome outcome;
   AsyncLoopCloser loops(test::kitti_camera(), settings, thread, circumstances.known, circumstances.use);
   std::vector<PoseGaussian> steps;
@@ -173,7 +173,7 @@ Outcome drive(
 }
 
 double ate_m(const std::vector<PoseGaussian>& poses) {
-  static const std::vector<Pose> truth = Town().truth();
+  static const std::vector<Pose> truth = SquareTown().truth();
   double sum = 0.0;
   for (std::size_t k = 0; k < poses.size(); ++k) {
     sum += (poses[k].pose.translation() - truth[k].translation()).squaredNorm();
@@ -290,7 +290,7 @@ TEST_CASE("A street that looks like another 20 m away is refused and changes not
 
 /// Farthest that the poses of keyframes are from the true poses of those from whose places they see.
 double worst_error_m(const std::vector<PoseGaussian>& poses, const Eyes& eyes) {
-  static const std::vector<Pose> truth = Town().truth();
+  static const std::vector<Pose> truth = SquareTown().truth();
   double worst = 0.0;
   for (std::size_t k = 0; k < poses.size(); ++k) {
     worst = std::max(worst, (poses[k].pose.translation() - truth[*eyes(k)].translation()).norm());

@@ -9,20 +9,20 @@
 namespace stereo_slam {
 namespace {
 
-constexpr unsigned kSeed = 3;
-constexpr std::size_t kPoints = 300;
+constexpr unsigned kTownSeed = 3;
+constexpr std::size_t kPlacePoints = 300;
 
 /// Descriptors whose bits are as uneven and as dependent as those of corners: each is one of many kinds of
 /// corner, worn by flipped bits.
-class Town {
+class RandomTown {
  public:
-  explicit Town(unsigned seed) : random_(seed) {
+  explicit RandomTown(unsigned seed) : random_(seed) {
     kinds_.resize(4000);
     for (auto& kind : kinds_) kind = any();
   }
 
   [[nodiscard]] std::vector<KeyframePoint> place() {
-    std::vector<KeyframePoint> points(kPoints);
+    std::vector<KeyframePoint> points(kPlacePoints);
     for (auto& point : points) point.descriptor = worn(kinds_[random_() % kinds_.size()], 0.12);
     return points;
   }
@@ -30,7 +30,8 @@ class Town {
   /// The same place another time: less than half of the corners again, with one bit in ten changed.
   [[nodiscard]] std::vector<KeyframePoint> again(const std::vector<KeyframePoint>& place) {
     auto points = this->place();
-    for (std::size_t i = 0; i < 2 * kPoints / 5; ++i) points[i].descriptor = worn(place[i].descriptor, 0.1);
+    for (std::size_t i = 0; i < 2 * kPlacePoints / 5; ++i)
+      points[i].descriptor = worn(place[i].descriptor, 0.1);
     return points;
   }
 
@@ -56,9 +57,9 @@ class Town {
 
 TEST_CASE("Places are recognised, and the work of a query grows far slower than the number of keyframes",
           "[stereo_slam][places]") {
-  CAPTURE(kSeed);
+  CAPTURE(kTownSeed);
   constexpr std::size_t kPlaces = 2000;
-  Town town(kSeed);
+  RandomTown town(kTownSeed);
   PlaceRecognition recognition{PlaceRecognitionSettings{}};
   std::vector<std::vector<KeyframePoint>> places;
   std::size_t few = 0;
@@ -79,12 +80,12 @@ TEST_CASE("Places are recognised, and the work of a query grows far slower than 
   CAPTURE(asked, few, many);
   CHECK(found >= 0.95 * asked);
   CHECK(many < 3 * few);
-  CHECK(recognition.memory_bytes() < kPlaces * kPoints * 150);
+  CHECK(recognition.memory_bytes() < kPlaces * kPlacePoints * 150);
 }
 
 TEST_CASE("A new place has no candidate that scores like a revisit", "[stereo_slam][places]") {
-  CAPTURE(kSeed);
-  Town town(kSeed);
+  CAPTURE(kTownSeed);
+  RandomTown town(kTownSeed);
   PlaceRecognition recognition{PlaceRecognitionSettings{}};
   std::vector<std::vector<KeyframePoint>> places;
   for (std::size_t id = 0; id < 300; ++id) {
@@ -100,8 +101,8 @@ TEST_CASE("A new place has no candidate that scores like a revisit", "[stereo_sl
 }
 
 TEST_CASE("Recent keyframes and neighbours of a candidate are not candidates", "[stereo_slam][places]") {
-  CAPTURE(kSeed);
-  Town town(kSeed);
+  CAPTURE(kTownSeed);
+  RandomTown town(kTownSeed);
   PlaceRecognition recognition{PlaceRecognitionSettings{}};
   const auto place = town.place();
   for (std::size_t id = 0; id < 30; ++id) {
@@ -118,15 +119,15 @@ TEST_CASE("Recent keyframes and neighbours of a candidate are not candidates", "
 
 TEST_CASE("Equal descriptors neither split a leaf without end nor fill it", "[stereo_slam][places]") {
   PlaceRecognition recognition{PlaceRecognitionSettings{}};
-  const std::vector<KeyframePoint> same(kPoints);
+  const std::vector<KeyframePoint> same(kPlacePoints);
   for (std::size_t id = 0; id < 50; ++id) recognition.add(id, same);
   const auto query = recognition.query(same, 50);
-  CHECK(query.comparisons <= kPoints * 4 * 4 * 48);
+  CHECK(query.comparisons <= kPlacePoints * 4 * 4 * 48);
 }
 
 TEST_CASE("An empty query and an empty database give no candidates", "[stereo_slam][places]") {
   const PlaceRecognition recognition{PlaceRecognitionSettings{}};
-  CHECK(recognition.query(Town(1).place(), 0).candidates.empty());
+  CHECK(recognition.query(RandomTown(1).place(), 0).candidates.empty());
   CHECK(recognition.query({}, 10).candidates.empty());
 }
 

@@ -13,19 +13,19 @@
 namespace stereo_slam {
 namespace {
 
-constexpr unsigned kSeed = 5;
-constexpr std::size_t kLap = 100;    // nodes a lap
-constexpr std::size_t kNodes = 180;  // the second lap follows the first
+constexpr unsigned kRingSeed = 5;
+constexpr std::size_t kRingLap = 100;  // nodes a lap
+constexpr std::size_t kNodes = 180;    // the second lap follows the first
 constexpr double kStep_m = 4.0;
 constexpr double kMaxChi2 = 22.458;  // 99.9 % of six degrees of freedom
 
-const PoseGraphSettings kSettings{};
+const PoseGraphSettings kGraphSettings{};
 
 /// A drive around a circle, almost twice, with the odometry's and the loops' noise as their covariances say.
 struct Drive {
   std::vector<Pose> truth;
   PoseGraph graph;
-  std::mt19937_64 random{kSeed};
+  std::mt19937_64 random{kRingSeed};
 
   [[nodiscard]] PoseGraphEdge measured(std::size_t from, std::size_t to, const Matrix6<double>& covariance) {
     std::normal_distribution<double> normal;
@@ -61,11 +61,11 @@ struct Drive {
   }
 };
 
-Drive drive(unsigned seed = kSeed) {
+Drive drive(unsigned seed = kRingSeed) {
   Drive result;
   result.random.seed(seed);
   Vector6<double> turn;
-  turn << 0.0, 2.0 * std::numbers::pi / static_cast<double>(kLap), 0.0, 0.0, 0.0, kStep_m;
+  turn << 0.0, 2.0 * std::numbers::pi / static_cast<double>(kRingLap), 0.0, 0.0, 0.0, kStep_m;
   for (std::size_t k = 0; k < kNodes; ++k) {
     result.truth.push_back(k == 0 ? Pose() : (result.truth.back() * Pose::exp(turn)).renormalized());
   }
@@ -87,9 +87,9 @@ double ate_m(const std::vector<Pose>& poses, const std::vector<Pose>& truth) {
   return std::sqrt(sum / static_cast<double>(poses.size()));
 }
 
-Drive drive_with_loops(unsigned seed = kSeed) {
+Drive drive_with_loops(unsigned seed = kRingSeed) {
   Drive result = drive(seed);
-  for (std::size_t k = kLap; k < kNodes; k += 16) result.add_loop(k - kLap, k);
+  for (std::size_t k = kRingLap; k < kNodes; k += 16) result.add_loop(k - kRingLap, k);
   return result;
 }
 
@@ -101,7 +101,7 @@ TEST_CASE("Loops remove the drift of drives", "[stereo_slam][pose_graph]") {
   double dof = 0.0;
   for (unsigned seed = 1; seed <= kDrives; ++seed) {
     const Drive d = drive_with_loops(seed);
-    const auto result = optimize(d.graph, kSettings);
+    const auto result = optimize(d.graph, kGraphSettings);
     CHECK(result.converged);
     CHECK(result.poses.front().is_approx(d.graph.poses.front(), 0.0));
     for (const double weight : result.loop_weights) CHECK(weight > 0.5);
@@ -117,14 +117,14 @@ TEST_CASE("Loops remove the drift of drives", "[stereo_slam][pose_graph]") {
 
 TEST_CASE("A false loop of 20 m among true ones changes the drive's error by less than a tenth",
           "[stereo_slam][pose_graph]") {
-  CAPTURE(kSeed);
+  CAPTURE(kRingSeed);
   Drive d = drive_with_loops();
-  const double before_m = ate_m(optimize(d.graph, kSettings).poses, d.truth);
-  for (const std::size_t k : {kLap + 1, kLap + 24, kNodes - 1}) {
+  const double before_m = ate_m(optimize(d.graph, kGraphSettings).poses, d.truth);
+  for (const std::size_t k : {kRingLap + 1, kRingLap + 24, kNodes - 1}) {
     CAPTURE(k);
     Drive folded = d;
-    folded.graph.loops.push_back(folded.false_loop(k - kLap, k));
-    const auto result = optimize(folded.graph, kSettings);
+    folded.graph.loops.push_back(folded.false_loop(k - kRingLap, k));
+    const auto result = optimize(folded.graph, kGraphSettings);
     CHECK(ate_m(result.poses, d.truth) == Approx(before_m).epsilon(0.1));
     CHECK(result.loop_weights.back() < 0.01);
   }
@@ -132,65 +132,65 @@ TEST_CASE("A false loop of 20 m among true ones changes the drive's error by les
 
 TEST_CASE("The Mahalanobis distance reveals a false loop that no other loop contradicts",
           "[stereo_slam][pose_graph]") {
-  CAPTURE(kSeed);
+  CAPTURE(kRingSeed);
   Drive d = drive();
-  CHECK(mahalanobis_squared(d.graph, d.measured(0, kLap, Drive::loop_covariance()), {}, kSettings) <
+  CHECK(mahalanobis_squared(d.graph, d.measured(0, kRingLap, Drive::loop_covariance()), {}, kGraphSettings) <
         kMaxChi2);
-  CHECK(mahalanobis_squared(d.graph, d.false_loop(0, kLap), {}, kSettings) > kMaxChi2);
+  CHECK(mahalanobis_squared(d.graph, d.false_loop(0, kRingLap), {}, kGraphSettings) > kMaxChi2);
   // With the odometry's share taken by an earlier loop, the next false one has nowhere to hide at all.
-  const double alone = mahalanobis_squared(d.graph, d.false_loop(4, kLap + 4), {}, kSettings);
-  d.add_loop(0, kLap);
-  d.graph.poses = optimize(d.graph, kSettings).poses;
-  CHECK(mahalanobis_squared(d.graph, d.false_loop(4, kLap + 4), {}, kSettings) > 10.0 * alone);
+  const double alone = mahalanobis_squared(d.graph, d.false_loop(4, kRingLap + 4), {}, kGraphSettings);
+  d.add_loop(0, kRingLap);
+  d.graph.poses = optimize(d.graph, kGraphSettings).poses;
+  CHECK(mahalanobis_squared(d.graph, d.false_loop(4, kRingLap + 4), {}, kGraphSettings) > 10.0 * alone);
 }
 
 TEST_CASE("The Mahalanobis distance of an edge is what it adds to the sum of squares",
           "[stereo_slam][pose_graph]") {
-  CAPTURE(kSeed);
+  CAPTURE(kRingSeed);
   Drive d = drive();
-  const auto edge = d.measured(3, kLap + 5, Drive::loop_covariance());
-  const double expected = mahalanobis_squared(d.graph, edge, {}, kSettings);
+  const auto edge = d.measured(3, kRingLap + 5, Drive::loop_covariance());
+  const double expected = mahalanobis_squared(d.graph, edge, {}, kGraphSettings);
   const CovarianceInflation generous{4.0, Matrix6<double>::Identity()};
-  CHECK(mahalanobis_squared(d.graph, edge, generous, kSettings) < 0.25 * expected);
+  CHECK(mahalanobis_squared(d.graph, edge, generous, kGraphSettings) < 0.25 * expected);
   d.graph.loops.push_back(edge);
   // The odometry alone fits itself exactly, so all of the cost is the edge's. To first order in the drift.
-  CHECK(2.0 * optimize(d.graph, kSettings).final_cost == Approx(expected).epsilon(0.05));
+  CHECK(2.0 * optimize(d.graph, kGraphSettings).final_cost == Approx(expected).epsilon(0.05));
 }
 
 TEST_CASE("Marginal covariances are those of the composed odometry before a loop, and shrink with it",
           "[stereo_slam][pose_graph]") {
-  CAPTURE(kSeed);
+  CAPTURE(kRingSeed);
   Drive d = drive();
   const std::vector<std::size_t> nodes = {0, 1, 50, kNodes - 1};
-  const auto open = marginal_covariances(d.graph, nodes, kSettings);
+  const auto open = marginal_covariances(d.graph, nodes, kGraphSettings);
   REQUIRE(open.size() == nodes.size());
   CHECK(open[0].isZero());
   PoseGaussian composed;
   for (std::size_t k = 0; k < 50; ++k) composed = compose(composed, d.graph.odometry[k].T_from_to);
   CHECK((open[2] - composed.covariance).norm() < 1e-6 * composed.covariance.norm());
 
-  const auto relative = predicted_relative_pose(d.graph, 20, 50, kSettings);
+  const auto relative = predicted_relative_pose(d.graph, 20, 50, kGraphSettings);
   PoseGaussian chain;
   for (std::size_t k = 20; k < 50; ++k) chain = compose(chain, d.graph.odometry[k].T_from_to);
   CHECK(relative.pose.is_approx(chain.pose, 1e-12));
   CHECK((relative.covariance - chain.covariance).norm() < 1e-6 * chain.covariance.norm());
 
-  d.add_loop(0, kLap);
-  d.graph.poses = optimize(d.graph, kSettings).poses;
-  const auto closed = marginal_covariances(d.graph, nodes, kSettings);
+  d.add_loop(0, kRingLap);
+  d.graph.poses = optimize(d.graph, kGraphSettings).poses;
+  const auto closed = marginal_covariances(d.graph, nodes, kGraphSettings);
   CHECK(closed.back().bottomRightCorner<3, 3>().trace() < open.back().bottomRightCorner<3, 3>().trace());
 }
 
 TEST_CASE("Errors after the loops are as large as the marginal covariances say",
           "[stereo_slam][pose_graph]") {
   constexpr int kRuns = 40;
-  const std::vector<std::size_t> nodes = {kLap / 2, kNodes - 1};
+  const std::vector<std::size_t> nodes = {kRingLap / 2, kNodes - 1};
   std::vector<double> nees(nodes.size(), 0.0);
   for (unsigned run = 0; run < kRuns; ++run) {
     Drive d = drive(run);
-    for (std::size_t k = kLap; k < kNodes; k += 30) d.add_loop(k - kLap, k);
-    d.graph.poses = optimize(d.graph, kSettings).poses;
-    const auto P = marginal_covariances(d.graph, nodes, kSettings);
+    for (std::size_t k = kRingLap; k < kNodes; k += 30) d.add_loop(k - kRingLap, k);
+    d.graph.poses = optimize(d.graph, kGraphSettings).poses;
+    const auto P = marginal_covariances(d.graph, nodes, kGraphSettings);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const Vector6<double> e = d.truth[nodes[i]].boxminus(d.graph.poses[nodes[i]]);
       nees[i] += e.dot(P[i].ldlt().solve(e)) / kRuns;
@@ -204,27 +204,27 @@ TEST_CASE("Errors after the loops are as large as the marginal covariances say",
 
 TEST_CASE("The same graph gives the same bits", "[stereo_slam][pose_graph]") {
   const Drive d = drive_with_loops();
-  const auto first = optimize(d.graph, kSettings);
-  const auto second = optimize(d.graph, kSettings);
+  const auto first = optimize(d.graph, kGraphSettings);
+  const auto second = optimize(d.graph, kGraphSettings);
   for (std::size_t k = 0; k < kNodes; ++k) CHECK(first.poses[k].coeffs() == second.poses[k].coeffs());
 }
 
 TEST_CASE("Graphs without edges stay as they are; invalid edges are refused",
           "[stereo_slam][pose_graph][error]") {
-  CHECK(optimize({}, kSettings).poses.empty());
+  CHECK(optimize({}, kGraphSettings).poses.empty());
   PoseGraph graph;
   graph.poses = {Pose(), Pose()};
-  CHECK(optimize(graph, kSettings).converged);
+  CHECK(optimize(graph, kGraphSettings).converged);
   graph.odometry = {{0, 2, {Pose(), Matrix6<double>::Identity()}}};
-  CHECK_THROWS_WITH(optimize(graph, kSettings), "edge from node 0 to node 2 in a graph of 2 nodes");
+  CHECK_THROWS_WITH(optimize(graph, kGraphSettings), "edge from node 0 to node 2 in a graph of 2 nodes");
   graph.odometry = {{0, 1, {Pose(), Matrix6<double>::Zero()}}};
-  CHECK_THROWS_AS(optimize(graph, kSettings), std::invalid_argument);
+  CHECK_THROWS_AS(optimize(graph, kGraphSettings), std::invalid_argument);
   graph.odometry = {{0, 1, {Pose(), Matrix6<double>::Identity()}}};
   graph.poses.resize(4);
-  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kSettings).empty());
+  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kGraphSettings).empty());
   graph.odometry.push_back({2, 3, {Pose(), Matrix6<double>::Identity()}});
-  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kSettings).empty());
-  CHECK_THROWS_AS(predicted_relative_pose(graph, 0, 2, kSettings), std::runtime_error);
+  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kGraphSettings).empty());
+  CHECK_THROWS_AS(predicted_relative_pose(graph, 0, 2, kGraphSettings), std::runtime_error);
 }
 
 }  // namespace

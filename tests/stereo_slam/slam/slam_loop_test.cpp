@@ -9,7 +9,7 @@ namespace stereo_slam {
 namespace {
 
 /// A drive around a block of houses, and again through the street where it began. Rendered once.
-const test::RenderedDrive& recording() {
+const test::RenderedDrive& loop_recording() {
   static const test::RenderedDrive rendered([] {
     simulator::SimulationSettings settings;
     settings.frames = 200;
@@ -31,7 +31,7 @@ struct Outcome {
 Outcome drive(bool loop_closure, LoopThread thread) {
   Settings settings;
   settings.loop_closure.enabled = loop_closure;
-  const auto& sequence = recording().sequence;
+  const auto& sequence = loop_recording().sequence;
   Slam slam(sequence.camera, settings, thread);
   Outcome outcome;
   for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
@@ -55,7 +55,7 @@ TEST_CASE(
   CHECK(open.loops.empty());
   const Outcome closed = drive(true, LoopThread::kNone);
   REQUIRE(closed.loops.size() >= 3);
-  const auto& truth = recording().truth;
+  const auto& truth = loop_recording().truth;
   for (const auto& loop : closed.loops) {
     CAPTURE(loop.frame, loop.old_frame, loop.inliers, loop.chi2);
     CHECK(loop.accepted);

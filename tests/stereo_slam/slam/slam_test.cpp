@@ -24,7 +24,7 @@ struct Recording {
   std::vector<Eigen::Isometry3d> truth;
 };
 
-const Recording& recording() {
+const Recording& straight_recording() {
   static const Recording rendered = [] {
     Recording result;
     simulator::SimulationSettings settings;
@@ -51,21 +51,23 @@ const Recording& recording() {
 }
 
 std::vector<FrameResult> run(const Settings& settings) {
-  Slam slam(recording().camera, settings);
+  Slam slam(straight_recording().camera, settings);
   std::vector<FrameResult> results;
-  for (const auto& frame : recording().frames) results.push_back(slam.process(frame));
+  for (const auto& frame : straight_recording().frames) results.push_back(slam.process(frame));
   return results;
 }
 
 double end_error_m(const std::vector<FrameResult>& results) {
-  const Eigen::Isometry3d travelled = recording().truth.front().inverse() * recording().truth.back();
+  const Eigen::Isometry3d travelled =
+      straight_recording().truth.front().inverse() * straight_recording().truth.back();
   return (results.back().T_world_camera.pose.translation() - travelled.translation()).norm();
 }
 
 double path_length_m() {
   double length = 0.0;
-  for (std::size_t i = 1; i < recording().truth.size(); ++i) {
-    length += (recording().truth[i].translation() - recording().truth[i - 1].translation()).norm();
+  for (std::size_t i = 1; i < straight_recording().truth.size(); ++i) {
+    length += (straight_recording().truth[i].translation() - straight_recording().truth[i - 1].translation())
+                  .norm();
   }
   return length;
 }
@@ -116,10 +118,11 @@ TEST_CASE("Black frames are reported lost, with growing uncertainty, and trackin
           "[stereo_slam][slam]") {
   const std::string preset = GENERATE("default", "odometry");
   CAPTURE(preset);
-  Slam slam(recording().camera, preset_settings(preset));
-  const cv::Mat black(recording().camera.height_px, recording().camera.width_px, CV_8UC1, cv::Scalar(0));
+  Slam slam(straight_recording().camera, preset_settings(preset));
+  const cv::Mat black(straight_recording().camera.height_px, straight_recording().camera.width_px, CV_8UC1,
+                      cv::Scalar(0));
   std::vector<FrameResult> results;
-  for (auto frame : recording().frames) {
+  for (auto frame : straight_recording().frames) {
     if (frame.index >= 8 && frame.index < 11) frame.left = frame.right = black;
     results.push_back(slam.process(frame));
   }
@@ -141,14 +144,14 @@ TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[ste
   settings.features.cell_px = 8;
   settings.features.fast_threshold = 1;
   settings.odometry.window_px = 21;
-  Slam slam(recording().camera, settings);
-  CHECK(slam.process(recording().frames[0]).status == TrackingStatus::kInitializing);
-  CHECK(slam.process(recording().frames[1]).status == TrackingStatus::kOk);
+  Slam slam(straight_recording().camera, settings);
+  CHECK(slam.process(straight_recording().frames[0]).status == TrackingStatus::kInitializing);
+  CHECK(slam.process(straight_recording().frames[1]).status == TrackingStatus::kOk);
 }
 
 TEST_CASE("Images without features do no harm", "[stereo_slam][slam]") {
-  Slam slam(recording().camera, Settings{});
-  StereoFrame frame = recording().frames.front();
+  Slam slam(straight_recording().camera, Settings{});
+  StereoFrame frame = straight_recording().frames.front();
   frame.left = frame.right = cv::Mat(frame.left.size(), CV_8UC1, cv::Scalar(128));
   for (std::size_t i = 0; i < 4; ++i) {
     frame.index = i;
@@ -160,7 +163,7 @@ TEST_CASE("Images without features do no harm", "[stereo_slam][slam]") {
 }
 
 TEST_CASE("Features are spread over the image", "[stereo_slam][images]") {
-  const auto& frame = recording().frames.front();
+  const auto& frame = straight_recording().frames.front();
   FeatureSettings settings;
   settings.count = 500;
   const auto features = extract_features(frame.left, settings);

@@ -21,7 +21,7 @@ Feature feature_at(const Vector2<double>& px, const Descriptor& descriptor) {
 }
 
 /// Landmarks re-observed where they are expected, as features of both images.
-struct Scene {
+struct FeatureScene {
   StereoCamera camera = test::kitti_camera();
   std::vector<Landmark> landmarks;
   std::vector<PredictedLandmark> predicted;
@@ -31,8 +31,8 @@ struct Scene {
   MapView map() const { return {landmarks, camera}; }
 };
 
-Scene make_scene(std::mt19937_64& random, int count) {
-  Scene scene;
+FeatureScene make_scene(std::mt19937_64& random, int count) {
+  FeatureScene scene;
   const StereoCamera& camera = scene.camera;
   for (int i = 0; i < count; ++i) {
     const StereoPoint z = test::random_measurement(random, camera, 6.0, 40.0);
@@ -51,7 +51,7 @@ Scene make_scene(std::mt19937_64& random, int count) {
 
 TEST_CASE("Landmarks find their features in both images", "[stereo_slam][association]") {
   std::mt19937_64 random(1);
-  const Scene scene = make_scene(random, 100);
+  const FeatureScene scene = make_scene(random, 100);
   const auto matches = associate(scene.predicted, scene.static_px, scene.map(), scene.features, {});
   REQUIRE(matches.size() >= 98);  // random neighbours may compete
   for (const auto& match : matches) {
@@ -64,7 +64,7 @@ TEST_CASE("Landmarks find their features in both images", "[stereo_slam][associa
 TEST_CASE("Without flow, with another descriptor, or outside the ellipse, nothing matches",
           "[stereo_slam][association]") {
   std::mt19937_64 random(2);
-  Scene scene = make_scene(random, 30);
+  FeatureScene scene = make_scene(random, 30);
   for (auto& end_px : scene.static_px) end_px.reset();
   CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, {}).empty());
 
@@ -76,12 +76,12 @@ TEST_CASE("Without flow, with another descriptor, or outside the ellipse, nothin
   for (auto& feature : scene.features.left) feature.position_px.y() += 15.0;
   CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, {}).empty());
 
-  CHECK(associate({}, {}, Scene{}.map(), {}, {}).empty());
+  CHECK(associate({}, {}, FeatureScene{}.map(), {}, {}).empty());
 }
 
 TEST_CASE("Pairs that break the epipolar constraint are dropped", "[stereo_slam][association]") {
   std::mt19937_64 random(3);
-  Scene scene = make_scene(random, 30);
+  FeatureScene scene = make_scene(random, 30);
   for (auto& feature : scene.features.left) feature.position_px.y() += 1.5;
   for (auto& feature : scene.features.right) feature.position_px.y() -= 1.5;
   AssociationSettings settings;
@@ -91,7 +91,7 @@ TEST_CASE("Pairs that break the epipolar constraint are dropped", "[stereo_slam]
 
 TEST_CASE("A feature serves the landmark that is most similar to it", "[stereo_slam][association]") {
   std::mt19937_64 random(4);
-  Scene scene = make_scene(random, 1);
+  FeatureScene scene = make_scene(random, 1);
   scene.landmarks.push_back(scene.landmarks.front());
   scene.landmarks.front().descriptor[0] ^= 0xFF;  // eight bits further away
   PredictedLandmark twin = scene.predicted.front();

@@ -14,7 +14,7 @@ namespace {
 constexpr double kSigma_px = 0.5;
 
 /// Landmarks of a keyframe re-observed from `truth`, and the prior of that pose.
-struct Scene {
+struct MatchedScene {
   StereoCamera camera = test::kitti_camera();
   std::vector<Landmark> landmarks;
   std::vector<Match> matches;
@@ -23,9 +23,9 @@ struct Scene {
   MapView map() const { return {landmarks, camera}; }
 };
 
-Scene make_scene(std::mt19937_64& random, const Pose& truth, int count, double rotation_sigma_rad,
-                 double translation_sigma_m) {
-  Scene scene;
+MatchedScene make_scene(std::mt19937_64& random, const Pose& truth, int count, double rotation_sigma_rad,
+                        double translation_sigma_m) {
+  MatchedScene scene;
   const StereoCamera& camera = scene.camera;
   std::normal_distribution<double> normal;
   Vector6<double> sigma;
@@ -61,7 +61,7 @@ TEST_CASE("The likelihood is highest at the true pose, and equal for a pose and 
           "[stereo_slam][update]") {
   std::mt19937_64 random(1);
   const Pose truth = test::car_motion();
-  const Scene scene = make_scene(random, truth, 60, 0.01, 0.1);
+  const MatchedScene scene = make_scene(random, truth, 60, 0.01, 0.1);
   const PoseLikelihood likelihood(scene.matches, scene.map(), 1e6);
   CHECK(likelihood.dimension() == 180);
   const double at_truth = likelihood.squared_distance(truth);
@@ -77,7 +77,7 @@ TEST_CASE("The likelihood is highest at the true pose, and equal for a pose and 
 
 TEST_CASE("A landmark behind a sampled camera costs the cap, not a NaN", "[stereo_slam][update]") {
   std::mt19937_64 random(2);
-  const Scene scene = make_scene(random, test::car_motion(), 20, 0.01, 0.1);
+  const MatchedScene scene = make_scene(random, test::car_motion(), 20, 0.01, 0.1);
   const PoseLikelihood likelihood(scene.matches, scene.map(), 16.0);
   Vector6<double> far_ahead = Vector6<double>::Zero();
   far_ahead[5] = 100.0;
@@ -87,7 +87,7 @@ TEST_CASE("A landmark behind a sampled camera costs the cap, not a NaN", "[stere
 TEST_CASE("Distances of any number of landmarks add up", "[stereo_slam][update]") {
   std::mt19937_64 random(4);
   const Pose truth = test::car_motion();
-  const Scene scene = make_scene(random, truth, 9, 0.01, 0.1);
+  const MatchedScene scene = make_scene(random, truth, 9, 0.01, 0.1);
   const std::span<const Match> matches(scene.matches);
   const Pose pose = antipode::to_pose_gaussian(scene.prior).pose;
   double sum = 0.0;
@@ -106,7 +106,7 @@ TEST_CASE("Every method moves the pose to the landmarks", "[stereo_slam][update]
   std::mt19937_64 random(3);
   const Pose truth = test::car_motion();
   for (int run = 0; run < 5; ++run) {
-    const Scene scene = make_scene(random, truth, 90, 0.005, 0.1);
+    const MatchedScene scene = make_scene(random, truth, 90, 0.005, 0.1);
     const auto update = update_pose(scene.prior, scene.matches, scene.map(), settings_for(method));
     CAPTURE(static_cast<int>(method), run);
     REQUIRE(update.converged);
@@ -125,7 +125,7 @@ TEST_CASE("The covariance and the innovation of the quadratic update are consist
   double nees = 0.0;
   double nis = 0.0;
   for (int run = 0; run < kRuns; ++run) {
-    const Scene scene = make_scene(random, truth, 60, 0.005, 0.1);
+    const MatchedScene scene = make_scene(random, truth, 60, 0.005, 0.1);
     const auto update =
         update_pose(scene.prior, scene.matches, scene.map(), settings_for(PoseUpdateMethod::kQuadratic));
     const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
@@ -143,7 +143,7 @@ TEST_CASE("Landmarks that share their error with the pose have the likelihood of
           "[stereo_slam][update]") {
   std::mt19937_64 random(7);
   const StereoCamera camera = test::kitti_camera();
-  Scene scene = make_scene(random, test::car_motion(), 12, 0.005, 0.1);
+  MatchedScene scene = make_scene(random, test::car_motion(), 12, 0.005, 0.1);
   const PoseGaussian prior = antipode::to_pose_gaussian(scene.prior);
   std::uniform_real_distribution<double> uniform(-0.1, 0.1);
   // Correlations of up to a tenth: what is left of twelve landmarks' errors must be positive definite.
@@ -180,7 +180,7 @@ TEST_CASE("Landmarks that share their error with the pose have the likelihood of
 TEST_CASE("Wrong matches are capped", "[stereo_slam][update]") {
   std::mt19937_64 random(5);
   const Pose truth = test::car_motion();
-  Scene scene = make_scene(random, truth, 100, 0.002, 0.02);
+  MatchedScene scene = make_scene(random, truth, 100, 0.002, 0.02);
   for (std::size_t i = 0; i < 10; ++i) scene.matches[i].z.x() += 12.0;
   UpdateSettings settings = settings_for(PoseUpdateMethod::kQuadratic);
   settings.robust_cap = 16.0;
@@ -193,7 +193,7 @@ TEST_CASE("Wrong matches are capped", "[stereo_slam][update]") {
 TEST_CASE("Too few matches, or none, leave the prior as it is", "[stereo_slam][update]") {
   std::mt19937_64 random(6);
   for (const int count : {0, 5}) {
-    const Scene scene = make_scene(random, test::car_motion(), count, 0.005, 0.1);
+    const MatchedScene scene = make_scene(random, test::car_motion(), count, 0.005, 0.1);
     const auto update = update_pose(scene.prior, scene.matches, scene.map(), UpdateSettings{});
     CHECK_FALSE(update.converged);
     CHECK(antipode::to_pose_gaussian(update.posterior).pose.coeffs() ==

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/visualization/debug_image.hpp"
 
+#include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
