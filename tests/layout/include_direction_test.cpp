@@ -42,7 +42,7 @@ const Graph kMayInclude = {
     {"stereo_slam/io", {"stereo_slam/core"}},
     {"stereo_slam/settings", {"stereo_slam/core", "stereo_slam/io"}},
     {"stereo_slam/dataset", {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings"}},
-    {"stereo_slam/bags", {"stereo_slam/core", "stereo_slam/dataset"}},
+    {"stereo_slam/bags", {"stereo_slam/core", "stereo_slam/io", "stereo_slam/dataset"}},
     {"stereo_slam/frontend", {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings"}},
     {"stereo_slam/odometry",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/frontend"}},
