@@ -109,6 +109,18 @@ void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
   yaml << YAML::EndMap;
 }
 
+/// The pose of a frame that was dropped before the processed frame `next`: where the path was at its stamp,
+/// and the first pose before that one.
+Pose pose_between(const RunRecord& record, std::size_t next, std::int64_t stamp_ns) {
+  const auto& trajectory = record.trajectory;
+  const auto& results = record.results;
+  if (next == 0) return trajectory.front().pose;
+  const std::int64_t before_ns = results[next - 1].stamp_ns;
+  const auto gap_ns = static_cast<double>(results[next].stamp_ns - before_ns);
+  return antipode::sclerp(trajectory[next - 1].pose, trajectory[next].pose,
+                          static_cast<double>(stamp_ns - before_ns) / gap_ns);
+}
+
 }  // namespace
 
 std::size_t count_frames(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
@@ -145,12 +157,8 @@ std::vector<Pose> poses_of_all_frames(const RunRecord& record) {
   if (!record.realtime) return poses_of(record.trajectory);
   std::vector<Pose> poses;
   for (std::size_t k = 0; k < record.trajectory.size(); ++k) {
-    for (const std::int64_t stamp_ns : record.realtime->frames[k].dropped_ns) {
-      const std::int64_t before_ns = record.results[k - 1].stamp_ns;
-      const auto gap_ns = static_cast<double>(record.results[k].stamp_ns - before_ns);
-      poses.push_back(antipode::sclerp(record.trajectory[k - 1].pose, record.trajectory[k].pose,
-                                       static_cast<double>(stamp_ns - before_ns) / gap_ns));
-    }
+    for (const std::int64_t stamp_ns : record.realtime->frames[k].dropped_ns)
+      poses.push_back(pose_between(record, k, stamp_ns));
     poses.push_back(record.trajectory[k].pose);
   }
   return poses;
@@ -170,7 +178,7 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
   const auto write = [&](const char* name, const std::function<void(std::ostream&)>& content) {
     try {
       write_file(folder / name, content);
-    } catch (const std::runtime_error& error) {
+    } catch (const std::exception& error) {
       if (first_error.empty()) first_error = error.what();
     }
   };

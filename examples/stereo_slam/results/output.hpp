@@ -75,7 +75,8 @@ struct RealtimeSummary {
 [[nodiscard]] std::optional<RealtimeSummary> realtime_summary(const RunRecord& record);
 
 /// The final poses of all frames up to the last processed one. Those of dropped frames are interpolated
-/// between the processed frames around them, by their stamps, with constant velocity along the screw motion.
+/// between the processed frames around them, by their stamps, with constant velocity along the screw motion;
+/// those dropped before the first processed frame have its pose.
 [[nodiscard]] std::vector<Pose> poses_of_all_frames(const RunRecord& record);
 
 /// What run.yaml contains besides the settings.

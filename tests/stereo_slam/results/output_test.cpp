@@ -98,6 +98,15 @@ TEST_CASE("A dropped frame is where a constant velocity between its neighbours p
   CHECK((poses[2].log() - 0.75 * whole).norm() < 1e-14);
 }
 
+TEST_CASE("Frames dropped before the first processed one have its pose", "[output]") {
+  RunRecord record = dropped_frames();
+  record.trajectory[0].pose = Pose::exp((Vector6<double>() << 0.0, 0.0, 0.0, 1.0, 2.0, 3.0).finished());
+  record.realtime->frames[0].dropped_ns = {-50'000'000, -25'000'000};
+  const auto poses = poses_of_all_frames(record);
+  REQUIRE(poses.size() == 6);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(poses[i].boxminus(record.trajectory[0].pose).norm() == 0.0);
+}
+
 TEST_CASE("The latency of a run in real time is summarised over its processed frames", "[output]") {
   CHECK_FALSE(realtime_summary(two_frames()));
   const auto summary = realtime_summary(dropped_frames());
