@@ -214,6 +214,33 @@ TEST_CASE("The evidence is right for measurements a million million times sharpe
   }
 }
 
+TEST_CASE("What is too large to compute with is never called converged", "[status]") {
+  const auto honest = [](const auto& result) {
+    if (result.status != UpdateStatus::kConverged) return true;
+    return std::isfinite(result.log_evidence) && std::isfinite(result.residual) &&
+           result.posterior.covariance.llt().info() == Eigen::Success;
+  };
+  const auto prior = around_origin(0.1, 1.0);
+  for (int exponent = 100; exponent <= 308; exponent += 4) {
+    const double steep = std::pow(10.0, exponent);
+    CAPTURE(exponent);
+    CHECK(honest(quadratic(prior, [&](const Pose& x) { return -steep * x.translation().squaredNorm(); })));
+    CHECK(honest(quadratic(prior, [&](const Pose& x) { return steep * x.translation()[0]; })));
+    CHECK(honest(quadratic(prior, [&](const Pose& x) { return -steep * std::abs(x.translation()[0]); })));
+    // A constant at the mean, and anything beside it: only the residual over the posterior tells.
+    const auto h = [&](const Pose& x, std::size_t, Matrix<double, 2, 6>& J) {
+      J.setZero();
+      const double t = x.translation()[0];
+      return Vector<double, 2>(t == 0.0 ? 0.0 : std::copysign(steep, t), steep * t * t);
+    };
+    const std::vector<NoisyMeasurement<double, 2>> z{
+        {Vector<double, 2>::Zero(), (Matrix<double, 2>() << 1.0, 0.5, 0.5, 1.0).finished()}};
+    const auto result = gauss_newton_update(prior, z, h);
+    CHECK(honest(result));
+    CHECK(result.status != UpdateStatus::kConverged);
+  }
+}
+
 TEST_CASE("A twist that overflows is not called infinite", "[status][error]") {
   Vector6<double> xi = Vector6<double>::Zero();
   xi[0] = 1e200;

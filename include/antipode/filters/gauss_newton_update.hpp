@@ -214,7 +214,7 @@ class GaussNewtonIteration {
     result_.posterior = density_.density();
     if (result_.limit_hit || result_.log_likelihood < options_.min_log_likelihood) {
       result_.status = UpdateStatus::kDiverged;
-    } else if (result_.residual > options_.max_final_residual || is_ambiguous(values_of_h, standard)) {
+    } else if (!(result_.residual <= options_.max_final_residual) || is_ambiguous(values_of_h, standard)) {
       result_.status = UpdateStatus::kNotGaussian;
     }
     return false;

@@ -125,10 +125,11 @@ class QuadraticIteration {
   /// The status of a posterior, by the residual over it. The last fit was to a density a little larger and is
   /// enough if that leaves little unexplained; if it was narrower, nothing but a fit to the posterior is.
   void judge() {
-    if (!fit_of_posterior_ || result_.residual > options_.max_final_residual) {
+    if (!fit_of_posterior_ || !(result_.residual <= options_.max_final_residual)) {
       const Fit fit = fit_quadratic(density_, Scalar(1), log_likelihood_, standard_);
       result_.evaluations += Count;
-      const bool usable = fit.range.valid && fit.range.supported() && std::isfinite(fit.residual);
+      const bool usable = fit.range.valid && fit.range.supported() && std::isfinite(fit.residual) &&
+                          std::isfinite(fit.dropped);
       result_.residual =
           usable ? std::hypot(fit.residual, fit.dropped) : std::numeric_limits<Scalar>::infinity();
     }
@@ -165,7 +166,7 @@ class QuadraticIteration {
     result_.log_likelihood = fit.range.hi;
     result_.residual = std::hypot(fit.residual, fit.dropped);
     condition_on(fit);
-    if (!last_.y.finite()) return fail(UpdateStatus::kNotFinite);
+    if (!last_.y.finite() || !std::isfinite(last_.y.log_evidence)) return fail(UpdateStatus::kNotFinite);
     const bool settled = has_settled(fit);
     if (!settled) halve_step();
     return move(settled);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <optional>
 
@@ -71,7 +72,8 @@ struct UnscentedUpdateOptions {
 
 enum class UnscentedUpdateStatus {
   kUpdated,
-  kNotObservable,  ///< h cannot measure at some sigma point of the prior. The posterior is the prior
+  kNotObservable,  ///< h cannot measure at some sigma point of the prior, or what it says there is no
+                   ///< number or too large to compute with. The posterior is the prior
 };
 
 /// All but the posterior refers to the prior: what gating and the log of a filter need.
@@ -137,16 +139,23 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
     const Matrix<Scalar, Dim, Measured> whitened_gain = (C_inverse * A).transpose();
     const Matrix<Scalar, Dim, Measured> K = whitened_gain * C_inverse;
     const Vector<Scalar, Measured> innovation = measurement.z - model->mean + A * a;
+    const State step = K * innovation;
+    const Scalar nis = (C_inverse * innovation).squaredNorm();
+    const Square I_KA = Square::Identity() - K * A;
+    const Square covariance =
+        I_KA * I_KA.transpose() + detail::congruence<Scalar, Dim, Measured>(K, disturbance);
+    const bool finite = std::isfinite(nis) && (prior.mean() + L * step).allFinite() &&
+                        detail::congruence<Scalar, Dim, Dim>(L, covariance).allFinite();
+    if (!finite) break;
     if (result.iterations == 0) {
       result.innovation = innovation;
       result.innovation_covariance = S;
       result.cross_covariance = L * A.transpose();
       result.gain = L * K;
-      result.nis = (C_inverse * innovation).squaredNorm();
+      result.nis = nis;
     }
-    a = K * innovation;
-    const Square I_KA = Square::Identity() - K * A;
-    Q = I_KA * I_KA.transpose() + detail::congruence<Scalar, Dim, Measured>(K, disturbance);
+    a = step;
+    Q = covariance;
   }
   if (result.iterations > 0) {
     result.posterior = {prior.mean() + L * a, detail::congruence<Scalar, Dim, Dim>(L, Q)};
