@@ -333,15 +333,15 @@ TEST_CASE("A landmark that cannot be measured is reported and stays unchanged", 
 
 TEST_CASE("What is no number or too large to compute with is not an update", "[unscented]") {
   const Landmark prior(Vector3<double>(1, 2, 3), Matrix3<double>::Identity());
-  const Model identity = [](const Pose&, const Vector3<double>& x) { return std::optional(x); };
-  const Model nan = [](const Pose&, const Vector3<double>&) {
+  const PoseModel identity = [](const Pose&, const Vector3<double>& x) { return std::optional(x); };
+  const PoseModel nan = [](const Pose&, const Vector3<double>&) {
     return std::optional<Vector3<double>>(Vector3<double>::Constant(std::nan("")));
   };
-  const Model jump = [](const Pose&, const Vector3<double>& x) {
+  const PoseModel jump = [](const Pose&, const Vector3<double>& x) {
     return std::optional<Vector3<double>>((x[0] > 1.0 ? 1e300 : 1.0) * x);
   };
   for (const double far : {1e155, 1e200, 1e308}) {
-    for (const Model& h : {identity, nan, jump}) {
+    for (const PoseModel& h : {identity, nan, jump}) {
       const auto result = unscented_update(prior, Pose::identity(), h,
                                            {Vector3<double>(far, -far, far), Matrix3<double>::Identity()});
       CHECK(result.status == UnscentedUpdateStatus::kNotObservable);

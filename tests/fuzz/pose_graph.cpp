@@ -3,7 +3,6 @@
 #include "stereo_slam/loop_closing/pose_graph.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -47,8 +46,7 @@ void pose_graph(Bytes bytes) {
             "a weight is not from 0 to 1");
     require(!result.converged || std::isfinite(result.final_cost), "converged to a cost that is no number");
     graph.poses = result.poses;
-    const std::array<std::size_t, 1> last = {nodes - 1};
-    for (const auto& P : marginal_covariances(graph, last, settings)) {
+    for (const auto& P : marginal_covariances(graph, settings)) {
       require(P.allFinite(), "a covariance is not finite");
     }
   });

@@ -11,12 +11,10 @@
 namespace stereo_slam {
 namespace {
 
-/// Loops of consecutive keyframes are nearly redundant: the first loops of a row trigger an optimisation,
-/// then every so many loops.
-constexpr std::size_t kLoopsPerOptimization = 5;
-
-/// Marginal covariances computed after an optimisation, about: each takes milliseconds.
-constexpr std::size_t kMarginals = 64;
+/// The first loops of a revisit trigger an optimisation, then every so many loops: two, and more in a large
+/// map, so that the time for a kilometre does not grow with the map.
+constexpr std::size_t kFewestLoops = 2;
+constexpr std::size_t kKeyframesPerLoop = 500;
 
 /// Covariance of an edge that keeps the graph connected without information on the pose.
 [[nodiscard]] Matrix6<double> no_knowledge() {
@@ -95,12 +93,15 @@ void LoopCloser::save(SavedMap& map) const {
 std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
   follow_known_map(keyframe);
   const std::size_t id = add_keyframe(std::move(keyframe));
-  const auto measured = measure(keyframes_[id]);
+  std::vector<LoopMeasurement> confirmed;
+  if (!follows_last_loop(keyframes_[id])) {
+    confirmed = consistency_.add(measure(keyframes_[id]), keyframes_);
+    accept(confirmed);
+  }
   places_.add(id, keyframes_[id].points);
-  const auto confirmed = consistency_.add(measured, keyframes_);
-  accept(confirmed);
   const bool first_of_row = confirmed.size() > 1 && waiting_loops_ > 0;
-  if (!first_of_row && waiting_loops_ < kLoopsPerOptimization) return std::nullopt;
+  const std::size_t enough = std::max(kFewestLoops, keyframes_.size() / kKeyframesPerLoop);
+  if (!first_of_row && waiting_loops_ < enough) return std::nullopt;
   return correct();
 }
 
@@ -154,6 +155,14 @@ PoseGraph LoopCloser::pose_graph() const {
   PoseGraph graph{.poses = {}, .odometry = odometry_, .loops = loops_, .gauge = fixed_keyframes_};
   for (const auto& keyframe : keyframes_.all()) graph.poses.push_back(keyframe.T_world_keyframe.pose);
   return graph;
+}
+
+/// Whether a keyframe is so close behind the last loop that one of its own would say little more.
+bool LoopCloser::follows_last_loop(const Keyframe& keyframe) const {
+  if (loops_.empty()) return false;
+  const Keyframe& last = keyframes_[loops_.back().to];
+  return last.segment == keyframe.segment &&
+         keyframe.path_length_m - last.path_length_m < settings_.loop_closure.spacing_m;
 }
 
 /// Number of keyframes, from the first, that a loop may lead to: those that are old enough or, in a segment
@@ -300,36 +309,17 @@ void LoopCloser::drop_guesses() {
   }
 }
 
-/// Keyframes whose marginal covariance is computed, in order: the first and the last that may move, the first
-/// of each segment, and some between.
-std::vector<std::size_t> LoopCloser::marginal_nodes() const {
-  const std::size_t end = keyframes_.size();
-  const std::size_t stride = 1 + (end - fixed_keyframes_) / kMarginals;
-  std::vector<std::size_t> nodes;
-  for (std::size_t id = fixed_keyframes_; id < end; id += stride) nodes.push_back(id);
-  for (std::size_t s = 0; s < segments_.size(); ++s) {
-    if (segments_.first_keyframe(s) >= fixed_keyframes_) nodes.push_back(segments_.first_keyframe(s));
-  }
-  nodes.push_back(end - 1);
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  return nodes;
-}
-
-/// Poses of an optimised graph with covariances: marginal ones for some keyframes; for those between them,
-/// composed from the keyframe before, which overestimates them a little.
+/// Poses of an optimised graph with their marginal covariances. If these cannot be computed, a covariance is
+/// composed from that of the keyframe before, without what the loops say.
 std::vector<PoseGaussian> LoopCloser::with_covariances(const PoseGraph& graph) const {
-  const auto nodes = marginal_nodes();
-  const auto marginals = marginal_covariances(graph, nodes, settings_.pose_graph);
+  const auto marginals = marginal_covariances(graph, settings_.pose_graph);
   const auto& poses = graph.poses;
   std::vector<PoseGaussian> result;
-  for (std::size_t id = 0; id < graph.gauge; ++id) {
-    result.push_back({poses[id], keyframes_[id].T_world_keyframe.covariance});
-  }
-  for (std::size_t id = graph.gauge; id < poses.size(); ++id) {
-    const auto at = std::lower_bound(nodes.begin(), nodes.end(), id);
-    if (*at == id && !marginals.empty()) {
-      result.push_back({poses[id], marginals[static_cast<std::size_t>(at - nodes.begin())]});
+  for (std::size_t id = 0; id < poses.size(); ++id) {
+    if (id < graph.gauge) {
+      result.push_back({poses[id], keyframes_[id].T_world_keyframe.covariance});
+    } else if (!marginals.empty()) {
+      result.push_back({poses[id], marginals[id]});
     } else {
       const Pose T_previous_keyframe = poses[id - 1].inverse() * poses[id];
       result.push_back(

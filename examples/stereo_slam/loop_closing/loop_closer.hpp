@@ -64,6 +64,7 @@ class LoopCloser {
   std::size_t add_keyframe(Keyframe keyframe);
   [[nodiscard]] std::size_t segment_of(std::size_t keyframe) const { return keyframes_[keyframe].segment; }
 
+  [[nodiscard]] bool follows_last_loop(const Keyframe& keyframe) const;
   [[nodiscard]] std::size_t comparable_keyframes(const Keyframe& keyframe) const;
   [[nodiscard]] std::optional<std::size_t> most_in_view(const Keyframe& keyframe, std::size_t end) const;
   [[nodiscard]] std::vector<std::size_t> candidates(const Keyframe& keyframe) const;
@@ -76,7 +77,6 @@ class LoopCloser {
   void drop_guesses();
 
   [[nodiscard]] PoseGraph pose_graph() const;
-  [[nodiscard]] std::vector<std::size_t> marginal_nodes() const;
   [[nodiscard]] std::vector<PoseGaussian> with_covariances(const PoseGraph& graph) const;
 
   StereoCamera camera_;

@@ -2,6 +2,7 @@
 #include "stereo_slam/loop_closing/pose_graph.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -14,12 +15,13 @@
 #include <antipode/ceres/relative_pose_cost.hpp>
 #include <antipode/distributions/pose_algebra.hpp>
 
+#include "stereo_slam/loop_closing/selected_inverse.hpp"
+
 namespace stereo_slam {
 namespace {
 
 using antipode::PoseManifold;
 using antipode::RelativePoseCost;
-using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
 /// Dynamic covariance scaling: rho(s) = s up to phi, then phi (3 s - phi) / (s + phi), which ends at 3 phi.
 /// Its slope min(1, 2 phi / (s + phi))^2 is the factor on the edge's information.
@@ -54,7 +56,6 @@ class Problem {
  public:
   explicit Problem(const PoseGraph& graph) : problem_(options()) {
     for (const auto& pose : graph.poses) blocks_.push_back(pose.coeffs());
-    has_edge_.assign(blocks_.size(), false);
     for (auto& block : blocks_) problem_.AddParameterBlock(block.data(), 8, &manifold_);
     for (std::size_t node = 0; node < std::min(graph.gauge, blocks_.size()); ++node) {
       problem_.SetParameterBlockConstant(blocks_[node].data());
@@ -89,9 +90,7 @@ class Problem {
   }
 
   [[nodiscard]] ceres::Problem& ceres() { return problem_; }
-  [[nodiscard]] const double* block(std::size_t node) const { return blocks_[node].data(); }
-  /// Whether a covariance exists: Ceres reports zero for blocks without residuals.
-  [[nodiscard]] bool constrained(std::size_t node) const { return node == 0 || has_edge_[node]; }
+  [[nodiscard]] double* block(std::size_t node) { return blocks_[node].data(); }
 
  private:
   [[nodiscard]] static ceres::Problem::Options options() {
@@ -103,14 +102,12 @@ class Problem {
 
   ceres::ResidualBlockId add(const PoseGraphEdge& edge, ceres::LossFunction* loss) {
     check_edge(edge, blocks_.size());
-    has_edge_[edge.from] = has_edge_[edge.to] = true;
     return problem_.AddResidualBlock(new RelativePoseCost(edge.T_from_to.pose, edge.T_from_to.covariance),
                                      loss, blocks_[edge.from].data(), blocks_[edge.to].data());
   }
 
   PoseManifold manifold_;
   std::vector<antipode::Vector8<double>> blocks_;
-  std::vector<bool> has_edge_;
   std::vector<std::unique_ptr<ceres::LossFunctionWrapper>> losses_;
   std::vector<ceres::ResidualBlockId> loops_;
   ceres::Problem problem_;  // last: it refers to the members above until it is destroyed
@@ -168,67 +165,126 @@ PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settin
 
 namespace {
 
-/// Covariance blocks of a few nodes, from one decomposition.
-class Marginals {
+/// Which nodes the edges connect with a fixed one.
+[[nodiscard]] std::vector<bool> connected_to_gauge(const PoseGraph& graph) {
+  std::vector<std::vector<std::size_t>> neighbours(graph.poses.size());
+  for (const auto* edges : {&graph.odometry, &graph.loops}) {
+    for (const auto& edge : *edges) {
+      neighbours[edge.from].push_back(edge.to);
+      neighbours[edge.to].push_back(edge.from);
+    }
+  }
+  std::vector<bool> reached(graph.poses.size(), false);
+  std::vector<std::size_t> waiting;
+  const auto reach = [&](std::size_t node) {
+    if (reached[node]) return;
+    reached[node] = true;
+    waiting.push_back(node);
+  };
+  for (std::size_t node = 0; node < std::min(graph.gauge, graph.poses.size()); ++node) reach(node);
+  while (!waiting.empty()) {
+    const std::size_t node = waiting.back();
+    waiting.pop_back();
+    for (const std::size_t neighbour : neighbours[node]) reach(neighbour);
+  }
+  return reached;
+}
+
+/// Information of the poses that may move, given the others: the decomposed Gauss-Newton matrix at the
+/// graph's poses, with six variables a node.
+class Information {
  public:
-  Marginals(const PoseGraph& graph, std::span<const std::pair<std::size_t, std::size_t>> pairs,
-            const PoseGraphSettings& settings)
-      : problem_(graph), covariance_(options()) {
-    problem_.set_loop_scale(settings.loop_scale);
-    std::vector<std::pair<const double*, const double*>> blocks;
-    for (const auto& [a, b] : pairs) blocks.emplace_back(problem_.block(a), problem_.block(b));
-    exists_ = std::all_of(pairs.begin(), pairs.end(),
-                          [&](const auto& pair) {
-                            return problem_.constrained(pair.first) && problem_.constrained(pair.second);
-                          }) &&
-              covariance_.Compute(blocks, &problem_.ceres());
+  Information(const PoseGraph& graph, const PoseGraphSettings& settings) {
+    Problem problem(graph);
+    problem.set_loop_scale(settings.loop_scale);
+    const auto connected = connected_to_gauge(graph);
+    std::vector<double*> movable;
+    for (std::size_t node = 0; node < graph.poses.size(); ++node) {
+      const bool fixed = node < graph.gauge;
+      first_variable_.push_back(fixed ? kFixed : connected[node] ? variables_ : kUnknown);
+      if (fixed || !connected[node]) continue;
+      movable.push_back(problem.block(node));
+      variables_ += 6;
+    }
+    if (variables_ > 0) decompose(problem.ceres(), movable);
   }
 
-  [[nodiscard]] bool exists() const { return exists_; }
+  /// Whether the node's covariance exists: it is connected to the gauge.
+  [[nodiscard]] bool knows(std::size_t node) const { return first_variable_[node] != kUnknown; }
 
-  /// E[a b^T]; zero where either is the gauge.
-  [[nodiscard]] Matrix6<double> block(std::size_t a, std::size_t b) const {
-    RowMajor6 P = RowMajor6::Zero();
-    covariance_.GetCovarianceBlockInTangentSpace(problem_.block(a), problem_.block(b), P.data());
-    return P;
+  /// E[a b^T]; zero where either is fixed.
+  [[nodiscard]] Matrix6<double> covariance(std::size_t a, std::size_t b) const {
+    const int row = first_variable_[a], column = first_variable_[b];
+    if (row < 0 || column < 0) return Matrix6<double>::Zero();
+    Eigen::Matrix<double, Eigen::Dynamic, 6> unit(variables_, 6);
+    unit.setZero();
+    unit.middleRows<6>(column).setIdentity();
+    return factor_.solve(unit).middleRows<6>(row);
+  }
+
+  /// The covariances of all nodes.
+  [[nodiscard]] std::vector<Matrix6<double>> marginals() const {
+    std::vector<Matrix6<double>> result(first_variable_.size(), Matrix6<double>::Zero());
+    if (variables_ == 0) return result;
+    const SelectedInverse inverse(factor_);
+    for (std::size_t node = 0; node < result.size(); ++node) {
+      const int first = first_variable_[node];
+      if (first < 0) continue;
+      for (int i = 0; i < 6; ++i) {
+        for (int j = 0; j < 6; ++j) result[node](i, j) = inverse(first + i, first + j).value();
+      }
+    }
+    return result;
   }
 
  private:
-  [[nodiscard]] static ceres::Covariance::Options options() {
-    ceres::Covariance::Options options;
-    options.algorithm_type = ceres::SPARSE_QR;
-    options.num_threads = 1;
-    return options;
+  static constexpr int kFixed = -1;
+  static constexpr int kUnknown = -2;
+
+  void decompose(ceres::Problem& problem, const std::vector<double*>& movable) {
+    ceres::Problem::EvaluateOptions options;
+    options.parameter_blocks = movable;
+    ceres::CRSMatrix J;
+    const bool evaluated = problem.Evaluate(options, nullptr, nullptr, nullptr, &J);
+    using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+    const Eigen::Map<const RowMajor> jacobian(J.num_rows, J.num_cols, static_cast<int>(J.values.size()),
+                                              J.rows.data(), J.cols.data(), J.values.data());
+    factor_.compute(SparseMatrix(jacobian.transpose() * jacobian));
+    const bool definite = evaluated && factor_.info() == Eigen::Success && factor_.vectorD().allFinite() &&
+                          (factor_.vectorD().array() > std::numeric_limits<double>::min()).all();
+    if (!definite) {
+      std::replace_if(
+          first_variable_.begin(), first_variable_.end(), [](int v) { return v >= 0; }, kUnknown);
+      variables_ = 0;
+    }
   }
 
-  Problem problem_;
-  ceres::Covariance covariance_;
-  bool exists_ = false;
+  std::vector<int> first_variable_;  // of each node
+  int variables_ = 0;
+  SparseFactor factor_;
 };
 
 }  // namespace
 
-std::vector<Matrix6<double>> marginal_covariances(const PoseGraph& graph, std::span<const std::size_t> nodes,
-                                                  const PoseGraphSettings& settings) {
-  std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  for (const std::size_t node : nodes) pairs.emplace_back(node, node);
-  const Marginals marginals(graph, pairs, settings);
-  if (!marginals.exists()) return {};
-  std::vector<Matrix6<double>> result;
-  for (const std::size_t node : nodes) result.push_back(marginals.block(node, node));
-  return result;
+std::vector<Matrix6<double>> marginal_covariances(const PoseGraph& graph, const PoseGraphSettings& settings) {
+  const Information information(graph, settings);
+  for (std::size_t node = 0; node < graph.poses.size(); ++node) {
+    if (!information.knows(node)) return {};
+  }
+  auto result = information.marginals();
+  const bool finite = std::all_of(result.begin(), result.end(), [](const auto& P) { return P.allFinite(); });
+  return finite ? std::move(result) : std::vector<Matrix6<double>>();
 }
 
 PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
                                      const PoseGraphSettings& settings) {
-  const std::vector<std::pair<std::size_t, std::size_t>> pairs = {{from, from}, {from, to}, {to, to}};
-  const Marginals marginals(graph, pairs, settings);
-  if (!marginals.exists()) {
+  const Information information(graph, settings);
+  if (!information.knows(from) || !information.knows(to)) {
     throw std::runtime_error(fmt::format("nodes {} and {} of the pose graph are not connected", from, to));
   }
-  return antipode::relative_pose<double>({graph.poses[from], marginals.block(from, from)},
-                                         {graph.poses[to], marginals.block(to, to)},
-                                         marginals.block(from, to));
+  return antipode::relative_pose<double>({graph.poses[from], information.covariance(from, from)},
+                                         {graph.poses[to], information.covariance(to, to)},
+                                         information.covariance(from, to));
 }
 
 double mahalanobis_squared(const PoseGraph& graph, const PoseGraphEdge& edge,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
@@ -45,15 +44,14 @@ struct PoseGraphResult {
 /// between nodes that do not exist and covariances that are not positive definite.
 [[nodiscard]] PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settings);
 
-/// Covariances of the right perturbations of some poses, given the gauge; zero for the gauge itself. The
-/// graph is taken at its poses, which should be the optimum. Empty if they do not exist: some node is not
-/// connected to the gauge.
+/// Covariances of the right perturbations of all poses, given the gauge; zero for the gauge itself. The graph
+/// is taken at its poses, which should be the optimum. Empty if they do not exist, because some node is not
+/// connected to the gauge, or cannot be computed. The same input gives the same bits.
 [[nodiscard]] std::vector<Matrix6<double>> marginal_covariances(const PoseGraph& graph,
-                                                                std::span<const std::size_t> nodes,
                                                                 const PoseGraphSettings& settings);
 
 /// The relative pose of two nodes that the graph predicts; its covariance accounts for the errors that both
-/// nodes share. Throws std::runtime_error where marginal_covariances() is empty.
+/// nodes share. Throws std::runtime_error where marginal_covariances() has no covariance of them.
 [[nodiscard]] PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
                                                    const PoseGraphSettings& settings);
 

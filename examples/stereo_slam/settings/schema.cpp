@@ -207,7 +207,9 @@ void add_loop_closure(Table& table) {
       .add("max_points", &LoopClosureSettings::max_points, {50, 10000}, "",
            "points that a keyframe keeps for place recognition")
       .add("latency_frames", &LoopClosureSettings::latency_frames, {1, 1000}, "frames",
-           "delay from a keyframe to the correction by its loop");
+           "delay from a keyframe to the correction by its loop")
+      .add("spacing_m", &LoopClosureSettings::spacing_m, {0.0, 1000.0}, "m",
+           "path between the loops of one revisit");
 }
 
 void add_place_recognition(Table& table) {

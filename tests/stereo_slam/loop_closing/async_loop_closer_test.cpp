@@ -127,6 +127,7 @@ struct Circumstances {
   std::size_t lost_before = kKeyframes;  ///< keyframe that begins the second segment
   std::size_t keyframes = kKeyframes;
   std::vector<KeyframeLink> known_better{};  // at the end
+  double spacing_m = 0.0;                    // of the loops
 };
 
 Outcome drive(
@@ -134,6 +135,7 @@ Outcome drive(
     const Circumstances& circumstances = {}) {
   Settings settings;
   settings.place_recognition.min_gap_frames = 30 * kFramesApart;
+  settings.loop_closure.spacing_m = circumstances.spacing_m;
   SquareTown town;
   Outcome outcome;
   AsyncLoopCloser loops(test::kitti_camera(), settings, thread, circumstances.known, circumstances.use);
@@ -203,6 +205,24 @@ TEST_CASE("A second lap closes loops at its keyframes, and they remove the drift
   }
   CHECK(3.0 * ate_m(outcome.closed) < ate_m(outcome.open));
   CHECK(outcome.closed.back().covariance.trace() < outcome.open.back().covariance.trace());
+}
+
+TEST_CASE("Loops of one revisit keep their distance, and remove the drift all the same",
+          "[stereo_slam][loops]") {
+  CAPTURE(kSeed);
+  const double spacing_m = LoopClosureSettings{}.spacing_m;
+  const Outcome spaced = drive(LoopThread::kNone, [](std::size_t k) { return k; }, {.spacing_m = spacing_m});
+  const auto& loops = spaced.map.loops;
+  const auto& keyframes = spaced.map.keyframes;
+  const auto first_row = static_cast<std::size_t>(LoopVerificationSettings{}.consecutive);
+  REQUIRE(loops.size() > first_row);
+  for (std::size_t i = first_row; i < loops.size(); ++i) {
+    const double path_m = keyframes[loops[i].to].path_length_m - keyframes[loops[i - 1].to].path_length_m;
+    CHECK(path_m >= spacing_m);
+    CHECK(path_m < 2.0 * spacing_m);
+  }
+  CHECK(3 * loops.size() < undeceived_drive().map.loops.size());
+  CHECK(ate_m(spaced.closed) < 1.5 * ate_m(undeceived_drive().closed));
 }
 
 TEST_CASE("Corrections unite the landmarks that loops re-observe, and no others", "[stereo_slam][loops]") {

@@ -4,11 +4,18 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
-#include "stereo_slam/core/pose_estimate.hpp"
 #include "support/catch.hpp"
+#include "support/ceres.hpp"
+// After it, for its CHECK.
+#include <antipode/ceres/pose_manifold.hpp>
+#include <antipode/ceres/relative_pose_cost.hpp>
+
+#include "stereo_slam/core/pose_estimate.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -161,13 +168,12 @@ TEST_CASE("Marginal covariances are those of the composed odometry before a loop
           "[stereo_slam][pose_graph]") {
   CAPTURE(kRingSeed);
   Drive d = drive();
-  const std::vector<std::size_t> nodes = {0, 1, 50, kNodes - 1};
-  const auto open = marginal_covariances(d.graph, nodes, kGraphSettings);
-  REQUIRE(open.size() == nodes.size());
+  const auto open = marginal_covariances(d.graph, kGraphSettings);
+  REQUIRE(open.size() == kNodes);
   CHECK(open[0].isZero());
   PoseGaussian composed;
   for (std::size_t k = 0; k < 50; ++k) composed = compose(composed, d.graph.odometry[k].T_from_to);
-  CHECK((open[2] - composed.covariance).norm() < 1e-6 * composed.covariance.norm());
+  CHECK((open[50] - composed.covariance).norm() < 1e-6 * composed.covariance.norm());
 
   const auto relative = predicted_relative_pose(d.graph, 20, 50, kGraphSettings);
   PoseGaussian chain;
@@ -177,8 +183,51 @@ TEST_CASE("Marginal covariances are those of the composed odometry before a loop
 
   d.add_loop(0, kRingLap);
   d.graph.poses = optimize(d.graph, kGraphSettings).poses;
-  const auto closed = marginal_covariances(d.graph, nodes, kGraphSettings);
+  const auto closed = marginal_covariances(d.graph, kGraphSettings);
+  REQUIRE(closed.size() == kNodes);
   CHECK(closed.back().bottomRightCorner<3, 3>().trace() < open.back().bottomRightCorner<3, 3>().trace());
+}
+
+TEST_CASE("Marginal covariances are those of Ceres, whose rank-revealing decomposition is dense",
+          "[stereo_slam][pose_graph][oracle]") {
+  CAPTURE(kRingSeed);
+  Drive d = drive_with_loops();
+  d.graph.poses.resize(kRingLap + 17);  // two loops
+  std::erase_if(d.graph.odometry, [&](const auto& edge) { return edge.to >= d.graph.poses.size(); });
+  std::erase_if(d.graph.loops, [&](const auto& edge) { return edge.to >= d.graph.poses.size(); });
+  d.graph.poses = optimize(d.graph, kGraphSettings).poses;
+
+  antipode::PoseManifold manifold;
+  std::vector<antipode::Vector8<double>> blocks;
+  for (const Pose& pose : d.graph.poses) blocks.push_back(pose.coeffs());
+  ceres::Problem::Options keep;
+  keep.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(keep);
+  for (auto& block : blocks) problem.AddParameterBlock(block.data(), 8, &manifold);
+  problem.SetParameterBlockConstant(blocks[0].data());
+  for (const auto* edges : {&d.graph.odometry, &d.graph.loops}) {
+    for (const auto& [from, to, T] : *edges) {
+      problem.AddResidualBlock(new antipode::RelativePoseCost(T.pose, T.covariance), nullptr,
+                               blocks[from].data(), blocks[to].data());
+    }
+  }
+  ceres::Covariance::Options dense;
+  dense.algorithm_type = ceres::DENSE_SVD;
+  ceres::Covariance expected(dense);
+  std::vector<std::pair<const double*, const double*>> pairs;
+  for (const auto& block : blocks) pairs.emplace_back(block.data(), block.data());
+  REQUIRE(expected.Compute(pairs, &problem));
+
+  PoseGraphSettings no_loss = kGraphSettings;
+  no_loss.loop_scale = 1e6;
+  const auto marginals = marginal_covariances(d.graph, no_loss);
+  REQUIRE(marginals.size() == blocks.size());
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    CAPTURE(k);
+    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> P;
+    REQUIRE(expected.GetCovarianceBlockInTangentSpace(blocks[k].data(), blocks[k].data(), P.data()));
+    CHECK((marginals[k] - P).norm() <= 1e-9 * P.norm());
+  }
 }
 
 TEST_CASE("Errors after the loops are as large as the marginal covariances say",
@@ -190,10 +239,10 @@ TEST_CASE("Errors after the loops are as large as the marginal covariances say",
     Drive d = drive(run);
     for (std::size_t k = kRingLap; k < kNodes; k += 30) d.add_loop(k - kRingLap, k);
     d.graph.poses = optimize(d.graph, kGraphSettings).poses;
-    const auto P = marginal_covariances(d.graph, nodes, kGraphSettings);
+    const auto P = marginal_covariances(d.graph, kGraphSettings);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const Vector6<double> e = d.truth[nodes[i]].boxminus(d.graph.poses[nodes[i]]);
-      nees[i] += e.dot(P[i].ldlt().solve(e)) / kRuns;
+      nees[i] += e.dot(P[nodes[i]].ldlt().solve(e)) / kRuns;
     }
   }
   for (const double mean : nees) {
@@ -206,7 +255,12 @@ TEST_CASE("The same graph gives the same bits", "[stereo_slam][pose_graph]") {
   const Drive d = drive_with_loops();
   const auto first = optimize(d.graph, kGraphSettings);
   const auto second = optimize(d.graph, kGraphSettings);
-  for (std::size_t k = 0; k < kNodes; ++k) CHECK(first.poses[k].coeffs() == second.poses[k].coeffs());
+  const auto P = marginal_covariances(d.graph, kGraphSettings);
+  const auto Q = marginal_covariances(d.graph, kGraphSettings);
+  for (std::size_t k = 0; k < kNodes; ++k) {
+    CHECK(first.poses[k].coeffs() == second.poses[k].coeffs());
+    CHECK(P[k] == Q[k]);
+  }
 }
 
 TEST_CASE("Graphs without edges stay as they are; invalid edges are refused",
@@ -221,9 +275,9 @@ TEST_CASE("Graphs without edges stay as they are; invalid edges are refused",
   CHECK_THROWS_AS(optimize(graph, kGraphSettings), std::invalid_argument);
   graph.odometry = {{0, 1, {Pose(), Matrix6<double>::Identity()}}};
   graph.poses.resize(4);
-  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kGraphSettings).empty());
+  CHECK(marginal_covariances(graph, kGraphSettings).empty());
   graph.odometry.push_back({2, 3, {Pose(), Matrix6<double>::Identity()}});
-  CHECK(marginal_covariances(graph, std::vector<std::size_t>{2}, kGraphSettings).empty());
+  CHECK(marginal_covariances(graph, kGraphSettings).empty());
   CHECK_THROWS_AS(predicted_relative_pose(graph, 0, 2, kGraphSettings), std::runtime_error);
 }
 

@@ -167,7 +167,8 @@ TEST_CASE("The brightness of all images may be a half or a quarter of what it wa
 }
 
 TEST_CASE(
-    "Frames that come twice are said to be weak, and change neither poses nor covariances of the others",
+    "Frames that come twice are said to be weak, and change neither poses of the others nor what is known of "
+    "them relative to their keyframes",
     "[stereo_slam][invariance]") {
   Drive doubled = street();
   doubled.frames.clear();
@@ -183,12 +184,14 @@ TEST_CASE(
     CAPTURE(i);
     const FrameResult& first = twice[2 * i];
     const FrameResult& second = twice[2 * i + 1];
-    const double trace = once[i].T_world_camera.covariance.trace();
     CHECK(first.status == TrackingStatus::kOk);
     CHECK(second.status == TrackingStatus::kWeak);
     CHECK(first.T_world_camera.pose.is_approx(once[i].T_world_camera.pose, 0.01));
-    CHECK(first.T_world_camera.covariance.trace() == Approx(trace).epsilon(0.5));
     CHECK(second.T_world_camera.covariance.trace() > first.T_world_camera.covariance.trace());
+    REQUIRE(first.is_keyframe == once[i].is_keyframe);
+    // A keyframe's own contains the error of a rectification that is hardly known so soon.
+    if (first.is_keyframe) continue;
+    CHECK(first.relative_covariance.trace() == Approx(once[i].relative_covariance.trace()).epsilon(0.25));
   }
 }
 
