@@ -17,8 +17,11 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/dataset/stereo_rig.hpp"
 
+/// @file
 /// The stereo SLAM for use in other programs: link antipode::stereo_slam. Needs Eigen and OpenCV's core.
 /// Pixels, metres, radians, nanoseconds; `T_a_b` maps coordinates of b to coordinates of a.
+
+/// Stereo visual SLAM with a covariance for every pose.
 namespace stereo_slam {
 
 /// What a StereoSlam does; all of it can be left out.
@@ -35,10 +38,10 @@ struct SlamOptions {
 
 /// Pose of a frame as it is known now: a loop closure may have moved it since the frame was processed.
 struct FramePose {
-  std::size_t index = 0;
-  std::int64_t stamp_ns = 0;
+  std::size_t index = 0;                                  ///< in the order of process(), from 0
+  std::int64_t stamp_ns = 0;                              ///< when the images were taken
   TrackingStatus status = TrackingStatus::kInitializing;  ///< when it was processed
-  PoseGaussian T_world_camera;
+  PoseGaussian T_world_camera;                            ///< of the rectified left camera
 };
 
 /// Stereo visual SLAM: image pairs in, poses with covariances out. The world's origin is the camera's first
@@ -58,8 +61,11 @@ class StereoSlam {
   /// For the cameras of a calibration file, in any of the formats that docs/datasets.md describes.
   explicit StereoSlam(const std::filesystem::path& calibration, const SlamOptions& options = {});
 
+  /// Takes over map and state; what is left may be destroyed or assigned to.
   StereoSlam(StereoSlam&&) noexcept;
+  /// Takes over map and state; what is left may be destroyed or assigned to.
   StereoSlam& operator=(StereoSlam&&) noexcept;
+  /// Ends the thread that closes loops, if there is one.
   ~StereoSlam();
 
   /// Tracks a pair that was taken at one time. Every pair gets a pose; `status` says what it is based on, and
@@ -73,8 +79,9 @@ class StereoSlam {
   /// Waits for loops that are still being closed. Call it after the last frame, before what follows.
   void finish();
 
-  /// Poses of all frames so far, and of the keyframes among them.
+  /// Poses of all frames so far.
   [[nodiscard]] std::vector<FramePose> trajectory() const;
+  /// Poses of the keyframes among them.
   [[nodiscard]] std::vector<FramePose> keyframes() const;
 
   /// Landmarks in world coordinates.

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// @file
 /// Everything that needs only Eigen. The adapters in antipode/ceres, antipode/opencv and the checks in
 /// antipode/testing are included one by one.
+
+/// @namespace antipode
+/// Estimation on SE(3): poses, their densities, sigma points and Bayes updates.
 
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/cubature/point_sets.hpp>

@@ -11,13 +11,14 @@ namespace antipode {
 /// 4-vectors (w, x, y, z) and represent both q and -q.
 template <class Scalar_, int Dim_, int Count_>
 struct WeightedSamples {
-  using Scalar = Scalar_;
-  static constexpr int kDim = Dim_;
-  static constexpr int kCount = Count_;
+  using Scalar = Scalar_;                ///< of points and weights
+  static constexpr int kDim = Dim_;      ///< of the points
+  static constexpr int kCount = Count_;  ///< number of points
 
-  Matrix<Scalar, Dim_, Count_> points;
-  Vector<Scalar, Count_> weights;
+  Matrix<Scalar, Dim_, Count_> points;  ///< one in each column
+  Vector<Scalar, Count_> weights;       ///< of the points, in the same order
 
+  /// The number of points.
   [[nodiscard]] static constexpr int size() noexcept { return Count_; }
 };
 

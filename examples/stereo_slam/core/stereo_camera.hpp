@@ -9,23 +9,23 @@ namespace stereo_slam {
 
 /// Rectified pinhole stereo pair with a common focal length and a horizontal baseline.
 ///
-///   z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right        (eq. 12)
+///     z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right        (eq. 12)
 ///
 /// Valid for Z > kMinDepth in front of the left camera; camera axes x right, y down, z forward.
 struct StereoCamera {
-  double fx = 0.0;  ///< px
-  double fy = 0.0;  ///< px
-  double cx = 0.0;  ///< px, left image
-  double cy = 0.0;  ///< px
-  double baseline_m = 0.0;
-  int width_px = 0;
-  int height_px = 0;
+  double fx = 0.0;          ///< focal length, px
+  double fy = 0.0;          ///< focal length, px
+  double cx = 0.0;          ///< principal point of the left image, px
+  double cy = 0.0;          ///< principal point of both images, px
+  double baseline_m = 0.0;  ///< distance of the two cameras
+  int width_px = 0;         ///< of either image
+  int height_px = 0;        ///< of either image
 
-  static constexpr double kMinDepth_m = 0.1;
+  static constexpr double kMinDepth_m = 0.1;  ///< nearer points cannot be measured
 
-  using Vector2 = Eigen::Vector2d;
-  using Vector3 = Eigen::Vector3d;
-  using Matrix3 = Eigen::Matrix3d;
+  using Vector2 = Eigen::Vector2d;  ///< pixels
+  using Vector3 = Eigen::Vector3d;  ///< points and measurements
+  using Matrix3 = Eigen::Matrix3d;  ///< Jacobians and covariances
 
   /// (u, v, d) of a point in camera coordinates; nothing when it is not in front of the camera.
   [[nodiscard]] std::optional<Vector3> project(const Vector3& p) const {

@@ -15,6 +15,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
 /// Data that the stages of the SLAM hand to each other. Pixels, metres, radians; `T_a_b` maps b to a.
 namespace stereo_slam {
 
@@ -24,16 +25,16 @@ using antipode::Matrix6;
 using antipode::Vector2;
 using antipode::Vector3;
 using antipode::Vector6;
-using Matrix6x3 = antipode::Matrix<double, 6, 3>;
+using Matrix6x3 = antipode::Matrix<double, 6, 3>;  ///< covariances of a pose and a point
 
-using Pose = antipode::DualQuaternion<double>;
+using Pose = antipode::DualQuaternion<double>;  ///< `T_a_b` maps coordinates of b to those of a
 
 /// One rectified grey-scale stereo pair (CV_8UC1, equal sizes).
 struct StereoFrame {
-  std::size_t index = 0;
-  std::int64_t stamp_ns = 0;
-  cv::Mat left;
-  cv::Mat right;
+  std::size_t index = 0;      ///< in the recording, from 0
+  std::int64_t stamp_ns = 0;  ///< when both images were taken
+  cv::Mat left;               ///< of the left camera
+  cv::Mat right;              ///< of the right camera
 };
 
 using Descriptor = std::array<std::uint8_t, 32>;  ///< 256-bit ORB descriptor
@@ -41,8 +42,8 @@ using Descriptor = std::array<std::uint8_t, 32>;  ///< 256-bit ORB descriptor
 /// Corner in one image.
 struct Feature {
   Vector2<double> position_px;  ///< at full resolution
-  double response = 0.0;
-  Descriptor descriptor{};
+  double response = 0.0;        ///< strength of the corner
+  Descriptor descriptor{};      ///< of its surroundings
 };
 
 /// Stereo measurement z = (u_left, v, disparity), eq. 12.
@@ -58,6 +59,7 @@ enum class TrackingStatus {
   kRelocalised,  ///< first frame after a loss whose place in the map is known again
 };
 
+/// The name in the result files: "OK", say.
 [[nodiscard]] constexpr const char* to_string(TrackingStatus status) noexcept {
   switch (status) {
     case TrackingStatus::kInitializing:
@@ -86,50 +88,50 @@ struct CalibrationError {
 
 /// Milliseconds a stage took.
 struct StageTime {
-  std::string stage;
-  double ms = 0.0;
+  std::string stage;  ///< its name
+  double ms = 0.0;    ///< wall-clock time
 };
 
 /// Result of one frame. Every input frame has one.
 struct FrameResult {
-  std::size_t index = 0;
-  std::int64_t stamp_ns = 0;
-  TrackingStatus status = TrackingStatus::kInitializing;
-  PoseGaussian T_world_camera;
-  Pose T_odometry_camera = Pose::identity();  ///< without loop corrections: continuous
-  bool loop_corrected = false;                ///< a loop moved the keyframes before this frame
+  std::size_t index = 0;                                  ///< in the recording, from 0
+  std::int64_t stamp_ns = 0;                              ///< when the images were taken
+  TrackingStatus status = TrackingStatus::kInitializing;  ///< what the pose is based on
+  PoseGaussian T_world_camera;                            ///< of the rectified left camera
+  Pose T_odometry_camera = Pose::identity();              ///< without loop corrections: continuous
+  bool loop_corrected = false;                            ///< a loop moved the keyframes before this frame
   std::size_t segment = 0;   ///< of the map: a loss begins a new one if nothing is recognised
   std::size_t keyframe = 0;  ///< frame of the reference keyframe
   Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to the keyframe,
                                                                   ///< without the calibration's errors
-  CalibrationError calibration;
-  PoseGaussian odometry;  ///< T_previous_current, the system input u_k
-  int features = 0;  ///< points that the odometry follows; with --preset paper, features of the left image
-  int landmarks = 0;
-  int matches = 0;
-  bool is_keyframe = false;
-  double nis = 0.0;  ///< normalised innovation squared of the pose update
-  int nis_dof = 0;
-  std::vector<StageTime> times;
+  CalibrationError calibration;  ///< part of the covariance of T_world_camera
+  PoseGaussian odometry;         ///< T_previous_current, the system input u_k
+  int features = 0;   ///< points that the odometry follows; with --preset paper, features of the left image
+  int landmarks = 0;  ///< in the local map, after the frame
+  int matches = 0;    ///< landmarks that were found in the frame
+  bool is_keyframe = false;      ///< whether the frame became a keyframe
+  double nis = 0.0;              ///< normalised innovation squared of the pose update
+  int nis_dof = 0;               ///< its degrees of freedom
+  std::vector<StageTime> times;  ///< of the stages of this frame
 };
 
 /// A loop that consecutive keyframes confirmed.
 struct LoopEvent {
-  std::size_t frame = 0;
+  std::size_t frame = 0;       ///< the later frame
   std::size_t old_frame = 0;   ///< earlier frame at the same place
   bool in_loaded_map = false;  ///< old_frame is one of the loaded map, not of this run
-  int inliers = 0;
+  int inliers = 0;             ///< points that agree with T_old_new
   double chi2 = 0.0;  ///< squared Mahalanobis distance from the pose graph's prediction, 6 degrees of freedom
-  bool accepted = false;
+  bool accepted = false;              ///< whether chi2 is small enough for the pose graph to take it
   Pose T_old_new = Pose::identity();  ///< as measured
 };
 
 /// Landmark of a map.
 struct MapPoint {
-  Vector3<double> position_world;
-  std::uint8_t intensity = 0;
-  std::size_t keyframe = 0;    ///< id in the map: the point moves with it
-  std::uint32_t landmark = 0;  ///< its id in the map; 0: none
+  Vector3<double> position_world;  ///< m, in world coordinates
+  std::uint8_t intensity = 0;      ///< grey value in the keyframe, 0 to 255
+  std::size_t keyframe = 0;        ///< id in the map: the point moves with it
+  std::uint32_t landmark = 0;      ///< its id in the map; 0: none
 };
 
 }  // namespace stereo_slam

@@ -18,7 +18,9 @@ namespace antipode {
 /// many steps the solver takes.
 class PoseManifold final : public ceres::Manifold {
  public:
+  /// 8, the numbers of a dual quaternion.
   [[nodiscard]] int AmbientSize() const override { return 8; }
+  /// 6, the numbers of xi.
   [[nodiscard]] int TangentSize() const override { return 6; }
 
   /// False if xi or x is not finite or x has no rotation: the solver then shortens its step.
@@ -44,6 +46,7 @@ class PoseManifold final : public ceres::Manifold {
     return true;
   }
 
+  /// log(x^-1 y), six numbers. Always true.
   bool Minus(const double* y, const double* x, double* y_minus_x) const override {
     Eigen::Map<Vector6<double>>{y_minus_x} = Pose(y).boxminus(Pose(x));
     return true;

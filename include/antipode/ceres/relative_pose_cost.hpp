@@ -14,7 +14,7 @@ namespace antipode {
 /// An edge of a pose graph: a measured relative pose with its full covariance, between two parameter blocks
 /// [q; p] that PoseManifold describes.
 ///
-///   r(a, b) = L^-1 e,   e = log(Z^-1 T_a^-1 T_b),   P = L L^T,
+///     r(a, b) = L^-1 e,   e = log(Z^-1 T_a^-1 T_b),   P = L L^T,
 ///
 /// where Z is the measured T_a_b and P the covariance of its right perturbation (rotation first). At the
 /// truth e is the measurement's error, so |r|^2 is chi-square with six degrees of freedom, and the
@@ -22,7 +22,7 @@ namespace antipode {
 ///
 /// Jacobians are analytic. In the tangent spaces of the poses, with x = T_a^-1 T_b,
 ///
-///   de/db = J_r(e)^-1,   de/da = -J_r(e)^-1 Ad(x^-1);
+///     de/db = J_r(e)^-1,   de/da = -J_r(e)^-1 Ad(x^-1);
 ///
 /// Ceres wants them by the eight numbers, and gets J MinusJacobian: multiplied by PlusJacobian, as Ceres
 /// will, this is J again. It is the derivative along poses only; off the Study quadric it differs from what
@@ -39,6 +39,7 @@ class RelativePoseCost final : public ceres::SizedCostFunction<6, 8, 8> {
     }
   }
 
+  /// r, 6 numbers, and where asked for its Jacobians, 6 x 8, row by row. False if r is not finite.
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const ConstDualQuaternionView<double> T_world_a(parameters[0]);
     const ConstDualQuaternionView<double> T_world_b(parameters[1]);

@@ -49,12 +49,12 @@ void set_axis_points(int first, Scalar radius, Matrix<Scalar, Dim, Count>& point
 /// nonlinear estimation", 2004.
 template <int Dim>
 struct UnscentedRule {
-  static constexpr int kDim = Dim;
-  static constexpr int kCount = 2 * Dim + 1;
+  static constexpr int kDim = Dim;            ///< of the points
+  static constexpr int kCount = 2 * Dim + 1;  ///< number of points
 
-  double kappa = Dim < 3 ? 3.0 - Dim : 0.0;
+  double kappa = Dim < 3 ? 3.0 - Dim : 0.0;  ///< not negative; sets the weight of the centre
 
-  /// Throws unless kappa >= 0.
+  /// The points for N(0, I), as columns, and their weights. Throws unless kappa >= 0.
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
     using std::sqrt;
@@ -75,9 +75,10 @@ struct UnscentedRule {
 /// weightless centre. Exact to degree 3. Reference: Arasaratnam and Haykin, "Cubature Kalman filters", 2009.
 template <int Dim>
 struct CubatureRule {
-  static constexpr int kDim = Dim;
-  static constexpr int kCount = 2 * Dim;
+  static constexpr int kDim = Dim;        ///< of the points
+  static constexpr int kCount = 2 * Dim;  ///< number of points
 
+  /// The points for N(0, I), as columns, and their weights.
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
     using std::sqrt;
@@ -93,10 +94,11 @@ struct CubatureRule {
 /// multiple integrals", 1971 (E_n^r2 5-5).
 template <int Dim>
 requires(Dim >= 2 && Dim <= 6) struct Degree5Rule {
-  static constexpr int kDim = Dim;
-  static constexpr int kCorners = 1 << Dim;
-  static constexpr int kCount = 1 + 2 * Dim + kCorners;
+  static constexpr int kDim = Dim;                       ///< of the points
+  static constexpr int kCorners = 1 << Dim;              ///< of the cube
+  static constexpr int kCount = 1 + 2 * Dim + kCorners;  ///< number of points
 
+  /// The points for N(0, I), as columns, and their weights.
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
     using std::sqrt;
@@ -124,11 +126,12 @@ requires(Dim >= 2 && Dim <= 6) struct Degree5Rule {
 /// using interpolatory cubature formulae", 1980.
 template <int Dim>
 requires(Dim >= 2 && Dim <= 6) struct MysovskikhRule {
-  static constexpr int kDim = Dim;
-  static constexpr int kVertices = Dim + 1;
-  static constexpr int kMidpoints = Dim * (Dim + 1) / 2;
-  static constexpr int kCount = 1 + 2 * (kVertices + kMidpoints);
+  static constexpr int kDim = Dim;                                 ///< of the points
+  static constexpr int kVertices = Dim + 1;                        ///< of the simplex
+  static constexpr int kMidpoints = Dim * (Dim + 1) / 2;           ///< of its edges
+  static constexpr int kCount = 1 + 2 * (kVertices + kMidpoints);  ///< number of points
 
+  /// The points for N(0, I), as columns, and their weights.
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
     using std::sqrt;

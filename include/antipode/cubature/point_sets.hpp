@@ -21,8 +21,8 @@ namespace antipode {
 template <int Dim, int Count>
 requires(Count % 2 == 0 && Count / 2 >= Dim) class PointSetRule {
  public:
-  static constexpr int kDim = Dim;
-  static constexpr int kCount = Count;
+  static constexpr int kDim = Dim;      ///< of the points
+  static constexpr int kCount = Count;  ///< number of points
 
   /// Points drawn at random. Throws if the draws span no volume, which no working generator produces.
   template <std::uniform_random_bit_generator Rng>
@@ -48,6 +48,7 @@ requires(Count % 2 == 0 && Count / 2 >= Dim) class PointSetRule {
     return PointSetRule(half);
   }
 
+  /// The points for N(0, I), as columns, and their weights.
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, Count> standard() const {
     WeightedSamples<Scalar, Dim, Count> samples;

@@ -23,6 +23,7 @@
 
 namespace antipode {
 
+/// How concentrated a fitted Bingham density may be.
 template <std::floating_point Scalar>
 struct BinghamFitOptions {
   /// Smallest second moment of a fitted density; smaller eigenvalues of the scatter are raised to it. 5e-9 is
@@ -32,7 +33,7 @@ struct BinghamFitOptions {
 
 /// The Bingham density on the unit sphere of R^Dim, 2 <= Dim <= 8; Dim = 4 are the orientations of space.
 ///
-///   f(x) = exp(x^T M diag(z) M^T x) / N(z),   M orthogonal,   z_1 <= ... <= z_Dim = 0
+///     f(x) = exp(x^T M diag(z) M^T x) / N(z),   M orthogonal,   z_1 <= ... <= z_Dim = 0
 ///
 /// f(x) = f(-x), as q and -q are the same rotation. The columns of M are the axes, the last one is the mode;
 /// z are the concentrations, all zero for the uniform density. N is with respect to the surface measure of
@@ -42,11 +43,11 @@ struct BinghamFitOptions {
 template <std::floating_point Scalar_, int Dim>
 requires(Dim >= 2 && Dim <= 8) class Bingham {
  public:
-  using Scalar = Scalar_;
-  static constexpr int kDim = Dim;
-  using VectorType = Vector<Scalar, Dim>;
-  using MatrixType = Matrix<Scalar, Dim>;
-  using FitOptions = BinghamFitOptions<Scalar>;
+  using Scalar = Scalar_;                        ///< of coordinates and densities
+  static constexpr int kDim = Dim;               ///< of the space around the sphere
+  using VectorType = Vector<Scalar, Dim>;        ///< a point, or one number for each axis
+  using MatrixType = Matrix<Scalar, Dim>;        ///< axes, or moments of pairs of coordinates
+  using FitOptions = BinghamFitOptions<Scalar>;  ///< of fit() and its like
 
   /// The density with the given axes (columns) and concentrations, in any order and with any shift. The axes
   /// must be orthonormal within 1e-6 and are made exactly so; the concentrations at most 1e15 apart.
@@ -64,6 +65,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
     return from_parameters(eigen.vectors, eigen.values);
   }
 
+  /// The uniform density: all concentrations are zero.
   [[nodiscard]] static Bingham uniform() {
     return from_parameters(MatrixType::Identity(), VectorType::Zero());
   }

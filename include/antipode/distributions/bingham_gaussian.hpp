@@ -30,7 +30,7 @@ template <class Scalar>
 
 /// A density of poses: Bingham orientation, Gaussian translation given the orientation.
 ///
-///   q ~ Bingham(M, z),   t | q ~ N(mu + G tau(q), Sc),   tau_i(q) = (M_4.q)(M_i.q),  i = 1, 2, 3
+///     q ~ Bingham(M, z),   t | q ~ N(mu + G tau(q), Sc),   tau_i(q) = (M_4.q)(M_i.q),  i = 1, 2, 3
 ///
 /// For small rotations tau is half the rotation vector from the mode M_4 to q, in the basis M_1, M_2, M_3. It
 /// is quadratic in q, so that q and -q have the same density, and its moments are those of the Bingham
@@ -40,10 +40,10 @@ template <class Scalar>
 template <std::floating_point Scalar_>
 class BinghamGaussian {
  public:
-  using Scalar = Scalar_;
-  using Orientation = Bingham<Scalar, 4>;
-  using Pose = DualQuaternion<Scalar>;
-  using FitOptions = BinghamFitOptions<Scalar>;
+  using Scalar = Scalar_;                        ///< of coordinates and densities
+  using Orientation = Bingham<Scalar, 4>;        ///< the marginal density of q
+  using Pose = DualQuaternion<Scalar>;           ///< what it is a density of
+  using FitOptions = BinghamFitOptions<Scalar>;  ///< of the orientation
 
   /// Throws unless all is finite and the conditional covariance Sc is symmetric and positive semidefinite.
   BinghamGaussian(const Orientation& orientation, const Vector3<Scalar>& mean_translation,
@@ -86,6 +86,7 @@ class BinghamGaussian {
     return {orientation, pose.translation(), G, detail::without_negative_eigenvalues(Sc)};
   }
 
+  /// The marginal density of q.
   [[nodiscard]] const Orientation& orientation() const noexcept { return orientation_; }
   /// mu = E[t].
   [[nodiscard]] const Vector3<Scalar>& mean_translation() const noexcept { return mean_translation_; }
@@ -146,6 +147,7 @@ class BinghamGaussian {
            residual_.log_density(pose.translation() - conditional_mean(pose.rotation()));
   }
 
+  /// An exact draw; the sign of its rotation is random.
   template <std::uniform_random_bit_generator Rng>
   [[nodiscard]] Pose sample(Rng& rng) const {
     const Vector4<Scalar> q = orientation_.sample(rng);
@@ -164,6 +166,7 @@ class BinghamGaussian {
   Gaussian<Scalar, 3> residual_;  // t - E[t | q]
 };
 
+/// What moment_match keeps of the samples.
 template <std::floating_point Scalar>
 struct MomentMatchOptions {
   /// Whether to keep the correlation of orientation and translation; without it the result is independent.
@@ -251,6 +254,7 @@ requires(Points::RowsAtCompileTime == 8) [[nodiscard]] BinghamGaussian<typename 
   return detail::match_moments<typename Points::Scalar>(points, weights, options);
 }
 
+/// The density with the moments of samples, those of a rule say.
 template <std::floating_point Scalar, int Count>
 [[nodiscard]] BinghamGaussian<Scalar> moment_match(const WeightedSamples<Scalar, 8, Count>& samples,
                                                    const MomentMatchOptions<Scalar>& options = {}) {
@@ -270,7 +274,8 @@ template <std::floating_point Scalar>
 ///
 /// The orientation q q_y is exact. The translation t + R(q) t_y is quadratic in the coordinates x_a = M_a.q,
 ///
-///   R(q) t_y = sum_a x_a^2 c_aa + sum_(a<b) x_a x_b d_ab,   c_ab = vec(M_a t_y M_b*),   d_ab = c_ab + c_ba,
+///     R(q) t_y = sum_a x_a^2 c_aa + sum_(a<b) x_a x_b d_ab
+///     c_ab = vec(M_a t_y M_b*),   d_ab = c_ab + c_ba
 ///
 /// and its terms x_4 x_i = tau_i join the coupling. Fourth moments make E[t], Cov(t) and Cov(t, tau) exact.
 template <std::floating_point Scalar>
@@ -300,11 +305,15 @@ template <std::floating_point Scalar>
           residual_covariance};
 }
 
+/// The density of the tangent space with the same pose() and covariance(): to first order in the rotation's
+/// covariance.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> to_pose_gaussian(const BinghamGaussian<Scalar>& density) {
   return {density.pose(), density.covariance()};
 }
 
+/// The inverse of to_pose_gaussian(), see BinghamGaussian::from_pose_covariance().
+///
 /// Throws unless the covariance is symmetric positive semidefinite and narrow enough for its pose to be the
 /// mode. By default second moments of the orientation are raised to no more than 1e-14 (2e-7 rad).
 template <std::floating_point Scalar>

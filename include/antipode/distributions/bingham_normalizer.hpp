@@ -7,6 +7,7 @@
 #include <antipode/distributions/detail/bingham_contour.hpp>
 #include <antipode/eigen_types.hpp>
 
+/// @file
 /// Normaliser of the Bingham density exp(sum_i z_i x_i^2) / N(z) on the unit sphere of R^Dim, 2 <= Dim <= 8,
 /// and its first two derivatives, which are the moments of the density.
 ///
@@ -16,14 +17,17 @@
 /// not finite or when the z_i are more than kMaxConcentrationSpread apart.
 namespace antipode {
 
+/// How far apart the z_i may be.
 inline constexpr double kMaxConcentrationSpread = 1e15;
 
+/// The normaliser with its first derivatives.
 template <class Scalar, int Dim>
 struct BinghamNormalizer {
   Scalar log_normalizer;               ///< log N(z)
   Vector<Scalar, Dim> second_moments;  ///< E[x_i^2] = d log N / d z_i: positive, sum to one
 };
 
+/// The normaliser with its first and second derivatives.
 template <class Scalar, int Dim>
 struct BinghamNormalizerHessian : BinghamNormalizer<Scalar, Dim> {
   Matrix<Scalar, Dim> fourth_moments;  ///< E[x_i^2 x_j^2]

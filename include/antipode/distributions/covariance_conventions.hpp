@@ -11,16 +11,20 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+/// @file
 /// Pose covariances as other libraries write them. Three things differ: the order of rotation and
 /// translation, the side on which the error is applied, and the axes it is given in.
 ///
-///                 error model                        order                  rotation axes   translation axes
-///   antipode      T exp(xi)                          rotation, translation  body            body
-///   GTSAM         T exp(xi)            (Pose3)       rotation, translation  body            body
-///   Sophus        T exp(xi)            (SE3, manif)  translation, rotation  body            body
-///   left          exp(xi) T            (many papers) rotation, translation  parent          parent, moved by
-///   the lever ROS           R' = exp(phi) R, t' = t + d        translation, rotation  parent          parent
-///                 (geometry_msgs/PoseWithCovariance)
+/// | library             | error model                 | order                 | rotation | translation |
+/// |---------------------|-----------------------------|-----------------------|----------|--------------------|
+/// | antipode            | T exp(xi)                   | rotation, translation | body     | body | | GTSAM
+/// (Pose3)       | T exp(xi)                   | rotation, translation | body     | body               | |
+/// Sophus, manif (SE3) | T exp(xi)                   | translation, rotation | body     | body | | many
+/// papers: left   | exp(xi) T                   | rotation, translation | parent   | parent, with lever | |
+/// ROS                 | R' = exp(phi) R, t' = t + d | translation, rotation | parent   | parent |
+///
+/// The last two columns are the axes of both parts of the error; ROS is geometry_msgs/PoseWithCovariance.
+/// The lever of the left error is the position: its rotation turns about the origin of the parent frame.
 ///
 /// All conversions are exact for the covariance as a quadratic form at the pose, first order in the error.
 /// The classic mistake is to take the ROS covariance for the left perturbation, exp(xi) T: that turns about
@@ -56,6 +60,7 @@ template <std::floating_point Scalar>
 [[nodiscard]] Matrix6<Scalar> to_gtsam_covariance(const PoseGaussian<Scalar>& x) {
   return x.covariance;
 }
+/// The density with the covariance of gtsam::Pose3's tangent space.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> from_gtsam_covariance(const DualQuaternion<Scalar>& pose,
                                                          const Matrix6<Scalar>& covariance) {
@@ -67,6 +72,7 @@ template <std::floating_point Scalar>
 [[nodiscard]] Matrix6<Scalar> to_sophus_covariance(const PoseGaussian<Scalar>& x) {
   return detail::with_blocks_swapped<Scalar>(x.covariance);
 }
+/// The density with the covariance of T * exp(xi), translation first.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> from_sophus_covariance(const DualQuaternion<Scalar>& pose,
                                                           const Matrix6<Scalar>& covariance) {
@@ -78,6 +84,7 @@ template <std::floating_point Scalar>
 [[nodiscard]] Matrix6<Scalar> to_left_covariance(const PoseGaussian<Scalar>& x) {
   return detail::congruence<Scalar, 6, 6>(x.pose.adjoint(), x.covariance);
 }
+/// The density with the covariance of exp(xi) * T, rotation first.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> from_left_covariance(const DualQuaternion<Scalar>& pose,
                                                         const Matrix6<Scalar>& covariance) {
@@ -94,6 +101,7 @@ template <std::floating_point Scalar>
   for (std::size_t k = 0; k < 36; ++k) rows[k] = P(static_cast<int>(k / 6), static_cast<int>(k % 6));
   return rows;
 }
+/// The density with the 36 numbers of geometry_msgs/PoseWithCovariance, see to_ros_covariance().
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> from_ros_covariance(const DualQuaternion<Scalar>& pose,
                                                        const std::array<Scalar, 36>& rows) {

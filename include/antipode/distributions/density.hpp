@@ -7,9 +7,10 @@ namespace antipode {
 
 /// A probability density over points of type Point, known by its logarithm.
 ///
-/// Laws: exp(log_density) integrates to one over the whole space, with respect to the measure the class
+/// Laws:
+/// - exp(log_density) integrates to one over the whole space, with respect to the measure the class
 /// documents;
-///   two points that represent the same rotation (q and -q) have the same density, bit for bit.
+/// - two points that represent the same rotation (q and -q) have the same density, bit for bit.
 template <class D, class Point>
 concept Density = requires(const D& density, const Point& x) {
   typename D::Scalar;

@@ -20,10 +20,10 @@ namespace antipode {
 template <std::floating_point Scalar_, int Dim>
 class Gaussian {
  public:
-  using Scalar = Scalar_;
-  static constexpr int kDim = Dim;
-  using Mean = Vector<Scalar, Dim>;
-  using Covariance = Matrix<Scalar, Dim>;
+  using Scalar = Scalar_;                  ///< of coordinates and densities
+  static constexpr int kDim = Dim;         ///< of the space
+  using Mean = Vector<Scalar, Dim>;        ///< a point of R^Dim
+  using Covariance = Matrix<Scalar, Dim>;  ///< Dim x Dim
 
   /// Throws std::invalid_argument unless both are finite and the covariance is symmetric and positive
   /// semidefinite, within 1e-9 relative.
@@ -37,13 +37,16 @@ class Gaussian {
   /// N(0, I).
   [[nodiscard]] static Gaussian standard() { return {Mean::Zero(), Covariance::Identity()}; }
 
+  /// The mean, which is also the mode.
   [[nodiscard]] const Mean& mean() const noexcept { return mean_; }
+  /// The covariance, symmetric.
   [[nodiscard]] const Covariance& covariance() const noexcept { return covariance_; }
 
   /// L with L L^T = covariance: the lower Cholesky factor, or V sqrt(lambda) where the covariance is
   /// singular.
   [[nodiscard]] const Covariance& sqrt_factor() const noexcept { return root_.L; }
 
+  /// log N(x; mean, covariance).
   /// Throws std::domain_error if the covariance is singular: there is no density then.
   [[nodiscard]] Scalar log_density(const Mean& x) const {
     using std::log;
@@ -57,6 +60,7 @@ class Gaussian {
            log_root_determinant;
   }
 
+  /// An exact draw.
   template <std::uniform_random_bit_generator Rng>
   [[nodiscard]] Mean sample(Rng& rng) const {
     return mean_ + root_.L * detail::standard_normal<Scalar, Dim>(rng);

@@ -21,7 +21,7 @@ namespace antipode {
 
 /// A convex combination of densities of one kind.
 ///
-///   p(x) = sum_i pi_i p_i(x),   pi_i >= 0,   sum_i pi_i = 1
+///     p(x) = sum_i pi_i p_i(x),   pi_i >= 0,   sum_i pi_i = 1
 ///
 /// The paper's Eqs. (18), (19) and (21) have a factor 1/n besides, with which p would integrate to 1/n. Any
 /// component with a Scalar can be mixed; what it offers (log_density, sample, fuse, compose, inverse), its
@@ -29,11 +29,13 @@ namespace antipode {
 template <class Component_>
 class Mixture {
  public:
-  using Component = Component_;
-  using Scalar = typename Component::Scalar;
+  using Component = Component_;               ///< the density that is mixed
+  using Scalar = typename Component::Scalar;  ///< of weights and densities
+
+  /// A component with its weight.
   struct Element {
-    Scalar weight;
-    Component density;
+    Scalar weight;      ///< pi_i, not negative
+    Component density;  ///< p_i
   };
 
   /// A single component.
@@ -49,10 +51,15 @@ class Mixture {
     return Mixture(std::move(elements), std::numeric_limits<Scalar>::infinity());
   }
 
+  /// The number of components.
   [[nodiscard]] std::size_t size() const noexcept { return elements_.size(); }
+  /// All components, in the order they were given in.
   [[nodiscard]] const std::vector<Element>& elements() const noexcept { return elements_; }
+  /// Component i, from 0; not checked.
   [[nodiscard]] const Element& operator[](std::size_t i) const { return elements_[i]; }
+  /// The first component: a mixture is a range of its elements.
   [[nodiscard]] auto begin() const noexcept { return elements_.begin(); }
+  /// Behind the last component.
   [[nodiscard]] auto end() const noexcept { return elements_.end(); }
 
   /// The component with the largest weight; of equals, the first.
@@ -129,23 +136,25 @@ enum class FusionWeights {
   kPaper,  ///< exp(-d^2/2) with the Mahalanobis distance d: a broad pair counts as much as a precise one
 };
 
+/// Which pairs of components a fusion of mixtures takes, and how it weights them.
 template <std::floating_point Scalar>
 struct MixtureFusionOptions {
-  FusionOptions<Scalar> pair = {};  ///< max_angle is the gate's
-  PlausibilityGate gate = PlausibilityGate::kHard;
-  FusionWeights weights = FusionWeights::kExact;
+  FusionOptions<Scalar> pair = {};                  ///< max_angle is the gate's
+  PlausibilityGate gate = PlausibilityGate::kHard;  ///< which pairs are compatible
+  FusionWeights weights = FusionWeights::kExact;    ///< of the pairs
 };
 
+/// The normalised product of two mixtures.
 template <class Component>
 struct MixtureFusion {
-  using Scalar = typename Component::Scalar;
+  using Scalar = typename Component::Scalar;  ///< of weights and densities
 
-  Mixture<Component> mixture;
+  Mixture<Component> mixture;  ///< one component for each compatible pair
   /// log of the integral of the product of both mixtures without the rejected pairs; C of MPG Eq. (20) with
   /// the paper's weights.
   Scalar log_mass;
-  Scalar rejected_weight;  ///< pi_1i pi_2j summed over the pairs that the gate rejects
-  int rejected_pairs;
+  Scalar rejected_weight;      ///< pi_1i pi_2j summed over the pairs that the gate rejects
+  int rejected_pairs;          ///< number of pairs that the gate rejects
   Scalar linearization_bound;  ///< see Fusion: the components', in the mean square
 };
 

@@ -21,6 +21,7 @@
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 
+/// @file
 /// Mixtures of projected Gaussians from samples, by expectation maximisation (MPG sec. IV).
 ///
 /// What is fitted is the push-forward density: its likelihood is what EM climbs, and its draws are what
@@ -28,27 +29,28 @@
 /// and the random engine: equal arguments give equal fits, bit for bit.
 namespace antipode {
 
+/// How long expectation maximisation searches, and how narrow a component may become.
 struct MixtureFitOptions {
   /// k-means++ starts of which the best, after a few iterations, is followed to the end.
   int restarts = 4;
-  int screening_iterations = 12;
-  int max_iterations = 200;
+  int screening_iterations = 12;  ///< of every start, before the best is chosen
+  int max_iterations = 200;       ///< of the best start, those of the screening included
   /// Converged if an iteration adds less than this, per sample, to the log-likelihood.
   double tolerance = 1e-6;
-  /// Standard deviations of u, and of t relative to that of all samples, at least.
-  double min_sigma_u = 1e-4;
-  double min_sigma_t_ratio = 1e-4;
+  double min_sigma_u = 1e-4;        ///< smallest standard deviation of u
+  double min_sigma_t_ratio = 1e-4;  ///< smallest one of t, relative to that of all samples
   /// How many numbers of components in turn may fail to improve the best BIC before the search ends.
   int patience = 2;
 };
 
+/// The result of a fit.
 template <class Scalar>
 struct MixtureFit {
-  Mixture<PushForwardGaussian<Scalar>> mixture;
-  Scalar log_likelihood = 0;  ///< of as many samples as the weights amount to
-  Scalar bic = 0;             ///< -2 log_likelihood + (28 n - 1) log N
-  int iterations = 0;
-  bool converged = false;
+  Mixture<PushForwardGaussian<Scalar>> mixture;  ///< each component centred at its mode
+  Scalar log_likelihood = 0;                     ///< of as many samples as the weights amount to
+  Scalar bic = 0;                                ///< -2 log_likelihood + (28 n - 1) log N
+  int iterations = 0;                            ///< of the start that was followed to the end
+  bool converged = false;  ///< whether the last iteration gained less than the tolerance
   /// The most by which an iteration lowered the log-likelihood without a tangent point moving: rounding.
   Scalar largest_decrease = 0;
   /// The same for iterations in which a tangent point followed its mode, by u, or a component started again.

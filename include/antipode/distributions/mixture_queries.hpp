@@ -21,6 +21,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
 /// Marginals and mode of a mixture of projected Gaussians, and values of any pose density on a path or a
 /// grid.
 namespace antipode {
@@ -65,11 +66,12 @@ template <std::floating_point Scalar, Projection kProjection>
   return Mixture<Gaussian<Scalar, 3>>::normalized(std::move(elements));
 }
 
+/// The highest peak of a mixture.
 template <class Scalar>
 struct MixtureMode {
-  DualQuaternion<Scalar> pose;
-  Scalar log_density;
-  int iterations;
+  DualQuaternion<Scalar> pose;  ///< where it is
+  Scalar log_density;           ///< of the mixture, there
+  int iterations;               ///< steps uphill to it
 };
 
 namespace detail {
@@ -173,9 +175,11 @@ requires Density<D, DualQuaternion<Scalar>>
 /// The poses center exp(a xi_a + b xi_b), a and b evenly spaced in [-1, 1].
 template <class Scalar>
 struct PoseGrid {
-  DualQuaternion<Scalar> center;
-  Vector6<Scalar> xi_a, xi_b;
-  int rows, cols;  ///< values of a, and of b: two or more of each
+  DualQuaternion<Scalar> center;  ///< the pose at a = b = 0
+  Vector6<Scalar> xi_a,           ///< twist from the centre to a = 1, rotation first
+      xi_b;                       ///< twist from the centre to b = 1, rotation first
+  int rows,                       ///< values of a, two or more
+      cols;                       ///< values of b, two or more
 };
 
 /// log p on a grid: the rows belong to a, the columns to b.

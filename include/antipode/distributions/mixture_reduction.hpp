@@ -21,6 +21,7 @@
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 
+/// @file
 /// Fewer components for nearly the same mixture: light ones are dropped, similar ones merged (MPG sec. V).
 ///
 /// The divergences are exact for push-forward Gaussians on one tangent space; for
@@ -37,8 +38,10 @@ enum class MergeCriterion {
   kSymmetricKullbackLeibler,
 };
 
+/// How many components are left, and what may be lost with the others.
 template <std::floating_point Scalar>
 struct MixtureReductionOptions {
+  /// Most components that are left; at least 1.
   std::size_t max_components = std::numeric_limits<std::size_t>::max();
   /// Lighter components are dropped.
   Scalar min_weight = 0;
@@ -46,15 +49,17 @@ struct MixtureReductionOptions {
   Scalar max_divergence = 0;
   /// Components with tangent points further apart are not merged [rad on S^3].
   Scalar max_angle = std::numbers::pi_v<Scalar> / Scalar(12);
-  MergeCriterion criterion = MergeCriterion::kRunnalls;
+  MergeCriterion criterion = MergeCriterion::kRunnalls;  ///< what the merging of a pair costs
 };
 
+/// The result of reduce(), and what was lost.
 template <class Component>
 struct MixtureReduction {
-  using Scalar = typename Component::Scalar;
+  using Scalar = typename Component::Scalar;  ///< of weights and densities
 
-  Mixture<Component> mixture;
-  int dropped = 0, merged = 0;
+  Mixture<Component> mixture;  ///< what is left
+  int dropped = 0,             ///< number of components that were dropped
+      merged = 0;              ///< number of merges of two components
   /// No probability changes by more than this through dropping (half of what MPG has).
   Scalar dropped_weight = 0;
   /// Sum of the costs of merging.

@@ -14,6 +14,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
 /// Products, inverses and differences of uncertain poses.
 ///
 /// Two poses are x = x0 exp(a) and y = y0 exp(b) with zero-mean a and b, which may be correlated: `cross` is

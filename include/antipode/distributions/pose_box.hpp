@@ -20,6 +20,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+/// @file
 /// How probable it is that a pose lies in a box, and where to put the box: the grasp criterion of MPG sec. V.
 namespace antipode {
 
@@ -27,13 +28,15 @@ namespace antipode {
 /// and t its translation [m]. 2 u = 2 tan(angle/2) axis, a rotation vector [rad] to second order.
 template <std::floating_point Scalar>
 struct PoseBox {
-  Vector6<Scalar> lower, upper;
+  Vector6<Scalar> lower,  ///< limits of (2 u, t): rad, m
+      upper;              ///< limits of (2 u, t): rad, m
 
   /// The box of at most these errors, on either side.
   [[nodiscard]] static PoseBox symmetric(const Vector6<Scalar>& half_extents) {
     return {-half_extents, half_extents};
   }
 
+  /// Whether the small motion e is in the box, its limits included.
   [[nodiscard]] bool contains(const DualQuaternion<Scalar>& e) const {
     const Vector4<Scalar> q = canonical(e.rotation());
     const Vector3<Scalar> t = e.translation();
@@ -49,8 +52,8 @@ struct PoseBox {
 /// A probability with its standard error.
 template <class Scalar>
 struct Probability {
-  Scalar value;
-  Scalar standard_error;
+  Scalar value;           ///< from 0 to 1
+  Scalar standard_error;  ///< of the value
 };
 
 /// The probability that m^-1 x lies in the box, by n of the columns [q; p], drawn from the density of x.
@@ -92,17 +95,19 @@ template <std::floating_point Scalar, Projection kProjection>
   return {static_cast<Scalar>(inside.probability / mass), static_cast<Scalar>(inside.standard_error / mass)};
 }
 
+/// How long best_grasp searches.
 struct GraspOptions {
   int draws = 4000;     ///< for the search, and as many again to estimate its probability
   int starts = 3;       ///< searches, from the components' modes that promise most
   int refinements = 6;  ///< halvings of the step, which starts with a quarter of the box
 };
 
+/// The result of best_grasp.
 template <class Scalar>
 struct Grasp {
   DualQuaternion<Scalar> pose;      ///< m, the best place of the box found
   Probability<Scalar> probability;  ///< that m^-1 x lies in the box, from draws the search has not seen
-  int evaluations;
+  int evaluations;                  ///< places that were tried
 };
 
 namespace detail {

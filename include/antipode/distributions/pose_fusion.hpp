@@ -15,25 +15,28 @@
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
 /// The fusion of independent estimates of one pose, by Gauss-Newton in the tangent space.
 namespace antipode {
 
+/// When the iteration of a fusion ends.
 template <std::floating_point Scalar>
 struct PoseFusionOptions {
   /// The mode is found when a step moves it by less, in standard deviations.
   Scalar tolerance = std::max(Scalar(1e-6), Scalar(10) * std::numeric_limits<Scalar>::epsilon());
-  int max_iterations = 50;
+  int max_iterations = 50;  ///< most steps; after them the fusion has not converged
 };
 
+/// The result of the fusion of two pose densities.
 template <class Density>
 struct PoseFusion {
-  using Scalar = typename Density::Scalar;
+  using Scalar = typename Density::Scalar;  ///< of coordinates and densities
 
-  Density density;
+  Density density;  ///< of the pose, given both estimates
   /// Whether the iteration has settled. Otherwise do not use the density: the estimates contradict each
   /// other, half a turn apart say.
   bool converged = false;
-  int iterations = 0;
+  int iterations = 0;  ///< steps taken
   /// The squared Mahalanobis distance of the two estimates: chi-square with six degrees of freedom (the rank
   /// of the sum of both covariances) if they are consistent. Infinite if both are certain and differ.
   Scalar mahalanobis_squared = 0;

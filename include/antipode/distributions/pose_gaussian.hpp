@@ -18,11 +18,11 @@ namespace antipode {
 template <std::floating_point Scalar_, class Chart_ = ScrewChart<Scalar_>>
 requires std::same_as<typename Chart_::Point, DualQuaternion<Scalar_>>
 struct PoseGaussian {
-  using Scalar = Scalar_;
-  using Chart = Chart_;
+  using Scalar = Scalar_;  ///< of coordinates and densities
+  using Chart = Chart_;    ///< in which xi is normally distributed
 
-  DualQuaternion<Scalar> pose = DualQuaternion<Scalar>::identity();
-  Matrix6<Scalar> covariance = Matrix6<Scalar>::Zero();  ///< of xi: rad^2, rad m, m^2
+  DualQuaternion<Scalar> pose = DualQuaternion<Scalar>::identity();  ///< the mean
+  Matrix6<Scalar> covariance = Matrix6<Scalar>::Zero();              ///< of xi: rad^2, rad m, m^2
 };
 
 /// A concentrated pose density by rotation and position apart: phi in the axes of the body, the position's

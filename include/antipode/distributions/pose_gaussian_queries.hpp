@@ -18,6 +18,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
 /// What one asks of a PoseGaussian in any chart: draws, distances and marginals.
 namespace antipode {
 

@@ -30,14 +30,14 @@ enum class Projection {
 
 /// A density of poses: a Gaussian on the tangent space of a rotation q0 and R^3, projected to SE(3).
 ///
-///   y = (u, t) ~ N(mu, Sigma),   q = q0 (1, u) / sqrt(1 + |u|^2)
+///     y = (u, t) ~ N(mu, Sigma),   q = q0 (1, u) / sqrt(1 + |u|^2)
 ///
 /// The coordinates u are half a rotation vector in the child's frame to second order, t is the translation in
 /// the parent's frame; q and -q have the same coordinates. The densities are with respect to the surface
 /// measure of the whole S^3 times volume, as those of BinghamGaussian:
 ///
-///   kRenormalized (MPG Eqs. 11-12)   p(q, t) = N(y; mu, Sigma) / (2 C),   C = E[(1 + |u|^2)^-2]
-///   kPushForward                     p(q, t) = N(y; mu, Sigma) (1 + |u|^2)^2 / 2
+///     kRenormalized (MPG Eqs. 11-12)   p(q, t) = N(y; mu, Sigma) / (2 C),   C = E[(1 + |u|^2)^-2]
+///     kPushForward                     p(q, t) = N(y; mu, Sigma) (1 + |u|^2)^2 / 2
 ///
 /// The paper defines the former, but samples from and fits the latter. With mu_u = 0 the tangent point is the
 /// mode: MPG's PG0. A rotation a half-turn away from q0 has density 0. Sigma may be singular: everything
@@ -46,9 +46,9 @@ enum class Projection {
 template <std::floating_point Scalar_, Projection kProjection_>
 class BasicProjectedGaussian {
  public:
-  using Scalar = Scalar_;
-  using Pose = DualQuaternion<Scalar>;
-  static constexpr Projection kProjection = kProjection_;
+  using Scalar = Scalar_;                                  ///< of coordinates and densities
+  using Pose = DualQuaternion<Scalar>;                     ///< what it is a density of
+  static constexpr Projection kProjection = kProjection_;  ///< which of the two densities
   /// tr Sigma_uu + |mu_u|^2 at most; 0.25 is a standard deviation of 33 degrees about each axis.
   static constexpr Scalar kMaxSpread = Scalar(1e8);
 
@@ -97,6 +97,7 @@ class BasicProjectedGaussian {
   [[nodiscard]] const Matrix6<Scalar>& covariance() const noexcept { return covariance_; }
   /// L with L L^T = Sigma, lower triangular unless Sigma is singular.
   [[nodiscard]] const Matrix6<Scalar>& sqrt_factor() const noexcept { return root_.L; }
+  /// Whether Sigma is regular, so that there is a density.
   [[nodiscard]] bool positive_definite() const noexcept { return root_.positive_definite; }
   /// log N(mu; mu, Sigma), if Sigma is regular.
   [[nodiscard]] Scalar gaussian_log_peak() const noexcept { return log_peak_ + log_normalizer_; }
@@ -195,6 +196,7 @@ class BasicProjectedGaussian {
     }
   }
 
+  /// mean() and covariance() in one.
   [[nodiscard]] detail::TangentGaussian<Scalar> parameters() const { return {mean_, covariance_}; }
 
  private:

@@ -19,6 +19,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+/// @file
 /// Conversions between projected Gaussians and other pose densities, and their fit to weighted poses.
 namespace antipode {
 
@@ -34,7 +35,7 @@ template <std::floating_point Scalar, Projection kProjection>
   return {x.pose(), detail::symmetrized(detail::congruence<Scalar, 6, 6>(A, x.covariance()))};
 }
 
-/// Throws unless the covariance is symmetric and positive semidefinite.
+/// The inverse of to_pose_gaussian(). Throws unless the covariance is symmetric and positive semidefinite.
 template <Projection kProjection = Projection::kRenormalized, std::floating_point Scalar>
 [[nodiscard]] BasicProjectedGaussian<Scalar, kProjection> to_projected_gaussian(
     const PoseGaussian<Scalar>& density) {

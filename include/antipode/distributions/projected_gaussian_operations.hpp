@@ -19,23 +19,25 @@
 #include <antipode/geometry/jacobians.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+/// @file
 /// What can be done with projected Gaussians: fusion of two densities of the same pose, composition of
 /// independent poses, inversion. All give densities centred at their modes (PG0). MPG sec. III-C.
 namespace antipode {
 
+/// Which densities may be fused, and how they are carried to a common tangent space.
 template <std::floating_point Scalar>
 struct FusionOptions {
   /// Most that the tangent points may be apart, in rad on S^3: 15 degrees, half of the rotation's 30.
   Scalar max_angle = std::numbers::pi_v<Scalar> / Scalar(12);
-  Transport transport = Transport::kLinearized;
+  Transport transport = Transport::kLinearized;  ///< to the tangent space half way
 };
 
 /// The normalised product of two densities.
 template <class Density>
 struct Fusion {
-  using Scalar = typename Density::Scalar;
+  using Scalar = typename Density::Scalar;  ///< of coordinates and densities
 
-  Density density;
+  Density density;  ///< the product, centred at its mode
   /// log of the integral of the product over S^3 x R^3: how well the two agree.
   Scalar log_mass;
   /// Squared Mahalanobis distance of the two means; the paper's delta is exp(-mahalanobis_squared / 2).
@@ -194,7 +196,7 @@ template <std::floating_point Scalar, Projection kProjection>
 /// The density of a b, for independent poses: first b, then a (MPG Eq. 17: dq3 = dq2 dq1 with a = dq2, b =
 /// dq1).
 ///
-///   u' = (R_b^T u_a + u_b + (R_b^T u_a) x u_b) / (1 - (R_b^T u_a).u_b),   t' = t_a + R(q_a (1, u_a)) t_b
+///     u' = (R_b^T u_a + u_b + (R_b^T u_a) x u_b) / (1 - (R_b^T u_a).u_b),   t' = t_a + R(q_a (1, u_a)) t_b
 ///
 /// Linearised at the modes it has the mean t_a + R_a t_b; "g(0, 0) = 0" in the paper holds for the rotation
 /// only. The unscented transport adds what the spread of q_a takes off the lever t_b.

@@ -23,14 +23,16 @@ namespace antipode {
 template <std::floating_point Scalar_, Projection kProjection_>
 class ProjectedOrientation {
  public:
-  using Scalar = Scalar_;
-  static constexpr Projection kProjection = kProjection_;
+  using Scalar = Scalar_;                                  ///< of coordinates and densities
+  static constexpr Projection kProjection = kProjection_;  ///< which of the two densities
 
+  /// The marginal of a density of poses.
   explicit ProjectedOrientation(const BasicProjectedGaussian<Scalar, kProjection>& pose)
       : tangent_point_(pose.tangent_point()),
         u_(pose.mean().template head<3>(), pose.covariance().template topLeftCorner<3, 3>()),
         log_normalizer_(pose.log_normalizer()) {}
 
+  /// q0; -q0 is the same tangent space.
   [[nodiscard]] const Vector4<Scalar>& tangent_point() const noexcept { return tangent_point_; }
   /// The Gaussian of the coordinates u on the tangent space.
   [[nodiscard]] const Gaussian<Scalar, 3>& tangent_gaussian() const noexcept { return u_; }

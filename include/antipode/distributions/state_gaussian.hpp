@@ -17,11 +17,11 @@ namespace antipode {
 /// blocks of the covariance are in the order of the charts.
 template <Chart Chart_>
 struct StateGaussian {
-  using Chart = Chart_;
-  using Scalar = typename Chart::Scalar;
+  using Chart = Chart_;                   ///< in which xi is normally distributed
+  using Scalar = typename Chart::Scalar;  ///< of coordinates
 
-  typename Chart::Point state;
-  Matrix<Scalar, Chart::kDim> covariance;
+  typename Chart::Point state;             ///< the mean
+  Matrix<Scalar, Chart::kDim> covariance;  ///< of xi
 };
 
 /// PoseGaussian in any chart and StateGaussian: {mean, covariance of the vector about it}.

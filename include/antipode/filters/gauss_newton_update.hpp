@@ -19,6 +19,7 @@
 #include <antipode/filters/pose_update_result.hpp>
 #include <antipode/filters/update_status.hpp>
 
+/// @file
 /// Bayes update of a concentrated density by measurements z_i = h_i(x) + v_i, v_i ~ N(0, R_i), with the
 /// Jacobians of h: the maximum of the posterior by Gauss-Newton (the iterated extended Kalman filter) and the
 /// covariance by its curvature there.
@@ -38,6 +39,7 @@ concept DifferentiableModel = requires(const Model& h, const typename Density::C
   { h(state, i, J) } -> std::convertible_to<std::optional<Vector<typename Density::Scalar, Dim>>>;
 };
 
+/// When the iteration ends, and which results are reported as not to be trusted.
 template <std::floating_point Scalar>
 struct GaussNewtonOptions {
   /// Most evaluations of the model with its Jacobians.

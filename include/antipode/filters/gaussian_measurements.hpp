@@ -25,7 +25,7 @@ namespace antipode {
 template <std::floating_point Scalar, int Dim, class Model>
 class GaussianMeasurements {
  public:
-  using Measurement = NoisyMeasurement<Scalar, Dim>;
+  using Measurement = NoisyMeasurement<Scalar, Dim>;  ///< z_i and R_i
 
   /// Throws unless every z is finite and every R positive definite.
   GaussianMeasurements(std::vector<Measurement> measurements, Model h,
@@ -35,7 +35,9 @@ class GaussianMeasurements {
         h_(std::move(h)),
         unpredictable_(unpredictable) {}
 
+  /// All z_i with their R_i.
   [[nodiscard]] const std::vector<Measurement>& measurements() const noexcept { return measurements_; }
+  /// The model h.
   [[nodiscard]] const Model& model() const noexcept { return h_; }
 
   /// The log-likelihood of a pose or a joint state, without constants.
@@ -59,9 +61,11 @@ class GaussianMeasurements {
   Scalar unpredictable_;
 };
 
+/// The types follow from the arguments.
 template <std::floating_point Scalar, int Dim, class Model>
 GaussianMeasurements(std::vector<NoisyMeasurement<Scalar, Dim>>, Model)
     -> GaussianMeasurements<Scalar, Dim, Model>;
+/// The types follow from the arguments.
 template <std::floating_point Scalar, int Dim, class Model>
 GaussianMeasurements(std::vector<NoisyMeasurement<Scalar, Dim>>, Model, Scalar)
     -> GaussianMeasurements<Scalar, Dim, Model>;

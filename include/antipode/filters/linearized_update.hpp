@@ -25,6 +25,7 @@
 #include <antipode/filters/update_status.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
 /// Bayes update of a concentrated pose density by measurements z_i = h_i(x) + v_i, v_i ~ N(0, R_i), through
 /// linear models of h (iterated posterior linearisation).
 ///
@@ -64,6 +65,7 @@ enum class RobustWeight {
   kCauchy,  ///< 1/(1 + d^2/scale^2)
 };
 
+/// When the iteration ends, which results are reported as not to be trusted, and how outliers are weighted.
 template <std::floating_point Scalar>
 struct LinearizedUpdateOptions {
   /// Most regressions. If the last one still moves the mean by more than settled_step, the result is
@@ -71,6 +73,7 @@ struct LinearizedUpdateOptions {
   int max_iterations = 20;
   /// An iteration that moves the mean by less, in standard deviations of the density, is the last.
   Scalar tolerance = Scalar(0.01);
+  /// The largest last step, in the same unit, of a result that is not reported as diverged.
   Scalar settled_step = Scalar(0.2);
   /// A posterior with a larger residual, the root of the sum of tr(R^-1 Omega_i), is reported as
   /// kNotGaussian. Its covariance contains the Omega_i and is as large as the error on average, but large
@@ -80,7 +83,7 @@ struct LinearizedUpdateOptions {
   /// as kNotGaussian (see quadratic_update.hpp). Eight evaluations of each model for every dimension of the
   /// state. Not with robust weights.
   bool check_modes = true;
-  RobustWeight robust = RobustWeight::kNone;
+  RobustWeight robust = RobustWeight::kNone;  ///< how much distant measurements count
   /// Distance at which a measurement begins to count less. It is compared with S_i, which includes the spread
   /// of the current density: a wide prior condemns nothing.
   Scalar robust_scale = Scalar(2.8);

@@ -11,10 +11,11 @@ namespace antipode {
 
 /// The log-likelihood of a fixed measurement, asked for one pose at a time: Scalar(pose).
 ///
-/// Laws: a pure function; the same for x and -x; constants that do not depend on the pose may be left out
-/// (then they
-///   are missing from the evidence, too). A pose that cannot explain the measurement at all, a landmark
-///   behind the camera say, has a very negative finite value or -infinity; never NaN, never +infinity.
+/// Laws:
+/// - it is a pure function, the same for x and -x;
+/// - constants that do not depend on the pose may be left out; then they are missing from the evidence, too;
+/// - a pose that cannot explain the measurement at all, a landmark behind the camera say, has a very negative
+///   finite value or -infinity; never NaN, never +infinity.
 template <class L, class Scalar>
 concept PoseLogLikelihood = requires(L& log_likelihood, const DualQuaternion<Scalar>& pose) {
   { log_likelihood(pose) } -> std::convertible_to<Scalar>;

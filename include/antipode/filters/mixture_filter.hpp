@@ -10,17 +10,20 @@
 #include <antipode/distributions/projected_gaussian_operations.hpp>
 #include <antipode/filters/update_status.hpp>
 
+/// @file
 /// A filter bank for a moving pose: MPG in the dynamic case, which the paper leaves open (sec. VII).
 namespace antipode {
 
+/// How a MixtureFilter moves, fuses and reduces its belief.
 template <std::floating_point Scalar>
 struct MixtureFilterOptions {
   Transport transport = Transport::kLinearized;  ///< of the motion
-  MixtureFusionOptions<Scalar> fusion = {};
+  MixtureFusionOptions<Scalar> fusion = {};      ///< of belief and measurement
   /// What is left of the belief after every prediction and update.
   MixtureReductionOptions<Scalar> reduction = {.max_components = 10, .min_weight = Scalar(1e-6)};
 };
 
+/// What a prediction or an update of a MixtureFilter did.
 template <std::floating_point Scalar>
 struct MixtureFilterStep {
   /// kNoSupport: no component of the measurement is near one of the belief, which stays as it was.
@@ -36,14 +39,16 @@ struct MixtureFilterStep {
 template <std::floating_point Scalar>
 class MixtureFilter {
  public:
-  using Component = ProjectedGaussian<Scalar>;
-  using Belief = Mixture<Component>;
-  using Options = MixtureFilterOptions<Scalar>;
-  using Step = MixtureFilterStep<Scalar>;
+  using Component = ProjectedGaussian<Scalar>;   ///< one hypothesis
+  using Belief = Mixture<Component>;             ///< all of them, with their probabilities
+  using Options = MixtureFilterOptions<Scalar>;  ///< of every step
+  using Step = MixtureFilterStep<Scalar>;        ///< what a step did
 
+  /// Starts from a belief, which is not reduced before the first step.
   explicit MixtureFilter(Belief belief, const Options& options = {})
       : belief_(std::move(belief)), options_(options) {}
 
+  /// What is known of T_world_body.
   [[nodiscard]] const Belief& belief() const noexcept { return belief_; }
 
   /// x <- x u with the motion u = T_before_now: a certain pose, a density or a mixture, independent of x.

@@ -17,8 +17,8 @@ namespace antipode {
 /// list may then have another length.
 template <std::floating_point Scalar, int Dim>
 struct NoisyMeasurement {
-  Vector<Scalar, Dim> z;
-  Matrix<Scalar, Dim> R;
+  Vector<Scalar, Dim> z;  ///< what was measured
+  Matrix<Scalar, Dim> R;  ///< covariance of its noise, in the squares of its units
 };
 
 namespace detail {

@@ -27,14 +27,15 @@
 #include <antipode/sampling/pose_rules.hpp>
 #include <antipode/sampling/sigma_point_rule.hpp>
 
+/// @file
 /// A recursive filter for a pose, composed of a density, a sigma point rule and an update.
 ///
-///   density           rules                                         updates
-///   BinghamGaussian   PaperPoseRule, RichPoseRule, JointPoseRule    ProgressiveReweighting
-///   PoseGaussian      MysovskikhRule<6>, Degree5Rule<6>             QuadraticProgression
-///   PoseGaussian      CubatureRule<6>, MysovskikhRule<6>, ...       PosteriorLinearization
-///   PoseGaussian      any: it takes no samples                      GaussNewton
-///   StateGaussian     CubatureRule<N>, ...                          PosteriorLinearization, GaussNewton
+///     density           rules                                         updates
+///     BinghamGaussian   PaperPoseRule, RichPoseRule, JointPoseRule    ProgressiveReweighting
+///     PoseGaussian      MysovskikhRule<6>, Degree5Rule<6>             QuadraticProgression
+///     PoseGaussian      CubatureRule<6>, MysovskikhRule<6>, ...       PosteriorLinearization
+///     PoseGaussian      any: it takes no samples                      GaussNewton
+///     StateGaussian     CubatureRule<N>, ...                          PosteriorLinearization, GaussNewton
 ///
 /// All compositions for poses have the same interface: they start from, predict with and report a
 /// PoseGaussian. The chart of the PoseGaussian is part of its type: the split chart is for filters that
@@ -45,8 +46,9 @@ namespace antipode {
 /// Reweights the rule's samples of a BinghamGaussian in powers of the likelihood (progressive_update.hpp).
 template <std::floating_point Scalar>
 struct ProgressiveReweighting {
-  ProgressiveOptions<Scalar> options = {};
+  ProgressiveOptions<Scalar> options = {};  ///< of progressive_update
 
+  /// progressive_update of the prior.
   template <class L, PoseRule<BinghamGaussian<Scalar>> Rule>
   requires LogLikelihood<L, Scalar, Rule::kCount>
   [[nodiscard]] ProgressiveResult<Scalar> operator()(const BinghamGaussian<Scalar>& prior, L&& log_likelihood,
@@ -68,8 +70,9 @@ struct PaperReweighting : ProgressiveReweighting<Scalar> {
 /// Conditions a concentrated density on quadratic models of the log-likelihood (quadratic_update.hpp).
 template <std::floating_point Scalar>
 struct QuadraticProgression {
-  QuadraticUpdateOptions<Scalar> options = {};
+  QuadraticUpdateOptions<Scalar> options = {};  ///< of quadratic_update
 
+  /// quadratic_update of the prior.
   template <ConcentratedDensity Density, class L, GaussianRule Rule>
   requires LogLikelihoodOver<L, Density, Rule::kCount>
   [[nodiscard]] UpdateResult<Density> operator()(const Density& prior, L&& log_likelihood,
@@ -81,8 +84,9 @@ struct QuadraticProgression {
 /// Conditions a concentrated density on linear models of the measurements (linearized_update.hpp).
 template <std::floating_point Scalar>
 struct PosteriorLinearization {
-  LinearizedUpdateOptions<Scalar> options = {};
+  LinearizedUpdateOptions<Scalar> options = {};  ///< of linearized_update
 
+  /// linearized_update of the prior.
   template <ConcentratedDensity Density, int Dim, class Model, GaussianRule Rule>
   [[nodiscard]] UpdateResult<Density> operator()(const Density& prior,
                                                  const GaussianMeasurements<Scalar, Dim, Model>& measurements,
@@ -95,8 +99,9 @@ struct PosteriorLinearization {
 /// (gauss_newton_update.hpp).
 template <std::floating_point Scalar>
 struct GaussNewton {
-  GaussNewtonOptions<Scalar> options = {};
+  GaussNewtonOptions<Scalar> options = {};  ///< of gauss_newton_update
 
+  /// gauss_newton_update of the prior; the rule is not used.
   template <ConcentratedDensity Density, int Dim, class Model, GaussianRule Rule>
   requires DifferentiableModel<Model, Density, Dim>
   [[nodiscard]] UpdateResult<Density> operator()(const Density& prior,
@@ -156,12 +161,12 @@ template <class Scalar>
 template <class Density_, class Rule, class Update>
 class PoseFilter {
  public:
-  using Density = Density_;
-  using Scalar = typename Density::Scalar;
-  using Pose = DualQuaternion<Scalar>;
+  using Density = Density_;                                 ///< what the filter works with
+  using Scalar = typename Density::Scalar;                  ///< of states and covariances
+  using Pose = DualQuaternion<Scalar>;                      ///< of states that are poses
   using Belief = typename detail::BeliefOf<Density>::type;  ///< a PoseGaussian or a StateGaussian
   using State = typename Belief::Chart::Point;              ///< a pose, or a tuple of the parts of the state
-  using Square = Matrix<Scalar, Belief::Chart::kDim>;
+  using Square = Matrix<Scalar, Belief::Chart::kDim>;       ///< covariances and Jacobians
 
   /// Starts from a pose and its 6x6 covariance, in the filter's own chart: PoseFilter({pose, covariance}). A
   /// BinghamGaussian has no variance of the orientation below 1e-14. Throws unless the covariance is positive
@@ -177,6 +182,7 @@ class PoseFilter {
       : density_(detail::converted_to<Density>(checked(belief))),
         rule_(std::move(rule)),
         update_(std::move(update)) {}
+  /// Starts from a BinghamGaussian.
   explicit PoseFilter(const BinghamGaussian<Scalar>& belief, Rule rule = {}, Update update = {})  //
       requires std::same_as<State, Pose>
       : density_(detail::converted_to<Density>(belief)), rule_(std::move(rule)), update_(std::move(update)) {}
@@ -200,6 +206,7 @@ class PoseFilter {
       predict_with(T_before_now, detail::converted_to<Density>(noise));
     }
   }
+  /// x <- x u v with a noise v that has a BinghamGaussian density.
   void predict(const Pose& T_before_now,
                const BinghamGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
@@ -284,11 +291,12 @@ template <std::floating_point Scalar>
 using GaussNewtonPoseFilter = PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, GaussNewton<Scalar>>;
 
 /// For positions measured under a wide attitude (altimeter, GPS, ranges, bearings): rotation and position
-/// apart. The second follows curved posteriors, the spherical shell of a range say, with a covariance that
-/// holds the curvature.
+/// apart.
 template <std::floating_point Scalar>
 using SplitPoseFilter =
     PoseFilter<SplitPoseGaussian<Scalar>, MysovskikhRule<6>, QuadraticProgression<Scalar>>;
+/// The same for curved posteriors, the spherical shell of a range say, with a covariance that holds the
+/// curvature.
 template <std::floating_point Scalar>
 using LinearizedSplitPoseFilter =
     PoseFilter<SplitPoseGaussian<Scalar>, MysovskikhRule<6>, PosteriorLinearization<Scalar>>;

@@ -12,10 +12,10 @@ namespace antipode {
 /// The result of the Bayes update of a concentrated density.
 template <ConcentratedDensity Density>
 struct UpdateResult {
-  using Scalar = typename Density::Scalar;
+  using Scalar = typename Density::Scalar;  ///< of states and densities
 
-  Density posterior;
-  UpdateStatus status = UpdateStatus::kConverged;
+  Density posterior;                               ///< the status says whether to use it
+  UpdateStatus status = UpdateStatus::kConverged;  ///< how the update ended
   int steps = 0;              ///< steps of the progression, or linear models of the measurement
   long evaluations = 0;       ///< poses at which the likelihood or the measurement model was evaluated
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior

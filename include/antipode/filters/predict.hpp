@@ -18,6 +18,7 @@
 #include <antipode/sampling/pose_rules.hpp>
 #include <antipode/sampling/sigma_point_rule.hpp>
 
+/// @file
 /// Prediction of a pose by a measured motion, x_k = x_(k-1) u_k v_k (DQV-SLAM Eqs. 5-7, 11).
 ///
 /// x maps the moving frame to the fixed one; u_k, the measured motion, maps the moving frame at k to that at
@@ -113,7 +114,7 @@ template <std::floating_point Scalar>
 /// The same by rotation and position apart, with the noise in the moving frame's own axes as ever: to first
 /// order in state and noise,
 ///
-///   phi' = R_w^T phi + nu_phi,   d' = d - R [t_w]x phi + R R_w nu_rho,   w = u E[v].
+///     phi' = R_w^T phi + nu_phi,   d' = d - R [t_w]x phi + R R_w nu_rho,   w = u E[v].
 template <ConcentratedDensity Split, std::floating_point Scalar = typename Split::Scalar>
 requires std::same_as<Split, SplitPoseGaussian<Scalar>>
 [[nodiscard]] Split predict_closed_form(const Split& state, const DualQuaternion<Scalar>& motion,

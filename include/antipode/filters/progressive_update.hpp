@@ -25,6 +25,7 @@
 #include <antipode/sampling/sigma_point_rule.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
 /// Progressive Bayes update of a pose density by any likelihood (DQV-SLAM Alg. 2, corrected, in the log
 /// domain).
 ///
@@ -37,6 +38,7 @@
 /// a bank of filters (mixture_filter.hpp). Corrections to the paper: docs/papers.md.
 namespace antipode {
 
+/// How long the steps are, and which results are reported as not to be trusted.
 template <std::floating_point Scalar>
 struct ProgressiveOptions {
   /// Smallest ratio of two samples' likelihoods within a step, inside (0, 1). Nearer to one: more and more
@@ -61,13 +63,14 @@ struct ProgressiveOptions {
   Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
 };
 
+/// The result of progressive_update.
 template <std::floating_point Scalar>
 struct ProgressiveResult {
-  BinghamGaussian<Scalar> posterior;
-  UpdateStatus status = UpdateStatus::kConverged;
-  int steps = 0;
-  int restarts = 0;
-  long evaluations = 0;  ///< one for each pose; restarts included
+  BinghamGaussian<Scalar> posterior;               ///< the status says whether to use it
+  UpdateStatus status = UpdateStatus::kConverged;  ///< how the update ended
+  int steps = 0;                                   ///< of the last start
+  int restarts = 0;                                ///< with a larger tau
+  long evaluations = 0;                            ///< one for each pose; restarts included
   /// Of the rule's points, the smallest over the steps; at least 4 tau/(1 + tau)^2 of them unless
   /// step_floor_hit.
   Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
@@ -286,6 +289,7 @@ void progressive_update(const Density&, Rest&&...) {
                 "progressive_update: the prior must be a BinghamGaussian; see to_bingham_gaussian");
 }
 
+/// How progressive_update_subsets divides the measurements, and what it forgets between the subsets.
 template <std::floating_point Scalar>
 struct SubsetOptions {
   /// Of the update by each subset; min_log_likelihood applies to all of them together.

@@ -21,6 +21,7 @@
 #include <antipode/filters/update_status.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
 /// Bayes update of a concentrated pose density by any likelihood, through quadratic models of the
 /// log-likelihood.
 ///
@@ -28,7 +29,7 @@
 /// same samples one can fit l(y) = c + g.y - y^T H y/2 in whitened coordinates y, x = mean exp(L y), by the
 /// Hermite coefficients
 ///
-///   g = E[y l],   -H = E[(y y^T - I) l],
+///     g = E[y l],   -H = E[(y y^T - I) l],
 ///
 /// and condition the prior on the model raised to a power. The power grows to one as fast as the model holds,
 /// measured by rho, the standard deviation of what it leaves unexplained over the density it was fitted to;
@@ -45,6 +46,7 @@
 /// stays unnoticed. Where several modes are possible, start one update in each (mixture_filter.hpp).
 namespace antipode {
 
+/// How large the steps are, when they end, and which results are reported as not to be trusted.
 template <std::floating_point Scalar>
 struct QuadraticUpdateOptions {
   /// What may remain unexplained of the log-likelihood raised to its power, as a standard deviation.

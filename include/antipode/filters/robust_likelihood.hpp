@@ -15,6 +15,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/noisy_measurement.hpp>
 
+/// @file
 /// Likelihoods of measurements some of which are wrong: wrong matches, moving objects, multipath.
 ///
 /// A robust likelihood is a density of the noise with heavier tails than the Gaussian, by its logarithm as a
@@ -31,13 +32,14 @@ namespace antipode {
 /// = 1 is the Cauchy distribution; above 30 it is as good as Gaussian.
 template <std::floating_point Scalar>
 struct StudentT {
-  Scalar dof = Scalar(4);
+  Scalar dof = Scalar(4);  ///< degrees of freedom
 
   /// Throws unless dof is positive and finite.
   void check() const {
     if (!(dof > Scalar(0)) || !std::isfinite(dof)) [[unlikely]]
       detail::throw_invalid("dof of StudentT is not positive", dof);
   }
+  /// The logarithm, without constants, at a squared Mahalanobis distance of a vector of `dim` numbers.
   [[nodiscard]] Scalar log_density(Scalar squared_distance, int dim) const {
     return Scalar(-0.5) * (dof + Scalar(dim)) * std::log1p(squared_distance / dof);
   }
@@ -45,7 +47,7 @@ struct StudentT {
 
 /// A share of the measurements are outliers, the others Gaussian, without constants:
 ///
-///   log((1 - share) exp(-d^2/2) + share scale^-Dim t(d/scale)) - log(1 - share)
+///     log((1 - share) exp(-d^2/2) + share scale^-Dim t(d/scale)) - log(1 - share)
 ///
 /// with t the density of the Cauchy distribution over the peak of the Gaussian: outliers scatter about the
 /// prediction too, `outlier_scale` times as far. This is the contamination of Tukey (1960) and Huber (1964),
@@ -55,8 +57,8 @@ struct StudentT {
 /// harder to find.
 template <std::floating_point Scalar>
 struct Contamination {
-  Scalar outlier_share = Scalar(0.2);
-  Scalar outlier_scale = Scalar(5);  ///< in standard deviations of the noise
+  Scalar outlier_share = Scalar(0.2);  ///< of all measurements, inside (0, 1)
+  Scalar outlier_scale = Scalar(5);    ///< in standard deviations of the noise
 
   /// Throws unless the share is in (0, 1) and the scale at least 1.
   void check() const {
@@ -67,6 +69,7 @@ struct Contamination {
       detail::throw_invalid("outlier_scale of Contamination is below 1", outlier_scale);
     }
   }
+  /// The logarithm, without constants, at a squared Mahalanobis distance of a vector of `dim` numbers.
   [[nodiscard]] Scalar log_density(Scalar squared_distance, int dim) const {
     using std::exp;
     using std::log;
@@ -107,7 +110,7 @@ concept RobustNoise = requires(const Noise& noise, Scalar squared_distance) {
 template <std::floating_point Scalar, int Dim, class Model, RobustNoise<Scalar> Noise>
 class RobustMeasurements {
  public:
-  using Measurement = NoisyMeasurement<Scalar, Dim>;
+  using Measurement = NoisyMeasurement<Scalar, Dim>;  ///< z_i and R_i
 
   /// Throws unless every z is finite, every R positive definite and the noise valid.
   RobustMeasurements(std::vector<Measurement> measurements, Model h, Noise noise,
@@ -120,10 +123,14 @@ class RobustMeasurements {
     noise_.check();
   }
 
+  /// All z_i with their R_i.
   [[nodiscard]] const std::vector<Measurement>& measurements() const noexcept { return measurements_; }
+  /// The model h.
   [[nodiscard]] const Model& model() const noexcept { return h_; }
+  /// The kind of noise, with its parameters.
   [[nodiscard]] const Noise& noise() const noexcept { return noise_; }
 
+  /// The log-likelihood of a pose or a joint state, without constants.
   template <class State>
   requires std::invocable<const Model&, const State&, std::size_t>
   [[nodiscard]] Scalar operator()(const State& state) const {
@@ -149,6 +156,7 @@ class RobustMeasurements {
   Scalar unpredictable_;  ///< squared distance
 };
 
+/// The types follow from the arguments.
 template <std::floating_point Scalar, int Dim, class Model, class Noise>
 RobustMeasurements(std::vector<NoisyMeasurement<Scalar, Dim>>, Model, Noise)
     -> RobustMeasurements<Scalar, Dim, Model, Noise>;

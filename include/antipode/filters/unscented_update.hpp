@@ -17,6 +17,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
 /// Unscented filtering of a vector x, a landmark say, that is measured from a pose: z = h(pose, x) + v, v ~
 /// N(0, R).
 ///
@@ -42,8 +43,8 @@ concept PoseOrSamples = requires(const Poses& poses) {
 /// Mean and covariance of a measurement to be made, without its noise.
 template <class Scalar, int Measured>
 struct PredictedMeasurement {
-  Vector<Scalar, Measured> mean;
-  Matrix<Scalar, Measured> covariance;
+  Vector<Scalar, Measured> mean;        ///< of h
+  Matrix<Scalar, Measured> covariance;  ///< of h; that of the noise is to be added
 };
 
 /// The unscented transform of x through h (DQV-SLAM Alg. 3 for a known pose); nothing if h cannot measure
@@ -62,6 +63,7 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
   return model ? std::optional<Projected>({model->mean, model->covariance()}) : std::nullopt;
 }
 
+/// The sigma points of unscented_update, and how often they are used.
 struct UnscentedUpdateOptions {
   /// Of UnscentedRule. 0 gives a Gaussian's fourth moments for a vector of three.
   double kappa = 0.0;
@@ -70,8 +72,9 @@ struct UnscentedUpdateOptions {
   int iterations = 2;
 };
 
+/// Whether unscented_update could use the measurement.
 enum class UnscentedUpdateStatus {
-  kUpdated,
+  kUpdated,        ///< the posterior is the updated density
   kNotObservable,  ///< h cannot measure at some sigma point of the prior, or what it says there is no
                    ///< number or too large to compute with. The posterior is the prior
 };
@@ -79,8 +82,8 @@ enum class UnscentedUpdateStatus {
 /// All but the posterior refers to the prior: what gating and the log of a filter need.
 template <std::floating_point Scalar, int Dim, int Measured>
 struct UnscentedUpdateResult {
-  Gaussian<Scalar, Dim> posterior;
-  UnscentedUpdateStatus status = UnscentedUpdateStatus::kNotObservable;
+  Gaussian<Scalar, Dim> posterior;  ///< the prior, if that could not be updated
+  UnscentedUpdateStatus status = UnscentedUpdateStatus::kNotObservable;  ///< whether it could
   int iterations = 0;  ///< done; fewer than asked for if h could not measure around an intermediate result
   Vector<Scalar, Measured> innovation = Vector<Scalar, Measured>::Zero();                  ///< z - E[z]
   Matrix<Scalar, Measured> innovation_covariance = Matrix<Scalar, Measured>::Zero();       ///< S = Cov(z)
@@ -96,7 +99,7 @@ struct UnscentedUpdateResult {
 /// Works on a = L^-1 (x - mean), L the root of the prior's covariance: a ~ N(0, I) whether or not that is
 /// singular. With z = A a + b + e, Cov(e) = Omega from the regression,
 ///
-///   K = A^T (A A^T + R + Omega)^-1,   a+ = K (z - b),   Q+ = (I - K A)(I - K A)^T + K (R + Omega) K^T,
+///     K = A^T (A A^T + R + Omega)^-1,   a+ = K (z - b),   Q+ = (I - K A)(I - K A)^T + K (R + Omega) K^T,
 ///
 /// which is a sum of squares and thus stays positive definite. Throws unless z is finite and R positive
 /// definite.

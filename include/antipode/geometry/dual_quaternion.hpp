@@ -36,9 +36,9 @@ class BasicDualQuaternion {
   static constexpr bool kOwns = std::same_as<Coefficients, typename Coefficients::PlainObject>;
 
  public:
-  using Scalar = typename Coefficients::Scalar;
-  using Owned = BasicDualQuaternion<Vector8<Scalar>>;
-  using Isometry = Eigen::Transform<Scalar, 3, Eigen::Isometry>;
+  using Scalar = typename Coefficients::Scalar;                   ///< of the eight numbers
+  using Owned = BasicDualQuaternion<Vector8<Scalar>>;             ///< a pose that owns them
+  using Isometry = Eigen::Transform<Scalar, 3, Eigen::Isometry>;  ///< the same as a matrix
 
   /// The identity.
   BasicDualQuaternion() noexcept requires kOwns : coeffs_(Coefficients::Unit(0)) {}
@@ -59,6 +59,7 @@ class BasicDualQuaternion {
     return *this;
   }
 
+  /// The pose that moves nothing.
   [[nodiscard]] static Owned identity() noexcept { return Owned(); }
 
   /// The pose v -> R(q) v + t. q must be of unit length within kUnitTolerance; it is normalised.
@@ -76,6 +77,7 @@ class BasicDualQuaternion {
     return from_rotation_translation(quaternion_from_rotation_matrix(rotation), translation);
   }
 
+  /// The pose of an Eigen::Isometry3d, say, whose linear part must be a rotation matrix.
   template <int Options>
   [[nodiscard]] static Owned from_isometry(
       const Eigen::Transform<Scalar, 3, Eigen::Isometry, Options>& isometry) {
@@ -100,6 +102,7 @@ class BasicDualQuaternion {
   [[nodiscard]] static Owned unchecked(const C& coefficients) noexcept {
     return Owned(Vector8<Scalar>(coefficients));
   }
+  /// The same, from its two halves.
   [[nodiscard]] static Owned unchecked(const Vector4<Scalar>& q, const Vector4<Scalar>& p) noexcept {
     return Owned(q, p);
   }
@@ -126,6 +129,7 @@ class BasicDualQuaternion {
                       s * rho[2] + k * phi[2]});
   }
 
+  /// The eight numbers [q; p].
   [[nodiscard]] const Coefficients& coeffs() const noexcept { return coeffs_; }
   /// q, the rotation (w, x, y, z).
   [[nodiscard]] Vector4<Scalar> real() const noexcept {
@@ -136,7 +140,9 @@ class BasicDualQuaternion {
     return {coeffs_[4], coeffs_[5], coeffs_[6], coeffs_[7]};
   }
 
+  /// The rotation as a unit quaternion (w, x, y, z).
   [[nodiscard]] Vector4<Scalar> rotation() const noexcept { return real(); }
+  /// The rotation as a matrix R.
   [[nodiscard]] Matrix3<Scalar> rotation_matrix() const noexcept { return antipode::rotation_matrix(real()); }
   /// t = 2 vec(p q*), in the parent frame.
   [[nodiscard]] Vector3<Scalar> translation() const noexcept {
@@ -144,6 +150,7 @@ class BasicDualQuaternion {
     const Vector3<Scalar> p = dual_vector();
     return Scalar(2) * (coeffs_[0] * p - coeffs_[4] * u + u.cross(p));
   }
+  /// The pose as Eigen's matrix, v -> R v + t.
   [[nodiscard]] Isometry isometry() const noexcept {
     Isometry T = Isometry::Identity();
     T.linear() = rotation_matrix();
@@ -288,6 +295,7 @@ using DualQuaternionView = BasicDualQuaternion<Eigen::Map<Vector8<Scalar>>>;
 template <class Scalar>
 using ConstDualQuaternionView = BasicDualQuaternion<Eigen::Map<const Vector8<Scalar>>>;
 
+/// Prints rotation and translation: {q: [w x y z], t: [x y z]}.
 template <class C>
 std::ostream& operator<<(std::ostream& out, const BasicDualQuaternion<C>& x) {
   return out << "{q: [" << x.real().transpose() << "], t: [" << x.translation().transpose() << "]}";

@@ -20,15 +20,16 @@ namespace antipode {
 /// invariant extended Kalman filter as a stable observer", IEEE TAC 2017.
 template <std::floating_point Scalar_>
 struct ExtendedPose {
-  using Scalar = Scalar_;
+  using Scalar = Scalar_;  ///< of all coordinates
 
   DualQuaternion<Scalar> pose = DualQuaternion<Scalar>::identity();  ///< R and p
-  Vector3<Scalar> velocity = Vector3<Scalar>::Zero();
+  Vector3<Scalar> velocity = Vector3<Scalar>::Zero();                ///< v, in the axes of the world
 
   /// (R_1 R_2, v_1 + R_1 v_2, p_1 + R_1 p_2).
   [[nodiscard]] friend ExtendedPose operator*(const ExtendedPose& a, const ExtendedPose& b) noexcept {
     return {a.pose * b.pose, a.velocity + a.pose.rotation_matrix() * b.velocity};
   }
+  /// (R^T, -R^T v, -R^T p).
   [[nodiscard]] ExtendedPose inverse() const noexcept {
     return {pose.inverse(), -(pose.rotation_matrix().transpose() * velocity)};
   }
@@ -63,18 +64,22 @@ struct ExtendedPose {
 /// measured position is linear in it as long as the rotation is, and the propagation is linear throughout.
 template <std::floating_point Scalar_>
 struct ExtendedPoseChart {
-  using Scalar = Scalar_;
-  using Point = ExtendedPose<Scalar>;
-  static constexpr int kDim = 9;
-  using Tangent = Vector<Scalar, 9>;
+  using Scalar = Scalar_;              ///< of the vectors
+  using Point = ExtendedPose<Scalar>;  ///< the poses with their velocities
+  static constexpr int kDim = 9;       ///< length of the vectors
+  using Tangent = Vector<Scalar, 9>;   ///< (phi, nu, rho)
 
+  /// x exp(xi).
   [[nodiscard]] static Point retract(const Point& x, const Tangent& xi) { return x * Point::exp(xi); }
+  /// log(x^-1 y).
   [[nodiscard]] static Tangent local(const Point& x, const Point& y) noexcept {
     return (x.inverse() * y).log();
   }
+  /// The right Jacobian of SE_2(3), 9 x 9.
   [[nodiscard]] static Matrix<Scalar, 9> jacobian(const Tangent& xi) noexcept {
     return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian(screw); });
   }
+  /// Its inverse.
   [[nodiscard]] static Matrix<Scalar, 9> jacobian_inverse(const Tangent& xi) noexcept {
     return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian_inverse(screw); });
   }
@@ -82,7 +87,9 @@ struct ExtendedPoseChart {
   [[nodiscard]] static bool contains(const Tangent& xi) noexcept {
     return xi.template head<3>().norm() <= std::numbers::pi_v<Scalar>;
   }
+  /// x with a pose on the Study quadric, without rounding errors.
   [[nodiscard]] static Point normalized(const Point& x) { return {x.pose.renormalized(), x.velocity}; }
+  /// Throws std::invalid_argument unless pose and velocity are finite.
   static void require_finite(const Point& x) {
     ScrewChart<Scalar>::require_finite(x.pose);
     detail::require_finite("velocity is not finite", x.velocity);

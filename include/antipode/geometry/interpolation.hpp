@@ -10,6 +10,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
 /// Screw interpolation and means of poses. The results do not depend on the signs of the arguments.
 namespace antipode {
 
@@ -24,16 +25,18 @@ template <class A, class B>
   return a.boxplus(tau * b.boxminus(a));
 }
 
+/// When the iteration of a mean ends.
 struct PoseMeanOptions {
-  int max_iterations = 50;
+  int max_iterations = 50;  ///< most steps
   /// Step (rad, m) that counts as converged, in units of the rounding error of the largest pose.
   double tolerance = 16.0;
 };
 
+/// The result of mean().
 template <class Scalar>
 struct PoseMean {
-  DualQuaternion<Scalar> pose;
-  int iterations = 0;
+  DualQuaternion<Scalar> pose;  ///< the mean
+  int iterations = 0;           ///< steps taken
   /// False if the iteration did not settle, as for poses spread over more than half a turn.
   bool converged = false;
 };

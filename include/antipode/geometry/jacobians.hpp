@@ -5,11 +5,12 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/detail/series.hpp>
 
+/// @file
 /// Differentials of the exponential maps of SO(3) and SE(3), at phi and xi = (phi, rho).
 ///
 /// The left Jacobian J_l and the right one, J_r(x) = J_l(-x), obey to first order in d
 ///
-///   exp(x + d) = exp(J_l(x) d) exp(x) = exp(x) exp(J_r(x) d).
+///     exp(x + d) = exp(J_l(x) d) exp(x) = exp(x) exp(J_r(x) d).
 ///
 /// The Jacobian of SE(3) is that of SO(3) at the dual vector phi + eps rho: its lower-left block is the
 /// derivative of the diagonal ones along rho. Written out, this is Q of T. Barfoot, "State Estimation for

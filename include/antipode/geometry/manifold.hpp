@@ -4,6 +4,7 @@
 #include <concepts>
 #include <utility>
 
+/// @file
 /// What the checks in antipode/testing ask of a manifold and of a group.
 namespace antipode {
 
@@ -14,9 +15,12 @@ using Tangent = decltype(std::declval<const M&>().boxminus(std::declval<const M&
 /// A smooth space whose points differ by vectors of fixed length.
 ///
 /// Laws, for points x, y and small vectors a (inside the injectivity radius):
-///   x.boxplus(0) = x;   x.boxplus(y.boxminus(x)) = y;   x.boxplus(a).boxminus(x) = a;
-///   boxplus is smooth in both arguments. "=" means: equal as points, not as numbers (q and -q are one
-///   rotation).
+/// - x.boxplus(0) = x;
+/// - x.boxplus(y.boxminus(x)) = y;
+/// - x.boxplus(a).boxminus(x) = a;
+/// - boxplus is smooth in both arguments.
+///
+/// "=" means: equal as points, not as numbers (q and -q are one rotation).
 template <class M>
 concept Manifold = std::copyable<M> && requires(const M& x, const M& y, const Tangent<M>& a) {
   typename M::Scalar;
@@ -28,9 +32,13 @@ concept Manifold = std::copyable<M> && requires(const M& x, const M& y, const Ta
 
 /// A manifold that is a group, perturbed on the right.
 ///
-/// Laws: (x y) z = x (y z);   x identity() = identity() x = x;   x x.inverse() = identity();
-///   exp(log(x)) = x, and log(exp(a)) = a inside the injectivity radius;   x.boxplus(a) = x exp(a);
-///   x exp(a) x.inverse() = exp(x.adjoint() a).
+/// Laws:
+/// - (x y) z = x (y z);
+/// - x identity() = identity() x = x;
+/// - x x.inverse() = identity();
+/// - exp(log(x)) = x, and log(exp(a)) = a inside the injectivity radius;
+/// - x.boxplus(a) = x exp(a);
+/// - x exp(a) x.inverse() = exp(x.adjoint() a).
 template <class G>
 concept LieGroup = Manifold<G> && requires(const G& x, const G& y, const Tangent<G>& a) {
   { G::identity() } -> std::convertible_to<G>;

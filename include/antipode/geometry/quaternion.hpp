@@ -9,6 +9,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/jacobians.hpp>
 
+/// @file
 /// Hamilton quaternions as plain 4-vectors (w, x, y, z) with ij = k.
 ///
 /// A unit quaternion q rotates a vector by v' = q (0, v) q*, and -q is the same rotation. Note the order of

@@ -11,6 +11,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+/// @file
 /// Poses to and from OpenCV's types: the R, t (or rvec, tvec) of calib3d, and cv::DualQuat.
 namespace antipode {
 

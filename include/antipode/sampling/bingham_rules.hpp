@@ -15,6 +15,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
 /// Deterministic samples of a Bingham density. Every rule reproduces the scatter matrix E[x x^T] exactly: a
 /// fit to the samples gives the density back. One point stands for each antipodal pair, so that only
 /// statistics that ignore the sign of x have a meaning.
@@ -22,17 +23,17 @@ namespace antipode {
 
 /// Gnomonic samples from any symmetric rule {g_k, c_k} of the Gaussian on the tangent space at the mode.
 ///
-///   y_k = (sqrt(omega_i) g_ki, i < Dim;  sqrt(omega_Dim)),   x_k = M y_k/|y_k|,   weight c_k |y_k|^2
+///     y_k = (sqrt(omega_i) g_ki, i < Dim;  sqrt(omega_Dim)),   x_k = M y_k/|y_k|,   weight c_k |y_k|^2
 ///
 /// The weight undoes the normalisation, hence the scatter sum_k c_k M y_k y_k^T M^T = M diag(omega) M^T: in
 /// closed form and with positive weights for every concentration, the uniform density included. Where the
 /// density is concentrated, all moments that the cubature integrates are right as well.
 template <GaussianRule Cubature>
 struct GnomonicRule {
-  static constexpr int kDim = Cubature::kDim + 1;
-  static constexpr int kCount = Cubature::kCount;
+  static constexpr int kDim = Cubature::kDim + 1;  ///< of the points
+  static constexpr int kCount = Cubature::kCount;  ///< number of points
 
-  Cubature cubature{};
+  Cubature cubature{};  ///< the rule on the tangent space
 };
 
 /// 15 points on S^3: the default of the filters.
@@ -51,6 +52,7 @@ template <class Scalar, int Dim>
 
 }  // namespace detail
 
+/// The points of the rule, as columns, and their weights. The scatter matrix is exact.
 template <GaussianRule Cubature, std::floating_point Scalar>
 [[nodiscard]] WeightedSamples<Scalar, Cubature::kDim + 1, Cubature::kCount> sample(
     const GnomonicRule<Cubature>& rule, const Bingham<Scalar, Cubature::kDim + 1>& bingham) {
@@ -78,13 +80,14 @@ template <GaussianRule Cubature, std::floating_point Scalar>
 /// References: Gilitschenski et al., "Unscented orientation estimation based on the Bingham distribution",
 /// 2016; DQV-SLAM sec. III-C.
 struct BinghamBaseRule {
-  static constexpr int kDim = 4;
-  static constexpr int kCount = 7;
+  static constexpr int kDim = 4;    ///< of the points, for orientations; sample() takes any dimension
+  static constexpr int kCount = 7;  ///< number of points
 
-  double lambda = 0.5;
+  double lambda = 0.5;  ///< weight of the mode, as a share of its second moment
 };
 
-/// In any dimension; throws unless 0 <= lambda <= 0.95.
+/// The points of the rule, as columns, and their weights, in any dimension. Throws unless 0 <= lambda <=
+/// 0.95.
 template <std::floating_point Scalar, int Dim>
 [[nodiscard]] WeightedSamples<Scalar, Dim, 2 * Dim - 1> sample(const BinghamBaseRule& rule,
                                                                const Bingham<Scalar, Dim>& bingham) {
@@ -97,18 +100,18 @@ template <std::floating_point Scalar, int Dim>
 
 /// Equally weighted samples: the points of a rule laid out by the exponential map at the mode, then moved by
 ///
-///   x <- A x / |A x|,   A = S^(1/2) (S^(-1/2) T S^(-1/2))^(-1/2) S^(-1/2),   T = scatter of the samples,
+///     x <- A x / |A x|,   A = S^(1/2) (S^(-1/2) T S^(-1/2))^(-1/2) S^(-1/2),   T = scatter of the samples,
 ///
 /// until their scatter T is that of the density, S. A dozen points need 2 to 9 steps where the density is
 /// concentrated, up to some 65 where it is dispersed. Few points cannot match every dispersed density with
 /// equal weights; the samples are then those of GnomonicRule, as their weights show.
 template <GaussianRule Cubature>
 struct EqualWeightRule {
-  static constexpr int kDim = Cubature::kDim + 1;
-  static constexpr int kCount = Cubature::kCount;
+  static constexpr int kDim = Cubature::kDim + 1;  ///< of the points
+  static constexpr int kCount = Cubature::kCount;  ///< number of points
 
-  Cubature cubature{};
-  int max_iterations = 200;
+  Cubature cubature{};       ///< the rule on the tangent space
+  int max_iterations = 200;  ///< most steps before the points of GnomonicRule are taken
 };
 
 namespace detail {
@@ -131,6 +134,7 @@ template <class Scalar, int Dim, int Count>
 
 }  // namespace detail
 
+/// The points of the rule, as columns, and their weights, which are equal unless the steps did not settle.
 template <GaussianRule Cubature, std::floating_point Scalar>
 [[nodiscard]] WeightedSamples<Scalar, Cubature::kDim + 1, Cubature::kCount> sample(
     const EqualWeightRule<Cubature>& rule, const Bingham<Scalar, Cubature::kDim + 1>& bingham) {

@@ -11,6 +11,7 @@
 #include <antipode/sampling/bingham_rules.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
 /// Deterministic samples of a pose density, the columns [q; p]. They honour the coupling of translation and
 /// orientation and reproduce E[q q^T], E[t] and Cov(t | q) exactly; Cov(t) and Cov(t, tau) as far as the
 /// orientations' fourth moments are right. moment_match gives the density back.
@@ -19,17 +20,17 @@ namespace antipode {
 /// All pairs of an orientation and a translation sample (DQV-SLAM Alg. 1), weights multiplied.
 template <class OrientationRule, GaussianRule TranslationRule>
 requires(OrientationRule::kDim == 4 && TranslationRule::kDim == 3) struct CartesianPoseRule {
-  static constexpr int kCount = OrientationRule::kCount * TranslationRule::kCount;
+  static constexpr int kCount = OrientationRule::kCount * TranslationRule::kCount;  ///< number of points
 
-  OrientationRule orientation{};
-  TranslationRule translation{};
+  OrientationRule orientation{};  ///< samples the marginal of q
+  TranslationRule translation{};  ///< samples t given q
 };
 
 /// The 57 points of Mysovskikh's rule in R^6, three coordinates for the orientation (laid out as in
 /// GnomonicRule) and three for the translation: all that the 225 pairs of RichPoseRule reproduce, at a
 /// quarter of the points.
 struct JointPoseRule {
-  static constexpr int kCount = MysovskikhRule<6>::kCount;
+  static constexpr int kCount = MysovskikhRule<6>::kCount;  ///< number of points
 };
 
 /// 7 x 7 = 49 points: the sampling of DQV-SLAM.
@@ -49,6 +50,7 @@ template <class Scalar>
 
 }  // namespace detail
 
+/// The poses of the rule, the columns [q; p], and their weights.
 template <class OrientationRule, GaussianRule TranslationRule, std::floating_point Scalar>
 [[nodiscard]] WeightedSamples<Scalar, 8, CartesianPoseRule<OrientationRule, TranslationRule>::kCount> sample(
     const CartesianPoseRule<OrientationRule, TranslationRule>& rule, const BinghamGaussian<Scalar>& density) {
@@ -72,6 +74,7 @@ template <class OrientationRule, GaussianRule TranslationRule, std::floating_poi
   return samples;
 }
 
+/// The poses of the rule, the columns [q; p], and their weights.
 template <std::floating_point Scalar>
 [[nodiscard]] WeightedSamples<Scalar, 8, JointPoseRule::kCount> sample(
     const JointPoseRule&, const BinghamGaussian<Scalar>& density) {

@@ -11,10 +11,12 @@ namespace antipode {
 
 /// A deterministic way to replace a density by Rule::kCount weighted points.
 ///
-/// Laws: the weights are non-negative and sum to one; the points have the mean and the covariance of the
-/// density, on a
-///   sphere its scatter matrix, up to rounding; nothing is allocated; equal arguments give equal points, bit
-///   for bit.
+/// Laws:
+/// - the weights are non-negative and sum to one;
+/// - the points have the mean and the covariance of the density, on a sphere its scatter matrix, up to
+///   rounding;
+/// - nothing is allocated;
+/// - equal arguments give equal points, bit for bit.
 template <class Rule, class D>
 concept SigmaPointRule = requires(const Rule& rule, const D& density) {
   { Rule::kCount } -> std::convertible_to<int>;

@@ -21,9 +21,9 @@ namespace antipode {
 /// "Inverse depth parametrization for monocular SLAM", 2008.
 template <std::floating_point Scalar>
 struct InverseDepthLandmark {
-  DualQuaternion<Scalar> T_reference_anchor;
-  Vector3<Scalar> mean;        ///< (u, v, d), px
-  Matrix3<Scalar> covariance;  ///< px^2
+  DualQuaternion<Scalar> T_reference_anchor;  ///< pose of the left camera that saw it first
+  Vector3<Scalar> mean;                       ///< (u, v, d), px
+  Matrix3<Scalar> covariance;                 ///< px^2
 
   /// The point of the reference frame for parameters (u, v, d): the mean, or a sample.
   [[nodiscard]] HomogeneousPoint<Scalar> point(const StereoCamera<Scalar>& camera,

@@ -15,8 +15,8 @@ namespace antipode {
 /// The point x / w; w = 0 is a direction, a star say.
 template <std::floating_point Scalar>
 struct HomogeneousPoint {
-  Vector3<Scalar> x;
-  Scalar w = Scalar(1);
+  Vector3<Scalar> x;     ///< w times the point, m, or a direction
+  Scalar w = Scalar(1);  ///< 0 at infinity
 };
 
 /// Jacobians of a projection, each where it is asked for.
@@ -28,16 +28,18 @@ struct ProjectionJacobians {
 
 /// A rectified stereo pair with a horizontal baseline (DQV-SLAM Eq. 12):
 ///
-///   z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right   [px]
+///     z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right   [px]
 ///
 /// of a point in the axes of the left camera: x right, y down, z ahead. Plain data; check() validates it.
 template <std::floating_point Scalar_>
 struct StereoCamera {
-  using Scalar = Scalar_;
+  using Scalar = Scalar_;  ///< of all numbers
 
-  Scalar fx = 0, fy = 0;  ///< px
-  Scalar cx = 0, cy = 0;  ///< px, left image
-  Scalar baseline_m = 0;
+  Scalar fx = 0,                     ///< focal length along u, px
+      fy = 0;                        ///< focal length along v, px
+  Scalar cx = 0,                     ///< principal point of the left image, px
+      cy = 0;                        ///< principal point of both images, px
+  Scalar baseline_m = 0;             ///< distance of the two cameras
   Scalar min_depth_m = Scalar(0.1);  ///< nearer points cannot be measured
 
   /// Throws unless the focal lengths and the baseline are positive and all is finite.

@@ -11,22 +11,26 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/manifold.hpp>
 
+/// @file
 /// Comparing an analytic Jacobian with central differences, for any test framework.
 namespace antipode::testing {
 
 /// What check_jacobian found: converts to whether the Jacobian is right; prints both matrices.
 struct JacobianCheck {
-  bool passed = false;
+  bool passed = false;         ///< whether the largest error is within the tolerance
   double largest_error = 0.0;  ///< of an entry; NaN if an entry is not finite
-  double tolerance = 0.0;
-  std::string report;
+  double tolerance = 0.0;      ///< what it may be
+  std::string report;          ///< errors and both matrices, for people
 
+  /// Whether the Jacobian is right.
   explicit operator bool() const noexcept { return passed; }
+  /// Prints the report.
   friend std::ostream& operator<<(std::ostream& out, const JacobianCheck& check) {
     return out << check.report;
   }
 };
 
+/// Step and tolerance of check_jacobian.
 struct CheckJacobianOptions {
   /// Difference step; 0 takes the cube root of epsilon, where truncation and rounding balance.
   double step = 0.0;

@@ -10,15 +10,20 @@
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/manifold.hpp>
 
+/// @file
 /// Checks of the laws in manifold.hpp and chart.hpp for user-defined types, usable in any test
 /// framework.
+
+/// Checks that a test of your own types can call.
 namespace antipode::testing {
 
 /// The laws that did not hold, in words with the size of the violation; converts to "all held".
 struct LawReport {
-  std::vector<std::string> violations;
+  std::vector<std::string> violations;  ///< one line for each law that did not hold
 
+  /// Whether all laws held.
   explicit operator bool() const noexcept { return violations.empty(); }
+  /// Prints the violations, and how many there are.
   friend std::ostream& operator<<(std::ostream& out, const LawReport& report) {
     for (const std::string& violation : report.violations) {
       out << violation << '\n';
