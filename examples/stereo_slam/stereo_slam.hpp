@@ -26,8 +26,8 @@ namespace stereo_slam {
 
 /// What a StereoSlam does; all of it can be left out.
 struct SlamOptions {
-  std::string preset = "default";                                     ///< of stereo_slam run --preset
-  std::optional<std::filesystem::path> settings_file = std::nullopt;  ///< of stereo_slam run --config
+  std::string preset = "default";                                     ///< of `stereo_slam run --preset`
+  std::optional<std::filesystem::path> settings_file = std::nullopt;  ///< of `stereo_slam run --config`
   std::map<std::string, std::string> settings{};  ///< after the file: {{"features.count", "500"}}
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< localises in a map that save_map() wrote
   bool extend_map = false;                                       ///< also continues the loaded map
@@ -94,12 +94,12 @@ class StereoSlam {
   /// calibration has none.
   [[nodiscard]] const StereoCamera& camera() const;
 
-  /// The rectified left camera in the body, if the calibration contains one: T_world_camera *
-  /// T_body_camera.inverse() is the body's pose.
+  /// The rectified left camera in the body, if the calibration contains one. The body's pose is
+  /// `T_world_camera * T_body_camera.inverse()`.
   [[nodiscard]] const std::optional<Eigen::Isometry3d>& T_body_camera() const;
 
-  /// Writes the map for SlamOptions::load_map and stereo_slam run --load-map. Throws std::runtime_error when
-  /// the file cannot be written, and std::logic_error before the first frame or without loop closure.
+  /// Writes the map for SlamOptions::load_map and `stereo_slam run --load-map`. Throws std::runtime_error
+  /// when the file cannot be written, and std::logic_error before the first frame or without loop closure.
   void save_map(const std::filesystem::path& file) const;
 
  private:

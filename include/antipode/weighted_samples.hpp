@@ -3,6 +3,8 @@
 
 #include <antipode/eigen_types.hpp>
 
+/// @file
+/// Weighted points: what sigma point rules make of a density.
 namespace antipode {
 
 /// A discrete density: `Count` points of R^Dim (the columns) with non-negative weights that sum to one.

@@ -5,13 +5,15 @@
 
 #include <Eigen/Core>
 
+/// @file
+/// The rectified stereo camera of the SLAM.
 namespace stereo_slam {
 
-/// Rectified pinhole stereo pair with a common focal length and a horizontal baseline.
+/// Rectified pinhole stereo pair with a common focal length and a horizontal baseline (eq. 12).
 ///
-///     z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right        (eq. 12)
+///     z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right
 ///
-/// Valid for Z > kMinDepth in front of the left camera; camera axes x right, y down, z forward.
+/// Valid for Z > kMinDepth_m in front of the left camera; camera axes x right, y down, z forward.
 struct StereoCamera {
   double fx = 0.0;          ///< focal length, px
   double fy = 0.0;          ///< focal length, px

@@ -106,7 +106,7 @@ struct FrameResult {
                                                                   ///< without the calibration's errors
   CalibrationError calibration;  ///< part of the covariance of T_world_camera
   PoseGaussian odometry;         ///< T_previous_current, the system input u_k
-  int features = 0;   ///< points that the odometry follows; with --preset paper, features of the left image
+  int features = 0;   ///< points that the odometry follows; with `--preset paper`, features of the left image
   int landmarks = 0;  ///< in the local map, after the frame
   int matches = 0;    ///< landmarks that were found in the frame
   bool is_keyframe = false;      ///< whether the frame became a keyframe

@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+/// @file
+/// Raw stereo cameras, before rectification.
 namespace stereo_slam {
 
 /// Lens distortion of the ray (x, y) = (X/Z, Y/Z), r^2 = x^2 + y^2.

@@ -8,6 +8,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
+/// Poses as parameter blocks of Ceres.
 namespace antipode {
 
 /// Tells Ceres that eight parameters [q; p] are a pose: Plus(x, xi) = x exp(xi), Minus(y, x) = log(x^-1 y).

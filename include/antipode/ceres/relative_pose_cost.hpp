@@ -9,6 +9,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
+/// Edges of pose graphs for Ceres.
 namespace antipode {
 
 /// An edge of a pose graph: a measured relative pose with its full covariance, between two parameter blocks

@@ -8,6 +8,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
+/// Sigma points for N(0, I), in closed form.
 namespace antipode {
 
 /// A deterministic set of weighted points for N(0, I) on R^kDim.

@@ -13,6 +13,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
+/// Sigma points for N(0, I), any number of them.
 namespace antipode {
 
 /// A Gaussian rule of any even number of points: Count/2 points spread like N(0, I) and their negatives, with

@@ -21,6 +21,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+/// @file
+/// The Bingham density of orientations.
 namespace antipode {
 
 /// How concentrated a fitted Bingham density may be.

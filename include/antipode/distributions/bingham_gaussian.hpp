@@ -15,6 +15,8 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
+/// A density of poses that is valid for wide orientations, too.
 namespace antipode {
 namespace detail {
 

@@ -15,16 +15,17 @@
 /// Pose covariances as other libraries write them. Three things differ: the order of rotation and
 /// translation, the side on which the error is applied, and the axes it is given in.
 ///
-/// | library             | error model                 | order                 | rotation | translation |
-/// |---------------------|-----------------------------|-----------------------|----------|--------------------|
-/// | antipode            | T exp(xi)                   | rotation, translation | body     | body | | GTSAM
-/// (Pose3)       | T exp(xi)                   | rotation, translation | body     | body               | |
-/// Sophus, manif (SE3) | T exp(xi)                   | translation, rotation | body     | body | | many
-/// papers: left   | exp(xi) T                   | rotation, translation | parent   | parent, with lever | |
-/// ROS                 | R' = exp(phi) R, t' = t + d | translation, rotation | parent   | parent |
+/// | library          | error model                 | order                 | rotation | translation   |
+/// |------------------|-----------------------------|-----------------------|----------|---------------|
+/// | antipode         | T exp(xi)                   | rotation, translation | body     | body          |
+/// | GTSAM (Pose3)    | T exp(xi)                   | rotation, translation | body     | body          |
+/// | Sophus, manif    | T exp(xi)                   | translation, rotation | body     | body          |
+/// | "left" in papers | exp(xi) T                   | rotation, translation | parent   | parent, lever |
+/// | ROS              | R' = exp(phi) R, t' = t + d | translation, rotation | parent   | parent        |
 ///
-/// The last two columns are the axes of both parts of the error; ROS is geometry_msgs/PoseWithCovariance.
-/// The lever of the left error is the position: its rotation turns about the origin of the parent frame.
+/// The last two columns are the axes of both parts of the error. Sophus and manif are their SE3, perturbed on
+/// the right; ROS is geometry_msgs/PoseWithCovariance. With "lever", the rotation of the error is about the
+/// origin of the parent frame and moves the position.
 ///
 /// All conversions are exact for the covariance as a quadratic form at the pose, first order in the error.
 /// The classic mistake is to take the ROS covariance for the left perturbation, exp(xi) T: that turns about

@@ -3,6 +3,8 @@
 
 #include <concepts>
 
+/// @file
+/// What a density has to offer.
 namespace antipode {
 
 /// A probability density over points of type Point, known by its logarithm.

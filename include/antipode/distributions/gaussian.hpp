@@ -12,6 +12,8 @@
 #include <antipode/detail/standard_normal.hpp>
 #include <antipode/eigen_types.hpp>
 
+/// @file
+/// The Gaussian density of vectors.
 namespace antipode {
 
 /// The Gaussian density N(mean, covariance) on R^Dim.

@@ -17,6 +17,8 @@
 #include <antipode/distributions/projected_gaussian_operations.hpp>
 #include <antipode/eigen_types.hpp>
 
+/// @file
+/// Mixtures of densities, their fusion and composition.
 namespace antipode {
 
 /// A convex combination of densities of one kind.

@@ -31,7 +31,7 @@ namespace antipode {
 /// What the merging of two components costs.
 enum class MergeCriterion {
   /// w log|S| - w_1 log|S_1| - w_2 log|S_2|, halved: bounds the Kullback-Leibler divergence from the mixture
-  /// to the reduced one (A. R. Runnalls, "Kullback-Leibler approach to Gaussian mixture reduction", 2007).
+  /// to the reduced one (Runnalls, "Kullback-Leibler approach to Gaussian mixture reduction", 2007).
   kRunnalls,
   /// w_1 d(p_1, p) + w_2 d(p, p_2) with the symmetric divergence d of MPG Eq. (23): bounds that of the
   /// mixtures. MPG Eq. (24) divides by w_1 + w_2, which makes it larger than need be.

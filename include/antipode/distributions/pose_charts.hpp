@@ -14,6 +14,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/chart.hpp>
 
+/// @file
+/// Pose densities from one chart to another.
 namespace antipode {
 
 /// The density with the mean and the covariance of `density` in another chart of poses:

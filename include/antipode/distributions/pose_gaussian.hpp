@@ -7,6 +7,8 @@
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
+/// A pose with its 6 x 6 covariance.
 namespace antipode {
 
 /// A concentrated pose density: the pose is mean * exp(xi), xi = (phi, rho) ~ N(0, covariance), rotation

@@ -19,6 +19,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
+/// Gaussians on a tangent space, projected to densities of poses (MPG).
 namespace antipode {
 
 /// The two densities of poses that a Gaussian on a tangent space can stand for. They agree where the rotation

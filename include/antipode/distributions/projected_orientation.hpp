@@ -14,6 +14,8 @@
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 
+/// @file
+/// The orientation of a projected Gaussian by itself.
 namespace antipode {
 
 /// The orientation of a projected Gaussian by itself: its exact marginal density on S^3.

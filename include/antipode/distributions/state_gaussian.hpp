@@ -10,6 +10,8 @@
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
+/// A state on any manifold with its covariance.
 namespace antipode {
 
 /// A concentrated density on any manifold: the state is Chart::retract(state, xi), xi ~ N(0, covariance). Of

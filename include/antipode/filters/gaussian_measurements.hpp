@@ -13,6 +13,8 @@
 #include <antipode/filters/log_likelihood.hpp>
 #include <antipode/filters/noisy_measurement.hpp>
 
+/// @file
+/// Measurements with Gaussian noise, as every update takes them.
 namespace antipode {
 
 /// Independent measurements z_i = h(x, i) + v_i, v_i ~ N(0, R_i), with their model h(pose, i), which returns

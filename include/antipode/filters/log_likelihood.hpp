@@ -7,6 +7,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
+/// @file
+/// What a log-likelihood of poses has to be callable as.
 namespace antipode {
 
 /// The log-likelihood of a fixed measurement, asked for one pose at a time: Scalar(pose).

@@ -11,6 +11,8 @@
 #include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 
+/// @file
+/// A measured vector with the covariance of its noise.
 namespace antipode {
 
 /// A measured vector and the covariance of its noise. Dim may be Eigen::Dynamic, and each measurement of a

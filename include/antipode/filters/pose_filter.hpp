@@ -61,6 +61,7 @@ struct ProgressiveReweighting {
 /// that is taken whatever it leaves unexplained.
 template <std::floating_point Scalar>
 struct PaperReweighting : ProgressiveReweighting<Scalar> {
+  /// tau = 0.02, no coupling, no limit of the residual.
   constexpr PaperReweighting()
       : ProgressiveReweighting<Scalar>{{.tau = Scalar(0.02),
                                         .keep_coupling = false,

@@ -7,6 +7,8 @@
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/filters/update_status.hpp>
 
+/// @file
+/// What an update returns.
 namespace antipode {
 
 /// The result of the Bayes update of a concentrated density.

@@ -111,8 +111,9 @@ template <std::floating_point Scalar>
   return compose(state, PoseGaussian<Scalar>{motion * noise.pose, noise.covariance});
 }
 
-/// The same by rotation and position apart, with the noise in the moving frame's own axes as ever: to first
-/// order in state and noise,
+/// The same by rotation and position apart, with the noise in the moving frame's own axes as ever.
+///
+/// To first order in state and noise,
 ///
 ///     phi' = R_w^T phi + nu_phi,   d' = d - R [t_w]x phi + R R_w nu_rho,   w = u E[v].
 template <ConcentratedDensity Split, std::floating_point Scalar = typename Split::Scalar>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// @file
+/// How an update ended.
 namespace antipode {
 
 /// How the update of a density by a likelihood ended: the same for every update. A filter keeps its prior

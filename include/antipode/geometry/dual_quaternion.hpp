@@ -13,6 +13,8 @@
 #include <antipode/geometry/jacobians.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+/// @file
+/// Poses as unit dual quaternions, and their operations with Jacobians.
 namespace antipode {
 
 /// A pose (rigid motion) of SE(3) as a unit dual quaternion q + eps p with p = 1/2 (0, t) q.

@@ -10,6 +10,8 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/jacobians.hpp>
 
+/// @file
+/// Poses with a velocity, SE_2(3).
 namespace antipode {
 
 /// A pose with its velocity, an element of SE_2(3): rotation R = T_world_body's, velocity and position in the

@@ -98,7 +98,9 @@ template <std::floating_point Scalar, int Dim>
   return sample(GnomonicRule<UnscentedRule<Dim - 1>>{{.kappa = kappa}}, bingham);
 }
 
-/// Equally weighted samples: the points of a rule laid out by the exponential map at the mode, then moved by
+/// Equally weighted samples: the points of a rule laid out by the exponential map at the mode, then moved.
+///
+/// The moves are
 ///
 ///     x <- A x / |A x|,   A = S^(1/2) (S^(-1/2) T S^(-1/2))^(-1/2) S^(-1/2),   T = scatter of the samples,
 ///

@@ -12,6 +12,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/sampling/sample_projected_gaussian.hpp>
 
+/// @file
+/// The moments of a mixture of poses.
 namespace antipode {
 
 /// The density with the moments of the mixture, however widely its components are spread: the scatter of the

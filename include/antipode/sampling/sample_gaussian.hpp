@@ -8,6 +8,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
+/// Sigma points of a Gaussian.
 namespace antipode {
 
 /// The rule for N(0, I) carried to a Gaussian: mean + L g_k. Mean and covariance are exact.

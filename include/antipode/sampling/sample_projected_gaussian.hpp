@@ -8,6 +8,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
+/// Sigma points of a projected Gaussian.
 namespace antipode {
 
 /// The points of a rule for N(0, I) on R^6, projected; the columns [q; p]. A push-forward density keeps the

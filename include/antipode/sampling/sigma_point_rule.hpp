@@ -7,6 +7,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/weighted_samples.hpp>
 
+/// @file
+/// What a sigma point rule has to offer.
 namespace antipode {
 
 /// A deterministic way to replace a density by Rule::kCount weighted points.

@@ -9,6 +9,8 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/sensors/stereo_camera.hpp>
 
+/// @file
+/// A landmark in inverse depth (DQV-SLAM Eq. 10).
 namespace antipode {
 
 /// A landmark by what the stereo camera measured that saw it first: z = (u, v, d) [px] at the pose

@@ -10,6 +10,8 @@
 #include <antipode/geometry/jacobians.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+/// @file
+/// The measurement of a rectified stereo camera, with Jacobians.
 namespace antipode {
 
 /// The point x / w; w = 0 is a direction, a star say.
