@@ -57,9 +57,28 @@ constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
   return result;
 }
 
-[[nodiscard]] RelativeNees summary_of(std::size_t frames, const std::vector<double>& nees) {
-  RelativeNees score{.frames = frames, .count = nees.size()};
-  if (nees.empty()) return score;
+/// Of frame `to` relative to frame `from`, with this covariance.
+[[nodiscard]] FrameNees nees_of(const TrackedRun& run, std::size_t from, std::size_t to,
+                                Matrix6<double> covariance, const GroundTruthNoise& noise) {
+  covariance.diagonal().head<3>().array() += noise.rotation_rad * noise.rotation_rad;
+  covariance.diagonal().tail<3>().array() += noise.translation_m * noise.translation_m;
+  const Pose truth = run.true_poses[from]->inverse() * *run.true_poses[to];
+  const Vector6<double> error = truth.boxminus(run.poses[from].inverse() * run.poses[to]);
+  const Eigen::LLT<Matrix6<double>> factor(covariance);
+  if (factor.info() != Eigen::Success) {
+    throw std::runtime_error(
+        fmt::format("the covariance from frame {} to frame {} is not positive definite; give a "
+                    "covariances.csv as `run` wrote it",
+                    from, to));
+  }
+  return {from, to, error.dot(factor.solve(error))};
+}
+
+[[nodiscard]] NeesScore score_of(const std::vector<FrameNees>& frames) {
+  NeesScore score{.count = frames.size()};
+  if (frames.empty()) return score;
+  std::vector<double> nees;
+  for (const auto& frame : frames) nees.push_back(frame.value);
   score.mean = mean_of(nees);
   score.median = median(nees);
   score.share_inside =
@@ -77,6 +96,19 @@ void add_nis(const std::vector<CovarianceRow>& rows, NeesReport& report) {
   report.updates = nis.size();
   report.mean_nis_per_dof = mean_of(nis);
   report.median_nis_per_dof = median(nis);
+}
+
+void print_score(std::ostream& stream, std::string_view name, const NeesScore& score, std::string_view what) {
+  fmt::print(
+      stream,
+      "{:<32}mean {:.2f}  median {:.2f} (6 and 5.35 expected), {:.0f} % inside the 95 % bound ({} {})\n",
+      name, score.mean, score.median, 100.0 * score.share_inside, score.count, what);
+}
+
+[[nodiscard]] std::string score_json(const NeesScore& score) {
+  if (score.count == 0) return R"("count": 0)";
+  return fmt::format(R"("count": {}, "mean": {}, "median": {}, "share_inside_95": {})", score.count,
+                     score.mean, score.median, score.share_inside);
 }
 
 }  // namespace
@@ -113,7 +145,8 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
                     from_triangle(tail + 5),
                     tail[1],
                     static_cast<int>(tail[2]),
-                    {tail[3], tail[4]}});
+                    {tail[3], tail[4]},
+                    from_triangle(numbers->data())});
   }
   return rows;
 }
@@ -125,26 +158,23 @@ std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
   for (const auto& row : rows) {
     if (row.keyframe < rows.size()) anchored[row.keyframe] = true;
   }
-  Vector6<double> truth_variance;
-  truth_variance << Vector3<double>::Constant(noise.rotation_rad * noise.rotation_rad),
-      Vector3<double>::Constant(noise.translation_m * noise.translation_m);
   std::vector<FrameNees> nees;
   for (std::size_t i = 0; i + frames < rows.size(); ++i) {
     const std::size_t j = i + frames;
     if (!anchored[i] || !true_poses[i] || !true_poses[j]) continue;
-    auto covariance = relative_covariance(rows, poses, i, j);
-    if (!covariance) continue;
-    covariance->diagonal() += truth_variance;
-    const Vector6<double> error =
-        (true_poses[i]->inverse() * *true_poses[j]).boxminus(poses[i].inverse() * poses[j]);
-    const Eigen::LLT<Matrix6<double>> factor(*covariance);
-    if (factor.info() != Eigen::Success) {
-      throw std::runtime_error(
-          fmt::format("the covariance from frame {} to frame {} is not positive definite; give a "
-                      "covariances.csv as `run` wrote it",
-                      i, j));
-    }
-    nees.push_back({i, j, error.dot(factor.solve(error))});
+    const auto covariance = relative_covariance(rows, poses, i, j);
+    if (covariance) nees.push_back(nees_of(run, i, j, *covariance, noise));
+  }
+  return nees;
+}
+
+std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise& noise) {
+  constexpr double kCertain = 1e-6;  // rad^2 and m^2
+  std::vector<FrameNees> nees;
+  if (run.rows.empty() || !run.true_poses[0] || run.rows[0].in_world.trace() > kCertain) return nees;
+  for (std::size_t i = 1; i < run.rows.size(); ++i) {
+    const auto& covariance = run.rows[i].in_world;
+    if (run.true_poses[i] && !covariance.isZero(0.0)) nees.push_back(nees_of(run, 0, i, covariance, noise));
   }
   return nees;
 }
@@ -164,10 +194,9 @@ NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate
   NeesReport report;
   report.truth_taken_as_exact = noise.translation_m == 0.0 && noise.rotation_rad == 0.0;
   for (const std::size_t frames : {1, 10, 100}) {
-    std::vector<double> values;
-    for (const auto& nees : relative_nees(run, frames, noise)) values.push_back(nees.value);
-    report.relative.push_back(summary_of(frames, values));
+    report.relative.push_back({score_of(relative_nees(run, frames, noise)), frames});
   }
+  report.in_world = score_of(world_nees(run, noise));
   add_nis(rows, report);
   return report;
 }
@@ -178,12 +207,10 @@ void print_nees(std::ostream& stream, const NeesReport& report) {
     if (r.count == 0) {
       fmt::print(stream, "{:<32}n/a (the run is too short)\n", name);
     } else {
-      fmt::print(stream,
-                 "{:<32}mean {:.2f}  median {:.2f} (6 and 5.35 expected), {:.0f} % inside the 95 % bound "
-                 "({} relative poses)\n",
-                 name, r.mean, r.median, 100.0 * r.share_inside, r.count);
+      print_score(stream, name, r, "relative poses");
     }
   }
+  if (report.in_world.count > 0) print_score(stream, "NEES from the first frame", report.in_world, "poses");
   if (report.updates > 0) {
     fmt::print(stream, "{:<32}mean {:.3f}  median {:.3f} per degree of freedom (1 expected, {} updates)\n",
                "NIS of the pose updates", report.mean_nis_per_dof, report.median_nis_per_dof, report.updates);
@@ -198,15 +225,12 @@ void print_nees(std::ostream& stream, const NeesReport& report) {
 std::string nees_json(const NeesReport& report) {
   std::vector<std::string> relative;
   for (const auto& r : report.relative) {
-    relative.push_back(
-        r.count == 0
-            ? fmt::format(R"({{"frames": {}, "count": 0}})", r.frames)
-            : fmt::format(R"({{"frames": {}, "count": {}, "mean": {}, "median": {}, "share_inside_95": {}}})",
-                          r.frames, r.count, r.mean, r.median, r.share_inside));
+    relative.push_back(fmt::format(R"({{"frames": {}, {}}})", r.frames, score_json(r)));
   }
   return fmt::format(
-      R"({{"relative_nees": [{}], "updates": {}, "mean_nis_per_dof": {}, "median_nis_per_dof": {}}})",
-      fmt::join(relative, ", "), report.updates, report.mean_nis_per_dof, report.median_nis_per_dof);
+      R"({{"relative_nees": [{}], "world_nees": {{{}}}, "updates": {}, "mean_nis_per_dof": {}, "median_nis_per_dof": {}}})",
+      fmt::join(relative, ", "), score_json(report.in_world), report.updates, report.mean_nis_per_dof,
+      report.median_nis_per_dof);
 }
 
 }  // namespace stereo_slam

@@ -22,6 +22,7 @@ struct CovarianceRow {
   double nis = 0.0;
   int nis_dof = 0;
   CalibrationError calibration{};
+  Matrix6<double> in_world = Matrix6<double>::Zero();  ///< covariance of T_world_frame; zero: not known
 };
 
 /// Reads covariances.csv, one row a frame. Throws std::runtime_error naming file, line and what was wrong.
@@ -52,17 +53,27 @@ struct FrameNees {
 [[nodiscard]] std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
                                                    const GroundTruthNoise& noise);
 
-/// Scores of the NEES of relative poses over a number of frames.
-struct RelativeNees {
-  std::size_t frames = 0;
-  std::size_t count = 0;      ///< of relative poses; the figures are zero without any
+/// The NEES of the poses in the world, whose origin is the first frame's pose, in order: what the run says of
+/// its positions, after loops. Nothing if the first frame has no ground truth, or is not the origin because
+/// the run continues in a loaded map.
+[[nodiscard]] std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise& noise);
+
+/// Scores of the NEES of some poses.
+struct NeesScore {
+  std::size_t count = 0;      ///< of poses; the figures are zero without any
   double mean = 0.0;          ///< 6 if the covariances are right
   double median = 0.0;        ///< 5.35 if they are
   double share_inside = 0.0;  ///< share of them inside the 95 % bound, 12.59
 };
 
+/// Scores of the NEES of relative poses over a number of frames.
+struct RelativeNees : NeesScore {
+  std::size_t frames = 0;
+};
+
 struct NeesReport {
   std::vector<RelativeNees> relative;  ///< over 1, 10 and 100 frames
+  NeesScore in_world;                  ///< of all frames, relative to the first
   std::size_t updates = 0;             ///< pose updates with measurements
   double mean_nis_per_dof = 0.0;       ///< 1 if the noise is as assumed
   double median_nis_per_dof = 0.0;

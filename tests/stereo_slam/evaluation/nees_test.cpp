@@ -98,6 +98,40 @@ TEST_CASE("An error of the camera's axes is common to all frames", "[nees]") {
   CHECK(aware.relative[2].share_inside > 0.88);
 }
 
+TEST_CASE("The NEES in the world compares every pose with the first, once for each", "[nees]") {
+  constexpr int kRuns = 300;
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal;
+  Vector6<double> sigma;
+  sigma << 1e-3, 2e-3, 1e-3, 0.1, 0.2, 0.3;
+  const Pose T_truth_world = Pose::from_matrix(Eigen::Matrix3d::Identity(), Eigen::Vector3d(5.0, -3.0, 1.0));
+  TrackedRun run;
+  run.rows.resize(kRuns);
+  for (std::size_t k = 0; k < kRuns; ++k) {
+    Vector6<double> error;
+    for (double& e : error) e = k == 0 ? 0.0 : normal(random);
+    const Pose pose =
+        Pose::from_matrix(Eigen::Matrix3d::Identity(), Eigen::Vector3d(0.0, 0.0, static_cast<double>(k)));
+    run.poses.push_back(pose);
+    run.true_poses.emplace_back(T_truth_world * pose.boxplus(sigma.cwiseProduct(error)));
+    run.rows[k].in_world = (k == 0 ? 1e-10 : 1.0) * Matrix6<double>(sigma.cwiseAbs2().asDiagonal());
+  }
+  const auto mean = [&] {
+    double sum = 0.0;
+    for (const auto& nees : world_nees(run, {})) sum += nees.value / (kRuns - 1);
+    return sum;
+  };
+  CHECK(world_nees(run, {}).size() == kRuns - 1);
+  CHECK(mean() == Approx(6.0).margin(4.0 * std::sqrt(12.0 / kRuns)));
+  for (auto& row : run.rows) row.in_world *= 0.25;
+  CHECK(mean() == Approx(24.0).margin(16.0 * std::sqrt(12.0 / kRuns)));
+  run.true_poses[7].reset();
+  CHECK(world_nees(run, {}).size() == kRuns - 2);
+  run.rows[0].in_world = Matrix6<double>::Identity();  // a run that continues in a loaded map
+  CHECK(world_nees(run, {}).empty());
+  CHECK(world_nees({}, {}).empty());
+}
+
 TEST_CASE("A covariance that is not positive definite is refused", "[nees]") {
   for (const double factor : {0.0, -1.0}) {
     HonestRun run(101);
@@ -144,6 +178,7 @@ TEST_CASE("evaluate reads covariances.csv as run writes it", "[nees]") {
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j)
         record.results[k].relative_covariance(i, j) = i * j + static_cast<double>(k);
+      for (int j = 0; j < 6; ++j) record.trajectory[k].covariance(i, j) = i + j + static_cast<double>(k);
     }
   }
   std::ostringstream out;
@@ -154,6 +189,7 @@ TEST_CASE("evaluate reads covariances.csv as run writes it", "[nees]") {
   for (std::size_t k = 0; k < 3; ++k) {
     CHECK(rows[k].keyframe == record.results[k].keyframe);
     CHECK(rows[k].relative == record.results[k].relative_covariance);
+    CHECK(rows[k].in_world == record.trajectory[k].covariance);
     CHECK(rows[k].nis == record.results[k].nis);
     CHECK(rows[k].nis_dof == record.results[k].nis_dof);
     CHECK(rows[k].calibration.scale_sigma == record.results[k].calibration.scale_sigma);
