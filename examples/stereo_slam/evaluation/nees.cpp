@@ -77,8 +77,8 @@ constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
 [[nodiscard]] NeesScore score_of(const std::vector<FrameNees>& frames) {
   NeesScore score{.count = frames.size()};
   if (frames.empty()) return score;
-  std::vector<double> nees;
-  for (const auto& frame : frames) nees.push_back(frame.value);
+  std::vector<double> nees(frames.size());
+  std::transform(frames.begin(), frames.end(), nees.begin(), [](const FrameNees& f) { return f.value; });
   score.mean = mean_of(nees);
   score.median = median(nees);
   score.share_inside =

@@ -59,8 +59,8 @@ TEST_CASE("Correct covariances give a mean NEES of six", "[nees]") {
     CAPTURE(relative.frames);
     CHECK(relative.count >= 980);
     // Starts five frames apart: over 10 and 100 frames 2 and 20 of them share their errors.
-    const double independent =
-        static_cast<double>(relative.count) / static_cast<double>(1 + relative.frames / 5);
+    const std::size_t shared = 1 + relative.frames / kFramesPerKeyframe;
+    const double independent = static_cast<double>(relative.count) / static_cast<double>(shared);
     CHECK(std::abs(relative.mean - 6.0) <= 4.0 * std::sqrt(12.0 / independent));
     CHECK(relative.share_inside > 0.88);
   }
