@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs everything antipode's library, examples, tests and benchmarks build with (Debian 12, Ubuntu 22.04 or newer).
+# Installs everything antipode's library, examples, tests and benchmarks build with (Debian 12 or
+# newer, Ubuntu 24.04. Ubuntu 22.04 has Ceres 2.0, which is too old for the SLAM).
 set -euo pipefail
 
 packages=(

@@ -40,6 +40,7 @@ double range_m(const Pose& T_world_drone, const Point& beacon_world) {
 // The measured ranges and their model. No derivatives are needed.
 auto measurement_of(const std::vector<double>& ranges_m) {
   std::vector<antipode::NoisyMeasurement<double, 1>> measured;
+  measured.reserve(ranges_m.size());
   for (const double range : ranges_m) {
     measured.push_back({Scalar(range), Scalar(kRangeSigma_m * kRangeSigma_m)});
   }
@@ -94,6 +95,7 @@ int main() {
     odometry_only = antipode::predict_closed_form(odometry_only, measured, noise);
 
     std::vector<double> ranges_m;
+    ranges_m.reserve(kBeacons_world.size());
     for (const Point& beacon : kBeacons_world) {
       ranges_m.push_back(range_m(truth, beacon) + kRangeSigma_m * normal(rng));
     }

@@ -150,7 +150,7 @@ void write_model(const fs::path& folder, const ModelFile& model) {
 
 cv::Mat1b load_image(const fs::path& file) {
   if (!fs::is_regular_file(file)) throw std::runtime_error(fmt::format("no image at {}", file.string()));
-  const cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+  cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
   if (image.empty()) throw std::runtime_error(fmt::format("{} is not an image", file.string()));
   return image;
 }

@@ -166,6 +166,7 @@ std::vector<Match> match_features(const StereoImages& images, const StereoCamera
   if (best.empty()) throw std::runtime_error("no feature of the model is seen in both images");
 
   std::vector<Match> matches;
+  matches.reserve(best.size());
   for (const auto& [feature, match] : best) matches.push_back(match);
   std::stable_sort(matches.begin(), matches.end(),
                    [](const Match& a, const Match& b) { return a.ratio < b.ratio; });

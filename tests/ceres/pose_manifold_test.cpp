@@ -106,6 +106,7 @@ TEST_CASE("Ceres closes a loop of poses through views, and its covariance is tha
     estimate.push_back(k == 0 ? Pose() : truth.back().boxplus(0.3 * random_matrix<double, 6, 1>(rng)));
   }
   std::vector<Vector8<double>> parameters;
+  parameters.reserve(kPoses);
   for (int k = 0; k < kPoses; ++k)
     parameters.push_back((k % 2 == 0 ? 1 : -1) * estimate[std::size_t(k)].coeffs());
 

@@ -66,6 +66,7 @@ template <class Synthesis>
 [[nodiscard]] std::vector<MaterialId> images(Shelf& shelf, Random& random, int count, int size_px,
                                              Synthesis make) {
   std::vector<MaterialId> ids;
+  ids.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) ids.push_back(shelf.image(make(random, size_px)));
   return ids;
 }

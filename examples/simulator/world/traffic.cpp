@@ -63,7 +63,8 @@ Traffic::Traffic(const World& world, const CameraPath& path, double fps, int veh
     Vehicle vehicle;
     vehicle.oncoming = i % 2 == 1;
     if (vehicle.oncoming) {
-      const double place = i / 2 + random.uniform(0.0, kSpacingJitter);
+      const int pair = i / 2;
+      const double place = pair + random.uniform(0.0, kSpacingJitter);
       vehicle.distance_m = place / oncoming * oncoming_cycle_m_;
     } else {
       vehicle.distance_m = ahead_m;

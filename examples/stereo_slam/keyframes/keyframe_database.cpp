@@ -27,6 +27,7 @@ std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
 
 void describe(std::vector<KeyframePoint>& points, const cv::Mat& left) {
   std::vector<Vector2<double>> px;
+  px.reserve(points.size());
   for (const auto& point : points) px.push_back(measurement(point).head<2>());
   const auto descriptors = describe_points(left, px);
   for (std::size_t i = 0; i < points.size(); ++i) points[i].descriptor = descriptors[i];

@@ -2,6 +2,7 @@
 #include "stereo_slam/local_map/local_map.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/geometry/quaternion.hpp>
@@ -35,8 +36,8 @@ constexpr int kEstablished = 3;  // observations after which a landmark is kept 
 }
 
 [[nodiscard]] std::uint8_t intensity_at(const cv::Mat& image, const Vector2<double>& px) {
-  const int x = std::clamp(static_cast<int>(px.x() + 0.5), 0, image.cols - 1);
-  const int y = std::clamp(static_cast<int>(px.y() + 0.5), 0, image.rows - 1);
+  const int x = std::clamp(static_cast<int>(std::lround(px.x())), 0, image.cols - 1);
+  const int y = std::clamp(static_cast<int>(std::lround(px.y())), 0, image.rows - 1);
   return image.at<std::uint8_t>(y, x);
 }
 

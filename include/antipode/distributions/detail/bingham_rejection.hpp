@@ -24,7 +24,7 @@ class BinghamRejection {
   [[nodiscard]] Vector<Scalar, Dim> operator()(Rng& rng) const {
     std::uniform_real_distribution<Scalar> uniform;
     for (;;) {
-      const Vector<Scalar, Dim> x =
+      Vector<Scalar, Dim> x =
           standard_normal<Scalar, Dim>(rng).cwiseQuotient(omega_.cwiseSqrt()).normalized();
       if (uniform(rng) < acceptance(x)) return x;
     }
