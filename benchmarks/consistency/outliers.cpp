@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Monte-Carlo study of single pose updates with wrong matches: how close each comes to an update that knows
-// which measurements are wrong, and whether its covariance is as large as its error. Prints a Markdown table.
+// which measurements are wrong, and whether its covariance is as large as its error. Prints a Markdown table:
+// consistency_outliers [runs [first seed]].
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -102,13 +103,13 @@ template <class Noise>
 }
 
 /// One row of the table per variant.
-void study(const PriorWidth& c, int count, double share, int runs) {
+void study(const PriorWidth& c, int count, double share, int runs, unsigned first_seed) {
   const auto all = variants();
   std::vector<ErrorStatistics> errors(all.size());
   std::vector<int> failures(all.size()), lost(all.size());
   std::vector<ErrorStatistics> best(all.size());  // of the same runs
   for (int run = 0; run < runs; ++run) {
-    const Scenario s = random_scenario(static_cast<unsigned>(run) + 1, c, count, share);
+    const Scenario s = random_scenario(first_seed + static_cast<unsigned>(run), c, count, share);
     const auto oracle = *all[0].update(s);
     for (std::size_t v = 0; v < all.size(); ++v) {
       const Outcome outcome = all[v].update(s);
@@ -134,6 +135,7 @@ void study(const PriorWidth& c, int count, double share, int runs) {
 
 int main(int argc, char** argv) {
   const int runs = argc > 1 ? std::atoi(argv[1]) : 100;
+  const unsigned first_seed = argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 1;
   std::printf(
       "| prior | outliers | landmarks | update | rotation / best | translation / best | ANEES | NEES > 30 | "
       "failed "
@@ -141,7 +143,7 @@ int main(int argc, char** argv) {
   for (const consistency::PriorWidth& c : {consistency::PriorWidth{"0.2 deg, 6 cm", 0.2, 0.06},
                                            consistency::PriorWidth{"2 deg, 50 cm", 2.0, 0.5}}) {
     for (const double share : {0.0, 0.1, 0.2, 0.4}) {
-      for (const int count : {4, 10, 30, 100, 300}) consistency::study(c, count, share, runs);
+      for (const int count : {4, 10, 30, 100, 300}) consistency::study(c, count, share, runs, first_seed);
     }
   }
 }

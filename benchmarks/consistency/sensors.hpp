@@ -119,9 +119,15 @@ class StatusStatistics {
   double converged_nees_ = 0.0, not_gaussian_nees_ = 0.0;
 };
 
+/// How many trials, and the seed of the first; that of the next is larger by one.
+struct Trials {
+  unsigned count = 300;
+  unsigned first_seed = 0;
+};
+
 template <int Dim>
 void study_sensor(const Sensor& sensor, const char* prior_name, double rotation_sigma_rad,
-                  double translation_sigma_m, int trials) {
+                  double translation_sigma_m, const Trials& trials) {
   constexpr std::array kUpdates{"quadratic, screw chart", "quadratic, split chart", "linearised, split chart",
                                 "Gauss-Newton, split chart", "reweighting (15 x 15)"};
   std::array<StatusStatistics, kUpdates.size()> statistics;
@@ -135,8 +141,8 @@ void study_sensor(const Sensor& sensor, const char* prior_name, double rotation_
     Eigen::Matrix<double, Dim, 6> J;
     return predict_with(x, i, J);
   };
-  for (int trial = 0; trial < trials; ++trial) {
-    Rng rng(static_cast<unsigned>(trial));
+  for (unsigned trial = 0; trial < trials.count; ++trial) {
+    Rng rng(trials.first_seed + trial);
     const SplitPoseGaussian<double> prior{Pose::exp(draw_gaussian<6>(rng, isotropic_covariance(1.0, 2.0))),
                                           isotropic_covariance(rotation_sigma_rad, translation_sigma_m)};
     const Pose truth = antipode::sample(prior, rng);
@@ -165,7 +171,7 @@ void study_sensor(const Sensor& sensor, const char* prior_name, double rotation_
 }
 
 /// Prints a Markdown table of the sensors whose names contain `name`.
-inline void study_sensors(int trials, std::string_view name) {
+inline void study_sensors(const Trials& trials, std::string_view name) {
   constexpr double kDegree = M_PI / 180.0;
   const Vector3<double> beacon(30, 10, 5), landmark(20, -15, 25);
   const std::array sensors{altimeter(),

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Monte-Carlo study of single pose updates: how close each filter comes to the best linearised estimator, and
 // whether its covariance is as large as its error. Prints Markdown tables: of one measurement by a single
-// sensor under wide priors (consistency_updates sensors [runs [name]], altimeter say), or of stereo landmarks
-// (consistency_updates [runs]).
+// sensor under wide priors (consistency_updates sensors [runs [name [first seed]]], altimeter say, "" for
+// all), or of stereo landmarks (consistency_updates [runs]).
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -156,7 +156,10 @@ void study(const PriorWidth& c, int landmarks, int runs) {
 int main(int argc, char** argv) {
   using namespace consistency;
   if (argc > 1 && std::string_view(argv[1]) == "sensors") {
-    study_sensors(argc > 2 ? std::max(2, std::atoi(argv[2])) : 300, argc > 3 ? argv[3] : "");
+    Trials trials;
+    if (argc > 2) trials.count = static_cast<unsigned>(std::max(2, std::atoi(argv[2])));
+    if (argc > 4) trials.first_seed = static_cast<unsigned>(std::atoi(argv[4]));
+    study_sensors(trials, argc > 3 ? argv[3] : "");
     return 0;
   }
   const int runs = argc > 1 ? std::max(2, std::atoi(argv[1])) : 100;

@@ -97,6 +97,37 @@ TEST_CASE("A position known up to its sign is reported by every update that sees
   CHECK(gauss_newton_update(wide, z, Distance{}, {.check_modes = false}).status == UpdateStatus::kConverged);
 }
 
+TEST_CASE("A second place is seen under a prior a thousand times as wide, far off and near", "[status]") {
+  // |t_x| = z +- 3 cm, +- 100 m: beside such a prior a small z makes the measurement nearly quadratic.
+  const ScalarModel distance = [](const Pose& x, std::size_t) {
+    return Vector<double, 1>(std::abs(x.translation()[0]));
+  };
+  struct WithJacobian {
+    ScalarModel values;
+    Vector<double, 1> operator()(const Pose& x, std::size_t i) const { return values(x, i); }
+    Vector<double, 1> operator()(const Pose& x, std::size_t i, Matrix<double, 1, 6>& J) const {
+      J.setZero();
+      J(0, 3) = x.translation()[0] > 0.0 ? 1.0 : -1.0;
+      return values(x, i);
+    }
+  };
+  for (const double z : {0.5, 2.7, 2.9, 3.4, 33.8, 106.0}) {
+    for (const double prior_m : {0.005, 0.3, 2.3, -3.3}) {
+      CAPTURE(z, prior_m);
+      const auto at =
+          Pose::from_rotation_translation(Vector4<double>(1, 0, 0, 0), Vector3<double>(prior_m, 0, 0));
+      const SplitPoseGaussian<double> prior{at, pose_covariance<double>(0.17, 100.0)};
+      const std::vector<NoisyMeasurement<double, 1>> measured{
+          {Vector<double, 1>(z), Vector<double, 1>(0.03 * 0.03)}};
+      const GaussianMeasurements likelihood(measured, distance);
+      CHECK(quadratic_update(prior, likelihood).status != UpdateStatus::kConverged);
+      CHECK(linearized_update(prior, measured, distance, {}, MysovskikhRule<6>{}).status !=
+            UpdateStatus::kConverged);
+      CHECK(gauss_newton_update(prior, measured, WithJacobian{distance}).status != UpdateStatus::kConverged);
+    }
+  }
+}
+
 TEST_CASE("A second mode is found wherever it is on the axis, and one alone is not doubted", "[status]") {
   const SplitPoseGaussian<double> prior{Pose::identity(), pose_covariance<double>(0.1, 1.0)};
   const auto two = [](double x, double first, double second, double sigma) {

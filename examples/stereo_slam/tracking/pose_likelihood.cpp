@@ -13,11 +13,11 @@ namespace stereo_slam {
 PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap)
     : camera_(map.camera), cap_(cap), count_(matches.size()) {
   Block empty;
-  empty.point.fill(Lanes::Ones());  // in front of the camera
+  empty.point.fill(Lanes::Ones());
   empty.measurement.fill(Lanes::Zero());
   empty.U.fill(Lanes::Zero());
   empty.UV.fill(Lanes::Zero());
-  empty.weight = 0.0;
+  empty.cap = 0.0;
   blocks_.assign((count_ + kLanes - 1) / kLanes, empty);
   for (std::size_t i = 0; i < count_; ++i) {
     const Match& match = matches[i];
@@ -36,7 +36,7 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& ma
     for (int row = 0; row < 3; ++row) {
       for (int column = row; column < 3; ++column) block.U[entry++][lane] = U(row, column);
     }
-    block.weight[lane] = 1.0;
+    block.cap[lane] = cap_;
   }
 }
 
@@ -113,7 +113,7 @@ double PoseLikelihood::sum_distances(const Pose& T, const Vector6<double>& y, Ve
     const Lanes distance2 = a * a + b * b + c * c;
     for (Eigen::Index i = 0; i < distance2.size(); ++i) {
       const bool counts = hz[i] > StereoCamera::kMinDepth_m * p[3][i] && distance2[i] < cap_;
-      sum[i] += block.weight[i] * (counts ? distance2[i] : cap_);
+      sum[i] += counts ? distance2[i] : block.cap[i];
       a[i] = counts ? a[i] : 0.0;
       b[i] = counts ? b[i] : 0.0;
       c[i] = counts ? c[i] : 0.0;

@@ -54,13 +54,13 @@ class PoseLikelihood {
   static constexpr std::size_t kLanes = 4;
   using Lanes = Eigen::Array<double, static_cast<int>(kLanes), 1>;
 
-  /// Four landmarks, one a lane. Lanes without a landmark have weight 0.
+  /// Four landmarks, one a lane. Lanes without a landmark have zero U and cap.
   struct Block {
     std::array<Lanes, 4> point;        ///< homogeneous, reference frame
     std::array<Lanes, 3> measurement;  ///< (u, v, d), px
     std::array<Lanes, 6> U;            ///< upper triangle by rows, S^-1 = U' U
     std::array<Lanes, 18> UV;          ///< U_j V_j by rows
-    Lanes weight;
+    Lanes cap;                         ///< cost of a landmark that is too far off or behind the camera
   };
   /// U of a landmark.
   [[nodiscard]] Matrix3<double> whitening(std::size_t landmark) const;

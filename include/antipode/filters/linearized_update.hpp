@@ -242,7 +242,7 @@ class LinearizedIteration {
     const auto moved = density_.moved(y);
     if (!moved) return fail(UpdateStatus::kDiverged);
     density_ = *moved;
-    bent_ = bent_ || (result_.steps == 0 && fit.bent());
+    bent_ = bent_ || fit.bent();
     ++result_.steps;
     result_.log_evidence = y.log_evidence;
     result_.log_likelihood = fit.model.constant;
@@ -277,7 +277,7 @@ class LinearizedIteration {
   const LinearizedUpdateOptions<Scalar>& options_;
 
   Scalar last_step_ = std::numeric_limits<Scalar>::infinity();
-  bool bent_ = false;  ///< the measurements are not linear over the prior
+  bool bent_ = false;  ///< the measurements are not linear over the prior, or a density on the way
   UpdateResult<Density> result_;
 };
 

@@ -156,7 +156,7 @@ class QuadraticIteration {
   [[nodiscard]] IterationState iterate() {
     auto fit = fit_quadratic(density_, spread_, log_likelihood_, standard_);
     result_.evaluations += Count;
-    bent_ = bent_ || (result_.steps == 0 && is_bent(fit));
+    bent_ = bent_ || is_bent(fit);
     if (!fit.range.valid || !std::isfinite(fit.residual)) return fail(UpdateStatus::kNotFinite);
     if (overshot(fit)) {
       fit = take_back_last_step();
@@ -174,7 +174,7 @@ class QuadraticIteration {
     return move(settled);
   }
 
-  /// Whether the log-likelihood is anything but quadratic over the prior.
+  /// Whether the log-likelihood is anything but quadratic over the density.
   [[nodiscard]] bool is_bent(const Fit& fit) const {
     constexpr Scalar kBent = Scalar(0.005);  // share of the explained that remains unexplained
     return !fit.range.supported() ||
@@ -294,7 +294,7 @@ class QuadraticIteration {
   QuadraticStep<Density> last_;
   int retries_ = kMostRetries;  ///< of the last step
   bool fit_of_posterior_ = false;
-  bool bent_ = false;  ///< the log-likelihood is not quadratic over the prior
+  bool bent_ = false;  ///< the log-likelihood is not quadratic over the prior, or a density on the way
   int repeats_ = 0;    ///< fits in succession that did not allow a larger power
   UpdateResult<Density> result_;
 };

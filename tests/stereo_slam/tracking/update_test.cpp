@@ -82,6 +82,13 @@ TEST_CASE("A landmark behind a sampled camera costs the cap, not a NaN", "[stere
   Vector6<double> far_ahead = Vector6<double>::Zero();
   far_ahead[5] = 100.0;
   CHECK(likelihood.squared_distance(Pose::exp(far_ahead)) == Approx(20 * 16.0));
+  // Without a cap it is impossible, however many landmarks there are.
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const std::size_t count : {1u, 2u, 3u, 4u, 18u}) {
+    CAPTURE(count);
+    const PoseLikelihood uncapped(std::span<const Match>(scene.matches).first(count), scene.map(), kInfinity);
+    CHECK(uncapped.squared_distance(Pose::exp(far_ahead)) == kInfinity);
+  }
 }
 
 TEST_CASE("Distances of any number of landmarks add up", "[stereo_slam][update]") {

@@ -57,7 +57,7 @@ class ModeSearch {
       if (k < 0) continue;
       const Scalar near = k > 0 ? place(i, k - 1, half) : Scalar(0);
       const Scalar far = place(i, std::min(k + 1, half - 1), half);
-      if (rises_to_second_mode(i / 2, near, far, values[i * half + k])) return true;
+      if (rises_to_second_mode(i / 2, {near, place(i, k, half), far}, values[i * half + k])) return true;
     }
     return false;
   }
@@ -109,18 +109,26 @@ class ModeSearch {
     return highest;
   }
 
-  /// Follows the rise between two places to its top.
-  [[nodiscard]] bool rises_to_second_mode(int line, Scalar begin, Scalar end, Scalar top) {
+  /// Places on a line about the highest one.
+  struct Rise {
+    Scalar begin, highest, end;
+  };
+
+  /// Follows a rise to its top. The highest place of all so far stays in the middle: those of a finer grid
+  /// may all be lower.
+  [[nodiscard]] bool rises_to_second_mode(int line, Rise rise, Scalar top) {
     for (int i = 0; i < kMostRefinements && top <= peak_ - kNegligible; ++i) {
-      const Scalar step = (end - begin) / Scalar(Count - 1);
+      const Scalar step = (rise.end - rise.begin) / Scalar(Count - 1);
       Matrix<Scalar, 2, Count> where;
-      for (int k = 0; k < Count; ++k) where.col(k) << Scalar(line), begin + Scalar(k) * step;
+      for (int k = 0; k < Count; ++k) where.col(k) << Scalar(line), rise.begin + Scalar(k) * step;
       int k = 0;
       const Scalar found = log_density(where).maxCoeff(&k);
-      if (!(found > top)) return false;
-      top = found;
-      begin = where(1, k) - step;
-      end = where(1, k) + step;
+      if (found > top) {
+        top = found;
+        rise.highest = where(1, k);
+      }
+      rise.begin = rise.highest - step;
+      rise.end = rise.highest + step;
     }
     return top > peak_ - kNegligible;
   }
