@@ -113,7 +113,8 @@ struct Variant {
            return s.camera.project(x.inverse() * s.measurements[i].point);
          };
          const auto result = antipode::linearized_update(s.prior, measurements, h);
-         return Outcome{result.posterior, result.evaluations};
+         const bool failed = result.status != antipode::UpdateStatus::kConverged;
+         return Outcome{failed ? s.prior : result.posterior, result.evaluations, failed};
        }},
   };
 }

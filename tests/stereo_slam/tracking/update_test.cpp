@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/tracking/update.hpp"
 
+#include <limits>
+
 #include <Eigen/Cholesky>
 
 #include "stereo_slam/support/scenes.hpp"
