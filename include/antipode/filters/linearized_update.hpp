@@ -79,9 +79,9 @@ struct LinearizedUpdateOptions {
   /// kNotGaussian. Its covariance contains the Omega_i and is as large as the error on average, but large
   /// errors are more frequent than a Gaussian's.
   Scalar max_final_residual = Scalar(4);
-  /// Whether to look for a second mode where the measurements are not linear over the prior, and to report it
-  /// as kNotGaussian (see quadratic_update.hpp). Eight evaluations of each model for every dimension of the
-  /// state. Not with robust weights.
+  /// Whether to look for a second mode where the measurements are not linear over the prior, or over a
+  /// density on the way to the posterior, and to report it as kNotGaussian (see quadratic_update.hpp). Eight
+  /// evaluations of each model for every dimension of the state. Not with robust weights.
   bool check_modes = true;
   RobustWeight robust = RobustWeight::kNone;  ///< how much distant measurements count
   /// Distance at which a measurement begins to count less. It is compared with S_i, which includes the spread

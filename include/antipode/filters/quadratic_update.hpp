@@ -60,8 +60,8 @@ struct QuadraticUpdateOptions {
   /// position and direction under wide priors (docs/results/consistency.md) no more than one NEES in 300 was
   /// above 30 below this.
   Scalar max_final_residual = Scalar(0.4);
-  /// Whether to look for a second mode where the log-likelihood is not quadratic over the prior. One fit
-  /// more.
+  /// Whether to look for a second mode where the log-likelihood is not quadratic over the prior, or over a
+  /// density on the way to the posterior. One fit more.
   bool check_modes = true;
   /// Below this log-likelihood at the posterior's samples (the best of them) the result is reported as
   /// diverged.
