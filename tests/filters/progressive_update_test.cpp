@@ -303,6 +303,10 @@ TEMPLATE_TEST_CASE("A likelihood that is not a number returns the prior and is r
         UpdateStatus::kNotFinite);
   check([&](const DualQuaternion<TestType>&) { return -infinity; }, UpdateStatus::kNoSupport);
   check([&](const DualQuaternion<TestType>&) { return nan; }, UpdateStatus::kNotFinite);
+  constexpr TestType largest = std::numeric_limits<TestType>::max();
+  calls = 0;
+  check([&](const DualQuaternion<TestType>&) { return ++calls % 2 == 0 ? largest : -largest; },
+        UpdateStatus::kNotFinite);
 }
 
 TEST_CASE("Poses that are impossible are excluded", "[progressive]") {

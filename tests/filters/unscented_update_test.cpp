@@ -351,6 +351,24 @@ TEST_CASE("What is no number or too large to compute with is not an update", "[u
   }
 }
 
+TEST_CASE("Where rounding leaves the posterior without a root it is a covariance nevertheless",
+          "[unscented]") {
+  Rng rng(7);
+  const PoseModel identity = [](const Pose&, const Vector3<double>& x) { return std::optional(x); };
+  for (int trial = 0; trial < 200; ++trial) {
+    Matrix3<double> root = random_matrix<double, 3, 3>(rng, 1.0);
+    for (auto row : root.rowwise()) row *= std::pow(10.0, uniform<double>(rng, -10.0, 15.0));
+    const Landmark prior(Vector3<double>::Zero(), root * root.transpose());
+    for (const double variance : {1e-20, 1e-10, 1.0}) {
+      const auto result =
+          unscented_update(prior, Pose::identity(), identity,
+                           {Vector3<double>(1, 2, 3), variance * Matrix3<double>::Identity()});
+      CHECK(result.status == UnscentedUpdateStatus::kUpdated);
+      CHECK((result.posterior.covariance().diagonal().array() >= 0.0).all());
+    }
+  }
+}
+
 TEST_CASE("An iteration that leaves the view keeps the one before", "[unscented]") {
   const PoseModel h = [](const Pose&, const Vector3<double>& l) -> std::optional<Vector3<double>> {
     if (l[2] > 12.0) return std::nullopt;

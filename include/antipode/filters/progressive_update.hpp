@@ -176,6 +176,10 @@ template <class Scalar, class L, class Rule>
     const ProgressionStep<Scalar> step = progression_step(remaining, reweighting_step(range, attempt.tau),
                                                           options.min_step, result.steps, options.max_steps);
     const Reweighting<Scalar> change = reweight(step.size, values, samples.weights);
+    if (!samples.weights.allFinite()) {  // log-likelihoods further apart than a Scalar can say
+      result.status = UpdateStatus::kNotFinite;
+      return true;
+    }
     const auto next = moment_match(
         samples, {.keep_coupling = options.keep_coupling, .min_eigenvalue = options.min_eigenvalue});
     if (attempt.may_give_up && !step.floored && degenerates(density, next, options.min_eigenvalue))

@@ -93,6 +93,31 @@ struct UnscentedUpdateResult {
   Scalar nis = Scalar(0);
 };
 
+namespace detail {
+
+/// R, symmetric. Throws unless z is finite and R positive definite.
+template <std::floating_point Scalar, int Measured>
+[[nodiscard]] Matrix<Scalar, Measured> checked_noise(const NoisyMeasurement<Scalar, Measured>& measurement) {
+  require_finite("measurement is not finite", measurement.z);
+  const auto R = checked_symmetric("measurement noise is not finite or not symmetric", measurement.R);
+  if (!cholesky_factor(R)) [[unlikely]] {
+    throw_invalid("measurement noise is not positive definite", R);
+  }
+  return R;
+}
+
+/// L Q L^T of a positive semidefinite Q. Where rounding leaves that without one, it is computed as a square.
+template <class Scalar, int Dim>
+[[nodiscard]] Matrix<Scalar, Dim> transformed_covariance(const Matrix<Scalar, Dim>& L,
+                                                         const Matrix<Scalar, Dim>& Q) {
+  const Matrix<Scalar, Dim> P = congruence<Scalar, Dim, Dim>(L, Q);
+  if (cholesky_factor(P)) return P;
+  const auto F = root_of_covariance("posterior covariance has a negative eigenvalue", Q);
+  return congruence<Scalar, Dim, Dim>(L * F.L, Matrix<Scalar, Dim>::Identity());
+}
+
+}  // namespace detail
+
 /// Bayes update of x by a measurement {z, R} (DQV-SLAM Alg. 4 with its line 13 corrected: the
 /// cross-covariance is that of x and z).
 ///
@@ -111,11 +136,7 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
     const NoisyMeasurement<Scalar, Measured>& measurement, const UnscentedUpdateOptions& options = {}) {
   using State = Vector<Scalar, Dim>;
   using Square = Matrix<Scalar, Dim>;
-  const auto R = detail::checked_symmetric("measurement noise is not finite or not symmetric", measurement.R);
-  if (!detail::cholesky_factor(R)) [[unlikely]] {
-    detail::throw_invalid("measurement noise is not positive definite", R);
-  }
-  detail::require_finite("measurement is not finite", measurement.z);
+  const auto R = detail::checked_noise(measurement);
   if (options.iterations < 1) [[unlikely]] {
     detail::throw_invalid("iterations is not positive", options.iterations);
   }
@@ -161,7 +182,7 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
     Q = covariance;
   }
   if (result.iterations > 0) {
-    result.posterior = {prior.mean() + L * a, detail::congruence<Scalar, Dim, Dim>(L, Q)};
+    result.posterior = {prior.mean() + L * a, detail::transformed_covariance(L, Q)};
     result.status = UnscentedUpdateStatus::kUpdated;
   }
   return result;
