@@ -133,6 +133,21 @@ TEST_CASE("exp is a one-parameter group, beyond pi too", "[dual_quaternion][law]
   }
 }
 
+TEMPLATE_TEST_CASE("The composition is three quaternion products", "[dual_quaternion][law]", float, double) {
+  Rng rng(11);
+  constexpr double tolerance = 8 * kEpsilon<TestType>;
+  for (int trial = 0; trial < 100; ++trial) {
+    const auto x = random_pose<TestType>(rng), y = random_pose<TestType>(rng);
+    const auto product = x * y;
+    const Vector4<TestType> p = product.dual();
+    const Vector4<TestType> expected =
+        hamilton_product(x.rotation(), y.dual()) + hamilton_product(x.dual(), y.rotation());
+    CHECK(max_difference(product.rotation(), hamilton_product(x.rotation(), y.rotation())) <= tolerance);
+    const double size = static_cast<double>(x.dual().norm() + y.dual().norm());
+    CHECK(max_difference(p, expected) <= tolerance * (1.0 + size));
+  }
+}
+
 TEMPLATE_TEST_CASE("Renormalising removes the drift of a million products", "[dual_quaternion]", float,
                    double) {
   using Pose = DualQuaternion<TestType>;

@@ -12,41 +12,35 @@ namespace stereo_slam {
 
 PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap)
     : camera_(map.camera), cap_(cap), count_(matches.size()) {
-  Block empty;
-  empty.point.fill(Lanes::Ones());
-  empty.measurement.fill(Lanes::Zero());
-  empty.U.fill(Lanes::Zero());
-  empty.UV.fill(Lanes::Zero());
-  empty.cap = 0.0;
-  blocks_.assign((count_ + kLanes - 1) / kLanes, empty);
+  blocks_.resize((count_ + LandmarkBlock::kLanes - 1) / LandmarkBlock::kLanes);
   for (std::size_t i = 0; i < count_; ++i) {
     const Match& match = matches[i];
     const Landmark& landmark = map.landmarks[match.landmark];
     const HomogeneousPoint point = to_point(landmark, landmark.mean, camera_);
     const Matrix3<double> S = match.predicted.landmark_part + match.R;
     const Matrix3<double> U = S.inverse().llt().matrixU();
-    Block& block = blocks_[i / kLanes];
-    const auto lane = static_cast<Eigen::Index>(i % kLanes);
+    LandmarkBlock& block = blocks_[i / LandmarkBlock::kLanes];
+    const std::size_t lane = i % LandmarkBlock::kLanes;
     for (int k = 0; k < 3; ++k) {
       block.point[static_cast<std::size_t>(k)][lane] = point.x[k];
       block.measurement[static_cast<std::size_t>(k)][lane] = match.z[k];
     }
-    block.point[3][lane] = point.w;
+    block.weight[lane] = point.w;
     std::size_t entry = 0;
     for (int row = 0; row < 3; ++row) {
-      for (int column = row; column < 3; ++column) block.U[entry++][lane] = U(row, column);
+      for (int column = row; column < 3; ++column) block.whitening[entry++][lane] = U(row, column);
     }
     block.cap[lane] = cap_;
   }
 }
 
 Matrix3<double> PoseLikelihood::whitening(std::size_t landmark) const {
-  const Block& block = blocks_[landmark / kLanes];
-  const auto lane = static_cast<Eigen::Index>(landmark % kLanes);
+  const LandmarkBlock& block = blocks_[landmark / LandmarkBlock::kLanes];
+  const std::size_t lane = landmark % LandmarkBlock::kLanes;
   Matrix3<double> U = Matrix3<double>::Zero();
   std::size_t entry = 0;
   for (int row = 0; row < 3; ++row) {
-    for (int column = row; column < 3; ++column) U(row, column) = block.U[entry++][lane];
+    for (int column = row; column < 3; ++column) U(row, column) = block.whitening[entry++][lane];
   }
   return U;
 }
@@ -69,9 +63,9 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& ma
                                            landmark.pose_cross_covariance.transpose() *
                                            prior_whitening_.transpose();
     remaining -= UV.transpose() * UV;
-    Block& block = blocks_[i / kLanes];
+    LandmarkBlock& block = blocks_[i / LandmarkBlock::kLanes];
     for (int k = 0; k < 18; ++k) {
-      block.UV[static_cast<std::size_t>(k)][static_cast<Eigen::Index>(i % kLanes)] = UV(k / 6, k % 6);
+      block.correlation[static_cast<std::size_t>(k)][i % LandmarkBlock::kLanes] = UV(k / 6, k % 6);
     }
   }
   // Not positive definite by rounding, or where first order is not enough: independence is the safer model.
@@ -80,59 +74,13 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& ma
   if (correlated_) shared_ = factor.solve(Matrix6<double>::Identity());
 }
 
-template <bool Correlated>
-double PoseLikelihood::sum_distances(const Pose& T, const Vector6<double>& y, Vector6<double>& w) const {
-  const Matrix3<double> R = T.rotation_matrix().transpose();
-  const Vector3<double> t = -R * T.translation();
-  const double bf = camera_.fx * camera_.baseline_m;
-  Lanes sum = Lanes::Zero();
-  std::array<Lanes, 6> w_lanes;
-  w_lanes.fill(Lanes::Zero());
-  for (const Block& block : blocks_) {
-    const auto& p = block.point;
-    const auto& U = block.U;
-    const auto& UV = block.UV;
-    const Lanes hx = R(0, 0) * p[0] + R(0, 1) * p[1] + R(0, 2) * p[2] + t.x() * p[3];
-    const Lanes hy = R(1, 0) * p[0] + R(1, 1) * p[1] + R(1, 2) * p[2] + t.y() * p[3];
-    const Lanes hz = R(2, 0) * p[0] + R(2, 1) * p[1] + R(2, 2) * p[2] + t.z() * p[3];
-    const Lanes inverse = 1.0 / hz;
-    const Lanes du = block.measurement[0] - (camera_.fx * hx * inverse + camera_.cx);
-    const Lanes dv = block.measurement[1] - (camera_.fy * hy * inverse + camera_.cy);
-    const Lanes dd = block.measurement[2] - bf * p[3] * inverse;
-    Lanes a = U[0] * du + U[1] * dv + U[2] * dd;
-    Lanes b = U[3] * dv + U[4] * dd;
-    Lanes c = U[5] * dd;
-    if constexpr (Correlated) {
-      for (std::size_t k = 0; k < 6; ++k) {
-        const double y_k = y[static_cast<Eigen::Index>(k)];
-        a -= UV[k] * y_k;
-        b -= UV[6 + k] * y_k;
-        c -= UV[12 + k] * y_k;
-      }
-    }
-    const Lanes distance2 = a * a + b * b + c * c;
-    for (Eigen::Index i = 0; i < distance2.size(); ++i) {
-      const bool counts = hz[i] > StereoCamera::kMinDepth_m * p[3][i] && distance2[i] < cap_;
-      sum[i] += counts ? distance2[i] : block.cap[i];
-      a[i] = counts ? a[i] : 0.0;
-      b[i] = counts ? b[i] : 0.0;
-      c[i] = counts ? c[i] : 0.0;
-    }
-    if constexpr (Correlated) {
-      for (std::size_t k = 0; k < 6; ++k) w_lanes[k] += UV[k] * a + UV[6 + k] * b + UV[12 + k] * c;
-    }
-  }
-  for (std::size_t k = 0; k < 6; ++k) w[static_cast<Eigen::Index>(k)] += w_lanes[k].sum();
-  return sum.sum();
-}
-
 double PoseLikelihood::evaluate(const antipode::Vector8<double>& pose) const {
   const Pose T = Pose::unchecked(pose);
-  Vector6<double> w = Vector6<double>::Zero();
-  if (!correlated_) return -0.5 * sum_distances<false>(T, w, w);
-  const Vector6<double> y = prior_whitening_ * T.boxminus(prior_);
-  const double sum = sum_distances<true>(T, y, w);
-  return -0.5 * (sum + w.dot(shared_ * w));
+  const Matrix3<double> R = T.rotation_matrix().transpose();
+  const CameraAtPose view{R, -R * T.translation(), camera_, cap_};
+  if (!correlated_) return -0.5 * sum_independent_errors(blocks_, view).squared_distance;
+  const ErrorSums sums = sum_correlated_errors(blocks_, view, prior_whitening_ * T.boxminus(prior_));
+  return -0.5 * (sums.squared_distance + sums.w.dot(shared_ * sums.w));
 }
 
 }  // namespace stereo_slam

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/tracking/landmark_block.hpp"
 
 namespace stereo_slam {
 
@@ -20,8 +20,7 @@ namespace stereo_slam {
 ///   l(x) = -1/2 sum_j min( e_j' S_j^-1 e_j, cap ),   e_j = z_j - h(x, l_j)
 ///
 /// Every pose projects every landmark anew; S_j (landmark and pixel noise) is frozen at the prior mean. A
-/// landmark behind a sampled camera costs `cap`. It keeps its own copy of what it needs, four landmarks side
-/// by side, which compilers turn into vector instructions.
+/// landmark behind a sampled camera costs `cap`. It keeps its own copy of what it needs.
 ///
 /// If the landmarks' errors are correlated with the prior's, C_j = Cov(l_j, xi), their expected errors at the
 /// pose x = prior exp(xi) are C_j P^-1 xi. The remaining errors are correlated with each other:
@@ -51,29 +50,14 @@ class PoseLikelihood {
   [[nodiscard]] int dimension() const noexcept { return 3 * static_cast<int>(count_); }
 
  private:
-  static constexpr std::size_t kLanes = 4;
-  using Lanes = Eigen::Array<double, static_cast<int>(kLanes), 1>;
-
-  /// Four landmarks, one a lane. Lanes without a landmark have zero U and cap.
-  struct Block {
-    std::array<Lanes, 4> point;        ///< homogeneous, reference frame
-    std::array<Lanes, 3> measurement;  ///< (u, v, d), px
-    std::array<Lanes, 6> U;            ///< upper triangle by rows, S^-1 = U' U
-    std::array<Lanes, 18> UV;          ///< U_j V_j by rows
-    Lanes cap;                         ///< cost of a landmark that is too far off or behind the camera
-  };
   /// U of a landmark.
   [[nodiscard]] Matrix3<double> whitening(std::size_t landmark) const;
-
-  /// -2 l of independent landmarks with the whitened errors reduced by U V y; adds their terms to w.
-  template <bool Correlated>
-  [[nodiscard]] double sum_distances(const Pose& pose, const Vector6<double>& y, Vector6<double>& w) const;
   [[nodiscard]] double evaluate(const antipode::Vector8<double>& pose) const;
 
   StereoCamera camera_;
   double cap_;
   std::size_t count_;  // of landmarks
-  std::vector<Block> blocks_;
+  std::vector<LandmarkBlock> blocks_;
 
   bool correlated_ = false;
   Pose prior_ = Pose::identity();

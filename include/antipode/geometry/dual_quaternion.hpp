@@ -10,6 +10,7 @@
 
 #include <antipode/detail/check.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/geometry/detail/dual_quaternion_product.hpp>
 #include <antipode/geometry/jacobians.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
@@ -174,25 +175,9 @@ class BasicDualQuaternion {
   }
 
   /// The composition x y: first y, then x. T_a_c = T_a_b * T_b_c.
-  ///
-  /// Three quaternion products, [q_x q_y; q_x p_y + p_x q_y], written out: as products of vectors GCC stores
-  /// and reloads every one of them, which takes half of the time.
   template <class Other>
   [[nodiscard]] Owned operator*(const BasicDualQuaternion<Other>& y) const noexcept {
-    const auto& a = coeffs_;
-    const auto& b = y.coeffs_;
-    return Owned(a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-                 a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-                 a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-                 a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
-                 (a[0] * b[4] - a[1] * b[5] - a[2] * b[6] - a[3] * b[7]) +
-                     (a[4] * b[0] - a[5] * b[1] - a[6] * b[2] - a[7] * b[3]),
-                 (a[0] * b[5] + a[1] * b[4] + a[2] * b[7] - a[3] * b[6]) +
-                     (a[4] * b[1] + a[5] * b[0] + a[6] * b[3] - a[7] * b[2]),
-                 (a[0] * b[6] - a[1] * b[7] + a[2] * b[4] + a[3] * b[5]) +
-                     (a[4] * b[2] - a[5] * b[3] + a[6] * b[0] + a[7] * b[1]),
-                 (a[0] * b[7] + a[1] * b[6] - a[2] * b[5] + a[3] * b[4]) +
-                     (a[4] * b[3] + a[5] * b[2] - a[6] * b[1] + a[7] * b[0]));
+    return Owned(detail::dual_quaternion_product(coeffs_, y.coeffs_));
   }
 
   /// The inverse pose (the quaternion conjugate, as x is unit).
@@ -279,10 +264,6 @@ class BasicDualQuaternion {
   explicit BasicDualQuaternion(const Coefficients& coefficients) noexcept : coeffs_(coefficients) {}
   BasicDualQuaternion(const Vector4<Scalar>& q, const Vector4<Scalar>& p) noexcept
       : coeffs_(q[0], q[1], q[2], q[3], p[0], p[1], p[2], p[3]) {}
-
-  BasicDualQuaternion(const Scalar& q0, const Scalar& q1, const Scalar& q2, const Scalar& q3,
-                      const Scalar& p0, const Scalar& p1, const Scalar& p2, const Scalar& p3) noexcept
-      : coeffs_(q0, q1, q2, q3, p0, p1, p2, p3) {}
 
   Coefficients coeffs_;
 };
