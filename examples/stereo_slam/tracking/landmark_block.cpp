@@ -10,7 +10,7 @@ namespace {
 /// `Width` doubles in one register: an extension of GCC and Clang.
 template <std::size_t Width>
 struct Register {
-  typedef double Type __attribute__((vector_size(Width * sizeof(double)), may_alias));
+  using Type [[gnu::vector_size(Width * sizeof(double)), gnu::may_alias]] = double;
 };
 
 /// ErrorSums of the landmarks in some lanes.

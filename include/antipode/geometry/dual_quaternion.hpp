@@ -149,9 +149,11 @@ class BasicDualQuaternion {
   [[nodiscard]] Matrix3<Scalar> rotation_matrix() const noexcept { return antipode::rotation_matrix(real()); }
   /// t = 2 vec(p q*), in the parent frame.
   [[nodiscard]] Vector3<Scalar> translation() const noexcept {
-    const Vector3<Scalar> u = real_vector();
-    const Vector3<Scalar> p = dual_vector();
-    return Scalar(2) * (coeffs_[0] * p - coeffs_[4] * u + u.cross(p));
+    const Scalar w = coeffs_[0], x = coeffs_[1], y = coeffs_[2], z = coeffs_[3];
+    const Scalar p_w = coeffs_[4], p_x = coeffs_[5], p_y = coeffs_[6], p_z = coeffs_[7];
+    return {Scalar(2) * ((w * p_x - p_w * x) + (y * p_z - z * p_y)),
+            Scalar(2) * ((w * p_y - p_w * y) + (z * p_x - x * p_z)),
+            Scalar(2) * ((w * p_z - p_w * z) + (x * p_y - y * p_x))};
   }
   /// The pose as Eigen's matrix, v -> R v + t.
   [[nodiscard]] Isometry isometry() const noexcept {

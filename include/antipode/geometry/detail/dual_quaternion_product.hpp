@@ -5,7 +5,6 @@
 
 #include <antipode/eigen_types.hpp>
 
-/// @file
 /// The product of two dual quaternions, three quaternion products: [q_x q_y; q_x p_y + p_x q_y].
 namespace antipode::detail {
 
@@ -31,10 +30,10 @@ template <class A, class B>
 #if __has_builtin(__builtin_shufflevector)
 /// Two doubles in one register: an extension of GCC and Clang that needs no set of instructions in
 /// particular.
-typedef double DoublePair __attribute__((vector_size(16)));
+using DoublePair [[gnu::vector_size(16)]] = double;
 
-/// The same for doubles, two rows at a time, with the same bits. GCC does not find this by itself, and takes a
-/// quarter longer.
+/// The same for doubles, two rows at a time, with the same bits. GCC does not find this by itself, and takes
+/// a quarter longer.
 template <class A, class B>
 requires std::same_as<typename A::Scalar, double> && std::same_as<typename B::Scalar, double>
 [[nodiscard]] Vector8<double> dual_quaternion_product(const A& a, const B& b) noexcept {
