@@ -38,7 +38,7 @@ void check_reference(const Matrix<double, 3, Cols>& value, const Matrix<double, 
 
 /// The cases of a kind, of which there must be so many.
 [[nodiscard]] nlohmann::json cases(const std::string& kind, std::size_t count) {
-  const auto result = read_reference("landmark_update.json").at(kind);
+  auto result = read_reference("landmark_update.json").at(kind);
   REQUIRE(result.size() == count);
   return result;
 }

@@ -99,7 +99,7 @@ namespace detail {
 template <std::floating_point Scalar, int Measured>
 [[nodiscard]] Matrix<Scalar, Measured> checked_noise(const NoisyMeasurement<Scalar, Measured>& measurement) {
   require_finite("measurement is not finite", measurement.z);
-  const auto R = checked_symmetric("measurement noise is not finite or not symmetric", measurement.R);
+  auto R = checked_symmetric("measurement noise is not finite or not symmetric", measurement.R);
   if (!cholesky_factor(R)) [[unlikely]] {
     throw_invalid("measurement noise is not positive definite", R);
   }
@@ -110,7 +110,7 @@ template <std::floating_point Scalar, int Measured>
 template <class Scalar, int Dim>
 [[nodiscard]] Matrix<Scalar, Dim> transformed_covariance(const Matrix<Scalar, Dim>& L,
                                                          const Matrix<Scalar, Dim>& Q) {
-  const Matrix<Scalar, Dim> P = congruence<Scalar, Dim, Dim>(L, Q);
+  Matrix<Scalar, Dim> P = congruence<Scalar, Dim, Dim>(L, Q);
   if (cholesky_factor(P)) return P;
   const auto F = root_of_covariance("posterior covariance has a negative eigenvalue", Q);
   return congruence<Scalar, Dim, Dim>(L * F.L, Matrix<Scalar, Dim>::Identity());
