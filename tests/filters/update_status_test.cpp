@@ -214,6 +214,9 @@ TEST_CASE("Linear models say when they do not hold or have not settled", "[statu
   const auto curved = linearized(around_origin(0.1, 10.0), 32.0, 0.05, range);
   CHECK(curved.residual > 4.0);
   CHECK(curved.status == UpdateStatus::kNotGaussian);
+  const auto bent = linearized(around_origin(0.1, 2.0), 32.0, 0.05, range);
+  CHECK(bent.residual > 2.0);
+  CHECK(bent.status == UpdateStatus::kNotGaussian);
   const auto accepted = linearized(around_origin(0.1, 10.0), 32.0, 0.05, range,
                                    {.max_final_residual = std::numeric_limits<double>::infinity()});
   CHECK(accepted.status == UpdateStatus::kConverged);

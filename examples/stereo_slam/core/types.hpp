@@ -53,8 +53,8 @@ using StereoPoint = Vector3<double>;
 enum class TrackingStatus {
   kInitializing,  ///< no map yet, or the frame that starts it and is the world's origin
   kOk,            ///< updated by landmarks
-  kWeak,  ///< from the odometry alone, from a repeated image, or in a map segment whose place is not known
-          ///< yet
+  kWeak,  ///< from the odometry alone, from a repeated image, before a scene that repeats itself, or in a map
+          ///< segment whose place is not known yet
   kLost,  ///< predicted only: the covariance grows
   kRelocalised,  ///< first frame after a loss whose place in the map is known again
 };

@@ -16,9 +16,10 @@ namespace stereo_slam {
 
 /// The keyframe that pose and landmarks are relative to.
 struct ReferenceKeyframe {
-  Keyframe keyframe;          ///< points, and what loop closure was given
-  cv::Mat left;               ///< left image
-  std::size_t landmarks = 0;  ///< number of landmarks when the keyframe was created
+  Keyframe keyframe;            ///< points, and what loop closure was given
+  cv::Mat left;                 ///< left image
+  std::size_t landmarks = 0;    ///< number of landmarks when the keyframe was created
+  bool repeats_itself = false;  ///< so does its image: the camera may be elsewhere
 };
 
 /// T_keyframe_camera from the images and their `points` alone, without a prior. It is measured as a loop is,

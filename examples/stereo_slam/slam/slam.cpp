@@ -17,14 +17,15 @@
 namespace stereo_slam {
 namespace {
 
-[[nodiscard]] TrackingStatus status_of(PoseBasis basis, bool was_lost) {
+[[nodiscard]] TrackingStatus status_of(PoseBasis basis, bool was_lost, bool ambiguous) {
   switch (basis) {
     case PoseBasis::kNothing:
       return TrackingStatus::kLost;
     case PoseBasis::kOdometry:
       return TrackingStatus::kWeak;
     case PoseBasis::kLandmarks:
-      return was_lost ? TrackingStatus::kRelocalised : TrackingStatus::kOk;
+      if (was_lost) return TrackingStatus::kRelocalised;
+      return ambiguous ? TrackingStatus::kWeak : TrackingStatus::kOk;
     case PoseBasis::kKeyframe:
       return TrackingStatus::kRelocalised;
   }
@@ -197,7 +198,7 @@ std::optional<PoseDensity> Slam::relocalise(const FrameImages& images) const {
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
-  result.status = status_of(tracked.basis, lost_);
+  result.status = status_of(tracked.basis, lost_, reference_.repeats_itself);
   if (result.status == TrackingStatus::kRelocalised) {
     trajectory_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
   }

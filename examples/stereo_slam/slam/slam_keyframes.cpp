@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "stereo_slam/frontend/repetition.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/rectification_constraints.hpp"
@@ -59,6 +60,7 @@ void Slam::change_keyframe(const FrameImages& images, const std::vector<Match>& 
 void Slam::begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points) {
   reference_.left = frame.left.clone();
   reference_.landmarks = local_map_.landmarks().size();
+  reference_.repeats_itself = anchored() && repeats_itself(reference_.left);
   reference_.keyframe = {};
   reference_.keyframe.frame = frame.index;
   reference_.keyframe.stamp_ns = frame.stamp_ns;

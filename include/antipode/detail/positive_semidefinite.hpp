@@ -71,6 +71,7 @@ template <class Scalar, int N>
 /// A with the negative eigenvalues, which come from rounding, set to zero.
 template <class Scalar, int N>
 [[nodiscard]] Matrix<Scalar, N> without_negative_eigenvalues(const Matrix<Scalar, N>& A) {
+  if (cholesky_factor(A)) return A;  // the common case, at a tenth of the cost of the eigenvalues
   const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
   if (eigen.values[0] >= Scalar(0)) return A;
   const Vector<Scalar, N> lambda = eigen.values.cwiseMax(Scalar(0));

@@ -78,7 +78,7 @@ struct LinearizedUpdateOptions {
   /// A posterior with a larger residual, the root of the sum of tr(R^-1 Omega_i), is reported as
   /// kNotGaussian. Its covariance contains the Omega_i and is as large as the error on average, but large
   /// errors are more frequent than a Gaussian's.
-  Scalar max_final_residual = Scalar(4);
+  Scalar max_final_residual = Scalar(2);
   /// Whether to look for a second mode where the measurements are not linear over the prior, or over a
   /// density on the way to the posterior, and to report it as kNotGaussian (see quadratic_update.hpp). Eight
   /// evaluations of each model for every dimension of the state. Not with robust weights.

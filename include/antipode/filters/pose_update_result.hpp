@@ -18,9 +18,12 @@ struct UpdateResult {
 
   Density posterior;                               ///< the status says whether to use it
   UpdateStatus status = UpdateStatus::kConverged;  ///< how the update ended
-  int steps = 0;              ///< steps of the progression, or linear models of the measurement
-  long evaluations = 0;       ///< poses at which the likelihood or the measurement model was evaluated
-  Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
+  int steps = 0;         ///< steps of the progression, or linear models of the measurement
+  long evaluations = 0;  ///< poses at which the likelihood or the measurement model was evaluated
+  /// Log of the likelihood's mean under the prior. As exact as the posterior is Gaussian: to 0.1 for
+  /// residuals up to 0.1, but 2 too low for a likelihood with heavy tails under a prior 20 times as wide
+  /// (residual 0.3).
+  Scalar log_evidence = 0;
   Scalar log_likelihood = 0;  ///< the best one among the last samples
   /// Normalised innovation squared: (z - h)^T S^-1 (z - h) of a linear measurement, chi-square of as many
   /// degrees of freedom as there are measured numbers; of any likelihood, the squared distance from the prior

@@ -162,6 +162,26 @@ TEST_CASE("Images without features do no harm", "[stereo_slam][slam]") {
   CHECK(slam.map_points().empty());
 }
 
+TEST_CASE("The pose before a chessboard that moves is never called certain", "[stereo_slam][slam]") {
+  for (const int side : {16, 32, 100}) {
+    for (const double step_px : {0.0, 5.0, 20.0}) {
+      CAPTURE(side, step_px);
+      Slam slam({500.0, 500.0, 320.0, 240.0, 0.12, 640, 480}, Settings{});
+      StereoFrame frame;
+      for (frame.index = 0; frame.index < 8; ++frame.index) {
+        const double moved = step_px * static_cast<double>(frame.index);
+        const double noise = 2.0 + 0.01 * static_cast<double>(frame.index);  // no image is repeated
+        frame.stamp_ns = 100'000'000LL * static_cast<std::int64_t>(frame.index);
+        frame.left = test::chessboard({640, 480}, side, moved, noise);
+        frame.right = test::chessboard({640, 480}, side, moved + 20.0, noise);
+        const auto result = slam.process(frame);
+        CHECK(result.status != TrackingStatus::kOk);
+        CHECK(result.T_world_camera.pose.coeffs().allFinite());
+      }
+    }
+  }
+}
+
 TEST_CASE("Features are spread over the image", "[stereo_slam][images]") {
   const auto& frame = straight_recording().frames.front();
   FeatureSettings settings;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <random>
 #include <vector>
 
@@ -74,6 +75,25 @@ inline cv::Mat texture_image(cv::Size size, cv::Point2d shift, double gain = 1.0
     for (int x = 0; x < size.width; ++x) {
       image.at<std::uint8_t>(y, x) =
           cv::saturate_cast<std::uint8_t>(gain * smooth_texture(x - shift.x, y - shift.y) + offset);
+    }
+  }
+  return image;
+}
+
+/// A chessboard with squares of `side` pixels, moved to the left by `shift` pixels, with Gaussian noise.
+inline cv::Mat chessboard(cv::Size size, int side, double shift, double noise = 2.0) {
+  constexpr int kFine = 4;  // places a pixel, which its brightness is the mean of
+  cv::Mat image(size, CV_8UC1);
+  cv::RNG random(1);
+  const auto colour = [side](double x, double y) {
+    return static_cast<int>(std::floor(x / side) + std::floor(y / side)) % 2;
+  };
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      double white = 0.0;
+      for (int i = 0; i < kFine; ++i) white += colour(x + shift + (i + 0.5) / kFine, y) / double{kFine};
+      image.at<std::uint8_t>(y, x) =
+          cv::saturate_cast<std::uint8_t>(40.0 + 170.0 * white + random.gaussian(noise));
     }
   }
   return image;
