@@ -222,19 +222,21 @@ std::vector<Feature> detect_corners(const cv::Mat& image, const std::vector<Vect
   const SpatialIndex used(used_px, image.size());
   auto corners = search_cells(image, used, grid, room, kClear);
 
-  // FAST takes longer the lower its threshold, so only cells that remained empty are searched for less.
-  const auto clear_px = positions(corners);
-  const auto room_left = room_by_cell(clear_px, cells, grid);
-  auto still_wanted = room;
-  for (std::size_t i = 0; i < room.size(); ++i) {
-    if (room_left[i] < grid.per_cell) still_wanted[i] = 0;
+  // FAST takes longer the lower its threshold, so at first only cells that remained empty are searched for less.
+  for (const CornerStrength& strength : {kStrong, kWeak}) {
+    const auto found_px = positions(corners);
+    const auto room_beside_found = room_by_cell(found_px, cells, grid);
+    auto empty = room;
+    for (std::size_t i = 0; i < room.size(); ++i) {
+      if (room_beside_found[i] < grid.per_cell) empty[i] = 0;
+    }
+    auto taken_px = used_px;
+    taken_px.insert(taken_px.end(), found_px.begin(), found_px.end());
+    const auto more = search_cells(image, SpatialIndex(taken_px, image.size()), grid, empty, strength);
+    corners.insert(corners.end(), more.begin(), more.end());
+    if (corners.size() >= grid.enough) return corners;
   }
-  used_px.insert(used_px.end(), clear_px.begin(), clear_px.end());
-  const auto strong = search_cells(image, SpatialIndex(used_px, image.size()), grid, still_wanted, kStrong);
-  corners.insert(corners.end(), strong.begin(), strong.end());
-
-  if (corners.size() < grid.enough) corners = search_cells(image, used, grid, room, kWeak);
-  return corners;
+  return search_cells(image, used, grid, room, kWeak);
 }
 
 std::vector<Descriptor> describe_points(const cv::Mat& image, const std::vector<Vector2<double>>& points_px) {

@@ -2,6 +2,9 @@
 #include "stereo_slam/frontend/patch_alignment.hpp"
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 
 #include <Eigen/LU>
 
@@ -28,96 +31,123 @@ constexpr double kMinGradientEnergy = 800.0;  // smallest eigenvalue of the stru
   return top + ay * (bottom - top);
 }
 
-/// Samples the axis-aligned window around a centre: all pixels share one bilinear weight.
-void sample_window(const cv::Mat& image, const Eigen::Vector2d& centre,
-                   std::array<float, PatchTemplate::kPixels>& out) {
-  const double left = centre.x() - PatchTemplate::kRadius_px;
-  const double top = centre.y() - PatchTemplate::kRadius_px;
-  const int x0 = static_cast<int>(left);
-  const int y0 = static_cast<int>(top);
-  const auto ax = static_cast<float>(left - x0);
-  const auto ay = static_cast<float>(top - y0);
-  const float w00 = (1.0F - ax) * (1.0F - ay);
-  const float w01 = ax * (1.0F - ay);
-  const float w10 = (1.0F - ax) * ay;
-  const float w11 = ax * ay;
-  for (int row = 0; row < PatchTemplate::kSide_px; ++row) {
-    const std::uint8_t* upper = image.ptr<std::uint8_t>(y0 + row) + x0;
-    const std::uint8_t* lower = upper + image.step;
-    float* target = out.data() + row * PatchTemplate::kSide_px;
-    for (int column = 0; column < PatchTemplate::kSide_px; ++column) {
-      target[column] = w00 * static_cast<float>(upper[column]) + w01 * static_cast<float>(upper[column + 1]) +
-                       w10 * static_cast<float>(lower[column]) + w11 * static_cast<float>(lower[column + 1]);
-    }
+/// The first pixel of an axis-aligned window around a centre, and the weights of bilinear interpolation,
+/// which all its pixels share.
+struct Window {
+  const std::uint8_t* first;
+  float upper_left, upper_right, lower_left, lower_right;
+
+  Window(const cv::Mat& image, const Eigen::Vector2d& centre, int radius_px) {
+    const double left = centre.x() - radius_px;
+    const double top = centre.y() - radius_px;
+    const int x0 = static_cast<int>(left);
+    const int y0 = static_cast<int>(top);
+    const auto ax = static_cast<float>(left - x0);
+    const auto ay = static_cast<float>(top - y0);
+    first = image.ptr<std::uint8_t>(y0) + x0;
+    upper_left = (1.0F - ax) * (1.0F - ay);
+    upper_right = ax * (1.0F - ay);
+    lower_left = (1.0F - ax) * ay;
+    lower_right = ax * ay;
   }
+
+  template <class T>
+  [[nodiscard]] T between(const T& ul, const T& ur, const T& ll, const T& lr) const {
+    return upper_left * ul + upper_right * ur + lower_left * ll + lower_right * lr;
+  }
+};
+
+[[nodiscard]] PatchPixels sample_window(const cv::Mat& image, const Eigen::Vector2d& centre) {
+  const Window window(image, centre, PatchTemplate::kRadius_px);
+  const std::uint8_t* pixels = window.first;
+  EightFloats upper(pixels);
+  EightFloats upper_right(pixels + 1);
+  PatchPixels patch;
+  for (std::size_t row = 0; row < PatchPixels::kSide; ++row) {
+    pixels += image.step;
+    const EightFloats lower(pixels);
+    const EightFloats lower_right(pixels + 1);
+    patch.set_row(row, window.between(upper.first, upper_right.first, lower.first, lower_right.first),
+                  window.between(upper.last, upper_right.last, lower.last, lower_right.last));
+    upper = lower;
+    upper_right = lower_right;
+  }
+  return patch;
 }
 
-constexpr std::size_t kPixels = PatchTemplate::kPixels;
-constexpr int kBorderedSide_px = PatchTemplate::kSide_px + 2;
-using BorderedPatch = std::array<float, kBorderedSide_px * kBorderedSide_px>;
+constexpr std::size_t kBorderedSide = PatchPixels::kSide + 2;
 
-/// Samples a warped patch with a border of one pixel.
+/// A patch with a border of one pixel. Its rows are longer than they need be, so that four numbers can be
+/// read from every pixel on.
+using BorderedPatch = std::array<std::array<float, 12>, kBorderedSide>;
+
+[[nodiscard]] BorderedPatch sample_bordered(const cv::Mat& image, const Eigen::Vector2d& centre) {
+  const Window window(image, centre, PatchTemplate::kRadius_px + 1);
+  const std::uint8_t* upper = window.first;
+  BorderedPatch bordered{};
+  for (auto& row : bordered) {
+    const std::uint8_t* lower = upper + image.step;
+    const EightFloats ul(upper), ur(upper + 1), ll(lower), lr(lower + 1);
+    const FourFloats first = window.between(ul.first, ur.first, ll.first, lr.first);
+    const FourFloats last = window.between(ul.last, ur.last, ll.last, lr.last);
+    std::memcpy(row.data(), &first, sizeof first);
+    std::memcpy(row.data() + 4, &last, sizeof last);
+    row[8] = window.between(static_cast<float>(upper[8]), static_cast<float>(upper[9]),
+                            static_cast<float>(lower[8]), static_cast<float>(lower[9]));
+    upper = lower;
+  }
+  return bordered;
+}
+
+/// The same of an affinely warped patch.
 [[nodiscard]] BorderedPatch sample_warped(const cv::Mat& image, const Eigen::Vector2d& centre_px,
                                           const Eigen::Matrix2d& target_to_source) {
-  constexpr int kRadius_px = PatchTemplate::kRadius_px;
-  BorderedPatch bordered;
+  constexpr int kReach = PatchTemplate::kRadius_px + 1;
+  BorderedPatch bordered{};
   const Eigen::Matrix2f A = target_to_source.cast<float>();
   const Eigen::Vector2f c = centre_px.cast<float>();
-  for (int row = 0; row < kBorderedSide_px; ++row) {
-    for (int column = 0; column < kBorderedSide_px; ++column) {
-      const Eigen::Vector2f offset(static_cast<float>(column - kRadius_px - 1),
-                                   static_cast<float>(row - kRadius_px - 1));
+  for (std::size_t row = 0; row < kBorderedSide; ++row) {
+    for (std::size_t column = 0; column < kBorderedSide; ++column) {
+      const Eigen::Vector2f offset(static_cast<float>(static_cast<int>(column) - kReach),
+                                   static_cast<float>(static_cast<int>(row) - kReach));
       const Eigen::Vector2f source = c + A * offset;
-      bordered[static_cast<std::size_t>(row * kBorderedSide_px + column)] =
-          bilinear(image, source.x(), source.y());
+      bordered[row][column] = bilinear(image, source.x(), source.y());
     }
   }
   return bordered;
 }
 
 /// Grey values of a patch and their gradient along x and y.
-struct PatchPixels {
-  std::array<float, kPixels> value;
-  std::array<std::array<float, kPixels>, 2> gradient;
-};
+struct DifferentiatedPatch {
+  PatchPixels value;
+  std::array<PatchPixels, 2> gradient;
 
-[[nodiscard]] PatchPixels differentiate(const BorderedPatch& bordered) {
-  constexpr std::size_t kSide = PatchTemplate::kSide_px;
-  PatchPixels pixels;
-  for (std::size_t row = 0; row < kSide; ++row) {
-    for (std::size_t column = 0; column < kSide; ++column) {
-      const std::size_t i = row * kSide + column;
-      const float* centre = bordered.data() + (row + 1) * kBorderedSide_px + column + 1;
-      pixels.value[i] = *centre;
-      pixels.gradient[0][i] = 0.5F * (centre[1] - centre[-1]);
-      pixels.gradient[1][i] = 0.5F * (centre[kBorderedSide_px] - centre[-kBorderedSide_px]);
+  explicit DifferentiatedPatch(const BorderedPatch& bordered) {
+    const auto eight_from = [](const float* values) {
+      return std::array<FourFloats, 2>{load_four(values), load_four(values + 4)};
+    };
+    for (std::size_t row = 0; row < PatchPixels::kSide; ++row) {
+      const auto& here = bordered[row + 1];
+      const auto centre = eight_from(here.data() + 1);
+      const auto left = eight_from(here.data());
+      const auto right = eight_from(here.data() + 2);
+      const auto above = eight_from(bordered[row].data() + 1);
+      const auto below = eight_from(bordered[row + 2].data() + 1);
+      value.set_row(row, centre[0], centre[1]);
+      gradient[0].set_row(row, 0.5F * (right[0] - left[0]), 0.5F * (right[1] - left[1]));
+      gradient[1].set_row(row, 0.5F * (below[0] - above[0]), 0.5F * (below[1] - above[1]));
     }
   }
-  return pixels;
-}
-
-void subtract_mean(std::array<float, kPixels>& values) {
-  double sum = 0.0;
-  for (const float value : values) sum += static_cast<double>(value);
-  const auto mean = static_cast<float>(sum / static_cast<double>(kPixels));
-  for (float& value : values) value -= mean;
-}
-
-/// Sum of the products.
-[[nodiscard]] double product(const std::array<float, kPixels>& a, const std::array<float, kPixels>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < kPixels; ++i) sum += static_cast<double>(a[i] * b[i]);
-  return sum;
-}
+};
 
 /// Inverse of H = sum g g^T over the gradients g; nothing if a direction has too little texture.
-[[nodiscard]] std::optional<Eigen::Matrix2f> inverse_structure_tensor(const PatchPixels& pixels) {
-  Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
-  for (std::size_t i = 0; i < kPixels; ++i) {
-    const Eigen::Vector2d g(static_cast<double>(pixels.gradient[0][i]),
-                            static_cast<double>(pixels.gradient[1][i]));
-    H += g * g.transpose();
-  }
+[[nodiscard]] std::optional<Eigen::Matrix2f> inverse_structure_tensor(
+    const std::array<PatchPixels, 2>& gradient) {
+  const auto& [dx, dy] = gradient;
+  Eigen::Matrix2d H;
+  H(0, 0) = static_cast<double>(product(dx, dx));
+  H(1, 1) = static_cast<double>(product(dy, dy));
+  H(0, 1) = H(1, 0) = static_cast<double>(product(dx, dy));
   const double trace = H.trace();
   const double smallest = 0.5 * (trace - std::sqrt(trace * trace - 4.0 * H.determinant()));
   if (!(smallest > kMinGradientEnergy)) return std::nullopt;
@@ -133,25 +163,25 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
 
   // Values and gradients without their means are independent of the offset; gradients orthogonal to the
   // values, of the gain.
-  PatchPixels pixels = differentiate(sample_warped(image, centre_px, target_to_source));
-  subtract_mean(pixels.value);
-  for (auto& gradient : pixels.gradient) subtract_mean(gradient);
-  const double energy = product(pixels.value, pixels.value);
-  if (!(energy > 0.0)) return std::nullopt;
+  const bool warped = target_to_source != Eigen::Matrix2d::Identity();
+  DifferentiatedPatch pixels(warped ? sample_warped(image, centre_px, target_to_source)
+                                    : sample_bordered(image, centre_px));
+  pixels.value.subtract_mean();
+  const float energy = product(pixels.value, pixels.value);
+  if (!(energy > 0.0F)) return std::nullopt;
   for (auto& gradient : pixels.gradient) {
-    const auto gain = static_cast<float>(product(gradient, pixels.value) / energy);
-    for (std::size_t i = 0; i < gradient.size(); ++i) gradient[i] -= gain * pixels.value[i];
+    gradient.subtract_mean();
+    gradient.subtract(product(gradient, pixels.value) / energy, pixels.value);
   }
-  const auto H_inverse = inverse_structure_tensor(pixels);
+  const auto H_inverse = inverse_structure_tensor(pixels.gradient);
   if (!H_inverse) return std::nullopt;
 
   PatchTemplate patch;
   patch.value_ = pixels.value;
-  patch.norm_ = std::sqrt(energy);
+  patch.norm_ = std::sqrt(static_cast<double>(energy));
   const auto& [dx, dy] = pixels.gradient;
-  for (std::size_t i = 0; i < dx.size(); ++i) {
-    patch.step_[0][i] = (*H_inverse)(0, 0) * dx[i] + (*H_inverse)(0, 1) * dy[i];
-    patch.step_[1][i] = (*H_inverse)(1, 0) * dx[i] + (*H_inverse)(1, 1) * dy[i];
+  for (int i = 0; i < 2; ++i) {
+    patch.step_[static_cast<std::size_t>(i)] = combination((*H_inverse)(i, 0), dx, (*H_inverse)(i, 1), dy);
   }
   return patch;
 }
@@ -159,32 +189,21 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
 std::optional<PatchTemplate::Alignment> PatchTemplate::align(const cv::Mat& image,
                                                              const Eigen::Vector2d& start_px,
                                                              double max_shift_px) const {
-  std::array<float, kPixels> window;
   Alignment result{start_px, 0.0};
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     if (!inside(image, result.position_px.x(), result.position_px.y(), kRadius_px + 1)) return std::nullopt;
-    sample_window(image, result.position_px, window);
+    const PatchPixels window = sample_window(image, result.position_px);
     // value_ and step_ have zero mean, and step_ is orthogonal to value_: offset and gain drop out of the
     // products.
-    float dot = 0.0F;
-    float sum = 0.0F;
-    float energy = 0.0F;
-    float dx = 0.0F;
-    float dy = 0.0F;
-    for (std::size_t i = 0; i < kPixels; ++i) {
-      dot += window[i] * value_[i];
-      sum += window[i];
-      energy += window[i] * window[i];
-      dx += window[i] * step_[0][i];
-      dy += window[i] * step_[1][i];
-    }
-    const double variance =
-        static_cast<double>(energy) - static_cast<double>(sum) * static_cast<double>(sum) / kPixels;
+    const auto dot = static_cast<double>(product(window, value_));
+    const auto sum = static_cast<double>(sum_of(window));
+    const double variance = static_cast<double>(product(window, window)) - sum * sum / (kSide_px * kSide_px);
     if (!(variance > 1.0)) return std::nullopt;
-    result.correlation = static_cast<double>(dot) / (norm_ * std::sqrt(variance));
+    result.correlation = dot / (norm_ * std::sqrt(variance));
     if (!(result.correlation > 0.0)) return std::nullopt;
-    const double gain = static_cast<double>(dot) / (norm_ * norm_);
-    const Eigen::Vector2d shift = -Eigen::Vector2d(static_cast<double>(dx), static_cast<double>(dy)) / gain;
+    const double gain = dot / (norm_ * norm_);
+    const Eigen::Vector2d shift(static_cast<double>(product(window, step_[0])) / -gain,
+                                static_cast<double>(product(window, step_[1])) / -gain);
     result.position_px += shift;
     if (!((result.position_px - start_px).norm() <= max_shift_px)) return std::nullopt;
     if (shift.norm() < kConverged_px) return result;

@@ -7,6 +7,8 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
+#include "stereo_slam/frontend/patch_pixels.hpp"
+
 namespace stereo_slam {
 
 /// Square grey patch, affinely warped, with its gradients; it can be aligned with another image.
@@ -17,7 +19,7 @@ class PatchTemplate {
  public:
   static constexpr int kRadius_px = 3;
   static constexpr int kSide_px = 2 * kRadius_px + 1;
-  static constexpr int kPixels = kSide_px * kSide_px;
+  static_assert(kSide_px == PatchPixels::kSide);
 
   /// Patch around `centre_px` of an 8-bit image. `target_to_source` maps offsets in the patch to offsets in
   /// the image. Nothing if the patch leaves the image or lacks texture in some direction.
@@ -38,9 +40,9 @@ class PatchTemplate {
  private:
   PatchTemplate() = default;
 
-  std::array<float, kPixels> value_;                // zero mean
-  std::array<std::array<float, kPixels>, 2> step_;  // rows of H^-1 J^T: image difference to shift
-  double norm_ = 0.0;                               // sqrt(sum value^2)
+  PatchPixels value_;                // zero mean
+  std::array<PatchPixels, 2> step_;  // rows of H^-1 J^T: image difference to shift
+  double norm_ = 0.0;                // sqrt(sum value^2)
 };
 
 }  // namespace stereo_slam

@@ -87,8 +87,8 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
     matches = find_landmarks(images, prior, odometry, trace);  // Alg. 3, sec. IV-C
     clock.lap("associate");
     std::optional<TrackedPose> updated;
-    run_both([&] { updated = update(prior, odometry, matches); },  // eq. 13, Alg. 2
-             [&] { images.ahead = look_ahead(images, matches); });
+    run_beside([&] { updated = update(prior, odometry, matches); },  // eq. 13, Alg. 2
+               [&] { images.ahead = look_ahead(images, matches); });
     TrackedPose& tracked = *updated;
     clock.lap("update");
     if (anchored() && (lost_ || !tracked.measured())) {
