@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -76,6 +77,7 @@ struct EightFloats {
     std::uint64_t eight = 0;
     std::memcpy(&eight, pixels, sizeof eight);
     const auto bytes = reinterpret_cast<Bytes>(Longs{eight, 0});
+    static_assert(std::endian::native == std::endian::little);
     // Bytes with a zero after each are numbers of 16 bits, those with a zero after each of 32 bits.
     const auto shorts = reinterpret_cast<Shorts>(
         __builtin_shufflevector(bytes, Bytes{}, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
