@@ -7,7 +7,24 @@
 #include <limits>
 #include <utility>
 
+#ifdef __linux__
+#include <sys/resource.h>
+#include <unistd.h>
+#endif
+
 namespace stereo_slam {
+namespace {
+
+/// Gives this thread a lower priority than the tracking has, where threads have priorities of their own.
+void let_others_go_first() {
+#ifdef __linux__
+  constexpr int kNice = 10;
+  (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
+#endif
+}
+
+}  // namespace
+
 struct AsyncLoopCloser::State {
   /// Processing of one keyframe, and the frame before which its correction takes effect.
   struct Task {
@@ -59,7 +76,8 @@ void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left) {
   const auto policy = s.thread == LoopThread::kOwn ? std::launch::async : std::launch::deferred;
   auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
   auto work = [&closer = s.closer, before = std::move(before), keyframe = std::move(keyframe),
-               left = std::move(left)]() mutable {
+               left = std::move(left), own_thread = s.thread == LoopThread::kOwn]() mutable {
+    if (own_thread) let_others_go_first();
     if (!left.empty()) describe(keyframe.points, left);
     left.release();
     if (before.valid()) before.wait();
