@@ -222,7 +222,7 @@ std::vector<Feature> detect_corners(const cv::Mat& image, const std::vector<Vect
   const SpatialIndex used(used_px, image.size());
   auto corners = search_cells(image, used, grid, room, kClear);
 
-  // FAST takes longer the lower its threshold, so at first only cells that remained empty are searched for less.
+  // FAST takes longer the lower its threshold: at first it is lowered only in cells that remained empty.
   for (const CornerStrength& strength : {kStrong, kWeak}) {
     const auto found_px = positions(corners);
     const auto room_beside_found = room_by_cell(found_px, cells, grid);
