@@ -11,11 +11,12 @@ namespace stereo_slam {
 
 /// Expected measurement of a landmark (Alg. 3).
 struct PredictedLandmark {
-  std::size_t index = 0;  ///< in the list of landmarks
-  StereoPoint z;          ///< expected measurement
-  Matrix3<double>
-      landmark_part;  ///< covariance of z from the landmark, at the mean pose: Alg. 3 before R is added
-  Matrix3<double> pose_part;  ///< covariance of z from the pose, needed for gating
+  std::size_t index = 0;                ///< in the list of landmarks
+  StereoPoint z = StereoPoint::Zero();  ///< expected measurement
+  /// Covariance of z from the landmark, at the mean pose: Alg. 3 before R is added.
+  Matrix3<double> landmark_part = Matrix3<double>::Zero();
+  /// Covariance of z from the pose, needed for gating.
+  Matrix3<double> pose_part = Matrix3<double>::Zero();
 };
 
 /// Expected measurements of the landmarks in view and nearer than `max_baselines`. The landmark's uncertainty

@@ -12,12 +12,11 @@ namespace stereo_slam {
 
 /// Landmark found in the current frame.
 struct Match {
-  std::size_t landmark = 0;     ///< index in the list of landmarks
-  StereoPoint z;                ///< its measurement
-  Matrix3<double> R;            ///< pixel noise of z
-  PredictedLandmark predicted;  ///< its prediction
-  std::optional<std::size_t>
-      left_feature;  ///< matched feature of the left image, if descriptors made the match
+  std::size_t landmark = 0;                     ///< index in the list of landmarks
+  StereoPoint z = StereoPoint::Zero();          ///< its measurement
+  Matrix3<double> R = Matrix3<double>::Zero();  ///< pixel noise of z
+  PredictedLandmark predicted;                  ///< its prediction
+  std::optional<std::size_t> left_feature;      ///< the matched one of the left image, if by descriptors
 };
 
 /// Where the landmarks are in the left image.

@@ -41,13 +41,15 @@ MatchedScene make_scene(std::mt19937_64& random, const Pose& truth, int count, d
     const auto seen = camera.project(truth.inverse() * camera.back_project(z));
     if (!seen || !camera.in_view(*seen)) continue;
     const StereoPoint measured = *seen + test::stereo_noise(random, kSigma_px);
-    scene.landmarks.push_back(
-        test::landmark_at(z + test::stereo_noise(random, kSigma_px), camera, kSigma_px));
-    scene.matches.push_back(
-        {scene.landmarks.size() - 1, measured, stereo_pixel_covariance(kSigma_px), {}, std::nullopt});
+    const std::vector<Landmark> landmark{
+        test::landmark_at(z + test::stereo_noise(random, kSigma_px), camera, kSigma_px)};
+    const auto predicted =
+        project_landmarks({landmark, camera}, antipode::to_pose_gaussian(scene.prior), 1e3);
+    if (predicted.empty()) continue;  // out of view at the prior's pose
+    scene.matches.push_back({scene.landmarks.size(), measured, stereo_pixel_covariance(kSigma_px),
+                             predicted.front(), std::nullopt});
+    scene.landmarks.push_back(landmark.front());
   }
-  const auto predicted = project_landmarks(scene.map(), antipode::to_pose_gaussian(scene.prior), 1e3);
-  for (const auto& p : predicted) scene.matches[p.index].predicted = p;
   return scene;
 }
 
