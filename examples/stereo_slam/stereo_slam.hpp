@@ -32,7 +32,7 @@ struct SlamOptions {
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< localises in a map that save_map() wrote
   bool extend_map = false;                                       ///< also continues the loaded map
   bool loop_thread = true;  ///< a thread of its own closes loops; the results are the same
-  /// Of your compiler's flags. Another one than the library was built with is refused.
+  /// Do not set: it records your compiler's flags. The constructors throw if the library's differ.
   std::size_t eigen_alignment = EIGEN_MAX_ALIGN_BYTES;
 };
 
@@ -76,7 +76,7 @@ class StereoSlam {
   /// is not later than the one before.
   FrameResult process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns);
 
-  /// Waits for loops that are still being closed. Call it after the last frame, before what follows.
+  /// Waits for loops that are still being closed. Call it after the last frame, before reading the results.
   void finish();
 
   /// Poses of all frames so far.
@@ -99,7 +99,7 @@ class StereoSlam {
   [[nodiscard]] const std::optional<Eigen::Isometry3d>& T_body_camera() const;
 
   /// Writes the map for SlamOptions::load_map and `stereo_slam run --load-map`. Throws std::runtime_error
-  /// when the file cannot be written, and std::logic_error before the first frame or without loop closure.
+  /// when the file cannot be written, and std::logic_error without loop closure or an image size so far.
   void save_map(const std::filesystem::path& file) const;
 
  private:

@@ -102,7 +102,7 @@ void require_stamps(const StereoSequence& sequence) {
 
 void calib(Bytes bytes) {
   const fs::path file = folder().write("kitti/calib.txt", bytes);
-  const StereoCamera camera = scan_kitti(file.parent_path()).sequence.camera;
+  const stereo_slam::StereoCamera camera = scan_kitti(file.parent_path()).sequence.camera;
   if (camera.fx == 0.0) return;  // it was refused
   const bool finite = std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy + camera.baseline_m);
   require(finite && camera.fx > 0.0 && camera.fy > 0.0 && camera.baseline_m > 0.0, "not a camera");
@@ -139,7 +139,7 @@ void use(const StereoRig& rig) {
   if (rig.left.width_px == 0 || rig.left.height_px > kMostPixels / rig.left.width_px) return;
   try {
     const Rectifier rectifier(rig);
-    const StereoCamera& camera = rectifier.camera();
+    const auto& camera = rectifier.camera();
     require(std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy + camera.baseline_m) &&
                 camera.fx > 0.0 && camera.fy > 0.0 && camera.baseline_m > 0.0,
             "not a rectified camera");

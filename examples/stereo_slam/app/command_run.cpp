@@ -54,8 +54,8 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       ->type_name("DIR");
   app.add_flag(
       "--overwrite", options.overwrite,
-      "replace the results of an earlier run in --output, once this one has ended, and the map and the "
-      "debug images of one");
+      "replace the results of an earlier run in --output once this run has ended, and let --save-map and "
+      "--debug-images replace files of an earlier run");
   app.add_option("--max-frames", options.max_frames, "stop after N frames")
       ->check(whole_number_between(1, 1'000'000'000))
       ->type_name("N");

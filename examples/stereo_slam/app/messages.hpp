@@ -8,7 +8,7 @@
 /// What the program tells the user on standard error.
 namespace stereo_slam {
 
-/// Call first. Gives the streams that the program was started without to nobody, so that no file takes their
+/// Call first. Opens /dev/null for standard streams that are closed at the start, so that no file takes their
 /// place, and turns writing to a closed pipe, or beyond a file's largest size, from a signal into an error.
 void prepare_streams();
 

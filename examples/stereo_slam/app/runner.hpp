@@ -51,7 +51,7 @@ struct RunSummary {
 /// Runs the SLAM on a recording and writes the results. Another thread reads images ahead. SIGINT, SIGTERM
 /// and SIGHUP end the run after the current frame; the frames before a signal or an error are saved. The
 /// results do not depend on the number of threads; with `realtime` they depend on the speed of the machine.
-/// Each finished frame is on its way to the disk before the next one begins. Throws std::runtime_error when
+/// Each finished frame is appended to its files before the next one begins. Throws std::runtime_error when
 /// the run cannot start: the output or the map file cannot be used, the calibration does not contain the
 /// body, or `realtime` is asked for and the stamps do not increase.
 [[nodiscard]] RunSummary run(const StereoSequence& sequence, const Settings& settings,

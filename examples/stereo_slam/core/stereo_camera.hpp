@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include <antipode/sensors/stereo_camera.hpp>
+
 /// @file
 /// The rectified stereo camera of the SLAM.
 namespace stereo_slam {
@@ -13,6 +15,7 @@ namespace stereo_slam {
 ///
 ///     z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right
 ///
+/// The same as antipode::StereoCamera, with the size of the images and for points that are not at infinity.
 /// Valid for Z > kMinDepth_m in front of the left camera; camera axes x right, y down, z forward.
 struct StereoCamera {
   double fx = 0.0;          ///< focal length, px
@@ -71,14 +74,6 @@ struct StereoCamera {
   }
 };
 
-/// Covariance of (u, v, d) when u_left, u_right and v carry independent errors of `sigma_px` each: the
-/// disparity is correlated with u_left and has twice its variance.
-[[nodiscard]] inline Eigen::Matrix3d stereo_pixel_covariance(double sigma_px) {
-  Eigen::Matrix3d R;
-  R << 1.0, 0.0, 1.0,  //
-      0.0, 1.0, 0.0,   //
-      1.0, 0.0, 2.0;
-  return sigma_px * sigma_px * R;
-}
+using antipode::stereo_pixel_covariance;
 
 }  // namespace stereo_slam

@@ -4,9 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -53,7 +51,7 @@ using StereoPoint = Vector3<double>;
 enum class TrackingStatus {
   kInitializing,  ///< no map yet, or the frame that starts it and is the world's origin
   kOk,            ///< updated by landmarks
-  kWeak,  ///< from the odometry alone, from a repeated image, before a scene that repeats itself, or in a map
+  kWeak,  ///< from the odometry alone, from a repeated image, in front of a repetitive scene, or in a map
           ///< segment whose place is not known yet
   kLost,  ///< predicted only: the covariance grows
   kRelocalised,  ///< first frame after a loss whose place in the map is known again

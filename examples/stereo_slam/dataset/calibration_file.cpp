@@ -2,7 +2,6 @@
 #include "stereo_slam/dataset/calibration_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <stdexcept>

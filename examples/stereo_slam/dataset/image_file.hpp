@@ -2,8 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
-#include <vector>
 
 #include <opencv2/core.hpp>
 

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
-#include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>

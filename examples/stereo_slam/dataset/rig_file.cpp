@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/rig_file.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <set>
 #include <stdexcept>
 #include <vector>
 

@@ -82,7 +82,7 @@ struct EndOfRecording : std::runtime_error {
 [[nodiscard]] SequenceScan scan_sequence(const std::filesystem::path& folder, std::string_view format,
                                          const std::filesystem::path& calibration = {});
 
-/// Adds what no camera is: values out of bounds, a baseline that looks like another unit.
+/// Adds a problem for each value of the camera that is out of bounds or looks like another unit (baseline).
 void check_camera(SequenceScan& scan);
 
 /// The sequence of scan_sequence. Throws std::runtime_error with the first error.

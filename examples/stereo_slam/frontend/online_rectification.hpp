@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include <Eigen/Core>
 
@@ -116,7 +115,7 @@ class RectificationEstimator {
   void add_rows(std::span<const RectificationResidual::Measurement> matches);
 
   /// Points matched between two frames, all measured with current(), and the motion between them. Returns how
-  /// that motion depends on the disparity offset; not at all where the motion itself is hardly known.
+  /// that motion depends on the disparity offset; zero where the motion itself is hardly known.
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second);
 
   /// Best estimate so far.

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/io/input_file.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <fcntl.h>
-#include <stdexcept>
-#include <string_view>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>

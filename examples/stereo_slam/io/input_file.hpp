@@ -7,7 +7,7 @@
 
 namespace stereo_slam {
 
-/// The content of an ordinary file. Of what is no ordinary file only a pipe that the program was started with
+/// The content of an ordinary file. Besides these, only a pipe that the program was started with
 /// is read, such as /dev/stdin or bash's <(...). Throws std::runtime_error that names the file when it cannot
 /// be read, is a folder, a device or a pipe by another name, or has more than `most_bytes`; at once, without
 /// waiting for anybody to write.

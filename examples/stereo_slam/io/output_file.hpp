@@ -21,7 +21,7 @@ void write_file(const std::filesystem::path& file, const std::function<void(std:
 void require_writable(const std::filesystem::path& file);
 
 /// Throws std::runtime_error if writing `file` would replace one of `inputs`, or an ordinary file that the
-/// program did not write: one that is not empty and whose beginning `is_ours` denies.
+/// program did not write: not empty, and `is_ours` returns false for its beginning.
 void require_replaceable(const std::filesystem::path& file, std::span<const std::filesystem::path> inputs,
                          const std::function<bool(std::string_view)>& is_ours);
 

@@ -20,7 +20,7 @@ struct TextLine {
   bool ended = true;  ///< false for a last line without a line end
 };
 
-/// More would be another kind of file.
+/// Largest size of a text file and of one of its lines.
 constexpr std::size_t kMostTextBytes = std::size_t{256} << 20;
 constexpr std::size_t kMostLineBytes = std::size_t{64} << 10;
 
@@ -32,7 +32,7 @@ constexpr std::size_t kMostLineBytes = std::size_t{64} << 10;
 /// All numbers of a line, separated by blanks or commas; nothing if any field is not a finite number.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
 
-/// The latest stamp that is read, 126 years, and with a minus sign the earliest: differences do not overflow.
+/// Stamps beyond +-126 years from 1970 are refused, so that their differences do not overflow.
 constexpr std::int64_t kLatestStamp_ns = 4'000'000'000'000'000'000;
 
 /// Reads whole nanoseconds up to kLatestStamp_ns.

@@ -19,10 +19,7 @@ enum class LandmarkForm {
 };
 
 /// Point x / w of the reference frame; w = 0 is a direction.
-struct HomogeneousPoint {
-  Vector3<double> x;
-  double w = 1.0;
-};
+using HomogeneousPoint = antipode::HomogeneousPoint<double>;
 
 /// A point of the map, relative to the reference keyframe's camera (eq. 10).
 struct Landmark {

@@ -35,7 +35,7 @@ class AsyncLoopCloser {
   AsyncLoopCloser& operator=(AsyncLoopCloser&&) noexcept;
 
   /// Adds a keyframe with its points and its pose relative to the keyframe before. If its points are not
-  /// described yet, `left` is the image to describe them by: the thread of the loops does that.
+  /// described yet, `left` is the image to describe them by, on the loop-closing thread.
   void add_keyframe(Keyframe keyframe, cv::Mat left = {});
 
   /// The correction that takes effect before `frame`, if any. The caller corrects its keyframes.

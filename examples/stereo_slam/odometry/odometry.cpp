@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/odometry/odometry.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "stereo_slam/core/opencv_points.hpp"

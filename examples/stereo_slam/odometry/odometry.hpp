@@ -43,8 +43,8 @@ struct OdometryPoints {
                                                   const Pose& predicted_T_previous_current,
                                                   const Settings& settings);
 
-/// The same from points that are followed over many frames. Points that are known to be static count four
-/// times when the inliers are chosen. The tracks keep the inliers.
+/// The same motion from points followed over many frames. Points that are known to be static have four votes
+/// in the choice of the inliers. `tracks` keeps the inliers only.
 [[nodiscard]] OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
                                                   const StereoView& view,
                                                   const Pose& predicted_T_previous_current,

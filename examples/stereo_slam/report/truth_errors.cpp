@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/report/truth_errors.hpp"
 
-#include <limits>
 #include <stdexcept>
 
 #include <Eigen/SVD>

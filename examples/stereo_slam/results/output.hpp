@@ -16,7 +16,7 @@
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
-/// The result files of a run. Each is written whole or not at all.
+/// The result files at the end of a run: each whole or not at all. Until then see result_streams.hpp.
 namespace stereo_slam {
 
 /// What `run --realtime` records of a frame that it processed.

@@ -31,7 +31,7 @@ void apply_odometry(Settings& settings) {
   settings.loop_closure.enabled = false;
 }
 
-/// Half the time of the default and nearly its accuracy: fewer points, followed over fewer pyramid levels,
+/// 60 % of the time of the default and nearly its accuracy: fewer points, spread over larger cells,
 /// and fewer keyframes.
 void apply_fast(Settings& settings) {
   settings.odometry.max_points = 120;

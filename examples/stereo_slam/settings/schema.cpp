@@ -62,9 +62,9 @@ void add_calibration(Table& table) {
       .add("principal_point_sigma_px", &CalibrationSettings::principal_point_sigma_px, {0.0, 50.0}, "px",
            "standard deviation of the calibrated principal point, known beforehand")
       .add("scale_sigma_per_px", &CalibrationSettings::scale_sigma_per_px, {0.0, 0.5}, "1/px",
-           "... of the scale, for each pixel by which online_rectification finds the rows displaced")
+           "relative standard deviation of the scale, per pixel of row offset found by online_rectification")
       .add("principal_point_per_px", &CalibrationSettings::principal_point_per_px, {0.0, 50.0}, "",
-           "... of the principal point, for each pixel by which it finds the rows displaced");
+           "standard deviation of the principal point, per pixel of row offset from online_rectification");
 }
 
 void add_online_rectification(Table& table) {
@@ -121,7 +121,7 @@ void add_association(Table& table) {
       .add("max_descriptor_distance", &AssociationSettings::max_descriptor_distance, {1, 256}, "bits",
            "largest Hamming distance of a match, of 256 bits")
       .add("descriptor_ratio", &AssociationSettings::descriptor_ratio, {0.1, 1.0}, "",
-           "largest ratio of best to second-best distance in the search region")
+           "largest ratio of best to second-best distance in the search region (--preset paper)")
       .add("max_row_error_px", &AssociationSettings::max_row_error_px, {0.05, 20.0}, "px",
            "largest row difference of a stereo match (epipolar check)")
       .add("flow_window_px", &AssociationSettings::flow_window_px, {5, 21}, "px",
@@ -157,7 +157,7 @@ void add_update(Table& table) {
             {"none", PoseUpdateMethod::kNone}},
            "pose update; paper: Alg. 2 as published, none: odometry alone")
       .add("tau", &UpdateSettings::tau, {0.001, 0.99}, "",
-           "smallest likelihood ratio within a progression step")
+           "smallest likelihood ratio within a progression step (methods paper and progressive)")
       .add("max_correspondences", &UpdateSettings::max_correspondences, {3, 100000}, "",
            "matches per subset (method paper)")
       .add("regularizer_sigma_m", &UpdateSettings::regularizer_sigma_m, {0.0, 1.0}, "m",

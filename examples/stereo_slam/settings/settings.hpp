@@ -97,7 +97,7 @@ struct RefinementSettings {
 enum class PoseUpdateMethod {
   kPaper,  ///< Alg. 2 with 7 x 7 points; orientation and translation independent; subsets of the matches
   kProgressive,  ///< Alg. 2 with degree-5 points; orientation and translation coupled
-  kQuadratic,    ///< exact steps of a quadratic model of the log-likelihood
+  kQuadratic,    ///< antipode::quadratic_update: quadratic fits of the log-likelihood
   kNone,         ///< no correction: the odometry alone, as a baseline
 };
 

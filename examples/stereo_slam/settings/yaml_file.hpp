@@ -9,7 +9,7 @@
 
 namespace stereo_slam {
 
-/// More would be no calibration and no settings.
+/// Largest size of a YAML file that is read.
 constexpr std::size_t kMostYamlBytes = std::size_t{1} << 20;
 
 /// Reads the one document of a YAML file. An empty one is null. Throws std::runtime_error, with file and

@@ -52,8 +52,8 @@ class Slam {
   /// was measured against. Fills `trace`, if there is one, with how landmarks were searched for.
   FrameResult process(const StereoFrame& frame, AssociationTrace* trace = nullptr);
 
-  /// Call after the last frame: applies the loop corrections that are still being computed, and measures the
-  /// first frames again, as it were, with what is known of the rectification at the end.
+  /// Call after the last frame: applies the loop corrections that are still being computed, and corrects all
+  /// measured motions to the last estimate of the rectification, to first order.
   void finish();
 
   /// T_world_camera of every frame so far. A loop closure may have moved earlier ones.
@@ -86,7 +86,7 @@ class Slam {
   /// Loops so far, accepted and refused; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> loop_events() const;
 
-  /// The same without waiting: loops that the thread of the loops is about to find may be missing.
+  /// The same without waiting: loops that the loop-closing thread is about to find may be missing.
   [[nodiscard]] std::span<const LoopEvent> known_loop_events() const;
 
   /// Memory that loop closure uses for keyframes; zero without it.

@@ -25,7 +25,7 @@
 /// Fewer components for nearly the same mixture: light ones are dropped, similar ones merged (MPG sec. V).
 ///
 /// The divergences are exact for push-forward Gaussians on one tangent space; for
-/// renormalised ones, and for changes of the tangent space, it holds to the order of tr Sigma_uu.
+/// renormalised ones, and for changes of the tangent space, they hold to the order of tr Sigma_uu.
 namespace antipode {
 
 /// What the merging of two components costs.

@@ -32,7 +32,7 @@ template <std::floating_point Scalar, class Chart, std::uniform_random_bit_gener
   return Chart::retract(x.pose, xi);
 }
 
-/// e^T P^-1 e with e = log(x.pose^-1 pose), the vector to the pose in the chart of x: chi-square with six
+/// e^T P^-1 e with e = Chart::local(x.pose, pose), log(x.pose^-1 pose) for the screw chart: chi-square, six
 /// degrees of freedom for draws of x. Throws std::domain_error if the covariance is singular or indefinite:
 /// there are poses at no finite distance then.
 template <std::floating_point Scalar, class Chart>
@@ -75,7 +75,7 @@ template <std::floating_point Scalar, class Chart>
   return {center + mean, covariance};
 }
 
-/// The orientation by itself, as a density on S^3.
+/// The orientation by itself, as a density on S^3. Throws if it is too wide, as to_bingham_gaussian() does.
 template <std::floating_point Scalar, class Chart>
 [[nodiscard]] Bingham<Scalar, 4> orientation_marginal(const PoseGaussian<Scalar, Chart>& x) {
   return to_bingham_gaussian(PoseGaussian<Scalar>{x.pose, x.covariance}).orientation();

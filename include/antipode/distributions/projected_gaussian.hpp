@@ -108,8 +108,8 @@ class BasicProjectedGaussian {
   [[nodiscard]] Pose pose() const { return project(mean_); }
   /// Whether the tangent point is the mode (PG0).
   [[nodiscard]] bool is_centered() const { return mean_.template head<3>().isZero(Scalar(0)); }
-  /// C, the mass of the Gaussian's values on a hemisphere, in (0, 1] (MPG Eq. 12 is 2 C). Below a half the
-  /// word "concentrated" fails, and with it the linearisations.
+  /// C, the mass of the Gaussian's values on a hemisphere, in (0, 1] (MPG Eq. 12 is 2 C). Below 0.5 the
+  /// rotation is not concentrated, and linearised results are inaccurate.
   [[nodiscard]] double hemisphere_mass() const {
     const Matrix3<Scalar> uu = covariance_.template topLeftCorner<3, 3>();
     return detail::hemisphere_mass<double>(mean_.template head<3>().template cast<double>(),

@@ -181,7 +181,7 @@ template <class Scalar, Projection kProjection>
 /// way between the tangent points, multiplied there, and centred at the mode.
 ///
 /// The product of two renormalised densities on one tangent space is exactly one of this kind, and log_mass
-/// is then exact; that of two push-forwards is one with a factor (1 + |u|^2)^2 to spare, which log_mass
+/// is then exact; that of two push-forwards has an extra factor (1 + |u|^2)^2, which log_mass
 /// counts and the result leaves out. Commutative. Throws if the tangent points are more than max_angle apart.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] Fusion<BasicProjectedGaussian<Scalar, kProjection>> fuse(
@@ -199,7 +199,7 @@ template <std::floating_point Scalar, Projection kProjection>
 ///     u' = (R_b^T u_a + u_b + (R_b^T u_a) x u_b) / (1 - (R_b^T u_a).u_b),   t' = t_a + R(q_a (1, u_a)) t_b
 ///
 /// Linearised at the modes it has the mean t_a + R_a t_b; "g(0, 0) = 0" in the paper holds for the rotation
-/// only. The unscented transport adds what the spread of q_a takes off the lever t_b.
+/// only. The unscented transport also shortens the mean of R(q_a) t_b by the spread of q_a.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] BasicProjectedGaussian<Scalar, kProjection> compose(
     const BasicProjectedGaussian<Scalar, kProjection>& a,

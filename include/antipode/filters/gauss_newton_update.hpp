@@ -50,7 +50,7 @@ struct GaussNewtonOptions {
   /// reported as kNotGaussian. In trials the mean NEES was 6.6 at most below 0.4.
   Scalar max_final_residual = Scalar(0.5);
   /// Whether to look for a second mode where the measurements are not linear over the prior, as in
-  /// linearized_update. Finding out whether they are takes twelve evaluations of each model.
+  /// linearized_update. The test for linearity evaluates each model twice for every dimension of the state.
   bool check_modes = true;
   /// Below this log-likelihood at the mean the result is reported as diverged.
   Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();

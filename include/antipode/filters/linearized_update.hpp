@@ -85,7 +85,7 @@ struct LinearizedUpdateOptions {
   bool check_modes = true;
   RobustWeight robust = RobustWeight::kNone;  ///< how much distant measurements count
   /// Distance at which a measurement begins to count less. It is compared with S_i, which includes the spread
-  /// of the current density: a wide prior condemns nothing.
+  /// of the current density: under a wide prior all measurements keep their weight.
   Scalar robust_scale = Scalar(2.8);
 };
 

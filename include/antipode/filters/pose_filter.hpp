@@ -170,7 +170,7 @@ class PoseFilter {
   using Square = Matrix<Scalar, Belief::Chart::kDim>;       ///< covariances and Jacobians
 
   /// Starts from a pose and its 6x6 covariance, in the filter's own chart: PoseFilter({pose, covariance}). A
-  /// BinghamGaussian has no variance of the orientation below 1e-14. Throws unless the covariance is positive
+  /// BinghamGaussian has second moments of q of at least 1e-14. Throws unless the covariance is positive
   /// semidefinite.
   explicit PoseFilter(const Belief& belief, Rule rule = {}, Update update = {})
       : density_(detail::converted_to<Density>(checked(belief))),
@@ -207,7 +207,7 @@ class PoseFilter {
       predict_with(T_before_now, detail::converted_to<Density>(noise));
     }
   }
-  /// x <- x u v with a noise v that has a BinghamGaussian density.
+  /// x <- x u v with a noise v that has a BinghamGaussian density. Throws if the motion is not finite.
   void predict(const Pose& T_before_now,
                const BinghamGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
@@ -239,7 +239,7 @@ class PoseFilter {
   template <class Measurement>
   UpdateResult<Belief> update(Measurement&& measurement) {
     static_assert(
-        std::invocable<const Update&, const Density&, Measurement, const Rule&>,
+        kTakes<Measurement>,
         "PoseFilter::update: the filter takes a log-likelihood, callable as Scalar(state), or "
         "GaussianMeasurements with a model h(state, i); if it linearises, GaussianMeasurements only; "
         "if it is a Gauss-Newton filter, with a model h(state, i, J)");

@@ -24,7 +24,7 @@ struct UpdateResult {
   /// residuals up to 0.1, but 2 too low for a likelihood with heavy tails under a prior 20 times as wide
   /// (residual 0.3).
   Scalar log_evidence = 0;
-  Scalar log_likelihood = 0;  ///< the best one among the last samples
+  Scalar log_likelihood = 0;  ///< best of the last samples; of updates with a linear model, at the last mean
   /// Normalised innovation squared: (z - h)^T S^-1 (z - h) of a linear measurement, chi-square of as many
   /// degrees of freedom as there are measured numbers; of any likelihood, the squared distance from the prior
   /// minus twice the log-likelihood, at the state where that is least.

@@ -111,7 +111,7 @@ template <std::floating_point Scalar>
   return compose(state, PoseGaussian<Scalar>{motion * noise.pose, noise.covariance});
 }
 
-/// The same by rotation and position apart, with the noise in the moving frame's own axes as ever.
+/// The same in the split chart. The noise is still in the screw chart: in the axes of the moving frame.
 ///
 /// To first order in state and noise,
 ///

@@ -41,8 +41,8 @@ namespace antipode {
 /// How long the steps are, and which results are reported as not to be trusted.
 template <std::floating_point Scalar>
 struct ProgressiveOptions {
-  /// Smallest ratio of two samples' likelihoods within a step, inside (0, 1). Nearer to one: more and more
-  /// accurate steps; 0.8 for weak priors.
+  /// Smallest ratio of two samples' likelihoods within a step, inside (0, 1). Nearer to one: more steps, more
+  /// accurate; 0.8 for weak priors.
   Scalar tau = Scalar(0.5);
   /// Limit of the steps, which overrides tau: once half of them are used, the others divide the rest evenly.
   int max_steps = 1000;
@@ -75,7 +75,7 @@ struct ProgressiveResult {
   /// step_floor_hit.
   Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
-  Scalar log_likelihood = 0;  ///< of the samples of the last step
+  Scalar log_likelihood = 0;  ///< the best of the samples of the last step
   /// Normalised innovation squared, as in UpdateResult, from the samples of the last step and so to a few
   /// percent; 0, not assessed, for a prior that is certain of a direction.
   Scalar nis = 0;

@@ -40,7 +40,7 @@
 /// fit and is the Kalman update.
 ///
 /// No derivatives are needed, and the likelihood may be robust or otherwise non-Gaussian as long as the
-/// posterior has one mode that the prior reaches: a cap that hides most of the measurement from most of the
+/// posterior has one mode that the prior reaches: a capped likelihood that is constant over most of the
 /// prior leaves no slope to follow. Where the log-likelihood is not quadratic over the prior, a second mode
 /// is looked for along the axes of the posterior and reported as kNotGaussian; one that lies on none of them
 /// stays unnoticed. Where several modes are possible, start one update in each (mixture_filter.hpp).

@@ -27,7 +27,7 @@ namespace antipode {
 /// The multivariate t distribution with the scale matrix R, without constants: -(dof + Dim)/2 log(1 +
 /// d^2/dof).
 ///
-/// The default choice: it needs no idea of how many outliers there are, and its slope leads home from any
+/// The default choice: it needs no share of outliers, and its gradient points towards the mode from any
 /// distance. In exchange good measurements count as somewhat less than they are (3 to 9 % larger errors). dof
 /// = 1 is the Cauchy distribution; above 30 it is as good as Gaussian.
 template <std::floating_point Scalar>

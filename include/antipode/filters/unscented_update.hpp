@@ -65,7 +65,7 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
 
 /// The sigma points of unscented_update, and how often they are used.
 struct UnscentedUpdateOptions {
-  /// Of UnscentedRule. 0 gives a Gaussian's fourth moments for a vector of three.
+  /// Of UnscentedRule. For a vector of three, 0 gives each coordinate's fourth moment of a Gaussian, 3.
   double kappa = 0.0;
   /// 1 is Alg. 4. More repeat the regression over the posterior (iterated posterior linearisation): for a
   /// prior that is wide compared to the curvature of h, 2 or 3 suffice.

@@ -44,7 +44,7 @@ struct StereoCamera {
   Scalar baseline_m = 0;             ///< distance of the two cameras
   Scalar min_depth_m = Scalar(0.1);  ///< nearer points cannot be measured
 
-  /// Throws unless the focal lengths and the baseline are positive and all is finite.
+  /// Throws unless focal lengths and baseline are positive and they and the principal point are finite.
   void check() const {
     const Vector3<Scalar> lengths(fx, fy, baseline_m);
     if (!(lengths.minCoeff() > Scalar(0)) || !lengths.allFinite()) [[unlikely]] {
