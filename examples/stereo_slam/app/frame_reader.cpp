@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stereo_slam/app/process_usage.hpp"
+#include "stereo_slam/core/thread_priority.hpp"
 
 namespace stereo_slam {
 
@@ -14,6 +15,7 @@ FrameReader::FrameReader(Load load, std::size_t count)
       }) {}
 
 void FrameReader::read_all(const std::stop_token& stop, const Load& load, std::size_t count) {
+  lower_thread_priority();
   try {
     for (std::size_t i = 0; i < count; ++i) {
       const double start_ms = thread_cpu_ms();

@@ -2,53 +2,17 @@
 #include "stereo_slam/frontend/optical_flow.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
-#include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
 #include "stereo_slam/core/parallel.hpp"
 
 namespace stereo_slam {
-namespace {
-
-using Levels = std::vector<cv::Mat>;
-
-/// Fills the levels of a pyramid, each followed by its derivatives if it is to have any.
-void build_levels(const cv::Mat& image, Levels& levels, int max_level, bool with_derivatives) {
-  constexpr int kWindow_px = FlowPyramid::kMaxWindow_px;
-  cv::buildOpticalFlowPyramid(image, levels, {kWindow_px, kWindow_px}, max_level, with_derivatives);
-}
-
-/// The coarser levels with derivatives: those of the image at half size. None if that is not larger than a
-/// window.
-void build_coarser_levels(const cv::Mat& image, Levels& levels) {
-  const cv::Size half((image.cols + 1) / 2, (image.rows + 1) / 2);
-  if (std::min(half.width, half.height) <= FlowPyramid::kMaxWindow_px) {
-    levels.clear();
-    return;
-  }
-  cv::Mat halved;
-  cv::pyrDown(image, halved, half);
-  build_levels(halved, levels, FlowPyramid::kMaxLevel - 1, /*with_derivatives=*/true);
-}
-
-}  // namespace
 
 FlowPyramid::FlowPyramid(const cv::Mat& image, bool with_derivatives, FlowPyramid unused)
     : levels_(std::move(unused.levels_)) {
-  if (!with_derivatives) {
-    build_levels(image, levels_, kMaxLevel, with_derivatives);
-    return;
-  }
-  // The derivatives of the finest level take as long as all the rest.
-  const auto finest_end = std::next(levels_.begin(), std::min<std::ptrdiff_t>(2, std::ssize(levels_)));
-  Levels coarser(finest_end, levels_.end());
-  levels_.erase(finest_end, levels_.end());
-  run_both([&] { build_levels(image, levels_, /*max_level=*/0, with_derivatives); },
-           [&] { build_coarser_levels(image, coarser); });
-  levels_.insert(levels_.end(), coarser.begin(), coarser.end());
+  cv::buildOpticalFlowPyramid(image, levels_, {kMaxWindow_px, kMaxWindow_px}, kMaxLevel, with_derivatives);
 }
 
 StereoPyramid build_pyramids(const StereoFrame& frame, PyramidSides sides, StereoPyramid unused) {

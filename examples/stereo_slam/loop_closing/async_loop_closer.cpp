@@ -7,24 +7,9 @@
 #include <limits>
 #include <utility>
 
-#ifdef __linux__
-#include <sys/resource.h>
-#include <unistd.h>
-#endif
+#include "stereo_slam/core/thread_priority.hpp"
 
 namespace stereo_slam {
-namespace {
-
-/// Gives this thread a lower priority than the tracking has, where threads have priorities of their own.
-void let_others_go_first() {
-#ifdef __linux__
-  constexpr int kNice = 10;
-  (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
-#endif
-}
-
-}  // namespace
-
 struct AsyncLoopCloser::State {
   /// Processing of one keyframe, and the frame before which its correction takes effect.
   struct Task {
@@ -77,7 +62,7 @@ void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left) {
   auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
   auto work = [&closer = s.closer, before = std::move(before), keyframe = std::move(keyframe),
                left = std::move(left), own_thread = s.thread == LoopThread::kOwn]() mutable {
-    if (own_thread) let_others_go_first();
+    if (own_thread) lower_thread_priority();
     if (!left.empty()) describe(keyframe.points, left);
     left.release();
     if (before.valid()) before.wait();

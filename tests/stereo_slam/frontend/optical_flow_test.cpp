@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/optical_flow.hpp"
 
-#include <utility>
-
-#include <opencv2/video/tracking.hpp>
-
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
@@ -45,28 +41,6 @@ TEST_CASE("Similar images, dark ones and the first one are not equalised", "[ste
   CHECK(same(as_bright_as(build_pyramids(dark), pyramids, frame), pyramids));
   const auto of_dark = build_pyramids(dark);
   CHECK(same(as_bright_as(pyramids, of_dark, dark), of_dark));
-}
-
-TEST_CASE("A pyramid is OpenCV's, of any size and in any memory", "[stereo_slam][images]") {
-  const auto size =
-      GENERATE(cv::Size{16, 300}, cv::Size{42, 43}, cv::Size{43, 44}, cv::Size{101, 67}, cv::Size{320, 161});
-  const bool with_derivatives = GENERATE(false, true);
-  CAPTURE(size, with_derivatives);
-  const cv::Mat image = test::texture_image(size, {});
-  std::vector<cv::Mat> expected;
-  cv::buildOpticalFlowPyramid(image, expected, {FlowPyramid::kMaxWindow_px, FlowPyramid::kMaxWindow_px},
-                              FlowPyramid::kMaxLevel, with_derivatives);
-  for (const cv::Size unused_size : {cv::Size{}, size, cv::Size{30, 40}, cv::Size{400, 200}}) {
-    FlowPyramid unused;
-    if (!unused_size.empty()) unused = FlowPyramid(test::texture_image(unused_size, {7.0, 0.0}));
-    const FlowPyramid pyramid(image, with_derivatives, std::move(unused));
-    REQUIRE(pyramid.levels().size() == expected.size());
-    for (std::size_t i = 0; i < expected.size(); ++i) {
-      CAPTURE(unused_size, i);
-      REQUIRE(pyramid.levels()[i].size() == expected[i].size());
-      CHECK(cv::norm(pyramid.levels()[i], expected[i], cv::NORM_INF) == 0.0);
-    }
-  }
 }
 
 }  // namespace

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/core/thread_priority.hpp"
+
+#ifdef __linux__
+#include <sys/resource.h>
+#include <unistd.h>
+#endif
+
+namespace stereo_slam {
+
+void lower_thread_priority() {
+#ifdef __linux__
+  constexpr int kNice = 10;
+  (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
+#endif
+}
+
+}  // namespace stereo_slam
