@@ -29,10 +29,11 @@ struct PreviousFrame {
   void replace_images(const StereoFrame& frame, StereoPyramid next);
 };
 
-/// What is searched for in a frame while its pose is updated: new landmarks if it is about to become a
-/// keyframe, otherwise the points of the next odometry.
+/// What is found out about a frame while its pose is updated: if it is about to become a keyframe, corners
+/// for new landmarks and whether the scene repeats itself; otherwise the points of the next odometry.
 struct FoundAhead {
   std::optional<std::vector<Feature>> landmark_corners;
+  std::optional<bool> repeats_itself;
   std::optional<Replenishment> odometry_points;
 };
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stereo_slam/core/parallel.hpp"
+#include "stereo_slam/frontend/repetition.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_tracks.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
@@ -181,6 +182,7 @@ FoundAhead Slam::look_ahead(const FrameImages& images, const std::vector<Match>&
   if (!aligns_patches()) return ahead;
   if (needs_keyframe(images.frame.index, matches.size())) {
     ahead.landmark_corners = find_stereo_corners(images.frame.left, settings_);
+    if (anchored()) ahead.repeats_itself = repeats_itself(images.frame.left);
   } else {
     ahead.odometry_points = tracks_.find_replenishment(view_of(images.frame), positions(matches), settings_);
   }
@@ -266,7 +268,7 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   auto points = add_landmarks(images, {});
   velocity_.found(images.frame.stamp_ns);
   started_ = points.size() >= static_cast<std::size_t>(settings_.update.min_matches);
-  if (started_) begin_keyframe(images.frame, std::move(points));
+  if (started_) begin_keyframe(images, std::move(points));
   record(posterior_, true, result);
   result.is_keyframe = started_;
 }

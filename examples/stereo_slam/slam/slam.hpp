@@ -135,7 +135,7 @@ class Slam {
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
   void begin_segment(const FrameImages& images, const OdometryResult& odometry);
   void change_keyframe(const FrameImages& images, const std::vector<Match>& matches);
-  void begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points);
+  void begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points);
   [[nodiscard]] StereoPoints measure_points(const FrameImages& images,
                                             const std::vector<Vector2<double>>& reserved_px) const;
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,

@@ -54,13 +54,15 @@ void Slam::change_keyframe(const FrameImages& images, const std::vector<Match>& 
   posterior_ = certain_pose();
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
   local_map_.restart(trajectory_.reference());
-  begin_keyframe(images.frame, add_landmarks(images, {}, reobserved));
+  begin_keyframe(images, add_landmarks(images, {}, reobserved));
 }
 
-void Slam::begin_keyframe(const StereoFrame& frame, std::vector<KeyframePoint> points) {
+void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points) {
+  const StereoFrame& frame = images.frame;
   reference_.left = frame.left.clone();
   reference_.landmarks = local_map_.landmarks().size();
-  reference_.repeats_itself = anchored() && repeats_itself(reference_.left);
+  const auto& repeats = images.ahead.repeats_itself;
+  reference_.repeats_itself = anchored() && (repeats ? *repeats : repeats_itself(reference_.left));
   reference_.keyframe = {};
   reference_.keyframe.frame = frame.index;
   reference_.keyframe.stamp_ns = frame.stamp_ns;
