@@ -2,7 +2,11 @@
 // Output that would replace something, and streams that nobody reads.
 #include <csignal>
 #include <fcntl.h>
+#include <new>
 #include <sys/resource.h>
+#include <system_error>
+
+#include <opencv2/core.hpp>
 
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/support/program.hpp"
@@ -135,6 +139,18 @@ TEST_CASE("Standard streams that are closed, full or unread do not end a run wit
           }).status == 1);
     CHECK(split_lines(read_text(out + "/trajectory_kitti.txt")).size() == 4);  // and not a message
   }
+}
+
+TEST_CASE("Failures of the system are described in words for the user", "[faults]") {
+  using stereo_slam::text_of;
+  CHECK_THAT(text_of(std::bad_alloc()), Catch::StartsWith("there is not enough memory"));
+  CHECK_THAT(text_of(cv::Exception(cv::Error::StsNoMem, "alloc", "f", "g", 1)),
+             Catch::StartsWith("there is not enough memory"));
+  CHECK_THAT(text_of(std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again))),
+             Catch::StartsWith("no thread can be started"));
+  CHECK(text_of(fs::filesystem_error("status", "a/b", std::make_error_code(std::errc::permission_denied))) ==
+        "a/b: cannot be used (Permission denied)");
+  CHECK(text_of(std::runtime_error("a.txt: is empty")) == "a.txt: is empty");
 }
 
 TEST_CASE("A message is one line of bounded length", "[faults]") {

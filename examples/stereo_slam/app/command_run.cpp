@@ -151,7 +151,7 @@ int run_command(const Arguments& arguments) {
   require_usable(found.problems, quiet);
   const StereoSequence sequence = std::move(found.sequence);
   check_before_run(sequence, quiet);
-  if (arguments.json) check_run_json(*arguments.json, inputs_of(arguments), arguments.run.output);
+  if (arguments.json) check_run_json(*arguments.json, inputs_of(arguments), arguments.run);
   const RunSummary summary = run(sequence, settings, arguments.run);
   if (arguments.json) {
     write_file(*arguments.json,
@@ -182,8 +182,9 @@ int run_command(const Arguments& arguments) {
   if (tracked_none) {
     throw std::runtime_error(fmt::format(
         "tracked {} of {} frames: hardly any corner was found in both images and again in the next frame; "
-        "check for black, blurred or repeated images, swapped cameras, a calibration of another camera and a "
-        "low frame rate (the results are in {})",
+        "check for black, blurred or repeated images, swapped cameras, a calibration of another camera, a "
+        "low "
+        "frame rate and settings that allow too few points (the results are in {})",
         summary.frames - summary.lost, summary.frames, arguments.run.output.string()));
   }
   return kDone;

@@ -28,7 +28,7 @@ int execute(const Command& command) {
     if (!std::cout || std::fflush(stdout) != 0) throw std::runtime_error("standard output cannot be written");
     return status;
   } catch (const std::exception& error) {
-    print_message(error.what());
+    print_message(text_of(error));
   } catch (...) {
     print_message("an unknown error");
   }

@@ -6,9 +6,14 @@
 #include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
+#include <filesystem>
+#include <new>
+#include <system_error>
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <opencv2/core/base.hpp>
+#include <opencv2/core/mat.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
 namespace stereo_slam {
@@ -47,6 +52,24 @@ void silence_libraries() {
   const int nobody = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (copy >= 0 && nobody >= 0 && ::dup2(nobody, STDERR_FILENO) >= 0) message_descriptor = copy;
   if (nobody >= 0) ::close(nobody);
+}
+
+std::string text_of(const std::exception& error) {
+  constexpr auto kNoMemory = "there is not enough memory; end other programs, or use smaller images";
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) return kNoMemory;
+  if (const auto* opencv = dynamic_cast<const cv::Exception*>(&error)) {
+    return opencv->code == cv::Error::StsNoMem ? kNoMemory : error.what();
+  }
+  if (const auto* files = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
+    return fmt::format("{}: cannot be used ({})", files->path1().string(), files->code().message());
+  }
+  const auto* system = dynamic_cast<const std::system_error*>(&error);
+  if (system != nullptr && system->code() == std::errc::resource_unavailable_try_again) {
+    return "no thread can be started; there are too many processes, or there is too little memory (ulimit "
+           "-u, "
+           "ulimit -v)";
+  }
+  return error.what();
 }
 
 std::string as_message(std::string_view text) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <exception>
 #include <string>
 #include <string_view>
 
@@ -19,6 +20,9 @@ void silence_libraries();
 
 /// Prints "stereo_slam: TEXT" as one line, shortened if necessary. Never fails.
 void print_message(std::string_view text);
+
+/// What an exception says, in words for the user where it is of memory, threads or the file system.
+[[nodiscard]] std::string text_of(const std::exception& error);
 
 /// The text as one line of at most kLongestMessage bytes: what is too long has "..." in its middle, control
 /// characters are replaced by '?'.

@@ -7,7 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/output_file.hpp"
+#include "stereo_slam/results/run_folder.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -29,13 +31,14 @@ constexpr std::string_view kFirstMember = "\"stereo_slam\"";
 
 }  // namespace
 
-void check_run_json(const fs::path& file, std::span<const fs::path> inputs, const fs::path& output) {
+void check_run_json(const fs::path& file, std::span<const fs::path> inputs, const RunOptions& options) {
   require_replaceable(
       file, std::vector<fs::path>(inputs.begin(), inputs.end()),
       [](std::string_view beginning) { return beginning.find(kFirstMember) != std::string_view::npos; });
-  const bool beside_results =
-      fs::weakly_canonical(fs::absolute(file).parent_path()) == fs::weakly_canonical(fs::absolute(output));
-  if (!beside_results) require_writable(file);
+  require_writable_besides_results(file, options.output);
+  const auto place_of = [](const fs::path& any) { return fs::weakly_canonical(fs::absolute(any)); };
+  if (options.save_map && place_of(file) == place_of(*options.save_map))
+    fail(file, "is the file of --save-map, too; name another file");
 }
 
 void write_run_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,

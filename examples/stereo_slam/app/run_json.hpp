@@ -11,9 +11,9 @@
 namespace stereo_slam {
 
 /// Throws unless the file of `run --json` can be written when the run has ended, and replaces nothing but an
-/// earlier one.
+/// earlier one: no input, no result of the run, not its map.
 void check_run_json(const std::filesystem::path& file, std::span<const std::filesystem::path> inputs,
-                    const std::filesystem::path& output);
+                    const RunOptions& options);
 
 /// Writes how a run went as one JSON object; docs/datasets.md lists its members.
 void write_run_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,

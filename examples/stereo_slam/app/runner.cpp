@@ -198,15 +198,7 @@ void check_save_map(const RunOptions& options) {
     }
     return is_map(beginning);
   });
-  const auto is_name = [&](const fs::path& name) { return file.filename() == name; };
-  const bool beside_results = fs::weakly_canonical(fs::absolute(file).parent_path()) ==
-                              fs::weakly_canonical(fs::absolute(options.output));
-  if (!beside_results)
-    return require_writable(file);  // --output, which may not be there yet, is checked itself
-  if (std::any_of(result_files().begin(), result_files().end(), is_name) || is_name("run.yaml")) {
-    throw std::runtime_error(fmt::format(
-        "{}: is the name of a result file in --output; name another file for the map", file.string()));
-  }
+  require_writable_besides_results(file, options.output);
 }
 
 /// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
@@ -287,7 +279,7 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
     step();
     return true;
   } catch (const std::exception& error) {
-    if (header.error.empty()) header.error = as_message(error.what());
+    if (header.error.empty()) header.error = as_message(text_of(error));
     header.state = "failed";
     return false;
   }
@@ -336,11 +328,11 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (options.threads) cv::setNumThreads(*options.threads);
   Slam slam = make_slam(input, options);
   FrameDisplay display(options, sequence.camera);
+  const SignalGuard signals;
   const RunFolder folder(options.output, options.overwrite);
   write_run_yaml(folder.working(), header, sequence, settings);
   LiveResults results(folder.working(), body_of(sequence, options));
 
-  const SignalGuard signals;
   const auto start = Clock::now();
   RunRecord record;
   if (options.realtime || sequence.live) record.realtime.emplace();

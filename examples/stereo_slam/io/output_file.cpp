@@ -132,13 +132,15 @@ void write_in_place(const fs::path& file, const std::function<void(std::ostream&
   if (error != 0) fail_to_write(file, error);
 }
 
+constexpr std::string_view kPartial = ".partial-";  // of the name of a file that is not complete
+
 /// A new file beside `file`, which is removed again unless it was renamed.
 class Partial {
  public:
   explicit Partial(const fs::path& file) : file_(file) {
     constexpr int kAttempts = 100;
     for (int i = 0; i < kAttempts && descriptor_ < 0; ++i) {
-      path_ = fmt::format("{}.partial-{}-{}", file.string(), ::getpid(), i);
+      path_ = fmt::format("{}{}{}-{}", file.string(), kPartial, ::getpid(), i);
       descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor_ < 0 && errno != EEXIST) fail_to_write(file, errno);
     }
@@ -177,6 +179,8 @@ void write_file(const fs::path& file, const std::function<void(std::ostream&)>& 
   FileDescriptor out(partial.put_in_place());
   if (const int error = out.close()) fail_to_write(file, error);
 }
+
+bool is_partial(const fs::path& file) { return file.filename().string().find(kPartial) != std::string::npos; }
 
 void require_writable(const fs::path& file) {
   const Target target = target_of(file);

@@ -17,6 +17,9 @@ namespace stereo_slam {
 /// are written to. Throws std::runtime_error when that fails.
 void write_file(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
+/// Whether a file has the name of one that write_file() began and did not complete: the program was killed.
+[[nodiscard]] bool is_partial(const std::filesystem::path& file);
+
 /// Throws std::runtime_error if write_file() would fail for `file`, as far as this can be checked beforehand.
 void require_writable(const std::filesystem::path& file);
 

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/results/output.hpp"
 
@@ -58,6 +59,43 @@ enum class Contents { kNothing, kKilledRun, kEndedRun };
   return state == "running" ? Contents::kKilledRun : Contents::kEndedRun;
 }
 
+void remove_file(const fs::path& file) {
+  std::error_code error;
+  fs::remove(file, error);
+  if (error) fail(file, fmt::format("cannot be removed ({})", error.message()));
+}
+
+/// Moves the results that are in a folder into another one, run.yaml last, and removes the folder.
+void move_results(const fs::path& from, const fs::path& to) {
+  const auto move = [&](const char* name) {
+    std::error_code error;
+    fs::rename(from / name, to / name, error);
+    if (error)
+      fail(to / name,
+           fmt::format("cannot be replaced ({}); the result is in {}", error.message(), from.string()));
+  };
+  for (const auto* name : result_files()) {
+    if (present(from / name)) move(name);
+  }
+  move(kRunFile);
+  std::error_code unreadable;
+  for (const auto& file : fs::directory_iterator(from, unreadable)) {
+    if (is_partial(file.path())) remove_file(file.path());  // of a run that was killed
+  }
+  std::error_code not_empty;
+  fs::remove(from, not_empty);
+}
+
+/// Ends what a killed run began: moving its results to the place of an earlier run's, whose run.yaml is gone.
+void complete_publication(const fs::path& folder) {
+  const fs::path unfinished = folder / RunFolder::kUnfinished;
+  if (present(folder / kRunFile) || !fs::is_directory(fs::symlink_status(unfinished)) ||
+      !present(unfinished / kRunFile)) {
+    return;
+  }
+  if (contents_of(unfinished) == Contents::kEndedRun) move_results(unfinished, folder);
+}
+
 void create(const fs::path& folder) {
   if (folder.empty()) throw std::runtime_error("--output is empty; name a folder");
   std::error_code error;
@@ -73,6 +111,7 @@ RunFolder::RunFolder(fs::path folder, bool overwrite) : folder_(std::move(folder
   create(folder_);
   lock();
   try {
+    complete_publication(folder_);
     const Contents contents = contents_of(folder_);
     if (contents == Contents::kNothing) return;
     if (!overwrite)
@@ -101,18 +140,21 @@ void RunFolder::lock() {
 
 void RunFolder::publish() const {
   if (working_ == folder_) return;
-  // Without its run.yaml the earlier run counts as replaced; the new one comes last.
-  fs::remove(folder_ / kRunFile);
   for (const auto* name : result_files()) {
-    if (present(working_ / name)) {
-      fs::rename(working_ / name, folder_ / name);
-    } else {
-      fs::remove(folder_ / name);
-    }
+    if (!present(working_ / name)) remove_file(folder_ / name);
   }
-  fs::rename(working_ / kRunFile, folder_ / kRunFile);
-  std::error_code not_empty;
-  fs::remove(working_, not_empty);
+  // Without its run.yaml the earlier run counts as replaced; from here on the next run would go on.
+  remove_file(folder_ / kRunFile);
+  move_results(working_, folder_);
+}
+
+void require_writable_besides_results(const fs::path& file, const fs::path& folder) {
+  const fs::path place = fs::weakly_canonical(fs::absolute(file));
+  const fs::path results = fs::weakly_canonical(fs::absolute(folder));
+  const auto is_place_of = [&](const char* name) { return place == results / name; };
+  if (is_place_of(kRunFile) || std::any_of(result_files().begin(), result_files().end(), is_place_of))
+    fail(file, "is the name of a result file in --output; name another file");
+  if (place.parent_path() != results) require_writable(file);  // else --output is checked itself
 }
 
 }  // namespace stereo_slam

@@ -13,8 +13,9 @@ class RunFolder {
   /// Subfolder for the files of a run until it replaces another one's.
   static constexpr const char* kUnfinished = "unfinished";
 
-  /// Creates the folder. Throws std::runtime_error when it cannot be used, another run uses it, it holds
-  /// results and `overwrite` is false, or it holds files with the names of results that no run wrote.
+  /// Creates the folder. If a run was killed in publish(), the rest is done first. Throws std::runtime_error
+  /// when the folder cannot be used, another run uses it, it holds results and `overwrite` is false, or it
+  /// holds files with the names of results that no run wrote.
   RunFolder(std::filesystem::path folder, bool overwrite);
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;
@@ -33,5 +34,9 @@ class RunFolder {
   std::filesystem::path working_;
   int lock_ = -1;
 };
+
+/// Throws std::runtime_error unless a run into `folder`, which need not exist yet, can write another file
+/// besides its results: one that it can create, and not in the place of a result.
+void require_writable_besides_results(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 }  // namespace stereo_slam

@@ -64,6 +64,10 @@ TEST_CASE("run --json replaces nothing but an earlier one", "[cli]") {
   check_one_line_failure(run_with(folder / "thesis.json"), "exists, and is not a file of this kind");
   check_one_line_failure(run_with(folder / "settings.yaml"), "is to be read, too");
   check_one_line_failure(run_with(folder / "nowhere/run.json"), "nowhere");
+  check_one_line_failure(run_with(folder / "out/report.html"), "is the name of a result file in --output");
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out", "--json",
+                               folder / "both", "--save-map", folder / "./both"}),
+                         "is the file of --save-map, too");
   CHECK_FALSE(fs::exists(folder / "out"));
   CHECK(read_text(folder / "thesis.json") == "{\"chapters\": 7}");
 }

@@ -74,6 +74,45 @@ TEST_CASE("Results of an earlier run stay until a run with overwrite replaces th
   CHECK_FALSE(fs::exists(folder / "unfinished"));
 }
 
+TEST_CASE("A run that was killed while it replaced results is completed by the next one", "[run_folder]") {
+  const TemporaryFolder folder;
+  leave_run(folder.path(), "finished", "old");
+  {
+    const RunFolder run(folder.path(), true);
+    leave_run(run.working(), "finished", "new");
+    // As far as publish() came: without the earlier run.yaml, and with some of the results in place.
+    fs::remove(folder / "run.yaml");
+    fs::rename(run.working() / "timing.csv", folder / "timing.csv");
+    write_text(run.working() / "run.yaml.partial-12-0", "");
+  }
+  const bool overwrite = GENERATE(false, true);
+  if (overwrite) {
+    const RunFolder next(folder.path(), true);
+    CHECK(next.working() == folder / "unfinished");
+    CHECK(fs::is_empty(next.working()));
+  } else {
+    CHECK_THAT(message_of([&] { const RunFolder next(folder.path(), false); }),
+               Catch::Contains("replace them with --overwrite"));
+    CHECK_FALSE(fs::exists(folder / "unfinished"));
+  }
+  for (const auto* name : result_files()) CHECK(read_text(folder / name) == "new");
+  CHECK(fs::exists(folder / "run.yaml"));
+}
+
+TEST_CASE("Other output of a run has a place besides its results", "[run_folder]") {
+  const TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  CHECK(message_of([&] { require_writable_besides_results(out / "summary.json", out); }).empty());
+  CHECK(message_of([&] { require_writable_besides_results(folder / "map.ply", out); }).empty());
+  for (const auto* name : {"report.html", "run.yaml", "trajectory_tum.txt", "../out/map.ply"}) {
+    CAPTURE(name);
+    CHECK_THAT(message_of([&] { require_writable_besides_results(out / name, out); }),
+               Catch::Contains("is the name of a result file in --output"));
+  }
+  CHECK_THAT(message_of([&] { require_writable_besides_results(folder / "none/summary.json", out); }),
+             Catch::Contains("cannot be written"));
+}
+
 TEST_CASE("The frames of a killed run stay until the first frame of a run with overwrite", "[run_folder]") {
   const TemporaryFolder folder;
   leave_run(folder.path(), "running", "old");
