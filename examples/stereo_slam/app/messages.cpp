@@ -12,8 +12,7 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
-#include <opencv2/core/base.hpp>
-#include <opencv2/core/mat.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
 namespace stereo_slam {
