@@ -89,6 +89,8 @@ cv::Mat decode_grey(std::span<const std::uint8_t> data) {
   if (!size) throw std::invalid_argument("the compressed image cannot be decoded");
   if (!is_supported(*size))
     throw std::invalid_argument(fmt::format("images may have up to {} pixels", kMostPixels));
+  if (is_compressed_bmp(data))
+    throw std::invalid_argument("the BMP is compressed, which is not decoded reliably; record PNG or JPEG");
   cv::Mat image;
   try {
     image = cv::imdecode(std::vector<std::uint8_t>(data.begin(), data.end()), cv::IMREAD_GRAYSCALE);

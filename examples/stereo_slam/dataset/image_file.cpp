@@ -132,6 +132,8 @@ cv::Mat decode(const std::filesystem::path& file, int mode) {
   const auto size = image_size(bytes);
   if (!size) fail(file, "the image cannot be decoded; convert or download it again");
   require_size(file, *size);
+  if (is_compressed_bmp(bytes))
+    fail(file, "the BMP is compressed, which is not decoded reliably; store it uncompressed or as PNG");
   cv::Mat image;
   try {
     image = cv::imdecode(bytes, mode);

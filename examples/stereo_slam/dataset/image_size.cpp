@@ -120,6 +120,16 @@ bool is_supported(const ImageSize& size) {
          size.height_px <= kMostPixels / size.width_px;
 }
 
+bool is_compressed_bmp(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < 2 || bytes[0] != 'B' || bytes[1] != 'M') return false;
+  constexpr std::uint32_t kRaw = 0;
+  constexpr std::uint32_t kBitFields = 3;
+  Header header(bytes, true);
+  if (header.number(14, 4) == 12) return false;  // OS/2 has no compression
+  const auto compression = header.number(30, 4);
+  return header.valid() && compression != kRaw && compression != kBitFields;
+}
+
 std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes) {
   using namespace std::string_view_literals;
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

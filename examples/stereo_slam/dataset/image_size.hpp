@@ -23,4 +23,7 @@ constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 24;
 /// Nothing for what is none of these, or ends within its header.
 [[nodiscard]] std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes);
 
+/// Whether the pixels of a BMP are compressed. OpenCV decodes run lengths to another image without a word.
+[[nodiscard]] bool is_compressed_bmp(std::span<const std::uint8_t> bytes);
+
 }  // namespace stereo_slam

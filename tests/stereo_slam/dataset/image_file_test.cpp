@@ -52,6 +52,22 @@ TEST_CASE("A PNG with a flipped bit is reported as damaged", "[image]") {
              Catch::Contains("damaged (checksum)"));
 }
 
+TEST_CASE("A BMP with run lengths is refused, one without is read", "[image]") {
+  const TemporaryFolder folder;
+  const cv::Mat image = tiny_texture(64);
+  cv::imwrite((folder / "a.bmp").string(), image);
+  CHECK(cv::norm(load_gray_image(folder / "a.bmp"), image, cv::NORM_INF) == 0.0);
+  const std::string bytes = read_text(folder / "a.bmp");
+  for (const char compression : {1, 2, 4, 6}) {
+    std::string compressed = bytes;
+    compressed[30] = compression;
+    write_text(folder / "b.bmp", compressed);
+    CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "b.bmp"); }),
+               Catch::Contains("b.bmp: the BMP is compressed") && Catch::Contains("or as PNG"));
+    CHECK_FALSE(message_of([&] { (void)check_image(folder / "b.bmp"); }).empty());
+  }
+}
+
 TEST_CASE("Another file is reported as no PNG", "[image]") {
   const TemporaryFolder folder;
   write_text(folder / "text.png", "hello, I am not an image");
