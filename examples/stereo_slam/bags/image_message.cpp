@@ -93,7 +93,8 @@ cv::Mat decode_grey(std::span<const std::uint8_t> data) {
     throw std::invalid_argument("the BMP is compressed, which is not decoded reliably; record PNG or JPEG");
   cv::Mat image;
   try {
-    image = cv::imdecode(std::vector<std::uint8_t>(data.begin(), data.end()), cv::IMREAD_GRAYSCALE);
+    image = cv::imdecode(std::vector<std::uint8_t>(data.begin(), data.end()),
+                         cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {  // the message below says it
   }
   if (image.empty()) throw std::invalid_argument("the compressed image cannot be decoded");

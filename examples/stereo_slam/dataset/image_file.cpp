@@ -159,6 +159,8 @@ ImageHeader check_image(const std::filesystem::path& file) {
   return {image.cols, image.rows, image.channels() > 1};
 }
 
-cv::Mat load_gray_image(const std::filesystem::path& file) { return decode(file, cv::IMREAD_GRAYSCALE); }
+cv::Mat load_gray_image(const std::filesystem::path& file) {
+  return decode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);  // calibrated is the sensor
+}
 
 }  // namespace stereo_slam

@@ -52,6 +52,20 @@ TEST_CASE("A PNG with a flipped bit is reported as damaged", "[image]") {
              Catch::Contains("damaged (checksum)"));
 }
 
+TEST_CASE("The orientation that a JPEG names is ignored: a calibration is that of the sensor", "[image]") {
+  const TemporaryFolder folder;
+  cv::imwrite((folder / "a.jpg").string(), tiny_texture(64));
+  // APP1 with one entry: tag 0x0112 (orientation), type 3, count 1, value 6 (a quarter turn)
+  const std::string exif(
+      "\xFF\xE1\0\x22"
+      "Exif\0\0MM\0\x2A\0\0\0\x08\0\1\x01\x12\0\3\0\0\0\1\0\6\0\0\0\0\0\0",
+      36);
+  const std::string bytes = read_text(folder / "a.jpg");
+  write_text(folder / "b.jpg", bytes.substr(0, 2) + exif + bytes.substr(2));
+  REQUIRE(cv::imread((folder / "b.jpg").string()).cols == TinySequence::kHeight);  // turned by OpenCV
+  CHECK(cv::norm(load_gray_image(folder / "b.jpg"), load_gray_image(folder / "a.jpg"), cv::NORM_INF) == 0.0);
+}
+
 TEST_CASE("A BMP with run lengths is refused, one without is read", "[image]") {
   const TemporaryFolder folder;
   const cv::Mat image = tiny_texture(64);
