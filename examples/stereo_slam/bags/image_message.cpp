@@ -53,11 +53,18 @@ const Encoding& encoding_of(const ImageMessage& message) {
   return *found;
 }
 
-void check_size(const ImageMessage& message, std::size_t pixel_bytes) {
-  if (!is_supported({message.width, message.height})) {
-    throw std::invalid_argument(fmt::format("has {} x {} pixels; images may have up to {} pixels",
-                                            message.width, message.height, kMostPixels));
+void require_pixels(const ImageSize& size) {
+  if (is_supported(size)) return;
+  if (size.width_px == 0 || size.height_px == 0) {
+    throw std::invalid_argument(
+        fmt::format("has {} x {} pixels, it is empty; record it again", size.width_px, size.height_px));
   }
+  throw std::invalid_argument(fmt::format("has {} x {} pixels; images may have up to {} pixels",
+                                          size.width_px, size.height_px, kMostPixels));
+}
+
+void check_size(const ImageMessage& message, std::size_t pixel_bytes) {
+  require_pixels({message.width, message.height});
   const std::uint64_t needed =
       std::uint64_t{message.step} * (message.height - 1) + message.width * pixel_bytes;
   if (message.step < message.width * pixel_bytes || message.data.size() < needed)
@@ -87,8 +94,7 @@ cv::Mat to_grey(const ImageMessage& message) {
 cv::Mat decode_grey(std::span<const std::uint8_t> data) {
   const auto size = image_size(data);
   if (!size) throw std::invalid_argument("the compressed image cannot be decoded");
-  if (!is_supported(*size))
-    throw std::invalid_argument(fmt::format("images may have up to {} pixels", kMostPixels));
+  require_pixels(*size);
   if (is_compressed_bmp(data))
     throw std::invalid_argument("the BMP is compressed, which is not decoded reliably; record PNG or JPEG");
   cv::Mat image;

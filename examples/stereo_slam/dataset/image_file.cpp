@@ -28,9 +28,13 @@ Bytes read_bytes(const std::filesystem::path& file) {
   return {content.begin(), content.end()};
 }
 
-/// Throws for an image that would take more memory than there may be.
+/// Throws for an image without pixels, and for one that would take more memory than there may be.
 void require_size(const std::filesystem::path& file, const ImageSize& size) {
   if (is_supported(size)) return;
+  if (size.width_px == 0 || size.height_px == 0) {
+    fail(file, fmt::format("is {} x {} pixels, an empty image; copy or record it again", size.width_px,
+                           size.height_px));
+  }
   fail(file, fmt::format("is {} x {} pixels; images may have up to {} pixels, scale them down", size.width_px,
                          size.height_px, kMostPixels));
 }

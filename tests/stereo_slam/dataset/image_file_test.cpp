@@ -82,6 +82,13 @@ TEST_CASE("A BMP with run lengths is refused, one without is read", "[image]") {
   }
 }
 
+TEST_CASE("An image without pixels is called empty", "[image]") {
+  const TemporaryFolder folder;
+  write_text(folder / "a.pgm", "P5 0 370 255\n");
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "a.pgm"); }),
+             Catch::Contains("a.pgm: is 0 x 370 pixels, an empty image; "));
+}
+
 TEST_CASE("Another file is reported as no PNG", "[image]") {
   const TemporaryFolder folder;
   write_text(folder / "text.png", "hello, I am not an image");
