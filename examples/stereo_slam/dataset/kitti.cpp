@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/times_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
@@ -76,24 +77,9 @@ StereoCamera read_calib_txt(const fs::path& file) {
   return {.fx = fx, .fy = fy, .cx = P0(0, 2), .cy = P0(1, 2), .baseline_m = baseline_m};
 }
 
-std::vector<std::int64_t> read_times(const fs::path& file) {
+std::vector<std::int64_t> read_stamps(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "missing; it holds one time in seconds a frame");
-  std::vector<std::int64_t> stamps_ns;
-  for (const auto& line : read_text_lines(file)) {
-    const auto fields = split_fields(line.text);
-    const auto stamp_ns = parse_seconds(fields.front());
-    if (fields.size() != 1 || !stamp_ns) {
-      throw std::runtime_error(
-          at_line(file, line.number, fmt::format("'{}' is not one time in seconds", line.text)));
-    }
-    if (!stamps_ns.empty() && *stamp_ns <= stamps_ns.back()) {
-      throw std::runtime_error(
-          at_line(file, line.number,
-                  fmt::format("{} is not later than the time before it; times must increase", line.text)));
-    }
-    stamps_ns.push_back(*stamp_ns);
-  }
-  return stamps_ns;
+  return read_times(file);
 }
 
 /// Number of frames by the image names of one folder: the highest frame index plus one.
@@ -185,7 +171,7 @@ SequenceScan scan_kitti(const fs::path& folder) {
   std::optional<std::vector<std::int64_t>> stamps_ns;
   std::size_t images = 0;
   attempt(problems, kError, [&] { sequence.camera = read_calib_txt(folder / "calib.txt"); });
-  attempt(problems, kError, [&] { stamps_ns = read_times(folder / "times.txt"); });
+  attempt(problems, kError, [&] { stamps_ns = read_stamps(folder / "times.txt"); });
   for (const auto* name : {"image_0", "image_1"}) {
     attempt(problems, kError, [&] { images = std::max(images, count_images(folder / name)); });
   }

@@ -13,6 +13,7 @@
 #include "stereo_slam/dataset/calibration_file.hpp"
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/dataset/live_camera.hpp"
+#include "stereo_slam/dataset/times_file.hpp"
 #include "stereo_slam/dataset/video.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -116,31 +117,20 @@ std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
   return name.size() >= kMinDigits && stamp_ns && *stamp_ns >= 0 ? stamp_ns : std::nullopt;
 }
 
-void read_times(const fs::path& file, std::vector<StereoFiles>& frames) {
+void set_times(const fs::path& file, std::vector<StereoFiles>& frames) {
   if (!fs::exists(file)) fail(file, "missing; it must contain one time in seconds per frame");
-  const auto lines = read_text_lines(file);
-  if (lines.size() != frames.size()) {
-    fail(file,
-         fmt::format("has {} times for {} frames; there must be one for each", lines.size(), frames.size()));
+  const auto stamps_ns = read_times(file);
+  if (stamps_ns.size() != frames.size()) {
+    fail(file, fmt::format("has {} times for {} frames; there must be one for each", stamps_ns.size(),
+                           frames.size()));
   }
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const auto stamp_ns = parse_seconds(split_fields(lines[i].text).front());
-    if (!stamp_ns)
-      throw std::runtime_error(
-          at_line(file, lines[i].number, fmt::format("'{}' is not one time in seconds", lines[i].text)));
-    if (i > 0 && *stamp_ns <= frames[i - 1].stamp_ns) {
-      throw std::runtime_error(at_line(
-          file, lines[i].number,
-          fmt::format("{} is not later than the time before it; times must increase", lines[i].text)));
-    }
-    frames[i].stamp_ns = *stamp_ns;
-  }
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].stamp_ns = stamps_ns[i];
 }
 
 /// Stamps from the file of times, else from the names, else from the frame rate.
 void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_rate_hz,
                 std::vector<StereoFiles>& frames) {
-  if (own.times) return read_times(calibration.parent_path() / *own.times, frames);
+  if (own.times) return set_times(calibration.parent_path() / *own.times, frames);
   const fs::path usual_times = frames.front().left.parent_path().parent_path() / "times.txt";
   const bool named = video_rate_hz == 0.0 && std::all_of(frames.begin(), frames.end(), [](const auto& frame) {
                        return stamp_in_name(frame.left).has_value();
@@ -153,7 +143,7 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_
     return;
   }
   const double rate_hz = own.frame_rate_hz.value_or(video_rate_hz);
-  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return read_times(usual_times, frames);
+  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return set_times(usual_times, frames);
   if (!(rate_hz > 0.0)) {
     fail(calibration,
          "has no times; add frame_rate_hz, or times: FILE with one time in seconds per frame, or put "

@@ -130,6 +130,9 @@ TEST_CASE("Wrong times are refused", "[kitti]") {
              Catch::Contains("times.txt:2: 0 is not later than"));
   CHECK_THAT(kitti_error_after(with_file("times.txt", "0\nnan\n1\n")),
              Catch::Contains("times.txt:2: 'nan' is not one time"));
+  CHECK_THAT(kitti_error_after(with_file("times.txt", "0.00\n0.10\n0.2")),
+             Catch::Contains("times.txt:3: the last line has no line end and fewer digits"));
+  CHECK(kitti_error_after(with_file("times.txt", "0.00\n0.10\n0.20")).empty());
   CHECK_THAT(kitti_error_after(with_file("times.txt", "0\n1\n")),
              Catch::Contains("has 2 times for 3 images (the last is 000002.png)"));
   CHECK_THAT(kitti_error_after(with_file("times.txt", "")), Catch::Contains("has 0 times for 3 images"));

@@ -85,6 +85,20 @@ TEST_CASE("Stamps come from a file, from the names or from the rate", "[folders]
   CHECK(open_sequence(folder.path(), "auto").frames[2].stamp_ns == 1'000'000'000'200'000'000);
 }
 
+TEST_CASE("A file of times with two columns, or cut off, is refused", "[folders]") {
+  const auto error_of_times = [](const std::string& times) {
+    return folder_error_after([&](const fs::path& folder) {
+      write_text(folder / "t.txt", times);
+      write_text(folder / "calibration.yaml", tiny_calibration("times: t.txt\n"));
+    });
+  };
+  CHECK_THAT(error_of_times("0.0 5\n0.1 6\n0.2 7\n0.3 8\n"),
+             Catch::Contains("t.txt:1: '0.0 5' is not one time in seconds"));
+  CHECK_THAT(error_of_times("0.00\n0.10\n0.20\n0.3"),
+             Catch::Contains("t.txt:4: the last line has no line end and fewer digits"));
+  CHECK(error_of_times("0.0\n0.1\n0.2\n0.3").empty());
+}
+
 TEST_CASE("Images are paired by name, else by natural order", "[folders]") {
   const TemporaryFolder folder;
   write_tiny_folders(folder.path(), 12);
