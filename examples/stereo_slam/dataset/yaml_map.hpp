@@ -88,6 +88,12 @@ class YamlMap {
     if (!rotation || !T.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0), kTolerance)) {
       fail(node, fmt::format("{} is not a rigid motion [R t; 0 0 0 1] with a rotation R", key));
     }
+    constexpr double kFarthest_m = 1e9;  // squares and sums of more overflow, or are no metres
+    const double distance_m = T.topRightCorner<3, 1>().cwiseAbs().maxCoeff();
+    if (distance_m > kFarthest_m) {
+      fail(node, fmt::format("{} has a translation of {:.3g} m; give it in metres, up to {:.0e}", key,
+                             distance_m, kFarthest_m));
+    }
     return Eigen::Translation3d(T.topRightCorner<3, 1>()) * Eigen::Quaterniond(R).normalized();
   }
 

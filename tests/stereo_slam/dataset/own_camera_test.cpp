@@ -148,6 +148,8 @@ TEST_CASE("A wrong calibration of an own camera is refused with file and line", 
              Catch::Contains("the principal point (960, 60) lies outside the 320x120 images"));
   CHECK_THAT(raw("-0.4", "0.4"), Catch::Contains("to the left of the left one; swap the two cameras"));
   CHECK_THAT(raw("T_right_left", "T_left_right"), Catch::Contains("unknown key T_left_right"));
+  CHECK_THAT(raw("1, 0.1]", "1, 1e300]"),
+             Catch::Contains("calibration.yaml:11: T_body_left has a translation of 1e+300 m; give it in"));
   CHECK_THAT(raw("radtan", "brown"), Catch::Contains("calibration.yaml:4: distortion_model is brown"));
   CHECK_THAT(raw("resolution: [320, 120]", "resolution: [640, 120]"), Catch::Contains("640x120"));
 }
