@@ -69,11 +69,13 @@ struct VideoPair::Decoder {
 
   explicit Decoder(const fs::path& path) : file(path), video(open(path)) {}
 
-  /// From the header, or by decoding the file if the header has none.
+  /// From the header, or by decoding the file if the header has none, or one that the file has no room for.
   std::size_t count_frames() {
     constexpr double kMostFrames = 1e7;  // eleven days at ten a second
+    constexpr double kLeastFrameBytes = 64.0;
+    const double most = std::min(kMostFrames, static_cast<double>(fs::file_size(file)) / kLeastFrameBytes);
     const double stated = video.get(cv::CAP_PROP_FRAME_COUNT);
-    if (stated >= 1.0 && stated < kMostFrames) return static_cast<std::size_t>(std::llround(stated));
+    if (stated >= 1.0 && stated < most) return static_cast<std::size_t>(std::llround(stated));
     while (video.grab()) ++next;
     const std::size_t count = next;
     rewind();

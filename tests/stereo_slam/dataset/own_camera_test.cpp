@@ -235,6 +235,20 @@ TEST_CASE("A video that cannot be opened is refused", "[video]") {
   CHECK_THAT(error(), Catch::Contains("right: neither a folder of images nor a video"));
 }
 
+TEST_CASE("A number of frames that a video has no room for is not believed", "[video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 8, 8);
+  for (const auto* name : {"left.avi", "right.avi"}) {
+    std::string bytes = read_text(folder / name);
+    constexpr std::size_t kTotalFrames = 24;  // from the name of the main header, see the format AVI RIFF
+    constexpr std::size_t kLength = 40;       // from the name of the stream's header
+    bytes.replace(bytes.find("avih") + kTotalFrames, 4, "\x7F\x96\x98\0", 4);  // 9 999 999
+    bytes.replace(bytes.find("strh") + kLength, 4, "\x7F\x96\x98\0", 4);
+    write_text(folder / name, bytes);
+  }
+  CHECK(open_sequence(folder.path(), "auto").frames.size() == 8);
+}
+
 TEST_CASE("A video that ends before its header says has no more frames; a truncated one is refused",
           "[video]") {
   const TemporaryFolder folder;
