@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/app/messages.hpp"
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -10,10 +9,13 @@
 #include <new>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
+
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -79,9 +81,7 @@ std::string as_message(std::string_view text) {
     line = fmt::format("{}{}{}", text.substr(0, kHead), kGap,
                        text.substr(text.size() - (kLongestMessage - kHead - kGap.size())));
   }
-  std::replace_if(
-      line.begin(), line.end(), [](unsigned char c) { return c < ' ' || c == 0x7F; }, '?');
-  return line;
+  return printable(std::move(line));
 }
 
 void print_message(std::string_view text) {

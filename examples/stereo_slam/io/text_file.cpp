@@ -9,12 +9,14 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/input_file.hpp"
 
 namespace stereo_slam {
 namespace {
 
 constexpr std::string_view kSeparators = " \t,\r";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8, as some editors write it
 
 std::optional<double> parse_number(std::string_view field) {
   if (field.starts_with('+')) field.remove_prefix(1);
@@ -31,6 +33,7 @@ std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
   const std::string content = read_file(file, kMostTextBytes);
   std::vector<TextLine> lines;
   std::string_view rest = content;
+  if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
   for (int number = 1; !rest.empty(); ++number) {
     const auto end = rest.find('\n');
     const bool ended = end != std::string_view::npos;
@@ -103,7 +106,7 @@ std::string format_seconds(std::int64_t stamp_ns) {
 }
 
 std::string at_line(const std::filesystem::path& file, int line, std::string_view message) {
-  return fmt::format("{}:{}: {}", file.string(), line, message);
+  return printable(fmt::format("{}:{}: {}", file.string(), line, message));
 }
 
 }  // namespace stereo_slam

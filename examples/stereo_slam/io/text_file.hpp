@@ -24,9 +24,9 @@ struct TextLine {
 constexpr std::size_t kMostTextBytes = std::size_t{256} << 20;
 constexpr std::size_t kMostLineBytes = std::size_t{64} << 10;
 
-/// The lines of a file without blank lines, comments (lines that start with '#') and carriage returns. Throws
-/// std::runtime_error when the file cannot be read, as read_file() does, and for a longer file or line than
-/// the bounds above.
+/// The lines of a file without blank lines, comments (lines that start with '#'), carriage returns and a byte
+/// order mark. Throws std::runtime_error when the file cannot be read, as read_file() does, and for a longer
+/// file or line than the bounds above.
 [[nodiscard]] std::vector<TextLine> read_text_lines(const std::filesystem::path& file);
 
 /// All numbers of a line, separated by blanks or commas; nothing if any field is not a finite number.
@@ -51,7 +51,7 @@ constexpr std::int64_t kLatestStamp_ns = 4'000'000'000'000'000'000;
 /// Throws std::runtime_error unless the last line ends: a file that was cut there would lack digits.
 void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines);
 
-/// "file:line: message", the form of all errors about a line.
+/// "file:line: message", the form of all errors about a line; printable.
 [[nodiscard]] std::string at_line(const std::filesystem::path& file, int line, std::string_view message);
 
 }  // namespace stereo_slam

@@ -138,6 +138,16 @@ TEST_CASE("Wrong times are refused", "[kitti]") {
   CHECK_THAT(kitti_error_after(with_file("times.txt", "")), Catch::Contains("has 0 times for 3 images"));
 }
 
+TEST_CASE("Byte order marks in a KITTI sequence are skipped", "[kitti]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), 3);
+  for (const auto* name : {"calib.txt", "times.txt", "poses.txt"})
+    write_text(folder / name, "\xEF\xBB\xBF" + read_text(folder / name));
+  const auto scan = scan_sequence(folder.path(), "auto");
+  CHECK(scan.problems.empty());
+  CHECK(scan.sequence.ground_truth.size() == 3);
+}
+
 TEST_CASE("Missing image folders, foreign names and too few frames are refused", "[kitti]") {
   CHECK_THAT(kitti_error_after(without("image_0")), Catch::Contains("image_0: no such folder"));
   CHECK_THAT(kitti_error_after(without("image_1")), Catch::Contains("image_1: no such folder"));

@@ -21,6 +21,29 @@ TEST_CASE("Lines keep their numbers when blanks, comments and carriage returns a
   CHECK(lines[1].text == "two");
 }
 
+TEST_CASE("A byte order mark is skipped at the beginning of a file only", "[text]") {
+  const TemporaryFolder folder;
+  write_text(folder / "a.txt",
+             "\xEF\xBB\xBF# head\n\xEF\xBB\xBF"
+             "1\n");
+  const auto lines = read_text_lines(folder / "a.txt");
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].text ==
+        "\xEF\xBB\xBF"
+        "1");
+  write_text(folder / "b.txt",
+             "\xEF\xBB\xBF"
+             "0.5\n");
+  CHECK(read_text_lines(folder / "b.txt").at(0).text == "0.5");
+}
+
+TEST_CASE("A zero byte does not end a message", "[text]") {
+  using namespace std::string_literals;
+  CHECK(at_line("a.txt", 3, "'0.2\0\x1B' is no time"s) ==
+        "a.txt:3: '0.2?"
+        "?' is no time");
+}
+
 TEST_CASE("A file that cannot be read is named", "[text]") {
   const TemporaryFolder folder;
   CHECK_THAT(message_of([&] { (void)read_text_lines(folder / "none.txt"); }),
