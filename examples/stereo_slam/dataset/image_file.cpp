@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
@@ -23,7 +24,9 @@ using Bytes = std::vector<std::uint8_t>;
 
 Bytes read_bytes(const std::filesystem::path& file) {
   constexpr std::size_t kMostImageBytes = std::size_t{256} << 20;
-  if (!std::filesystem::exists(file)) fail(file, "missing; restore the image or cut the sequence before it");
+  std::error_code error;  // read_file() says what else is wrong
+  if (!std::filesystem::exists(file, error) && !error)
+    fail(file, "missing; restore the image or cut the sequence before it");
   const std::string content = read_file(file, kMostImageBytes);
   return {content.begin(), content.end()};
 }

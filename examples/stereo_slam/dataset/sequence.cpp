@@ -14,6 +14,7 @@
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/dataset/rig_file.hpp"
 #include "stereo_slam/dataset/video.hpp"
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -139,7 +140,12 @@ void check_camera(SequenceScan& scan) {
 }
 
 SequenceScan scan_sequence(const fs::path& folder, std::string_view format, const fs::path& calibration) {
-  SequenceScan scan = scan_layout(folder, format, calibration);
+  SequenceScan scan;
+  try {
+    scan = scan_layout(folder, format, calibration);
+  } catch (const fs::filesystem_error& error) {
+    return unusable(folder, text_of(error));
+  }
   check_camera(scan);
   return scan;
 }
@@ -159,7 +165,7 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
   try {
     step();
   } catch (const std::exception& error) {
-    problems.push_back({severity, error.what()});
+    problems.push_back({severity, text_of(error)});
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -19,6 +20,15 @@ namespace stereo_slam {
 /// Throws std::runtime_error with the file's path and what is wrong with it: "PATH: WHAT", printable.
 [[noreturn]] inline void fail(const std::filesystem::path& file, std::string_view what) {
   throw std::runtime_error(printable(file.string() + ": " + std::string(what)));
+}
+
+/// What an error says; of std::filesystem, whose text is the standard library's, "PATH: cannot be read
+/// (REASON)".
+[[nodiscard]] inline std::string text_of(const std::exception& error) {
+  const auto* file_error = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
+  if (file_error == nullptr) return error.what();
+  return printable(file_error->path1().string() + ": cannot be read (" + file_error->code().message() +
+                   "); check the path and its permissions");
 }
 
 }  // namespace stereo_slam

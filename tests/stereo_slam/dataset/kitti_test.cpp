@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/kitti.hpp"
 
+#include <unistd.h>
+
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -146,6 +148,32 @@ TEST_CASE("Byte order marks in a KITTI sequence are skipped", "[kitti]") {
   const auto scan = scan_sequence(folder.path(), "auto");
   CHECK(scan.problems.empty());
   CHECK(scan.sequence.ground_truth.size() == 3);
+}
+
+TEST_CASE("Links in a circle are one line of the program", "[kitti]") {
+  for (const auto* name : {"calib.txt", "times.txt", "image_0", "image_1", "image_0/000000.png"}) {
+    CAPTURE(name);
+    CHECK_THAT(kitti_error_after([&](const fs::path& folder) {
+                 fs::remove_all(folder / name);
+                 fs::create_symlink(folder / name, folder / name);
+               }),
+               Catch::Contains(std::string(name) + ": cannot be read (Too many levels of symbolic links)"));
+  }
+}
+
+TEST_CASE("Folders that must not be read are one line of the program", "[kitti]") {
+  if (geteuid() == 0) {
+    WARN("skipped: the superuser may read every folder");
+    return;
+  }
+  for (const auto* name : {"image_0", "image_1"}) {
+    const TemporaryFolder folder;
+    write_tiny_sequence(folder.path(), 3);
+    fs::permissions(folder / name, fs::perms::none);
+    const auto message = message_of([&] { (void)open_sequence(folder.path(), "auto"); });
+    fs::permissions(folder / name, fs::perms::owner_all);
+    CHECK_THAT(message, Catch::Contains(std::string(name) + ": cannot be read (Permission denied)"));
+  }
 }
 
 TEST_CASE("Missing image folders, foreign names and too few frames are refused", "[kitti]") {
