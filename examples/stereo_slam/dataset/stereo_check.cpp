@@ -76,21 +76,44 @@ double median(const std::vector<Offset>& offsets, const Value& value) {
   return *middle;
 }
 
-/// How well the images agree if they belong together in another way: right images of the frame `step` later,
-/// or swapped.
-StereoAgreement agreement_of(const StereoSequence& sequence, const std::vector<StereoFrame>& frames, int step,
-                             bool swapped) {
+/// A way in which the images may belong together.
+struct Pairing {
+  int step = 0;  ///< the right images are those of the frame `step` later
+  bool swapped = false;
+};
+
+/// How well the images agree if they belong together in another way.
+StereoAgreement agreement_of(const StereoSequence& sequence, const std::vector<StereoFrame>& frames,
+                             const Pairing& pairing) {
   std::vector<StereoFrame> chosen;
   std::vector<Problem> ignored;  // images that cannot be read are another problem
   for (const auto& frame : frames) {
-    if (step < 0 && frame.index == 0) continue;
-    const std::size_t right = step < 0 ? frame.index - 1 : frame.index + static_cast<std::size_t>(step);
+    if (pairing.step < 0 && frame.index == 0) continue;
+    const std::size_t right =
+        pairing.step < 0 ? frame.index - 1 : frame.index + static_cast<std::size_t>(pairing.step);
     if (right >= sequence.frames.size()) continue;
     attempt(ignored, Problem::Severity::kWarning, [&] {
-      chosen.push_back(load_pair(sequence, {frame.index, right, swapped}));
+      chosen.push_back(load_pair(sequence, {frame.index, right, pairing.swapped}));
     });
   }
   return check_stereo_agreement(chosen);
+}
+
+/// The other way in which the images agree much better than as the recording says; the best one of several.
+std::optional<Pairing> better_pairing(const StereoAgreement& agreement, const StereoSequence& sequence,
+                                      const std::vector<StereoFrame>& frames) {
+  std::vector<Pairing> pairings = {{.step = 1}, {.step = -1}};
+  if (sequence.rectifier) pairings.push_back({.swapped = true});
+  std::optional<Pairing> best;
+  double least_px = 0.5 * agreement.row_offset_px;
+  for (const auto& pairing : pairings) {
+    const auto other = agreement_of(sequence, frames, pairing);
+    if (other.matches < agreement.matches / 2 || !other.conclusive()) continue;
+    if (other.row_offset_px >= least_px || other.median_disparity_px <= 0.0) continue;
+    best = pairing;
+    least_px = other.row_offset_px;
+  }
+  return best;
 }
 
 /// The problem that the images agree much better in another way than the recording says.
@@ -98,26 +121,20 @@ std::optional<Problem> wrong_pairing(const StereoAgreement& agreement, const Ste
                                      const std::vector<StereoFrame>& frames) {
   constexpr double kSuspicious_px = 0.15;  // good recordings have 0.05 to 0.1
   if (frames.empty() || agreement.row_offset_px < kSuspicious_px) return std::nullopt;
-  const auto is_better = [&](const StereoAgreement& other) {
-    return other.matches >= agreement.matches / 2 && other.conclusive() &&
-           other.row_offset_px < 0.5 * agreement.row_offset_px && other.median_disparity_px > 0.0;
-  };
+  const auto better = better_pairing(agreement, sequence, frames);
+  if (!better) return std::nullopt;
   const std::string folder = sequence.folder.string();
-  if (sequence.rectifier && is_better(agreement_of(sequence, frames, 0, true))) {
+  if (better->swapped) {
     return Problem{
         Problem::Severity::kError,
         fmt::format("{}: {} and {} look swapped, each with the images of the other camera; {} must hold "
                     "those of the left one",
                     folder, sequence.left_name, sequence.right_name, sequence.left_name)};
   }
-  for (const int step : {1, -1}) {
-    if (!is_better(agreement_of(sequence, frames, step, false))) continue;
-    return Problem{
-        Problem::Severity::kWarning,
-        fmt::format("{}: the images of {} look one frame {}; those of a pair must have been taken together",
-                    folder, sequence.right_name, step > 0 ? "late" : "early")};
-  }
-  return std::nullopt;
+  return Problem{
+      Problem::Severity::kWarning,
+      fmt::format("{}: the images of {} look one frame {}; those of a pair must have been taken together",
+                  folder, sequence.right_name, better->step > 0 ? "late" : "early")};
 }
 
 }  // namespace
@@ -163,6 +180,8 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
                          "that the images are of two cameras",
                          sequence.folder.string(), sequence.left_name, sequence.right_name)}};
   }
+  // First: where the camera is fast, right images of another frame have negative disparities, too.
+  if (const auto problem = wrong_pairing(agreement, sequence, frames)) return {*problem};
   if (agreement.negative_share > kMaxNegativeShare) {
     return {
         {Problem::Severity::kError,
@@ -171,7 +190,6 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
                      sequence.folder.string(), 100.0 * agreement.negative_share, sequence.left_name,
                      sequence.right_name, sequence.left_name)}};
   }
-  if (const auto problem = wrong_pairing(agreement, sequence, frames)) return {*problem};
   if (agreement.row_offset_px > kMaxRowOffset_px) {
     const auto* advice =
         sequence.rectifier

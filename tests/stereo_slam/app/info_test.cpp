@@ -65,6 +65,30 @@ TEST_CASE("Swapped cameras are found by their negative disparities", "[info]") {
   CHECK_THAT(info.text, Catch::Contains("image_0 and image_1 look swapped"));
 }
 
+TEST_CASE("Right images of another frame are not taken for swapped cameras where the camera is fast",
+          "[info]") {
+  constexpr int kShift_px = 14;  // a frame; more than the disparity, which becomes negative
+  constexpr int kSink_px = 3;
+  for (const bool late : {true, false}) {
+    const auto info = info_after([&](const fs::path& folder) {
+      cv::Mat texture;
+      cv::resize(tiny_texture(500), texture, {}, 1.0, 1.3);
+      const cv::Rect view(0, 0, TinySequence::kWidth, TinySequence::kHeight);
+      const auto place = [](int i) { return cv::Point(kShift_px * i, kSink_px * i); };
+      for (int i = 0; i < 4; ++i) {
+        const int left = late ? i + 1 : 4 - i;  // early images have negative disparities on the way back
+        cv::imwrite((folder / "image_0" / frame_name(i)).string(), texture(view + place(left)));
+        cv::imwrite((folder / "image_1" / frame_name(i)).string(),
+                    texture(view + place(left - 1) + cv::Point(TinySequence::kDisparity_px, 0)));
+      }
+    });
+    CHECK(info.errors == 0);
+    CHECK_THAT(info.text,
+               Catch::Contains(fmt::format("image_1 look one frame {}", late ? "late" : "early")) &&
+                   !Catch::Contains("swapped"));
+  }
+}
+
 TEST_CASE("Images that are not rectified are found by the row offset of their features", "[info]") {
   const auto info = info_after([](const fs::path& folder) {
     for (int i = 0; i < 4; ++i) {
