@@ -102,6 +102,13 @@ CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
   return info;
 }
 
+/// What an error says. Those of the program (std::invalid_argument) say what to do, those of the libraries
+/// that read bags and messages do not.
+std::string with_advice(const std::exception& error) {
+  if (dynamic_cast<const std::invalid_argument*>(&error) != nullptr) return error.what();
+  return fmt::format("{}; the bag is cut off or damaged, try `rosbag reindex`", error.what());
+}
+
 }  // namespace
 
 struct BagReader::Bag {
@@ -123,7 +130,7 @@ struct BagReader::Bag {
     } catch (const rosbag::BagUnindexedException&) {
       fail(file, "the bag has no index, its recording was not ended; call `rosbag reindex`");
     } catch (const std::exception& error) {
-      fail(file, error.what());
+      fail(file, with_advice(error));
     }
   }
 
@@ -175,7 +182,7 @@ cv::Mat BagReader::image(const std::string& topic, std::size_t i) {
   try {
     image = read_image(bag_->images.at(topic).at(i));
   } catch (const std::exception& error) {
-    fail(bag_->file, fmt::format("image {} of {}: {}", i, topic, error.what()));
+    fail(bag_->file, fmt::format("image {} of {}: {}", i, topic, with_advice(error)));
   }
   return image;
 }

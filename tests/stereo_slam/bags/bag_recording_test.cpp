@@ -134,15 +134,16 @@ TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
   CHECK_THAT(error_of(*folder / "nowhere.bag"), Catch::Contains("no such file"));
   CHECK_THAT(error_of("/dev/null"), Catch::Contains("not an ordinary file"));
   write_text(*folder / "text.bag", "no bag");
-  CHECK_FALSE(error_of(*folder / "text.bag").empty());
+  CHECK_THAT(error_of(*folder / "text.bag"), Catch::Contains("the bag is cut off or damaged"));
   CHECK_THAT(error_of(*folder / "strange.bag"),
-             Catch::Contains("image 0 of /stereo/left/image_raw: the encoding 32FC1"));
+             Catch::Contains("image 0 of /stereo/left/image_raw: the encoding 32FC1") &&
+                 !Catch::Contains("reindex"));
   const std::string whole = read_text(*folder / "stereo.bag");
   for (const double share : {0.01, 0.3, 0.6, 0.99}) {
     CAPTURE(share);
     write_text(*folder / "cut.bag",
                whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
-    CHECK_FALSE(error_of(*folder / "cut.bag").empty());
+    CHECK_THAT(error_of(*folder / "cut.bag"), Catch::Contains("`rosbag reindex`"));
   }
 }
 
