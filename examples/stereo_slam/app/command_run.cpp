@@ -158,6 +158,8 @@ int run_command(const Arguments& arguments) {
                [&](std::ostream& out) { write_run_json(out, summary, sequence, settings, arguments.run); });
   }
   if (!quiet) print_summary(summary, arguments.run.output);
+  const std::string early_end = sequence.source ? sequence.source->warning() : "";
+  if (!early_end.empty()) warn(early_end, quiet);
   const bool tracked_none = summary.frames > 1 && summary.lost + 1 >= summary.frames;
   if (summary.lost > 0 && !tracked_none) {
     warn(fmt::format(

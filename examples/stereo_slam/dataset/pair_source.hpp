@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include <opencv2/core.hpp>
 
@@ -27,6 +28,10 @@ class PairSource {
   /// The images of a frame; nothing where the source ends. A live camera gives its next images, whatever the
   /// index. Throws std::runtime_error that names the source when they cannot be read.
   [[nodiscard]] virtual std::optional<RawPair> read(std::size_t index) = 0;
+
+  /// What the user must know of the frames that were read so far: that they end earlier than was promised.
+  /// Empty if there is nothing.
+  [[nodiscard]] virtual std::string warning() { return {}; }
 };
 
 /// Splits an image that shows both cameras, the left one on the left. Throws std::invalid_argument for an odd

@@ -66,6 +66,7 @@ struct VideoPair::Decoder {
   fs::path file;
   cv::VideoCapture video;
   std::size_t next = 0;
+  std::size_t promised = 0;  ///< frames, by count_frames()
 
   explicit Decoder(const fs::path& path) : file(path), video(open(path)) {}
 
@@ -100,8 +101,10 @@ struct VideoPair::Decoder {
 
 VideoPair::VideoPair(const fs::path& left, const fs::path& right) : left_(std::make_unique<Decoder>(left)) {
   if (!right.empty()) right_ = std::make_unique<Decoder>(right);
-  const std::size_t count = left_->count_frames();
-  frames_of_each_ = {count, right_ ? right_->count_frames() : count};
+  for (auto* decoder : {left_.get(), right_.get()}) {
+    if (decoder != nullptr) decoder->promised = decoder->count_frames();
+  }
+  frames_of_each_ = {left_->promised, (right_ ? right_ : left_)->promised};
   frames_ = std::min(frames_of_each_.first, frames_of_each_.second);
   const double rate_hz = left_->video.get(cv::CAP_PROP_FPS);
   rate_hz_ = std::isfinite(rate_hz) && rate_hz >= 0.01 && rate_hz < 1e5 ? rate_hz : 0.0;
@@ -110,7 +113,7 @@ VideoPair::VideoPair(const fs::path& left, const fs::path& right) : left_(std::m
 VideoPair::~VideoPair() = default;
 
 /// Nothing where the video nearly is at its end; throws where it is not.
-std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) const {
+std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) {
   auto image = decoder.read(index);
   constexpr std::size_t kSlack = 5;
   const bool nearly_done = index > 0 && index + std::max(kSlack, frames_ / 50) >= frames_;
@@ -118,7 +121,17 @@ std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) cons
     fail(decoder.file,
          fmt::format("ends at frame {} of {}; the video is truncated or damaged", index, frames_));
   }
+  if (!image && index < frames_) {
+    warning_ = fmt::format(
+        "{}: the video ends after {} frames, its header promises {}; check that it was copied as a whole",
+        decoder.file.string(), decoder.next, decoder.promised);
+  }
   return image;
+}
+
+std::string VideoPair::warning() {
+  const std::lock_guard lock(mutex_);
+  return warning_;
 }
 
 std::optional<RawPair> VideoPair::read(std::size_t index) {

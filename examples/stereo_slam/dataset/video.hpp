@@ -40,10 +40,13 @@ class VideoPair : public PairSource {
   /// slightly early end is accepted. Throws std::runtime_error when the end is much too early.
   [[nodiscard]] std::optional<RawPair> read(std::size_t index) override;
 
+  /// That the video ended before the frame count of its header, once a frame beyond its end was asked for.
+  [[nodiscard]] std::string warning() override;
+
  private:
   struct Decoder;
 
-  [[nodiscard]] std::optional<cv::Mat> read(Decoder& decoder, std::size_t index) const;
+  [[nodiscard]] std::optional<cv::Mat> read(Decoder& decoder, std::size_t index);
 
   std::mutex mutex_;
   std::unique_ptr<Decoder> left_;
@@ -51,6 +54,7 @@ class VideoPair : public PairSource {
   std::pair<std::size_t, std::size_t> frames_of_each_;
   std::size_t frames_ = 0;
   double rate_hz_ = 0.0;
+  std::string warning_;
 };
 
 }  // namespace stereo_slam

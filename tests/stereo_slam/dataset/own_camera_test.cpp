@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/own_camera.hpp"
 
+#include "stereo_slam/dataset/video.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "stereo_slam/support/tiny_video.hpp"
@@ -238,22 +239,38 @@ TEST_CASE("A video that cannot be opened is refused", "[video]") {
 TEST_CASE("A number of frames that a video has no room for is not believed", "[video]") {
   const TemporaryFolder folder;
   write_tiny_video(folder.path(), 8, 8);
-  for (const auto* name : {"left.avi", "right.avi"}) {
-    std::string bytes = read_text(folder / name);
-    constexpr std::size_t kTotalFrames = 24;  // from the name of the main header, see the format AVI RIFF
-    constexpr std::size_t kLength = 40;       // from the name of the stream's header
-    bytes.replace(bytes.find("avih") + kTotalFrames, 4, "\x7F\x96\x98\0", 4);  // 9 999 999
-    bytes.replace(bytes.find("strh") + kLength, 4, "\x7F\x96\x98\0", 4);
-    write_text(folder / name, bytes);
-  }
+  for (const auto* name : {"left.avi", "right.avi"}) promise_frames(folder / name, 9'999'999);
   CHECK(open_sequence(folder.path(), "auto").frames.size() == 8);
 }
 
-TEST_CASE("A video that ends before its header says has no more frames; a truncated one is refused",
-          "[video]") {
+TEST_CASE("A video that ends before its header says has no more frames", "[video]") {
   const TemporaryFolder folder;
   write_tiny_video(folder.path(), 12, 12);
   CHECK_THROWS_AS(load_frame(open_with_false_header(folder.path(), 14), 12), EndOfRecording);
+}
+
+TEST_CASE("A video that ends slightly early is reported with both numbers, one that does not is not",
+          "[video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 12, 12);
+  VideoPair whole(folder / "left.avi", folder / "right.avi");
+  CHECK(whole.read(11));
+  CHECK(whole.warning().empty());
+  CHECK_FALSE(whole.read(12));
+  CHECK(whole.warning().empty());
+  promise_frames(folder / "right.avi", 15);
+  promise_frames(folder / "left.avi", 15);
+  VideoPair cut(folder / "left.avi", folder / "right.avi");
+  REQUIRE(cut.frames() == 15);
+  CHECK_FALSE(cut.read(12));
+  CHECK_THAT(cut.warning(),
+             Catch::EndsWith("left.avi: the video ends after 12 frames, its header promises 15; "
+                             "check that it was copied as a whole"));
+}
+
+TEST_CASE("A video that ends long before its header says is refused", "[video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 12, 12);
   truncate_file(folder / "right.avi", 0.4);
   const auto message = message_of([&] {
     const auto cut = open_sequence(folder.path(), "auto");

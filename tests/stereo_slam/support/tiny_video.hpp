@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
+#include <utility>
 
 #include <opencv2/videoio.hpp>
 
@@ -28,6 +30,16 @@ inline void write_tiny_video(const fs::path& folder, int left_frames, int right_
   fs::rename(folder / "left", folder / "images_left");
   fs::rename(folder / "right", folder / "images_right");
   write_text(folder / "calibration.yaml", tiny_calibration(""));
+}
+
+/// Writes another number of frames into the headers of an AVI file (of the file and of its stream).
+inline void promise_frames(const fs::path& file, std::uint32_t frames) {
+  std::string bytes = read_text(file);
+  for (const auto& [header, offset] : {std::pair{"avih", 24}, std::pair{"strh", 40}}) {
+    const std::size_t at = bytes.find(header) + static_cast<std::size_t>(offset);
+    for (std::size_t i = 0; i < 4; ++i) bytes.at(at + i) = static_cast<char>(frames >> (8 * i) & 0xFFU);
+  }
+  write_text(file, bytes);
 }
 
 /// Opens the recording as if its header promised `frames` frames.
