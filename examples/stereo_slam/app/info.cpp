@@ -78,8 +78,8 @@ StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_
 void print_findings(std::ostream& stream, const StereoSequence& sequence) {
   const auto& camera = sequence.camera;
   const auto& frames = sequence.frames;
-  fmt::print(stream, "folder        {}\nformat        {}\nframes        {}\n", sequence.folder.string(),
-             sequence.format.empty() ? "unknown" : sequence.format,
+  fmt::print(stream, "folder        {}\nformat        {}\nframes        {}\n",
+             as_message(sequence.folder.string()), sequence.format.empty() ? "unknown" : sequence.format,
              sequence.live ? "without end" : std::to_string(frames.size()));
   if (camera.width_px > 0)
     fmt::print(stream, "image size    {} x {} px\n", camera.width_px, camera.height_px);
