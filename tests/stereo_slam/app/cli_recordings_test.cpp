@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Recordings of other layouts than KITTI's, from the command line.
 #include "stereo_slam/support/program.hpp"
+#include "stereo_slam/support/tiny_video.hpp"
 
+using namespace stereo_slam;
 using namespace stereo_slam::test;
 
 TEST_CASE("Broken EuRoC recordings and own cameras give one line and status 1, from run and from info",
@@ -60,6 +62,18 @@ TEST_CASE("run and info warn of rows without a partner", "[cli]") {
   CHECK(split_lines(run.err).size() == 2);
   CHECK_THAT(run.err,
              Catch::Contains("cam0/data.csv:3: 1 of 5 rows") && Catch::Contains("cam1/data.csv:3: 1 of 5"));
+}
+
+TEST_CASE("run warns once of a video that ends before its header says", "[cli][video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder / "in", 12, 12);
+  for (const auto* name : {"left.avi", "right.avi"}) promise_frames(folder / "in" / name, 15);
+  const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out"});
+  CHECK(run.status == 0);
+  CHECK(split_lines(run.err).size() == 1);
+  CHECK_THAT(run.err, Catch::Contains("warning: ") &&
+                          Catch::Contains("the video ends after 12 frames, its header promises 15"));
+  CHECK(call({"run", "--dataset", folder / "in", "--output", folder / "out2", "--quiet"}).err.empty());
 }
 
 TEST_CASE("run and info warn of a calibration that does not rectify the images", "[cli]") {
