@@ -149,7 +149,7 @@ TEST_CASE("Failures of the system are described in words for the user", "[faults
   CHECK_THAT(text_of(std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again))),
              Catch::StartsWith("no thread can be started"));
   CHECK(text_of(fs::filesystem_error("status", "a/b", std::make_error_code(std::errc::permission_denied))) ==
-        "a/b: cannot be used (Permission denied)");
+        "a/b: cannot be read (Permission denied); check the path and its permissions");
   CHECK(text_of(std::runtime_error("a.txt: is empty")) == "a.txt: is empty");
 }
 

@@ -5,7 +5,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
-#include <filesystem>
 #include <new>
 #include <system_error>
 #include <unistd.h>
@@ -61,16 +60,12 @@ std::string text_of(const std::exception& error) {
   if (const auto* opencv = dynamic_cast<const cv::Exception*>(&error)) {
     return opencv->code == cv::Error::StsNoMem ? kNoMemory : error.what();
   }
-  if (const auto* files = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
-    return fmt::format("{}: cannot be used ({})", files->path1().string(), files->code().message());
-  }
   const auto* system = dynamic_cast<const std::system_error*>(&error);
   if (system != nullptr && system->code() == std::errc::resource_unavailable_try_again) {
-    return "no thread can be started; there are too many processes, or there is too little memory (ulimit "
-           "-u, "
-           "ulimit -v)";
+    return "no thread can be started; there are too many processes, or there is too little memory (see "
+           "ulimit -u and ulimit -v)";
   }
-  return error.what();
+  return file_error_text(error);
 }
 
 std::string as_message(std::string_view text) {

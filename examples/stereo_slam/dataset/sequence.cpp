@@ -144,7 +144,7 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format, cons
   try {
     scan = scan_layout(folder, format, calibration);
   } catch (const fs::filesystem_error& error) {
-    return unusable(folder, text_of(error));
+    return unusable(folder, file_error_text(error));
   }
   check_camera(scan);
   return scan;
@@ -165,7 +165,7 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
   try {
     step();
   } catch (const std::exception& error) {
-    problems.push_back({severity, text_of(error)});
+    problems.push_back({severity, file_error_text(error)});
   }
 }
 

@@ -24,7 +24,7 @@ namespace stereo_slam {
 
 /// What an error says; of std::filesystem, whose text is the standard library's, "PATH: cannot be read
 /// (REASON)".
-[[nodiscard]] inline std::string text_of(const std::exception& error) {
+[[nodiscard]] inline std::string file_error_text(const std::exception& error) {
   const auto* file_error = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
   if (file_error == nullptr) return error.what();
   return printable(file_error->path1().string() + ": cannot be read (" + file_error->code().message() +
