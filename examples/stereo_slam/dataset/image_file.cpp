@@ -167,7 +167,7 @@ ImageHeader check_image(const std::filesystem::path& file) {
 }
 
 cv::Mat load_gray_image(const std::filesystem::path& file) {
-  return decode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);  // calibrated is the sensor
+  return decode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);  // the sensor is calibrated
 }
 
 }  // namespace stereo_slam
