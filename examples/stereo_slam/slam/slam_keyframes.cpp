@@ -14,8 +14,8 @@ namespace stereo_slam {
 
 /// Removes old landmarks, and adds new ones where it is time to. Returns whether the frame became a keyframe.
 bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
-  local_map_.cull(images.frame.index);
   if (!anchored()) {
+    local_map_.cull(images.frame.index);
     (void)add_landmarks(images, positions(tracked.matches));
     return false;
   }
@@ -24,7 +24,10 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
     return true;
   }
   const bool recognised = tracked.basis == PoseBasis::kKeyframe;
-  if (!recognised && !needs_keyframe(images.frame.index, tracked.matches.size())) return false;
+  if (!recognised && !needs_keyframe(images.frame.index, tracked.matches.size())) {
+    local_map_.cull(images.frame.index);  // not before: the matches refer to the list of landmarks
+    return false;
+  }
   const bool against_landmarks = tracked.basis == PoseBasis::kLandmarks;
   change_keyframe(images, against_landmarks ? tracked.matches : std::vector<Match>{});
   return true;
