@@ -38,7 +38,8 @@ class RectificationResidual {
 
   struct Measurement {
     StereoPoint z;
-    double row_error_px = 0.0;  ///< left minus right row, corrected
+    double row_error_px = 0.0;                                  ///< left minus right row, corrected
+    Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
   };
 
   /// Root mean squares over the image of the offsets in u and in v, px.

@@ -8,28 +8,14 @@
 
 #include <Eigen/LU>
 
+#include "stereo_slam/frontend/bilinear.hpp"
+
 namespace stereo_slam {
 namespace {
 
 constexpr int kMaxIterations = 12;
 constexpr double kConverged_px = 0.005;
 constexpr double kMinGradientEnergy = 800.0;  // smallest eigenvalue of the structure tensor, grey levels^2
-
-[[nodiscard]] bool inside(const cv::Mat& image, double x, double y, double margin_px) {
-  return x >= margin_px && y >= margin_px && x < image.cols - 1 - margin_px && y < image.rows - 1 - margin_px;
-}
-
-[[nodiscard]] float bilinear(const cv::Mat& image, float x, float y) {
-  const int x0 = static_cast<int>(x);
-  const int y0 = static_cast<int>(y);
-  const float ax = x - static_cast<float>(x0);
-  const float ay = y - static_cast<float>(y0);
-  const std::uint8_t* upper = image.ptr<std::uint8_t>(y0) + x0;
-  const std::uint8_t* lower = upper + image.step;
-  const float top = static_cast<float>(upper[0]) + ax * static_cast<float>(upper[1] - upper[0]);
-  const float bottom = static_cast<float>(lower[0]) + ax * static_cast<float>(lower[1] - lower[0]);
-  return top + ay * (bottom - top);
-}
 
 /// The first pixel of an axis-aligned window around a centre, and the weights of bilinear interpolation,
 /// which all its pixels share.
@@ -99,19 +85,26 @@ using BorderedPatch = std::array<std::array<float, 12>, kBorderedSide>;
   return bordered;
 }
 
-/// The same of an affinely warped patch.
+/// The same of a warped patch.
 [[nodiscard]] BorderedPatch sample_warped(const cv::Mat& image, const Eigen::Vector2d& centre_px,
-                                          const Eigen::Matrix2d& target_to_source) {
+                                          const PatchWarp& target_to_source) {
   constexpr int kReach = PatchTemplate::kRadius_px + 1;
-  BorderedPatch bordered{};
-  const Eigen::Matrix2f A = target_to_source.cast<float>();
+  using Row = Eigen::Array<float, kBorderedSide, 1>;
+  static const Row kColumns = Row::LinSpaced(-kReach, kReach);
+  const Eigen::Matrix2f A = target_to_source.linear.cast<float>();
+  const Eigen::Vector2f g = target_to_source.perspective.cast<float>();
   const Eigen::Vector2f c = centre_px.cast<float>();
+  BorderedPatch bordered{};
   for (std::size_t row = 0; row < kBorderedSide; ++row) {
+    const auto y = static_cast<float>(static_cast<int>(row) - kReach);
+    const Row linear_x = A(0, 0) * kColumns + A(0, 1) * y;
+    const Row linear_y = A(1, 0) * kColumns + A(1, 1) * y;
+    const Row scale = (1.0F - g.x() * linear_x - g.y() * linear_y).inverse();
+    const Row source_x = c.x() + linear_x * scale;
+    const Row source_y = c.y() + linear_y * scale;
     for (std::size_t column = 0; column < kBorderedSide; ++column) {
-      const Eigen::Vector2f offset(static_cast<float>(static_cast<int>(column) - kReach),
-                                   static_cast<float>(static_cast<int>(row) - kReach));
-      const Eigen::Vector2f source = c + A * offset;
-      bordered[row][column] = bilinear(image, source.x(), source.y());
+      const auto i = static_cast<Eigen::Index>(column);
+      bordered[row][column] = bilinear(image, source_x[i], source_y[i]);
     }
   }
   return bordered;
@@ -157,13 +150,17 @@ struct DifferentiatedPatch {
 }  // namespace
 
 std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const Eigen::Vector2d& centre_px,
-                                                    const Eigen::Matrix2d& target_to_source) {
-  const double reach = (kRadius_px + 1) * target_to_source.cwiseAbs().rowwise().sum().maxCoeff();
+                                                    const PatchWarp& target_to_source) {
+  const Eigen::Vector2d extent = (kRadius_px + 1) * target_to_source.linear.cwiseAbs().rowwise().sum();
+  const double shrinking = 1.0 - target_to_source.perspective.cwiseAbs().dot(extent);
+  constexpr double kMinShrinking = 0.3;
+  if (!(shrinking > kMinShrinking)) return std::nullopt;
+  const double reach = extent.maxCoeff() / shrinking;
   if (!inside(image, centre_px.x(), centre_px.y(), reach)) return std::nullopt;
 
   // Values and gradients without their means are independent of the offset; gradients orthogonal to the
   // values, of the gain.
-  const bool warped = target_to_source != Eigen::Matrix2d::Identity();
+  const bool warped = !target_to_source.is_identity();
   DifferentiatedPatch pixels(warped ? sample_warped(image, centre_px, target_to_source)
                                     : sample_bordered(image, centre_px));
   pixels.value.subtract_mean();

@@ -11,7 +11,19 @@
 
 namespace stereo_slam {
 
-/// Square grey patch, affinely warped, with its gradients; it can be aligned with another image.
+/// Homography between the pixels of a patch in two images, which a plane causes: the pixel at `x` in the
+/// target image is the one at y / (1 - perspective . y), y = linear x, in the source image, both from the
+/// patch's centre.
+struct PatchWarp {
+  Eigen::Matrix2d linear = Eigen::Matrix2d::Identity();
+  Eigen::Vector2d perspective = Eigen::Vector2d::Zero();  ///< 1/px
+
+  [[nodiscard]] bool is_identity() const {
+    return linear == Eigen::Matrix2d::Identity() && perspective == Eigen::Vector2d::Zero();
+  }
+};
+
+/// Square grey patch, warped as a plane is, with its gradients; it can be aligned with another image.
 ///
 /// Alignment is the inverse compositional Lucas-Kanade method over a translation, a gain and an offset: the
 /// template's Hessian is inverted once, an iteration samples the image and multiplies.
@@ -21,11 +33,11 @@ class PatchTemplate {
   static constexpr int kSide_px = 2 * kRadius_px + 1;
   static_assert(kSide_px == PatchPixels::kSide);
 
-  /// Patch around `centre_px` of an 8-bit image. `target_to_source` maps offsets in the patch to offsets in
-  /// the image. Nothing if the patch leaves the image or lacks texture in some direction.
-  [[nodiscard]] static std::optional<PatchTemplate> extract(
-      const cv::Mat& image, const Eigen::Vector2d& centre_px,
-      const Eigen::Matrix2d& target_to_source = Eigen::Matrix2d::Identity());
+  /// Patch around `centre_px` of an 8-bit image, as it looks in the image that it will be aligned with.
+  /// Nothing if the patch leaves the image or lacks texture in some direction.
+  [[nodiscard]] static std::optional<PatchTemplate> extract(const cv::Mat& image,
+                                                            const Eigen::Vector2d& centre_px,
+                                                            const PatchWarp& target_to_source = {});
 
   struct Alignment {
     Eigen::Vector2d position_px;

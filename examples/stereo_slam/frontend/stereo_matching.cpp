@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "stereo_slam/frontend/patch_alignment.hpp"
+#include "stereo_slam/frontend/slanted_match.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -72,7 +73,9 @@ void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Poi
   if (!patch) return std::nullopt;
   const auto found = patch->align(right, {point_px.x() - *disparity, right_row});
   if (!found || found->correlation < settings.min_correlation) return std::nullopt;
-  const auto measured = view.rectification.measure(point_px, found->position_px);
+  const auto slanted = refine_slanted(left, point_px, right, found->position_px);
+  auto measured = view.rectification.measure(point_px, slanted.right_px);
+  measured.disparity_slope = slanted.disparity_slope;
   if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;
   if (measured.z.z() < settings.min_disparity_px) return std::nullopt;
   return measured;

@@ -31,6 +31,7 @@ struct Landmark {
                                                         ///< mean's error entered all updates of the pose
   Pose T_reference_anchor = Pose::identity();           ///< camera that observed it first
   Vector2<double> anchor_px;                            ///< its position in that camera's left image
+  Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v) there
   Descriptor descriptor{};
   Vector2<double> last_px;    ///< last observation, left image
   std::size_t last_seen = 0;  ///< frame of that observation

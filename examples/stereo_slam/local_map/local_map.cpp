@@ -55,6 +55,7 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
     landmark.id = ids[i];
     landmark.T_reference_anchor = T_reference_camera.pose;
     landmark.anchor_px = landmark.last_px = z.head<2>();
+    landmark.disparity_slope = points.measured[i].disparity_slope;
     if (!points.descriptors.empty()) landmark.descriptor = points.descriptors[i];
     landmark.last_seen = frame.index;
     landmark.intensity = intensity_at(frame.left, landmark.anchor_px);

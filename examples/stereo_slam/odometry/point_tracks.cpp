@@ -11,6 +11,7 @@
 #include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
+#include "stereo_slam/frontend/plane_warp.hpp"
 #include "stereo_slam/frontend/spatial_index.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 
@@ -19,25 +20,22 @@ namespace {
 
 constexpr double kMinCorrelation = 0.8;  // of aligned patches
 
-/// Where to look for a point in the current frame.
-struct SearchStart {
-  Vector2<double> left_px;
-  double disparity_px = 0.0;
-};
-
 /// Measurement in the current frame of a point, whose patch is around `previous_px` in the previous left
 /// image; nothing if its patches do not agree.
 [[nodiscard]] std::optional<StereoPoint> measure(const cv::Mat& previous_left,
-                                                 const Vector2<double>& previous_px, const SearchStart& start,
-                                                 const StereoView& view, const OdometrySettings& settings) {
-  const auto before = PatchTemplate::extract(previous_left, previous_px);
+                                                 const Vector2<double>& previous_px,
+                                                 const PlaneView& expected, const StereoView& view,
+                                                 const OdometrySettings& settings) {
+  const auto before = PatchTemplate::extract(previous_left, previous_px, expected.left);
   if (!before) return std::nullopt;
-  const auto left = before->align(view.frame.left, start.left_px);
+  const auto left = before->align(view.frame.left, expected.plane.z.head<2>());
   if (!left || left->correlation < kMinCorrelation) return std::nullopt;
-  const auto now = PatchTemplate::extract(view.frame.left, left->position_px);
+  const auto warp = right_warp(expected.plane.disparity_slope);
+  if (!warp) return std::nullopt;
+  const auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp);
   if (!now) return std::nullopt;
-  const StereoPoint expected(left->position_px.x(), left->position_px.y(), start.disparity_px);
-  const auto right = now->align(view.frame.right, view.rectification.right_position(expected));
+  const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.plane.z.z());
+  const auto right = now->align(view.frame.right, view.rectification.right_position(found));
   if (!right || right->correlation < kMinCorrelation) return std::nullopt;
   const auto measured = view.rectification.measure(left->position_px, right->position_px);
   if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
@@ -57,15 +55,15 @@ std::vector<Vector2<double>> PointTracks::positions() const {
 
 void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& view,
                          const Pose& predicted_T_previous_current, const OdometrySettings& settings) {
-  const Pose T_current_previous = predicted_T_previous_current.inverse();
   std::vector<cv::Point2f> from;
   std::vector<cv::Point2f> guess;
-  std::vector<StereoPoint> predicted;
+  std::vector<PlaneView> expected;
   for (const auto& point : points_) {
-    predicted.push_back(
-        view.camera.project(T_current_previous * view.camera.back_project(point.z)).value_or(point.z));
+    const StereoPlane plane{point.z, point.disparity_slope};
+    expected.push_back(
+        view_plane(plane, predicted_T_previous_current, view.camera).value_or(PlaneView{plane, {}, {}}));
     from.push_back(to_cv(point.z.head<2>()));
-    guess.push_back(to_cv(predicted.back().head<2>()));
+    guess.push_back(to_cv(expected.back().plane.z.head<2>()));
   }
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
                                  {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
@@ -75,12 +73,13 @@ void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& 
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
       if (!flow.found[i]) continue;
       TrackedPoint& point = points_[i];
-      const SearchStart start{to_eigen(flow.points[i]), predicted[i].z()};
-      const auto z = measure(previous_left, point.z.head<2>(), start, view, settings);
+      expected[i].plane.z.head<2>() = to_eigen(flow.points[i]);
+      const auto z = measure(previous_left, point.z.head<2>(), expected[i], view, settings);
       if (!z) continue;
       found[i] = 1;
       point.previous = point.z;
       point.z = *z;
+      point.disparity_slope = expected[i].plane.disparity_slope;
     }
   });
   keep(found);
@@ -141,7 +140,7 @@ Replenishment PointTracks::find_replenishment(const StereoView& view,
   const auto corners = spread_features(detect_corners(view.frame.left, kept_px, reserved_px, grid), image,
                                        rule.cell_px, missing);
   for (const auto& match : match_stereo(view, stereo_slam::positions(corners), settings.stereo)) {
-    if (match) change.added.push_back({match->z, std::nullopt, false});
+    if (match) change.added.push_back({match->z, match->disparity_slope, std::nullopt, false});
   }
   return change;
 }

@@ -16,7 +16,8 @@ namespace stereo_slam {
 
 /// A point that is followed from frame to frame.
 struct TrackedPoint {
-  StereoPoint z;                        ///< in the last frame
+  StereoPoint z;                                              ///< in the last frame
+  Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
   std::optional<StereoPoint> previous;  ///< in the frame before it; nothing for a new point
   bool is_static = false;               ///< it moved with the landmarks of the map between these frames
 };

@@ -256,9 +256,9 @@ void add_loop_verification(Table& table) {
       .add("gate_scale", &LoopVerificationSettings::gate_scale, {1.0, 1e6}, "",
            "factor on the covariances of that distance; 9 allows errors three times the standard deviation")
       .add("drift_m_per_m", &LoopVerificationSettings::drift_m_per_m, {0.0, 1.0}, "m/m",
-           "allowance for systematic translation drift")
+           "allowance for translation drift by errors of the calibration that no covariance contains")
       .add("drift_rad_per_m", &LoopVerificationSettings::drift_rad_per_m, {0.0, 1.0}, "rad/m",
-           "allowance for systematic rotation drift");
+           "allowance for rotation drift by the same errors");
 }
 
 void add_pose_graph(Table& table) {

@@ -37,7 +37,7 @@ struct StereoMatchingSettings {
 /// estimates them.
 struct CalibrationSettings {
   double scale_sigma = 0.0;
-  double principal_point_sigma_px = 0.15;
+  double principal_point_sigma_px = 0.0;
   double scale_sigma_per_px = 0.01;
   double principal_point_per_px = 1.0;
 };
@@ -161,7 +161,7 @@ struct LoopVerificationSettings {
   int min_inliers = 25;
   int consecutive = 3;
   double max_chi2 = 22.458;
-  double gate_scale = 9.0;
+  double gate_scale = 1.0;
   double drift_m_per_m = 0.003;
   double drift_rad_per_m = 1e-5;
 };

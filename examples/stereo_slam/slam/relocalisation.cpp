@@ -10,6 +10,10 @@ namespace {
 /// One in so many of the landmarks that should be in view has to be found there.
 constexpr std::size_t kMinFoundShare = 3;
 
+/// The rough pose comes from points that the update uses, too: it says where to look, and hardly counts as
+/// information.
+constexpr double kPriorScale = 9.0;
+
 }  // namespace
 
 std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const PatchSource& source,
@@ -23,7 +27,7 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
   if (verified.check != LoopCheck::kVerified) return std::nullopt;
 
   const PoseGaussian& rough = verified.loop.T_old_new;
-  const auto prior = PoseDensity::from_pose_covariance(rough.pose, rule.gate_scale * rough.covariance);
+  const auto prior = PoseDensity::from_pose_covariance(rough.pose, kPriorScale * rough.covariance);
   Association association;
   association.predicted =
       project_landmarks(map, antipode::to_pose_gaussian(prior), settings.map.max_baselines);

@@ -8,32 +8,17 @@
 
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
+#include "stereo_slam/frontend/plane_warp.hpp"
 
 namespace stereo_slam {
 namespace {
 
-/// Warp of the patch from keyframe to current pixels, for a surface parallel to the keyframe's image plane.
-[[nodiscard]] std::optional<Matrix2<double>> patch_warp(const Landmark& landmark,
-                                                        const Pose& T_keyframe_camera,
-                                                        const StereoCamera& camera) {
-  constexpr double kStep_px = 5.0;
-  Matrix2<double> warp;
-  const StereoPoint anchor = project(to_point(landmark, landmark.mean, camera), Pose::identity(), camera)
-                                 .value_or(StereoPoint::Zero());
-  if (!(anchor.z() > 0.0)) return std::nullopt;
-  const auto warped = [&](const Vector2<double>& offset) {
-    const Vector3<double> z = anchor + Vector3<double>(offset.x(), offset.y(), 0.0);
-    return camera.project(T_keyframe_camera.inverse() * camera.back_project(z));
-  };
-  for (int axis = 0; axis < 2; ++axis) {
-    const Vector2<double> offset = kStep_px * Vector2<double>::Unit(axis);
-    const auto ahead = warped(offset);
-    const auto behind = warped(-offset);
-    if (!ahead || !behind) return std::nullopt;
-    warp.col(axis) = (*ahead - *behind).head<2>() / (2.0 * kStep_px);
-  }
-  if (!(std::abs(warp.determinant()) > 0.05)) return std::nullopt;
-  return warp;
+/// The landmark's plane in the keyframe, whose disparity has the slope that was measured there.
+[[nodiscard]] std::optional<PlaneView> view_landmark(const Landmark& landmark, const Pose& T_keyframe_camera,
+                                                     const StereoCamera& camera) {
+  const auto z = project(to_point(landmark, landmark.mean, camera), Pose::identity(), camera);
+  if (!z) return std::nullopt;
+  return view_plane({*z, landmark.disparity_slope}, T_keyframe_camera, camera);
 }
 
 /// Measures landmarks of a keyframe in one frame.
@@ -47,15 +32,17 @@ struct PatchMeasurement {
   [[nodiscard]] std::optional<StereoPoint> measure(const PredictedLandmark& predicted,
                                                    const Vector2<double>& start_px) const {
     const Landmark& landmark = source.landmarks[predicted.index];
-    const auto warp = patch_warp(landmark, T_keyframe_camera, view.camera);
-    if (!warp) return std::nullopt;
-    const auto patch = PatchTemplate::extract(source.left, landmark.anchor_px, warp->inverse());
+    const auto seen = view_landmark(landmark, T_keyframe_camera, view.camera);
+    if (!seen) return std::nullopt;
+    const auto patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->left);
     if (!patch) return std::nullopt;
     const auto left = patch->align(view.frame.left, start_px, settings.max_shift_px);
     if (!left || left->correlation < settings.min_correlation) return std::nullopt;
     const StereoPoint expected(left->position_px.x(), left->position_px.y(), predicted.z.z());
-    const auto right =
-        patch->align(view.frame.right, view.rectification.right_position(expected), settings.max_shift_px);
+    const auto right_patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->right);
+    if (!right_patch) return std::nullopt;
+    const auto right = right_patch->align(view.frame.right, view.rectification.right_position(expected),
+                                          settings.max_shift_px);
     if (!right || right->correlation < settings.min_correlation) return std::nullopt;
     const auto measured = view.rectification.measure(left->position_px, right->position_px);
     if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {

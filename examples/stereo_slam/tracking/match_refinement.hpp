@@ -20,7 +20,7 @@ struct PatchSource {
 
 /// Matches of the reference keyframe's landmarks with sub-pixel measurements.
 ///
-/// The patch around a landmark in the keyframe, warped to the view predicted at `T_keyframe_camera`, is
+/// The patch around a landmark in the keyframe, warped as its plane is seen at `T_keyframe_camera`, is
 /// aligned in both images of `view`, starting at static_px. Every frame is compared with the same keyframe,
 /// so no drift accumulates. Alignments that do not correlate, violate the epipolar constraint or contradict
 /// the prediction are dropped.

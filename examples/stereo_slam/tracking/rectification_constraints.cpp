@@ -14,7 +14,7 @@ namespace {
 // Errors of aligned patches that differ from frame to frame, measured on rendered drives
 // (docs/results/accuracy.md). Errors that a patch repeats, because the surface is slanted, make its
 // point nearer or farther in all frames alike and say nothing false about the rectification.
-constexpr double kPositionSigma_px = 0.08;
+constexpr double kPositionSigma_px = 0.12;
 constexpr double kDisparitySigma_px = 0.06;  // of the keyframe
 constexpr double kMinDisparity_px = 0.1;
 constexpr int kIterations = 3;

@@ -48,7 +48,7 @@ TEST_CASE("A warped patch is found in a magnified image", "[stereo_slam][images]
     }
   }
   const Eigen::Vector2d centre(121.4, 63.7);
-  const auto patch = PatchTemplate::extract(source, centre, Eigen::Matrix2d::Identity() / kMagnification);
+  const auto patch = PatchTemplate::extract(source, centre, {Eigen::Matrix2d::Identity() / kMagnification});
   REQUIRE(patch);
   const auto found = patch->align(target, kMagnification * centre + Eigen::Vector2d(0.8, -0.5));
   REQUIRE(found);

@@ -114,6 +114,18 @@ TEST_CASE("Two runs give the same bits, whatever the number of threads", "[stere
   }
 }
 
+TEST_CASE("Landmarks that are culled in a keyframe do not disturb the rectification", "[stereo_slam][slam]") {
+  Settings settings;
+  settings.keyframes.min_match_ratio = 0.3;  // keyframes that live long
+  settings.map.cull_after_frames = 1;
+  Slam slam(straight_recording().camera, settings);
+  for (const auto& frame : straight_recording().frames) (void)slam.process(frame);
+  slam.finish();
+  const auto coefficients = slam.saved_map().rectification.coefficients;
+  CAPTURE(coefficients);
+  CHECK(coefficients.cwiseAbs().maxCoeff() < 0.1);  // the calibration is exact
+}
+
 TEST_CASE("Black frames are reported lost, with growing uncertainty, and tracking goes on afterwards",
           "[stereo_slam][slam]") {
   const std::string preset = GENERATE("default", "odometry");

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/plane_warp.hpp"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kMinArea = 0.05;  // of a pixel in the other view
+
+}  // namespace
+
+std::optional<PatchWarp> right_warp(const Vector2<double>& disparity_slope) {
+  // The pixel at the offset (x, y) in the left image is at (x - slope . (x, y), y) in the right one.
+  const double width = 1.0 - disparity_slope.x();
+  if (!(width > kMinArea)) return std::nullopt;
+  PatchWarp warp;
+  warp.linear << 1.0 / width, disparity_slope.y() / width, 0.0, 1.0;
+  return warp;
+}
+
+std::optional<PlaneView> view_plane(const StereoPlane& plane, const Pose& T_first_second,
+                                    const StereoCamera& camera) {
+  // A pixel (u, v) with the disparity d is the point m = R ((u - cx) / fx, (v - cy) / fy, 1) + t d / (fx b)
+  // of the second camera, divided by its first depth: linear in the pixel, so the views are related by a
+  // homography.
+  const StereoPoint& z = plane.z;
+  const Pose T_second_first = T_first_second.inverse();
+  const Matrix3<double> R = T_second_first.rotation_matrix();
+  const Vector3<double> t = T_second_first.translation() / (camera.fx * camera.baseline_m);
+  const Vector3<double> m =
+      R * Vector3<double>((z.x() - camera.cx) / camera.fx, (z.y() - camera.cy) / camera.fy, 1.0) + t * z.z();
+  if (!(m.z() > 0.0 && z.z() > 0.0)) return std::nullopt;
+  Eigen::Matrix<double, 3, 2> dm;  // by the pixel
+  dm << R.col(0) / camera.fx + t * plane.disparity_slope.x(),
+      R.col(1) / camera.fy + t * plane.disparity_slope.y();
+
+  const Vector2<double> ray = m.head<2>() / m.z();
+  const Vector2<double> perspective = dm.row(2).transpose() / m.z();
+  Matrix2<double> forward = dm.topRows<2>() / m.z() - ray * perspective.transpose();
+  forward.row(0) *= camera.fx;
+  forward.row(1) *= camera.fy;
+  if (!(std::abs(forward.determinant()) > kMinArea)) return std::nullopt;
+
+  PlaneView view;
+  view.left = {forward.inverse(), perspective};
+  view.plane.z = {camera.fx * ray.x() + camera.cx, camera.fy * ray.y() + camera.cy, z.z() / m.z()};
+  view.plane.disparity_slope =
+      view.left.linear.transpose() * (plane.disparity_slope - z.z() * perspective) / m.z();
+  const auto right = right_warp(view.plane.disparity_slope);
+  if (!right) return std::nullopt;
+  view.right = {view.left.linear * right->linear, perspective};
+  return view;
+}
+
+}  // namespace stereo_slam

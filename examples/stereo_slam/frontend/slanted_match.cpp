@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/slanted_match.hpp"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+#include "stereo_slam/frontend/bilinear.hpp"
+
+namespace stereo_slam {
+namespace {
+
+// The smallest patch that shows slopes well. Larger ones contain other surfaces: with 11 x 11 pixels paths
+// come out too long.
+constexpr int kWindowRadius_px = 4;
+constexpr int kWindowSide_px = 2 * kWindowRadius_px + 1;
+constexpr float kSlopeSigma = 0.2F;  // prior; a road seen from KITTI's camera has a slope of 0.33
+constexpr float kGreySigma = 4.0F;   // noise, and what a plane does not explain
+constexpr int kMaxSteps = 8;
+constexpr float kSettled_px = 0.01F;
+constexpr float kMaxDrift_px = 2.0F;
+constexpr float kMaxSlope = 1.0F;
+
+using Pixels = Eigen::Array<float, kWindowSide_px * kWindowSide_px, 1>;
+using Parameters = Eigen::Vector4f;  // shift in x and y; slope by u and by v
+
+/// Axis-aligned window around a point.
+[[nodiscard]] Pixels sample(const cv::Mat& image, const Eigen::Vector2f& centre) {
+  Pixels pixels;
+  Eigen::Index i = 0;
+  for (int y = -kWindowRadius_px; y <= kWindowRadius_px; ++y) {
+    for (int x = -kWindowRadius_px; x <= kWindowRadius_px; ++x) {
+      pixels[i++] = bilinear(image, centre.x() + static_cast<float>(x), centre.y() + static_cast<float>(y));
+    }
+  }
+  return pixels;
+}
+
+/// The pixels of the right image that belong to those of the left window.
+[[nodiscard]] Pixels sample_slanted(const cv::Mat& image, const Eigen::Vector2f& centre,
+                                    const Eigen::Vector2f& slope) {
+  Pixels pixels;
+  Eigen::Index i = 0;
+  for (int y = -kWindowRadius_px; y <= kWindowRadius_px; ++y) {
+    const auto row = static_cast<float>(y);
+    for (int x = -kWindowRadius_px; x <= kWindowRadius_px; ++x) {
+      const auto column = static_cast<float>(x);
+      const float nearer_px = slope.x() * column + slope.y() * row;
+      pixels[i++] = bilinear(image, centre.x() + column - nearer_px, centre.y() + row);
+    }
+  }
+  return pixels;
+}
+
+/// The left window, prepared for the inverse compositional alignment of the right one.
+class SlantedTemplate {
+ public:
+  SlantedTemplate(const cv::Mat& left, const Eigen::Vector2f& centre) : value_(sample(left, centre)) {
+    const Eigen::Vector2f one_x(1.0F, 0.0F);
+    const Eigen::Vector2f one_y(0.0F, 1.0F);
+    const Pixels dx = 0.5F * (sample(left, centre + one_x) - sample(left, centre - one_x));
+    const Pixels dy = 0.5F * (sample(left, centre + one_y) - sample(left, centre - one_y));
+    gradient_ = {dx, dy, -dx * offsets()[0], -dx * offsets()[1]};
+    value_ -= value_.mean();
+    energy_ = value_.square().sum();
+    // Gradients without mean are independent of the offset; orthogonal to the values, of the gain.
+    for (auto& gradient : gradient_) {
+      gradient -= gradient.mean();
+      if (energy_ > 0.0F) gradient -= (gradient * value_).sum() / energy_ * value_;
+    }
+    Eigen::Matrix4f information = prior();
+    for (Eigen::Index i = 0; i < 4; ++i) {
+      for (Eigen::Index j = 0; j < 4; ++j) information(i, j) += product(at(i), at(j));
+    }
+    factor_.compute(information);
+  }
+
+  /// Change of the parameters by which the window's pixels in the right image are off; nothing for pixels
+  /// that do not look like the window.
+  [[nodiscard]] std::optional<Parameters> step(const Pixels& right, const Parameters& parameters) const {
+    const float gain = energy_ > 0.0F ? product(right, value_) / energy_ : 0.0F;
+    if (!(gain > 0.0F)) return std::nullopt;
+    Parameters pull = prior() * parameters;
+    for (Eigen::Index i = 0; i < 4; ++i) pull[i] += product(at(i), right) / gain;
+    const Parameters change = factor_.solve(pull);
+    if (!change.allFinite()) return std::nullopt;
+    return change;
+  }
+
+ private:
+  [[nodiscard]] static float product(const Pixels& a, const Pixels& b) { return (a * b).sum(); }
+  [[nodiscard]] const Pixels& at(Eigen::Index i) const { return gradient_[static_cast<std::size_t>(i)]; }
+
+  [[nodiscard]] static Eigen::Matrix4f prior() {
+    constexpr float kRatio = kGreySigma / kSlopeSigma;
+    return Eigen::Vector4f(0.0F, 0.0F, kRatio * kRatio, kRatio * kRatio).asDiagonal();
+  }
+
+  /// Columns and rows of the pixels.
+  [[nodiscard]] static const std::array<Pixels, 2>& offsets() {
+    static const std::array<Pixels, 2> kOffsets = [] {
+      std::array<Pixels, 2> result;
+      for (Eigen::Index i = 0; i < result[0].size(); ++i) {
+        result[0][i] = static_cast<float>(i % kWindowSide_px - kWindowRadius_px);
+        result[1][i] = static_cast<float>(i / kWindowSide_px - kWindowRadius_px);
+      }
+      return result;
+    }();
+    return kOffsets;
+  }
+
+  Pixels value_;
+  float energy_ = 0.0F;
+  std::array<Pixels, 4> gradient_;  // by the parameters
+  Eigen::LDLT<Eigen::Matrix4f> factor_;
+};
+
+}  // namespace
+
+SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px, const cv::Mat& right,
+                            const Eigen::Vector2d& right_px) {
+  const SlantedMatch unchanged{right_px};
+  if (!inside(left, left_px.x(), left_px.y(), kWindowRadius_px + 1)) return unchanged;
+  const SlantedTemplate patch(left, left_px.cast<float>());
+  const Eigen::Vector2f start = right_px.cast<float>();
+  Parameters parameters = Parameters::Zero();
+  for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
+    const Eigen::Vector2f centre = start + parameters.head<2>();
+    const Eigen::Vector2f slope = parameters.tail<2>();
+    const double reach_px = kWindowRadius_px * (1.0 + static_cast<double>(slope.cwiseAbs().sum()));
+    if (!inside(right, static_cast<double>(centre.x()), static_cast<double>(centre.y()), reach_px)) {
+      return unchanged;
+    }
+    const auto change = patch.step(sample_slanted(right, centre, slope), parameters);
+    if (!change) return unchanged;
+    parameters -= *change;
+    if (!(parameters.head<2>().norm() <= kMaxDrift_px) ||
+        !(parameters.tail<2>().cwiseAbs().maxCoeff() <= kMaxSlope)) {
+      return unchanged;
+    }
+    const float moved_px = change->head<2>().norm() + kWindowRadius_px * change->tail<2>().norm();
+    if (moved_px < kSettled_px) break;
+  }
+  return {(start + parameters.head<2>()).cast<double>(), parameters.tail<2>().cast<double>()};
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+namespace stereo_slam {
+
+/// Stereo match of a patch on a slanted surface: its disparity is linear in the pixel.
+struct SlantedMatch {
+  Eigen::Vector2d right_px;                                   ///< of the patch's centre, in the right image
+  Eigen::Vector2d disparity_slope = Eigen::Vector2d::Zero();  ///< d disparity / d (u, v)
+};
+
+/// Refines a stereo match that was aligned as if the disparity of the patch were constant, in 8-bit images.
+///
+/// Position, slope, gain and offset are estimated together, on 9 x 9 pixels. The slope has a prior around
+/// zero, which decides where the texture does not show it. Returns the match as it was, with the slope zero,
+/// where the patch leaves an image or the estimate does not settle near the match.
+[[nodiscard]] SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px,
+                                          const cv::Mat& right, const Eigen::Vector2d& right_px);
+
+}  // namespace stereo_slam
