@@ -35,4 +35,4 @@ run_target() {
   return 1
 }
 export -f run_target
-printf '%s\n' "$@" | xargs -P "${JOBS:-$(nproc)}" -I{} bash -c 'run_target "$0" {}' "$seconds"
+printf '%s\n' "$@" | xargs -P "${JOBS:-$(nproc)}" -I{} bash -c 'run_target "$0" {}' "$seconds" || exit 1
