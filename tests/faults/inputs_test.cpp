@@ -109,6 +109,11 @@ TEST_CASE("YAML that refers to itself, is nested deep, twice there or huge is re
       {"seed: 1\n---\nseed: 2\n", "holds several documents"},
       {"seed: 1\nseed: 2\n", "seed is given twice"},
       {std::string(2 << 20, '#'), "is larger than 1048576 bytes"},
+      {"seed: \"abc\nother: 1\n", "yaml:1: a quote is opened and not closed"},
+      {"seed: 'abc\n", "yaml:1: a quote is opened and not closed"},
+      {"seed: [1, 2\n", "opened with [ and not closed"},
+      {"seed: {a: 1\n", "opened with { and not closed"},
+      {"seed: 1\n\tother: 2\n", "begins with a tab"},
   };
   for (const auto& [text, part] : cases) {
     const TemporaryFolder folder;
@@ -242,6 +247,54 @@ TEST_CASE("Contradictions and cut files are named", "[faults]") {
   CHECK(result.status == 0);
   CHECK_THAT(result.err,
              Catch::Contains("warning: 5 ground-truth and") && Catch::Contains("paired from the first"));
+}
+
+TEST_CASE("Files that do not fit together are all named, with their sizes", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 5);
+  CHECK(call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out"}).status == 0);
+  const std::string truth = folder / "in/poses.txt", estimate = folder / "out/trajectory_kitti.txt";
+  const auto evaluate = [&](const std::string& a, const std::string& b, const std::string& option = "",
+                            const std::string& file = "") {
+    std::vector<std::string> arguments = {"evaluate", "--groundtruth", a, "--estimate", b};
+    if (!option.empty()) arguments.insert(arguments.end(), {option, file});
+    return call(arguments, bound_time_and_memory);
+  };
+  check_one_line_failure(
+      evaluate(truth, folder / "out/trajectory_tum.txt"),
+      fmt::format("{} (5 poses) and {} (5 poses): ", truth, (folder / "out/trajectory_tum.txt").string()));
+  const std::string rows = read_text(folder / "out/covariances.csv");
+  write_text(folder / "cut.csv", rows.substr(0, rows.find('\n', rows.find('\n') + 1) + 1));
+  check_one_line_failure(
+      evaluate(truth, estimate, "--covariances", folder / "cut.csv"),
+      fmt::format("{} (1 rows) and {} (5 poses): ", (folder / "cut.csv").string(), estimate));
+  write_text(folder / "loops.csv",
+             read_text(folder / "out/loops.csv") + "99,3,20,1.0,accepted,run,0,0,0,0,0,0,1\n");
+  check_one_line_failure(
+      evaluate(truth, estimate, "--loops", folder / "loops.csv"),
+      fmt::format("{} (1 loops) and {} (5 poses): ", (folder / "loops.csv").string(), estimate));
+  fs::copy_file(folder / "cut.csv", folder / "out/covariances.csv", fs::copy_options::overwrite_existing);
+  check_bounded_failure({"compare", folder / "out", "--output", folder / "c.html"},
+                        "covariances.csv: has 1 rows for 5 poses in trajectory_tum.txt");
+}
+
+TEST_CASE("A run at the pace of the stamps does not wait for years", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  write_text(folder / "in/times.txt", "0\n0.1\n3e8\n");
+  check_bounded_failure({"run", "--dataset", folder / "in", "--output", folder / "out", "--realtime"},
+                        "frame 2 is 3e+08 s later than the frame before it");
+}
+
+TEST_CASE("Pixels that are far from square are named", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder / "own", 3);
+  auto text = tiny_calibration();
+  const auto at = text.find("fy: ");
+  REQUIRE(at != std::string::npos);
+  write_text(folder / "own/calibration.yaml", text.insert(at + 4, "1"));
+  CHECK_THAT(call({"info", "--dataset", folder / "own"}).out,
+             Catch::Contains("pixels are nearly square, so one of the two is wrong"));
 }
 
 TEST_CASE("Swapped cameras and right images of another frame are named", "[faults]") {

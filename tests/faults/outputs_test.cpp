@@ -67,6 +67,20 @@ TEST_CASE("What is read, and what the program did not write, is never replaced",
   }
 }
 
+TEST_CASE("Nothing is written through a link that no run made", "[faults]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  fs::create_directories(folder / "mine");
+  fs::create_symlink(folder / "mine", folder / "out/unfinished");
+  const auto run = [&](const std::string& output) {
+    return call({"run", "--quiet", "--dataset", folder / "in", "--output", output, "--overwrite"});
+  };
+  check_one_line_failure(run(folder / "out"), "unfinished: is a symbolic link, which no run made");
+  CHECK(fs::is_empty(folder / "mine"));
+  fs::create_symlink("nowhere", folder / "link");
+  check_one_line_failure(run(folder / "link"), "link: is a symbolic link that leads nowhere");
+}
+
 TEST_CASE("What the program wrote is replaced by the same command", "[faults]") {
   const TemporaryFolder folder;
   prepare(folder);

@@ -307,6 +307,7 @@ TEMPLATE_TEST_CASE("A likelihood that is not a number returns the prior and is r
   calls = 0;
   check([&](const DualQuaternion<TestType>&) { return ++calls % 2 == 0 ? largest : -largest; },
         UpdateStatus::kNotFinite);
+  check([&](const DualQuaternion<TestType>&) { return largest; }, UpdateStatus::kNotFinite);  // nis overflows
 }
 
 TEST_CASE("Poses that are impossible are excluded", "[progressive]") {

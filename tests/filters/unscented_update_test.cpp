@@ -369,6 +369,22 @@ TEST_CASE("Where rounding leaves the posterior without a root it is a covariance
   }
 }
 
+TEST_CASE("A residual far above the noise leaves a covariance, or is not used", "[unscented]") {
+  Rng rng(11);
+  const Landmark prior(Vector3<double>::Zero(), Matrix3<double>::Identity());
+  for (int trial = 0; trial < 2000; ++trial) {
+    const double curvature = std::pow(10.0, uniform<double>(rng, 0.0, 16.0));
+    const double noise = std::pow(10.0, uniform<double>(rng, -20.0, 0.0));
+    const PoseModel h = [&](const Pose&, const Vector3<double>& x) {
+      const double square = curvature * x[0] * x[0];
+      return std::optional<Vector3<double>>({square, square + x[0], square + x[1]});
+    };
+    const auto result = unscented_update(prior, Pose::identity(), h,
+                                         {Vector3<double>(1, 2, 3), noise * Matrix3<double>::Identity()});
+    CHECK((result.posterior.covariance().diagonal().array() >= 0.0).all());
+  }
+}
+
 TEST_CASE("An iteration that leaves the view keeps the one before", "[unscented]") {
   const PoseModel h = [](const Pose&, const Vector3<double>& l) -> std::optional<Vector3<double>> {
     if (l[2] > 12.0) return std::nullopt;

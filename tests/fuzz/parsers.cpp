@@ -13,6 +13,8 @@
 #include "fuzz/fuzz_target.hpp"
 #include "stereo_slam/dataset/calibration_file.hpp"
 #include "stereo_slam/dataset/euroc.hpp"
+#include "stereo_slam/dataset/image_size.hpp"
+#include "stereo_slam/dataset/jpeg_data.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/dataset/rectifier.hpp"
 #include "stereo_slam/dataset/rig_file.hpp"
@@ -224,6 +226,13 @@ void covariances(Bytes bytes) {
   });
 }
 
+/// What is read of images before OpenCV decodes them.
+void image_headers(Bytes bytes) {
+  if (const auto size = image_size(bytes)) (void)is_supported(*size);
+  (void)is_compressed_bmp(bytes);
+  (void)is_damaged_jpeg(bytes);
+}
+
 /// run.yaml, by the report.
 void run_yaml(Bytes bytes) {
   const fs::path file = folder().write("run/run.yaml", bytes);
@@ -248,7 +257,8 @@ std::vector<Target> parser_targets() {
           {"map_file", map_file},
           {"loops", loops},
           {"covariances", covariances},
-          {"run_yaml", run_yaml}};
+          {"run_yaml", run_yaml},
+          {"image_headers", image_headers}};
 }
 
 }  // namespace antipode::fuzz

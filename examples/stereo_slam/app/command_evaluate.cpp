@@ -4,6 +4,9 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -99,36 +102,74 @@ void check_json(const Arguments& arguments) {
   require_writable(*arguments.json);
 }
 
-void warn_of_lengths(const Trajectory& truth, const Trajectory& estimate) {
+/// A file and how much it holds, for messages.
+[[nodiscard]] std::string named(const fs::path& file, std::size_t count, const char* unit) {
+  return fmt::format("{} ({} {})", file.string(), count, unit);
+}
+
+/// Calls `compare` with what two files hold. Its errors, of files that do not fit together, name both.
+template <class Compare>
+auto compare_files(const std::string& first, const std::string& second, const Compare& compare) {
+  try {
+    return compare();
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(fmt::format("{} and {}: {}", first, second, error.what()));
+  }
+}
+
+void warn_of_lengths(const Arguments& arguments, const Trajectory& truth, const Trajectory& estimate) {
   if (!truth.stamps_ns.empty() || truth.poses.size() == estimate.poses.size()) return;
-  print_message(fmt::format(
-      "warning: {} ground-truth and {} estimated poses without stamps; they are paired from the first one on",
-      truth.poses.size(), estimate.poses.size()));
+  print_message(
+      fmt::format("warning: {} ground-truth and {} estimated poses without stamps, in {} and {}; they are "
+                  "paired from the "
+                  "first one on",
+                  truth.poses.size(), estimate.poses.size(), arguments.ground_truth.string(),
+                  arguments.estimate.string()));
+}
+
+/// Prints the score of the covariances; returns it as a member of the JSON file.
+[[nodiscard]] std::string evaluate_covariances(const Arguments& arguments, const Trajectory& truth,
+                                               const Trajectory& estimate, const FramePairs& pairs) {
+  constexpr double kRadians = std::numbers::pi / 180.0;
+  const auto rows = read_covariances(*arguments.covariances);
+  const NeesReport nees = compare_files(
+      named(*arguments.covariances, rows.size(), "rows"),
+      named(arguments.estimate, estimate.poses.size(), "poses"), [&] {
+        return score_covariances(truth, estimate, pairs, rows,
+                                 {arguments.truth_sigma_m, kRadians * arguments.truth_sigma_deg});
+      });
+  print_nees(std::cout, nees);
+  return "\"nees\": " + nees_json(nees);
+}
+
+/// Prints the score of the loops; returns it as a member of the JSON file.
+[[nodiscard]] std::string evaluate_loops(const Arguments& arguments, const Trajectory& truth,
+                                         const Trajectory& estimate, const FramePairs& pairs) {
+  const auto events = read_loops(*arguments.loops);
+  const LoopScore loops = compare_files(
+      named(*arguments.loops, events.size(), "loops"),
+      named(arguments.estimate, estimate.poses.size(), "poses"), [&] {
+        return score_loops(poses_at_frames(truth, pairs, estimate.poses.size()), events, arguments.revisits);
+      });
+  print_loop_score(std::cout, loops);
+  return "\"loops\": " + loop_score_json(loops);
 }
 
 int evaluate_command(const Arguments& arguments) {
   check_json(arguments);
   const Trajectory truth = read_trajectory(arguments.ground_truth, arguments.format);
   const Trajectory estimate = read_trajectory(arguments.estimate, arguments.format);
-  warn_of_lengths(truth, estimate);
-  const Evaluation evaluation = evaluate(truth, estimate, arguments.max_difference_s);
+  warn_of_lengths(arguments, truth, estimate);
+  const auto [evaluation, pairs] =
+      compare_files(named(arguments.ground_truth, truth.poses.size(), "poses"),
+                    named(arguments.estimate, estimate.poses.size(), "poses"), [&] {
+                      return std::pair(evaluate(truth, estimate, arguments.max_difference_s),
+                                       match_poses(truth, estimate, arguments.max_difference_s));
+                    });
   print_evaluation(std::cout, evaluation);
-  const FramePairs pairs = match_poses(truth, estimate, arguments.max_difference_s);
   std::vector<std::string> members;
-  if (arguments.covariances) {
-    constexpr double kRadians = std::numbers::pi / 180.0;
-    const NeesReport nees =
-        score_covariances(truth, estimate, pairs, read_covariances(*arguments.covariances),
-                          {arguments.truth_sigma_m, kRadians * arguments.truth_sigma_deg});
-    print_nees(std::cout, nees);
-    members.push_back("\"nees\": " + nees_json(nees));
-  }
-  if (arguments.loops) {
-    const LoopScore loops = score_loops(poses_at_frames(truth, pairs, estimate.poses.size()),
-                                        read_loops(*arguments.loops), arguments.revisits);
-    print_loop_score(std::cout, loops);
-    members.push_back("\"loops\": " + loop_score_json(loops));
-  }
+  if (arguments.covariances) members.push_back(evaluate_covariances(arguments, truth, estimate, pairs));
+  if (arguments.loops) members.push_back(evaluate_loops(arguments, truth, estimate, pairs));
   if (arguments.json) {
     write_file(*arguments.json, [&](std::ostream& out) {
       write_evaluation_json(out, evaluation, fmt::format("{}", fmt::join(members, ",\n  ")));

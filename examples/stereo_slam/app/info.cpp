@@ -20,6 +20,7 @@ namespace stereo_slam {
 namespace {
 
 constexpr std::size_t kPrintedProblems = 20;
+constexpr std::size_t kSampled = 5;  // frames that are compared
 
 /// Checks both files of every frame; returns the frames without a fault.
 std::vector<std::size_t> check_images(SequenceScan& scan) {
@@ -61,7 +62,6 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
 /// Checks up to five frames spread over the sequence, or the first ones of a video, and adds what is wrong
 /// with them.
 StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_t>& whole_frames) {
-  constexpr std::size_t kSampled = 5;
   std::vector<StereoFrame> frames;
   const std::size_t range =
       scan.sequence.source ? std::min(kSampled, whole_frames.size()) : whole_frames.size();
@@ -121,10 +121,11 @@ void print_problems(std::ostream& stream, const std::vector<Problem>& problems) 
 }  // namespace
 
 Inspection inspect(SequenceScan scan) {
-  Inspection inspection{.scan = std::move(scan), .agreement = {}};
+  Inspection inspection{.scan = std::move(scan), .agreement = {}, .images_read = 0};
   if (inspection.scan.sequence.camera.width_px == 0) return inspection;
   const auto whole_frames = check_images(inspection.scan);
   inspection.agreement = check_agreement(inspection.scan, whole_frames);
+  if (inspection.scan.sequence.source) inspection.images_read = std::min(kSampled, whole_frames.size());
   return inspection;
 }
 
@@ -145,11 +146,17 @@ void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, Po
 }
 
 void print_inspection(std::ostream& stream, const Inspection& inspection) {
-  const auto& [scan, agreement] = inspection;
+  const auto& [scan, agreement, images_read] = inspection;
   print_findings(stream, scan.sequence);
   if (agreement.conclusive()) {
     fmt::print(stream, "stereo check  {} matches, row offset {:.2f} px, disparity {:.1f} px (medians)\n",
                agreement.matches, agreement.row_offset_px, agreement.median_disparity_px);
+  }
+  if (images_read > 0 && !scan.sequence.live) {
+    fmt::print(
+        stream,
+        "images read   those of the first {} of {} frames; `run` reads all, and says what is damaged\n",
+        images_read, scan.sequence.frames.size());
   }
   print_problems(stream, scan.problems);
   const auto errors = std::count_if(scan.problems.begin(), scan.problems.end(), is_error);

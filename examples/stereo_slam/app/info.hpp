@@ -16,6 +16,7 @@ namespace stereo_slam {
 struct Inspection {
   SequenceScan scan;
   StereoAgreement agreement;
+  std::size_t images_read = 0;  ///< of a video or a bag, whose other images only a run reads
 };
 
 [[nodiscard]] Inspection inspect(SequenceScan scan);

@@ -167,11 +167,20 @@ void process_recording(const RunInput& input, Slam& slam, RunOutputs outputs) {
   slam.finish();
 }
 
-/// Frames can only be offered at the pace of stamps that increase.
+/// Frames can only be offered at the pace of stamps that increase, and none that keeps the user waiting.
 void require_pace(const RunInput& input) {
+  constexpr std::int64_t kLongestPause_ns = 600'000'000'000;
   const auto& frames = input.sequence.frames;
   for (std::size_t i = 1; i < std::min(frames.size(), input.frames); ++i) {
-    if (frames[i].stamp_ns > frames[i - 1].stamp_ns) continue;
+    const std::int64_t pause_ns = frames[i].stamp_ns - frames[i - 1].stamp_ns;
+    if (pause_ns > kLongestPause_ns) {
+      throw std::runtime_error(
+          fmt::format("{}: frame {} is {:.4g} s later than the frame before it, and --realtime would wait "
+                      "for it; check the "
+                      "times, cut the recording there, or leave out --realtime",
+                      input.sequence.folder.string(), i, 1e-9 * static_cast<double>(pause_ns)));
+    }
+    if (pause_ns > 0) continue;
     throw std::runtime_error(fmt::format(
         "{}: frame {} has no later stamp than the frame before it, so --realtime knows no pace; add times or "
         "frame_rate_hz to the calibration, or leave out --realtime",

@@ -13,6 +13,7 @@
 
 #include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/image_size.hpp"
+#include "stereo_slam/dataset/jpeg_data.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -97,6 +98,9 @@ cv::Mat decode_grey(std::span<const std::uint8_t> data) {
   require_pixels(*size);
   if (is_compressed_bmp(data))
     throw std::invalid_argument("the BMP is compressed, which is not decoded reliably; record PNG or JPEG");
+  const bool is_jpeg = data.size() > 2 && data[0] == 0xFF && data[1] == 0xD8;
+  if (is_jpeg && is_damaged_jpeg(data))
+    throw std::invalid_argument("the JPEG is damaged; copy or download the bag again");
   cv::Mat image;
   try {
     image = cv::imdecode(std::vector<std::uint8_t>(data.begin(), data.end()),

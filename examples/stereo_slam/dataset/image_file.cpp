@@ -14,6 +14,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "stereo_slam/dataset/image_size.hpp"
+#include "stereo_slam/dataset/jpeg_data.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/input_file.hpp"
 
@@ -128,6 +129,7 @@ void check_jpeg(const std::filesystem::path& file, std::span<const std::uint8_t>
   constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
   if (std::search(tail.begin(), tail.end(), kEnd.begin(), kEnd.end()) == tail.end())
     fail(file, "the JPEG is truncated; copy or download it again");
+  if (is_damaged_jpeg(bytes)) fail(file, "the JPEG is damaged; copy or download it again");
 }
 
 cv::Mat decode(const std::filesystem::path& file, int mode) {
@@ -135,10 +137,10 @@ cv::Mat decode(const std::filesystem::path& file, int mode) {
   const std::string extension = lower_extension(file);
   if (bytes.empty()) fail(file, "the file is empty; copy or download it again");
   if (extension == ".png") check_chunks(file, bytes);
-  if (extension == ".jpg" || extension == ".jpeg") check_jpeg(file, bytes);
   const auto size = image_size(bytes);
+  if (size) require_size(file, *size);
+  if (extension == ".jpg" || extension == ".jpeg") check_jpeg(file, bytes);
   if (!size) fail(file, "the image cannot be decoded; convert or download it again");
-  require_size(file, *size);
   if (is_compressed_bmp(bytes))
     fail(file, "the BMP is compressed, which is not decoded reliably; store it uncompressed or as PNG");
   cv::Mat image;

@@ -126,6 +126,15 @@ void check_camera(SequenceScan& scan) {
              scan.sequence.folder.string(), camera.fx, camera.fy, baseline_m, kLeast, kMost)});
     return;
   }
+  constexpr double kMostOblong = 2.0;
+  if (camera.fx > 0.0 && std::max(camera.fx / camera.fy, camera.fy / camera.fx) > kMostOblong) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format(
+             "{}: the calibration gives focal lengths of {:.4g} and {:.4g} px; pixels are nearly square, so "
+             "one of the two is wrong",
+             scan.sequence.folder.string(), camera.fx, camera.fy)});
+  }
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
   scan.problems.push_back(
       {Problem::Severity::kWarning,

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/videoio.hpp>
@@ -67,6 +68,8 @@ struct VideoPair::Decoder {
   cv::VideoCapture video;
   std::size_t next = 0;
   std::size_t promised = 0;  ///< frames, by count_frames()
+  double stamp_ms = 0.0;     ///< of the frame read last, in the video
+  cv::Mat image;             ///< read last
 
   explicit Decoder(const fs::path& path) : file(path), video(open(path)) {}
 
@@ -93,9 +96,11 @@ struct VideoPair::Decoder {
     for (; next <= index; ++next) {
       if (!video.grab()) return std::nullopt;
     }
-    cv::Mat image;
-    if (!video.retrieve(image) || image.empty()) fail(file, fmt::format("frame {} cannot be decoded", index));
-    return to_grey(image);
+    stamp_ms = video.get(cv::CAP_PROP_POS_MSEC);
+    cv::Mat colour;
+    if (!video.retrieve(colour) || colour.empty())
+      fail(file, fmt::format("frame {} cannot be decoded", index));
+    return to_grey(colour);
   }
 };
 
@@ -129,6 +134,57 @@ std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) {
   return image;
 }
 
+bool StampComparison::in_step(std::size_t index, double difference_ms, double tolerance_ms) {
+  constexpr std::size_t kCompared = 4;
+  if (index <= last_) recent_ms_.clear();  // read again from its beginning
+  last_ = index;
+  if (recent_ms_.empty()) recent_ms_.push_back(difference_ms);
+  recent_ms_.push_back(difference_ms);
+  if (recent_ms_.size() < kCompared) return true;
+  if (recent_ms_.size() > kCompared) recent_ms_.pop_front();
+  const auto agree = [&](std::size_t i, std::size_t j) {
+    return std::abs(recent_ms_[i] - recent_ms_[j]) <= tolerance_ms;
+  };
+  return !agree(0, 1) || agree(1, 2) || agree(1, 3) || !agree(2, 3);
+}
+
+/// Throws if one of the videos lacks a frame that the other has: all pairs behind it would be wrong.
+void VideoPair::require_in_step(std::size_t index) {
+  if (rate_hz_ == 0.0) return;
+  constexpr double kMostOfAFrame = 0.75;
+  const double ahead_ms = left_->stamp_ms - right_->stamp_ms;
+  if (stamps_.in_step(index, ahead_ms, kMostOfAFrame * 1e3 / rate_hz_)) return;
+  const bool left_lacks = ahead_ms > stamps_.before_ms();
+  const auto& [lacking, other] =
+      left_lacks ? std::pair(left_->file, right_->file) : std::pair(right_->file, left_->file);
+  fail(lacking,
+       fmt::format("lacks a frame before frame {}: from there on its stamps are ahead of those of {}, "
+                   "so left and right images do not belong together; convert both videos again",
+                   index - 1, other.string()));
+}
+
+/// Notes if the image of one camera is that of the frame before, to the bit, and that of the other is not.
+void VideoPair::note_repetition(std::size_t index, const RawPair& pair) {
+  const auto difference = [](const cv::Mat& a, const cv::Mat& b) {
+    return a.size() == b.size() ? cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total()) : 255.0;
+  };
+  if (index == shown_ + 1 && warning_.empty()) {
+    constexpr double kMoved = 1.0;  // grey levels; a standing camera may well repeat an image
+    const double left = difference(pair.left, left_->image);
+    const double right = difference(pair.right, right_->image);
+    if (std::min(left, right) == 0.0 && std::max(left, right) > kMoved) {
+      warning_ = fmt::format(
+          "{}: frame {} shows the frame before it again, unlike that of the other camera; the video is "
+          "damaged "
+          "there, or a frame was lost",
+          (left == 0.0 ? left_ : right_)->file.string(), index);
+    }
+  }
+  shown_ = index;
+  left_->image = pair.left;
+  right_->image = pair.right;
+}
+
 std::string VideoPair::warning() {
   const std::lock_guard lock(mutex_);
   return warning_;
@@ -147,7 +203,10 @@ std::optional<RawPair> VideoPair::read(std::size_t index) {
   }
   auto right = read(*right_, index);
   if (!right) return std::nullopt;
-  return RawPair{*left, *right};
+  require_in_step(index);
+  RawPair pair{*left, *right};
+  note_repetition(index, pair);
+  return pair;
 }
 
 }  // namespace stereo_slam

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <opencv2/core.hpp>
@@ -19,6 +21,21 @@ namespace stereo_slam {
 
 /// The video NAME.mp4, .avi ..., if there is one; else NAME.
 [[nodiscard]] std::filesystem::path find_video(const std::filesystem::path& name);
+
+/// Whether two videos stay in step, by the difference of their stamps.
+class StampComparison {
+ public:
+  /// False if the difference changed by more than the tolerance before the frame before this one, and was and
+  /// has stayed the same otherwise: that of a single frame may be rounded.
+  [[nodiscard]] bool in_step(std::size_t index, double difference_ms, double tolerance_ms);
+
+  /// The difference before it changed.
+  [[nodiscard]] double before_ms() const { return recent_ms_.front(); }
+
+ private:
+  std::size_t last_ = 0;
+  std::deque<double> recent_ms_;
+};
 
 /// Two video files read in step, or one that shows both cameras side by side. Reading in order is fast; an
 /// earlier frame restarts from the beginning.
@@ -40,13 +57,16 @@ class VideoPair : public PairSource {
   /// slightly early end is accepted. Throws std::runtime_error when the end is much too early.
   [[nodiscard]] std::optional<RawPair> read(std::size_t index) override;
 
-  /// That the video ended before the frame count of its header, once a frame beyond its end was asked for.
+  /// That the video ended before the frame count of its header, once a frame beyond its end was asked for, or
+  /// that one of two cameras showed a frame twice.
   [[nodiscard]] std::string warning() override;
 
  private:
   struct Decoder;
 
   [[nodiscard]] std::optional<cv::Mat> read(Decoder& decoder, std::size_t index);
+  void require_in_step(std::size_t index);
+  void note_repetition(std::size_t index, const RawPair& pair);
 
   std::mutex mutex_;
   std::unique_ptr<Decoder> left_;
@@ -54,6 +74,8 @@ class VideoPair : public PairSource {
   std::pair<std::size_t, std::size_t> frames_of_each_;
   std::size_t frames_ = 0;
   double rate_hz_ = 0.0;
+  StampComparison stamps_;
+  std::size_t shown_ = 0;  ///< index of the pair that was read last
   std::string warning_;
 };
 

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <streambuf>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -100,6 +101,14 @@ struct Target {
   bool in_place = false;  ///< a device or a pipe
 };
 
+/// Whether the name is that of a descriptor of a process. Other folders of /dev, /dev/shm above all, hold
+/// files.
+[[nodiscard]] bool is_descriptor(std::string_view name) {
+  if (name == "/dev/stdin" || name == "/dev/stdout" || name == "/dev/stderr") return true;
+  return name.starts_with("/dev/fd/") ||
+         (name.starts_with("/proc/") && name.find("/fd/") != std::string_view::npos);
+}
+
 /// Follows symbolic links. What a program passes on as /dev/fd/63 or /dev/stdout is written to in place,
 /// even if it is an ordinary file.
 [[nodiscard]] Target target_of(const fs::path& file) {
@@ -112,8 +121,7 @@ struct Target {
   if (fs::is_directory(status)) refuse("is a folder; name a file");
   if (fs::is_block_file(status) || fs::is_socket(status)) refuse("is not an ordinary file; name another one");
   if (fs::is_character_file(status) || fs::is_fifo(status)) return {.file = file, .in_place = true};
-  const auto text = file.lexically_normal().string();
-  if (text.starts_with("/dev/") || text.starts_with("/proc/")) return {.file = file, .in_place = true};
+  if (is_descriptor(file.lexically_normal().string())) return {.file = file, .in_place = true};
   if (!fs::is_symlink(fs::symlink_status(file, error))) return {.file = file};
   if (!fs::exists(status)) refuse("is a symbolic link that leads nowhere; name another file");
   return {.file = fs::canonical(file)};

@@ -128,7 +128,7 @@ class Problem {
 void solve(Problem& problem, const PoseGraphSettings& settings, PoseGraphResult& result) {
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(settings), &problem.ceres(), &summary);
-  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.converged = summary.termination_type == ceres::CONVERGENCE && std::isfinite(summary.final_cost);
   result.final_cost = summary.final_cost;
 }
 
@@ -136,6 +136,7 @@ void solve(Problem& problem, const PoseGraphSettings& settings, PoseGraphResult&
 
 PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settings) {
   constexpr double kNarrowing = 4.0;  // of the loss from one round to the next
+  constexpr double kWidest = 1e12;    // times the last loss: 20 rounds, however absurd a loop is
   PoseGraphResult result;
   result.poses = graph.poses;
   result.loop_weights.assign(graph.loops.size(), 1.0);
@@ -147,7 +148,8 @@ PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settin
   solve(problem, settings, result);
   if (!graph.loops.empty()) {
     const auto quadratic = problem.loop_distances();
-    double phi = std::max(settings.loop_scale, *std::max_element(quadratic.begin(), quadratic.end()));
+    double phi = std::clamp(*std::max_element(quadratic.begin(), quadratic.end()), settings.loop_scale,
+                            kWidest * settings.loop_scale);
     do {
       phi = std::max(settings.loop_scale, phi / kNarrowing);
       problem.set_loop_scale(phi);

@@ -48,6 +48,15 @@ using Table = std::map<std::string, std::vector<std::string>, std::less<>>;
   return table;
 }
 
+/// Throws unless a table has one row for each pose: else they are of different runs, or one was cut off.
+void require_rows(const fs::path& file, const Table& table, std::size_t poses) {
+  const std::size_t rows = table.begin()->second.size();
+  if (rows == poses) return;
+  throw std::runtime_error(
+      fmt::format("{}: has {} rows for {} poses in trajectory_tum.txt; copy the folder of the run again",
+                  file.string(), rows, poses));
+}
+
 [[nodiscard]] double to_number(const std::string& text) {
   const auto numbers = parse_numbers(text);
   return numbers && numbers->size() == 1 ? numbers->front() : kNaN;
@@ -117,8 +126,11 @@ RunFolder read_run_folder(const fs::path& folder) {
   if (fs::file_size(folder / "trajectory_tum.txt") == 0) return run;
   run.trajectory = read_trajectory(folder / "trajectory_tum.txt", TrajectoryFormat::kTum);
   const std::size_t count = run.trajectory.poses.size();
-  add_covariances(read_table(folder / "covariances.csv"), run);
+  const Table covariances = read_table(folder / "covariances.csv");
+  require_rows(folder / "covariances.csv", covariances, count);
+  add_covariances(covariances, run);
   const Table timing = read_table(folder / "timing.csv");
+  require_rows(folder / "timing.csv", timing, count);
   run.total_ms = column(timing, "total_ms", count);
   run.resident_mb = column(timing, "rss_mb", count);
   const Table loops = read_table(folder / "loops.csv");

@@ -99,6 +99,9 @@ void complete_publication(const fs::path& folder) {
 void create(const fs::path& folder) {
   if (folder.empty()) throw std::runtime_error("--output is empty; name a folder");
   std::error_code error;
+  if (fs::is_symlink(fs::symlink_status(folder, error)) &&
+      fs::status(folder, error).type() == fs::file_type::not_found)
+    fail(folder, "is a symbolic link that leads nowhere; choose another --output");
   fs::create_directories(folder, error);
   if (!error && !fs::is_directory(folder)) error = std::make_error_code(std::errc::not_a_directory);
   if (error)
@@ -119,6 +122,8 @@ RunFolder::RunFolder(fs::path folder, bool overwrite) : folder_(std::move(folder
            "holds the results of an earlier run; choose another --output, or replace them with --overwrite");
     if (contents == Contents::kKilledRun) return;
     working_ = folder_ / kUnfinished;
+    if (fs::is_symlink(fs::symlink_status(working_)))
+      fail(working_, "is a symbolic link, which no run made; remove it, or choose another --output");
     create(working_);
     (void)contents_of(working_);
   } catch (...) {

@@ -2,10 +2,12 @@
 #include "stereo_slam/settings/yaml_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
@@ -22,10 +24,28 @@ namespace fs = std::filesystem;
   throw std::runtime_error(at_line(file, std::max(mark.line + 1, 1), what));
 }
 
+constexpr auto kOpenQuote = "a quote is opened and not closed; add the second one, or remove the first";
+
+/// What is wrong and what to do, instead of the words of yaml-cpp.
+[[nodiscard]] std::string in_words(const std::string& message) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kWords = {{
+      {"EOF in scalar", kOpenQuote},
+      {"end of sequence flow", "a list is opened with [ and not closed; add the ]"},
+      {"end of map flow", "a map is opened with { and not closed; add the }"},
+      {"illegal tab", "the line begins with a tab; indent with spaces"},
+      {"illegal map value",
+       "the line is indented unlike the one before, or has two colons; write one `key: value` a line"},
+  }};
+  for (const auto& [part, words] : kWords) {
+    if (message.find(part) != std::string::npos) return std::string(words);
+  }
+  return message;
+}
+
 /// Refuses what a document tree cannot be walked safely with.
 class Guard : public YAML::EventHandler {
  public:
-  explicit Guard(const fs::path& file) : file_(file) {}
+  Guard(const fs::path& file, std::string_view text) : file_(file), text_(text) {}
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
@@ -33,7 +53,12 @@ class Guard : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
     fail(file_, mark, "refers to another part of the file (*); write the value out");
   }
-  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t, const std::string&) override {
+    if (mark.is_null() || mark.pos < 0 || static_cast<std::size_t>(mark.pos) >= text_.size()) return;
+    const auto rest = text_.substr(static_cast<std::size_t>(mark.pos));
+    if ((rest[0] == '"' || rest[0] == '\'') && rest.find(rest[0], 1) == rest.npos)
+      fail(file_, mark, kOpenQuote);
+  }
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
                        YAML::EmitterStyle::value) override {
     enter(mark);
@@ -52,6 +77,7 @@ class Guard : public YAML::EventHandler {
   }
 
   const fs::path& file_;
+  std::string_view text_;
   int depth_ = 0;
 };
 
@@ -82,7 +108,7 @@ YAML::Node load_yaml_file(const fs::path& file) {
   try {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
-    Guard guard(file);
+    Guard guard(file, text);
     if (parser.HandleNextDocument(guard) && parser.HandleNextDocument(guard)) {
       throw std::runtime_error(
           fmt::format("{}: holds several documents; remove the line `---` between them", file.string()));
@@ -91,7 +117,7 @@ YAML::Node load_yaml_file(const fs::path& file) {
     check_keys(file, document);
     return document;
   } catch (const YAML::Exception& error) {
-    fail(file, error.mark, fmt::format("not valid YAML: {}", error.msg));
+    fail(file, error.mark, fmt::format("not valid YAML: {}", in_words(error.msg)));
   }
 }
 

@@ -194,6 +194,9 @@ template <class Scalar, class L, class Rule>
     result.step_floor_hit = result.step_floor_hit || step.floored;
     if (remaining <= Scalar(kProgressionDone)) result.nis = innovation_squared(prior, samples, values);
   }
+  if (!std::isfinite(result.log_evidence) || !std::isfinite(result.nis)) {  // they overflowed
+    result.status = UpdateStatus::kNotFinite;
+  }
   result.moment_floor_hit = at_moment_floor(density, options.min_eigenvalue);
   return true;
 }

@@ -116,6 +116,18 @@ template <class Scalar, int Dim>
   return congruence<Scalar, Dim, Dim>(L * F.L, Matrix<Scalar, Dim>::Identity());
 }
 
+/// I_KA I_KA^T + K R K^T; where rounding leaves a negative variance, as a sum of squares with the root of R.
+template <class Scalar, int Dim, int Measured>
+[[nodiscard]] Matrix<Scalar, Dim> joseph_form(const Matrix<Scalar, Dim>& I_KA,
+                                              const Matrix<Scalar, Dim, Measured>& K,
+                                              const Matrix<Scalar, Measured>& R,
+                                              const Matrix<Scalar, Measured>& R_root) {
+  const Matrix<Scalar, Dim> P = I_KA * I_KA.transpose() + congruence<Scalar, Dim, Measured>(K, R);
+  if (cholesky_factor(P)) return P;
+  return I_KA * I_KA.transpose() +
+         congruence<Scalar, Dim, Measured>(K * R_root, Matrix<Scalar, Measured>::Identity());
+}
+
 }  // namespace detail
 
 /// Bayes update of x by a measurement {z, R} (DQV-SLAM Alg. 4 with its line 13 corrected: the
@@ -156,8 +168,10 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
     const Matrix<Scalar, Measured, Dim> A = model->slope * F_inverse;
     const Matrix<Scalar, Measured> disturbance = R + model->residual;
     const Matrix<Scalar, Measured> S = A * A.transpose() + disturbance;
-    const auto C = detail::cholesky_factor(S);
-    if (!C) break;
+    const auto C = detail::cholesky_factor(S), D = detail::cholesky_factor(disturbance);
+    // Where the residual is so large that rounding leaves its sum with R indefinite, Q+ would be no
+    // covariance.
+    if (!C || !D) break;
     const Matrix<Scalar, Measured> C_inverse =
         detail::solve_lower<Scalar, Measured, Measured>(*C, Matrix<Scalar, Measured>::Identity());
     const Matrix<Scalar, Dim, Measured> whitened_gain = (C_inverse * A).transpose();
@@ -166,8 +180,7 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
     const State step = K * innovation;
     const Scalar nis = (C_inverse * innovation).squaredNorm();
     const Square I_KA = Square::Identity() - K * A;
-    const Square covariance =
-        I_KA * I_KA.transpose() + detail::congruence<Scalar, Dim, Measured>(K, disturbance);
+    const Square covariance = detail::joseph_form<Scalar, Dim, Measured>(I_KA, K, disturbance, *D);
     const bool finite = std::isfinite(nis) && (prior.mean() + L * step).allFinite() &&
                         detail::congruence<Scalar, Dim, Dim>(L, covariance).allFinite();
     if (!finite) break;

@@ -202,4 +202,9 @@ TEST_CASE("Images of messages are checked against their size", "[bags]") {
                (void)decode_grey(std::vector<std::uint8_t>{1, 2, 3});
              }),
              Catch::Contains("cannot be decoded"));
+  std::vector<std::uint8_t> jpeg;
+  cv::imencode(".jpg", tiny_texture(64), jpeg);
+  CHECK(decode_grey(jpeg).cols == 64);
+  jpeg.erase(jpeg.begin() + static_cast<std::ptrdiff_t>(jpeg.size() / 2), jpeg.end() - 200);
+  CHECK_THAT(message_of([&] { (void)decode_grey(jpeg); }), Catch::Contains("the JPEG is damaged"));
 }

@@ -66,6 +66,36 @@ TEST_CASE("The orientation that a JPEG names is ignored: a calibration is that o
   CHECK(cv::norm(load_gray_image(folder / "b.jpg"), load_gray_image(folder / "a.jpg"), cv::NORM_INF) == 0.0);
 }
 
+TEST_CASE("Damage in the middle of a JPEG is reported, whatever wrote the file", "[image]") {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "a.jpg";
+  cv::Mat colour;
+  cv::merge(std::vector{tiny_texture(100), tiny_texture(100), tiny_texture(100)}, colour);
+  const std::vector<std::vector<int>> encoders = {{cv::IMWRITE_JPEG_QUALITY, 95},
+                                                  {cv::IMWRITE_JPEG_QUALITY, 1},
+                                                  {cv::IMWRITE_JPEG_OPTIMIZE, 1},
+                                                  {cv::IMWRITE_JPEG_RST_INTERVAL, 3},
+                                                  {cv::IMWRITE_JPEG_PROGRESSIVE, 1}};
+  for (const auto& encoder : encoders) {
+    for (const cv::Mat& image : {tiny_texture(97), colour}) {
+      CAPTURE(encoder.front(), image.channels());
+      cv::imwrite(file.string(), image, encoder);
+      CHECK(load_gray_image(file).size() == image.size());
+      if (encoder.front() == cv::IMWRITE_JPEG_PROGRESSIVE) continue;  // which is not checked
+      std::string bytes = read_text(file);
+      const std::string whole = bytes;
+      bytes.erase(bytes.size() / 2, bytes.size() / 4);
+      write_text(file, bytes);
+      CHECK_THAT(message_of([&] { (void)load_gray_image(file); }),
+                 Catch::Contains("a.jpg: the JPEG is damaged"));
+      CHECK_THAT(message_of([&] { (void)check_image(file); }), Catch::Contains("a.jpg: the JPEG is damaged"));
+      write_text(file, whole.substr(0, whole.size() - 2) + whole.substr(whole.size() / 2));
+      CHECK_THAT(message_of([&] { (void)load_gray_image(file); }),
+                 Catch::Contains("a.jpg: the JPEG is damaged"));
+    }
+  }
+}
+
 TEST_CASE("A BMP with run lengths is refused, one without is read", "[image]") {
   const TemporaryFolder folder;
   const cv::Mat image = tiny_texture(64);

@@ -268,6 +268,45 @@ TEST_CASE("A video that ends slightly early is reported with both numbers, one t
                              "check that it was copied as a whole"));
 }
 
+TEST_CASE("A video that lacks a frame of the other camera is refused, one that repeats a frame is reported",
+          "[video]") {
+  const auto read_all = [](const fs::path& folder) {
+    VideoPair pair(folder / "left.avi", folder / "right.avi");
+    for (std::size_t i = 0; i < 9; ++i) (void)pair.read(i);
+    return pair.warning();
+  };
+  const TemporaryFolder folder;
+  for (const char* name : {"left.avi", "right.avi"}) {
+    write_tiny_video(folder / name, 10, 10);
+    CHECK(read_all(folder / name).empty());
+    empty_frame(folder / name / name, 4);
+    CHECK_THAT(message_of([&] { (void)read_all(folder / name); }),
+               Catch::Contains(std::string(name) + ": lacks a frame before frame 4") &&
+                   Catch::EndsWith("convert both videos again"));
+  }
+  write_tiny_video(folder / "both", 10, 10);
+  write_video_with_repetition(folder / "both/images_right", folder / "both/right.avi", 10, 5);
+  CHECK_THAT(read_all(folder / "both"),
+             Catch::Contains("right.avi: frame 5 shows the frame before it again"));
+}
+
+TEST_CASE("Two videos are in step unless the difference of their stamps changes for good", "[video]") {
+  StampComparison jitter;
+  for (std::size_t i = 0; i < 1000; ++i) {
+    const double drift_ms = 0.1 * static_cast<double>(i);
+    CHECK(jitter.in_step(i, drift_ms + (i % 7 == 3 ? 100.0 : 0.0), 75.0));
+  }
+  for (const double jump_ms : {-100.0, 100.0}) {
+    StampComparison jump;
+    CHECK(jump.in_step(0, 0.0, 75.0));
+    CHECK(jump.in_step(1, 0.0, 75.0));
+    CHECK(jump.in_step(2, jump_ms, 75.0));
+    CHECK_FALSE(jump.in_step(3, jump_ms, 75.0));
+    CHECK(jump.in_step(0, 0.0, 75.0));  // read again
+    CHECK(jump.in_step(1, 0.0, 75.0));
+  }
+}
+
 TEST_CASE("A video that ends long before its header says is refused", "[video]") {
   const TemporaryFolder folder;
   write_tiny_video(folder.path(), 12, 12);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/io/output_file.hpp"
 
+#include <cstdlib>
 #include <fcntl.h>
 #include <stdexcept>
 #include <sys/stat.h>
@@ -71,6 +72,17 @@ TEST_CASE("Symbolic links and devices stay what they are", "[output_file]") {
   CHECK_THAT(message_of([] { write_new(""); }), Catch::Contains("is empty"));
   require_writable(folder / "another");
   CHECK_FALSE(fs::exists(folder / "another"));
+}
+
+TEST_CASE("A file in a folder of /dev is a file", "[output_file]") {
+  std::string name = "/dev/shm/stereo_slam_test_XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) return;  // this system has no such folder
+  const fs::path folder = name;
+  write_new(folder / "a");
+  write_new(folder / "a");
+  CHECK(read_text(folder / "a") == "new");
+  CHECK(entries(folder) == 1);
+  fs::remove_all(folder);
 }
 
 TEST_CASE("A pipe gets the text; one that nobody reads is an error, not a wait", "[output_file]") {

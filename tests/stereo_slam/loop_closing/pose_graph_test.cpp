@@ -251,6 +251,21 @@ TEST_CASE("Errors after the loops are as large as the marginal covariances say",
   }
 }
 
+TEST_CASE("Loops that contradict the odometry beyond all measure end, and converge to finite costs only",
+          "[stereo_slam][pose_graph]") {
+  for (const double variance : {1e-12, 1e-40, 1e-80}) {
+    CAPTURE(variance);
+    Drive d = drive();
+    d.graph.poses.resize(3);
+    d.graph.odometry.resize(2);
+    d.graph.loops = {d.false_loop(0, 2)};
+    d.graph.loops.front().T_from_to.covariance = variance * Matrix6<double>::Identity();
+    const auto result = optimize(d.graph, kGraphSettings);
+    CHECK((!result.converged || std::isfinite(result.final_cost)));
+    for (const auto& pose : result.poses) CHECK(pose.coeffs().allFinite());
+  }
+}
+
 TEST_CASE("The same graph gives the same bits", "[stereo_slam][pose_graph]") {
   const Drive d = drive_with_loops();
   const auto first = optimize(d.graph, kGraphSettings);

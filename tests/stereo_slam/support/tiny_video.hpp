@@ -42,6 +42,35 @@ inline void promise_frames(const fs::path& file, std::uint32_t frames) {
   write_text(file, bytes);
 }
 
+/// Writes a video in which frame `repeated` is the frame before it.
+inline void write_video_with_repetition(const fs::path& images, const fs::path& file, int frames,
+                                        int repeated) {
+  fs::copy_file(images / frame_name(repeated - 1), images / frame_name(repeated),
+                fs::copy_options::overwrite_existing);
+  write_video(images, file, frames);
+}
+
+/// Makes a frame of an AVI file one of no bytes, in its chunk and in the index.
+inline void empty_frame(const fs::path& file, int frame) {
+  std::string bytes = read_text(file);
+  const auto number = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 4; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes.at(at + i));
+    return value;
+  };
+  const auto put = [&](std::size_t at, std::uint32_t value) {
+    for (std::size_t i = 0; i < 4; ++i) bytes.at(at + i) = static_cast<char>(value >> (8 * i) & 0xFFU);
+  };
+  std::size_t at = bytes.find("movi") + 4;
+  for (int i = 0; i < frame; ++i) at += 8 + (number(at + 4) + 1) / 2 * 2;
+  const std::uint32_t length = number(at + 4);
+  put(at + 4, 0);
+  bytes.replace(at + 8, 4, "JUNK");
+  put(at + 12, length - 8);
+  put(bytes.find("idx1") + 8 + 16 * static_cast<std::size_t>(frame) + 12, 0);
+  write_text(file, bytes);
+}
+
 /// Opens the recording as if its header promised `frames` frames.
 inline StereoSequence open_with_false_header(const fs::path& folder, std::size_t frames) {
   auto sequence = open_sequence(folder, "auto");

@@ -36,7 +36,7 @@ struct ConditionedGaussian {
   Scalar log_evidence;
   Scalar nis;  ///< least over the states of: squared distance from the prior - 2 l
 
-  [[nodiscard]] bool finite() const { return mean.allFinite() && root.allFinite(); }
+  [[nodiscard]] bool finite() const { return mean.allFinite() && root.allFinite() && std::isfinite(nis); }
 };
 
 /// N(mean, L L^T) times exp(l), normalised. Not a number where l is too large to compute with.
