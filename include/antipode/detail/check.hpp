@@ -54,7 +54,8 @@ template <class Scalar>
   return x - x == Scalar(0);
 }
 
-/// Whether every entry is: allFinite() without its three expressions, which are compiled for every type of matrix.
+/// Whether every entry is: allFinite() without its three expressions, which are compiled for every type of
+/// matrix.
 template <class Derived>
 [[nodiscard]] bool all_finite(const Eigen::MatrixBase<Derived>& value) noexcept {
   const auto& entries = value.eval();

@@ -155,7 +155,8 @@ template <class Real>
   const Real size = Sigma.trace() + m.squaredNorm();
   if (size <= 3.0) {
     const auto f = TiltPolynomials<Real>::from_matrix(m, Sigma);
-    return size <= 0.05 ? f.integrate(concentrated_tilt_rule<Real>()) : f.integrate(moderate_tilt_rule<Real>());
+    return size <= 0.05 ? f.integrate(concentrated_tilt_rule<Real>())
+                        : f.integrate(moderate_tilt_rule<Real>());
   }
   const auto f = size <= 30.0 ? TiltPolynomials<Real>::from_matrix(m, Sigma)
                               : TiltPolynomials<Real>::from_eigen(m, Sigma);

@@ -272,9 +272,9 @@ class MergeScreen {
   std::vector<Block> blocks_;
   std::vector<std::size_t> ids_;  // in the order of the constructor's argument
   std::vector<Row> rows_;
-  Matrix6<Scalar> inverse_root_;     // of the mean covariance
+  Matrix6<Scalar> inverse_root_;    // of the mean covariance
   std::array<Real, 21> whitening_;  // its lower triangle
-  Scalar log_peak_ = 0;              // of a Gaussian with the mean covariance
+  Scalar log_peak_ = 0;             // of a Gaussian with the mean covariance
 };
 
 }  // namespace antipode::detail
