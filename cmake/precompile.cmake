@@ -15,9 +15,9 @@ function(antipode_precompile_headers name)
 endfunction()
 
 # antipode_reuse_headers(NAME target...): the targets begin with the headers of NAME. They must be compiled with the same options;
-# more definitions and include folders do no harm. Compilers refuse what does not fit.
+# more definitions and include folders do no harm. Compilers refuse what does not fit. An empty NAME means none.
 function(antipode_reuse_headers name)
-  if(ANTIPODE_PRECOMPILE_HEADERS)
+  if(ANTIPODE_PRECOMPILE_HEADERS AND name)
     foreach(target ${ARGN})
       target_precompile_headers(${target} REUSE_FROM ${name})
     endforeach()

@@ -18,6 +18,8 @@
 #include <random>
 #include <vector>
 
+#include <Eigen/Cholesky>
+
 #include <antipode/antipode.hpp>
 
 using Pose = antipode::DualQuaternion<double>;

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <ceres/ceres.h>
 
 #include <antipode/ceres/pose_manifold.hpp>

@@ -19,7 +19,7 @@ execute_process(COMMAND ${compile} -x c++-header ${SOURCE_DIR}/include/antipode/
                 COMMAND_ERROR_IS_FATAL ANY)
 foreach(mistake RANGE 11)
   execute_process(
-    COMMAND ${compile} -fsyntax-only -D MISTAKE=${mistake} -include ${WORK_DIR}/antipode.hpp
+    COMMAND ${compile} -fsyntax-only -fmax-errors=1 -D MISTAKE=${mistake} -include ${WORK_DIR}/antipode.hpp
             ${SOURCE_DIR}/tests/headers/concept_errors.cpp
     RESULT_VARIABLE status ERROR_VARIABLE output OUTPUT_QUIET)
   string(REGEX MATCH "error: [^\n]*" first_error "${output}")

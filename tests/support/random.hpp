@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 
+#include <antipode/detail/products.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
@@ -26,7 +27,7 @@ template <class Scalar>
 template <class Scalar, int Rows, int Cols = Rows>
 [[nodiscard]] Matrix<Scalar, Rows, Cols> random_matrix(Rng& rng, double size = 1.0) {
   Matrix<Scalar, Rows, Cols> A;
-  for (Scalar& entry : A.reshaped()) entry = uniform<Scalar>(rng, -size, size);
+  for (int i = 0; i < Rows * Cols; ++i) A.data()[i] = uniform<Scalar>(rng, -size, size);
   return A;
 }
 
@@ -34,9 +35,16 @@ template <class Scalar, int Rows, int Cols = Rows>
 template <class Scalar, int Dim>
 [[nodiscard]] Vector<Scalar, Dim> random_unit(Rng& rng) {
   std::normal_distribution<double> normal;
-  Vector<double, Dim> v;
-  for (double& entry : v) entry = normal(rng);
-  return v.normalized().template cast<Scalar>().normalized();
+  double v[Dim], squared_norm = 0.0;
+  for (double& entry : v) {
+    entry = normal(rng);
+    squared_norm += entry * entry;
+  }
+  Vector<Scalar, Dim> unit;
+  for (int i = 0; i < Dim; ++i) unit[i] = static_cast<Scalar>(v[i] / std::sqrt(squared_norm));
+  const Scalar norm = unit.norm();  // 1, but for rounding to Scalar
+  for (int i = 0; i < Dim; ++i) unit[i] /= norm;
+  return unit;
 }
 
 /// Uniform over the orthogonal matrices. Gram and Schmidt, twice: Eigen's QR costs the compiler a second for
@@ -47,12 +55,19 @@ template <class Scalar, int Dim>
   for (int i = 0; i < Dim; ++i) {
     Vector<double, Dim> v = random_unit<double, Dim>(rng);
     for (int pass = 0; pass < 2; ++pass) {
-      for (int j = 0; j < i; ++j) v -= Q.col(j).dot(v) * Q.col(j);
-      v.normalize();
+      for (int j = 0; j < i; ++j) {
+        double share = 0.0;
+        for (int k = 0; k < Dim; ++k) share += Q(k, j) * v[k];
+        for (int k = 0; k < Dim; ++k) v[k] -= share * Q(k, j);
+      }
+      const double norm = v.norm();
+      for (int k = 0; k < Dim; ++k) v[k] /= norm;
     }
-    Q.col(i) = v;
+    for (int k = 0; k < Dim; ++k) Q(k, i) = v[k];
   }
-  return Q.template cast<Scalar>();
+  Matrix<Scalar, Dim> rounded;
+  for (int k = 0; k < Dim * Dim; ++k) rounded.data()[k] = static_cast<Scalar>(Q.data()[k]);
+  return rounded;
 }
 
 /// Symmetric with eigenvalues between `smallest` and 1, in random directions.
@@ -60,12 +75,8 @@ template <class Scalar, int Dim>
 [[nodiscard]] Matrix<Scalar, Dim> random_covariance(Rng& rng, double smallest = 0.01) {
   const Matrix<Scalar, Dim> Q = random_orthogonal<Scalar, Dim>(rng);
   Vector<Scalar, Dim> lambda;
-  for (Scalar& entry : lambda) entry = uniform<Scalar>(rng, smallest, 1.0);
-  Matrix<Scalar, Dim> A;
-  for (int i = 0; i < Dim; ++i) {
-    for (int j = 0; j <= i; ++j) A(i, j) = A(j, i) = Q.row(i).cwiseProduct(Q.row(j)).dot(lambda);
-  }
-  return A;
+  for (int i = 0; i < Dim; ++i) lambda[i] = uniform<Scalar>(rng, smallest, 1.0);
+  return detail::scaled_square<Scalar, Dim, Dim>(Q, lambda);
 }
 
 /// Uniform over the rotations, of either sign.
@@ -84,8 +95,13 @@ template <class Scalar>
 /// A twist that turns by exactly `angle` about a random axis; entries of rho uniform in [-size, size].
 template <class Scalar>
 [[nodiscard]] Vector6<Scalar> random_twist(Rng& rng, double angle, double size = 3.0) {
+  const Vector3<Scalar> axis = random_unit<Scalar, 3>(rng);
+  const Vector3<Scalar> rho = random_matrix<Scalar, 3, 1>(rng, size);
   Vector6<Scalar> xi;
-  xi << static_cast<Scalar>(angle) * random_unit<Scalar, 3>(rng), random_matrix<Scalar, 3, 1>(rng, size);
+  for (int i = 0; i < 3; ++i) {
+    xi[i] = static_cast<Scalar>(angle) * axis[i];
+    xi[3 + i] = rho[i];
+  }
   return xi;
 }
 

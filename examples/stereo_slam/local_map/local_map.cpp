@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/geometry/quaternion.hpp>
 #include <antipode/sampling/pose_rules.hpp>

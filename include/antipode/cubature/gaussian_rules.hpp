@@ -150,16 +150,19 @@ requires(Dim >= 2 && Dim <= 6) struct MysovskikhRule {
       samples.points.col(count) = point;
       samples.weights[count++] = weight;
     };
-    const auto add_pair = [&](const Vector<Scalar, Dim>& direction, Scalar weight) {
-      add(radius * direction, weight);
-      add(-radius * direction, weight);
+    const auto add_pair = [&](Vector<Scalar, Dim> direction, Scalar length, Scalar weight) {
+      for (int i = 0; i < Dim; ++i) direction[i] = radius * (direction[i] / length);
+      add(direction, weight);
+      for (int i = 0; i < Dim; ++i) direction[i] = -direction[i];
+      add(direction, weight);
     };
     add(Vector<Scalar, Dim>::Zero(), 2 / (n + 2));
-    for (int k = 0; k < kVertices; ++k) add_pair(a.col(k), kVertexWeight);
+    for (int k = 0; k < kVertices; ++k) add_pair(a.col(k), Scalar(1), kVertexWeight);
     for (int k = 0; k < kVertices; ++k) {
       for (int l = k + 1; l < kVertices; ++l) {
-        const Vector<Scalar, Dim> sum = a.col(k) + a.col(l);
-        add_pair(sum.normalized(), kMidpointWeight);
+        Vector<Scalar, Dim> sum;
+        for (int i = 0; i < Dim; ++i) sum[i] = a(i, k) + a(i, l);
+        add_pair(sum, sqrt(sum.squaredNorm()), kMidpointWeight);
       }
     }
     return samples;

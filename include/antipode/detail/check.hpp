@@ -54,10 +54,20 @@ template <class Scalar>
   return x - x == Scalar(0);
 }
 
+/// Whether every entry is: allFinite() without its three expressions, which are compiled for every type of
+/// matrix.
+template <class Derived>
+[[nodiscard]] bool all_finite(const Eigen::MatrixBase<Derived>& value) noexcept {
+  const auto& entries = value.eval();
+  bool finite = true;
+  for (Eigen::Index i = 0; i < entries.size(); ++i) finite &= is_finite(entries.data()[i]);
+  return finite;
+}
+
 /// Throws unless every entry is finite.
 template <class Derived>
 void require_finite(std::string_view what, const Eigen::MatrixBase<Derived>& value) {
-  if (!value.allFinite()) [[unlikely]] {
+  if (!all_finite(value)) [[unlikely]] {
     throw_invalid(what, value.eval());
   }
 }

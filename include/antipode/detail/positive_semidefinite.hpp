@@ -34,7 +34,7 @@ template <class Scalar, int N>
       largest = std::max(largest, abs(symmetric(i, j)));
     }
   }
-  if (!A.allFinite() || !(asymmetry <= kSymmetryTolerance<Scalar> * largest)) [[unlikely]] {
+  if (!all_finite(A) || !(asymmetry <= kSymmetryTolerance<Scalar> * largest)) [[unlikely]] {
     throw_invalid(what, A);
   }
   return symmetric;
@@ -64,7 +64,10 @@ template <class Scalar, int N>
     throw_invalid(what, A);
   }
   Matrix<Scalar, N> root = eigen.vectors;
-  for (int i = 0; i < N; ++i) root.col(i) *= sqrt(std::max(eigen.values[i], Scalar(0)));
+  for (int j = 0; j < N; ++j) {
+    const Scalar sigma = sqrt(std::max(eigen.values[j], Scalar(0)));
+    for (int i = 0; i < N; ++i) root(i, j) *= sigma;
+  }
   return {root, false};
 }
 
@@ -74,7 +77,8 @@ template <class Scalar, int N>
   if (cholesky_factor(A)) return A;  // the common case, at a tenth of the cost of the eigenvalues
   const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
   if (eigen.values[0] >= Scalar(0)) return A;
-  const Vector<Scalar, N> lambda = eigen.values.cwiseMax(Scalar(0));
+  Vector<Scalar, N> lambda = eigen.values;
+  for (int i = 0; i < N; ++i) lambda[i] = std::max(lambda[i], Scalar(0));
   return scaled_square<Scalar, N, N>(eigen.vectors, lambda);
 }
 

@@ -49,12 +49,14 @@ template <class Scalar, int N>
       }
     }
   }
-  eigen.values = A.diagonal();
+  for (int i = 0; i < N; ++i) eigen.values[i] = A(i, i);
   for (int i = 0; i < N; ++i) {
-    int offset = 0;
-    eigen.values.tail(N - i).minCoeff(&offset);
-    std::swap(eigen.values[i], eigen.values[i + offset]);
-    V.col(i).swap(V.col(i + offset));
+    int least = i;
+    for (int k = i + 1; k < N; ++k) {
+      if (eigen.values[k] < eigen.values[least]) least = k;
+    }
+    std::swap(eigen.values[i], eigen.values[least]);
+    for (int row = 0; row < N; ++row) std::swap(V(row, i), V(row, least));
   }
   return eigen;
 }

@@ -31,7 +31,11 @@ template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> covariance_of_sum(const Matrix6<Scalar>& A, const Matrix6<Scalar>& P,
                                                 const Matrix6<Scalar>& Q, const Matrix6<Scalar>& C) {
   const Matrix6<Scalar> AC = A * C;
-  return congruence<Scalar, 6, 6>(A, P) + Q + AC + AC.transpose();
+  Matrix6<Scalar> sum = congruence<Scalar, 6, 6>(A, P);
+  for (int j = 0; j < 6; ++j) {
+    for (int i = 0; i < 6; ++i) sum(i, j) = sum(i, j) + Q(i, j) + AC(i, j) + AC(j, i);
+  }
+  return sum;
 }
 
 }  // namespace detail

@@ -152,13 +152,16 @@ template <std::floating_point Scalar>
   const auto x = density.centered();
   const Matrix3<Scalar> uu = x.covariance().template topLeftCorner<3, 3>();
   const auto target = detail::symmetric_eigen<double, 3>(uu.template cast<double>());
-  const Vector3<double> wanted = target.values.cwiseMax(0.0);
+  Vector3<double> wanted = target.values;
+  for (int i = 0; i < 3; ++i) wanted[i] = std::max(wanted[i], 0.0);
   Vector3<double> lambda = wanted;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Matrix3<double> tilted =
         detail::tilted_moments<double>(Vector3<double>::Zero(), lambda.asDiagonal()).second_moment;
-    const Vector3<double> got = tilted.diagonal();
-    if (((got - wanted).array().abs() <= kTolerance * wanted.array()).all()) {
+    const Vector3<double> got(tilted(0, 0), tilted(1, 1), tilted(2, 2));
+    bool matched = true;
+    for (int i = 0; i < 3; ++i) matched &= std::abs(got[i] - wanted[i]) <= kTolerance * wanted[i];
+    if (matched) {
       const Matrix3<double> S = detail::scaled_square<double, 3, 3>(target.vectors, lambda);
       const auto y = detail::with_rotation_moments<Scalar>(x.parameters(), Vector3<Scalar>::Zero(),
                                                            S.template cast<Scalar>());

@@ -44,7 +44,8 @@ class BasicDualQuaternion {
   using Isometry = Eigen::Transform<Scalar, 3, Eigen::Isometry>;  ///< the same as a matrix
 
   /// The identity.
-  BasicDualQuaternion() noexcept requires kOwns : coeffs_(Coefficients::Unit(0)) {}
+  BasicDualQuaternion() noexcept requires kOwns
+      : coeffs_(Scalar(1), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0)) {}
 
   /// A copy of the pose behind another storage.
   template <class Other>
@@ -199,13 +200,18 @@ class BasicDualQuaternion {
   [[nodiscard]] Owned renormalized() const {
     using std::sqrt;
     const Scalar squared_norm = real().squaredNorm();
-    if (!(squared_norm >= std::numeric_limits<Scalar>::min()) || !coeffs_.allFinite()) [[unlikely]] {
+    if (!(squared_norm >= std::numeric_limits<Scalar>::min()) || !detail::all_finite(coeffs_)) [[unlikely]] {
       detail::throw_invalid("dual quaternion [q; p] cannot be normalised", coeffs_);
     }
     const Scalar norm = sqrt(squared_norm);
-    const Vector4<Scalar> q = real() / norm;
-    const Vector4<Scalar> p = dual() / norm;
-    return unchecked(q, p - q.dot(p) * q);
+    Vector4<Scalar> q = real(), p = dual();
+    for (int i = 0; i < 4; ++i) {
+      q[i] /= norm;
+      p[i] /= norm;
+    }
+    const Scalar q_p = q.dot(p);
+    for (int i = 0; i < 4; ++i) p[i] -= q_p * q[i];
+    return unchecked(q, p);
   }
 
   /// The representative of {x, -x} whose rotation is canonical (w > 0; see antipode::canonical).
@@ -219,9 +225,12 @@ class BasicDualQuaternion {
     const Scalar scale = sign * angle.inverse_sinc;
     const Scalar phi_rho = Scalar(-2) * scale * coeffs_[4];
     const Scalar slope = detail::sinc_slope<Scalar>(sign * coeffs_[0], angle.sinc, angle.squared);
-    const Vector3<Scalar> phi = scale * v;
+    const Scalar k = angle.inverse_sinc * slope * phi_rho;
     Vector6<Scalar> xi;
-    xi << phi, scale * dual_vector() - (angle.inverse_sinc * slope * phi_rho) * phi;
+    for (int i = 0; i < 3; ++i) {
+      xi[i] = scale * v[i];
+      xi[3 + i] = scale * coeffs_[5 + i] - k * xi[i];
+    }
     return xi;
   }
 
@@ -261,7 +270,6 @@ class BasicDualQuaternion {
 
   // Entry by entry: a packet read of freshly written scalars would stall the processor.
   [[nodiscard]] Vector3<Scalar> real_vector() const noexcept { return {coeffs_[1], coeffs_[2], coeffs_[3]}; }
-  [[nodiscard]] Vector3<Scalar> dual_vector() const noexcept { return {coeffs_[5], coeffs_[6], coeffs_[7]}; }
 
   explicit BasicDualQuaternion(const Coefficients& coefficients) noexcept : coeffs_(coefficients) {}
   BasicDualQuaternion(const Vector4<Scalar>& q, const Vector4<Scalar>& p) noexcept

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include <Eigen/Eigenvalues>
-
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/products.hpp>
+#include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/weighted_samples.hpp>
@@ -56,8 +56,11 @@ requires(Poses::RowsAtCompileTime == 8 && Weights::ColsAtCompileTime == 1)
   using Scalar = typename Poses::Scalar;
   using Pose = DualQuaternion<Scalar>;
   const Scalar total = weights.sum();
-  if (weights.size() != poses.cols() || !weights.allFinite() || (weights.array() < Scalar(0)).any() ||
-      !(total > Scalar(0))) [[unlikely]] {
+  bool valid = weights.size() == poses.cols() && total > Scalar(0);
+  for (Eigen::Index k = 0; k < weights.size(); ++k) {
+    valid &= detail::is_finite(weights[k]) && weights[k] >= Scalar(0);
+  }
+  if (!valid) [[unlikely]] {
     detail::throw_invalid("mean of " + std::to_string(poses.cols()) + " poses with invalid weights",
                           weights.transpose().eval());
   }
@@ -66,11 +69,12 @@ requires(Poses::RowsAtCompileTime == 8 && Weights::ColsAtCompileTime == 1)
   Vector3<Scalar> translation = Vector3<Scalar>::Zero();
   for (Eigen::Index k = 0; k < poses.cols(); ++k) {
     const Pose x = Pose::from_coefficients(poses.col(k));
-    scatter += weights[k] / total * x.real() * x.real().transpose();
-    translation += weights[k] / total * x.translation();
+    const Scalar share = weights[k] / total;
+    detail::add_outer_product<Scalar, 4, 4>(share, x.real(), x.real(), scatter);
+    translation += share * x.translation();
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix4<Scalar>> axes(scatter);
-  PoseMean<Scalar> result{.pose = Pose::from_rotation_translation(axes.eigenvectors().col(3), translation)};
+  const Vector4<Scalar> axis = detail::symmetric_eigen<Scalar, 4>(scatter).vectors.col(3);
+  PoseMean<Scalar> result{.pose = Pose::from_rotation_translation(axis, translation)};
 
   const Scalar small = Scalar(options.tolerance) * Eigen::NumTraits<Scalar>::epsilon() *
                        (Scalar(1) + poses.cwiseAbs().maxCoeff());

@@ -23,9 +23,13 @@ template <detail::MatrixExpression<3> V>
   using Scalar = typename V::Scalar;
   const auto& v = vector.eval();
   Matrix3<Scalar> m;
-  m << Scalar(0), -v[2], v[1],  //
-      v[2], Scalar(0), -v[0],   //
-      -v[1], v[0], Scalar(0);
+  m(0, 0) = m(1, 1) = m(2, 2) = Scalar(0);
+  m(0, 1) = -v[2];
+  m(0, 2) = v[1];
+  m(1, 0) = v[2];
+  m(1, 2) = -v[0];
+  m(2, 0) = -v[1];
+  m(2, 1) = v[0];
   return m;
 }
 
@@ -34,8 +38,12 @@ namespace detail {
 /// [phi]x^2 = phi phi^T - |phi|^2 I.
 template <class Scalar>
 [[nodiscard]] Matrix3<Scalar> skew_squared(const Vector3<Scalar>& phi) noexcept {
-  Matrix3<Scalar> m = phi * phi.transpose();
-  m.diagonal().array() -= phi.squaredNorm();
+  const Scalar squared_norm = phi.squaredNorm();
+  Matrix3<Scalar> m;
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) m(i, j) = phi[i] * phi[j];
+    m(j, j) -= squared_norm;
+  }
   return m;
 }
 
@@ -43,9 +51,12 @@ template <class Scalar>
 template <class Scalar>
 [[nodiscard]] Matrix3<Scalar> skew_squared_along(const Vector3<Scalar>& phi,
                                                  const Vector3<Scalar>& rho) noexcept {
-  const Matrix3<Scalar> outer = phi * rho.transpose();
-  Matrix3<Scalar> m = outer + outer.transpose();
-  m.diagonal().array() -= Scalar(2) * phi.dot(rho);
+  const Scalar twice_dot = Scalar(2) * phi.dot(rho);
+  Matrix3<Scalar> m;
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) m(i, j) = phi[i] * rho[j] + phi[j] * rho[i];
+    m(j, j) -= twice_dot;
+  }
   return m;
 }
 
@@ -66,10 +77,13 @@ template <class Scalar, std::size_t Count>
 template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> dual_matrix(const Matrix3<Scalar>& A, const Matrix3<Scalar>& B) noexcept {
   Matrix6<Scalar> m;
-  m.template topLeftCorner<3, 3>() = A;
-  m.template topRightCorner<3, 3>().setZero();
-  m.template bottomLeftCorner<3, 3>() = B;
-  m.template bottomRightCorner<3, 3>() = A;
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) {
+      m(i, j) = m(3 + i, 3 + j) = A(i, j);
+      m(3 + i, j) = B(i, j);
+      m(i, 3 + j) = Scalar(0);
+    }
+  }
   return m;
 }
 
@@ -98,21 +112,21 @@ template <detail::MatrixExpression<3> V>
 /// Right Jacobian of SO(3), so3_left_jacobian(-phi).
 template <detail::MatrixExpression<3> V>
 [[nodiscard]] Matrix3<typename V::Scalar> so3_right_jacobian(const V& phi) noexcept {
-  return so3_left_jacobian(-phi);
+  return so3_left_jacobian((-phi).eval());
 }
 
 /// Inverse of so3_right_jacobian.
 template <detail::MatrixExpression<3> V>
 [[nodiscard]] Matrix3<typename V::Scalar> so3_right_jacobian_inverse(const V& phi) noexcept {
-  return so3_left_jacobian_inverse(-phi);
+  return so3_left_jacobian_inverse((-phi).eval());
 }
 
 /// Left Jacobian of SE(3), 6 x 6.
 template <detail::MatrixExpression<6> V>
 [[nodiscard]] Matrix6<typename V::Scalar> se3_left_jacobian(const V& xi) noexcept {
   using Scalar = typename V::Scalar;
-  const Vector3<Scalar> phi = xi.template head<3>();
-  const Vector3<Scalar> rho = xi.template tail<3>();
+  const auto& v = xi.eval();
+  const Vector3<Scalar> phi(v[0], v[1], v[2]), rho(v[3], v[4], v[5]);
   const auto c = detail::jacobian_coefficients<Scalar>(phi.squaredNorm());
   const Scalar phi_rho = phi.dot(rho);
   const Matrix3<Scalar> P = skew(phi);
@@ -128,8 +142,8 @@ template <detail::MatrixExpression<6> V>
 template <detail::MatrixExpression<6> V>
 [[nodiscard]] Matrix6<typename V::Scalar> se3_left_jacobian_inverse(const V& xi) noexcept {
   using Scalar = typename V::Scalar;
-  const Vector3<Scalar> phi = xi.template head<3>();
-  const Vector3<Scalar> rho = xi.template tail<3>();
+  const auto& v = xi.eval();
+  const Vector3<Scalar> phi(v[0], v[1], v[2]), rho(v[3], v[4], v[5]);
   const auto c = detail::inverse_jacobian_coefficients<Scalar>(phi.squaredNorm());
   const Matrix3<Scalar> P2 = detail::skew_squared(phi);
   const Matrix3<Scalar> along = detail::skew_squared_along(phi, rho);
@@ -142,13 +156,13 @@ template <detail::MatrixExpression<6> V>
 /// Right Jacobian of SE(3), se3_left_jacobian(-xi).
 template <detail::MatrixExpression<6> V>
 [[nodiscard]] Matrix6<typename V::Scalar> se3_right_jacobian(const V& xi) noexcept {
-  return se3_left_jacobian(-xi);
+  return se3_left_jacobian((-xi).eval());
 }
 
 /// Inverse of se3_right_jacobian.
 template <detail::MatrixExpression<6> V>
 [[nodiscard]] Matrix6<typename V::Scalar> se3_right_jacobian_inverse(const V& xi) noexcept {
-  return se3_left_jacobian_inverse(-xi);
+  return se3_left_jacobian_inverse((-xi).eval());
 }
 
 }  // namespace antipode

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/results/pose_frame.hpp"
 
+#include <Eigen/Cholesky>
+
 #include "stereo_slam/support/scenes.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 

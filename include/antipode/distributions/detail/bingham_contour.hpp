@@ -56,7 +56,7 @@ struct BinghamContour {
   }
 };
 
-/// The integrand on all nodes at once, for max z = 0. Real arithmetic on arrays, so that it vectorises.
+/// The integrand on all nodes at once, for max z = 0. Real arithmetic in loops, so that it vectorises.
 template <int Dim>
 class BinghamContourSum {
  public:
@@ -102,36 +102,38 @@ class BinghamContourSum {
   ///   sqrt(a b) = (|b| a + |a| b) / sqrt(2 (|a||b| + Re a conj(b))).
   /// The root of the whole product would lose its sheet. In odd dimensions the last factor pairs with b = 1.
   void multiply_roots(const BinghamContour<Dim>& contour) {
+    using std::sqrt;
     ContourArray<Dim> modulus[static_cast<std::size_t>(Dim)];
     for (int i = 0; i < Dim; ++i) {
-      const ContourArray<Dim> norm = x_[i].square() + y_.square();
-      inverse_norm_[i] = norm.inverse();
-      modulus[i] = norm.sqrt();
+      for (int k = 0; k < kContourNodes<Dim>; ++k) {
+        const double norm = x_[i][k] * x_[i][k] + y_[k] * y_[k];
+        inverse_norm_[i][k] = 1.0 / norm;
+        modulus[i][k] = sqrt(norm);
+      }
     }
-    v_real_ = contour.w_real;
-    v_imag_ = contour.w_imag;
-    ContourArray<Dim> moduli = ContourArray<Dim>::Ones();
-    ContourArray<Dim> denominator = ContourArray<Dim>::Ones();
-    const auto divide_by_root = [&](const ContourArray<Dim>& root_real, const ContourArray<Dim>& root_imag) {
-      const ContourArray<Dim> real = v_real_ * root_real + v_imag_ * root_imag;
-      v_imag_ = v_imag_ * root_real - v_real_ * root_imag;
-      v_real_ = real;
-    };
-    for (int i = 0; i + 1 < Dim; i += 2) {
-      const ContourArray<Dim>&x_a = x_[i], &x_b = x_[i + 1], &m_a = modulus[i], &m_b = modulus[i + 1];
-      divide_by_root(m_b * x_a + m_a * x_b, y_ * (m_a + m_b));
-      moduli *= m_a * m_b;
-      denominator *= 2.0 * (m_a * m_b + x_a * x_b + y_.square());
+    for (int k = 0; k < kContourNodes<Dim>; ++k) {
+      double real = contour.w_real[k], imag = contour.w_imag[k], moduli = 1.0, denominator = 1.0;
+      const auto divide_by_root = [&](double root_real, double root_imag) {
+        const double quotient_real = real * root_real + imag * root_imag;
+        imag = imag * root_real - real * root_imag;
+        real = quotient_real;
+      };
+      for (int i = 0; i + 1 < Dim; i += 2) {
+        const double x_a = x_[i][k], x_b = x_[i + 1][k], m_a = modulus[i][k], m_b = modulus[i + 1][k];
+        divide_by_root(m_b * x_a + m_a * x_b, y_[k] * (m_a + m_b));
+        moduli *= m_a * m_b;
+        denominator *= 2.0 * (m_a * m_b + x_a * x_b + y_[k] * y_[k]);
+      }
+      if constexpr (Dim % 2 == 1) {
+        const double x_a = x_[Dim - 1][k], m_a = modulus[Dim - 1][k];
+        divide_by_root(x_a + m_a, y_[k]);
+        moduli *= m_a;
+        denominator *= 2.0 * (m_a + x_a);
+      }
+      const double scale = 1.0 / (moduli * sqrt(denominator));
+      v_real_[k] = real * scale;
+      v_imag_[k] = imag * scale;
     }
-    if constexpr (Dim % 2 == 1) {
-      const ContourArray<Dim>&x_a = x_[Dim - 1], &m_a = modulus[Dim - 1];
-      divide_by_root(x_a + m_a, y_);
-      moduli *= m_a;
-      denominator *= 2.0 * (m_a + x_a);
-    }
-    const ContourArray<Dim> scale = (moduli * denominator.sqrt()).inverse();
-    v_real_ *= scale;
-    v_imag_ *= scale;
   }
 
   const ContourArray<Dim>& y_;                                     // Im(s - z_i), the same for all i

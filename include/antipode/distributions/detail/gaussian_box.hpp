@@ -82,7 +82,9 @@ template <int Dim, class Weight>
     }
   }
   const double average = estimates.mean();
-  return {average, (estimates.array() - average).matrix().norm() / std::sqrt(kShifts * (kShifts - 1.0))};
+  double squares = 0.0;
+  for (int shift = 0; shift < kShifts; ++shift) squares += std::pow(estimates[shift] - average, 2);
+  return {average, std::sqrt(squares / (kShifts * (kShifts - 1.0)))};
 }
 
 }  // namespace antipode::detail

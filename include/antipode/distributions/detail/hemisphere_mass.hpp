@@ -2,10 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 #include <Eigen/Geometry>
 
+#include <antipode/detail/products.hpp>
 #include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 
@@ -19,13 +22,13 @@
 ///   C = int_0^inf s e^-s  det(I + 2 s Sigma)^(-1/2)  exp(-s m^T (I + 2 s Sigma)^-1 m)  ds
 ///
 /// Everything is computed in double. The functions are templates on Real, which is double, so that they are
-/// compiled only where they are used.
+/// compiled only where they are used, and loops, since every projected Gaussian compiles them.
 namespace antipode::detail {
 
 /// int_0^inf s e^-s f(s) ds ~ sum_k weights_k f(nodes_k).
-template <class Real, int Count>
+template <class Real, std::size_t Count>
 struct TiltRule {
-  Eigen::Array<Real, Count, 1> nodes, weights;
+  std::array<Real, Count> nodes, weights;
 };
 
 /// Gauss-Laguerre: to 2e-14 for tr Sigma + |m|^2 <= 0.05. Nodes and weights are eigenvalues and first
@@ -40,7 +43,13 @@ template <class Real>
       if (k > 0) recurrence(k, k - 1) = recurrence(k - 1, k) = std::sqrt(k * (k + 1.0));
     }
     const auto eigen = symmetric_eigen(recurrence);
-    return TiltRule<Real, 12>{eigen.values.array(), eigen.vectors.row(0).transpose().array().square()};
+    TiltRule<Real, 12> result;
+    for (int k = 0; k < 12; ++k) {
+      const auto node = static_cast<std::size_t>(k);
+      result.nodes[node] = eigen.values[k];
+      result.weights[node] = eigen.vectors(0, k) * eigen.vectors(0, k);
+    }
+    return result;
   }();
   return rule;
 }
@@ -52,8 +61,8 @@ template <class Real>
   static const TiltRule<Real, 32> rule = [] {
     constexpr double kStep = 0.22;
     TiltRule<Real, 32> result;
-    for (int k = 0; k < 32; ++k) {
-      const double x = -3.2 + k * kStep;
+    for (std::size_t k = 0; k < 32; ++k) {
+      const double x = -3.2 + static_cast<double>(k) * kStep;
       const double s = std::exp(x - std::exp(-x));
       result.nodes[k] = s;
       result.weights[k] = kStep * s * s * std::exp(-s) * (1.0 + std::exp(-x));
@@ -68,8 +77,8 @@ template <class Real>
 [[nodiscard]] const TiltRule<Real, 172>& wide_tilt_rule() {
   static const TiltRule<Real, 172> rule = [] {
     TiltRule<Real, 172> result;
-    for (int k = 0; k < 172; ++k) {
-      const double s = std::exp(0.25 * k - 39.0);
+    for (std::size_t k = 0; k < 172; ++k) {
+      const double s = std::exp(0.25 * static_cast<double>(k) - 39.0);
       result.nodes[k] = s;
       result.weights[k] = 0.25 * s * s * std::exp(-s);
     }
@@ -79,8 +88,8 @@ template <class Real>
 }
 
 /// First node of the wide rule that counts: those before have s (1 + 2 size) < e^-19.5, even in number.
-[[nodiscard]] inline int first_wide_node(double size) {
-  return 2 * std::clamp(static_cast<int>((19.5 - std::log1p(2.0 * size)) / 0.5), 0, 60);
+[[nodiscard]] inline std::size_t first_wide_node(double size) {
+  return 2 * static_cast<std::size_t>(std::clamp((19.5 - std::log1p(2.0 * size)) / 0.5, 0.0, 60.0));
 }
 
 /// The integrand as polynomials in x = 2 s:
@@ -93,18 +102,21 @@ struct TiltPolynomials {
 
   /// From the entries of Sigma; their rounding errors cost up to tr(Sigma)^2 ulps of the integral.
   [[nodiscard]] static TiltPolynomials from_matrix(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
+    const Vector3<Real> a = Sigma.col(0), b = Sigma.col(1), c = Sigma.col(2);
     Matrix3<Real> adjugate;
-    adjugate << Sigma.col(1).cross(Sigma.col(2)), Sigma.col(2).cross(Sigma.col(0)),
-        Sigma.col(0).cross(Sigma.col(1));
+    adjugate.col(0) = b.cross(c);
+    adjugate.col(1) = c.cross(a);
+    adjugate.col(2) = a.cross(b);
     const Real e1 = Sigma.trace(), m0 = m.squaredNorm();
-    return {e1, adjugate.trace(),           Sigma.col(0).dot(adjugate.col(0)),
-            m0, e1 * m0 - m.dot(Sigma * m), m.dot(adjugate * m)};
+    const Vector3<Real> Sigma_m = Sigma * m, adjugate_m = adjugate * m;
+    return {e1, adjugate.trace(), a.dot(b.cross(c)), m0, e1 * m0 - m.dot(Sigma_m), m.dot(adjugate_m)};
   }
 
   /// From its eigenvalues: only positive terms.
   [[nodiscard]] static TiltPolynomials from_eigen(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
     const auto eigen = symmetric_eigen(Sigma);
-    const Vector3<Real> squares = (eigen.vectors.transpose() * m).cwiseAbs2();
+    const Vector3<Real> x = eigen.vectors.transpose() * m;
+    const Vector3<Real> squares(x[0] * x[0], x[1] * x[1], x[2] * x[2]);
     const Real a = std::max(0.0, eigen.values[0]), b = std::max(0.0, eigen.values[1]), c = eigen.values[2];
     return {a + b + c,
             a * b + b * c + c * a,
@@ -114,14 +126,25 @@ struct TiltPolynomials {
             squares.dot(Vector3<Real>(b * c, c * a, a * b))};
   }
 
-  template <class Nodes, class Weights>
-  [[nodiscard]] Real integrate(const Nodes& s, const Weights& weights) const {
-    const auto x = 2.0 * s;
-    const auto determinant = 1.0 + x * (e1 + x * (e2 + x * e3));
-    if (m0 == 0.0) return (weights / determinant.sqrt()).sum();
-    const Eigen::Array<Real, Nodes::RowsAtCompileTime, 1, 0, Nodes::MaxRowsAtCompileTime, 1> r =
-        determinant.inverse();
-    return (weights * r.sqrt() * (-s * (m0 + x * (m1 + x * m2)) * r).exp()).sum();
+  /// The integral, from the nodes from `first` on.
+  template <std::size_t Count>
+  [[nodiscard]] Real integrate(const TiltRule<Real, Count>& rule, std::size_t first = 0) const {
+    std::array<Real, Count> factors, exponentials;
+    for (std::size_t k = first; k < Count; ++k) {
+      const Real s = rule.nodes[k], x = 2.0 * s;
+      const Real determinant = 1.0 + x * (e1 + x * (e2 + x * e3));
+      factors[k] = rule.weights[k] / std::sqrt(determinant);
+      exponentials[k] = -s * (m0 + x * (m1 + x * m2)) / determinant;
+    }
+    if (m0 != 0.0) {  // Eigen's exponential takes two at a time
+      Eigen::Map<Eigen::Array<Real, Eigen::Dynamic, 1>> e(exponentials.data() + first,
+                                                          static_cast<Eigen::Index>(Count - first));
+      e = e.exp();
+      for (std::size_t k = first; k < Count; ++k) factors[k] *= exponentials[k];
+    }
+    Real sum = 0.0;
+    for (std::size_t k = first; k < Count; ++k) sum += factors[k];
+    return sum;
   }
 };
 
@@ -132,17 +155,12 @@ template <class Real>
   const Real size = Sigma.trace() + m.squaredNorm();
   if (size <= 3.0) {
     const auto f = TiltPolynomials<Real>::from_matrix(m, Sigma);
-    if (size <= 0.05) {
-      return f.integrate(concentrated_tilt_rule<Real>().nodes, concentrated_tilt_rule<Real>().weights);
-    }
-    return f.integrate(moderate_tilt_rule<Real>().nodes, moderate_tilt_rule<Real>().weights);
+    return size <= 0.05 ? f.integrate(concentrated_tilt_rule<Real>())
+                        : f.integrate(moderate_tilt_rule<Real>());
   }
   const auto f = size <= 30.0 ? TiltPolynomials<Real>::from_matrix(m, Sigma)
                               : TiltPolynomials<Real>::from_eigen(m, Sigma);
-  using Segment = Eigen::Array<Real, Eigen::Dynamic, 1, 0, 172, 1>;
-  const int first = first_wide_node(size);
-  const Segment nodes = wide_tilt_rule<Real>().nodes.tail(172 - first);
-  return f.integrate(nodes, wide_tilt_rule<Real>().weights.tail(172 - first));
+  return f.integrate(wide_tilt_rule<Real>(), first_wide_node(size));
 }
 
 /// C and the moments of u under N(m, Sigma) (1 + |u|^2)^-2 / C, the renormalised density on the tangent
@@ -160,23 +178,32 @@ template <class Real>
 [[nodiscard]] TiltedMoments<Real> tilted_moments(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
   const TiltRule<Real, 172>& rule = wide_tilt_rule<Real>();
   const auto eigen = symmetric_eigen(Sigma);
-  const Vector3<Real> mu = eigen.vectors.transpose() * m;
-  const Vector3<Real> lambda = eigen.values.cwiseMax(0.0);
+  const Matrix3<Real>& V = eigen.vectors;
+  const Vector3<Real> mu = V.transpose() * m;
   Real mass = 0.0;
   Vector3<Real> mean = Vector3<Real>::Zero();
   Matrix3<Real> second = Matrix3<Real>::Zero();
-  for (int k = 0; k < 172; ++k) {
+  for (std::size_t k = 0; k < 172; ++k) {
     const Real s = rule.nodes[k];
-    const Vector3<Real> shrink = (1.0 + 2.0 * s * lambda.array()).inverse();
-    const Vector3<Real> center = shrink.cwiseProduct(mu);
-    const Real weight = rule.weights[k] * std::sqrt(shrink.prod()) * std::exp(-s * center.dot(mu));
+    Vector3<Real> center, variance;
+    Real shrink_product = 1.0, exponent = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const Real lambda = std::max(eigen.values[i], 0.0), shrink = 1.0 / (1.0 + 2.0 * s * lambda);
+      center[i] = shrink * mu[i];
+      variance[i] = shrink * lambda;
+      shrink_product *= shrink;
+      exponent -= s * center[i] * mu[i];
+    }
+    const Real weight = rule.weights[k] * std::sqrt(shrink_product) * std::exp(exponent);
     mass += weight;
-    mean += weight * center;
-    second += weight * center * center.transpose();
-    second.diagonal() += weight * shrink.cwiseProduct(lambda);
+    for (int j = 0; j < 3; ++j) {
+      mean[j] += weight * center[j];
+      for (int i = 0; i < 3; ++i) second(i, j) += weight * center[i] * center[j];
+      second(j, j) += weight * variance[j];
+    }
   }
-  const Matrix3<Real>& V = eigen.vectors;
-  return {mass, V * mean / mass, V * second * V.transpose() / mass};
+  const Vector3<Real> V_mean = V * mean;
+  return {mass, V_mean / mass, congruence<Real, 3, 3>(V, second) / mass};
 }
 
 }  // namespace antipode::detail

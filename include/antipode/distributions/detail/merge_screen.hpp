@@ -21,8 +21,9 @@ namespace antipode::detail {
 ///
 /// The costs are Runnalls' in single precision and to first order in the angle between the tangent points,
 /// the covariances of both being taken as if in one chart. That is enough to choose by; what a merge costs is
-/// worked out by the caller.
-template <class Density>
+/// worked out by the caller. `Real` is the single precision; as a parameter it leaves the expressions below
+/// to the files that use them.
+template <class Density, class Real = float>
 class MergeScreen {
  public:
   using Scalar = typename Density::Scalar;
@@ -34,7 +35,7 @@ class MergeScreen {
   /// product below min_cosine in size are never merged.
   template <class Element>
   MergeScreen(const std::vector<Element>& components, Scalar min_cosine)
-      : min_cosine_(static_cast<float>(min_cosine)), size_(components.size()) {
+      : min_cosine_(static_cast<Real>(min_cosine)), size_(components.size()) {
     Matrix6<Scalar> mean = Matrix6<Scalar>::Zero();
     for (const Element& c : components) mean += c.weight * c.density.covariance();
     const auto L = cholesky_factor<Scalar, 6>(mean);
@@ -42,7 +43,7 @@ class MergeScreen {
         solve_lower<Scalar, 6, 6>(L ? *L : Matrix6<Scalar>::Identity(), Matrix6<Scalar>::Identity());
     for (int row = 0; row < 6; ++row) {
       for (int col = 0; col <= row; ++col) {
-        whitening_[static_cast<std::size_t>(at(row, col))] = static_cast<float>(inverse_root_(row, col));
+        whitening_[static_cast<std::size_t>(at(row, col))] = static_cast<Real>(inverse_root_(row, col));
       }
     }
     log_peak_ = L ? gaussian_log_peak(*L) : Scalar(0);
@@ -92,25 +93,25 @@ class MergeScreen {
 
  private:
   static constexpr std::size_t kLanes = 8;
-  static constexpr float kSmallestPivot = 1e-12F;
-  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  using Lanes = Eigen::Array<float, static_cast<int>(kLanes), 1>;
-  using LowerTriangle = Eigen::Array<float, static_cast<int>(kLanes), 21>;  // row by row
+  static constexpr Real kSmallestPivot = Real(1e-12F);
+  static constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
+  using Lanes = Eigen::Array<Real, static_cast<int>(kLanes), 1>;
+  using LowerTriangle = Eigen::Array<Real, static_cast<int>(kLanes), 21>;  // row by row
   /// Eight components, a row each: q, t, the lower triangle of S whitened by the mean covariance of all,
   /// log|S|/2 and the weight. Those that are gone have the weight 0 and -infinity as log|S|, so that their
   /// costs are NaN.
-  using Block = Eigen::Array<float, static_cast<int>(kLanes), 30>;
+  using Block = Eigen::Array<Real, static_cast<int>(kLanes), 30>;
   /// The cheapest partners after a component, ascending: all that cost less than `complete_below`.
   struct Row {
     static constexpr std::size_t kKept = 8;
     std::array<std::size_t, kKept> partners;
-    std::array<float, kKept> costs;
+    std::array<Real, kKept> costs;
     std::size_t count = 0;
-    float complete_below = kInfinity;
+    Real complete_below = kInfinity;
 
     /// A lower bound of the row's costs, exact if there is a partner.
-    [[nodiscard]] float least() const { return count > 0 ? costs[0] : complete_below; }
-    void add(std::size_t partner, float cost) {
+    [[nodiscard]] Real least() const { return count > 0 ? costs[0] : complete_below; }
+    void add(std::size_t partner, Real cost) {
       if (count == kKept) {
         complete_below = costs[kKept - 1];
         if (!(cost < complete_below)) return;
@@ -141,7 +142,7 @@ class MergeScreen {
   [[nodiscard]] auto component(std::size_t i) const { return blocks_[i / kLanes].row(lane(i)); }
   [[nodiscard]] bool alive(std::size_t i) const { return component(i)[kWeight] > 0; }
   [[nodiscard]] bool near(std::size_t i, std::size_t j) const {
-    float cosine = 0;
+    Real cosine = 0;
     for (int k = 0; k < 4; ++k) cosine += component(i)[k] * component(j)[k];
     return std::abs(cosine) >= min_cosine_;
   }
@@ -181,20 +182,20 @@ class MergeScreen {
   void set(std::size_t i, Scalar weight, const Density& x) {
     const Matrix6<Scalar> S = congruence<Scalar, 6, 6>(inverse_root_, x.covariance());
     auto entries = component(i);
-    for (int k = 0; k < 4; ++k) entries[kRotation + k] = static_cast<float>(x.tangent_point()[k]);
-    for (int k = 0; k < 3; ++k) entries[kTranslation + k] = static_cast<float>(x.mean()[3 + k]);
+    for (int k = 0; k < 4; ++k) entries[kRotation + k] = static_cast<Real>(x.tangent_point()[k]);
+    for (int k = 0; k < 3; ++k) entries[kTranslation + k] = static_cast<Real>(x.mean()[3 + k]);
     for (int row = 0; row < 6; ++row) {
       for (int col = 0; col <= row; ++col)
-        entries[kCovariance + at(row, col)] = static_cast<float>(S(row, col));
+        entries[kCovariance + at(row, col)] = static_cast<Real>(S(row, col));
     }
-    entries[kHalfLogDeterminant] = static_cast<float>(log_peak_ - x.gaussian_log_peak());
-    entries[kWeight] = static_cast<float>(weight);
+    entries[kHalfLogDeterminant] = static_cast<Real>(log_peak_ - x.gaussian_log_peak());
+    entries[kWeight] = static_cast<Real>(weight);
   }
 
   /// The place of an entry in a lower triangle.
   [[nodiscard]] static constexpr int at(int row, int col) { return row * (row + 1) / 2 + col; }
 
-  [[nodiscard]] float whitening(int row, int col) const {
+  [[nodiscard]] Real whitening(int row, int col) const {
     return whitening_[static_cast<std::size_t>(at(row, col))];
   }
 
@@ -213,10 +214,10 @@ class MergeScreen {
   [[nodiscard]] Lanes costs_of(std::size_t i, const Block& others) const {
     const Block& own_block = blocks_[i / kLanes];
     const int l = lane(i);
-    const float w = own_block(l, kWeight);
+    const Real w = own_block(l, kWeight);
     const Lanes sum = others.col(kWeight) + w;
     const Lanes b = others.col(kWeight) / sum;
-    const Lanes ab = b * (1.0F - b);
+    const Lanes ab = b * (Real(1) - b);
     const Differences d = whitened_differences(own_block, l, others);
     // M = a S_i + b S_j + a b d d^T, eliminated column by column: rest is what is left of M, factor
     // rest/pivot.
@@ -227,7 +228,7 @@ class MergeScreen {
       Lanes inverse = Lanes::Ones();
       for (int row = col; row < 6; ++row) {
         const int entry = at(row, col);
-        const float s = own_block(l, kCovariance + entry);
+        const Real s = own_block(l, kCovariance + entry);
         Lanes sum_of_products = s + b * (others.col(kCovariance + entry) - s) + scaled * d.col(row);
         for (int k = 0; k < col; ++k) sum_of_products -= rest.col(at(row, k)) * factor.col(at(col, k));
         if (row == col) {
@@ -240,14 +241,14 @@ class MergeScreen {
         }
       }
     }
-    return 0.5F * sum * (pivots[0].log() + pivots[1].log()) - w * own_block(l, kHalfLogDeterminant) -
+    return Real(0.5) * sum * (pivots[0].log() + pivots[1].log()) - w * own_block(l, kHalfLogDeterminant) -
            others.col(kWeight) * others.col(kHalfLogDeterminant);
   }
 
-  using Differences = Eigen::Array<float, static_cast<int>(kLanes), 6>;
+  using Differences = Eigen::Array<Real, static_cast<int>(kLanes), 6>;
   /// The coordinates (u, t) of each of a block in the chart of one, relative to it, whitened.
   [[nodiscard]] Differences whitened_differences(const Block& own, int l, const Block& others) const {
-    const float qw = own(l, 0), qx = own(l, 1), qy = own(l, 2), qz = own(l, 3);
+    const Real qw = own(l, 0), qx = own(l, 1), qy = own(l, 2), qz = own(l, 3);
     const auto rw = others.col(0), rx = others.col(1), ry = others.col(2), rz = others.col(3);
     const Lanes inverse = (qw * rw + qx * rx + qy * ry + qz * rz).inverse();  // q_own* q
     Differences d;
@@ -265,15 +266,15 @@ class MergeScreen {
     return d;
   }
 
-  float min_cosine_;
+  Real min_cosine_;
   std::size_t size_;
   Pair best_ = {};
   std::vector<Block> blocks_;
   std::vector<std::size_t> ids_;  // in the order of the constructor's argument
   std::vector<Row> rows_;
-  Matrix6<Scalar> inverse_root_;     // of the mean covariance
-  std::array<float, 21> whitening_;  // its lower triangle
-  Scalar log_peak_ = 0;              // of a Gaussian with the mean covariance
+  Matrix6<Scalar> inverse_root_;    // of the mean covariance
+  std::array<Real, 21> whitening_;  // its lower triangle
+  Scalar log_peak_ = 0;             // of a Gaussian with the mean covariance
 };
 
 }  // namespace antipode::detail

@@ -43,12 +43,15 @@ class ModeSearch {
 
   /// Whether there is one that is not negligible beside the first.
   [[nodiscard]] bool finds_second_mode() {
-    if (lines_ == 0 || !directions_.allFinite() || !mean_.allFinite()) return false;
+    if (lines_ == 0 || !all_finite(directions_) || !all_finite(mean_)) return false;
     const int half = (Count - 1) / (2 * lines_);                        // of a line
     Matrix<Scalar, 2, Count> where = Matrix<Scalar, 2, Count>::Zero();  // line and place; last, the mean
     for (int i = 0; i < 2 * lines_; ++i) {
       const int line = i / 2;
-      for (int k = 0; k < half; ++k) where.col(i * half + k) << Scalar(line), place(i, k, half);
+      for (int k = 0; k < half; ++k) {
+        where(0, i * half + k) = Scalar(line);
+        where(1, i * half + k) = place(i, k, half);
+      }
     }
     const Vector<Scalar, Count> values = log_density(where);
     peak_ = values[Count - 1];
@@ -77,7 +80,8 @@ class ModeSearch {
     const int line = half_line / 2;
     const Scalar sign = half_line % 2 == 0 ? Scalar(1) : Scalar(-1);
     const Scalar first = kNear * std::sqrt(std::max(variances_[line], kSmallest));
-    const Scalar last = std::max(first, kReach - sign * directions_.col(line).dot(mean_));
+    const Vector<Scalar, N> direction = directions_.col(line);
+    const Scalar last = std::max(first, kReach - sign * direction.dot(mean_));
     return sign * first * std::pow(last / first, Scalar(k) / Scalar(std::max(1, places - 1)));
   }
 
@@ -85,9 +89,14 @@ class ModeSearch {
     Matrix<Scalar, N, Count> tangents;
     Vector<Scalar, Count> values, from_prior;
     for (int k = 0; k < Count; ++k) {
-      const Vector<Scalar, N> step = where(1, k) * directions_.col(static_cast<int>(where(0, k)));
+      const int line = static_cast<int>(where(0, k));
+      Vector<Scalar, N> step, whitened;
+      for (int i = 0; i < N; ++i) {
+        step[i] = where(1, k) * directions_(i, line);
+        whitened[i] = mean_[i] + step[i];
+      }
       tangents.col(k) = prior_root_ * step;
-      from_prior[k] = (mean_ + step).squaredNorm();
+      from_prior[k] = whitened.squaredNorm();
     }
     evaluate_(tangents, values);
     for (int k = 0; k < Count; ++k) {
@@ -120,11 +129,14 @@ class ModeSearch {
     for (int i = 0; i < kMostRefinements && top <= peak_ - kNegligible; ++i) {
       const Scalar step = (rise.end - rise.begin) / Scalar(Count - 1);
       Matrix<Scalar, 2, Count> where;
-      for (int k = 0; k < Count; ++k) where.col(k) << Scalar(line), rise.begin + Scalar(k) * step;
-      int k = 0;
-      const Scalar found = log_density(where).maxCoeff(&k);
-      if (found > top) {
-        top = found;
+      for (int k = 0; k < Count; ++k) {
+        where(0, k) = Scalar(line);
+        where(1, k) = rise.begin + Scalar(k) * step;
+      }
+      const Vector<Scalar, Count> found = log_density(where);
+      for (int k = 0; k < Count; ++k) {
+        if (!(found[k] > top)) continue;
+        top = found[k];
         rise.highest = where(1, k);
       }
       rise.begin = rise.highest - step;

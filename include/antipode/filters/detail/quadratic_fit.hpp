@@ -59,13 +59,15 @@ template <class Density, class L, int N, int Count>
 
   const Scalar mean = standard.weights.dot(values);
   fit.mean = mean;
-  Vector<Scalar, Count> errors = values.array() - mean;
+  Vector<Scalar, Count> errors;
+  for (int k = 0; k < Count; ++k) errors[k] = values[k] - mean;
   Matrix<Scalar, N> hessian = Matrix<Scalar, N>::Zero();
   Vector<Scalar, N> gradient = Vector<Scalar, N>::Zero();
   for (int k = 0; k < Count; ++k) {
     const Vector<Scalar, N> y = standard.points.col(k);
-    gradient += standard.weights[k] * errors[k] * y;
-    add_outer_product(standard.weights[k] * errors[k], y, y, hessian);
+    const Scalar weighted = standard.weights[k] * errors[k];
+    for (int i = 0; i < N; ++i) gradient[i] += weighted * y[i];
+    add_outer_product(weighted, y, y, hessian);
   }
   fit.explained = sqrt(gradient.squaredNorm() + Scalar(0.5) * hessian.squaredNorm());
   for (int k = 0; k < Count; ++k) {

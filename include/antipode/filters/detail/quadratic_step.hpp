@@ -44,9 +44,11 @@ template <class Scalar, int N>
 [[nodiscard]] ConditionedGaussian<Scalar, N> damped(const ConditionedGaussian<Scalar, N>& y, Scalar share) {
   const Matrix<Scalar, N> inverse_root = solve<Scalar, N, N>(y.root, Matrix<Scalar, N>::Identity());
   const Matrix<Scalar, N> inverse_root_t = inverse_root.transpose();
-  const Matrix<Scalar, N> information =
-      (Scalar(1) - share) * Matrix<Scalar, N>::Identity() +
-      share * scaled_square<Scalar, N, N>(inverse_root_t, Vector<Scalar, N>::Ones());
+  Matrix<Scalar, N> information = scaled_square<Scalar, N, N>(inverse_root_t, Vector<Scalar, N>::Ones());
+  for (int j = 0; j < N; ++j) {
+    for (int i = 0; i < N; ++i) information(i, j) *= share;
+    information(j, j) += Scalar(1) - share;
+  }
   const auto C = cholesky_factor<Scalar, N>(information);
   if (!C)
     return {Vector<Scalar, N>::Constant(std::numeric_limits<Scalar>::quiet_NaN()), y.root, y.log_evidence,

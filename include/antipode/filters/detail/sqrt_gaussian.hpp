@@ -36,7 +36,7 @@ struct ConditionedGaussian {
   Scalar log_evidence;
   Scalar nis;  ///< least over the states of: squared distance from the prior - 2 l
 
-  [[nodiscard]] bool finite() const { return mean.allFinite() && root.allFinite() && std::isfinite(nis); }
+  [[nodiscard]] bool finite() const { return all_finite(mean) && all_finite(root) && std::isfinite(nis); }
 };
 
 /// N(mean, L L^T) times exp(l), normalised. Not a number where l is too large to compute with.
@@ -111,11 +111,9 @@ struct SqrtGaussian {
   [[nodiscard]] ConditionedGaussian<Scalar, kDim> condition_prior(
       const SqrtGaussian& prior, const QuadraticLogLikelihood<Scalar, kDim>& l) const {
     const Tangent to_prior = Chart::local(mean, prior.mean);
-    Matrix<Scalar, kDim, kDim + 1> mean_and_root;
-    mean_and_root.col(0) = to_prior;
-    mean_and_root.template rightCols<kDim>() = Chart::jacobian_inverse(to_prior) * prior.L;
-    const Matrix<Scalar, kDim, kDim + 1> whitened = solve<Scalar, kDim, kDim + 1>(L, mean_and_root);
-    return condition<Scalar, kDim>(whitened.col(0), whitened.template rightCols<kDim>(), l);
+    const Square prior_root = Chart::jacobian_inverse(to_prior) * prior.L;
+    return condition<Scalar, kDim>(solve<Scalar, kDim, 1>(L, to_prior),
+                                   solve<Scalar, kDim, kDim>(L, prior_root), l);
   }
 
   [[nodiscard]] Density density() const { return {mean, L * L.transpose()}; }
