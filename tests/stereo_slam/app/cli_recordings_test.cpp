@@ -76,6 +76,14 @@ TEST_CASE("run warns once of a video that ends before its header says", "[cli][v
   CHECK(call({"run", "--dataset", folder / "in", "--output", folder / "out2", "--quiet"}).err.empty());
 }
 
+TEST_CASE("info says how many frames of a video it has read", "[cli][video]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder / "in", 12, 12);
+  const auto info = call({"info", "--dataset", folder / "in"});
+  CHECK(info.status == 0);
+  CHECK_THAT(info.out, Catch::Contains("those of the first 5 of 12 frames"));
+}
+
 TEST_CASE("run and info warn of a calibration that does not rectify the images", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_euroc(folder / "in", 3);
