@@ -171,8 +171,8 @@ int evaluate_command(const Arguments& arguments) {
   if (arguments.covariances) members.push_back(evaluate_covariances(arguments, truth, estimate, pairs));
   if (arguments.loops) members.push_back(evaluate_loops(arguments, truth, estimate, pairs));
   if (arguments.json) {
-    write_file(*arguments.json, [&](std::ostream& out) {
-      write_evaluation_json(out, evaluation, fmt::format("{}", fmt::join(members, ",\n  ")));
+    write_file(*arguments.json, [&, &scores = evaluation](std::ostream& out) {
+      write_evaluation_json(out, scores, fmt::format("{}", fmt::join(members, ",\n  ")));
     });
   }
   return kDone;
