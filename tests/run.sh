@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds all but the benchmarks and runs all tests. Arguments go to ctest. That every header compiles
 # alone is left to other builds (ANTIPODE_CHECK_HEADERS): it takes minutes, and each has a test that includes it first. Large
-# headers are precompiled and sources compiled eight at a time (a unity build), which hides missing includes; other builds and
+# headers are precompiled and sources compiled sixteen at a time (a unity build), which hides missing includes; other builds and
 # tests/tidy.sh parse each source alone. With WARNINGS_AS_ERRORS=ON in the environment a warning ends the build.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -9,7 +9,7 @@ build=$root/build/release
 
 "$root/cmake/install-dependencies.sh"
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DANTIPODE_BUILD_BENCHMARKS=OFF \
-  -DANTIPODE_CHECK_HEADERS=OFF -DANTIPODE_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=8 \
+  -DANTIPODE_CHECK_HEADERS=OFF -DANTIPODE_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=16 \
   -DANTIPODE_WARNINGS_AS_ERRORS="${WARNINGS_AS_ERRORS:-OFF}"
 cmake --build "$build"
 ctest --test-dir "$build" --output-on-failure --timeout 900 --parallel "$(nproc)" "$@"

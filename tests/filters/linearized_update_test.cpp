@@ -37,17 +37,13 @@ template <class Scalar>
   };
 }
 
-[[nodiscard]] PoseGaussian<double> around(Rng& rng, double rotation_sigma_rad, double translation_sigma_m) {
-  return {random_pose<double>(rng), pose_covariance<double>(rotation_sigma_rad, translation_sigma_m)};
-}
-
 /// Mean NEES of updates of random scenes with 60 landmarks, of which the first `wrong` are wrong.
 [[nodiscard]] double mean_nees(int trials, double rotation_sigma_rad, double translation_sigma_m,
                                std::size_t wrong, const LinearizedUpdateOptions<double>& options) {
   double sum = 0.0;
   for (int seed = 0; seed < trials; ++seed) {
     Rng rng(static_cast<unsigned>(seed));
-    const auto prior = around(rng, rotation_sigma_rad, translation_sigma_m);
+    const auto prior = prior_at_random_pose(rng, rotation_sigma_rad, translation_sigma_m);
     const auto truth = draw(rng, prior);
     auto scene = StereoScene<double>::random(rng, truth, 60);
     for (std::size_t i = 0; i < wrong; ++i) scene.measurements[i] += 40.0 * random_unit<double, 3>(rng);
@@ -124,7 +120,7 @@ TEST_CASE("Robust weights ignore a third of wrong measurements", "[linearized]")
 
 TEST_CASE("A landmark behind the camera is ignored", "[linearized]") {
   Rng rng(3);
-  const auto prior = around(rng, 0.02, 0.2);
+  const auto prior = prior_at_random_pose(rng, 0.02, 0.2);
   auto scene = StereoScene<double>::random(rng, draw(rng, prior), 40);
   const auto expected = update(prior, measurements_of(scene), model_of(scene));
   scene.landmarks.push_back(prior.pose * Vector3<double>(0.0, 0.0, -5.0));
@@ -136,7 +132,7 @@ TEST_CASE("A landmark behind the camera is ignored", "[linearized]") {
 
 TEST_CASE("Measurements that are impossible or not a number leave the prior", "[linearized][error]") {
   Rng rng(4);
-  const auto prior = around(rng, 0.02, 0.2);
+  const auto prior = prior_at_random_pose(rng, 0.02, 0.2);
   const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 10);
   const auto measurements = measurements_of(scene);
   const auto is_prior = [&](const PoseUpdateResult<double>& result) {
@@ -162,7 +158,7 @@ TEST_CASE("Measurements that are impossible or not a number leave the prior", "[
 
 TEST_CASE("Invalid options and covariances are refused", "[linearized][error]") {
   Rng rng(5);
-  const auto prior = around(rng, 0.02, 0.2);
+  const auto prior = prior_at_random_pose(rng, 0.02, 0.2);
   const auto scene = StereoScene<double>::random(rng, prior.pose, 10);
   const auto message = [&](const PoseGaussian<double>& density,
                            const LinearizedUpdateOptions<double>& options) {

@@ -104,6 +104,12 @@ template <class Scalar>
   return P;
 }
 
+/// A prior about a random pose.
+[[nodiscard]] inline PoseGaussian<double> prior_at_random_pose(Rng& rng, double rotation_sigma_rad,
+                                                               double translation_sigma_m) {
+  return {random_pose<double>(rng), pose_covariance<double>(rotation_sigma_rad, translation_sigma_m)};
+}
+
 /// A pose, or a joint state, drawn from the density.
 template <ConcentratedDensity Density>
 [[nodiscard]] auto draw(Rng& rng, const Density& density) {

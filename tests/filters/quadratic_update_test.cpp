@@ -95,10 +95,6 @@ template <class Scalar>
   return largest;
 }
 
-[[nodiscard]] PoseGaussian<double> around(Rng& rng, double rotation_sigma_rad, double translation_sigma_m) {
-  return {random_pose<double>(rng), pose_covariance<double>(rotation_sigma_rad, translation_sigma_m)};
-}
-
 }  // namespace
 
 TEMPLATE_TEST_CASE("One step for a linear measurement is the Kalman update", "[quadratic]", float, double) {
@@ -154,7 +150,7 @@ TEST_CASE("The covariance matches the error", "[quadratic]") {
   double sum = 0.0;
   for (unsigned seed = 0; seed < kTrials; ++seed) {
     Rng rng(seed);
-    const auto prior = around(rng, 0.03, 0.5);
+    const auto prior = prior_at_random_pose(rng, 0.03, 0.5);
     const auto truth = draw(rng, prior);
     const auto scene = StereoScene<double>::random(rng, truth, 30);
     const auto result = update(prior, scene);
@@ -170,7 +166,7 @@ TEST_CASE("A capped likelihood ignores a third of wrong measurements", "[quadrat
   double sum = 0.0;
   for (unsigned seed = 0; seed < kTrials; ++seed) {
     Rng rng(seed);
-    const auto prior = around(rng, 0.002, 0.02);
+    const auto prior = prior_at_random_pose(rng, 0.002, 0.02);
     const auto truth = draw(rng, prior);
     auto scene = StereoScene<double>::random(rng, truth, 60);
     for (std::size_t i = 0; i < 20; ++i) scene.measurements[i] += 40.0 * random_unit<double, 3>(rng);
@@ -187,7 +183,7 @@ TEST_CASE("With a cap tighter than the prior's spread most runs stay consistent"
   for (unsigned seed = 0; seed < kTrials; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
-    const auto prior = around(rng, 0.005, 0.05);
+    const auto prior = prior_at_random_pose(rng, 0.005, 0.05);
     const auto truth = draw(rng, prior);
     auto scene = StereoScene<double>::random(rng, truth, 60);
     scene.cap = 0.5 * 16.27;
@@ -200,7 +196,7 @@ TEST_CASE("The update converges with landmarks behind some samples of a wide pri
   for (unsigned seed = 0; seed < 10; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
-    const auto prior = around(rng, 0.44, 2.0);  // 25 degrees
+    const auto prior = prior_at_random_pose(rng, 0.44, 2.0);  // 25 degrees
     auto scene = StereoScene<double>::random(rng, draw(rng, prior), 20);
     scene.behind = -std::numeric_limits<double>::infinity();
     const auto impossible = update(prior, scene);
@@ -243,7 +239,7 @@ TEMPLATE_TEST_CASE("Exchanging q and -q of the prior changes nothing", "[quadrat
 
 TEST_CASE("Moving the world moves the quadratic posterior", "[quadratic][law]") {
   Rng rng(3);
-  const auto prior = around(rng, 0.02, 0.2);
+  const auto prior = prior_at_random_pose(rng, 0.02, 0.2);
   const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 30);
   const auto y = random_pose<double>(rng, 100.0);
   const auto moved = [&](const DualQuaternion<double>& x) { return scene(y.inverse() * x); };
@@ -272,7 +268,7 @@ TEST_CASE("Directions the prior is certain of stay fixed", "[quadratic]") {
 
 TEST_CASE("Invalid values of the likelihood are reported in the status", "[quadratic]") {
   Rng rng(5);
-  const auto prior = around(rng, 0.02, 0.2);
+  const auto prior = prior_at_random_pose(rng, 0.02, 0.2);
   const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 30);
   const auto check = [&](const auto& likelihood, UpdateStatus status) {
     const auto result = update(prior, likelihood);
@@ -293,7 +289,7 @@ TEST_CASE("Invalid values of the likelihood are reported in the status", "[quadr
 
 TEST_CASE("The steps of the surrogate are bounded", "[quadratic]") {
   Rng rng(6);
-  const auto prior = around(rng, 0.4, 2.0);
+  const auto prior = prior_at_random_pose(rng, 0.4, 2.0);
   const auto scene = StereoScene<double>::random(rng, draw(rng, prior), 20);
   const auto result = update(prior, scene, {.max_steps = 2});
   CHECK(result.steps <= 2);
@@ -321,7 +317,7 @@ TEST_CASE("A log-likelihood that curves upwards is not fitted, and the residual 
 
 TEST_CASE("Invalid priors and options of the surrogate are refused with the value", "[quadratic]") {
   Rng rng(7);
-  const auto prior = around(rng, 0.02, 0.2);
+  const auto prior = prior_at_random_pose(rng, 0.02, 0.2);
   const auto message = [&](const PoseGaussian<double>& density,
                            const QuadraticUpdateOptions<double>& options) {
     return error_message([&] {

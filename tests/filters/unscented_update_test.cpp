@@ -25,9 +25,9 @@ using Pose = DualQuaternion<double>;
 using Landmark = Gaussian<double, 3>;
 /// Any model; one type for all of them, so that the filter compiles once.
 template <class Scalar>
-using AnyModel =
+using AnyPairModel =
     std::function<std::optional<Vector3<Scalar>>(const DualQuaternion<Scalar>&, const Vector3<Scalar>&)>;
-using PoseModel = AnyModel<double>;
+using PoseModel = AnyPairModel<double>;
 
 /// Agreement with values of 17 digits, relative to the largest entry.
 template <int Cols>
@@ -210,7 +210,7 @@ TEMPLATE_TEST_CASE("A linear model gives the Kalman update, however often iterat
     const Mat R = random_covariance<TestType, 3>(rng, 0.05);
     const Vec z = random_matrix<TestType, 3, 1>(rng);
     const auto pose = random_pose<TestType>(rng);
-    const AnyModel<TestType> h = [&](const DualQuaternion<TestType>& x, const Vec& l) -> Vec {
+    const AnyPairModel<TestType> h = [&](const DualQuaternion<TestType>& x, const Vec& l) -> Vec {
       return H * (x * l);
     };
     // With S = C C^T and W = C^-1 H P the gain is W^T C^-1, and the covariance shrinks by W^T W.
