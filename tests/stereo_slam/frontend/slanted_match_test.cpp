@@ -10,15 +10,15 @@
 namespace stereo_slam {
 namespace {
 
-const cv::Size kSize(200, 120);
+const cv::Size kImageSize(200, 120);
 const Eigen::Vector2d kCentre(110.0, 60.0);
 constexpr double kDisparity_px = 21.3;
 
 /// The right image of a surface with this slope of the disparity, which is kDisparity_px at kCentre.
 cv::Mat right_image(const Eigen::Vector2d& slope, double gain = 1.0) {
-  cv::Mat right(kSize, CV_8UC1);
-  for (int y = 0; y < kSize.height; ++y) {
-    for (int x = 0; x < kSize.width; ++x) {
+  cv::Mat right(kImageSize, CV_8UC1);
+  for (int y = 0; y < kImageSize.height; ++y) {
+    for (int x = 0; x < kImageSize.width; ++x) {
       // x = u - d(u, y), for u
       const double u =
           (x + kDisparity_px - slope.x() * kCentre.x() + slope.y() * (y - kCentre.y())) / (1.0 - slope.x());
@@ -30,7 +30,7 @@ cv::Mat right_image(const Eigen::Vector2d& slope, double gain = 1.0) {
 
 TEST_CASE("The slope of a disparity is found, and the disparity is as accurate as on a level surface",
           "[stereo_slam][images]") {
-  const cv::Mat left = test::texture_image(kSize, {0.0, 0.0});
+  const cv::Mat left = test::texture_image(kImageSize, {0.0, 0.0});
   for (const auto& slope : {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(0.0, 0.33), Eigen::Vector2d(0.1, 0.1),
                             Eigen::Vector2d(-0.08, 0.2)}) {
     const cv::Mat right = right_image(slope, GENERATE(1.0, 0.8));
@@ -55,9 +55,9 @@ TEST_CASE("The slope of a disparity is found, and the disparity is as accurate a
 }
 
 TEST_CASE("A match that cannot be refined stays as it was", "[stereo_slam][images]") {
-  const cv::Mat left = test::texture_image(kSize, {0.0, 0.0});
+  const cv::Mat left = test::texture_image(kImageSize, {0.0, 0.0});
   const cv::Mat right = right_image({0.0, 0.3});
-  const cv::Mat flat(kSize, CV_8UC1, cv::Scalar(90));
+  const cv::Mat flat(kImageSize, CV_8UC1, cv::Scalar(90));
   const Eigen::Vector2d start = kCentre - Eigen::Vector2d(kDisparity_px, 0.0);
   const auto unchanged = [&](const cv::Mat& a, const Eigen::Vector2d& left_px, const cv::Mat& b,
                              const Eigen::Vector2d& right_px) {
