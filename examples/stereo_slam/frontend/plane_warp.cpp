@@ -32,7 +32,8 @@ std::optional<PlaneView> view_plane(const StereoPlane& plane, const Pose& T_firs
   const Vector3<double> t = T_second_first.translation() / (camera.fx * camera.baseline_m);
   const Vector3<double> m =
       R * Vector3<double>((z.x() - camera.cx) / camera.fx, (z.y() - camera.cy) / camera.fy, 1.0) + t * z.z();
-  if (!(m.z() > 0.0 && z.z() > 0.0)) return std::nullopt;
+  const double first_depth_m = camera.fx * camera.baseline_m / z.z();
+  if (!(z.z() > 0.0 && m.z() * first_depth_m > StereoCamera::kMinDepth_m)) return std::nullopt;
   Eigen::Matrix<double, 3, 2> dm;  // by the pixel
   dm << R.col(0) / camera.fx + t * plane.disparity_slope.x(),
       R.col(1) / camera.fy + t * plane.disparity_slope.y();

@@ -23,7 +23,8 @@ struct PlaneView {
   PatchWarp right;  ///< from the second right image
 };
 
-/// Nothing if the plane's point is not in front of the second camera, or the plane is seen edge-on.
+/// Nothing if the plane's point is not in front of the second camera, as StereoCamera::project() has it, or
+/// the plane is seen edge-on.
 [[nodiscard]] std::optional<PlaneView> view_plane(const StereoPlane& plane, const Pose& T_first_second,
                                                   const StereoCamera& camera);
 

@@ -44,12 +44,13 @@ TEST_CASE("A plane's pixels in another view are where its points project to", "[
   }
 }
 
-TEST_CASE("Planes behind the camera, at infinity's far side or seen edge-on have no view",
+TEST_CASE("Planes behind the camera or just before it, without a disparity, or seen edge-on have no view",
           "[stereo_slam][images]") {
   const StereoCamera camera = test::kitti_camera();
   const StereoPlane plane{{600.0, 180.0, 40.0}};  // 9.7 m ahead
   CHECK(view_plane(plane, Pose::identity(), camera));
   CHECK_FALSE(view_plane(plane, test::car_motion(12.0), camera));
+  CHECK_FALSE(view_plane(plane, Pose::exp((Vector6<double>() << 0, 0, 0, 0, 0, 9.64).finished()), camera));
   CHECK_FALSE(view_plane({{600.0, 180.0, -1.0}}, Pose::identity(), camera));
   CHECK_FALSE(view_plane({{600.0, 180.0, 40.0}, {1.0, 0.0}}, Pose::identity(), camera));
   const double nan = std::numeric_limits<double>::quiet_NaN();
