@@ -169,6 +169,13 @@ Rectification rectify(const StereoRig& rig) {
   }
 }
 
+/// OpenCV returns focal lengths that are negative or not numbers for distortions that no lens has.
+[[nodiscard]] bool is_a_camera(const StereoCamera& camera) {
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
+  return positive(camera.fx) && positive(camera.fy) && positive(camera.baseline_m) &&
+         std::isfinite(camera.cx) && std::isfinite(camera.cy);
+}
+
 }  // namespace
 
 Rectifier::Rectifier(const StereoRig& rig) {
@@ -190,11 +197,12 @@ Rectifier::Rectifier(const StereoRig& rig) {
 
   coverage_ = share_seen(rig, r);
   constexpr double kMinCoverage = 0.5;
-  if (!(focal_px > 0.0) || !(coverage_ > kMinCoverage)) {
-    throw std::runtime_error(fmt::format(
-        "rectification leaves {:.0f} % of the image; intrinsics, distortion and extrinsics do not "
-        "fit together",
-        100.0 * coverage_));
+  if (!is_a_camera(camera_) || !(coverage_ > kMinCoverage)) {
+    throw std::runtime_error(
+        fmt::format("rectification leaves {:.0f} % of the image and a focal length of {:.4g} px; intrinsics, "
+                    "distortion and "
+                    "extrinsics do not fit together",
+                    100.0 * coverage_, focal_px));
   }
   const auto left = lens_positions(rig.left, r.R_left, r.P_left);
   const auto right = lens_positions(rig.right, r.R_right, r.P_right);

@@ -97,6 +97,20 @@ TEST_CASE("A lens of 150 degrees becomes a view of 110 without a black border", 
   CHECK(rectifier.coverage() > 0.999);
 }
 
+TEST_CASE("Distortions that no lens has are refused, not rectified to a camera that is none", "[rectifier]") {
+  // Found by tests/fuzz: OpenCV's focal length is negative.
+  StereoRig rig;
+  for (Lens* lens : {&rig.left, &rig.right}) {
+    *lens = {.fx = 40.0, .fy = 40.0, .cx = 24.0, .cy = 16.0, .coefficients = {0.01, -0.06, 0.03, -0.004}};
+    lens->distortion = Distortion::kEquidistant;
+    lens->width_px = 48;
+    lens->height_px = 32;
+  }
+  rig.left.coefficients[1] = -6.02;
+  rig.T_right_left.translation().x() = -0.11;
+  CHECK_THROWS_WITH(Rectifier(rig), Catch::Contains("do not fit together"));
+}
+
 TEST_CASE("The simulator's inverse lens formulas agree with the formulas", "[rectifier][simulate]") {
   for (const auto model : {Distortion::kRadTan, Distortion::kEquidistant}) {
     const Lens lens = simulator::euroc_like_rig(model).left;
