@@ -21,20 +21,21 @@ namespace {
 constexpr double kMinCorrelation = 0.8;  // of aligned patches
 
 /// Measurement in the current frame of a point, whose patch is around `previous_px` in the previous left
-/// image; nothing if its patches do not agree.
+/// image; nothing if its patches do not agree. From frame to frame the patch is not warped: the prediction
+/// may be wrong, and then a warp by it would lose every point.
 [[nodiscard]] std::optional<StereoPoint> measure(const cv::Mat& previous_left,
                                                  const Vector2<double>& previous_px,
-                                                 const PlaneView& expected, const StereoView& view,
+                                                 const StereoPlane& expected, const StereoView& view,
                                                  const OdometrySettings& settings) {
-  const auto before = PatchTemplate::extract(previous_left, previous_px, expected.left);
+  const auto before = PatchTemplate::extract(previous_left, previous_px);
   if (!before) return std::nullopt;
-  const auto left = before->align(view.frame.left, expected.plane.z.head<2>());
+  const auto left = before->align(view.frame.left, expected.z.head<2>());
   if (!left || left->correlation < kMinCorrelation) return std::nullopt;
-  const auto warp = right_warp(expected.plane.disparity_slope);
+  const auto warp = right_warp(expected.disparity_slope);
   if (!warp) return std::nullopt;
   const auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp);
   if (!now) return std::nullopt;
-  const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.plane.z.z());
+  const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.z.z());
   const auto right = now->align(view.frame.right, view.rectification.right_position(found));
   if (!right || right->correlation < kMinCorrelation) return std::nullopt;
   const auto measured = view.rectification.measure(left->position_px, right->position_px);
@@ -55,15 +56,15 @@ std::vector<Vector2<double>> PointTracks::positions() const {
 
 void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& view,
                          const Pose& predicted_T_previous_current, const OdometrySettings& settings) {
+  const Pose T_current_previous = predicted_T_previous_current.inverse();
   std::vector<cv::Point2f> from;
   std::vector<cv::Point2f> guess;
-  std::vector<PlaneView> expected;
+  std::vector<StereoPlane> expected;
   for (const auto& point : points_) {
-    const StereoPlane plane{point.z, point.disparity_slope};
-    expected.push_back(
-        view_plane(plane, predicted_T_previous_current, view.camera).value_or(PlaneView{plane, {}, {}}));
+    const auto z = view.camera.project(T_current_previous * view.camera.back_project(point.z));
+    expected.push_back({z.value_or(point.z), point.disparity_slope});
     from.push_back(to_cv(point.z.head<2>()));
-    guess.push_back(to_cv(expected.back().plane.z.head<2>()));
+    guess.push_back(to_cv(expected.back().z.head<2>()));
   }
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
                                  {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
@@ -73,13 +74,12 @@ void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& 
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
       if (!flow.found[i]) continue;
       TrackedPoint& point = points_[i];
-      expected[i].plane.z.head<2>() = to_eigen(flow.points[i]);
+      expected[i].z.head<2>() = to_eigen(flow.points[i]);
       const auto z = measure(previous_left, point.z.head<2>(), expected[i], view, settings);
       if (!z) continue;
       found[i] = 1;
       point.previous = point.z;
       point.z = *z;
-      point.disparity_slope = expected[i].plane.disparity_slope;
     }
   });
   keep(found);
