@@ -33,7 +33,8 @@ constexpr double kMinCorrelation = 0.8;  // of aligned patches
   if (!left || left->correlation < kMinCorrelation) return std::nullopt;
   const auto warp = right_warp(expected.disparity_slope);
   if (!warp) return std::nullopt;
-  const auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp);
+  auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp);
+  if (!now) now = PatchTemplate::extract(view.frame.left, left->position_px);  // faint: stretched too much
   if (!now) return std::nullopt;
   const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.z.z());
   const auto right = now->align(view.frame.right, view.rectification.right_position(found));

@@ -39,10 +39,10 @@ struct PatchMeasurement {
     const auto left = patch->align(view.frame.left, start_px, settings.max_shift_px);
     if (!left || left->correlation < settings.min_correlation) return std::nullopt;
     const StereoPoint expected(left->position_px.x(), left->position_px.y(), predicted.z.z());
+    // A faint patch that is stretched may have too little texture: then as it is in the left image.
     const auto right_patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->right);
-    if (!right_patch) return std::nullopt;
-    const auto right = right_patch->align(view.frame.right, view.rectification.right_position(expected),
-                                          settings.max_shift_px);
+    const auto right = right_patch.value_or(*patch).align(
+        view.frame.right, view.rectification.right_position(expected), settings.max_shift_px);
     if (!right || right->correlation < settings.min_correlation) return std::nullopt;
     const auto measured = view.rectification.measure(left->position_px, right->position_px);
     if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
