@@ -37,7 +37,7 @@ struct StereoMatchingSettings {
 /// estimates them.
 struct CalibrationSettings {
   double scale_sigma = 0.0;
-  double principal_point_sigma_px = 0.0;
+  double principal_point_sigma_px = 0.15;
   double scale_sigma_per_px = 0.01;
   double principal_point_per_px = 1.0;
 };
