@@ -104,7 +104,8 @@ class SlantedTemplate {
       std::array<Pixels, 2> result;
       for (Eigen::Index i = 0; i < result[0].size(); ++i) {
         result[0][i] = static_cast<float>(i % kWindowSide_px - kWindowRadius_px);
-        result[1][i] = static_cast<float>(i / kWindowSide_px - kWindowRadius_px);
+        const Eigen::Index row = i / kWindowSide_px;
+        result[1][i] = static_cast<float>(row - kWindowRadius_px);
       }
       return result;
     }();
@@ -121,7 +122,7 @@ class SlantedTemplate {
 
 SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px, const cv::Mat& right,
                             const Eigen::Vector2d& right_px) {
-  const SlantedMatch unchanged{right_px};
+  SlantedMatch unchanged{right_px};
   if (!inside(left, left_px.x(), left_px.y(), kWindowRadius_px + 1)) return unchanged;
   const SlantedTemplate patch(left, left_px.cast<float>());
   const Eigen::Vector2f start = right_px.cast<float>();
