@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/patch_alignment.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +16,6 @@ namespace {
 
 constexpr int kMaxIterations = 12;
 constexpr double kConverged_px = 0.005;
-constexpr double kMinGradientEnergy = 800.0;  // smallest eigenvalue of the structure tensor, grey levels^2
 
 /// The first pixel of an axis-aligned window around a centre, and the weights of bilinear interpolation,
 /// which all its pixels share.
@@ -133,9 +133,9 @@ struct DifferentiatedPatch {
   }
 };
 
-/// Inverse of H = sum g g^T over the gradients g; nothing if a direction has too little texture.
+/// Inverse of H = sum g g^T over the gradients g; nothing if a direction has less than `min_texture`.
 [[nodiscard]] std::optional<Eigen::Matrix2f> inverse_structure_tensor(
-    const std::array<PatchPixels, 2>& gradient) {
+    const std::array<PatchPixels, 2>& gradient, double min_texture) {
   const auto& [dx, dy] = gradient;
   Eigen::Matrix2d H;
   H(0, 0) = static_cast<double>(product(dx, dx));
@@ -143,14 +143,34 @@ struct DifferentiatedPatch {
   H(0, 1) = H(1, 0) = static_cast<double>(product(dx, dy));
   const double trace = H.trace();
   const double smallest = 0.5 * (trace - std::sqrt(trace * trace - 4.0 * H.determinant()));
-  if (!(smallest > kMinGradientEnergy)) return std::nullopt;
+  if (!(smallest > min_texture)) return std::nullopt;
   return H.inverse().cast<float>();
 }
 
 }  // namespace
 
+double min_texture(const cv::Mat& image) {
+  constexpr double kUsualContrast = 50.0;  // standard deviation, in grey levels; outdoor scenes have 50 to 80
+  constexpr double kLeast = 100.0;         // the noise of a camera has a quarter of it
+  constexpr int kStep_px = 8;
+  double sum = 0.0, sum_of_squares = 0.0, count = 0.0;
+  for (int y = kStep_px / 2; y < image.rows; y += kStep_px) {
+    const auto* row = image.ptr<std::uint8_t>(y);
+    for (int x = kStep_px / 2; x < image.cols; x += kStep_px) {
+      const double value = row[x];
+      sum += value;
+      sum_of_squares += value * value;
+      count += 1.0;
+    }
+  }
+  if (!(count > 0.0)) return PatchTemplate::kTexture;
+  const double variance = sum_of_squares / count - (sum / count) * (sum / count);
+  return std::clamp(PatchTemplate::kTexture * variance / (kUsualContrast * kUsualContrast), kLeast,
+                    PatchTemplate::kTexture);
+}
+
 std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const Eigen::Vector2d& centre_px,
-                                                    const PatchWarp& target_to_source) {
+                                                    const PatchWarp& target_to_source, double min_texture) {
   const Eigen::Vector2d extent = (kRadius_px + 1) * target_to_source.linear.cwiseAbs().rowwise().sum();
   const double shrinking = 1.0 - target_to_source.perspective.cwiseAbs().dot(extent);
   constexpr double kMinShrinking = 0.3;
@@ -170,7 +190,7 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
     gradient.subtract_mean();
     gradient.subtract(product(gradient, pixels.value) / energy, pixels.value);
   }
-  const auto H_inverse = inverse_structure_tensor(pixels.gradient);
+  const auto H_inverse = inverse_structure_tensor(pixels.gradient, min_texture);
   if (!H_inverse) return std::nullopt;
 
   PatchTemplate patch;

@@ -33,11 +33,16 @@ class PatchTemplate {
   static constexpr int kSide_px = 2 * kRadius_px + 1;
   static_assert(kSide_px == PatchPixels::kSide);
 
+  /// Texture that suffices in an image of usual contrast: the smallest eigenvalue of the structure tensor of
+  /// the patch, in grey levels squared.
+  static constexpr double kTexture = 800.0;
+
   /// Patch around `centre_px` of an 8-bit image, as it looks in the image that it will be aligned with.
-  /// Nothing if the patch leaves the image or lacks texture in some direction.
+  /// Nothing if the patch leaves the image or has less than `min_texture` in some direction.
   [[nodiscard]] static std::optional<PatchTemplate> extract(const cv::Mat& image,
                                                             const Eigen::Vector2d& centre_px,
-                                                            const PatchWarp& target_to_source = {});
+                                                            const PatchWarp& target_to_source = {},
+                                                            double min_texture = kTexture);
 
   struct Alignment {
     Eigen::Vector2d position_px;
@@ -56,5 +61,8 @@ class PatchTemplate {
   std::array<PatchPixels, 2> step_;  // rows of H^-1 J^T: image difference to shift
   double norm_ = 0.0;                // sqrt(sum value^2)
 };
+
+/// Texture that suffices in an 8-bit image: PatchTemplate::kTexture, and less if the image is dark or dull.
+[[nodiscard]] double min_texture(const cv::Mat& image);
 
 }  // namespace stereo_slam

@@ -61,7 +61,8 @@ void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Poi
 }
 
 [[nodiscard]] std::optional<RectificationResidual::Measurement> match_point(
-    const StereoView& view, const Vector2<double>& point_px, const StereoMatchingSettings& settings) {
+    const StereoView& view, const Vector2<double>& point_px, double texture,
+    const StereoMatchingSettings& settings) {
   const cv::Mat& left = view.frame.left;
   const cv::Mat& right = view.frame.right;
   const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
@@ -69,7 +70,7 @@ void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Poi
   const auto disparity =
       search_row(left, right, {rounded(point_px.x()), rounded(point_px.y())}, rounded(right_row), settings);
   if (!disparity) return std::nullopt;
-  const auto patch = PatchTemplate::extract(left, point_px);
+  const auto patch = PatchTemplate::extract(left, point_px, {}, texture);
   if (!patch) return std::nullopt;
   const auto found = patch->align(right, {point_px.x() - *disparity, right_row});
   if (!found || found->correlation < settings.min_correlation) return std::nullopt;
@@ -87,9 +88,10 @@ std::vector<std::optional<RectificationResidual::Measurement>> match_stereo(
     const StereoView& view, const std::vector<Vector2<double>>& points_px,
     const StereoMatchingSettings& settings) {
   std::vector<std::optional<RectificationResidual::Measurement>> matches(points_px.size());
+  const double texture = min_texture(view.frame.left);
   cv::parallel_for_(cv::Range(0, static_cast<int>(points_px.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      matches[i] = match_point(view, points_px[i], settings);
+      matches[i] = match_point(view, points_px[i], texture, settings);
     }
   });
   return matches;

@@ -20,31 +20,41 @@ namespace {
 
 constexpr double kMinCorrelation = 0.8;  // of aligned patches
 
-/// Measurement in the current frame of a point, whose patch is around `previous_px` in the previous left
-/// image; nothing if its patches do not agree. From frame to frame the patch is not warped: the prediction
-/// may be wrong, and then a warp by it would lose every point.
-[[nodiscard]] std::optional<StereoPoint> measure(const cv::Mat& previous_left,
-                                                 const Vector2<double>& previous_px,
-                                                 const StereoPlane& expected, const StereoView& view,
-                                                 const OdometrySettings& settings) {
-  const auto before = PatchTemplate::extract(previous_left, previous_px);
-  if (!before) return std::nullopt;
-  const auto left = before->align(view.frame.left, expected.z.head<2>());
-  if (!left || left->correlation < kMinCorrelation) return std::nullopt;
-  const auto warp = right_warp(expected.disparity_slope);
-  if (!warp) return std::nullopt;
-  auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp);
-  if (!now) now = PatchTemplate::extract(view.frame.left, left->position_px);  // faint: stretched too much
-  if (!now) return std::nullopt;
-  const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.z.z());
-  const auto right = now->align(view.frame.right, view.rectification.right_position(found));
-  if (!right || right->correlation < kMinCorrelation) return std::nullopt;
-  const auto measured = view.rectification.measure(left->position_px, right->position_px);
-  if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
-    return std::nullopt;
+/// Measures points of the previous left image in the current frame.
+struct PointMeasurement {
+  const cv::Mat& previous_left;
+  const StereoView& view;
+  const OdometrySettings& settings;
+  double previous_texture, texture;  // that a patch of the two left images must have
+
+  PointMeasurement(const cv::Mat& previous, const StereoView& current, const OdometrySettings& rules)
+      : previous_left(previous),
+        view(current),
+        settings(rules),
+        previous_texture(min_texture(previous)),
+        texture(min_texture(current.frame.left)) {}
+
+  /// Measurement of the point that was at `previous_px`; nothing if its patches do not agree.
+  [[nodiscard]] std::optional<StereoPoint> measure(const Vector2<double>& previous_px,
+                                                   const PlaneView& expected) const {
+    const auto before = PatchTemplate::extract(previous_left, previous_px, expected.left, previous_texture);
+    if (!before) return std::nullopt;
+    const auto left = before->align(view.frame.left, expected.plane.z.head<2>());
+    if (!left || left->correlation < kMinCorrelation) return std::nullopt;
+    const auto warp = right_warp(expected.plane.disparity_slope);
+    if (!warp) return std::nullopt;
+    const auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp, texture);
+    if (!now) return std::nullopt;
+    const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.plane.z.z());
+    const auto right = now->align(view.frame.right, view.rectification.right_position(found));
+    if (!right || right->correlation < kMinCorrelation) return std::nullopt;
+    const auto measured = view.rectification.measure(left->position_px, right->position_px);
+    if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
+      return std::nullopt;
+    }
+    return measured.z;
   }
-  return measured.z;
-}
+};
 
 }  // namespace
 
@@ -57,30 +67,31 @@ std::vector<Vector2<double>> PointTracks::positions() const {
 
 void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& view,
                          const Pose& predicted_T_previous_current, const OdometrySettings& settings) {
-  const Pose T_current_previous = predicted_T_previous_current.inverse();
   std::vector<cv::Point2f> from;
   std::vector<cv::Point2f> guess;
-  std::vector<StereoPlane> expected;
+  std::vector<PlaneView> expected;
   for (const auto& point : points_) {
-    const auto z = view.camera.project(T_current_previous * view.camera.back_project(point.z));
-    expected.push_back({z.value_or(point.z), point.disparity_slope});
+    const StereoPlane plane{point.z, point.disparity_slope};
+    expected.push_back(
+        view_plane(plane, predicted_T_previous_current, view.camera).value_or(PlaneView{plane, {}, {}}));
     from.push_back(to_cv(point.z.head<2>()));
-    guess.push_back(to_cv(expected.back().z.head<2>()));
+    guess.push_back(to_cv(expected.back().plane.z.head<2>()));
   }
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
                                  {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
-  const cv::Mat& previous_left = pyramids.previous.left.image();
+  const PointMeasurement measurement(pyramids.previous.left.image(), view, settings);
   std::vector<std::uint8_t> found(points_.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(points_.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
       if (!flow.found[i]) continue;
       TrackedPoint& point = points_[i];
-      expected[i].z.head<2>() = to_eigen(flow.points[i]);
-      const auto z = measure(previous_left, point.z.head<2>(), expected[i], view, settings);
+      expected[i].plane.z.head<2>() = to_eigen(flow.points[i]);
+      const auto z = measurement.measure(point.z.head<2>(), expected[i]);
       if (!z) continue;
       found[i] = 1;
       point.previous = point.z;
       point.z = *z;
+      point.disparity_slope = expected[i].plane.disparity_slope;
     }
   });
   keep(found);

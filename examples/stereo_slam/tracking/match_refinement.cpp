@@ -27,6 +27,7 @@ struct PatchMeasurement {
   const StereoView& view;
   const Pose& T_keyframe_camera;
   const RefinementSettings& settings;
+  double texture;  // that a patch of `source` must have
 
   /// Sub-pixel stereo measurement of a landmark, starting in the left image at `start_px`.
   [[nodiscard]] std::optional<StereoPoint> measure(const PredictedLandmark& predicted,
@@ -34,15 +35,15 @@ struct PatchMeasurement {
     const Landmark& landmark = source.landmarks[predicted.index];
     const auto seen = view_landmark(landmark, T_keyframe_camera, view.camera);
     if (!seen) return std::nullopt;
-    const auto patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->left);
+    const auto patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->left, texture);
     if (!patch) return std::nullopt;
     const auto left = patch->align(view.frame.left, start_px, settings.max_shift_px);
     if (!left || left->correlation < settings.min_correlation) return std::nullopt;
     const StereoPoint expected(left->position_px.x(), left->position_px.y(), predicted.z.z());
-    // A faint patch that is stretched may have too little texture: then as it is in the left image.
-    const auto right_patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->right);
-    const auto right = right_patch.value_or(*patch).align(
-        view.frame.right, view.rectification.right_position(expected), settings.max_shift_px);
+    const auto right_patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->right, texture);
+    if (!right_patch) return std::nullopt;
+    const auto right = right_patch->align(view.frame.right, view.rectification.right_position(expected),
+                                          settings.max_shift_px);
     if (!right || right->correlation < settings.min_correlation) return std::nullopt;
     const auto measured = view.rectification.measure(left->position_px, right->position_px);
     if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
@@ -71,7 +72,7 @@ std::vector<Match> refine_matches(const Association& association, const PatchSou
                                   const StereoView& view, const Pose& T_keyframe_camera,
                                   const RefinementSettings& settings) {
   const auto& predicted = association.predicted;
-  const PatchMeasurement measurement{source, view, T_keyframe_camera, settings};
+  const PatchMeasurement measurement{source, view, T_keyframe_camera, settings, min_texture(source.left)};
 
   std::vector<std::optional<Match>> refined(predicted.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(predicted.size())), [&](const cv::Range& range) {
