@@ -40,6 +40,7 @@ class RectificationResidual {
     StereoPoint z;
     double row_error_px = 0.0;                                  ///< left minus right row, corrected
     Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
+    Matrix3<double> covariance_px2 = Matrix3<double>::Zero();   ///< of z, where it comes from patches
   };
 
   /// Root mean squares over the image of the offsets in u and in v, px.

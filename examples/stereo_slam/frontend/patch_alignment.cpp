@@ -149,6 +149,16 @@ struct DifferentiatedPatch {
 
 }  // namespace
 
+Eigen::Matrix3d stereo_patch_covariance(const Eigen::Matrix2d& left_px2, const Eigen::Matrix2d& right_px2) {
+  constexpr double kInflation = 2.0;
+  constexpr double kAlike = 1.5;  // variance of what displaces both, relative to what does not
+  const Eigen::Matrix2d left = kInflation * left_px2;
+  const Eigen::Matrix2d right = kInflation * right_px2;
+  Eigen::Matrix3d covariance;
+  covariance << (1.0 + kAlike) * left, left.col(0), left.row(0), left(0, 0) + right(0, 0);
+  return covariance;
+}
+
 double min_texture(const cv::Mat& image) {
   constexpr double kUsualContrast = 50.0;  // standard deviation, in grey levels; outdoor scenes have 50 to 80
   constexpr double kLeast = 100.0;         // the noise of a camera has a quarter of it
@@ -195,6 +205,7 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
 
   PatchTemplate patch;
   patch.value_ = pixels.value;
+  patch.H_inverse_ = *H_inverse;
   patch.norm_ = std::sqrt(static_cast<double>(energy));
   const auto& [dx, dy] = pixels.gradient;
   for (int i = 0; i < 2; ++i) {
@@ -206,7 +217,10 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
 std::optional<PatchTemplate::Alignment> PatchTemplate::align(const cv::Mat& image,
                                                              const Eigen::Vector2d& start_px,
                                                              double max_shift_px) const {
-  Alignment result{start_px, 0.0};
+  constexpr double kPixels = kSide_px * kSide_px;
+  constexpr double kParameters = 4.0;            // shift, gain and offset
+  constexpr double kRoundingVariance = 1.0 / 6;  // of the difference of two grey values
+  Alignment result{.position_px = start_px};
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     if (!inside(image, result.position_px.x(), result.position_px.y(), kRadius_px + 1)) return std::nullopt;
     const PatchPixels window = sample_window(image, result.position_px);
@@ -214,11 +228,14 @@ std::optional<PatchTemplate::Alignment> PatchTemplate::align(const cv::Mat& imag
     // products.
     const auto dot = static_cast<double>(product(window, value_));
     const auto sum = static_cast<double>(sum_of(window));
-    const double variance = static_cast<double>(product(window, window)) - sum * sum / (kSide_px * kSide_px);
-    if (!(variance > 1.0)) return std::nullopt;
-    result.correlation = dot / (norm_ * std::sqrt(variance));
+    const double energy = static_cast<double>(product(window, window)) - sum * sum / kPixels;
+    if (!(energy > 1.0)) return std::nullopt;
+    result.correlation = dot / (norm_ * std::sqrt(energy));
     if (!(result.correlation > 0.0)) return std::nullopt;
     const double gain = dot / (norm_ * norm_);
+    const double noise_variance =
+        std::max((energy - gain * dot) / (kPixels - kParameters), kRoundingVariance) / (gain * gain);
+    result.covariance_px2 = noise_variance * H_inverse_.cast<double>();
     const Eigen::Vector2d shift(static_cast<double>(product(window, step_[0])) / -gain,
                                 static_cast<double>(product(window, step_[1])) / -gain);
     result.position_px += shift;

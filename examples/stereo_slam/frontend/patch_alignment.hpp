@@ -46,11 +46,14 @@ class PatchTemplate {
 
   struct Alignment {
     Eigen::Vector2d position_px;
+    Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< of the position; see align()
     double correlation = 0.0;  ///< zero-mean normalised cross-correlation, -1..1
   };
 
   /// Sub-pixel position of the patch in `image` near `start_px`; nothing if the iteration leaves the image
-  /// or moves more than `max_shift_px` from its start.
+  /// or moves more than `max_shift_px` from its start. Its covariance is the least-squares one: the variance
+  /// of the grey differences that are left, times the inverse Hessian. Patches whose grey differs, or whose
+  /// edges have one direction, are less certain.
   [[nodiscard]] std::optional<Alignment> align(const cv::Mat& image, const Eigen::Vector2d& start_px,
                                                double max_shift_px = 3.0) const;
 
@@ -59,8 +62,18 @@ class PatchTemplate {
 
   PatchPixels value_;                // zero mean
   std::array<PatchPixels, 2> step_;  // rows of H^-1 J^T: image difference to shift
-  double norm_ = 0.0;                // sqrt(sum value^2)
+  Eigen::Matrix2f H_inverse_ = Eigen::Matrix2f::Zero();
+  double norm_ = 0.0;  // sqrt(sum value^2)
 };
+
+/// Covariance of (u, v, disparity) measured by aligning the same patch in the left and in the right image.
+///
+/// `left_px2` and `right_px2` are the covariances of the two alignments. They are too small: interpolation
+/// smooths the noise that they are computed from, what a patch does not explain (occlusions, surfaces that
+/// are not planes) spans several pixels, and the noise of the template displaces both alignments alike. The
+/// factors are measured on rendered drives (docs/results/accuracy.md).
+[[nodiscard]] Eigen::Matrix3d stereo_patch_covariance(const Eigen::Matrix2d& left_px2,
+                                                      const Eigen::Matrix2d& right_px2);
 
 /// Texture that suffices in an 8-bit image: PatchTemplate::kTexture, and less if the image is dark or dull.
 [[nodiscard]] double min_texture(const cv::Mat& image);

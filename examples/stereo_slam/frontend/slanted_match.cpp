@@ -2,10 +2,12 @@
 #include "stereo_slam/frontend/slanted_match.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "stereo_slam/frontend/bilinear.hpp"
 
@@ -16,8 +18,7 @@ namespace {
 // come out too long.
 constexpr int kWindowRadius_px = 4;
 constexpr int kWindowSide_px = 2 * kWindowRadius_px + 1;
-constexpr float kSlopeSigma = 0.2F;  // prior; a road seen from KITTI's camera has a slope of 0.33
-constexpr float kGreySigma = 4.0F;   // noise, and what a plane does not explain
+constexpr float kGreySigma = 4.0F;  // noise, and what a plane does not explain
 constexpr int kMaxSteps = 8;
 constexpr float kSettled_px = 0.01F;
 constexpr float kMaxDrift_px = 2.0F;
@@ -25,6 +26,20 @@ constexpr float kMaxSlope = 1.0F;
 
 using Pixels = Eigen::Array<float, kWindowSide_px * kWindowSide_px, 1>;
 using Parameters = Eigen::Vector4f;  // shift in x and y; slope by u and by v
+
+/// Gaussian prior of a slope, with the same deviation in both directions.
+struct SlopePrior {
+  Eigen::Vector2f mean = Eigen::Vector2f::Zero();
+  float sigma = 0.2F;  // a road seen from KITTI's camera has a slope of 0.33
+
+  /// Of the parameters, times the variance of the grey values; the shift has no prior.
+  [[nodiscard]] Eigen::Matrix4f information() const {
+    const float ratio = kGreySigma / sigma;
+    return Eigen::Vector4f(0.0F, 0.0F, ratio * ratio, ratio * ratio).asDiagonal();
+  }
+};
+
+constexpr float kSurfaceSigma = 0.03F;  // of the slope of a road or a wall
 
 /// Axis-aligned window around a point.
 [[nodiscard]] Pixels sample(const cv::Mat& image, const Eigen::Vector2f& centre) {
@@ -70,33 +85,39 @@ class SlantedTemplate {
       gradient -= gradient.mean();
       if (energy_ > 0.0F) gradient -= (gradient * value_).sum() / energy_ * value_;
     }
-    Eigen::Matrix4f information = prior();
     for (Eigen::Index i = 0; i < 4; ++i) {
-      for (Eigen::Index j = 0; j < 4; ++j) information(i, j) += product(at(i), at(j));
+      for (Eigen::Index j = 0; j < 4; ++j) information_(i, j) = product(at(i), at(j));
     }
-    factor_.compute(information);
   }
 
   /// Change of the parameters by which the window's pixels in the right image are off; nothing for pixels
   /// that do not look like the window.
-  [[nodiscard]] std::optional<Parameters> step(const Pixels& right, const Parameters& parameters) const {
+  [[nodiscard]] std::optional<Parameters> step(const Pixels& right, const Parameters& parameters,
+                                               const SlopePrior& prior) const {
     const float gain = energy_ > 0.0F ? product(right, value_) / energy_ : 0.0F;
     if (!(gain > 0.0F)) return std::nullopt;
-    Parameters pull = prior() * parameters;
+    const Eigen::Matrix4f prior_information = prior.information();
+    Parameters from_mean = parameters;
+    from_mean.tail<2>() -= prior.mean;
+    Parameters pull = prior_information * from_mean;
     for (Eigen::Index i = 0; i < 4; ++i) pull[i] += product(at(i), right) / gain;
-    const Parameters change = factor_.solve(pull);
+    const Parameters change = (information_ + prior_information).ldlt().solve(pull);
     if (!change.allFinite()) return std::nullopt;
     return change;
+  }
+
+  /// Covariance of the slope by the texture alone; nothing if it shows no slope.
+  [[nodiscard]] std::optional<Eigen::Matrix2f> slope_covariance() const {
+    const Eigen::LDLT<Eigen::Matrix4f> ldlt(information_);
+    if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return std::nullopt;
+    const Eigen::Matrix4f covariance = kGreySigma * kGreySigma * ldlt.solve(Eigen::Matrix4f::Identity());
+    if (!covariance.allFinite()) return std::nullopt;
+    return covariance.bottomRightCorner<2, 2>();
   }
 
  private:
   [[nodiscard]] static float product(const Pixels& a, const Pixels& b) { return (a * b).sum(); }
   [[nodiscard]] const Pixels& at(Eigen::Index i) const { return gradient_[static_cast<std::size_t>(i)]; }
-
-  [[nodiscard]] static Eigen::Matrix4f prior() {
-    constexpr float kRatio = kGreySigma / kSlopeSigma;
-    return Eigen::Vector4f(0.0F, 0.0F, kRatio * kRatio, kRatio * kRatio).asDiagonal();
-  }
 
   /// Columns and rows of the pixels.
   [[nodiscard]] static const std::array<Pixels, 2>& offsets() {
@@ -115,34 +136,67 @@ class SlantedTemplate {
   Pixels value_;
   float energy_ = 0.0F;
   std::array<Pixels, 4> gradient_;  // by the parameters
-  Eigen::LDLT<Eigen::Matrix4f> factor_;
+  Eigen::Matrix4f information_;     // times the variance of the grey values
 };
+
+/// The component of the mixture that makes `slope` most likely, which was found with the first component.
+[[nodiscard]] SlopePrior likeliest(const Eigen::Vector2f& slope, const Eigen::Matrix2f& covariance,
+                                   std::span<const Eigen::Vector2d> likely_slopes) {
+  SlopePrior best;
+  // What the texture alone says: the estimate without the pull of its prior.
+  const Eigen::Vector2f measured = slope + covariance * (slope - best.mean) / (best.sigma * best.sigma);
+  const auto cost = [&](const SlopePrior& prior) {
+    const Eigen::Matrix2f S = covariance + prior.sigma * prior.sigma * Eigen::Matrix2f::Identity();
+    const Eigen::Vector2f error = measured - prior.mean;
+    return error.dot(S.inverse() * error) + std::log(S.determinant());
+  };
+  float least = cost(best);
+  for (const auto& likely : likely_slopes) {
+    const SlopePrior surface{likely.cast<float>(), kSurfaceSigma};
+    const float value = cost(surface);
+    if (!(value < least)) continue;
+    least = value;
+    best = surface;
+  }
+  return best;
+}
+
+/// Iterates from `parameters` until they settle; false if they do not settle near the start.
+[[nodiscard]] bool settle(const SlantedTemplate& patch, const cv::Mat& right, const Eigen::Vector2f& start_px,
+                          const SlopePrior& prior, Parameters& parameters) {
+  for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
+    const Eigen::Vector2f centre = start_px + parameters.head<2>();
+    const Eigen::Vector2f slope = parameters.tail<2>();
+    const double reach_px = kWindowRadius_px * (1.0 + static_cast<double>(slope.cwiseAbs().sum()));
+    if (!inside(right, static_cast<double>(centre.x()), static_cast<double>(centre.y()), reach_px)) {
+      return false;
+    }
+    const auto change = patch.step(sample_slanted(right, centre, slope), parameters, prior);
+    if (!change) return false;
+    parameters -= *change;
+    if (!(parameters.head<2>().norm() <= kMaxDrift_px) ||
+        !(parameters.tail<2>().cwiseAbs().maxCoeff() <= kMaxSlope)) {
+      return false;
+    }
+    const float moved_px = change->head<2>().norm() + kWindowRadius_px * change->tail<2>().norm();
+    if (moved_px < kSettled_px) break;
+  }
+  return true;
+}
 
 }  // namespace
 
 SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px, const cv::Mat& right,
-                            const Eigen::Vector2d& right_px) {
-  SlantedMatch unchanged{right_px};
+                            const Eigen::Vector2d& right_px, std::span<const Eigen::Vector2d> likely_slopes) {
+  const SlantedMatch unchanged{right_px};
   if (!inside(left, left_px.x(), left_px.y(), kWindowRadius_px + 1)) return unchanged;
   const SlantedTemplate patch(left, left_px.cast<float>());
   const Eigen::Vector2f start = right_px.cast<float>();
   Parameters parameters = Parameters::Zero();
-  for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
-    const Eigen::Vector2f centre = start + parameters.head<2>();
-    const Eigen::Vector2f slope = parameters.tail<2>();
-    const double reach_px = kWindowRadius_px * (1.0 + static_cast<double>(slope.cwiseAbs().sum()));
-    if (!inside(right, static_cast<double>(centre.x()), static_cast<double>(centre.y()), reach_px)) {
-      return unchanged;
-    }
-    const auto change = patch.step(sample_slanted(right, centre, slope), parameters);
-    if (!change) return unchanged;
-    parameters -= *change;
-    if (!(parameters.head<2>().norm() <= kMaxDrift_px) ||
-        !(parameters.tail<2>().cwiseAbs().maxCoeff() <= kMaxSlope)) {
-      return unchanged;
-    }
-    const float moved_px = change->head<2>().norm() + kWindowRadius_px * change->tail<2>().norm();
-    if (moved_px < kSettled_px) break;
+  if (!settle(patch, right, start, SlopePrior{}, parameters)) return unchanged;
+  if (const auto covariance = patch.slope_covariance()) {
+    const SlopePrior prior = likeliest(parameters.tail<2>(), *covariance, likely_slopes);
+    if (prior.sigma == kSurfaceSigma && !settle(patch, right, start, prior, parameters)) return unchanged;
   }
   return {(start + parameters.head<2>()).cast<double>(), parameters.tail<2>().cast<double>()};
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
+
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
@@ -14,10 +16,13 @@ struct SlantedMatch {
 
 /// Refines a stereo match that was aligned as if the disparity of the patch were constant, in 8-bit images.
 ///
-/// Position, slope, gain and offset are estimated together, on 9 x 9 pixels. The slope has a prior around
-/// zero, which decides where the texture does not show it. Returns the match as it was, with the slope zero,
-/// where the patch leaves an image or the estimate does not settle near the match.
+/// Position, slope, gain and offset are estimated together, on 9 x 9 pixels. The prior of the slope, which
+/// decides where the texture does not show it, is a mixture: any slope around zero, or one close to one of
+/// `likely_slopes`, those of surfaces that are common. The texture chooses the component. Returns the match
+/// as it was, with the slope zero, where the patch leaves an image or the estimate does not settle near the
+/// match.
 [[nodiscard]] SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px,
-                                          const cv::Mat& right, const Eigen::Vector2d& right_px);
+                                          const cv::Mat& right, const Eigen::Vector2d& right_px,
+                                          std::span<const Eigen::Vector2d> likely_slopes = {});
 
 }  // namespace stereo_slam

@@ -2,9 +2,11 @@
 #include "stereo_slam/frontend/stereo_matching.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <span>
 
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/slanted_match.hpp"
@@ -60,6 +62,28 @@ void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Poi
   return best;
 }
 
+/// Slopes of the disparity that common surfaces through a point have: one that faces the camera, a horizontal
+/// one, and a vertical one along the optical axis.
+class LikelySlopes {
+ public:
+  LikelySlopes(const StereoPoint& z, const StereoCamera& camera) {
+    constexpr double kSteepest = 0.8;  // beyond it a patch is hardly seen
+    add(Vector2<double>::Zero());
+    const double horizontal = z.z() / (z.y() - camera.cy);
+    if (horizontal > 0.0 && horizontal < kSteepest) add({0.0, horizontal});
+    const double vertical = z.z() / (z.x() - camera.cx);
+    if (std::abs(vertical) < kSteepest) add({vertical, 0.0});
+  }
+
+  [[nodiscard]] std::span<const Vector2<double>> all() const { return {slopes_.data(), count_}; }
+
+ private:
+  void add(const Vector2<double>& slope) { slopes_[count_++] = slope; }
+
+  std::array<Vector2<double>, 3> slopes_;
+  std::size_t count_ = 0;
+};
+
 [[nodiscard]] std::optional<RectificationResidual::Measurement> match_point(
     const StereoView& view, const Vector2<double>& point_px, double texture,
     const StereoMatchingSettings& settings) {
@@ -74,9 +98,12 @@ void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Poi
   if (!patch) return std::nullopt;
   const auto found = patch->align(right, {point_px.x() - *disparity, right_row});
   if (!found || found->correlation < settings.min_correlation) return std::nullopt;
-  const auto slanted = refine_slanted(left, point_px, right, found->position_px);
+  const auto upright = view.rectification.measure(point_px, found->position_px);
+  const LikelySlopes likely(upright.z, view.camera);
+  const auto slanted = refine_slanted(left, point_px, right, found->position_px, likely.all());
   auto measured = view.rectification.measure(point_px, slanted.right_px);
   measured.disparity_slope = slanted.disparity_slope;
+  measured.covariance_px2 = stereo_patch_covariance(found->covariance_px2, found->covariance_px2);
   if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;
   if (measured.z.z() < settings.min_disparity_px) return std::nullopt;
   return measured;

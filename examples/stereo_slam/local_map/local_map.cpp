@@ -49,10 +49,11 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
                    const PoseGaussian& T_reference_camera, const StereoFrame& frame) {
   const double far_disparity_px = camera_.fx / settings_.inverse_depth_beyond_baselines;
   const double min_disparity_px = camera_.fx / settings_.max_baselines;
-  const Matrix3<double> R = stereo_pixel_covariance(settings_.pixel_sigma_px);
+  const Matrix3<double> least = stereo_pixel_covariance(settings_.pixel_sigma_px);
   for (std::size_t i = 0; i < points.measured.size(); ++i) {
     const StereoPoint& z = points.measured[i].z;
     if (z.z() < min_disparity_px) continue;
+    const Matrix3<double> R = least + points.measured[i].covariance_px2;
     Landmark landmark;
     landmark.id = ids[i];
     landmark.T_reference_anchor = T_reference_camera.pose;

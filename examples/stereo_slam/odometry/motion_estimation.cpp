@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <Eigen/Cholesky>
@@ -70,14 +71,18 @@ struct NormalEquations {
 /// The estimation problem with the innovation covariances frozen at a given motion.
 class MotionProblem {
  public:
+  using NoiseOf = std::function<Matrix3<double>(const StereoCorrespondence&)>;
+
   MotionProblem(std::span<const StereoCorrespondence> correspondences, const StereoCamera& camera,
-                const Pose& initial, double pixel_sigma_px)
-      : correspondences_(correspondences), camera_(camera), R_(stereo_pixel_covariance(pixel_sigma_px)) {
+                const Pose& initial, const NoiseOf& noise)
+      : correspondences_(correspondences), camera_(camera) {
     const Pose T_current_previous = initial.inverse();
+    R_.reserve(correspondences.size());
     S_inverse_.reserve(correspondences.size());
     for (const auto& c : correspondences) {
+      const Matrix3<double>& R = R_.emplace_back(noise(c));
       const auto l = linearize(c, c.previous, T_current_previous, camera_);
-      const Matrix3<double> S = l ? Matrix3<double>(R_ + l->J_point * R_ * l->J_point.transpose()) : 2.0 * R_;
+      const Matrix3<double> S = l ? Matrix3<double>(R + l->J_point * R * l->J_point.transpose()) : 2.0 * R;
       S_inverse_.push_back(S.inverse());
     }
   }
@@ -145,7 +150,7 @@ class MotionProblem {
       pose = pose.boxplus(*step).renormalized();
       for (const auto& [i, l] : used) {
         const Vector3<double> correction =
-            R_ * l.J_point.transpose() * S_inverse_[i] * (l.innovation - l.J_pose * *step);
+            R_[i] * l.J_point.transpose() * S_inverse_[i] * (l.innovation - l.J_pose * *step);
         points[i] = correspondences_[i].previous + correction;
         points[i].z() = std::max(points[i].z(), kMinDisparity_px);
       }
@@ -181,7 +186,7 @@ class MotionProblem {
 
   std::span<const StereoCorrespondence> correspondences_;
   const StereoCamera& camera_;
-  Matrix3<double> R_;
+  std::vector<Matrix3<double>> R_;
   std::vector<Matrix3<double>> S_inverse_;
 };
 
@@ -297,19 +302,21 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
   const auto required = static_cast<std::size_t>(std::max(3, settings.min_inliers));
   if (points.size() < required) return result;
 
+  const Matrix3<double> R = stereo_pixel_covariance(settings.pixel_sigma_px);
+  const MotionProblem::NoiseOf equal_noise = [&R](const StereoCorrespondence&) { return R; };
+  const MotionProblem::NoiseOf own_noise = [&R](const StereoCorrespondence& c) { return c.R.value_or(R); };
   std::vector<StereoCorrespondence> voters(points.begin(), points.end());
   voters.insert(voters.end(), static_points.begin(), static_points.end());
-  const MotionProblem rough(voters, camera, initial_T_previous_current, settings.pixel_sigma_px);
+  const MotionProblem rough(voters, camera, initial_T_previous_current, equal_noise);
   Pose pose = ransac(rough, voters.size(), initial_T_previous_current, settings.ransac_iterations, random);
 
   constexpr int kReselections = 2;
   std::optional<PoseGaussian> solution;
   for (int round = 0; round < kReselections; ++round) {
-    const MotionProblem problem(points, camera, pose, settings.pixel_sigma_px);
-    result.inlier = flag_inliers(problem.distances(pose));
+    result.inlier = flag_inliers(MotionProblem(points, camera, pose, equal_noise).distances(pose));
     result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
     if (result.inliers < static_cast<int>(required)) return result;
-    solution = problem.adjust(pose, result.inlier);
+    solution = MotionProblem(points, camera, pose, own_noise).adjust(pose, result.inlier);
     if (!solution) return result;
     pose = solution->pose;
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <span>
 #include <vector>
@@ -16,6 +17,7 @@ namespace stereo_slam {
 struct StereoCorrespondence {
   StereoPoint previous;
   StereoPoint current;
+  std::optional<Matrix3<double>> R = {};  ///< pixel noise of either measurement; the settings' if not given
 };
 
 /// What a motion is estimated from.
@@ -35,11 +37,12 @@ struct MotionEstimate {
 
 /// Relative pose of two stereo frames.
 ///
-/// Both measurements of a point carry the same pixel noise, so the estimate is a two-view bundle adjustment:
+/// Both measurements of a point carry pixel noise, so the estimate is a two-view bundle adjustment:
 /// each Gauss-Newton step solves for the pose with the points eliminated, then updates the points in (u, v,
 /// d), where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences finds
-/// the inliers to start from; Cauchy weights limit the remaining outliers. The covariance is the sandwich
-/// estimate of the weighted problem, which follows the scale of the residuals.
+/// the inliers to start from, which agree within settings.pixel_sigma_px whatever their own noise; Cauchy
+/// weights limit the remaining outliers. The covariance is the sandwich estimate of the weighted problem,
+/// which follows the scale of the residuals.
 ///
 /// Without static points the largest consistent set may be that of a moving lorry. A set that contradicts the
 /// initial motion, which is the one expected, therefore needs four times the points of one that continues it,

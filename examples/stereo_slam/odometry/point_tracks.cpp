@@ -19,6 +19,7 @@ namespace stereo_slam {
 namespace {
 
 constexpr double kMinCorrelation = 0.8;  // of aligned patches
+constexpr double kLeastSigma_px = 0.05;  // of a coordinate, however sharp the patch
 
 /// Measures points of the previous left image in the current frame.
 struct PointMeasurement {
@@ -35,8 +36,8 @@ struct PointMeasurement {
         texture(min_texture(current.frame.left)) {}
 
   /// Measurement of the point that was at `previous_px`; nothing if its patches do not agree.
-  [[nodiscard]] std::optional<StereoPoint> measure(const Vector2<double>& previous_px,
-                                                   const PlaneView& expected) const {
+  [[nodiscard]] std::optional<RectificationResidual::Measurement> measure(const Vector2<double>& previous_px,
+                                                                          const PlaneView& expected) const {
     const auto before = PatchTemplate::extract(previous_left, previous_px, expected.left, previous_texture);
     if (!before) return std::nullopt;
     const auto left = before->align(view.frame.left, expected.plane.z.head<2>());
@@ -48,11 +49,13 @@ struct PointMeasurement {
     const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.plane.z.z());
     const auto right = now->align(view.frame.right, view.rectification.right_position(found));
     if (!right || right->correlation < kMinCorrelation) return std::nullopt;
-    const auto measured = view.rectification.measure(left->position_px, right->position_px);
+    auto measured = view.rectification.measure(left->position_px, right->position_px);
     if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
       return std::nullopt;
     }
-    return measured.z;
+    measured.covariance_px2 = stereo_patch_covariance(left->covariance_px2, right->covariance_px2) +
+                              stereo_pixel_covariance(kLeastSigma_px);
+    return measured;
   }
 };
 
@@ -86,11 +89,12 @@ void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& 
       if (!flow.found[i]) continue;
       TrackedPoint& point = points_[i];
       expected[i].plane.z.head<2>() = to_eigen(flow.points[i]);
-      const auto z = measurement.measure(point.z.head<2>(), expected[i]);
-      if (!z) continue;
+      const auto measured = measurement.measure(point.z.head<2>(), expected[i]);
+      if (!measured) continue;
       found[i] = 1;
       point.previous = point.z;
-      point.z = *z;
+      point.z = measured->z;
+      point.R = measured->covariance_px2;
       point.disparity_slope = expected[i].plane.disparity_slope;
     }
   });
@@ -152,7 +156,7 @@ Replenishment PointTracks::find_replenishment(const StereoView& view,
   const auto corners = spread_features(detect_corners(view.frame.left, kept_px, reserved_px, grid), image,
                                        rule.cell_px, missing);
   for (const auto& match : match_stereo(view, stereo_slam::positions(corners), settings.stereo)) {
-    if (match) change.added.push_back({match->z, match->disparity_slope, std::nullopt, false});
+    if (match) change.added.push_back({match->z, match->disparity_slope, std::nullopt, std::nullopt, false});
   }
   return change;
 }
@@ -165,7 +169,7 @@ void PointTracks::replenish(const Replenishment& change) {
 std::vector<StereoCorrespondence> correspondences(const std::vector<TrackedPoint>& points) {
   std::vector<StereoCorrespondence> result;
   result.reserve(points.size());
-  for (const auto& point : points) result.push_back({point.previous.value(), point.z});
+  for (const auto& point : points) result.push_back({point.previous.value(), point.z, point.R});
   return result;
 }
 

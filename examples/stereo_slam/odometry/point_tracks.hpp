@@ -18,6 +18,7 @@ namespace stereo_slam {
 struct TrackedPoint {
   StereoPoint z;                                              ///< in the last frame
   Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
+  std::optional<Matrix3<double>> R;     ///< pixel noise of z, once the point was followed
   std::optional<StereoPoint> previous;  ///< in the frame before it; nothing for a new point
   bool is_static = false;               ///< it moved with the landmarks of the map between these frames
 };

@@ -95,7 +95,7 @@ void add_odometry(Table& table) {
       .add("min_inliers", &OdometrySettings::min_inliers, {3, 10000}, "",
            "with fewer inliers the motion is not used")
       .add("pixel_sigma_px", &OdometrySettings::pixel_sigma_px, {0.01, 10.0}, "px",
-           "standard deviation of a tracked coordinate")
+           "standard deviation of a tracked coordinate, for the choice of inliers")
       .add("exclusion_px", &OdometrySettings::exclusion_px, {0.0, 100.0}, "px",
            "smallest distance between points of the odometry and of the filter, and between new corners");
 }
@@ -143,7 +143,7 @@ void add_refinement(Table& table) {
       .add("max_row_error_px", &RefinementSettings::max_row_error_px, {0.05, 20.0}, "px",
            "largest row difference of left and right position (epipolar check)")
       .add("pixel_sigma_px", &RefinementSettings::pixel_sigma_px, {0.01, 10.0}, "px",
-           "standard deviation of an aligned coordinate")
+           "standard deviation of an aligned coordinate beyond what its patch tells")
       .add("gate_sigma_px", &RefinementSettings::gate_sigma_px, {0.01, 10.0}, "px",
            "standard deviation of an aligned coordinate in the innovation gate");
 }
@@ -183,7 +183,7 @@ void add_map(Table& table) {
       .add("max_baselines", &MapSettings::max_baselines, {1.0, 1e6}, "baselines",
            "depth beyond which landmarks are not used")
       .add("pixel_sigma_px", &MapSettings::pixel_sigma_px, {0.01, 10.0}, "px",
-           "standard deviation of a new landmark's measurement")
+           "standard deviation of a new landmark's coordinates beyond what its patch tells")
       .add("update_landmarks", &MapSettings::update_landmarks, "update landmarks after every pose (Alg. 4)")
       .add("track_correlation", &MapSettings::track_correlation,
            "track the correlation of pose and landmark errors; anchored layout without update_landmarks")

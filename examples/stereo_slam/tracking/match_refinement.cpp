@@ -30,8 +30,8 @@ struct PatchMeasurement {
   double texture;  // that a patch of `source` must have
 
   /// Sub-pixel stereo measurement of a landmark, starting in the left image at `start_px`.
-  [[nodiscard]] std::optional<StereoPoint> measure(const PredictedLandmark& predicted,
-                                                   const Vector2<double>& start_px) const {
+  [[nodiscard]] std::optional<RectificationResidual::Measurement> measure(
+      const PredictedLandmark& predicted, const Vector2<double>& start_px) const {
     const Landmark& landmark = source.landmarks[predicted.index];
     const auto seen = view_landmark(landmark, T_keyframe_camera, view.camera);
     if (!seen) return std::nullopt;
@@ -45,24 +45,25 @@ struct PatchMeasurement {
     const auto right = right_patch->align(view.frame.right, view.rectification.right_position(expected),
                                           settings.max_shift_px);
     if (!right || right->correlation < settings.min_correlation) return std::nullopt;
-    const auto measured = view.rectification.measure(left->position_px, right->position_px);
+    auto measured = view.rectification.measure(left->position_px, right->position_px);
     if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
       return std::nullopt;
     }
-    return measured.z;
+    measured.covariance_px2 = stereo_patch_covariance(left->covariance_px2, right->covariance_px2) +
+                              stereo_pixel_covariance(settings.pixel_sigma_px);
+    return measured;
   }
 
   /// Match of a landmark that agrees with its prediction.
   [[nodiscard]] std::optional<Match> match(const PredictedLandmark& predicted,
                                            const Vector2<double>& start_px) const {
-    const auto z = measure(predicted, start_px);
-    if (!z) return std::nullopt;
-    const Vector3<double> innovation = *z - predicted.z;
+    const auto measured = measure(predicted, start_px);
+    if (!measured) return std::nullopt;
+    const Vector3<double> innovation = measured->z - predicted.z;
     const Matrix3<double> S =
         predicted.landmark_part + predicted.pose_part + stereo_pixel_covariance(settings.gate_sigma_px);
     if (innovation.dot(S.llt().solve(innovation)) > kChi2_3_99) return std::nullopt;
-    return Match{predicted.index, *z, stereo_pixel_covariance(settings.pixel_sigma_px), predicted,
-                 std::nullopt};
+    return Match{predicted.index, measured->z, measured->covariance_px2, predicted, std::nullopt};
   }
 };
 

@@ -11,10 +11,6 @@
 namespace stereo_slam {
 namespace {
 
-// Errors of aligned patches that differ from frame to frame, measured on rendered drives
-// (docs/results/accuracy.md). Errors that a patch repeats, because the surface is slanted, make its
-// point nearer or farther in all frames alike and say nothing false about the rectification.
-constexpr double kPositionSigma_px = 0.12;
 constexpr double kDisparitySigma_px = 0.06;  // of the keyframe
 constexpr double kMinDisparity_px = 0.1;
 constexpr int kIterations = 3;
@@ -34,14 +30,13 @@ struct Prediction {
                             camera.back_projection_jacobian(first).col(2)};
 }
 
-/// The constraint of a point measured as `first` in the keyframe and as `second` in the camera at
+/// The constraint of a point measured as `first` in the keyframe and by `match` in the camera at
 /// `T_keyframe_camera`. The disparity's error in the keyframe is in its prediction for the second camera and
 /// in the derivatives alike. Linearised at the measured value, the constraints are biased (errors in
 /// variables); therefore they are linearised at the disparity that both measurements together make likely.
-[[nodiscard]] std::optional<BiasConstraint> constraint_of(const StereoPoint& first, const StereoPoint& second,
+[[nodiscard]] std::optional<BiasConstraint> constraint_of(const StereoPoint& first, const Match& match,
                                                           const Pose& T_keyframe_camera,
                                                           const StereoCamera& camera) {
-  const Matrix3<double> R = stereo_pixel_covariance(kPositionSigma_px);
   const double variance = kDisparitySigma_px * kDisparitySigma_px;
   const Pose T_camera_keyframe = T_keyframe_camera.inverse();
   StereoPoint likely = first;
@@ -51,8 +46,8 @@ struct Prediction {
     if (!predicted) return std::nullopt;
     const Vector3<double>& J = predicted->J_disparity;
     result.J_disparity = J;
-    result.S_inverse = (R + variance * J * J.transpose()).inverse();
-    result.innovation = second - predicted->z - J * (first.z() - likely.z());
+    result.S_inverse = (match.R + variance * J * J.transpose()).inverse();
+    result.innovation = match.z - predicted->z - J * (first.z() - likely.z());
     if (iteration + 1 < kIterations) {
       const double step = variance * J.dot(result.S_inverse * result.innovation);
       likely.z() = std::max(first.z() + step, kMinDisparity_px);
@@ -61,7 +56,7 @@ struct Prediction {
   const HomogeneousPoint point{camera.back_project(likely)};
   result.J_pose = pose_jacobian(point, T_keyframe_camera, camera);
   result.first_px = first.head<2>();
-  result.second_px = second.head<2>();
+  result.second_px = match.z.head<2>();
   return result;
 }
 
@@ -76,7 +71,7 @@ std::vector<BiasConstraint> bias_constraints(const std::vector<Match>& matches, 
     const Landmark& landmark = map.landmarks[match.landmark];
     const auto first = project(to_point(landmark, landmark.mean, camera), Pose::identity(), camera);
     if (!first) continue;
-    const auto constraint = constraint_of(*first, match.z, T_keyframe_camera, camera);
+    const auto constraint = constraint_of(*first, match, T_keyframe_camera, camera);
     if (constraint) constraints.push_back(*constraint);
   }
   return constraints;

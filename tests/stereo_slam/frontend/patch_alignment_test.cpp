@@ -2,6 +2,11 @@
 #include "stereo_slam/frontend/patch_alignment.hpp"
 
 #include <cmath>
+#include <limits>
+#include <random>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "stereo_slam/frontend/stereo_matching.hpp"
 #include "stereo_slam/support/scenes.hpp"
@@ -53,6 +58,71 @@ TEST_CASE("A warped patch is found in a magnified image", "[stereo_slam][images]
   const auto found = patch->align(target, kMagnification * centre + Eigen::Vector2d(0.8, -0.5));
   REQUIRE(found);
   CHECK((found->position_px - kMagnification * centre).norm() < 0.03);
+}
+
+TEST_CASE("The covariance of an aligned patch follows its errors", "[stereo_slam][images]") {
+  constexpr double kNoise = 6.0;  // grey levels
+  const cv::Mat source = test::texture_image(kSize, {0.0, 0.0}, 0.7, 30.0);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0.0, kNoise);
+  double nees = 0.0;
+  int count = 0;
+  for (int repetition = 0; repetition < 8; ++repetition) {
+    cv::Mat target = source.clone();
+    for (int y = 0; y < kSize.height; ++y) {
+      for (int x = 0; x < kSize.width; ++x) {
+        auto& value = target.at<std::uint8_t>(y, x);
+        value = cv::saturate_cast<std::uint8_t>(value + noise(random));
+      }
+    }
+    for (double y = 20.0; y < 100.0; y += 13.0) {
+      for (double x = 20.0; x < 180.0; x += 14.0) {
+        const auto patch = PatchTemplate::extract(source, {x, y});
+        const auto found = patch ? patch->align(target, {x, y}) : std::nullopt;
+        if (!found) continue;
+        const Eigen::Vector2d error = found->position_px - Eigen::Vector2d(x, y);
+        nees += error.dot(found->covariance_px2.inverse() * error);
+        ++count;
+      }
+    }
+  }
+  REQUIRE(count > 400);
+  // Two terms. The noise in what is left was smoothed by interpolation; stereo_patch_covariance() makes up
+  // for that.
+  CHECK(nees / count > 2.0);
+  CHECK(nees / count < 4.0);
+}
+
+TEST_CASE("A patch whose edges have one direction is less certain along them", "[stereo_slam][images]") {
+  cv::Mat image(kSize, CV_8UC1);
+  for (int y = 0; y < kSize.height; ++y) {
+    for (int x = 0; x < kSize.width; ++x) {
+      image.at<std::uint8_t>(y, x) =
+          cv::saturate_cast<std::uint8_t>(120.0 + 70.0 * std::sin(0.9 * x) + 15.0 * std::sin(0.8 * y));
+    }
+  }
+  const auto patch = PatchTemplate::extract(image, {100.0, 60.0});
+  REQUIRE(patch);
+  const auto found = patch->align(image, {100.3, 59.8});
+  REQUIRE(found);
+  CHECK(found->covariance_px2(1, 1) > 5.0 * found->covariance_px2(0, 0));
+
+  const auto both = stereo_patch_covariance(found->covariance_px2, found->covariance_px2);
+  CHECK(both.isApprox(both.transpose()));
+  CHECK(Eigen::LLT<Eigen::Matrix3d>(both).info() == Eigen::Success);
+  CHECK(both(1, 1) > 5.0 * both(0, 0));
+}
+
+TEST_CASE("Dark and dull images need less texture", "[stereo_slam][images]") {
+  cv::Mat chessboard = test::chessboard(kSize, 8, 0.0);
+  CHECK(min_texture(chessboard) == PatchTemplate::kTexture);
+  cv::Mat dark, black;
+  chessboard.convertTo(dark, -1, 0.25);
+  chessboard.convertTo(black, -1, 0.01);
+  CHECK(min_texture(dark) < 0.3 * PatchTemplate::kTexture);
+  CHECK(min_texture(black) > 0.1 * PatchTemplate::kTexture);  // noise has some, too
+  CHECK(min_texture(black) < min_texture(dark));
+  CHECK(min_texture(cv::Mat()) == PatchTemplate::kTexture);
 }
 
 TEST_CASE("Patches without texture, across the border, or outside the image are refused",

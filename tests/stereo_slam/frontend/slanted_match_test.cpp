@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
@@ -52,6 +53,20 @@ TEST_CASE("The slope of a disparity is found, and the disparity is as accurate a
     CHECK(std::sqrt(disparity_error2 / count) < 0.04);
     CHECK(std::sqrt(slope_error2 / count) < 0.03);
   }
+}
+
+TEST_CASE("Likely slopes are preferred to others where the texture allows it", "[stereo_slam][images]") {
+  const cv::Mat left = test::texture_image(kImageSize, {0.0, 0.0});
+  const Eigen::Vector2d road(0.0, 0.33);
+  const Eigen::Vector2d start = kCentre - Eigen::Vector2d(kDisparity_px, 0.0);
+  const auto error_with = [&](const Eigen::Vector2d& slope, const std::vector<Eigen::Vector2d>& likely) {
+    return (refine_slanted(left, kCentre, right_image(slope), start, likely).disparity_slope - slope).norm();
+  };
+  CHECK(error_with(road, {{0.0, 0.0}, road}) < error_with(road, {}));
+  CHECK(error_with(road, {{0.0, 0.0}, road}) < 0.01);
+  // None of them: as without.
+  const Eigen::Vector2d other(-0.15, 0.15);
+  CHECK(error_with(other, {{0.0, 0.0}, road}) == error_with(other, {}));
 }
 
 TEST_CASE("A match that cannot be refined stays as it was", "[stereo_slam][images]") {
