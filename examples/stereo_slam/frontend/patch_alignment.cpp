@@ -150,7 +150,7 @@ struct DifferentiatedPatch {
 }  // namespace
 
 Eigen::Matrix3d stereo_patch_covariance(const Eigen::Matrix2d& left_px2, const Eigen::Matrix2d& right_px2) {
-  constexpr double kInflation = 2.0;
+  constexpr double kInflation = 4.0;
   constexpr double kAlike = 1.5;  // variance of what displaces both, relative to what does not
   const Eigen::Matrix2d left = kInflation * left_px2;
   const Eigen::Matrix2d right = kInflation * right_px2;

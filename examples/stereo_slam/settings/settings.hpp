@@ -89,7 +89,7 @@ struct RefinementSettings {
   double min_correlation = 0.8;
   double max_shift_px = 3.0;
   double max_row_error_px = 1.0;
-  double pixel_sigma_px = 0.05;
+  double pixel_sigma_px = 0.1;
   double gate_sigma_px = 1.0;
 };
 
@@ -125,7 +125,7 @@ struct MapSettings {
   int cell_px = 40;
   double inverse_depth_beyond_baselines = 40.0;
   double max_baselines = 140.0;
-  double pixel_sigma_px = 0.08;
+  double pixel_sigma_px = 0.15;
   bool update_landmarks = false;
   bool track_correlation = true;
   int cull_after_frames = 5;
