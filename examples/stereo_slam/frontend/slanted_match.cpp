@@ -188,7 +188,7 @@ class SlantedTemplate {
 
 SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px, const cv::Mat& right,
                             const Eigen::Vector2d& right_px, std::span<const Eigen::Vector2d> likely_slopes) {
-  const SlantedMatch unchanged{right_px};
+  SlantedMatch unchanged{right_px};
   if (!inside(left, left_px.x(), left_px.y(), kWindowRadius_px + 1)) return unchanged;
   const SlantedTemplate patch(left, left_px.cast<float>());
   const Eigen::Vector2f start = right_px.cast<float>();

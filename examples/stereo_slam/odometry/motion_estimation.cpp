@@ -302,9 +302,12 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
   const auto required = static_cast<std::size_t>(std::max(3, settings.min_inliers));
   if (points.size() < required) return result;
 
-  const Matrix3<double> R = stereo_pixel_covariance(settings.pixel_sigma_px);
-  const MotionProblem::NoiseOf equal_noise = [&R](const StereoCorrespondence&) { return R; };
-  const MotionProblem::NoiseOf own_noise = [&R](const StereoCorrespondence& c) { return c.R.value_or(R); };
+  const MotionProblem::NoiseOf equal_noise = [&settings](const StereoCorrespondence&) {
+    return stereo_pixel_covariance(settings.pixel_sigma_px);
+  };
+  const MotionProblem::NoiseOf own_noise = [&equal_noise](const StereoCorrespondence& c) {
+    return c.R ? *c.R : equal_noise(c);
+  };
   std::vector<StereoCorrespondence> voters(points.begin(), points.end());
   voters.insert(voters.end(), static_points.begin(), static_points.end());
   const MotionProblem rough(voters, camera, initial_T_previous_current, equal_noise);

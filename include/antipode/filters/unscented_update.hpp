@@ -122,7 +122,7 @@ template <class Scalar, int Dim, int Measured>
                                               const Matrix<Scalar, Dim, Measured>& K,
                                               const Matrix<Scalar, Measured>& R,
                                               const Matrix<Scalar, Measured>& R_root) {
-  const Matrix<Scalar, Dim> P = I_KA * I_KA.transpose() + congruence<Scalar, Dim, Measured>(K, R);
+  Matrix<Scalar, Dim> P = I_KA * I_KA.transpose() + congruence<Scalar, Dim, Measured>(K, R);
   if (cholesky_factor(P)) return P;
   return I_KA * I_KA.transpose() +
          congruence<Scalar, Dim, Measured>(K * R_root, Matrix<Scalar, Measured>::Identity());
