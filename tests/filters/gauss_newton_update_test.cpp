@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <antipode/filters/gauss_newton_update.hpp>
+#include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/pose_filter.hpp>
 #include <antipode/geometry/extended_pose.hpp>
 
@@ -109,6 +110,21 @@ TEST_CASE("Gauss-Newton reports what it cannot do", "[gauss-newton][error]") {
   const auto once = gauss_newton_update(certain, measurements, h);
   CHECK(once.steps == 1);
   CHECK(std::abs(once.posterior.covariance(2, 2)) <= 1e-12);
+}
+
+TEST_CASE("A posterior whose points are too far away for numbers is not called converged",
+          "[gauss-newton][linearized][error]") {
+  PoseGaussian<double> prior{Pose::identity(), Matrix6<double>::Identity()};
+  prior.covariance(0, 0) = 5e307;  // found by tests/fuzz
+  const std::vector<NoisyMeasurement<double, 1>> measurements{
+      {Vector<double, 1>(0.1), Vector<double, 1>(1.0)}};
+  const auto height = [](const Pose& x, std::size_t, Matrix<double, 1, 6>& J) {
+    J << 0, 0, 0, 0, 0, 1;
+    return Vector<double, 1>(x.translation()[2]);
+  };
+  CHECK(gauss_newton_update(prior, measurements, height).status != UpdateStatus::kConverged);
+  const auto value = [](const Pose& x, std::size_t) { return Vector<double, 1>(x.translation()[2]); };
+  CHECK(linearized_update(prior, measurements, value).status == UpdateStatus::kNotFinite);
 }
 
 TEST_CASE("A range that bends the posterior is not called converged", "[gauss-newton]") {

@@ -164,9 +164,13 @@ template <class Density, class Measurements, class Model, int N, int Count>
   using Scalar = typename Density::Scalar;
   using Z = std::remove_cvref_t<decltype(measurements[0].z)>;
   constexpr int kDim = Z::RowsAtCompileTime;
+  Linearization<Scalar, N> sum;
+  if (!std::isfinite(density.L.squaredNorm() * standard.points.squaredNorm())) {
+    sum.finite = false;  // the points are farther away than numbers go
+    return sum;
+  }
   std::array<typename Density::Chart::Point, static_cast<std::size_t>(Count)> states;
   for (std::size_t k = 0; k < Count; ++k) states[k] = density.at(standard.points.col(static_cast<int>(k)));
-  Linearization<Scalar, N> sum;
   Matrix<Scalar, kDim, Count> predicted;
   const std::size_t count = measurements.size();
   for (std::size_t i = 0; i < count && sum.finite; ++i) {
