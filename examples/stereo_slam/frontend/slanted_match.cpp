@@ -139,18 +139,20 @@ class SlantedTemplate {
   Eigen::Matrix4f information_;     // times the variance of the grey values
 };
 
-/// The component of the mixture that makes `slope` most likely, which was found with the first component.
-[[nodiscard]] SlopePrior likeliest(const Eigen::Vector2f& slope, const Eigen::Matrix2f& covariance,
-                                   std::span<const Eigen::Vector2d> likely_slopes) {
-  SlopePrior best;
+/// The surface that makes `slope`, which was found with the prior for any slope, more likely than that prior.
+[[nodiscard]] std::optional<SlopePrior> likely_surface(const Eigen::Vector2f& slope,
+                                                       const Eigen::Matrix2f& covariance,
+                                                       std::span<const Eigen::Vector2d> likely_slopes) {
+  const SlopePrior any;
+  std::optional<SlopePrior> best;
   // What the texture alone says: the estimate without the pull of its prior.
-  const Eigen::Vector2f measured = slope + covariance * (slope - best.mean) / (best.sigma * best.sigma);
+  const Eigen::Vector2f measured = slope + covariance * (slope - any.mean) / (any.sigma * any.sigma);
   const auto cost = [&](const SlopePrior& prior) {
     const Eigen::Matrix2f S = covariance + prior.sigma * prior.sigma * Eigen::Matrix2f::Identity();
     const Eigen::Vector2f error = measured - prior.mean;
     return error.dot(S.inverse() * error) + std::log(S.determinant());
   };
-  float least = cost(best);
+  float least = cost(any);
   for (const auto& likely : likely_slopes) {
     const SlopePrior surface{likely.cast<float>(), kSurfaceSigma};
     const float value = cost(surface);
@@ -195,8 +197,8 @@ SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px,
   Parameters parameters = Parameters::Zero();
   if (!settle(patch, right, start, SlopePrior{}, parameters)) return unchanged;
   if (const auto covariance = patch.slope_covariance()) {
-    const SlopePrior prior = likeliest(parameters.tail<2>(), *covariance, likely_slopes);
-    if (prior.sigma == kSurfaceSigma && !settle(patch, right, start, prior, parameters)) return unchanged;
+    const auto surface = likely_surface(parameters.tail<2>(), *covariance, likely_slopes);
+    if (surface && !settle(patch, right, start, *surface, parameters)) return unchanged;
   }
   return {(start + parameters.head<2>()).cast<double>(), parameters.tail<2>().cast<double>()};
 }

@@ -103,6 +103,7 @@ class LikelySlopes {
   const auto slanted = refine_slanted(left, point_px, right, found->position_px, likely.all());
   auto measured = view.rectification.measure(point_px, slanted.right_px);
   measured.disparity_slope = slanted.disparity_slope;
+  // The noise of the left patch displaces its centre as much as that of the right one the alignment.
   measured.covariance_px2 = stereo_patch_covariance(found->covariance_px2, found->covariance_px2);
   if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;
   if (measured.z.z() < settings.min_disparity_px) return std::nullopt;
