@@ -48,7 +48,8 @@ void add_trajectory_options(CLI::App& app, Arguments& arguments) {
       ->check(require_name)
       ->type_name("FILE");
   let_be_one_of<TrajectoryFormat>(
-      app.add_option("--format", arguments.format, "format of both files; default: by their columns"),
+      app.add_option("--format", arguments.format,
+                     "format of both files; default: recognised by their columns"),
       {{"kitti", TrajectoryFormat::kKitti},
        {"tum", TrajectoryFormat::kTum},
        {"euroc", TrajectoryFormat::kEuroc}});
@@ -57,7 +58,7 @@ void add_trajectory_options(CLI::App& app, Arguments& arguments) {
       ->check(number_between(0.0, 1e6))
       ->capture_default_str()
       ->type_name("S");
-  app.add_option("--json", arguments.json, "write the scores to this file, too")
+  app.add_option("--json", arguments.json, "also write the scores to this file")
       ->check(require_name)
       ->type_name("FILE");
 }
@@ -68,11 +69,11 @@ void add_covariance_options(CLI::App& app, Arguments& arguments) {
       ->check(require_name)
       ->type_name("FILE");
   app.add_option("--truth-sigma-m", arguments.truth_sigma_m,
-                 "standard deviation of ground-truth relative positions, per axis, in m")
+                 "standard deviation of relative positions of the ground truth, per axis, in m")
       ->check(number_between(0.0, 1e6))
       ->capture_default_str();
   app.add_option("--truth-sigma-deg", arguments.truth_sigma_deg,
-                 "standard deviation of ground-truth relative rotations, per axis, in degrees")
+                 "standard deviation of relative rotations of the ground truth, per axis, in degrees")
       ->check(number_between(0.0, 1e6))
       ->capture_default_str();
 }
@@ -82,7 +83,7 @@ void add_loop_options(CLI::App& app, Arguments& arguments) {
       ->check(require_name)
       ->type_name("FILE");
   app.add_option("--min-gap-frames", arguments.revisits.min_gap_frames,
-                 "smallest number of frames between two visits of a place, like the setting "
+                 "smallest number of frames between two visits of a place; the same as the setting "
                  "place_recognition.min_gap_frames")
       ->check(whole_number_between(1, 1'000'000))
       ->capture_default_str()
@@ -121,8 +122,7 @@ void warn_of_lengths(const Arguments& arguments, const Trajectory& truth, const 
   if (!truth.stamps_ns.empty() || truth.poses.size() == estimate.poses.size()) return;
   print_message(
       fmt::format("warning: {} ground-truth and {} estimated poses without stamps, in {} and {}; they are "
-                  "paired from the "
-                  "first one on",
+                  "paired from the first one on",
                   truth.poses.size(), estimate.poses.size(), arguments.ground_truth.string(),
                   arguments.estimate.string()));
 }
@@ -182,7 +182,7 @@ int evaluate_command(const Arguments& arguments) {
 
 Command add_evaluate(CLI::App& parent) {
   auto arguments = std::make_shared<Arguments>();
-  auto& app = *parent.add_subcommand("evaluate", "compare an estimated trajectory with the ground truth");
+  auto& app = *parent.add_subcommand("evaluate", "compare an estimated trajectory with ground truth");
   add_trajectory_options(app, *arguments);
   add_covariance_options(app, *arguments);
   add_loop_options(app, *arguments);

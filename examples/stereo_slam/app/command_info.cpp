@@ -55,7 +55,7 @@ int info_command(const Arguments& arguments) {
 
 Command add_info(CLI::App& parent) {
   auto arguments = std::make_shared<Arguments>();
-  auto& app = *parent.add_subcommand("info", "check a recording and describe its contents");
+  auto& app = *parent.add_subcommand("info", "check a recording and print its contents");
   add_dataset_options(app, arguments->dataset);
   app.add_option("--write-groundtruth", arguments->ground_truth,
                  "write the ground truth to this file, in TUM format")
@@ -66,7 +66,7 @@ Command add_info(CLI::App& parent) {
       "Examples:\n"
       "  stereo_slam info --dataset euroc/MH_01_easy\n"
       "  stereo_slam info --dataset raw --calibration camchain.yaml\n"
-      "  stereo_slam info --dataset drive.bag                            (lists its topics, too)");
+      "  stereo_slam info --dataset drive.bag                            (also lists its topics)");
   return [arguments] { return info_command(*arguments); };
 }
 

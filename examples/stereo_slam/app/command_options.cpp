@@ -12,24 +12,23 @@ namespace stereo_slam {
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
   app.add_option(
          "--dataset", dataset.folder,
-         "folder of the recording, the calibration.yaml in it, or a bag of ROS 1; with --calibration also a "
-         "video or a live "
-         "camera (/dev/video0, a URL) that shows both images side by side, or two of them: LEFT,RIGHT")
+         "recording: a folder, the calibration.yaml in it, or a bag of ROS 1; with --calibration also a "
+         "video or a live camera (/dev/video0, a URL) with both images side by side, or two as LEFT,RIGHT")
       ->required()
       ->check(require_name)
       ->type_name("DIR");
   app.add_option(
          "--calibration", dataset.calibration,
-         "calibration of the camera, if it is not in the folder: calibration.yaml, Kalibr's camchain.yaml, "
-         "OpenCV's YAML or XML, or left.yaml of ROS with right.yaml beside it")
+         "calibration of the camera, if it is not in the folder: calibration.yaml, camchain.yaml of Kalibr, "
+         "YAML or XML of OpenCV, or left.yaml of ROS with right.yaml beside it")
       ->check(require_name)
       ->type_name("FILE");
-  app.add_option("--left-topic", dataset.left_topic,
-                 "of a bag: the images of the left camera; not needed where there is one pair of topics that "
-                 "is called "
-                 "left and right, cam0 and cam1, or infra1 and infra2")
+  app.add_option(
+         "--left-topic", dataset.left_topic,
+         "topic of the left images in a bag; needed if the bag has no pair of topics, or more than one, "
+         "called left and right, cam0 and cam1, or infra1 and infra2")
       ->type_name("TOPIC");
-  app.add_option("--right-topic", dataset.right_topic, "of a bag: the images of the right camera")
+  app.add_option("--right-topic", dataset.right_topic, "topic of the right images in a bag")
       ->type_name("TOPIC");
   let_be_one_of(app.add_option("--format", dataset.format,
                                "layout of the folder; euroc includes TUM-VI; default: auto"),
@@ -49,7 +48,7 @@ void add_pose_frame_option(CLI::App& app, PoseFrame& frame) {
   let_be_one_of<PoseFrame>(
       app.add_option(
           "--pose-frame", frame,
-          "frame whose poses are written: the rectified left camera, or the body (EuRoC: the IMU); "
+          "frame whose poses are written: camera (the rectified left one) or body (EuRoC: the IMU); "
           "default: camera"),
       {{"camera", PoseFrame::kCamera}, {"body", PoseFrame::kBody}});
 }

@@ -36,15 +36,17 @@ struct Arguments {
 
 void add_settings_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--config", arguments.config,
-                 "settings that differ from the preset; --print-settings lists all of them")
+                 "file with the settings that differ from the preset; stereo_slam --print-settings lists all "
+                 "settings")
       ->check(require_name)
       ->type_name("FILE.yaml");
-  let_be_one_of(app.add_option("--preset", arguments.preset, "settings to start from; default: default"),
-                preset_names());
+  let_be_one_of(
+      app.add_option("--preset", arguments.preset, "predefined settings to start from; default: default"),
+      preset_names());
   arguments.loop_closure_flag = app.add_flag("--loop-closure,!--no-loop-closure", arguments.loop_closure,
                                              "close loops, or do not; default: as in the settings");
   app.add_flag("--clahe", arguments.clahe,
-               "equalise the contrast locally, like the setting images.clahe: true");
+               "equalise the contrast locally; the same as the setting images.clahe: true");
 }
 
 void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>& json) {
@@ -54,8 +56,8 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       ->type_name("DIR");
   app.add_flag(
       "--overwrite", options.overwrite,
-      "replace the results of an earlier run in --output once this run has ended, and let --save-map and "
-      "--debug-images replace files of an earlier run");
+      "replace the results of an earlier run in --output when this run has ended; allow --save-map and "
+      "--debug-images to replace files of an earlier run");
   app.add_option("--max-frames", options.max_frames, "stop after N frames")
       ->check(whole_number_between(1, 1'000'000'000))
       ->type_name("N");
@@ -63,24 +65,24 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       ->check(whole_number_between(1, 1024))
       ->type_name("N");
   add_pose_frame_option(app, options.pose_frame);
-  app.add_option("--save-map", options.save_map, "write the map at the end, for later runs")
+  app.add_option("--save-map", options.save_map, "write the map to this file at the end of the run")
       ->check(require_name)
       ->type_name("FILE");
   app.add_option("--load-map", options.load_map,
                  "localise in the map of an earlier run; with --save-map, extend that map")
       ->check(require_name)
       ->type_name("FILE");
-  app.add_option("--json", json, "write how the run went to this file, for scripts")
+  app.add_option("--json", json, "write a summary of the run to this file, for scripts")
       ->check(require_name)
       ->type_name("FILE");
   app.add_option("--debug-images", options.debug_images,
                  "folder for one image per frame: predicted and observed flow, search ellipses, matches")
       ->check(require_name)
       ->type_name("DIR");
-  app.add_flag("--realtime", options.realtime,
-               "offer the frames at the pace of their stamps, as a camera does, and drop those that come "
-               "while another "
-               "is processed; the results then depend on the speed of the machine");
+  app.add_flag(
+      "--realtime", options.realtime,
+      "play the recording at the speed of its stamps, as a camera would, and drop frames that arrive "
+      "while another one is processed; the results then depend on the speed of the machine");
   app.add_flag("--view", options.view,
                "show the images with the landmarks, and the path and the map from above, during the run");
   app.add_flag("--quiet", options.quiet, "print errors only");
@@ -119,12 +121,12 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
 
 void print_summary(const RunSummary& summary, const fs::path& output) {
   const FrameCost& cost = summary.frame_cost;
-  fmt::print("{} frames in {:.1f} s, {:.1f} frames a second, {} landmarks; results in {}\n", summary.frames,
+  fmt::print("{} frames in {:.1f} s, {:.1f} frames per second, {} landmarks; results in {}\n", summary.frames,
              summary.seconds, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9),
              summary.landmarks, output.string());
   fmt::print(
-      "a frame: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms; CPU {:.1f} ms, and {:.1f} ms to "
-      "read its images\n",
+      "time per frame: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms; CPU {:.1f} ms, and {:.1f} "
+      "ms to read its images\n",
       cost.median_ms, cost.p95_ms, cost.max_ms, cost.cpu_ms - cost.read_cpu_ms, cost.read_cpu_ms);
   if (!summary.realtime) return;
   fmt::print(
@@ -170,9 +172,8 @@ int run_command(const Arguments& arguments) {
   }
   constexpr double kNoticeable_s = 0.1;
   if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
-    warn(fmt::format("images were not read in time, so the last frame was offered {:.1f} s late; use a "
-                     "faster disk, or images "
-                     "that are faster to decode",
+    warn(fmt::format("images were not read in time, so the last frame was {:.1f} s late; use a faster disk, "
+                     "or images that are faster to decode",
                      summary.realtime->reading_delay_s),
          quiet);
   }
@@ -183,10 +184,9 @@ int run_command(const Arguments& arguments) {
   if (summary.interrupted) return kInterrupted;
   if (tracked_none) {
     throw std::runtime_error(fmt::format(
-        "tracked {} of {} frames: hardly any corner was found in both images and again in the next frame; "
-        "check for black, blurred or repeated images, swapped cameras, a calibration of another camera, a "
-        "low "
-        "frame rate and settings that allow too few points (the results are in {})",
+        "tracked {} of {} frames: hardly any corner was matched between left and right and to the next "
+        "frame; check for black, blurred or repeated images, swapped cameras, the calibration of another "
+        "camera, a low frame rate, and settings that allow too few points (the results are in {})",
         summary.frames - summary.lost, summary.frames, arguments.run.output.string()));
   }
   return kDone;
@@ -196,8 +196,8 @@ int run_command(const Arguments& arguments) {
 
 Command add_run(CLI::App& parent) {
   auto arguments = std::make_shared<Arguments>();
-  auto& app = *parent.add_subcommand(
-      "run", "track a recording; write trajectory, covariances, map, timing and a report");
+  auto& app =
+      *parent.add_subcommand("run", "run the SLAM; write trajectory, covariances, map, timing and a report");
   add_dataset_options(app, arguments->dataset);
   add_settings_options(app, *arguments);
   add_run_options(app, arguments->run, arguments->json);

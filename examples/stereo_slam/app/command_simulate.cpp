@@ -28,19 +28,19 @@ struct Arguments {
 
 void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
   app.add_option("--trajectory", settings.trajectory,
-                 "KITTI pose file to drive along; default: a loop of streets, or a highway")
+                 "KITTI pose file with the path of the camera; default: a path through the scene")
       ->check(require_name)
       ->type_name("POSES");
   let_be_one_of<simulator::Scenery>(
       app.add_option("--scene", settings.scenery,
-                     "scene along the path: town, or highway, where most objects are far; default: town"),
+                     "scene along the path: town, or highway, where most points are far; default: town"),
       {{"town", simulator::Scenery::kTown}, {"highway", simulator::Scenery::kHighway}});
   app.add_option("--frames", settings.frames,
                  fmt::format("number of frames; default: all of --trajectory, or {} without it",
                              settings.kDefaultFrames))
       ->check(whole_number_between(2, 1'000'000))
       ->type_name("N");
-  app.add_option("--seed", settings.seed, "seed of the world, the traffic and the noise")
+  app.add_option("--seed", settings.seed, "seed of the scene, the traffic and the noise")
       ->check(whole_number_between(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str()
       ->type_name("S");
@@ -50,7 +50,7 @@ void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
       ->capture_default_str()
       ->type_name("N");
   app.add_flag("--moving-masks", settings.moving_masks,
-               "write masks of the moving objects in the left images, too, to the folder moving");
+               "also write masks of the moving objects in the left images, to the folder moving");
 }
 
 void add_recording_options(CLI::App& app, Arguments& arguments) {
@@ -72,13 +72,14 @@ void add_recording_options(CLI::App& app, Arguments& arguments) {
                  "standard deviation of the pixel noise, in grey levels")
       ->check(number_between(0.0, 50.0))
       ->capture_default_str();
-  app.add_option("--rectification-error", arguments.settings.rectification_error_px,
-                 "largest displacement by errors of the right camera's calibration, in pixels at scale 1: "
-                 "rotation, principal point and radial distortion; with --format kitti")
+  app.add_option(
+         "--rectification-error", arguments.settings.rectification_error_px,
+         "error of the right camera's calibration (rotation, principal point and radial distortion), as "
+         "its largest displacement in pixels at scale 1; with --format kitti")
       ->check(number_between(0.0, 20.0))
       ->type_name("PX");
   app.add_option("--threads", arguments.settings.threads,
-                 "number of threads, 0: one per processor; the images do not depend on it")
+                 "number of threads; 0 is one per processor; the images do not depend on it")
       ->check(whole_number_between(0, 1024))
       ->type_name("N");
   app.add_flag("--quiet", arguments.quiet, "print errors only");

@@ -97,7 +97,7 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
   }
   if (frames.size() > 1 && frames.back().stamp_ns > frames.front().stamp_ns) {
     const double duration_s = 1e-9 * static_cast<double>(frames.back().stamp_ns - frames.front().stamp_ns);
-    fmt::print(stream, "duration      {:.2f} s, {:.2f} frames a second\n", duration_s,
+    fmt::print(stream, "duration      {:.2f} s, {:.2f} frames per second\n", duration_s,
                static_cast<double>(frames.size() - 1) / duration_s);
   }
   if (sequence.ground_truth.empty()) {

@@ -176,15 +176,14 @@ void require_pace(const RunInput& input) {
     if (pause_ns > kLongestPause_ns) {
       throw std::runtime_error(
           fmt::format("{}: frame {} is {:.4g} s later than the frame before it, and --realtime would wait "
-                      "for it; check the "
-                      "times, cut the recording there, or leave out --realtime",
+                      "for it; check the times, cut the recording there, or leave out --realtime",
                       input.sequence.folder.string(), i, 1e-9 * static_cast<double>(pause_ns)));
     }
     if (pause_ns > 0) continue;
-    throw std::runtime_error(fmt::format(
-        "{}: frame {} has no later stamp than the frame before it, so --realtime knows no pace; add times or "
-        "frame_rate_hz to the calibration, or leave out --realtime",
-        input.sequence.folder.string(), i));
+    throw std::runtime_error(
+        fmt::format("{}: frame {} has no later stamp than the frame before it, so --realtime cannot be used; "
+                    "add times or frame_rate_hz to the calibration, or leave out --realtime",
+                    input.sequence.folder.string(), i));
   }
 }
 

@@ -25,19 +25,22 @@ void add_images(Table& table) {
            "equalise the contrast locally (CLAHE); for dark or unevenly lit images")
       .add("clahe_clip_limit", &ImageSettings::clahe_clip_limit, {1.0, 100.0}, "",
            "limit of the contrast gain of CLAHE")
-      .add("clahe_tiles", &ImageSettings::clahe_tiles, {1, 64}, "", "CLAHE tiles per side of the image");
+      .add("clahe_tiles", &ImageSettings::clahe_tiles, {1, 64}, "",
+           "number of CLAHE tiles per side of the image");
 }
 
 void add_features(Table& table) {
   SettingsGroup(table, "features", &Settings::features)
-      .add("count", &FeatureSettings::count, {50, 20000}, "",
-           "ORB features per image: with --preset paper in every frame, otherwise to recognise the last "
-           "keyframe")
-      .add("levels", &FeatureSettings::levels, {1, 12}, "", "pyramid levels")
-      .add("scale_factor", &FeatureSettings::scale_factor, {1.01, 2.0}, "", "scale between pyramid levels")
+      .add(
+          "count", &FeatureSettings::count, {50, 20000}, "",
+          "number of ORB features per image; used in every frame with --preset paper, otherwise to recognise "
+          "the last keyframe after a loss")
+      .add("levels", &FeatureSettings::levels, {1, 12}, "", "number of pyramid levels")
+      .add("scale_factor", &FeatureSettings::scale_factor, {1.01, 2.0}, "",
+           "scale factor between pyramid levels")
       .add("cell_px", &FeatureSettings::cell_px, {8, 512}, "px", "grid cell over which features are spread")
       .add("fast_threshold", &FeatureSettings::fast_threshold, {1, 255}, "grey levels",
-           "threshold of the FAST detector; the grid keeps the strongest corners");
+           "threshold of the FAST detector; each grid cell keeps its strongest corners");
 }
 
 void add_stereo(Table& table) {
@@ -45,7 +48,7 @@ void add_stereo(Table& table) {
       .add("max_disparity_px", &StereoMatchingSettings::max_disparity_px, {8, 2000}, "px",
            "largest disparity searched along the row")
       .add("min_disparity_px", &StereoMatchingSettings::min_disparity_px, {0.0, 50.0}, "px",
-           "matches with a smaller disparity are dropped as wrong")
+           "smallest disparity of a match")
       .add("max_row_error_px", &StereoMatchingSettings::max_row_error_px, {0.05, 20.0}, "px",
            "largest row difference of a stereo match (epipolar check)")
       .add("uniqueness", &StereoMatchingSettings::uniqueness, {0.1, 1.0}, "",
@@ -57,61 +60,63 @@ void add_stereo(Table& table) {
 void add_calibration(Table& table) {
   SettingsGroup(table, "calibration", &Settings::calibration)
       .add("scale_sigma", &CalibrationSettings::scale_sigma, {0.0, 0.5}, "",
-           "relative standard deviation of the calibrated scale (baseline times focal length), known "
-           "beforehand")
+           "known relative standard deviation of the calibrated scale (baseline times focal length)")
       .add("principal_point_sigma_px", &CalibrationSettings::principal_point_sigma_px, {0.0, 50.0}, "px",
-           "standard deviation of the calibrated principal point, known beforehand")
-      .add("scale_sigma_per_px", &CalibrationSettings::scale_sigma_per_px, {0.0, 0.5}, "1/px",
-           "relative standard deviation of the scale, per pixel of row offset found by online_rectification")
+           "known standard deviation of the calibrated principal point")
+      .add(
+          "scale_sigma_per_px", &CalibrationSettings::scale_sigma_per_px, {0.0, 0.5}, "1/px",
+          "relative standard deviation of the scale, per pixel of row offset that online_rectification finds")
       .add("principal_point_per_px", &CalibrationSettings::principal_point_per_px, {0.0, 50.0}, "",
-           "standard deviation of the principal point, per pixel of row offset from online_rectification");
+           "standard deviation of the principal point in pixels, per pixel of row offset that "
+           "online_rectification finds");
 }
 
 void add_online_rectification(Table& table) {
   SettingsGroup(table, "online_rectification", &Settings::online_rectification)
       .add("enabled", &OnlineRectificationSettings::enabled,
-           "estimate, while driving, the errors that rectification leaves")
+           "estimate the remaining errors of the rectification during the run")
       .add("row_sigma_px", &OnlineRectificationSettings::row_sigma_px, {0.001, 20.0}, "px",
            "prior standard deviation of the row offset at the image border")
       .add("disparity_sigma_px", &OnlineRectificationSettings::disparity_sigma_px, {0.001, 20.0}, "px",
-           "prior standard deviation of the disparity offset at the image border, at most; less where the "
-           "rows "
-           "show a better calibration");
+           "largest prior standard deviation of the disparity offset at the image border; smaller if the row "
+           "offsets show a good calibration");
 }
 
 void add_odometry(Table& table) {
   SettingsGroup(table, "odometry", &Settings::odometry)
-      .add("max_points", &OdometrySettings::max_points, {10, 10000}, "", "points tracked from frame to frame")
-      .add("cell_px", &OdometrySettings::cell_px, {8, 512}, "px", "bucket over which the points are spread")
+      .add("max_points", &OdometrySettings::max_points, {10, 10000}, "",
+           "largest number of points tracked from frame to frame")
+      .add("cell_px", &OdometrySettings::cell_px, {8, 512}, "px", "grid cell over which points are spread")
       .add("window_px", &OdometrySettings::window_px, {5, 21}, "px", "side of the optical-flow window")
       .add("pyramid_levels", &OdometrySettings::pyramid_levels, {1, 4}, "",
-           "pyramid levels of the optical flow")
+           "number of pyramid levels of the optical flow")
       .add("max_closure_error_px", &OdometrySettings::max_closure_error_px, {0.05, 20.0}, "px",
-           "circular matching (--preset paper): largest distance between start and end of the circle")
+           "largest distance between start and end of circular matching (--preset paper)")
       .add("max_row_error_px", &OdometrySettings::max_row_error_px, {0.05, 20.0}, "px",
            "largest row difference of left and right point (epipolar check)")
       .add("ransac_iterations", &OdometrySettings::ransac_iterations, {1, 100000}, "",
-           "three-point hypotheses of RANSAC")
+           "largest number of three-point hypotheses of RANSAC")
       .add("min_inliers", &OdometrySettings::min_inliers, {3, 10000}, "",
-           "with fewer inliers the motion is not used")
+           "smallest number of inliers; with fewer the measured motion is not used")
       .add("pixel_sigma_px", &OdometrySettings::pixel_sigma_px, {0.01, 10.0}, "px",
-           "standard deviation of a tracked coordinate, for the choice of inliers")
+           "standard deviation of a tracked coordinate, for the selection of inliers")
       .add("exclusion_px", &OdometrySettings::exclusion_px, {0.0, 100.0}, "px",
-           "smallest distance between points of the odometry and of the filter, and between new corners");
+           "smallest distance between points of the odometry and landmarks of the filter, and between new "
+           "corners");
 }
 
 void add_motion(Table& table) {
   SettingsGroup(table, "motion", &Settings::motion)
       .add("covariance_scale", &MotionSettings::covariance_scale, {0.01, 100.0}, "",
-           "factor on the odometry's covariance")
+           "factor on the covariance of the odometry")
       .add("min_rotation_sigma_rad", &MotionSettings::min_rotation_sigma_rad, {1e-6, 0.1}, "rad",
-           "rotation noise added to the odometry's, per axis and frame")
+           "standard deviation of the rotation noise added to the odometry, per axis and frame")
       .add("min_translation_sigma_m", &MotionSettings::min_translation_sigma_m, {1e-6, 10.0}, "m",
-           "translation noise added to the odometry's, per axis and frame")
+           "standard deviation of the translation noise added to the odometry, per axis and frame")
       .add("lost_rotation_sigma_rad", &MotionSettings::lost_rotation_sigma_rad, {1e-6, 0.1}, "rad",
-           "rotation noise of a frame without odometry, per axis")
+           "standard deviation of the predicted rotation of a frame without odometry, per axis")
       .add("lost_translation_sigma_m", &MotionSettings::lost_translation_sigma_m, {1e-6, 100.0}, "m",
-           "translation noise of a frame without odometry, per axis");
+           "standard deviation of the predicted translation of a frame without odometry, per axis");
 }
 
 void add_association(Table& table) {
@@ -127,25 +132,25 @@ void add_association(Table& table) {
       .add("flow_window_px", &AssociationSettings::flow_window_px, {5, 21}, "px",
            "side of the optical-flow window")
       .add("flow_tolerance_px", &AssociationSettings::flow_tolerance_px, {0.1, 100.0}, "px",
-           "flow gate: largest difference of observed and predicted flow")
+           "flow gate: largest difference between observed and predicted optical flow")
       .add("flow_relative_tolerance", &AssociationSettings::flow_relative_tolerance, {0.0, 10.0}, "",
-           "flow gate: further tolerance as a share of the flow's length");
+           "flow gate: additional tolerance, as a fraction of the length of the flow");
 }
 
 void add_refinement(Table& table) {
   SettingsGroup(table, "refinement", &Settings::refinement)
       .add("enabled", &RefinementSettings::enabled,
-           "measure landmarks to sub-pixel accuracy by aligning the keyframe's patches")
+           "measure landmarks with sub-pixel accuracy by aligning the patches of their keyframe")
       .add("min_correlation", &RefinementSettings::min_correlation, {-1.0, 1.0}, "",
            "smallest correlation of the aligned patches")
       .add("max_shift_px", &RefinementSettings::max_shift_px, {0.1, 20.0}, "px",
-           "largest shift of the alignment from its start")
+           "largest distance of the aligned position from its start")
       .add("max_row_error_px", &RefinementSettings::max_row_error_px, {0.05, 20.0}, "px",
            "largest row difference of left and right position (epipolar check)")
       .add("pixel_sigma_px", &RefinementSettings::pixel_sigma_px, {0.01, 10.0}, "px",
-           "standard deviation of an aligned coordinate beyond what its patch tells")
+           "standard deviation of an aligned coordinate, added to the noise estimated from its patch")
       .add("gate_sigma_px", &RefinementSettings::gate_sigma_px, {0.01, 10.0}, "px",
-           "standard deviation of an aligned coordinate in the innovation gate");
+           "standard deviation of an aligned coordinate, for the innovation gate");
 }
 
 void add_update(Table& table) {
@@ -155,81 +160,83 @@ void add_update(Table& table) {
             {"progressive", PoseUpdateMethod::kProgressive},
             {"quadratic", PoseUpdateMethod::kQuadratic},
             {"none", PoseUpdateMethod::kNone}},
-           "pose update; paper: Alg. 2 as published, none: odometry alone")
+           "pose update; paper: Alg. 2 of DQV-SLAM as published, none: odometry alone")
       .add("tau", &UpdateSettings::tau, {0.001, 0.99}, "",
            "smallest likelihood ratio within a progression step (methods paper and progressive)")
       .add("max_correspondences", &UpdateSettings::max_correspondences, {3, 100000}, "",
-           "matches per subset (method paper)")
+           "number of matches per subset (method paper)")
       .add("regularizer_sigma_m", &UpdateSettings::regularizer_sigma_m, {0.0, 1.0}, "m",
-           "translation noise added between subsets (method paper)")
+           "standard deviation of the translation noise added between subsets (method paper)")
       .add("regularizer_forgetting", &UpdateSettings::regularizer_forgetting, {0.0, 1e-3}, "",
-           "relative widening of the orientation between subsets (method paper)")
+           "relative increase of the orientation uncertainty between subsets (method paper)")
       .add("robust_cap", &UpdateSettings::robust_cap, {1.0, 1e6}, "",
-           "squared Mahalanobis distance above which a match has no further influence")
+           "squared Mahalanobis distance at which the likelihood of a match is capped")
       .add("min_matches", &UpdateSettings::min_matches, {3, 100000}, "",
-           "with fewer matches the pose is predicted only");
+           "smallest number of matches; with fewer the pose is only predicted");
 }
 
 void add_map(Table& table) {
   SettingsGroup(table, "map", &Settings::map)
       .add("layout", &MapSettings::layout,
            {{"anchored", MapLayout::kAnchored}, {"global", MapLayout::kGlobal}},
-           "anchored: state relative to the last keyframe; global: the paper's single map")
+           "anchored: poses and landmarks relative to the last keyframe; global: one map, as in the paper")
       .add("max_new_landmarks", &MapSettings::max_new_landmarks, {10, 100000}, "",
-           "new landmarks per keyframe (anchored) or frame (global)")
-      .add("cell_px", &MapSettings::cell_px, {8, 512}, "px", "bucket over which new landmarks are spread")
+           "largest number of new landmarks per keyframe (anchored) or frame (global)")
+      .add("cell_px", &MapSettings::cell_px, {8, 512}, "px", "grid cell over which new landmarks are spread")
       .add("inverse_depth_beyond_baselines", &MapSettings::inverse_depth_beyond_baselines, {0.0, 1e6},
-           "baselines", "depth from which landmarks are held in inverse depth")
+           "baselines", "depth beyond which landmarks are stored in inverse depth")
       .add("max_baselines", &MapSettings::max_baselines, {1.0, 1e6}, "baselines",
            "depth beyond which landmarks are not used")
       .add("pixel_sigma_px", &MapSettings::pixel_sigma_px, {0.01, 10.0}, "px",
-           "standard deviation of a new landmark's coordinates beyond what its patch tells")
-      .add("update_landmarks", &MapSettings::update_landmarks, "update landmarks after every pose (Alg. 4)")
+           "standard deviation of a new landmark's coordinates, added to the noise estimated from its patch")
+      .add("update_landmarks", &MapSettings::update_landmarks,
+           "update the landmarks after every pose update (Alg. 4)")
       .add("track_correlation", &MapSettings::track_correlation,
-           "track the correlation of pose and landmark errors; anchored layout without update_landmarks")
+           "keep the correlation of pose and landmark errors; needs the anchored layout without "
+           "update_landmarks")
       .add("cull_after_frames", &MapSettings::cull_after_frames, {1, 100000}, "frames",
-           "landmarks not observed for longer are dropped");
+           "time after which a landmark that is not observed is dropped");
 }
 
 void add_keyframes(Table& table) {
   SettingsGroup(table, "keyframes", &Settings::keyframes)
       .add("min_match_ratio", &KeyframeSettings::min_match_ratio, {0.0, 1.0}, "",
-           "a lower ratio of matched landmarks to the keyframe's triggers a new keyframe")
+           "a new keyframe is taken if a smaller fraction of the last keyframe's landmarks is matched")
       .add("min_matches", &KeyframeSettings::min_matches, {0, 100000}, "",
-           "fewer matches trigger a new keyframe")
+           "a new keyframe is taken if fewer landmarks are matched")
       .add("max_frames", &KeyframeSettings::max_frames, {1, 100000}, "frames",
-           "largest distance between keyframes");
+           "largest distance between successive keyframes");
 }
 
 void add_loop_closure(Table& table) {
   SettingsGroup(table, "loop_closure", &Settings::loop_closure)
       .add("enabled", &LoopClosureSettings::enabled, "close loops; anchored layout only")
       .add("max_points", &LoopClosureSettings::max_points, {50, 10000}, "",
-           "points that a keyframe keeps for place recognition")
+           "largest number of points that a keyframe keeps for place recognition")
       .add("latency_frames", &LoopClosureSettings::latency_frames, {1, 1000}, "frames",
-           "delay from a keyframe to the correction by its loop")
+           "delay between a keyframe and the correction by its loop")
       .add("spacing_m", &LoopClosureSettings::spacing_m, {0.0, 1000.0}, "m",
-           "path between the loops of one revisit");
+           "smallest path length between two loops of the same revisit");
 }
 
 void add_place_recognition(Table& table) {
   SettingsGroup(table, "place_recognition", &Settings::place_recognition)
       .add("trees", &PlaceRecognitionSettings::trees, {1, 16}, "",
-           "descriptor trees; each splits by its own bits")
+           "number of binary trees over the descriptors; each splits by other bits")
       .add("leaf_size", &PlaceRecognitionSettings::leaf_size, {4, 10000}, "",
-           "descriptors at which a leaf is split")
+           "number of descriptors at which a leaf is split")
       .add("max_descriptor_distance", &PlaceRecognitionSettings::max_descriptor_distance, {1, 256}, "bits",
            "largest Hamming distance between views of one point, of 256 bits")
       .add("min_gap_frames", &PlaceRecognitionSettings::min_gap_frames, {1, 1000000}, "frames",
-           "smallest distance of a loop's two keyframes")
+           "smallest distance between the two keyframes of a loop")
       .add("candidates", &PlaceRecognitionSettings::candidates, {1, 100}, "",
            "largest number of candidates to verify per keyframe")
       .add("min_score", &PlaceRecognitionSettings::min_score, {0.0, 1.0}, "",
-           "smallest score of a candidate: share of the points that voted for it, weighted by rarity")
+           "smallest score of a candidate: fraction of the points that voted for it, weighted by rarity")
       .add("view_radius_m", &PlaceRecognitionSettings::view_radius_m, {0.0, 1000.0}, "m",
-           "keyframes within this distance are candidates by their pose alone")
+           "distance within which keyframes are candidates by their pose, without descriptors")
       .add("min_share_in_view", &PlaceRecognitionSettings::min_share_in_view, {0.0, 1.0}, "",
-           "smallest share of such a keyframe's points that project into the image");
+           "smallest fraction of the points of a candidate by view_radius_m that project into the image");
 }
 
 void add_loop_verification(Table& table) {
@@ -239,7 +246,7 @@ void add_loop_verification(Table& table) {
       .add("descriptor_ratio", &LoopVerificationSettings::descriptor_ratio, {0.1, 1.0}, "",
            "largest ratio of best to second-best distance")
       .add("ransac_iterations", &LoopVerificationSettings::ransac_iterations, {1, 100000}, "",
-           "P3P hypotheses of RANSAC")
+           "largest number of P3P hypotheses of RANSAC")
       .add("max_reprojection_error_px", &LoopVerificationSettings::max_reprojection_error_px, {0.1, 100.0},
            "px", "largest reprojection error of a RANSAC inlier")
       .add("search_radius_px", &LoopVerificationSettings::search_radius_px, {0.5, 200.0}, "px",
@@ -249,16 +256,16 @@ void add_loop_verification(Table& table) {
       .add("min_inliers", &LoopVerificationSettings::min_inliers, {6, 10000}, "",
            "smallest number of inliers of a loop")
       .add("consecutive", &LoopVerificationSettings::consecutive, {1, 100}, "",
-           "consecutive keyframes whose loops must agree")
+           "number of consecutive keyframes whose loops must agree")
       .add("max_chi2", &LoopVerificationSettings::max_chi2, {1.0, 1e6}, "",
            "largest squared Mahalanobis distance to the other loops and to the prediction; 22.458 is the "
            "99.9 % quantile of chi-square with 6 degrees of freedom")
       .add("gate_scale", &LoopVerificationSettings::gate_scale, {1.0, 1e6}, "",
-           "factor on the covariances of that distance; 9 allows errors three times the standard deviation")
+           "factor on the covariances for max_chi2; 9 allows errors three times the standard deviation")
       .add("drift_m_per_m", &LoopVerificationSettings::drift_m_per_m, {0.0, 1.0}, "m/m",
-           "allowance for translation drift by errors of the calibration that no covariance contains")
+           "allowed translation drift per metre by calibration errors that the covariance does not contain")
       .add("drift_rad_per_m", &LoopVerificationSettings::drift_rad_per_m, {0.0, 1.0}, "rad/m",
-           "allowance for rotation drift by the same errors");
+           "allowed rotation drift per metre by calibration errors that the covariance does not contain");
 }
 
 void add_pose_graph(Table& table) {

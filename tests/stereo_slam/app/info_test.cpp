@@ -33,7 +33,7 @@ TEST_CASE("A good recording is described and called usable", "[info]") {
   const auto info = info_after([](const fs::path&) {});
   CHECK(info.errors == 0);
   for (const auto* part :
-       {"frames        4", "320 x 120 px", "fx 200", "baseline      0.4000 m", "10.00 frames a second",
+       {"frames        4", "320 x 120 px", "fx 200", "baseline      0.4000 m", "10.00 frames per second",
         "ground truth  4 poses, 0.5 m", "row offset 0.00 px, disparity 10.0 px", "verdict       usable"}) {
     CHECK_THAT(info.text, Catch::Contains(part));
   }
