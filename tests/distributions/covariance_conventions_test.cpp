@@ -6,7 +6,6 @@
 
 #include "support/catch.hpp"
 #include "support/random.hpp"
-#include "support/reference.hpp"
 
 using namespace antipode;
 using namespace antipode::test;

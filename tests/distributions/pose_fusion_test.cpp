@@ -10,7 +10,6 @@
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
 #include "support/random.hpp"
-#include "support/reference.hpp"
 
 using namespace antipode;
 using namespace antipode::test;

@@ -24,6 +24,11 @@ namespace antipode::test {
 template <class Scalar>
 using AnyLogLikelihood = std::function<Scalar(const DualQuaternion<Scalar>&)>;
 
+/// Any measurement of a point, likewise.
+template <class Scalar>
+using AnyPairModel =
+    std::function<std::optional<Vector3<Scalar>>(const DualQuaternion<Scalar>&, const Vector3<Scalar>&)>;
+
 /// z = (fx X/Z + cx, fy Y/Z + cy, fx b/Z) of a point in the world, seen from T_world_camera; nothing for Z <
 /// 0.1 m.
 template <class Scalar>

@@ -23,10 +23,6 @@ namespace {
 
 using Pose = DualQuaternion<double>;
 using Landmark = Gaussian<double, 3>;
-/// Any model; one type for all of them, so that the filter compiles once.
-template <class Scalar>
-using AnyPairModel =
-    std::function<std::optional<Vector3<Scalar>>(const DualQuaternion<Scalar>&, const Vector3<Scalar>&)>;
 using PoseModel = AnyPairModel<double>;
 
 /// Agreement with values of 17 digits, relative to the largest entry.

@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The first include of a test program of its own: it changes Eigen, which reports a forbidden allocation by
-// an assertion.
-#ifdef EIGEN_CORE_H
-#error "support/no_allocation.hpp must come before Eigen"
-#endif
-#undef NDEBUG
-#define EIGEN_RUNTIME_NO_MALLOC
-#include <antipode/eigen_types.hpp>
+#include "support/catch.hpp"
 
 namespace antipode::test {
 
-/// f(), stopping the program if Eigen allocates in it.
+/// Calls of malloc and realloc by this thread, from the program itself: those of Eigen, which asks the C
+/// library for its memory. Not those of the standard library's containers. Counted in the programs of
+/// antipode_count_allocations (tests/CMakeLists.txt).
+[[nodiscard]] long allocations();
+
+/// f(), in which Eigen must not allocate.
 template <class Function>
 [[nodiscard]] auto without_allocation(const Function& f) {
-  Eigen::internal::set_is_malloc_allowed(false);
+  const long before = allocations();
   auto result = f();
-  Eigen::internal::set_is_malloc_allowed(true);
+  const long during = allocations() - before;
+  CHECK(during == 0);
   return result;
 }
 

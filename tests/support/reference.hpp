@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <filesystem>
-#include <fstream>
-#include <stdexcept>
+#include <cstddef>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -13,17 +11,15 @@
 namespace antipode::test {
 
 /// A JSON file of reference values in tests/data.
-[[nodiscard]] inline nlohmann::json read_reference(const std::string& name) {
-  std::ifstream file(std::filesystem::path(ANTIPODE_TEST_DATA_DIR) / name);
-  if (!file) throw std::runtime_error("cannot read test data " + name);
-  return nlohmann::json::parse(file);
-}
+[[nodiscard]] nlohmann::json read_reference(const std::string& name);
+
+/// Says what was expected, and what is there.
+[[noreturn]] void refuse_reference(const std::string& expected, const nlohmann::json& found);
 
 /// A list of N numbers.
 template <int N>
 [[nodiscard]] Vector<double, N> to_vector(const nlohmann::json& list) {
-  if (list.size() != N)
-    throw std::runtime_error("expected " + std::to_string(N) + " numbers in " + list.dump());
+  if (list.size() != N) refuse_reference(std::to_string(N) + " numbers", list);
   Vector<double, N> v;
   for (int i = 0; i < N; ++i) v[i] = list.at(static_cast<std::size_t>(i)).get<double>();
   return v;
@@ -32,8 +28,7 @@ template <int N>
 /// A list of Rows lists of Cols numbers.
 template <int Rows, int Cols = Rows>
 [[nodiscard]] Matrix<double, Rows, Cols> to_matrix(const nlohmann::json& rows) {
-  if (rows.size() != Rows)
-    throw std::runtime_error("expected " + std::to_string(Rows) + " rows in " + rows.dump());
+  if (rows.size() != Rows) refuse_reference(std::to_string(Rows) + " rows", rows);
   Matrix<double, Rows, Cols> m;
   for (int i = 0; i < Rows; ++i) m.row(i) = to_vector<Cols>(rows.at(static_cast<std::size_t>(i))).transpose();
   return m;

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct CompareArguments {
   std::vector<fs::path> runs;
   fs::path output;
   std::optional<fs::path> ground_truth;
@@ -25,7 +25,7 @@ struct Arguments {
 };
 
 /// What is written must not replace what is read.
-void check_page(const Arguments& arguments) {
+void check_page(const CompareArguments& arguments) {
   std::vector<fs::path> inputs;
   if (arguments.ground_truth) inputs.push_back(*arguments.ground_truth);
   for (const auto& run : arguments.runs) {
@@ -38,7 +38,7 @@ void check_page(const Arguments& arguments) {
   require_writable(arguments.output);
 }
 
-int compare_command(const Arguments& arguments) {
+int compare_command(const CompareArguments& arguments) {
   check_page(arguments);
   std::vector<report::RunFolder> runs;
   for (const auto& folder : arguments.runs) runs.push_back(report::read_run_folder(folder));
@@ -55,7 +55,7 @@ int compare_command(const Arguments& arguments) {
 }  // namespace
 
 Command add_compare(CLI::App& parent) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   auto& app =
       *parent.add_subcommand("compare", "show several runs on one page: paths, errors, times, settings");
   app.add_option("runs", arguments->runs, "output folders of runs")->required()->type_name("DIR");

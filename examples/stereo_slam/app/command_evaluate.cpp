@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct EvaluateArguments {
   fs::path ground_truth;
   fs::path estimate;
   std::optional<TrajectoryFormat> format;
@@ -38,7 +38,7 @@ struct Arguments {
   RevisitRule revisits;
 };
 
-void add_trajectory_options(CLI::App& app, Arguments& arguments) {
+void add_trajectory_options(CLI::App& app, EvaluateArguments& arguments) {
   app.add_option("--groundtruth", arguments.ground_truth, "ground-truth trajectory")
       ->required()
       ->check(require_name)
@@ -63,7 +63,7 @@ void add_trajectory_options(CLI::App& app, Arguments& arguments) {
       ->type_name("FILE");
 }
 
-void add_covariance_options(CLI::App& app, Arguments& arguments) {
+void add_covariance_options(CLI::App& app, EvaluateArguments& arguments) {
   app.add_option("--covariances", arguments.covariances,
                  "covariances.csv of the run: compare its covariances with the errors (NEES)")
       ->check(require_name)
@@ -78,7 +78,7 @@ void add_covariance_options(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
 }
 
-void add_loop_options(CLI::App& app, Arguments& arguments) {
+void add_loop_options(CLI::App& app, EvaluateArguments& arguments) {
   app.add_option("--loops", arguments.loops, "loops.csv of the run: report loop-closure precision and recall")
       ->check(require_name)
       ->type_name("FILE");
@@ -91,7 +91,7 @@ void add_loop_options(CLI::App& app, Arguments& arguments) {
 }
 
 /// What is written must not replace what is read.
-void check_json(const Arguments& arguments) {
+void check_json(const EvaluateArguments& arguments) {
   if (!arguments.json) return;
   std::vector<fs::path> inputs = {arguments.ground_truth, arguments.estimate};
   for (const auto& more : {arguments.covariances, arguments.loops}) {
@@ -118,7 +118,8 @@ auto compare_files(const std::string& first, const std::string& second, const Co
   }
 }
 
-void warn_of_lengths(const Arguments& arguments, const Trajectory& truth, const Trajectory& estimate) {
+void warn_of_lengths(const EvaluateArguments& arguments, const Trajectory& truth,
+                     const Trajectory& estimate) {
   if (!truth.stamps_ns.empty() || truth.poses.size() == estimate.poses.size()) return;
   print_message(
       fmt::format("warning: {} ground-truth and {} estimated poses without stamps, in {} and {}; they are "
@@ -128,7 +129,7 @@ void warn_of_lengths(const Arguments& arguments, const Trajectory& truth, const 
 }
 
 /// Prints the score of the covariances; returns it as a member of the JSON file.
-[[nodiscard]] std::string evaluate_covariances(const Arguments& arguments, const Trajectory& truth,
+[[nodiscard]] std::string evaluate_covariances(const EvaluateArguments& arguments, const Trajectory& truth,
                                                const Trajectory& estimate, const FramePairs& pairs) {
   constexpr double kRadians = std::numbers::pi / 180.0;
   const auto rows = read_covariances(*arguments.covariances);
@@ -143,7 +144,7 @@ void warn_of_lengths(const Arguments& arguments, const Trajectory& truth, const 
 }
 
 /// Prints the score of the loops; returns it as a member of the JSON file.
-[[nodiscard]] std::string evaluate_loops(const Arguments& arguments, const Trajectory& truth,
+[[nodiscard]] std::string evaluate_loops(const EvaluateArguments& arguments, const Trajectory& truth,
                                          const Trajectory& estimate, const FramePairs& pairs) {
   const auto events = read_loops(*arguments.loops);
   const LoopScore loops = compare_files(
@@ -155,7 +156,7 @@ void warn_of_lengths(const Arguments& arguments, const Trajectory& truth, const 
   return "\"loops\": " + loop_score_json(loops);
 }
 
-int evaluate_command(const Arguments& arguments) {
+int evaluate_command(const EvaluateArguments& arguments) {
   check_json(arguments);
   const Trajectory truth = read_trajectory(arguments.ground_truth, arguments.format);
   const Trajectory estimate = read_trajectory(arguments.estimate, arguments.format);
@@ -181,7 +182,7 @@ int evaluate_command(const Arguments& arguments) {
 }  // namespace
 
 Command add_evaluate(CLI::App& parent) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<EvaluateArguments>();
   auto& app = *parent.add_subcommand("evaluate", "compare an estimated trajectory with ground truth");
   add_trajectory_options(app, *arguments);
   add_covariance_options(app, *arguments);

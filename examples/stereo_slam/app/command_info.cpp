@@ -17,7 +17,7 @@
 namespace stereo_slam {
 namespace {
 
-struct Arguments {
+struct InfoArguments {
   DatasetOptions dataset;
   std::optional<std::filesystem::path> ground_truth;
   PoseFrame pose_frame = PoseFrame::kCamera;
@@ -31,7 +31,7 @@ void print_topics(const std::filesystem::path& bag) {
   });
 }
 
-int info_command(const Arguments& arguments) {
+int info_command(const InfoArguments& arguments) {
   if (arguments.ground_truth) {
     require_replaceable(*arguments.ground_truth, {},
                         [](std::string_view beginning) { return beginning.starts_with(kGroundTruthHeader); });
@@ -54,7 +54,7 @@ int info_command(const Arguments& arguments) {
 }  // namespace
 
 Command add_info(CLI::App& parent) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InfoArguments>();
   auto& app = *parent.add_subcommand("info", "check a recording and print its contents");
   add_dataset_options(app, arguments->dataset);
   app.add_option("--write-groundtruth", arguments->ground_truth,

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct RunArguments {
   DatasetOptions dataset;
   std::optional<fs::path> config;
   std::optional<std::string> preset;
@@ -34,7 +34,7 @@ struct Arguments {
   std::optional<fs::path> json;
 };
 
-void add_settings_options(CLI::App& app, Arguments& arguments) {
+void add_settings_options(CLI::App& app, RunArguments& arguments) {
   app.add_option("--config", arguments.config,
                  "file with the settings that differ from the preset; stereo_slam --print-settings lists all "
                  "settings")
@@ -111,7 +111,7 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
   require_usable(problems_of(check_stereo_agreement(frames), sequence, frames), quiet);
 }
 
-[[nodiscard]] Settings settings_of(const Arguments& arguments) {
+[[nodiscard]] Settings settings_of(const RunArguments& arguments) {
   Settings settings = arguments.config ? load_settings(*arguments.config, arguments.preset)
                                        : preset_settings(arguments.preset.value_or("default"));
   if (arguments.loop_closure_flag->count() > 0) settings.loop_closure.enabled = arguments.loop_closure;
@@ -136,7 +136,7 @@ void print_summary(const RunSummary& summary, const fs::path& output) {
 }
 
 /// Files that the run reads, besides the images.
-[[nodiscard]] std::vector<fs::path> inputs_of(const Arguments& arguments) {
+[[nodiscard]] std::vector<fs::path> inputs_of(const RunArguments& arguments) {
   std::vector<fs::path> inputs;
   if (arguments.config) inputs.push_back(*arguments.config);
   if (arguments.run.load_map) inputs.push_back(*arguments.run.load_map);
@@ -146,7 +146,7 @@ void print_summary(const RunSummary& summary, const fs::path& output) {
   return inputs;
 }
 
-int run_command(const Arguments& arguments) {
+int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   const Settings settings = settings_of(arguments);
   SequenceScan found = scan(arguments.dataset);
@@ -195,7 +195,7 @@ int run_command(const Arguments& arguments) {
 }  // namespace
 
 Command add_run(CLI::App& parent) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RunArguments>();
   auto& app =
       *parent.add_subcommand("run", "run the SLAM; write trajectory, covariances, map, timing and a report");
   add_dataset_options(app, arguments->dataset);

@@ -17,7 +17,7 @@
 namespace stereo_slam {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   std::filesystem::path output;
   double scale = 1.0;
   bool quiet = false;
@@ -53,7 +53,7 @@ void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
                "also write masks of the moving objects in the left images, to the folder moving");
 }
 
-void add_recording_options(CLI::App& app, Arguments& arguments) {
+void add_recording_options(CLI::App& app, SimulateArguments& arguments) {
   app.add_option("--fps", arguments.settings.fps, "frames per second")
       ->check(number_between(0.1, 1000.0))
       ->capture_default_str();
@@ -95,7 +95,7 @@ void add_recording_options(CLI::App& app, Arguments& arguments) {
           .cy = (camera.cy + 0.5) * scale - 0.5};
 }
 
-int simulate_command(const Arguments& arguments) {
+int simulate_command(const SimulateArguments& arguments) {
   simulator::SimulationSettings settings = arguments.settings;
   settings.camera = scaled(settings.camera, arguments.scale);
   settings.rectification_error_px *= arguments.scale;
@@ -115,7 +115,7 @@ int simulate_command(const Arguments& arguments) {
 }  // namespace
 
 Command add_simulate(CLI::App& parent) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   auto& app = *parent.add_subcommand(
       "simulate", "render a town or a highway as a KITTI or EuRoC sequence with ground truth");
   app.add_option("--output", arguments->output, "folder for the sequence")

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
-#include "simulator/recording/simulate.hpp"
-#include "stereo_slam/dataset/sequence.hpp"
-#include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/support/block_drive.hpp"
 #include "stereo_slam/support/random_map.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
@@ -18,35 +19,10 @@
 namespace stereo_slam {
 namespace {
 
-constexpr std::size_t kFrames = 200;           // around a block, and again through the street where it began
-constexpr std::size_t kFramesOfTwoLaps = 260;  // nearly
+constexpr std::size_t kFrames = test::BlockDrive::kFramesOfOneLap;
+constexpr std::size_t kFramesOfTwoLaps = test::BlockDrive::kFrames;  // nearly
 
-/// A drive around a block of houses, held in memory.
-struct Recording {
-  StereoCamera camera;
-  std::vector<StereoFrame> frames;
-  std::vector<Eigen::Isometry3d> truth;
-
-  Recording() {
-    simulator::SimulationSettings settings;
-    settings.frames = static_cast<int>(kFramesOfTwoLaps);
-    settings.fps = 7.0;
-    settings.loop.block_length_m = 44.0;
-    settings.loop.block_width_m = 36.0;
-    settings.camera = {496, 150, 288.0, 288.0, 248.0, 74.0};
-    const test::TemporaryFolder folder;
-    simulator::simulate(settings, folder.path());
-    const auto sequence = open_sequence(folder.path(), "kitti");
-    camera = sequence.camera;
-    for (std::size_t i = 0; i < kFramesOfTwoLaps; ++i) frames.push_back(load_frame(sequence, i));
-    truth = read_trajectory(folder / "poses.txt").poses;
-  }
-};
-
-const Recording& recording() {
-  static const Recording rendered;
-  return rendered;
-}
+const test::BlockDrive& recording() { return test::block_drive(); }
 
 /// What happens to the images of a drive: which of the recording's frames is seen at each step, and how.
 struct Drive {

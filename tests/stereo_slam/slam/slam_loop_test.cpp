@@ -1,42 +1,30 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cstddef>
+#include <vector>
 
 #include "stereo_slam/slam/slam.hpp"
-#include "stereo_slam/support/rendered_drive.hpp"
+#include "stereo_slam/support/block_drive.hpp"
 #include "support/catch.hpp"
 
 namespace stereo_slam {
 namespace {
 
-/// A drive around a block of houses, and again through the street where it began. Rendered once.
-const test::RenderedDrive& loop_recording() {
-  static const test::RenderedDrive rendered([] {
-    simulator::SimulationSettings settings;
-    settings.frames = 200;
-    settings.fps = 7.0;
-    settings.loop.block_length_m = 44.0;
-    settings.loop.block_width_m = 36.0;
-    settings.camera = {496, 150, 288.0, 288.0, 248.0, 74.0};
-    return settings;
-  }());
-  return rendered;
-}
+constexpr std::size_t kLoopFrames = test::BlockDrive::kFramesOfOneLap;
 
-struct Outcome {
+struct LoopOutcome {
   std::vector<FrameResult> results;
   std::vector<PoseGaussian> trajectory;
   std::vector<LoopEvent> loops;
 };
 
-Outcome drive(bool loop_closure, LoopThread thread) {
+LoopOutcome drive(bool loop_closure, LoopThread thread) {
   Settings settings;
   settings.loop_closure.enabled = loop_closure;
-  const auto& sequence = loop_recording().sequence;
-  Slam slam(sequence.camera, settings, thread);
-  Outcome outcome;
-  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
-    outcome.results.push_back(slam.process(load_frame(sequence, i)));
-  }
+  const auto& recording = test::block_drive();
+  Slam slam(recording.camera, settings, thread);
+  LoopOutcome outcome;
+  for (std::size_t i = 0; i < kLoopFrames; ++i) outcome.results.push_back(slam.process(recording.frames[i]));
   slam.finish();
   outcome.trajectory = slam.trajectory();
   outcome.loops = slam.loop_events();
@@ -51,11 +39,11 @@ TEST_CASE(
     "A rendered loop is found and closed, without a jump in the odometry frame, and with the same bits "
     "from a thread of its own",
     "[stereo_slam][slam][loops]") {
-  const Outcome open = drive(false, LoopThread::kNone);
+  const LoopOutcome open = drive(false, LoopThread::kNone);
   CHECK(open.loops.empty());
-  const Outcome closed = drive(true, LoopThread::kNone);
+  const LoopOutcome closed = drive(true, LoopThread::kNone);
   REQUIRE(closed.loops.size() >= 3);
-  const auto& truth = loop_recording().truth;
+  const auto& truth = test::block_drive().truth;
   for (const auto& loop : closed.loops) {
     CAPTURE(loop.frame, loop.old_frame, loop.inliers, loop.chi2);
     CHECK(loop.accepted);
@@ -70,14 +58,15 @@ TEST_CASE(
         std::max(0.15, distance_m(open.trajectory[revisit].pose, truth[revisit])));
   CHECK(closed.trajectory[revisit].covariance.trace() < open.trajectory[revisit].covariance.trace());
 
-  for (std::size_t i = 0; i < truth.size(); ++i) {
+  for (std::size_t i = 0; i < kLoopFrames; ++i) {
     CAPTURE(i);
     CHECK(closed.results[i].T_odometry_camera.is_approx(open.results[i].T_odometry_camera, 1e-12));
   }
 
-  const Outcome beside = drive(true, LoopThread::kOwn);
-  REQUIRE(beside.trajectory.size() == closed.trajectory.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) {
+  const LoopOutcome beside = drive(true, LoopThread::kOwn);
+  REQUIRE(closed.trajectory.size() == kLoopFrames);
+  REQUIRE(beside.trajectory.size() == kLoopFrames);
+  for (std::size_t i = 0; i < kLoopFrames; ++i) {
     CAPTURE(i);
     CHECK(beside.trajectory[i].pose.coeffs() == closed.trajectory[i].pose.coeffs());
     CHECK(beside.trajectory[i].covariance == closed.trajectory[i].covariance);
