@@ -55,7 +55,7 @@ constexpr double kStep_m = 3.5;
   return graph;
 }
 
-/// What marginal_covariances() replaced: Ceres' sparse QR decomposition, for 64 nodes.
+/// What marginals() replaced: Ceres' sparse QR decomposition, for 64 nodes.
 [[nodiscard]] bool covariances_of_64_by_ceres(const PoseGraph& graph) {
   antipode::PoseManifold manifold;
   std::vector<antipode::Vector8<double>> blocks;
@@ -88,9 +88,7 @@ TEST_CASE("Pose graph", "[benchmark][pose_graph]") {
     graph.poses = optimize(graph, settings).poses;
     const PoseGraphEdge loop = graph.loops.back();
     BENCHMARK(of + "mahalanobis_squared") { return mahalanobis_squared(graph, loop, {}, settings); };
-    BENCHMARK(of + "marginal_covariances, all") {
-      return marginal_covariances(graph, settings).back()(0, 0);
-    };
+    BENCHMARK(of + "marginals, all") { return marginals(graph, settings).back().estimate.covariance(0, 0); };
     BENCHMARK(of + "baseline: ceres::Covariance, 64") { return covariances_of_64_by_ceres(graph); };
   }
 }

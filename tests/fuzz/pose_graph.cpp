@@ -22,7 +22,7 @@ using stereo_slam::PoseGraphEdge;
 }
 
 [[nodiscard]] PoseGraphEdge edge(HostileInput& input, std::size_t from, std::size_t to) {
-  return {from, to, {near_pose(input), input.covariance<6>()}};
+  return {from, to, {near_pose(input), input.covariance<6>()}, to};
 }
 
 void pose_graph(Bytes bytes) {
@@ -46,8 +46,9 @@ void pose_graph(Bytes bytes) {
             "a weight is not from 0 to 1");
     require(!result.converged || std::isfinite(result.final_cost), "converged to a cost that is no number");
     graph.poses = result.poses;
-    for (const auto& P : marginal_covariances(graph, settings)) {
-      require(P.allFinite(), "a covariance is not finite");
+    for (const auto& [estimate, drift] : marginals(graph, settings)) {
+      require(estimate.covariance.allFinite(), "a covariance is not finite");
+      require(drift.allFinite(), "the effect of a drift is not finite");
     }
   });
 }

@@ -8,6 +8,18 @@ PoseDensity certain_pose() {
   return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
 }
 
+PoseGaussian DriftingPose::with_drift(double sigma_rad) const {
+  PoseGaussian result = estimate;
+  result.covariance += sigma_rad * sigma_rad * drift * drift.transpose();
+  return result;
+}
+
+DriftingPose compose(const DriftingPose& T_a_b, const PoseGaussian& T_b_c, double frames) {
+  DriftingPose T_a_c{compose(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.drift};
+  T_a_c.drift.topRows<3>().diagonal().array() += frames;
+  return T_a_c;
+}
+
 PoseGaussian with_calibration_error(const PoseGaussian& T_a_b, const CalibrationError& error) {
   const Pose T_b_a = T_a_b.pose.inverse();
   const Vector3<double> along = error.scale_sigma * T_b_a.translation();

@@ -14,7 +14,20 @@ using PoseDensity = antipode::BinghamGaussian<double>;
 /// Pose of a keyframe relative to itself: known, up to the smallest covariance that densities represent.
 [[nodiscard]] PoseDensity certain_pose();
 
-/// The estimate with the uncertainty of the calibration added. All frames share the calibration's errors, and
+/// A pose, and what the drift does to it: the derivative of its right perturbation by a rotation that is added
+/// to the motion from each frame to the next, the same in all of them, in the camera's axes.
+struct DriftingPose {
+  PoseGaussian estimate;  ///< without the drift's uncertainty
+  Matrix6x3 drift = Matrix6x3::Zero();
+
+  /// The estimate with the uncertainty by the drift, of which `sigma_rad` is known beforehand.
+  [[nodiscard]] PoseGaussian with_drift(double sigma_rad) const;
+};
+
+/// T_a_c from T_a_b and T_b_c, where c is `frames` frames after b; before b, if negative.
+[[nodiscard]] DriftingPose compose(const DriftingPose& T_a_b, const PoseGaussian& T_b_c, double frames);
+
+/// The estimate with the uncertainty of scale and axes added. All frames share the calibration's errors, and
 /// no measurement of the camera observes them; they are therefore no part of the state, and are added once,
 /// to the reported pose. An error of the baseline scales all lengths: the translation is uncertain along
 /// itself. An error of the principal point turns the camera's axes by some X: the estimate is X T X^-1

@@ -78,10 +78,11 @@ enum class TrackingStatus {
 /// rad and m.
 using PoseGaussian = antipode::PoseGaussian<double>;
 
-/// Standard deviations of the calibration's errors, which all frames share.
+/// Standard deviations of the errors that all frames share.
 struct CalibrationError {
-  double scale_sigma = 0.0;     ///< relative, of all lengths
-  double axes_sigma_rad = 0.0;  ///< of the camera's axes, about each of them
+  double scale_sigma = 0.0;      ///< relative, of all lengths
+  double axes_sigma_rad = 0.0;   ///< of the camera's axes, about each of them
+  double drift_sigma_rad = 0.0;  ///< of the rotation from one frame to the next, about each axis
 };
 
 /// Milliseconds a stage took.

@@ -22,7 +22,8 @@ namespace stereo_slam {
 namespace {
 
 constexpr std::size_t kTriangle = 21;
-constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
+constexpr std::size_t kBetween = 6;  // columns between the covariances
+constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
 
 [[nodiscard]] double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -42,13 +43,16 @@ constexpr std::size_t kColumns = 2 + kTriangle + 5 + kTriangle;
                                                                  const std::vector<Pose>& poses,
                                                                  std::size_t from, std::size_t to) {
   Matrix6<double> covariance = Matrix6<double>::Zero();
+  Matrix6x3 drift = Matrix6x3::Zero();
   for (std::size_t k = to; k != from; k = rows[k].keyframe) {
     if (k < from || rows[k].keyframe >= k) return std::nullopt;
     const Matrix6<double> A = (poses[to].inverse() * poses[k]).adjoint();
     covariance += A * rows[k].relative * A.transpose();
+    drift += static_cast<double>(k - rows[k].keyframe) * A.leftCols<3>();
   }
-  const PoseGaussian relative{poses[from].inverse() * poses[to], covariance};
-  return with_calibration_error(relative, rows[to].calibration).covariance;
+  const DriftingPose relative{{poses[from].inverse() * poses[to], covariance}, drift};
+  const CalibrationError& error = rows[to].calibration;
+  return with_calibration_error(relative.with_drift(error.drift_sigma_rad), error).covariance;
 }
 
 [[nodiscard]] std::vector<Pose> dual_quaternions(PoseSpan poses) {
@@ -134,7 +138,7 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
     }
     const double* tail = numbers->data() + kTriangle;
     constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error
-    if (*std::min_element(tail + 2, tail + 5) < 0.0 || *std::max_element(tail + 2, tail + 5) > kMost) {
+    if (*std::min_element(tail + 2, tail + kBetween) < 0.0 || *std::max_element(tail + 2, tail + kBetween) > kMost) {
       throw std::runtime_error(
           at_line(file, number, "degrees of freedom and standard deviations must be from 0 to 1e9"));
     }
@@ -142,10 +146,10 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
       throw std::runtime_error(at_line(file, number, "the keyframe must be an earlier frame"));
     }
     rows.push_back({static_cast<std::size_t>(tail[0]),
-                    from_triangle(tail + 5),
+                    from_triangle(tail + kBetween),
                     tail[1],
                     static_cast<int>(tail[2]),
-                    {tail[3], tail[4]},
+                    {tail[3], tail[4], tail[5]},
                     from_triangle(numbers->data())});
   }
   return rows;

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <bit>
 #include <cstdint>
+#include <cstring>
 
 #include <opencv2/core.hpp>
+
+#include "stereo_slam/frontend/patch_pixels.hpp"
 
 namespace stereo_slam {
 
@@ -22,6 +26,29 @@ namespace stereo_slam {
   const std::uint8_t* lower = upper + image.step;
   const float top = static_cast<float>(upper[0]) + ax * static_cast<float>(upper[1] - upper[0]);
   const float bottom = static_cast<float>(lower[0]) + ax * static_cast<float>(lower[1] - lower[0]);
+  return top + ay * (bottom - top);
+}
+
+/// The same of four positions, to the same bits.
+[[nodiscard]] inline FourFloats bilinear(const cv::Mat& image, FourFloats x, FourFloats y) {
+  const auto x0 = __builtin_convertvector(x, FourInts);
+  const auto y0 = __builtin_convertvector(y, FourInts);
+  FourInts upper{}, lower{};  // of each position two neighbouring grey values: the left one in the low byte
+  static_assert(std::endian::native == std::endian::little);
+  for (int i = 0; i < 4; ++i) {
+    const std::uint8_t* pixel = image.ptr<std::uint8_t>(y0[i]) + x0[i];
+    std::uint16_t two = 0;
+    std::memcpy(&two, pixel, sizeof two);
+    upper[i] = two;
+    std::memcpy(&two, pixel + image.step, sizeof two);
+    lower[i] = two;
+  }
+  const auto left = [](FourInts two) { return __builtin_convertvector(two & 255, FourFloats); };
+  const auto right = [](FourInts two) { return __builtin_convertvector(two >> 8, FourFloats); };
+  const FourFloats ax = x - __builtin_convertvector(x0, FourFloats);
+  const FourFloats ay = y - __builtin_convertvector(y0, FourFloats);
+  const FourFloats top = left(upper) + ax * (right(upper) - left(upper));
+  const FourFloats bottom = left(lower) + ax * (right(lower) - left(lower));
   return top + ay * (bottom - top);
 }
 

@@ -89,23 +89,27 @@ using BorderedPatch = std::array<std::array<float, 12>, kBorderedSide>;
 [[nodiscard]] BorderedPatch sample_warped(const cv::Mat& image, const Eigen::Vector2d& centre_px,
                                           const PatchWarp& target_to_source) {
   constexpr int kReach = PatchTemplate::kRadius_px + 1;
-  using Row = Eigen::Array<float, kBorderedSide, 1>;
-  static const Row kColumns = Row::LinSpaced(-kReach, kReach);
+  constexpr std::array<FourFloats, 2> kColumns{FourFloats{-4.0F, -3.0F, -2.0F, -1.0F},
+                                               FourFloats{0.0F, 1.0F, 2.0F, 3.0F}};
+  constexpr float kLastColumn = 4.0F;
+  static_assert(kReach == 4 && kBorderedSide == 9);
   const Eigen::Matrix2f A = target_to_source.linear.cast<float>();
   const Eigen::Vector2f g = target_to_source.perspective.cast<float>();
   const Eigen::Vector2f c = centre_px.cast<float>();
   BorderedPatch bordered{};
   for (std::size_t row = 0; row < kBorderedSide; ++row) {
     const auto y = static_cast<float>(static_cast<int>(row) - kReach);
-    const Row linear_x = A(0, 0) * kColumns + A(0, 1) * y;
-    const Row linear_y = A(1, 0) * kColumns + A(1, 1) * y;
-    const Row scale = (1.0F - g.x() * linear_x - g.y() * linear_y).inverse();
-    const Row source_x = c.x() + linear_x * scale;
-    const Row source_y = c.y() + linear_y * scale;
-    for (std::size_t column = 0; column < kBorderedSide; ++column) {
-      const auto i = static_cast<Eigen::Index>(column);
-      bordered[row][column] = bilinear(image, source_x[i], source_y[i]);
+    const auto sample = [&](auto column) {
+      const auto linear_x = A(0, 0) * column + A(0, 1) * y;
+      const auto linear_y = A(1, 0) * column + A(1, 1) * y;
+      const auto scale = 1.0F / (1.0F - g.x() * linear_x - g.y() * linear_y);
+      return bilinear(image, c.x() + linear_x * scale, c.y() + linear_y * scale);
+    };
+    for (std::size_t half = 0; half < kColumns.size(); ++half) {
+      const FourFloats four = sample(kColumns[half]);
+      std::memcpy(bordered[row].data() + 4 * half, &four, sizeof four);
     }
+    bordered[row][8] = sample(kLastColumn);
   }
   return bordered;
 }
@@ -150,12 +154,9 @@ struct DifferentiatedPatch {
 }  // namespace
 
 Eigen::Matrix3d stereo_patch_covariance(const Eigen::Matrix2d& left_px2, const Eigen::Matrix2d& right_px2) {
-  constexpr double kInflation = 4.0;
   constexpr double kAlike = 1.5;  // variance of what displaces both, relative to what does not
-  const Eigen::Matrix2d left = kInflation * left_px2;
-  const Eigen::Matrix2d right = kInflation * right_px2;
   Eigen::Matrix3d covariance;
-  covariance << (1.0 + kAlike) * left, left.col(0), left.row(0), left(0, 0) + right(0, 0);
+  covariance << (1.0 + kAlike) * left_px2, left_px2.col(0), left_px2.row(0), left_px2(0, 0) + right_px2(0, 0);
   return covariance;
 }
 

@@ -68,10 +68,9 @@ class PatchTemplate {
 
 /// Covariance of (u, v, disparity) measured by aligning the same patch in the left and in the right image.
 ///
-/// `left_px2` and `right_px2` are the covariances of the two alignments. They are too small: interpolation
-/// smooths the noise that they are computed from, what a patch does not explain (occlusions, surfaces that
-/// are not planes) spans several pixels, and the noise of the template displaces both alignments alike. The
-/// factors are measured on rendered drives (docs/results/accuracy.md).
+/// `left_px2` and `right_px2` are the covariances of the two alignments. The noise of the template displaces
+/// both alike, by which the disparity does not change: its share is measured on rendered drives
+/// (docs/results/accuracy.md).
 [[nodiscard]] Eigen::Matrix3d stereo_patch_covariance(const Eigen::Matrix2d& left_px2,
                                                       const Eigen::Matrix2d& right_px2);
 

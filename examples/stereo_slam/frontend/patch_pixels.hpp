@@ -11,6 +11,7 @@ namespace stereo_slam {
 
 /// Four numbers in one register: an extension of GCC and Clang.
 using FourFloats [[gnu::vector_size(4 * sizeof(float))]] = float;
+using FourInts [[gnu::vector_size(4 * sizeof(std::int32_t))]] = std::int32_t;
 
 [[nodiscard]] inline FourFloats load_four(const float* values) {
   FourFloats four;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <optional>
 
 #include <Eigen/Cholesky>
@@ -41,32 +42,33 @@ struct SlopePrior {
 
 constexpr float kSurfaceSigma = 0.03F;  // of the slope of a road or a wall
 
-/// Axis-aligned window around a point.
-[[nodiscard]] Pixels sample(const cv::Mat& image, const Eigen::Vector2f& centre) {
+/// The pixels of the right image that belong to those of the left window.
+[[nodiscard]] Pixels sample_slanted(const cv::Mat& image, const Eigen::Vector2f& centre,
+                                    const Eigen::Vector2f& slope) {
+  constexpr std::array<FourFloats, 2> kColumns{FourFloats{-4.0F, -3.0F, -2.0F, -1.0F},
+                                               FourFloats{0.0F, 1.0F, 2.0F, 3.0F}};
+  constexpr float kLastColumn = 4.0F;
+  static_assert(kWindowRadius_px == 4);
   Pixels pixels;
-  Eigen::Index i = 0;
+  float* value = pixels.data();
   for (int y = -kWindowRadius_px; y <= kWindowRadius_px; ++y) {
-    for (int x = -kWindowRadius_px; x <= kWindowRadius_px; ++x) {
-      pixels[i++] = bilinear(image, centre.x() + static_cast<float>(x), centre.y() + static_cast<float>(y));
+    const auto row = static_cast<float>(y);
+    const FourFloats rows = FourFloats{} + (centre.y() + row);
+    for (const FourFloats& column : kColumns) {
+      const FourFloats nearer_px = slope.x() * column + slope.y() * row;
+      const FourFloats four = bilinear(image, centre.x() + column - nearer_px, rows);
+      std::memcpy(value, &four, sizeof four);
+      value += 4;
     }
+    const float nearer_px = slope.x() * kLastColumn + slope.y() * row;
+    *value++ = bilinear(image, centre.x() + kLastColumn - nearer_px, centre.y() + row);
   }
   return pixels;
 }
 
-/// The pixels of the right image that belong to those of the left window.
-[[nodiscard]] Pixels sample_slanted(const cv::Mat& image, const Eigen::Vector2f& centre,
-                                    const Eigen::Vector2f& slope) {
-  Pixels pixels;
-  Eigen::Index i = 0;
-  for (int y = -kWindowRadius_px; y <= kWindowRadius_px; ++y) {
-    const auto row = static_cast<float>(y);
-    for (int x = -kWindowRadius_px; x <= kWindowRadius_px; ++x) {
-      const auto column = static_cast<float>(x);
-      const float nearer_px = slope.x() * column + slope.y() * row;
-      pixels[i++] = bilinear(image, centre.x() + column - nearer_px, centre.y() + row);
-    }
-  }
-  return pixels;
+/// Axis-aligned window around a point.
+[[nodiscard]] Pixels sample(const cv::Mat& image, const Eigen::Vector2f& centre) {
+  return sample_slanted(image, centre, Eigen::Vector2f::Zero());
 }
 
 /// The left window, prepared for the inverse compositional alignment of the right one.

@@ -128,7 +128,9 @@ std::optional<LoopCorrection> LoopCloser::correct() {
   PoseGraph graph = pose_graph();
   graph.poses = optimize(graph, settings_.pose_graph).poses;
   const auto poses = with_covariances(graph);
-  keyframes_.correct(poses);
+  std::vector<PoseGaussian> with_drift;
+  for (const auto& pose : poses) with_drift.push_back(pose.with_drift(graph.drift_sigma_rad));
+  keyframes_.correct(with_drift);
   LoopCorrection correction;
   const auto first = static_cast<std::ptrdiff_t>(known_.keyframes);
   correction.T_world_keyframe.assign(poses.begin() + first, poses.end());
@@ -146,13 +148,19 @@ std::size_t LoopCloser::add_keyframe(Keyframe keyframe) {
   const std::size_t id = keyframes_.add(std::move(keyframe));
   const Keyframe& added = keyframes_[id];
   if (added.segment >= segments_.size()) segments_.begin(id);
-  if (id > 0) odometry_.push_back({id - 1, id, added.T_previous_keyframe});
+  if (id > 0) {
+    odometry_.push_back({id - 1, id, added.T_previous_keyframe, added.frame - keyframes_[id - 1].frame});
+  }
   return id;
 }
 
 /// Keyframes and constraints as a pose graph.
 PoseGraph LoopCloser::pose_graph() const {
-  PoseGraph graph{.poses = {}, .odometry = odometry_, .loops = loops_, .gauge = fixed_keyframes_};
+  PoseGraph graph{.poses = {},
+                  .odometry = odometry_,
+                  .loops = loops_,
+                  .gauge = fixed_keyframes_,
+                  .drift_sigma_rad = settings_.calibration.drift_px / camera_.fx};
   for (const auto& keyframe : keyframes_.all()) graph.poses.push_back(keyframe.T_world_keyframe.pose);
   return graph;
 }
@@ -306,25 +314,25 @@ void LoopCloser::drop_guesses() {
     const Pose& T_world_from = keyframes_[guess.from].T_world_keyframe.pose;
     const Pose& T_world_to = keyframes_[guess.to].T_world_keyframe.pose;
     guess.T_from_to = {(T_world_from.inverse() * T_world_to).renormalized(), no_knowledge()};
+    guess.frames = 0;
   }
 }
 
 /// Poses of an optimised graph with their marginal covariances. If these cannot be computed, a covariance is
 /// composed from that of the keyframe before, without what the loops say.
-std::vector<PoseGaussian> LoopCloser::with_covariances(const PoseGraph& graph) const {
-  const auto marginals = marginal_covariances(graph, settings_.pose_graph);
-  const auto& poses = graph.poses;
-  std::vector<PoseGaussian> result;
-  for (std::size_t id = 0; id < poses.size(); ++id) {
+std::vector<DriftingPose> LoopCloser::with_covariances(const PoseGraph& graph) const {
+  auto result = marginals(graph, settings_.pose_graph);
+  const bool known = !result.empty();
+  result.resize(graph.poses.size());
+  for (std::size_t id = 0; id < result.size(); ++id) {
     if (id < graph.gauge) {
-      result.push_back({poses[id], keyframes_[id].T_world_keyframe.covariance});
-    } else if (!marginals.empty()) {
-      result.push_back({poses[id], marginals[id]});
-    } else {
-      const Pose T_previous_keyframe = poses[id - 1].inverse() * poses[id];
-      result.push_back(
-          compose(result.back(), {T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance}));
-      result.back().pose = poses[id];
+      result[id] = {{graph.poses[id], keyframes_[id].T_world_keyframe.covariance}};
+    } else if (!known) {
+      const Pose T_previous_keyframe = graph.poses[id - 1].inverse() * graph.poses[id];
+      result[id] = compose(result[id - 1],
+                           PoseGaussian{T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance},
+                           static_cast<double>(odometry_[id - 1].frames));
+      result[id].estimate.pose = graph.poses[id];
     }
   }
   return result;

@@ -20,7 +20,7 @@ namespace stereo_slam {
 
 /// Effect of loops on the map. All values are of the time of the correction.
 struct LoopCorrection {
-  std::vector<PoseGaussian> T_world_keyframe;  ///< of the run's first keyframes; later ones keep their poses
+  std::vector<DriftingPose> T_world_keyframe;  ///< of the run's first keyframes; later ones keep their poses
                                                ///< relative to the last of them
   std::vector<Pose> T_world_known_keyframe;    ///< of the loaded map's keyframes
   std::vector<bool> segment_localised;         ///< of the run's segments: joined with the world's
@@ -77,7 +77,7 @@ class LoopCloser {
   void drop_guesses();
 
   [[nodiscard]] PoseGraph pose_graph() const;
-  [[nodiscard]] std::vector<PoseGaussian> with_covariances(const PoseGraph& graph) const;
+  [[nodiscard]] std::vector<DriftingPose> with_covariances(const PoseGraph& graph) const;
 
   StereoCamera camera_;
   Settings settings_;

@@ -208,7 +208,7 @@ class Information {
       movable.push_back(problem.block(node));
       variables_ += 6;
     }
-    if (variables_ > 0) decompose(problem.ceres(), movable);
+    if (variables_ > 0) decompose(problem.ceres(), movable, graph.odometry);
   }
 
   /// Whether the node's covariance exists: it is connected to the gauge.
@@ -222,6 +222,12 @@ class Information {
     unit.setZero();
     unit.middleRows<6>(column).setIdentity();
     return factor_.solve(unit).middleRows<6>(row);
+  }
+
+  /// What the drift does to the node; zero where it is fixed.
+  [[nodiscard]] Matrix6x3 drift(std::size_t node) const {
+    const int row = first_variable_[node];
+    return row < 0 ? Matrix6x3(Matrix6x3::Zero()) : Matrix6x3(drift_.middleRows<6>(row));
   }
 
   /// The covariances of all nodes.
@@ -243,7 +249,8 @@ class Information {
   static constexpr int kFixed = -1;
   static constexpr int kUnknown = -2;
 
-  void decompose(ceres::Problem& problem, const std::vector<double*>& movable) {
+  void decompose(ceres::Problem& problem, const std::vector<double*>& movable,
+                 const std::vector<PoseGraphEdge>& odometry) {
     ceres::Problem::EvaluateOptions options;
     options.parameter_blocks = movable;
     ceres::CRSMatrix J;
@@ -258,24 +265,46 @@ class Information {
       std::replace_if(
           first_variable_.begin(), first_variable_.end(), [](int v) { return v >= 0; }, kUnknown);
       variables_ = 0;
+      return;
     }
+    drift_ = factor_.solve(jacobian.transpose() * residual_drift(jacobian, odometry));
+  }
+
+  /// What the drift does to the residuals of the odometry, which come first: it moves the measured pose of an
+  /// edge's second node as that node's perturbation would.
+  [[nodiscard]] Eigen::MatrixX3d residual_drift(const Eigen::SparseMatrix<double, Eigen::RowMajor>& jacobian,
+                                                const std::vector<PoseGraphEdge>& odometry) const {
+    Eigen::MatrixX3d result = Eigen::MatrixX3d::Zero(jacobian.rows(), 3);
+    for (std::size_t k = 0; k < odometry.size(); ++k) {
+      const auto& [from, to, T_from_to, frames] = odometry[k];
+      const int column = first_variable_[to];
+      if (column < 0) continue;
+      const auto row = static_cast<Eigen::Index>(6 * k);
+      result.middleRows<6>(row) = static_cast<double>(frames) * jacobian.block(row, column, 6, 3).toDense();
+    }
+    return result;
   }
 
   std::vector<int> first_variable_;  // of each node
   int variables_ = 0;
   SparseFactor factor_;
+  Eigen::MatrixX3d drift_;  // of all variables
 };
 
 }  // namespace
 
-std::vector<Matrix6<double>> marginal_covariances(const PoseGraph& graph, const PoseGraphSettings& settings) {
+std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings) {
   const Information information(graph, settings);
   for (std::size_t node = 0; node < graph.poses.size(); ++node) {
     if (!information.knows(node)) return {};
   }
-  auto result = information.marginals();
-  const bool finite = std::all_of(result.begin(), result.end(), [](const auto& P) { return P.allFinite(); });
-  return finite ? std::move(result) : std::vector<Matrix6<double>>();
+  const auto covariances = information.marginals();
+  std::vector<DriftingPose> result;
+  for (std::size_t node = 0; node < graph.poses.size(); ++node) {
+    result.push_back({{graph.poses[node], covariances[node]}, information.drift(node)});
+    if (!covariances[node].allFinite() || !result.back().drift.allFinite()) return {};
+  }
+  return result;
 }
 
 PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
@@ -284,9 +313,12 @@ PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, s
   if (!information.knows(from) || !information.knows(to)) {
     throw std::runtime_error(fmt::format("nodes {} and {} of the pose graph are not connected", from, to));
   }
-  return antipode::relative_pose<double>({graph.poses[from], information.covariance(from, from)},
-                                         {graph.poses[to], information.covariance(to, to)},
-                                         information.covariance(from, to));
+  const PoseGaussian relative = antipode::relative_pose<double>(
+      {graph.poses[from], information.covariance(from, from)},
+      {graph.poses[to], information.covariance(to, to)}, information.covariance(from, to));
+  const Matrix6x3 drift =
+      information.drift(to) - relative.pose.inverse().adjoint() * information.drift(from);
+  return DriftingPose{relative, drift}.with_drift(graph.drift_sigma_rad);
 }
 
 double mahalanobis_squared(const PoseGraph& graph, const PoseGraphEdge& edge,

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -14,6 +15,7 @@ struct PoseGraphEdge {
   std::size_t from = 0;
   std::size_t to = 0;
   PoseGaussian T_from_to;
+  std::size_t frames = 0;  ///< in each of which the drift turned the camera; none for a loop
 };
 
 /// Poses and relative measurements between them. The first poses are fixed: they are the gauge.
@@ -22,6 +24,7 @@ struct PoseGraph {
   std::vector<PoseGraphEdge> odometry;  ///< without a robust loss
   std::vector<PoseGraphEdge> loops;     ///< may be outliers: they get a robust loss
   std::size_t gauge = 1;                ///< number of fixed poses, at least one
+  double drift_sigma_rad = 0.0;         ///< of the rotation that every frame of the edges has in common
 };
 
 struct PoseGraphResult {
@@ -44,14 +47,14 @@ struct PoseGraphResult {
 /// between nodes that do not exist and covariances that are not positive definite.
 [[nodiscard]] PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settings);
 
-/// Covariances of the right perturbations of all poses, given the gauge; zero for the gauge itself. The graph
-/// is taken at its poses, which should be the optimum. Empty if they do not exist, because some node is not
-/// connected to the gauge, or cannot be computed. The same input gives the same bits.
-[[nodiscard]] std::vector<Matrix6<double>> marginal_covariances(const PoseGraph& graph,
-                                                                const PoseGraphSettings& settings);
+/// Poses of the graph with the covariances of their right perturbations, given the gauge, and with what the
+/// drift does to them: the loops reduce both. Zero for the gauge itself. The graph is taken at its poses,
+/// which should be the optimum. Empty if they do not exist, because some node is not connected to the gauge,
+/// or cannot be computed. The same input gives the same bits.
+[[nodiscard]] std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings);
 
-/// The relative pose of two nodes that the graph predicts; its covariance accounts for the errors that both
-/// nodes share. Throws std::runtime_error where marginal_covariances() has no covariance of them.
+/// The relative pose of two nodes that the graph predicts; its covariance contains the drift, and accounts
+/// for the errors that both nodes share. Throws std::runtime_error where marginals() has none of them.
 [[nodiscard]] PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
                                                    const PoseGraphSettings& settings);
 

@@ -38,6 +38,7 @@ struct StereoMatchingSettings {
 struct CalibrationSettings {
   double scale_sigma = 0.0;
   double principal_point_sigma_px = 0.0;
+  double drift_px = 0.004;
   double scale_sigma_per_px = 0.01;
   double principal_point_per_px = 1.0;
 };
@@ -89,7 +90,7 @@ struct RefinementSettings {
   double min_correlation = 0.8;
   double max_shift_px = 3.0;
   double max_row_error_px = 1.0;
-  double pixel_sigma_px = 0.1;
+  double pixel_sigma_px = 0.05;
   double gate_sigma_px = 1.0;
 };
 
@@ -125,7 +126,7 @@ struct MapSettings {
   int cell_px = 40;
   double inverse_depth_beyond_baselines = 40.0;
   double max_baselines = 140.0;
-  double pixel_sigma_px = 0.15;
+  double pixel_sigma_px = 0.075;
   bool update_landmarks = false;
   bool track_correlation = true;
   int cull_after_frames = 5;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/keyframes/keyframe_database.hpp"
@@ -18,7 +19,10 @@ namespace stereo_slam {
 class KeyframeTrajectory {
  public:
   /// Makes `frame` the first keyframe, whose camera is the world's frame.
-  void begin(std::size_t frame) { keyframes_.front().frame = frame; }
+  void begin(std::size_t frame) {
+    keyframes_.front().frame = frame;
+    keyframes_.front().position = frames_.size();
+  }
 
   /// Appends the pose of the next frame relative to the reference keyframe. `measured` is false for a
   /// predicted pose.
@@ -33,7 +37,7 @@ class KeyframeTrajectory {
   void replace(std::size_t position, const PoseGaussian& T_keyframe_camera);
 
   /// Sets the poses of the first keyframes; the others keep their poses relative to those before them.
-  void correct(const std::vector<PoseGaussian>& T_world_keyframe);
+  void correct(const std::vector<DriftingPose>& T_world_keyframe);
 
   /// Corrects what was measured with an earlier estimate of the rectification to what the present one would
   /// have given, to first order, and the covariances to what is not known of it now. The poses in the world
@@ -52,11 +56,11 @@ class KeyframeTrajectory {
     return keyframes_.back().T_previous_keyframe;
   }
   [[nodiscard]] const Pose& T_world_keyframe(std::size_t id) const {
-    return keyframes_[id].T_world_keyframe.pose;
+    return keyframes_[id].T_world_keyframe.estimate.pose;
   }
 
-  /// T_world_camera of a pose relative to the reference keyframe.
-  [[nodiscard]] PoseGaussian in_world(const PoseGaussian& T_keyframe_camera) const;
+  /// T_world_camera of the last frame, which is at this pose relative to the reference keyframe.
+  [[nodiscard]] DriftingPose in_world(const PoseGaussian& T_keyframe_camera) const;
   /// The same on the odometry's path, which never jumps.
   [[nodiscard]] Pose in_odometry_frame(const Pose& T_keyframe_camera) const;
 
@@ -65,13 +69,14 @@ class KeyframeTrajectory {
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const;
 
   /// T_world_camera of every frame as known now; predicted frames lie between their measured neighbours.
-  [[nodiscard]] std::vector<PoseGaussian> poses() const;
+  /// Their covariances contain a drift with this standard deviation a frame.
+  [[nodiscard]] std::vector<PoseGaussian> poses(double drift_sigma_rad) const;
 
  private:
   struct KeyframePose {
     std::size_t frame = 0;
     PoseGaussian T_previous_keyframe;
-    PoseGaussian T_world_keyframe;
+    DriftingPose T_world_keyframe;
     RectificationEffect effect;  ///< on T_previous_keyframe
     std::size_t position = 0;    ///< of its own frame in frames_
   };
@@ -80,6 +85,11 @@ class KeyframeTrajectory {
     PoseGaussian T_keyframe_camera;
     bool measured = true;
   };
+
+  /// T_world_camera of the frame at this position, which is at `T_keyframe_camera` relative to the keyframe.
+  [[nodiscard]] static DriftingPose compose_with(const KeyframePose& keyframe,
+                                                 const PoseGaussian& T_keyframe_camera,
+                                                 std::size_t position);
 
   std::vector<KeyframePose> keyframes_{1};
   std::vector<FramePose> frames_;

@@ -281,15 +281,14 @@ void Slam::record(const PoseDensity& T_keyframe_camera, bool measured, FrameResu
   result.segment = segment_.current();
   result.relative_covariance = pose.covariance;
   result.calibration = calibration_error();
-  result.T_world_camera = with_calibration_error(trajectory_.in_world(pose), result.calibration);
+  result.T_world_camera = in_world(pose, result.calibration);
   result.T_odometry_camera = trajectory_.in_odometry_frame(pose.pose);
 }
 
 /// Replaces the covariances in the result by those of the new keyframe, which contain the rectification's.
 void Slam::record_keyframe(FrameResult& result) const {
   result.relative_covariance = trajectory_.T_previous_reference().covariance;
-  const PoseGaussian T_world_keyframe = trajectory_.in_world(PoseGaussian{});
-  result.T_world_camera.covariance = with_calibration_error(T_world_keyframe, result.calibration).covariance;
+  result.T_world_camera.covariance = in_world(PoseGaussian{}, result.calibration).covariance;
 }
 
 /// Completes the result after the map update: the status takes into account whether the segment is localised.
@@ -328,7 +327,15 @@ CalibrationError Slam::calibration_error() const {
       std::hypot(allowed.scale_sigma, allowed.scale_sigma_per_px * seen_px, rectification_.scale_sigma());
   const double axes_px =
       std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px);
-  return {std::min(scale, kLargest), std::min(axes_px / camera_.fx, kLargest)};
+  return {.scale_sigma = std::min(scale, kLargest),
+          .axes_sigma_rad = std::min(axes_px / camera_.fx, kLargest),
+          .drift_sigma_rad = std::min(allowed.drift_px / camera_.fx, kLargest)};
+}
+
+/// T_world_camera of the last frame with the uncertainty by the errors that all frames share.
+PoseGaussian Slam::in_world(const PoseGaussian& T_keyframe_camera, const CalibrationError& error) const {
+  const DriftingPose T_world_camera = trajectory_.in_world(T_keyframe_camera);
+  return with_calibration_error(T_world_camera.with_drift(error.drift_sigma_rad), error);
 }
 
 void Slam::finish() {
@@ -338,8 +345,9 @@ void Slam::finish() {
 }
 
 std::vector<PoseGaussian> Slam::trajectory() const {
-  auto T_world_camera = trajectory_.poses();
-  for (auto& pose : T_world_camera) pose = with_calibration_error(pose, calibration_error());
+  const CalibrationError error = calibration_error();
+  auto T_world_camera = trajectory_.poses(error.drift_sigma_rad);
+  for (auto& pose : T_world_camera) pose = with_calibration_error(pose, error);
   return T_world_camera;
 }
 

@@ -126,6 +126,8 @@ class Slam {
   void initialise(const FrameImages& images, FrameResult& result);
 
   void record(const PoseDensity& T_keyframe_camera, bool measured, FrameResult& result);
+  [[nodiscard]] PoseGaussian in_world(const PoseGaussian& T_keyframe_camera,
+                                      const CalibrationError& error) const;
   void record_keyframe(FrameResult& result) const;
   void complete(const FrameImages& images, FrameResult& result);
   void learn_velocity(const TrackedPose& tracked, std::int64_t stamp_ns);

@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kDisparitySigma_px = 0.06;  // of the keyframe
 constexpr double kMinDisparity_px = 0.1;
+// Factor on the variance of a match. Errors that many patches have in common, such as those of wrong slopes,
+// do not average out, and would pass for an error of the rectification.
+constexpr double kCaution = 8.0;
 constexpr int kIterations = 3;
 
 /// A point with the disparity `first.z()` in the keyframe, as the second camera sees it.
@@ -38,6 +41,7 @@ struct Prediction {
                                                           const Pose& T_keyframe_camera,
                                                           const StereoCamera& camera) {
   const double variance = kDisparitySigma_px * kDisparitySigma_px;
+  const Matrix3<double> R = kCaution * match.R;
   const Pose T_camera_keyframe = T_keyframe_camera.inverse();
   StereoPoint likely = first;
   BiasConstraint result;
@@ -46,7 +50,7 @@ struct Prediction {
     if (!predicted) return std::nullopt;
     const Vector3<double>& J = predicted->J_disparity;
     result.J_disparity = J;
-    result.S_inverse = (match.R + variance * J * J.transpose()).inverse();
+    result.S_inverse = (R + variance * J * J.transpose()).inverse();
     result.innovation = match.z - predicted->z - J * (first.z() - likely.z());
     if (iteration + 1 < kIterations) {
       const double step = variance * J.dot(result.S_inverse * result.innovation);

@@ -98,6 +98,25 @@ TEST_CASE("An error of the camera's axes is common to all frames", "[nees]") {
   CHECK(aware.relative[2].share_inside > 0.88);
 }
 
+TEST_CASE("A drift is common to all frames", "[nees]") {
+  HonestRun run(501);
+  const Eigen::Isometry3d turn(Eigen::AngleAxisd(0.0005, Eigen::Vector3d(0.6, 0.8, 0.0)));
+  Eigen::Isometry3d drifted = run.estimate.poses.front();
+  Eigen::Isometry3d before = drifted;
+  for (auto& pose : run.estimate.poses) {
+    const Eigen::Isometry3d motion = before.inverse() * pose;
+    before = pose;
+    drifted =
+        drifted * motion * (&pose == &run.estimate.poses.front() ? Eigen::Isometry3d::Identity() : turn);
+    pose = drifted;
+  }
+  const auto unaware = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
+  for (auto& row : run.rows) row.calibration.drift_sigma_rad = 0.0005;
+  const auto aware = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
+  CHECK(unaware.relative[2].share_inside < 0.5);
+  CHECK(aware.relative[2].share_inside > 0.88);
+}
+
 TEST_CASE("The NEES in the world compares every pose with the first, once for each", "[nees]") {
   constexpr int kRuns = 300;
   std::mt19937_64 random(2);
@@ -174,7 +193,8 @@ TEST_CASE("evaluate reads covariances.csv as run writes it", "[nees]") {
     record.results[k].keyframe = k / 2;
     record.results[k].nis = 1.5 * static_cast<double>(k);
     record.results[k].nis_dof = static_cast<int>(k);
-    record.results[k].calibration = {0.25 * static_cast<double>(k), 0.125 * static_cast<double>(k)};
+    const auto number = static_cast<double>(k);
+    record.results[k].calibration = {0.25 * number, 0.125 * number, 0.0625 * number};
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j)
         record.results[k].relative_covariance(i, j) = i * j + static_cast<double>(k);
@@ -194,6 +214,7 @@ TEST_CASE("evaluate reads covariances.csv as run writes it", "[nees]") {
     CHECK(rows[k].nis_dof == record.results[k].nis_dof);
     CHECK(rows[k].calibration.scale_sigma == record.results[k].calibration.scale_sigma);
     CHECK(rows[k].calibration.axes_sigma_rad == record.results[k].calibration.axes_sigma_rad);
+    CHECK(rows[k].calibration.drift_sigma_rad == record.results[k].calibration.drift_sigma_rad);
   }
 }
 
@@ -212,7 +233,7 @@ TEST_CASE("Impossible values are refused with their line", "[nees]") {
   FrameResult odd;
   odd.calibration.axes_sigma_rad = 1e200;
   CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and standard deviations"));
-  odd.calibration = {-0.1, 0.0};
+  odd.calibration = {-0.1, 0.0, 0.0};
   CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and standard deviations"));
 }
 

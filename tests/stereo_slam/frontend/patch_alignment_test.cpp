@@ -87,8 +87,7 @@ TEST_CASE("The covariance of an aligned patch follows its errors", "[stereo_slam
     }
   }
   REQUIRE(count > 400);
-  // Two terms. The noise in what is left was smoothed by interpolation; stereo_patch_covariance() makes up
-  // for that.
+  // Two terms. Interpolation smooths the noise in what is left, so that the covariance is a little too small.
   CHECK(nees / count > 2.0);
   CHECK(nees / count < 4.0);
 }

@@ -146,7 +146,7 @@ Outcome drive(
     outcome.identity = correction->identity;
     auto& poses = outcome.closed;
     for (std::size_t k = 0; k < poses.size(); ++k) {
-      poses[k] = k < correction->T_world_keyframe.size() ? correction->T_world_keyframe[k]
+      poses[k] = k < correction->T_world_keyframe.size() ? correction->T_world_keyframe[k].estimate
                                                          : compose(poses[k - 1], steps[k]);
     }
   };

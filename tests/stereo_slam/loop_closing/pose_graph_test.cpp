@@ -100,6 +100,12 @@ Drive drive_with_loops(unsigned seed = kRingSeed) {
   return result;
 }
 
+std::vector<Matrix6<double>> covariances_of(const PoseGraph& graph, const PoseGraphSettings& settings) {
+  std::vector<Matrix6<double>> result;
+  for (const auto& node : marginals(graph, settings)) result.push_back(node.estimate.covariance);
+  return result;
+}
+
 TEST_CASE("Loops remove the drift of drives", "[stereo_slam][pose_graph]") {
   constexpr unsigned kDrives = 20;
   double open_m = 0.0;
@@ -168,7 +174,7 @@ TEST_CASE("Marginal covariances are those of the composed odometry before a loop
           "[stereo_slam][pose_graph]") {
   CAPTURE(kRingSeed);
   Drive d = drive();
-  const auto open = marginal_covariances(d.graph, kGraphSettings);
+  const auto open = covariances_of(d.graph, kGraphSettings);
   REQUIRE(open.size() == kNodes);
   CHECK(open[0].isZero());
   PoseGaussian composed;
@@ -183,7 +189,7 @@ TEST_CASE("Marginal covariances are those of the composed odometry before a loop
 
   d.add_loop(0, kRingLap);
   d.graph.poses = optimize(d.graph, kGraphSettings).poses;
-  const auto closed = marginal_covariances(d.graph, kGraphSettings);
+  const auto closed = covariances_of(d.graph, kGraphSettings);
   REQUIRE(closed.size() == kNodes);
   CHECK(closed.back().bottomRightCorner<3, 3>().trace() < open.back().bottomRightCorner<3, 3>().trace());
 }
@@ -206,7 +212,7 @@ TEST_CASE("Marginal covariances are those of Ceres, whose rank-revealing decompo
   for (auto& block : blocks) problem.AddParameterBlock(block.data(), 8, &manifold);
   problem.SetParameterBlockConstant(blocks[0].data());
   for (const auto* edges : {&d.graph.odometry, &d.graph.loops}) {
-    for (const auto& [from, to, T] : *edges) {
+    for (const auto& [from, to, T, frames] : *edges) {
       problem.AddResidualBlock(new antipode::RelativePoseCost(T.pose, T.covariance), nullptr,
                                blocks[from].data(), blocks[to].data());
     }
@@ -220,13 +226,13 @@ TEST_CASE("Marginal covariances are those of Ceres, whose rank-revealing decompo
 
   PoseGraphSettings no_loss = kGraphSettings;
   no_loss.loop_scale = 1e6;
-  const auto marginals = marginal_covariances(d.graph, no_loss);
-  REQUIRE(marginals.size() == blocks.size());
+  const auto covariances = covariances_of(d.graph, no_loss);
+  REQUIRE(covariances.size() == blocks.size());
   for (std::size_t k = 0; k < blocks.size(); ++k) {
     CAPTURE(k);
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> P;
     REQUIRE(expected.GetCovarianceBlockInTangentSpace(blocks[k].data(), blocks[k].data(), P.data()));
-    CHECK((marginals[k] - P).norm() <= 1e-9 * P.norm());
+    CHECK((covariances[k] - P).norm() <= 1e-9 * P.norm());
   }
 }
 
@@ -239,7 +245,7 @@ TEST_CASE("Errors after the loops are as large as the marginal covariances say",
     Drive d = drive(run);
     for (std::size_t k = kRingLap; k < kNodes; k += 30) d.add_loop(k - kRingLap, k);
     d.graph.poses = optimize(d.graph, kGraphSettings).poses;
-    const auto P = marginal_covariances(d.graph, kGraphSettings);
+    const auto P = covariances_of(d.graph, kGraphSettings);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const Vector6<double> e = d.truth[nodes[i]].boxminus(d.graph.poses[nodes[i]]);
       nees[i] += e.dot(P[nodes[i]].ldlt().solve(e)) / kRuns;
@@ -248,6 +254,66 @@ TEST_CASE("Errors after the loops are as large as the marginal covariances say",
   for (const double mean : nees) {
     CHECK(mean > 4.98);  // 95 % interval of the mean of 40 chi-squares with six degrees of freedom
     CHECK(mean < 7.12);
+  }
+}
+
+TEST_CASE("The effect of a drift adds up along the odometry, and shrinks with a loop",
+          "[stereo_slam][pose_graph]") {
+  CAPTURE(kRingSeed);
+  constexpr double kSigma_rad = 0.001;
+  Drive d = drive();
+  for (auto& edge : d.graph.odometry) edge.frames = 3;
+  DriftingPose composed;
+  DriftingPose chain;
+  for (std::size_t k = 0; k < 50; ++k) {
+    composed = compose(composed, d.graph.odometry[k].T_from_to, 3.0);
+    if (k >= 20) chain = compose(chain, d.graph.odometry[k].T_from_to, 3.0);
+  }
+  const auto open = marginals(d.graph, kGraphSettings);
+  CHECK(open[0].drift.isZero());
+  CHECK((open[50].drift - composed.drift).norm() < 1e-6 * composed.drift.norm());
+
+  d.graph.drift_sigma_rad = kSigma_rad;
+  const auto relative = predicted_relative_pose(d.graph, 20, 50, kGraphSettings).covariance;
+  const auto expected = chain.with_drift(kSigma_rad).covariance;
+  CHECK((relative - expected).norm() < 1e-6 * expected.norm());
+
+  d.add_loop(0, kRingLap);
+  d.graph.poses = optimize(d.graph, kGraphSettings).poses;
+  const auto closed = marginals(d.graph, kGraphSettings);
+  CHECK(closed[kRingLap].drift.norm() < 0.1 * open[kRingLap].drift.norm());
+}
+
+TEST_CASE("Errors by a drift are as large as the covariances with it say", "[stereo_slam][pose_graph]") {
+  constexpr int kRuns = 40;
+  constexpr double kSigma_rad =
+      0.001;  // as much as the noise after one edge, twelve times as much at the end
+  const std::vector<std::size_t> nodes = {kRingLap / 2, kNodes - 1};
+  std::vector<double> nees(nodes.size(), 0.0);
+  std::vector<double> nees_without(nodes.size(), 0.0);
+  for (unsigned run = 0; run < kRuns; ++run) {
+    Drive d = drive(run);
+    Vector6<double> turn = Vector6<double>::Zero();
+    std::normal_distribution<double> normal;
+    turn.head<3>() = kSigma_rad * Vector3<double>::NullaryExpr([&] { return normal(d.random); });
+    for (auto& edge : d.graph.odometry) {
+      edge.T_from_to.pose = edge.T_from_to.pose.boxplus(turn);
+      edge.frames = 1;
+    }
+    for (std::size_t k = kRingLap; k < kNodes; k += 30) d.add_loop(k - kRingLap, k);
+    d.graph.poses = optimize(d.graph, kGraphSettings).poses;
+    const auto P = marginals(d.graph, kGraphSettings);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const Vector6<double> e = d.truth[nodes[i]].boxminus(d.graph.poses[nodes[i]]);
+      const Matrix6<double> S = P[nodes[i]].with_drift(kSigma_rad).covariance;
+      nees[i] += e.dot(S.ldlt().solve(e)) / kRuns;
+      nees_without[i] += e.dot(P[nodes[i]].estimate.covariance.ldlt().solve(e)) / kRuns;
+    }
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    CHECK(nees[i] > 4.98);  // 95 % interval of the mean of 40 chi-squares with six degrees of freedom
+    CHECK(nees[i] < 7.12);
+    CHECK(nees_without[i] > 7.12);
   }
 }
 
@@ -270,8 +336,8 @@ TEST_CASE("The same graph gives the same bits", "[stereo_slam][pose_graph]") {
   const Drive d = drive_with_loops();
   const auto first = optimize(d.graph, kGraphSettings);
   const auto second = optimize(d.graph, kGraphSettings);
-  const auto P = marginal_covariances(d.graph, kGraphSettings);
-  const auto Q = marginal_covariances(d.graph, kGraphSettings);
+  const auto P = covariances_of(d.graph, kGraphSettings);
+  const auto Q = covariances_of(d.graph, kGraphSettings);
   for (std::size_t k = 0; k < kNodes; ++k) {
     CHECK(first.poses[k].coeffs() == second.poses[k].coeffs());
     CHECK(P[k] == Q[k]);
@@ -290,9 +356,9 @@ TEST_CASE("Graphs without edges stay as they are; invalid edges are refused",
   CHECK_THROWS_AS(optimize(graph, kGraphSettings), std::invalid_argument);
   graph.odometry = {{0, 1, {Pose(), Matrix6<double>::Identity()}}};
   graph.poses.resize(4);
-  CHECK(marginal_covariances(graph, kGraphSettings).empty());
+  CHECK(covariances_of(graph, kGraphSettings).empty());
   graph.odometry.push_back({2, 3, {Pose(), Matrix6<double>::Identity()}});
-  CHECK(marginal_covariances(graph, kGraphSettings).empty());
+  CHECK(covariances_of(graph, kGraphSettings).empty());
   CHECK_THROWS_AS(predicted_relative_pose(graph, 0, 2, kGraphSettings), std::runtime_error);
 }
 

@@ -87,7 +87,7 @@ TEST_CASE("A correction moves the landmarks and merges those that loops have uni
 
   LoopCorrection correction;
   const Pose motion = test::car_motion(0.7);
-  correction.T_world_keyframe = {{motion, Matrix6<double>::Identity()}};
+  correction.T_world_keyframe = {{{motion, Matrix6<double>::Identity()}}};
   correction.identity.unite(before[0].landmark, before[25].landmark);
   run.trajectory.correct(correction.T_world_keyframe);
   map.correct(correction);

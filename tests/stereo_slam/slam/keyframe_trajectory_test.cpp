@@ -29,7 +29,7 @@ TEST_CASE("Poses of frames are compositions over their keyframes", "[stereo_slam
   const auto trajectory = drive();
   CHECK(trajectory.reference() == 2);
   CHECK(trajectory.reference_frame() == 4);
-  const auto poses = trajectory.poses();
+  const auto poses = trajectory.poses(0.0);
   REQUIRE(poses.size() == 6);
   const PoseGaussian fourth = compose(step(2.0), step(2.0));
   CHECK(poses[0].pose.is_approx(Pose::identity(), 0.0));
@@ -38,13 +38,28 @@ TEST_CASE("Poses of frames are compositions over their keyframes", "[stereo_slam
   CHECK(poses[5].pose.is_approx(compose(fourth, step(1.0)).pose, 1e-12));
 }
 
+TEST_CASE("A drift adds up from frame to frame", "[stereo_slam][slam]") {
+  constexpr double kSigma_rad = 0.01;
+  const auto trajectory = drive();
+  const auto without = trajectory.poses(0.0);
+  const auto with = trajectory.poses(kSigma_rad);
+  CHECK(with[0].covariance == without[0].covariance);
+  for (std::size_t frame = 1; frame < 6; ++frame) {
+    CAPTURE(frame);
+    // The steps only turn about y, so that the heading's drift is that of all frames.
+    const double added = with[frame].covariance(1, 1) - without[frame].covariance(1, 1);
+    const auto frames = static_cast<double>(frame);
+    CHECK(added == Approx(frames * frames * kSigma_rad * kSigma_rad));
+  }
+}
+
 TEST_CASE("A correction moves frames with their keyframes and carries later keyframes along",
           "[stereo_slam][slam]") {
   auto trajectory = drive();
-  const auto before = trajectory.poses();
+  const auto before = trajectory.poses(0.0);
   const Pose motion = test::car_motion(-0.3);
-  trajectory.correct({{}, {motion * before[2].pose, before[2].covariance}});  // says nothing of keyframe 2
-  const auto after = trajectory.poses();
+  trajectory.correct({{}, {{motion * before[2].pose, before[2].covariance}}});  // says nothing of keyframe 2
+  const auto after = trajectory.poses(0.0);
   CHECK(after[1].pose.is_approx(before[1].pose, 1e-12));
   for (std::size_t frame = 2; frame < 6; ++frame) {
     CAPTURE(frame);
@@ -57,7 +72,7 @@ TEST_CASE("The odometry's path does not move with a correction", "[stereo_slam][
   auto trajectory = drive();
   const Pose pose = test::car_motion(0.5);
   const Pose before = trajectory.in_odometry_frame(pose);
-  trajectory.correct({{}, {test::car_motion(7.0), Matrix6<double>::Identity()}});
+  trajectory.correct({{}, {{test::car_motion(7.0), Matrix6<double>::Identity()}}});
   CHECK(trajectory.in_odometry_frame(pose).coeffs() == before.coeffs());
 
   const Pose found = test::car_motion(3.0);
@@ -88,7 +103,7 @@ TEST_CASE("What was measured with another rectification is corrected to the pres
   link.covariance += effect.covariance;
   trajectory.add_keyframe(2, link, effect);
   trajectory.append(step(1.0), true);
-  const auto before = trajectory.poses();
+  const auto before = trajectory.poses(0.0);
 
   const auto estimator = certain_of(0.3, 0.02);
   const auto links = trajectory.remeasure(estimator);
@@ -103,7 +118,7 @@ TEST_CASE("What was measured with another rectification is corrected to the pres
   CHECK(trajectory.relative_covariances()[2] == links[0].T_previous_keyframe.covariance);
   CHECK(trajectory.relative_covariances()[1] == step(1.0).covariance);
 
-  const auto after = trajectory.poses();
+  const auto after = trajectory.poses(0.0);
   const Vector6<double> half = after[1].pose.boxminus(before[1].pose);
   CHECK(half[5] == Approx(0.015).epsilon(1e-3));  // half way
   CHECK(after[2].pose.is_approx(links[0].T_previous_keyframe.pose, 1e-12));
@@ -113,16 +128,16 @@ TEST_CASE("What was measured with another rectification is corrected to the pres
 
   // Again, with the same estimate: nothing is left to correct.
   (void)trajectory.remeasure(estimator);
-  CHECK(trajectory.poses()[3].pose.is_approx(after[3].pose, 1e-12));
-  CHECK(trajectory.poses()[3].covariance.isApprox(after[3].covariance, 1e-12));
+  CHECK(trajectory.poses(0.0)[3].pose.is_approx(after[3].pose, 1e-12));
+  CHECK(trajectory.poses(0.0)[3].covariance.isApprox(after[3].covariance, 1e-12));
 }
 
 TEST_CASE("Motions that do not depend on the rectification stay as they are", "[stereo_slam][slam]") {
   auto trajectory = drive();
-  const auto before = trajectory.poses();
+  const auto before = trajectory.poses(0.0);
   CHECK(trajectory.remeasure(certain_of(0.3, 0.02)).empty());
   for (std::size_t frame = 0; frame < before.size(); ++frame) {
-    CHECK(trajectory.poses()[frame].pose.is_approx(before[frame].pose, 1e-12));
+    CHECK(trajectory.poses(0.0)[frame].pose.is_approx(before[frame].pose, 1e-12));
   }
 }
 
@@ -131,7 +146,7 @@ TEST_CASE("Predicted frames lie between their measured neighbours", "[stereo_sla
   trajectory.append({}, true);
   trajectory.append(step(5.0), false);
   trajectory.append({test::car_motion(2.0), Matrix6<double>::Identity()}, true);
-  const double z = trajectory.poses()[1].pose.translation().z();
+  const double z = trajectory.poses(0.0)[1].pose.translation().z();
   CHECK(z > 0.0);
   CHECK(z < 2.0 + 1e-9);
 }
