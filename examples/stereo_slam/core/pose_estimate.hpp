@@ -14,8 +14,8 @@ using PoseDensity = antipode::BinghamGaussian<double>;
 /// Pose of a keyframe relative to itself: known, up to the smallest covariance that densities represent.
 [[nodiscard]] PoseDensity certain_pose();
 
-/// A pose, and what the drift does to it: the derivative of its right perturbation by a rotation that is added
-/// to the motion from each frame to the next, the same in all of them, in the camera's axes.
+/// A pose, and what the drift does to it: the derivative of its right perturbation by a rotation that is
+/// added to the motion from each frame to the next, the same in all of them, in the camera's axes.
 struct DriftingPose {
   PoseGaussian estimate;  ///< without the drift's uncertainty
   Matrix6x3 drift = Matrix6x3::Zero();

@@ -138,7 +138,8 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
     }
     const double* tail = numbers->data() + kTriangle;
     constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error
-    if (*std::min_element(tail + 2, tail + kBetween) < 0.0 || *std::max_element(tail + 2, tail + kBetween) > kMost) {
+    if (*std::min_element(tail + 2, tail + kBetween) < 0.0 ||
+        *std::max_element(tail + 2, tail + kBetween) > kMost) {
       throw std::runtime_error(
           at_line(file, number, "degrees of freedom and standard deviations must be from 0 to 1e9"));
     }

@@ -316,8 +316,7 @@ PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, s
   const PoseGaussian relative = antipode::relative_pose<double>(
       {graph.poses[from], information.covariance(from, from)},
       {graph.poses[to], information.covariance(to, to)}, information.covariance(from, to));
-  const Matrix6x3 drift =
-      information.drift(to) - relative.pose.inverse().adjoint() * information.drift(from);
+  const Matrix6x3 drift = information.drift(to) - relative.pose.inverse().adjoint() * information.drift(from);
   return DriftingPose{relative, drift}.with_drift(graph.drift_sigma_rad);
 }
 

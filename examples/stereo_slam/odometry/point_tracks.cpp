@@ -18,7 +18,7 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kMinCorrelation = 0.8;  // of aligned patches
+constexpr double kMinCorrelation = 0.8;   // of aligned patches
 constexpr double kLeastSigma_px = 0.025;  // of a coordinate, however sharp the patch
 
 /// Measures points of the previous left image in the current frame.

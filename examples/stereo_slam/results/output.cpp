@@ -241,7 +241,8 @@ void write_covariances_row(std::ostream& stream, const FrameResult& result,
   fmt::print(stream, "{},{}", format_seconds(result.stamp_ns), to_string(result.status));
   print_triangle(covariance);
   fmt::print(stream, ",{},{:.6g},{},{:.6g},{:.6g},{:.6g}", result.keyframe, result.nis, result.nis_dof,
-             result.calibration.scale_sigma, result.calibration.axes_sigma_rad, result.calibration.drift_sigma_rad);
+             result.calibration.scale_sigma, result.calibration.axes_sigma_rad,
+             result.calibration.drift_sigma_rad);
   print_triangle(result.relative_covariance);
   stream << '\n';
 }

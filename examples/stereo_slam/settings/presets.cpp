@@ -12,8 +12,10 @@ namespace {
 /// The DQV-SLAM paper's choices, section IV: detected corners as measurements, one global map with landmarks
 /// updated in every frame, 7 x 7 pose samples, no correlation, subsets of 30. The paper does not give tau.
 void apply_paper(Settings& settings) {
-  settings.calibration = {
-      .principal_point_sigma_px = 0.0, .drift_px = 0.0, .scale_sigma_per_px = 0.0, .principal_point_per_px = 0.0};
+  settings.calibration = {.principal_point_sigma_px = 0.0,
+                          .drift_px = 0.0,
+                          .scale_sigma_per_px = 0.0,
+                          .principal_point_per_px = 0.0};
   settings.online_rectification.enabled = false;
   settings.odometry.window_px = 15;
   settings.odometry.pyramid_levels = 3;

@@ -88,8 +88,7 @@ class KeyframeTrajectory {
 
   /// T_world_camera of the frame at this position, which is at `T_keyframe_camera` relative to the keyframe.
   [[nodiscard]] static DriftingPose compose_with(const KeyframePose& keyframe,
-                                                 const PoseGaussian& T_keyframe_camera,
-                                                 std::size_t position);
+                                                 const PoseGaussian& T_keyframe_camera, std::size_t position);
 
   std::vector<KeyframePose> keyframes_{1};
   std::vector<FramePose> frames_;
