@@ -259,6 +259,14 @@ TEST_CASE("A certain rotation has draws but no values", "[projected][error]") {
   CHECK_THROWS_AS(x.log_density(pose), std::domain_error);
 }
 
+TEST_CASE("The largest finite variance stays finite", "[projected]") {
+  Matrix6<double> covariance = 0.01 * Matrix6<double>::Identity();
+  covariance(5, 5) = std::numeric_limits<double>::max();
+  const ProjectedGaussian<double> x(Vector4<double>::UnitX(), Vector6<double>::Zero(), covariance);
+  CHECK(x.covariance() == covariance);
+  CHECK(x.centered().covariance().allFinite());
+}
+
 TEMPLATE_TEST_CASE("Invalid arguments of a projected Gaussian are refused", "[projected][error]", float,
                    double) {
   using Density = ProjectedGaussian<TestType>;

@@ -29,7 +29,7 @@ template <class Scalar, int N>
   Scalar asymmetry(0), largest(0);
   for (int j = 0; j < n; ++j) {
     for (int i = j; i < n; ++i) {
-      symmetric(i, j) = symmetric(j, i) = Scalar(0.5) * (A(i, j) + A(j, i));
+      symmetric(i, j) = symmetric(j, i) = Scalar(0.5) * A(i, j) + Scalar(0.5) * A(j, i);  // no overflow
       asymmetry = std::max(asymmetry, abs(A(i, j) - A(j, i)));
       largest = std::max(largest, abs(symmetric(i, j)));
     }
