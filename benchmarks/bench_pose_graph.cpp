@@ -55,7 +55,7 @@ constexpr double kStep_m = 3.5;
   return graph;
 }
 
-/// What marginals() replaced: Ceres' sparse QR decomposition, for 64 nodes.
+/// What the selected inverse replaced: Ceres' sparse QR decomposition, for 64 nodes.
 [[nodiscard]] bool covariances_of_64_by_ceres(const PoseGraph& graph) {
   antipode::PoseManifold manifold;
   std::vector<antipode::Vector8<double>> blocks;

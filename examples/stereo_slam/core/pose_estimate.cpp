@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/core/pose_estimate.hpp"
 
+#include <algorithm>
+
 namespace stereo_slam {
 
 PoseDensity certain_pose() {
   constexpr double kVariance = 1e-10;
   return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
+}
+
+double drift_sigma_rad(double drift_px, const StereoCamera& camera) {
+  constexpr double kLargest = 0.5;
+  return std::min(drift_px / camera.fx, kLargest);
 }
 
 PoseGaussian DriftingPose::with_drift(double sigma_rad) const {

@@ -4,6 +4,7 @@
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/pose_algebra.hpp>
 
+#include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 
 namespace stereo_slam {
@@ -14,13 +15,18 @@ using PoseDensity = antipode::BinghamGaussian<double>;
 /// Pose of a keyframe relative to itself: known, up to the smallest covariance that densities represent.
 [[nodiscard]] PoseDensity certain_pose();
 
+/// Standard deviation of the drift, rad per frame, if the image motion between two frames has a constant
+/// error of `drift_px`. At most 0.5: more is no calibration.
+[[nodiscard]] double drift_sigma_rad(double drift_px, const StereoCamera& camera);
+
 /// A pose, and what the drift does to it: the derivative of its right perturbation by a rotation that is
-/// added to the motion from each frame to the next, the same in all of them, in the camera's axes.
+/// added to the motion from each frame to the next, the same in all of them, in the camera's axes. Between
+/// two keyframes only the orientation drifts: the rotations since the keyframe count as one at their end.
 struct DriftingPose {
   PoseGaussian estimate;  ///< without the drift's uncertainty
   Matrix6x3 drift = Matrix6x3::Zero();
 
-  /// The estimate with the uncertainty by the drift, of which `sigma_rad` is known beforehand.
+  /// The estimate with the uncertainty by the drift, whose standard deviation is `sigma_rad` per frame.
   [[nodiscard]] PoseGaussian with_drift(double sigma_rad) const;
 };
 

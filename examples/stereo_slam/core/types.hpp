@@ -102,7 +102,7 @@ struct FrameResult {
   std::size_t segment = 0;   ///< of the map: a loss begins a new one if nothing is recognised
   std::size_t keyframe = 0;  ///< frame of the reference keyframe
   Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to the keyframe,
-                                                                  ///< without the calibration's errors
+                                                                  ///< without the errors of `calibration`
   CalibrationError calibration;  ///< part of the covariance of T_world_camera
   PoseGaussian odometry;         ///< T_previous_current, the system input u_k
   int features = 0;   ///< points that the odometry follows; with `--preset paper`, features of the left image

@@ -18,7 +18,7 @@ namespace stereo_slam {
 /// A frame's row of covariances.csv.
 struct CovarianceRow {
   std::size_t keyframe = 0;  ///< row of the frame it was estimated relative to
-  Matrix6<double> relative;  ///< covariance of T_keyframe_frame, without the calibration's errors
+  Matrix6<double> relative;  ///< covariance of T_keyframe_frame, without the errors of `calibration`
   double nis = 0.0;
   int nis_dof = 0;
   CalibrationError calibration{};

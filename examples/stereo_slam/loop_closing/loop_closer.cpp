@@ -128,9 +128,9 @@ std::optional<LoopCorrection> LoopCloser::correct() {
   PoseGraph graph = pose_graph();
   graph.poses = optimize(graph, settings_.pose_graph).poses;
   const auto poses = with_covariances(graph);
-  std::vector<PoseGaussian> with_drift;
-  for (const auto& pose : poses) with_drift.push_back(pose.with_drift(graph.drift_sigma_rad));
-  keyframes_.correct(with_drift);
+  std::vector<PoseGaussian> estimates;
+  for (const auto& pose : poses) estimates.push_back(pose.estimate);
+  keyframes_.correct(estimates);
   LoopCorrection correction;
   const auto first = static_cast<std::ptrdiff_t>(known_.keyframes);
   correction.T_world_keyframe.assign(poses.begin() + first, poses.end());
@@ -160,7 +160,7 @@ PoseGraph LoopCloser::pose_graph() const {
                   .odometry = odometry_,
                   .loops = loops_,
                   .gauge = fixed_keyframes_,
-                  .drift_sigma_rad = settings_.calibration.drift_px / camera_.fx};
+                  .drift_sigma_rad = drift_sigma_rad(settings_.calibration.drift_px, camera_)};
   for (const auto& keyframe : keyframes_.all()) graph.poses.push_back(keyframe.T_world_keyframe.pose);
   return graph;
 }

@@ -246,6 +246,8 @@ class Information {
   }
 
  private:
+  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
   static constexpr int kFixed = -1;
   static constexpr int kUnknown = -2;
 
@@ -255,7 +257,6 @@ class Information {
     options.parameter_blocks = movable;
     ceres::CRSMatrix J;
     const bool evaluated = problem.Evaluate(options, nullptr, nullptr, nullptr, &J);
-    using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
     const Eigen::Map<const RowMajor> jacobian(J.num_rows, J.num_cols, static_cast<int>(J.values.size()),
                                               J.rows.data(), J.cols.data(), J.values.data());
     factor_.compute(SparseMatrix(jacobian.transpose() * jacobian));
@@ -272,7 +273,7 @@ class Information {
 
   /// What the drift does to the residuals of the odometry, which come first: it moves the measured pose of an
   /// edge's second node as that node's perturbation would.
-  [[nodiscard]] Eigen::MatrixX3d residual_drift(const Eigen::SparseMatrix<double, Eigen::RowMajor>& jacobian,
+  [[nodiscard]] Eigen::MatrixX3d residual_drift(const Eigen::Map<const RowMajor>& jacobian,
                                                 const std::vector<PoseGraphEdge>& odometry) const {
     Eigen::MatrixX3d result = Eigen::MatrixX3d::Zero(jacobian.rows(), 3);
     for (std::size_t k = 0; k < odometry.size(); ++k) {

@@ -15,7 +15,7 @@ struct PoseGraphEdge {
   std::size_t from = 0;
   std::size_t to = 0;
   PoseGaussian T_from_to;
-  std::size_t frames = 0;  ///< in each of which the drift turned the camera; none for a loop
+  std::size_t frames = 0;  ///< in which the drift turned the camera; 0 for a loop, or if `to` is fixed
 };
 
 /// Poses and relative measurements between them. The first poses are fixed: they are the gauge.

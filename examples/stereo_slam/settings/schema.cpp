@@ -63,9 +63,8 @@ void add_calibration(Table& table) {
            "known relative standard deviation of the calibrated scale (baseline times focal length)")
       .add("principal_point_sigma_px", &CalibrationSettings::principal_point_sigma_px, {0.0, 50.0}, "px",
            "known standard deviation of the calibrated principal point")
-      .add("drift_px", &CalibrationSettings::drift_px, {0.0, 1.0}, "px",
-           "known standard deviation of a constant error of the image motion per frame, which turns the "
-           "camera")
+      .add("drift_px", &CalibrationSettings::drift_px, {0.0, 0.1}, "px",
+           "standard deviation of a constant error of the image motion per frame, which turns the camera")
       .add(
           "scale_sigma_per_px", &CalibrationSettings::scale_sigma_per_px, {0.0, 0.5}, "1/px",
           "relative standard deviation of the scale, per pixel of row offset that online_rectification finds")

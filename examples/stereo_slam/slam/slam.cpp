@@ -329,7 +329,7 @@ CalibrationError Slam::calibration_error() const {
       std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px);
   return {.scale_sigma = std::min(scale, kLargest),
           .axes_sigma_rad = std::min(axes_px / camera_.fx, kLargest),
-          .drift_sigma_rad = std::min(allowed.drift_px / camera_.fx, kLargest)};
+          .drift_sigma_rad = drift_sigma_rad(allowed.drift_px, camera_)};
 }
 
 /// T_world_camera of the last frame with the uncertainty by the errors that all frames share.

@@ -278,6 +278,12 @@ TEST_CASE("The effect of a drift adds up along the odometry, and shrinks with a 
   const auto expected = chain.with_drift(kSigma_rad).covariance;
   CHECK((relative - expected).norm() < 1e-6 * expected.norm());
 
+  PoseGraph fixed = d.graph;  // up to node 20, as those of a loaded map are
+  fixed.gauge = 21;
+  const auto from_map = marginals(fixed, kGraphSettings);
+  CHECK(from_map[20].drift.isZero());
+  CHECK((from_map[50].drift - chain.drift).norm() < 1e-6 * chain.drift.norm());
+
   d.add_loop(0, kRingLap);
   d.graph.poses = optimize(d.graph, kGraphSettings).poses;
   const auto closed = marginals(d.graph, kGraphSettings);

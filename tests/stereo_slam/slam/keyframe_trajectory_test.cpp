@@ -53,6 +53,25 @@ TEST_CASE("A drift adds up from frame to frame", "[stereo_slam][slam]") {
   }
 }
 
+TEST_CASE("The drift counts from the first keyframe on, also where it is not the first frame",
+          "[stereo_slam][slam]") {
+  constexpr double kSigma_rad = 0.01;
+  KeyframeTrajectory trajectory;
+  trajectory.append({}, false);
+  trajectory.append({}, false);
+  trajectory.begin(2);
+  trajectory.append({}, true);
+  trajectory.append(step(1.0), true);
+  const auto without = trajectory.poses(0.0);
+  const auto with = trajectory.poses(kSigma_rad);
+  CHECK(with[2].covariance == without[2].covariance);
+  CHECK(with[3].covariance(1, 1) - without[3].covariance(1, 1) == Approx(kSigma_rad * kSigma_rad));
+
+  // The frame before a new segment, relative to the segment's first keyframe: one frame back.
+  const DriftingPose before = compose(DriftingPose{}, antipode::inverse(step(1.0)), -1.0);
+  CHECK(before.drift.topRows<3>().isApprox(-Matrix3<double>::Identity()));
+}
+
 TEST_CASE("A correction moves frames with their keyframes and carries later keyframes along",
           "[stereo_slam][slam]") {
   auto trajectory = drive();
