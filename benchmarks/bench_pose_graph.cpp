@@ -66,9 +66,9 @@ constexpr double kStep_m = 3.5;
   for (auto& block : blocks) problem.AddParameterBlock(block.data(), 8, &manifold);
   problem.SetParameterBlockConstant(blocks[0].data());
   for (const auto* edges : {&graph.odometry, &graph.loops}) {
-    for (const auto& [from, to, T] : *edges) {
-      problem.AddResidualBlock(new antipode::RelativePoseCost(T.pose, T.covariance), nullptr,
-                               blocks[from].data(), blocks[to].data());
+    for (const PoseGraphEdge& edge : *edges) {
+      problem.AddResidualBlock(new antipode::RelativePoseCost(edge.T_from_to.pose, edge.T_from_to.covariance),
+                               nullptr, blocks[edge.from].data(), blocks[edge.to].data());
     }
   }
   std::vector<std::pair<const double*, const double*>> pairs;

@@ -15,7 +15,7 @@ fail() {
 while read -r command arguments; do
   if [[ $command =~ ^(cmake|ctest)$ && $arguments =~ --preset\ ([a-z-]+) ]]; then
     grep -q "\"name\": \"${BASH_REMATCH[1]}\"" CMakePresets.json || fail "no preset ${BASH_REMATCH[1]}"
-  elif [ ! -x "$command" ] || ! bash -n "$command"; then
+  elif [ ! -f "$command" ] || [ ! -x "$command" ] || ! bash -n "$command"; then
     fail "no executable script: $command"
   fi
 done < <(grep -v '^ *\(#.*\)\?$' "$block")
