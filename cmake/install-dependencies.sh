@@ -6,7 +6,7 @@ set -euo pipefail
 packages=(
   build-essential cmake ninja-build git
   libeigen3-dev libopencv-dev libceres-dev catch2 libgmock-dev
-  libcli11-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
+  libcli11-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev libjpeg-dev libdeflate-dev zlib1g-dev
 )
 
 # Used where the distribution has them, and not missed where it does not: bags of ROS 1, and a test that writes some.

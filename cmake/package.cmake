@@ -14,7 +14,7 @@ set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Estimation on SE(3), header-only C++20 
 
 set(CPACK_DEBIAN_STEREO_SLAM_PACKAGE_NAME libstereo-slam-dev)
 set(CPACK_DEBIAN_STEREO_SLAM_PACKAGE_DEPENDS
-  "libantipode-dev (= ${PROJECT_VERSION}), libceres-dev, libopencv-dev, libyaml-cpp-dev, libfmt-dev, zlib1g-dev")
+  "libantipode-dev (= ${PROJECT_VERSION}), libceres-dev, libopencv-dev, libyaml-cpp-dev, libfmt-dev, libdeflate-dev, zlib1g-dev")
 set(CPACK_COMPONENT_STEREO_SLAM_DESCRIPTION "Stereo visual SLAM with covariances, for use in other programs\n Static library and headers.")
 
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME stereo-slam)

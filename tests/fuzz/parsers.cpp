@@ -16,6 +16,7 @@
 #include "stereo_slam/dataset/image_size.hpp"
 #include "stereo_slam/dataset/jpeg_data.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
+#include "stereo_slam/dataset/png_data.hpp"
 #include "stereo_slam/dataset/rectifier.hpp"
 #include "stereo_slam/dataset/rig_file.hpp"
 #include "stereo_slam/evaluation/loop_score.hpp"
@@ -226,9 +227,14 @@ void covariances(Bytes bytes) {
   });
 }
 
-/// What is read of images before OpenCV decodes them.
+/// What is read of images without OpenCV.
 void image_headers(Bytes bytes) {
-  if (const auto size = image_size(bytes)) (void)is_supported(*size);
+  constexpr std::uint64_t kMostDecoded = 100'000;  // pixels; more take too long
+  if (const auto size = image_size(bytes)) {
+    if (is_supported(*size) && size->width_px * size->height_px <= kMostDecoded)
+      (void)decode_plain_grey_png(bytes);
+  }
+  attempt_to_read([&] { (void)check_png_data(folder().path() / "image.png", bytes); });
   (void)is_compressed_bmp(bytes);
   (void)is_damaged_jpeg(bytes);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "simulator/recording/recording_folder.hpp"
 
+#include <fstream>
 #include <ostream>
 #include <stdexcept>
 #include <system_error>
@@ -10,6 +11,7 @@
 
 #include "simulator/recording/euroc_writer.hpp"
 #include "simulator/recording/kitti_writer.hpp"
+#include "stereo_slam/codecs/codecs.hpp"
 #include "stereo_slam/io/output_file.hpp"
 
 namespace stereo_slam::simulator {
@@ -38,9 +40,12 @@ fs::path make_folder(const fs::path& folder) {
 }
 
 void write_png(const cv::Mat1b& image, const fs::path& file) {
-  if (!cv::imwrite(file.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
+  const auto png = opencv_codecs().encode(image, ".png", {cv::IMWRITE_PNG_COMPRESSION, 1});
+  std::ofstream stream(file, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
+  stream.close();
+  if (png.empty() || !stream)
     throw std::runtime_error(file.string() + ": cannot be written; check permissions and free space");
-  }
 }
 
 }  // namespace

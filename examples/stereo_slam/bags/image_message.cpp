@@ -11,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "stereo_slam/codecs/codecs.hpp"
 #include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/image_size.hpp"
 #include "stereo_slam/dataset/jpeg_data.hpp"
@@ -101,12 +102,7 @@ cv::Mat decode_grey(std::span<const std::uint8_t> data) {
   const bool is_jpeg = data.size() > 2 && data[0] == 0xFF && data[1] == 0xD8;
   if (is_jpeg && is_damaged_jpeg(data))
     throw std::invalid_argument("the JPEG is damaged; copy or download the bag again");
-  cv::Mat image;
-  try {
-    image = cv::imdecode(std::vector<std::uint8_t>(data.begin(), data.end()),
-                         cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {  // the message below says it
-  }
+  cv::Mat image = opencv_codecs().decode(data, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   if (image.empty()) throw std::invalid_argument("the compressed image cannot be decoded");
   return image;
 }

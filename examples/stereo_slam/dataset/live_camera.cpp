@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <opencv2/videoio.hpp>
 
+#include "stereo_slam/codecs/codecs.hpp"
 #include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/image_size.hpp"
 
@@ -41,17 +42,12 @@ bool is_live(const fs::path& source) {
 
 struct LiveCamera::Device {
   std::string name;
-  cv::VideoCapture capture;
+  std::unique_ptr<Video> capture;
 
-  explicit Device(const fs::path& source) : name(source.string()) {
-    for (const int backend : backends_for(name)) {
-      try {
-        if (capture.open(name, backend)) break;
-      } catch (const cv::Exception&) {  // the message below says it
-      }
-    }
-    if (!capture.isOpened()) fail("cannot be opened; check its name, and that no other program uses it");
-    capture.set(cv::CAP_PROP_BUFFERSIZE, 1);  // where the driver can: older images are of no use
+  explicit Device(const fs::path& source)
+      : name(source.string()), capture(opencv_codecs().open_video(name, backends_for(name))) {
+    if (!capture) fail("cannot be opened; check its name, and that no other program uses it");
+    capture->set(cv::CAP_PROP_BUFFERSIZE, 1);  // where the driver can: older images are of no use
   }
 
   [[noreturn]] void fail(const std::string& what) const {
@@ -59,8 +55,8 @@ struct LiveCamera::Device {
   }
 
   cv::Mat retrieve() {
-    cv::Mat image;
-    if (!capture.retrieve(image) || image.empty()) fail("delivers an image that cannot be decoded");
+    const cv::Mat image = capture->retrieve();
+    if (image.empty()) fail("delivers an image that cannot be decoded");
     if (image.total() > kMostPixels)
       fail(fmt::format("delivers images with more than {} pixels", kMostPixels));
     return to_grey(image);
@@ -74,7 +70,7 @@ LiveCamera::LiveCamera(const fs::path& left, const fs::path& right) : left_(std:
 LiveCamera::~LiveCamera() = default;
 
 std::optional<RawPair> LiveCamera::read(std::size_t) {
-  const bool grabbed = left_->capture.grab() && (!right_ || right_->capture.grab());
+  const bool grabbed = left_->capture->grab() && (!right_ || right_->capture->grab());
   if (!grabbed) {
     if (!began_) left_->fail("delivers no images; check its cable, and that no other program uses it");
     return std::nullopt;

@@ -11,6 +11,9 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "stereo_slam/core/descriptor.hpp"
+#include "stereo_slam/core/parallel.hpp"
+
 namespace stereo_slam {
 namespace {
 
@@ -36,28 +39,48 @@ std::vector<cv::Point2f> align(const StereoFrame& frame, const std::vector<cv::P
   return aligned_px;
 }
 
-/// Offsets between mutually nearest ORB features of the two images.
-void append_offsets(const StereoFrame& frame, std::vector<Offset>& offsets) {
+struct OrbFeatures {
+  std::vector<cv::Point2f> positions_px;
+  std::vector<Descriptor> descriptors;
+};
+
+OrbFeatures extract_orb(const cv::Mat& image) {
   constexpr int kFeatures = 1000;
   constexpr int kLevels = 2;  // coarser levels locate a corner no better than two pixels
-  constexpr float kMaxHamming = 40.0F;
-  const auto orb = cv::ORB::create(kFeatures, 1.2F, kLevels);
-  std::vector<cv::KeyPoint> left_points;
-  std::vector<cv::KeyPoint> right_points;
-  cv::Mat left_descriptors;
-  cv::Mat right_descriptors;
-  orb->detectAndCompute(frame.left, cv::noArray(), left_points, left_descriptors);
-  orb->detectAndCompute(frame.right, cv::noArray(), right_points, right_descriptors);
-  if (left_points.empty() || right_points.empty()) return;
+  std::vector<cv::KeyPoint> points;
+  cv::Mat rows;
+  cv::ORB::create(kFeatures, 1.2F, kLevels)->detectAndCompute(image, cv::noArray(), points, rows);
+  OrbFeatures features;
+  cv::KeyPoint::convert(points, features.positions_px);
+  features.descriptors.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::uint8_t* row = rows.ptr(static_cast<int>(i));
+    std::copy_n(row, features.descriptors[i].size(), features.descriptors[i].begin());
+  }
+  return features;
+}
 
-  std::vector<cv::DMatch> matches;
-  cv::BFMatcher(cv::NORM_HAMMING, /*crossCheck=*/true).match(left_descriptors, right_descriptors, matches);
+/// Offsets between mutually nearest ORB features of the two images.
+void append_offsets(const StereoFrame& frame, std::vector<Offset>& offsets) {
+  constexpr int kMaxHamming = 40;
+  OrbFeatures left, right;
+  run_both([&] { left = extract_orb(frame.left); }, [&] { right = extract_orb(frame.right); });
+  std::vector<NearestDescriptor> of_left(left.descriptors.size());
+  std::vector<NearestDescriptor> of_right(right.descriptors.size());
+  for (std::size_t i = 0; i < of_left.size(); ++i) {
+    for (std::size_t j = 0; j < of_right.size(); ++j) {
+      const int distance = hamming_distance(left.descriptors[i], right.descriptors[j]);
+      of_left[i].offer(j, distance);
+      of_right[j].offer(i, distance);
+    }
+  }
   std::vector<cv::Point2f> left_px;
   std::vector<cv::Point2f> right_px;
-  for (const auto& match : matches) {
-    if (match.distance > kMaxHamming) continue;
-    left_px.push_back(left_points[static_cast<std::size_t>(match.queryIdx)].pt);
-    right_px.push_back(right_points[static_cast<std::size_t>(match.trainIdx)].pt);
+  for (std::size_t i = 0; i < of_left.size(); ++i) {
+    const auto& [j, distance, second] = of_left[i];
+    if (distance > kMaxHamming || of_right[j].index != i) continue;
+    left_px.push_back(left.positions_px[i]);
+    right_px.push_back(right.positions_px[j]);
   }
   if (left_px.empty()) return;
   const auto aligned_px = align(frame, left_px, right_px);

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <opencv2/videoio.hpp>
 
+#include "stereo_slam/codecs/codecs.hpp"
 #include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/image_size.hpp"
 #include "stereo_slam/io/file_error.hpp"
@@ -21,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void require_size(const fs::path& file, const cv::VideoCapture& video) {
+void require_size(const fs::path& file, const Video& video) {
   const double width_px = video.get(cv::CAP_PROP_FRAME_WIDTH);
   const double height_px = video.get(cv::CAP_PROP_FRAME_HEIGHT);
   if (width_px * height_px <= static_cast<double>(kMostPixels)) return;
@@ -32,20 +33,14 @@ void require_size(const fs::path& file, const cv::VideoCapture& video) {
 constexpr std::array<std::string_view, 7> kExtensions = {".mp4",  ".avi", ".mkv", ".mov",
                                                          ".webm", ".m4v", ".mpg"};
 
-cv::VideoCapture open(const fs::path& file) {
+std::unique_ptr<Video> open(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "missing; check the path in the calibration file");
   if (!fs::is_regular_file(file)) fail(file, "is not a video file");
-  for (const int backend : {cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG}) {
-    cv::VideoCapture video;
-    try {
-      if (video.open(file.string(), backend) && video.isOpened()) {
-        require_size(file, video);
-        return video;
-      }
-    } catch (const cv::Exception&) {  // this backend cannot; the next one may
-    }
-  }
-  fail(file, "cannot be opened as a video; convert it to MP4 with H.264 or AVI with MJPEG");
+  constexpr std::array<int, 2> kBackends = {cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG};
+  auto video = opencv_codecs().open_video(file.string(), kBackends);
+  if (!video) fail(file, "cannot be opened as a video; convert it to MP4 with H.264 or AVI with MJPEG");
+  require_size(file, *video);
+  return video;
 }
 
 }  // namespace
@@ -65,7 +60,7 @@ fs::path find_video(const fs::path& name) {
 
 struct VideoPair::Decoder {
   fs::path file;
-  cv::VideoCapture video;
+  std::unique_ptr<Video> video;
   std::size_t next = 0;
   std::size_t promised = 0;  ///< frames, by count_frames()
   double stamp_ms = 0.0;     ///< of the frame read last, in the video
@@ -78,9 +73,9 @@ struct VideoPair::Decoder {
     constexpr double kMostFrames = 1e7;  // eleven days at ten a second
     constexpr double kLeastFrameBytes = 64.0;
     const double most = std::min(kMostFrames, static_cast<double>(fs::file_size(file)) / kLeastFrameBytes);
-    const double stated = video.get(cv::CAP_PROP_FRAME_COUNT);
+    const double stated = video->get(cv::CAP_PROP_FRAME_COUNT);
     if (stated >= 1.0 && stated < most) return static_cast<std::size_t>(std::llround(stated));
-    while (video.grab()) ++next;
+    while (video->grab()) ++next;
     const std::size_t count = next;
     rewind();
     return count;
@@ -94,12 +89,11 @@ struct VideoPair::Decoder {
   std::optional<cv::Mat> read(std::size_t index) {
     if (index < next) rewind();
     for (; next <= index; ++next) {
-      if (!video.grab()) return std::nullopt;
+      if (!video->grab()) return std::nullopt;
     }
-    stamp_ms = video.get(cv::CAP_PROP_POS_MSEC);
-    cv::Mat colour;
-    if (!video.retrieve(colour) || colour.empty())
-      fail(file, fmt::format("frame {} cannot be decoded", index));
+    stamp_ms = video->get(cv::CAP_PROP_POS_MSEC);
+    const cv::Mat colour = video->retrieve();
+    if (colour.empty()) fail(file, fmt::format("frame {} cannot be decoded", index));
     return to_grey(colour);
   }
 };
@@ -111,7 +105,7 @@ VideoPair::VideoPair(const fs::path& left, const fs::path& right) : left_(std::m
   }
   frames_of_each_ = {left_->promised, (right_ ? right_ : left_)->promised};
   frames_ = std::min(frames_of_each_.first, frames_of_each_.second);
-  const double rate_hz = left_->video.get(cv::CAP_PROP_FPS);
+  const double rate_hz = left_->video->get(cv::CAP_PROP_FPS);
   rate_hz_ = std::isfinite(rate_hz) && rate_hz >= 0.01 && rate_hz < 1e5 ? rate_hz : 0.0;
 }
 

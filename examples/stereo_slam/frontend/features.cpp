@@ -2,7 +2,6 @@
 #include "stereo_slam/frontend/features.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -102,25 +101,6 @@ class FeatureGrid {
   return feature;
 }
 
-[[gnu::always_inline]] inline int differing_bits(const Descriptor& a, const Descriptor& b) noexcept {
-  int bits = 0;
-  for (std::size_t i = 0; i < a.size(); i += sizeof(std::uint64_t)) {
-    std::uint64_t x = 0;
-    std::uint64_t y = 0;
-    std::memcpy(&x, a.data() + i, sizeof x);
-    std::memcpy(&y, b.data() + i, sizeof y);
-    bits += std::popcount(x ^ y);
-  }
-  return bits;
-}
-
-#ifdef __x86_64__
-/// The same with an instruction for what would otherwise be looked up in a table, several times as fast.
-[[gnu::target("popcnt")]] int differing_bits_popcnt(const Descriptor& a, const Descriptor& b) noexcept {
-  return differing_bits(a, b);
-}
-#endif
-
 }  // namespace
 
 std::vector<Feature> extract_features(const cv::Mat& image, const FeatureSettings& settings) {
@@ -176,14 +156,6 @@ std::vector<Feature> spread_features(std::vector<Feature> features, cv::Size ima
     result.push_back(features[i]);
   }
   return result;
-}
-
-int hamming_distance(const Descriptor& a, const Descriptor& b) noexcept {
-#ifdef __x86_64__
-  static const bool has_popcnt = __builtin_cpu_supports("popcnt");
-  if (has_popcnt) return differing_bits_popcnt(a, b);
-#endif
-  return differing_bits(a, b);
 }
 
 }  // namespace stereo_slam

@@ -36,7 +36,4 @@ struct StereoFeatures {
 [[nodiscard]] std::vector<Feature> spread_features(std::vector<Feature> features, cv::Size image,
                                                    int bucket_px, std::size_t count);
 
-/// Number of differing bits, 0..256.
-[[nodiscard]] int hamming_distance(const Descriptor& a, const Descriptor& b) noexcept;
-
 }  // namespace stereo_slam

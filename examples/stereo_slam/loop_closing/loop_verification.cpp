@@ -2,7 +2,6 @@
 #include "stereo_slam/loop_closing/loop_verification.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <random>
 
 #include <Eigen/Cholesky>
@@ -11,8 +10,8 @@
 #include <antipode/distributions/pose_algebra.hpp>
 #include <antipode/opencv/pose.hpp>
 
+#include "stereo_slam/core/descriptor.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
-#include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 
 namespace stereo_slam {
@@ -22,22 +21,6 @@ namespace {
 struct PointPair {
   std::size_t old_point = 0;
   std::size_t new_point = 0;
-};
-
-struct NearestDescriptor {
-  std::size_t index = 0;
-  int distance = std::numeric_limits<int>::max();
-  int second = std::numeric_limits<int>::max();
-
-  void offer(std::size_t candidate, int candidate_distance) {
-    if (candidate_distance < distance) {
-      second = distance;
-      distance = candidate_distance;
-      index = candidate;
-    } else {
-      second = std::min(second, candidate_distance);
-    }
-  }
 };
 
 /// Pairs of points whose descriptors are each other's nearest and clearly nearer than the second nearest.

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/core/descriptor.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -3,12 +3,69 @@
 
 #include <algorithm>
 #include <array>
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
+#include <jpeglib.h>
 #include <string_view>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stereo_slam::report {
+namespace {
+
+/// libjpeg, which leaves by longjmp when it fails.
+class JpegEncoder {
+ public:
+  JpegEncoder() {
+    compressor_.err = jpeg_std_error(&failure_.manager);
+    failure_.manager.error_exit = [](j_common_ptr jpeg) {
+      std::longjmp(reinterpret_cast<Failure*>(jpeg->err)->leave, 1);  // NOLINT(cert-err52-cpp)
+    };
+  }
+  ~JpegEncoder() {
+    jpeg_destroy_compress(&compressor_);
+    std::free(buffer_);
+  }
+  JpegEncoder(const JpegEncoder&) = delete;
+  JpegEncoder& operator=(const JpegEncoder&) = delete;
+
+  /// False if libjpeg refuses the image.
+  [[nodiscard]] bool encode(const cv::Mat& grey) {
+    constexpr int kQuality = 60;
+    if (setjmp(failure_.leave) != 0) return false;  // NOLINT(cert-err52-cpp)
+    jpeg_create_compress(&compressor_);
+    jpeg_mem_dest(&compressor_, &buffer_, &size_);
+    compressor_.image_width = static_cast<JDIMENSION>(grey.cols);
+    compressor_.image_height = static_cast<JDIMENSION>(grey.rows);
+    compressor_.input_components = 1;
+    compressor_.in_color_space = JCS_GRAYSCALE;
+    jpeg_set_defaults(&compressor_);
+    jpeg_set_quality(&compressor_, kQuality, TRUE);
+    jpeg_start_compress(&compressor_, TRUE);
+    while (compressor_.next_scanline < compressor_.image_height) {
+      auto* row = const_cast<JSAMPLE*>(grey.ptr(static_cast<int>(compressor_.next_scanline)));
+      jpeg_write_scanlines(&compressor_, &row, 1);
+    }
+    jpeg_finish_compress(&compressor_);
+    return true;
+  }
+
+  [[nodiscard]] std::vector<std::uint8_t> bytes() const { return {buffer_, buffer_ + size_}; }
+
+ private:
+  struct Failure {
+    jpeg_error_mgr manager;  // first: libjpeg knows this part only
+    std::jmp_buf leave;
+  };
+
+  jpeg_compress_struct compressor_{};
+  Failure failure_{};
+  unsigned char* buffer_ = nullptr;
+  unsigned long size_ = 0;
+};
+
+}  // namespace
 
 void Thumbnails::offer(const StereoFrame& frame) {
   if (offered_++ % spacing_ != 0) return;
@@ -37,10 +94,9 @@ cv::Mat small_image(const cv::Mat& image) {
 }
 
 std::vector<std::uint8_t> to_jpeg(const cv::Mat& image) {
-  constexpr int kQuality = 60;
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, kQuality});
-  return jpeg;
+  JpegEncoder encoder;
+  const bool encoded = encoder.encode(image);
+  return encoded ? encoder.bytes() : std::vector<std::uint8_t>{};
 }
 
 std::string base64(const std::vector<std::uint8_t>& bytes) {

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "stereo_slam/core/chi_square.hpp"
+#include "stereo_slam/core/descriptor.hpp"
 #include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/frontend/spatial_index.hpp"
 

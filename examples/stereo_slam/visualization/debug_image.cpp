@@ -10,9 +10,9 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "stereo_slam/codecs/codecs.hpp"
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/visualization/drawing.hpp"
@@ -96,10 +96,9 @@ DebugImages::DebugImages(fs::path folder, bool overwrite) : folder_(std::move(fo
 
 void DebugImages::write(const StereoFrame& frame, const FrameResult& result,
                         const AssociationTrace& trace) const {
-  std::vector<unsigned char> png;
-  cv::imencode(".png", draw_debug_image(frame, result, trace), png);
+  const auto png = opencv_codecs().encode(draw_debug_image(frame, result, trace), ".png", {});
   write_file(folder_ / fmt::format("debug_{:06}.png", result.index), [&](std::ostream& out) {
-    for (const unsigned char byte : png) out.put(static_cast<char>(byte));
+    out.write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
   });
 }
 

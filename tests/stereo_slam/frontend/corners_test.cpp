@@ -5,6 +5,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "stereo_slam/core/descriptor.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"

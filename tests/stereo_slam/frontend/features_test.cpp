@@ -42,17 +42,6 @@ TEST_CASE("Points within a radius are found across cells and at the border", "[s
   CHECK_FALSE(index.any_within({-100.0, -100.0}, 10.0));
 }
 
-TEST_CASE("The distance of descriptors is the number of differing bits", "[stereo_slam][features]") {
-  Descriptor a{};
-  Descriptor b{};
-  CHECK(hamming_distance(a, b) == 0);
-  b[0] = 0x0F;
-  b[31] = 0x80;
-  CHECK(hamming_distance(a, b) == 5);
-  b.fill(0xFF);
-  CHECK(hamming_distance(a, b) == 256);
-}
-
 TEST_CASE("Spread features are the strongest of every bucket first", "[stereo_slam][features]") {
   std::vector<Feature> features(4);
   for (std::size_t i = 0; i < features.size(); ++i) {
