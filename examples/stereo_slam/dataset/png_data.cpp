@@ -57,14 +57,14 @@ std::optional<Chunk> take_chunk(std::span<const std::uint8_t>& rest) {
   return chunk;
 }
 
-/// The predictor of the filter type 4 (PNG specification, section 9.4).
-std::uint8_t paeth(int left, int above, int above_left) {
-  const int estimate = left + above - above_left;
-  const int from_left = std::abs(estimate - left);
-  const int from_above = std::abs(estimate - above);
-  const int from_above_left = std::abs(estimate - above_left);
-  if (from_left <= from_above && from_left <= from_above_left) return static_cast<std::uint8_t>(left);
-  return static_cast<std::uint8_t>(from_above <= from_above_left ? above : above_left);
+/// The predictor of the filter type 4 (PNG specification, section 9.4): the neighbour that is nearest to
+/// left + above - above_left, whose distances are written out.
+inline int paeth(int left, int above, int above_left) {
+  const int from_left = std::abs(above - above_left);
+  const int from_above = std::abs(left - above_left);
+  const int from_above_left = std::abs(left + above - 2 * above_left);
+  const int other = from_above <= from_above_left ? above : above_left;
+  return from_left <= from_above && from_left <= from_above_left ? left : other;
 }
 
 /// Adds to each byte of a row what `predict(left, above, above_left)` says.
@@ -97,7 +97,8 @@ bool undo_filter(std::uint8_t type, std::span<const std::uint8_t> filtered, cons
       add_prediction(filtered, above, row, [](int left, int up, int) { return (left + up) / 2; });
       return true;
     case 4:
-      add_prediction(filtered, above, row, paeth);
+      add_prediction(filtered, above, row,
+                     [](int left, int up, int up_left) { return paeth(left, up, up_left); });
       return true;
     default:
       return false;

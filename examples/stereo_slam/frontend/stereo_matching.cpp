@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -17,25 +18,66 @@ namespace {
 constexpr int kRadius_px = 5;
 constexpr int kSide_px = 2 * kRadius_px + 1;
 
-/// Sums of absolute differences of a window of the left image, given by its first pixel, and windows of the
-/// right image on the rows from `right_top` on, one for each disparity from `cost.size() - 1` down to zero:
-/// in the order in which the right image has them, so that the inner loop runs along its rows.
-void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Point corner, int right_top,
-                              std::vector<std::uint16_t>& cost) {
-  std::fill(cost.begin(), cost.end(), std::uint16_t{0});
-  const std::size_t count = cost.size();
-  const int first_column = corner.x - static_cast<int>(count) + 1;
+/// A window of the left image and the rows of the right one that it is compared with, by their first pixels.
+struct RowSearch {
+  const cv::Mat& left;
+  const cv::Mat& right;
+  cv::Point left_corner;
+  cv::Point right_corner;  ///< of the window with the largest disparity
+};
+
+constexpr std::size_t kLanes = 16;
+
+/// Sums of absolute differences of the window and `kLanes` windows of the right image, from `first` on.
+[[gnu::always_inline]] inline void sum_lanes(const RowSearch& search, std::size_t first,
+                                             std::uint16_t* sums) {
+  using Bytes [[gnu::vector_size(kLanes)]] = std::uint8_t;
+  using Words [[gnu::vector_size(2 * kLanes)]] = std::int16_t;
+  Words sum{};
   for (int row = 0; row < kSide_px; ++row) {
-    const std::uint8_t* p = left.ptr<std::uint8_t>(corner.y + row) + corner.x;
-    const std::uint8_t* q = right.ptr<std::uint8_t>(right_top + row) + first_column;
+    const std::uint8_t* p = search.left.ptr(search.left_corner.y + row) + search.left_corner.x;
+    const std::uint8_t* q = search.right.ptr(search.right_corner.y + row) + search.right_corner.x + first;
     for (int column = 0; column < kSide_px; ++column) {
-      const int wanted = p[column];
-      for (std::size_t i = 0; i < count; ++i) {
-        cost[i] =
-            static_cast<std::uint16_t>(cost[i] + std::abs(wanted - q[static_cast<std::size_t>(column) + i]));
-      }
+      Bytes bytes;
+      std::memcpy(&bytes, q + column, sizeof bytes);
+      const Words difference = __builtin_convertvector(bytes, Words) - static_cast<std::int16_t>(p[column]);
+      sum += difference < 0 ? -difference : difference;
     }
   }
+  std::memcpy(sums, &sum, sizeof sum);
+}
+
+/// Sums of absolute differences for each disparity from `cost.size() - 1` down to zero: in the order in which
+/// the right image has the windows, so that neighbouring ones are summed at once.
+[[gnu::always_inline]] inline void sum_all(const RowSearch& search, std::vector<std::uint16_t>& cost) {
+  const std::size_t count = cost.size();
+  if (count >= kLanes) {
+    for (std::size_t i = 0; i + kLanes < count; i += kLanes) sum_lanes(search, i, cost.data() + i);
+    sum_lanes(search, count - kLanes, cost.data() + count - kLanes);
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const cv::Point corner = search.right_corner + cv::Point(static_cast<int>(i), 0);
+    const cv::Size side(kSide_px, kSide_px);
+    const double sum =
+        cv::norm(search.left({search.left_corner, side}), search.right({corner, side}), cv::NORM_L1);
+    cost[i] = static_cast<std::uint16_t>(sum);
+  }
+}
+
+#ifdef __x86_64__
+/// The same with registers of sixteen numbers instead of eight.
+[[gnu::target("avx2")]] void sum_all_avx2(const RowSearch& search, std::vector<std::uint16_t>& cost) {
+  sum_all(search, cost);
+}
+#endif
+
+void sum_absolute_differences(const RowSearch& search, std::vector<std::uint16_t>& cost) {
+#ifdef __x86_64__
+  static const bool has_avx2 = __builtin_cpu_supports("avx2");
+  if (has_avx2) return sum_all_avx2(search, cost);
+#endif
+  sum_all(search, cost);
 }
 
 /// Integer disparity of the best window on the row, when no other disparity comes close to it.
@@ -49,7 +91,7 @@ void sum_absolute_differences(const cv::Mat& left, const cv::Mat& right, cv::Poi
   }
   const int max_disparity = std::min(settings.max_disparity_px, corner.x);
   std::vector<std::uint16_t> cost(static_cast<std::size_t>(max_disparity) + 1);  // by decreasing disparity
-  sum_absolute_differences(left, right, corner, right_top, cost);
+  sum_absolute_differences({left, right, corner, {corner.x - max_disparity, right_top}}, cost);
   const auto smallest = std::min_element(cost.rbegin(), cost.rend());
   const int best = static_cast<int>(smallest - cost.rbegin());
   int rival = std::numeric_limits<int>::max();
