@@ -40,8 +40,12 @@ constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'P', 'N', 'G', '\r', '
 struct Chunk {
   std::string_view type;
   std::span<const std::uint8_t> data;
+  std::span<const std::uint8_t> type_and_data;
   std::uint32_t checksum = 0;
-  std::uint32_t computed_checksum = 0;
+
+  [[nodiscard]] bool intact() const {
+    return libdeflate_crc32(0, type_and_data.data(), type_and_data.size()) == checksum;
+  }
 };
 
 /// Takes the first chunk off `rest`. Nothing if it is not there in full.
@@ -51,8 +55,8 @@ std::optional<Chunk> take_chunk(std::span<const std::uint8_t>& rest) {
   if (length > rest.size() - kChunkOverhead) return std::nullopt;
   const Chunk chunk{.type = {reinterpret_cast<const char*>(rest.data()) + 4, 4},
                     .data = rest.subspan(8, length),
-                    .checksum = big_endian(rest.subspan(8 + length)),
-                    .computed_checksum = libdeflate_crc32(0, rest.data() + 4, length + 4)};
+                    .type_and_data = rest.subspan(4, length + 4),
+                    .checksum = big_endian(rest.subspan(8 + length))};
   rest = rest.subspan(kChunkOverhead + length);
   return chunk;
 }
@@ -111,6 +115,7 @@ std::vector<std::uint8_t> compressed_pixels(std::span<const std::uint8_t> bytes)
   data.reserve(bytes.size());
   auto rest = bytes.subspan(std::min(bytes.size(), kSignature.size()));
   while (const auto chunk = take_chunk(rest)) {
+    if (chunk->type == "IEND") break;
     if (chunk->type == "IDAT") data.insert(data.end(), chunk->data.begin(), chunk->data.end());
   }
   return data;
@@ -140,8 +145,7 @@ PngHeader check_png_data(const std::filesystem::path& file, std::span<const std:
   while (true) {
     const auto chunk = take_chunk(rest);
     if (!chunk) fail(file, kTruncated);
-    if (chunk->checksum != chunk->computed_checksum)
-      fail(file, "the PNG is damaged (checksum); copy or download it again");
+    if (!chunk->intact()) fail(file, "the PNG is damaged (checksum); copy or download it again");
     if (chunk->type == "IHDR" && chunk->data.size() == kHeaderSize) header = parse_header(chunk->data);
     if (chunk->type == "tRNS") header.plain_grey = false;
     if (chunk->type == "IEND") return header;

@@ -25,6 +25,9 @@ class ConstantVelocity {
   /// Predicted T_last_current from the last frame to one with this stamp; the identity after kLongest_steps.
   [[nodiscard]] Pose motion_until(std::int64_t stamp_ns) const;
 
+  /// Whether a motion was measured; before that the prediction is the identity.
+  [[nodiscard]] bool known() const noexcept { return step_ns_ > 0.0; }
+
   /// Unmeasured steps before and since the last frame. The latter are never less than one: a frame with an
   /// unknown motion adds uncertainty however soon it comes.
   [[nodiscard]] UnseenSteps unseen_until(std::int64_t stamp_ns) const;

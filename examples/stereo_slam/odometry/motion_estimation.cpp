@@ -253,31 +253,33 @@ struct Hypothesis {
   return result;
 }
 
-/// Whether a motion has at least four times the correspondences of another one, those not counted that agree
-/// with both: far points agree with many motions.
-[[nodiscard]] bool outvotes(const MotionProblem& problem, const Pose& pose, const Pose& other) {
-  constexpr std::size_t kMajority = 4;
-  const auto agree = flag_inliers(problem.distances(pose));
-  const auto agree_with_other = flag_inliers(problem.distances(other));
+/// Whether a motion has at least `least` correspondences, and `majority` times those of another one.
+/// Correspondences that agree with both are not counted: far points agree with many motions.
+[[nodiscard]] bool outvotes(const MotionProblem& problem, const std::pair<Pose, Pose>& pose_and_other,
+                            std::size_t majority, std::size_t least) {
+  const auto agree = flag_inliers(problem.distances(pose_and_other.first));
+  const auto agree_with_other = flag_inliers(problem.distances(pose_and_other.second));
   std::size_t alone = 0;
   std::size_t other_alone = 0;
   for (std::size_t i = 0; i < agree.size(); ++i) {
     if (agree[i] && !agree_with_other[i]) ++alone;
     if (agree_with_other[i] && !agree[i]) ++other_alone;
   }
-  return alone >= kMajority * other_alone;
+  return alone >= std::max(least, majority * other_alone);
 }
 
-/// Pose with the smallest sum of truncated distances over random minimal sets; `initial` competes too. Ends
-/// when the inliers of the best pose make a better one improbable, after `iterations` at the latest.
+/// Pose with the smallest sum of truncated distances over random minimal sets; the expected one competes too.
+/// Ends when the inliers of the best pose make a better one improbable, after settings.ransac_iterations at
+/// the latest.
 ///
 /// What fills half of the image and moves, a lorry ahead, agrees on a motion as well as the street does. A
-/// motion that does not continue the expected one, `initial`, therefore has to outvote the best that does.
-[[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const Pose& initial,
-                          int iterations, std::mt19937_64& random) {
+/// motion that does not continue the expected one therefore has to outvote the best that does.
+[[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const ExpectedMotion& expected,
+                          const OdometrySettings& settings, std::mt19937_64& random) {
+  const Pose& initial = expected.T_previous_current;
   Hypothesis best = judge(problem, initial);
   Hypothesis best_continuing = best;
-  for (int iteration = 0; iteration < iterations; ++iteration) {
+  for (int iteration = 0; iteration < settings.ransac_iterations; ++iteration) {
     const double share = static_cast<double>(best.inliers) / static_cast<double>(count);
     if (iteration >= sufficient_draws(share) && continues(best.pose, initial)) break;
     const auto pose = problem.minimal_solution(draw_three(count, random), initial);
@@ -287,17 +289,21 @@ struct Hypothesis {
     if (continues(*pose, initial)) best_continuing.compete(drawn);
   }
   if (continues(best.pose, initial)) return best.pose;
-  return outvotes(problem, best.pose, best_continuing.pose) ? best.pose : best_continuing.pose;
+  const std::size_t majority = expected.from == Expectation::kDoubtful ? 1 : 4;
+  const int least = expected.from == Expectation::kSteady ? 2 * std::max(0, settings.min_inliers) : 0;
+  const bool jerk =
+      outvotes(problem, {best.pose, best_continuing.pose}, majority, static_cast<std::size_t>(least));
+  return jerk ? best.pose : best_continuing.pose;
 }
 
 }  // namespace
 
 MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, const StereoCamera& camera,
-                               const Pose& initial_T_previous_current, const OdometrySettings& settings,
+                               const ExpectedMotion& expected, const OdometrySettings& settings,
                                std::mt19937_64& random) {
   const auto& [points, static_points] = correspondences;
   MotionEstimate result;
-  result.T_previous_current.pose = initial_T_previous_current;
+  result.T_previous_current.pose = expected.T_previous_current;
   result.inlier.assign(points.size(), 0);
   const auto required = static_cast<std::size_t>(std::max(3, settings.min_inliers));
   if (points.size() < required) return result;
@@ -310,8 +316,9 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
   };
   std::vector<StereoCorrespondence> voters(points.begin(), points.end());
   voters.insert(voters.end(), static_points.begin(), static_points.end());
-  const MotionProblem rough(voters, camera, initial_T_previous_current, equal_noise);
-  Pose pose = ransac(rough, voters.size(), initial_T_previous_current, settings.ransac_iterations, random);
+  const MotionProblem rough(voters, camera, expected.T_previous_current, equal_noise);
+  Pose pose = ransac(rough, voters.size(), expected, settings, random);
+  result.jerk = expected.from != Expectation::kNoMotion && !continues(pose, expected.T_previous_current);
 
   constexpr int kReselections = 2;
   std::optional<PoseGaussian> solution;

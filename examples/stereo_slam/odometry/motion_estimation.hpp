@@ -27,12 +27,29 @@ struct MotionCorrespondences {
       static_points{};  ///< known to be static; they vote on the inliers and have no other weight
 };
 
+/// What a motion is expected from.
+enum class Expectation {
+  kSteady,    ///< the motions before it were alike
+  kNoMotion,  ///< no motion was measured before it
+  kDoubtful,  ///< there was a jerk before it: the motion since then may be that of a vehicle
+};
+
+/// The motion that is expected between two frames.
+struct ExpectedMotion {
+  Pose T_previous_current;
+  Expectation from = Expectation::kNoMotion;
+
+  ExpectedMotion(const Pose& pose, Expectation expectation = Expectation::kNoMotion)
+      : T_previous_current(pose), from(expectation) {}
+};
+
 /// Motion between two stereo frames.
 struct MotionEstimate {
   bool valid = false;  ///< enough inliers and a well-posed solution
   PoseGaussian T_previous_current;
   std::vector<std::uint8_t> inlier;  ///< one flag a point
   int inliers = 0;
+  bool jerk = false;  ///< the motion does not continue the expected one
 };
 
 /// Relative pose of two stereo frames.
@@ -45,11 +62,11 @@ struct MotionEstimate {
 /// which follows the scale of the residuals.
 ///
 /// Without static points the largest consistent set may be that of a moving lorry. A set that contradicts the
-/// initial motion, which is the one expected, therefore needs four times the points of one that continues it,
-/// not counting those that agree with both.
+/// expected motion therefore needs four times the points of one that continues it, not counting those that
+/// agree with both; against a steady motion also twice settings.min_inliers, since the lorry may hide nearly
+/// all of the street. Against a doubtful motion a simple majority is enough.
 [[nodiscard]] MotionEstimate estimate_motion(const MotionCorrespondences& correspondences,
-                                             const StereoCamera& camera,
-                                             const Pose& initial_T_previous_current,
+                                             const StereoCamera& camera, const ExpectedMotion& expected,
                                              const OdometrySettings& settings, std::mt19937_64& random);
 
 }  // namespace stereo_slam

@@ -80,18 +80,18 @@ std::vector<StereoPoint> select_odometry_points(const StereoView& view, const st
 }
 
 OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const OdometryPoints& points,
-                                    const StereoView& view, const Pose& predicted_T_previous_current,
+                                    const StereoView& view, const ExpectedMotion& expected,
                                     const Settings& settings) {
   constexpr std::size_t kMaxStaticPoints = 100;  // enough to outvote a lorry
   const auto follow = [&](const std::vector<StereoPoint>& from) {
-    return match_circle(pyramids, from, view, predicted_T_previous_current, settings.odometry);
+    return match_circle(pyramids, from, view, expected.T_previous_current, settings.odometry);
   };
   const auto matches = follow(points.points);
   const auto static_matches = follow(thin_out(points.static_points, kMaxStaticPoints));
   std::mt19937_64 random(settings.seed + view.frame.index);
-  const auto motion = estimate_motion({matches, static_matches}, view.camera, predicted_T_previous_current,
-                                      settings.odometry, random);
-  OdometryResult result{motion.valid, motion.T_previous_current, {}};
+  const auto motion =
+      estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
+  OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.jerk};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (motion.inlier[i]) result.inliers_px.push_back(matches[i].current.head<2>());
   }
@@ -99,20 +99,20 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
 }
 
 OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
-                                    const StereoView& view, const Pose& predicted_T_previous_current,
+                                    const StereoView& view, const ExpectedMotion& expected,
                                     const Settings& settings) {
   constexpr std::size_t kStaticVotes = 3;  // and its own: a lorry may show more points than the street
-  tracks.follow(pyramids, view, predicted_T_previous_current, settings.odometry);
+  tracks.follow(pyramids, view, expected.T_previous_current, settings.odometry);
   const auto matches = correspondences(tracks.points());
   std::vector<StereoCorrespondence> static_matches;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (tracks.points()[i].is_static) static_matches.insert(static_matches.end(), kStaticVotes, matches[i]);
   }
   std::mt19937_64 random(settings.seed + view.frame.index);
-  const auto motion = estimate_motion({matches, static_matches}, view.camera, predicted_T_previous_current,
-                                      settings.odometry, random);
+  const auto motion =
+      estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
   tracks.keep(motion.inlier);
-  return {motion.valid, motion.T_previous_current, tracks.positions()};
+  return {motion.valid, motion.T_previous_current, tracks.positions(), motion.jerk};
 }
 
 }  // namespace stereo_slam

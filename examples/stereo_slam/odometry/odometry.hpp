@@ -7,6 +7,7 @@
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/odometry/motion_estimation.hpp"
 #include "stereo_slam/odometry/point_tracks.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -17,6 +18,7 @@ struct OdometryResult {
   bool valid = false;
   PoseGaussian T_previous_current;
   std::vector<Vector2<double>> inliers_px;  ///< where the inliers are in the current left image
+  bool jerk = false;                        ///< the motion does not continue the one predicted
 };
 
 /// Points of the previous frame, as measured there, that circular matching starts from.
@@ -36,18 +38,16 @@ struct OdometryPoints {
 /// (sec. IV-B): it follows the points from the previous left image to the current left, the current right,
 /// the previous right and back to the previous left image. Points that return to where they started give the
 /// motion. The static points decide with them which points are inliers, so that a large moving object does
-/// not win; they have no other weight. `predicted_T_previous_current` starts the search. The random numbers
+/// not win; they have no other weight. `expected` starts the search. The random numbers
 /// depend on settings.seed and the frame's index only.
 [[nodiscard]] OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids,
                                                   const OdometryPoints& points, const StereoView& view,
-                                                  const Pose& predicted_T_previous_current,
-                                                  const Settings& settings);
+                                                  const ExpectedMotion& expected, const Settings& settings);
 
 /// The same motion from points followed over many frames. Points that are known to be static have four votes
 /// in the choice of the inliers. `tracks` keeps the inliers only.
 [[nodiscard]] OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
-                                                  const StereoView& view,
-                                                  const Pose& predicted_T_previous_current,
+                                                  const StereoView& view, const ExpectedMotion& expected,
                                                   const Settings& settings);
 
 }  // namespace stereo_slam

@@ -127,7 +127,11 @@ bool Slam::apply(const std::optional<LoopCorrection>& correction) {
 
 OdometryResult Slam::measure_motion(const FrameImages& images) {
   const ConsecutivePyramids pyramids{previous_.pyramids, images.equalised};
-  const Pose expected = velocity_.motion_until(images.frame.stamp_ns);
+  const bool steady = frames_since_jerk_ == kDoubtfulFrames;
+  const ExpectedMotion expected(velocity_.motion_until(images.frame.stamp_ns),
+                                !velocity_.known() ? Expectation::kNoMotion
+                                : steady           ? Expectation::kSteady
+                                                   : Expectation::kDoubtful);
   const StereoView view = view_of(images.frame);
   if (aligns_patches()) return odometry_from_tracks(tracks_, pyramids, view, expected, settings_);
   return odometry_from_circle(pyramids, {previous_.odometry_points, previous_.static_points}, view, expected,
@@ -219,9 +223,13 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   if (anchored()) record_keyframe(result);
 }
 
-/// Finds out which points move with the landmarks: they are known to be static in the next frame.
+/// Finds out which points move with the landmarks: they are known to be static in the next frame. After a
+/// jerk this is doubtful for a second or so: it may be that a vehicle was taken for the street, and its
+/// points must not outvote the street's.
 void Slam::find_static_points(const TrackedPose& tracked) {
-  const bool against_landmarks = tracked.basis == PoseBasis::kLandmarks;
+  frames_since_jerk_ = tracked.odometry.jerk ? 0 : std::min(frames_since_jerk_ + 1, kDoubtfulFrames);
+  const bool against_landmarks =
+      tracked.basis == PoseBasis::kLandmarks && frames_since_jerk_ == kDoubtfulFrames;
   if (!aligns_patches()) {
     previous_.static_points = against_landmarks ? measurements(tracked.matches) : std::vector<StereoPoint>{};
     return;

@@ -145,6 +145,8 @@ class Slam {
                                                          const ReobservedLandmarks& reobserved = {});
   RectificationEffect refine_rectification(const std::vector<Match>& matches);
 
+  static constexpr int kDoubtfulFrames = 10;  // after a jerk
+
   StereoCamera camera_;
   Settings settings_;
 
@@ -161,6 +163,7 @@ class Slam {
   std::optional<AsyncLoopCloser> loops_;
   bool started_ = false;  // there is a map
   bool lost_ = false;     // the last frame
+  int frames_since_jerk_ = kDoubtfulFrames;
 };
 
 }  // namespace stereo_slam

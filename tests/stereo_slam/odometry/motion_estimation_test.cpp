@@ -122,6 +122,34 @@ TEST_CASE("Of two motions that many points agree on, the one that continues the 
   CHECK(after_jump.T_previous_current.pose.boxminus(test::car_motion(-2.0)).tail<3>().norm() < 0.05);
 }
 
+TEST_CASE("Against a steady motion a few points prove no jerk; after a jerk a majority corrects it",
+          "[stereo_slam][odometry]") {
+  const Pose motion = test::car_motion();
+  const Pose of_lorry = test::car_motion(-0.2);
+  const auto found = [&](int on_street, int on_lorry, const ExpectedMotion& expected) {
+    std::mt19937_64 random(16);
+    auto matches = correspondences(random, on_street, motion, kSigma_px, 5.0, 30.0);
+    const auto moving = correspondences(random, on_lorry, of_lorry, kSigma_px, 5.0, 30.0);
+    matches.insert(matches.end(), moving.begin(), moving.end());
+    return estimate_motion({matches}, test::kitti_camera(), expected, odometry_settings(), random);
+  };
+  const auto is_lorrys = [&](const MotionEstimate& estimate) {
+    return estimate.valid && of_lorry.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.1;
+  };
+  const auto steady = found(2, 18, {motion, Expectation::kSteady});
+  CHECK_FALSE(steady.valid);  // nothing is measured, instead of the lorry's motion
+  CHECK_FALSE(steady.jerk);
+  CHECK(is_lorrys(found(2, 18, {motion, Expectation::kNoMotion})));
+  CHECK(is_lorrys(found(2, 60, {motion, Expectation::kSteady})));
+  CHECK(found(2, 60, {motion, Expectation::kSteady}).jerk);
+
+  // The lorry's motion was taken for the camera's. It stays until the street shows more points.
+  const auto street = [&](Expectation from) { return found(60, 30, {of_lorry, from}); };
+  CHECK(is_lorrys(street(Expectation::kSteady)));
+  CHECK_FALSE(is_lorrys(street(Expectation::kDoubtful)));
+  CHECK(motion.boxminus(street(Expectation::kDoubtful).T_previous_current.pose).tail<3>().norm() < 0.1);
+}
+
 TEST_CASE("The reported covariance of the motion is consistent with its errors", "[stereo_slam][odometry]") {
   constexpr int kRuns = 100;
   std::mt19937_64 random(5);
