@@ -221,17 +221,6 @@ class MotionProblem {
   return static_cast<int>(std::min(1e6, std::ceil(std::log(kMissed) / std::log1p(-clean))));
 }
 
-/// Whether a motion may follow another one, `expected`, without a jerk that no vehicle or hand makes.
-[[nodiscard]] bool continues(const Pose& motion, const Pose& expected) {
-  constexpr double kChange = 0.5;  // of the motion, relative
-  constexpr double kRotation_rad = 0.03;
-  constexpr double kTranslation_m = 0.05;
-  const Vector6<double> size = expected.boxminus(Pose::identity());
-  const Vector6<double> change = motion.boxminus(expected);
-  return change.head<3>().norm() < kChange * size.head<3>().norm() + kRotation_rad &&
-         change.tail<3>().norm() < kChange * size.tail<3>().norm() + kTranslation_m;
-}
-
 /// A motion, and the correspondences that agree with it.
 struct Hypothesis {
   Pose pose;
@@ -297,6 +286,16 @@ struct Hypothesis {
 }
 
 }  // namespace
+
+bool continues(const Pose& motion, const Pose& expected) {
+  constexpr double kChange = 0.5;  // of the motion, relative
+  constexpr double kRotation_rad = 0.03;
+  constexpr double kTranslation_m = 0.05;
+  const Vector6<double> size = expected.boxminus(Pose::identity());
+  const Vector6<double> change = motion.boxminus(expected);
+  return change.head<3>().norm() < kChange * size.head<3>().norm() + kRotation_rad &&
+         change.tail<3>().norm() < kChange * size.tail<3>().norm() + kTranslation_m;
+}
 
 MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, const StereoCamera& camera,
                                const ExpectedMotion& expected, const OdometrySettings& settings,

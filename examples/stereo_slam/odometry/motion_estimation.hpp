@@ -52,6 +52,9 @@ struct MotionEstimate {
   bool jerk = false;  ///< the motion does not continue the expected one
 };
 
+/// Whether a motion may be the `expected` one, without a jerk that no vehicle or hand makes.
+[[nodiscard]] bool continues(const Pose& motion, const Pose& expected);
+
 /// Relative pose of two stereo frames.
 ///
 /// Both measurements of a point carry pixel noise, so the estimate is a two-view bundle adjustment:

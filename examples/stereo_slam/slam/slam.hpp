@@ -116,7 +116,8 @@ class Slam {
   [[nodiscard]] TrackedPose update(const PoseDensity& prior, const OdometryResult& odometry,
                                    std::vector<Match> matches);
   [[nodiscard]] FoundAhead look_ahead(const FrameImages& images, const std::vector<Match>& matches) const;
-  [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images) const;
+  [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images,
+                                                      const PoseDensity& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
   void find_static_points(const TrackedPose& tracked);
   void prepare_next(const FrameImages& images, const std::vector<Match>& matches, bool is_keyframe);
