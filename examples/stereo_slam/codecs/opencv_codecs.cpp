@@ -10,7 +10,7 @@ namespace {
 
 class OpenCvVideo : public Video {
  public:
-  explicit OpenCvVideo(cv::VideoCapture capture) : capture_(std::move(capture)) {}
+  explicit OpenCvVideo(const cv::VideoCapture& capture) : capture_(capture) {}
 
   bool grab() override {
     try {
@@ -75,8 +75,7 @@ class OpenCvCodecs : public Codecs {
     for (const int backend : backends) {
       try {
         cv::VideoCapture capture;
-        if (capture.open(name, backend) && capture.isOpened())
-          return std::make_unique<OpenCvVideo>(std::move(capture));
+        if (capture.open(name, backend) && capture.isOpened()) return std::make_unique<OpenCvVideo>(capture);
       } catch (const cv::Exception&) {  // this backend cannot; the next one may
       }
     }
