@@ -18,6 +18,7 @@ if(ANTIPODE_BUILD_EXAMPLES)
   find_package(JPEG REQUIRED)
   find_package(Threads REQUIRED)
   find_package(ZLIB REQUIRED)
+  # Linked by its name, so that the exported target of the SLAM has no path in it.
   find_library(ANTIPODE_LIBDEFLATE deflate REQUIRED)
 endif()
 if(ANTIPODE_BUILD_TESTS OR ANTIPODE_BUILD_BENCHMARKS)

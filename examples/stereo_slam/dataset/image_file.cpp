@@ -14,7 +14,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "stereo_slam/codecs/codecs.hpp"
-#include "stereo_slam/dataset/image_size.hpp"
 #include "stereo_slam/dataset/jpeg_data.hpp"
 #include "stereo_slam/dataset/png_data.hpp"
 #include "stereo_slam/io/file_error.hpp"
@@ -93,8 +92,7 @@ cv::Mat decode(const std::filesystem::path& file, int flags) {
 
 ImageHeader check_png(const std::filesystem::path& file) {
   const std::string content = read_content(file);
-  const PngHeader header = check_png_content(file, bytes_of(content));
-  return {header.width_px, header.height_px, header.colour};
+  return check_png_content(file, bytes_of(content)).image;
 }
 
 bool has_image_name(const std::filesystem::path& file) {

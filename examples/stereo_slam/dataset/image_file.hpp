@@ -5,14 +5,9 @@
 
 #include <opencv2/core.hpp>
 
-namespace stereo_slam {
+#include "stereo_slam/dataset/image_size.hpp"
 
-/// The header of an image.
-struct ImageHeader {
-  int width_px = 0;
-  int height_px = 0;
-  bool colour = false;
-};
+namespace stereo_slam {
 
 /// Checks that a PNG file is complete: signature, chunk lengths, checksums and end mark. It is fast: nothing
 /// is decoded. Throws std::runtime_error that names the file and the fault; image libraries only print it to

@@ -13,6 +13,13 @@ struct ImageSize {
   std::uint64_t height_px = 0;
 };
 
+/// The header of an image.
+struct ImageHeader {
+  int width_px = 0;
+  int height_px = 0;
+  bool colour = false;
+};
+
 /// The largest image that is read, in pixels: 4096 x 4096. A run holds about fifty bytes a pixel.
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 24;
 

@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include "stereo_slam/dataset/image_size.hpp"
 #include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
@@ -24,11 +23,13 @@ std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
 /// The content of the chunk IHDR.
 PngHeader parse_header(std::span<const std::uint8_t> data) {
   constexpr std::uint8_t kColourFlag = 2;
-  PngHeader header{static_cast<int>(big_endian(data)), static_cast<int>(big_endian(data.subspan(4)))};
+  PngHeader header;
+  header.image.width_px = static_cast<int>(big_endian(data));
+  header.image.height_px = static_cast<int>(big_endian(data.subspan(4)));
   const std::uint8_t bits = data[8];
   const std::uint8_t colour_type = data[9];
   const bool interlaced = data[12] != 0;
-  header.colour = (colour_type & kColourFlag) != 0;
+  header.image.colour = (colour_type & kColourFlag) != 0;
   header.plain_grey = bits == 8 && colour_type == 0 && !interlaced;
   return header;
 }

@@ -7,13 +7,13 @@
 
 #include <opencv2/core.hpp>
 
+#include "stereo_slam/dataset/image_size.hpp"
+
 namespace stereo_slam {
 
 /// The header of a PNG image.
 struct PngHeader {
-  int width_px = 0;
-  int height_px = 0;
-  bool colour = false;
+  ImageHeader image;
   bool plain_grey = false;  ///< 8 bits, grey without transparency, not interlaced
 };
 

@@ -38,8 +38,8 @@ struct OdometryPoints {
 /// (sec. IV-B): it follows the points from the previous left image to the current left, the current right,
 /// the previous right and back to the previous left image. Points that return to where they started give the
 /// motion. The static points decide with them which points are inliers, so that a large moving object does
-/// not win; they have no other weight. `expected` starts the search. The random numbers
-/// depend on settings.seed and the frame's index only.
+/// not win; they have no other weight. `expected` starts the search. The random numbers depend on
+/// settings.seed and the frame's index only.
 [[nodiscard]] OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids,
                                                   const OdometryPoints& points, const StereoView& view,
                                                   const ExpectedMotion& expected, const Settings& settings);

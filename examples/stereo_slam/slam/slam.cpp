@@ -193,25 +193,6 @@ FoundAhead Slam::look_ahead(const FrameImages& images, const std::vector<Match>&
   return ahead;
 }
 
-/// The pose by the points of the last keyframe, if they are recognised. In the first frame that
-/// is not tracked, a pose that would need a jerk is not believed: the points may be on a vehicle.
-std::optional<PoseDensity> Slam::relocalise(const FrameImages& images, const PoseDensity& prior) const {
-  // Features of all pyramid levels: the camera may have come nearer since the keyframe.
-  const StereoView view = view_of(images.frame);
-  const auto points =
-      measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
-  Keyframe keyframe = reference_.keyframe;
-  if (aligns_patches()) describe(keyframe.points, reference_.left);
-  auto found =
-      recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
-  if (found && velocity_.known() && !lost_) {
-    const Pose T_previous_keyframe = posterior_.pose().inverse();
-    if (!continues(T_previous_keyframe * found->pose(), T_previous_keyframe * prior.pose()))
-      return std::nullopt;
-  }
-  return found;
-}
-
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
   result.status = status_of(tracked.basis, lost_, reference_.repeats_itself);
   if (result.status == TrackingStatus::kRelocalised) {
