@@ -13,6 +13,7 @@
 #include <antipode/distributions/bingham.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
+#include <antipode/distributions/component_merging.hpp>
 #include <antipode/distributions/covariance_conventions.hpp>
 #include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>
