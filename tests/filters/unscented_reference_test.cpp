@@ -27,6 +27,18 @@ void check_reference(const Matrix<double, 3, Cols>& value, const Matrix<double, 
         1e-9 * max_difference(reference, Matrix<double, 3, Cols>::Zero()));
 }
 
+/// Agreement of an update with all its reference values.
+template <class Update>
+void check_reference_update(const Update& update, const nlohmann::json& entry) {
+  const Vector3<double> z = to_vector<3>(entry.at("z"));
+  CHECK((z - update.innovation - to_vector<3>(entry.at("zhat"))).norm() <= 1e-9 * z.norm());
+  check_reference(update.innovation_covariance, to_matrix<3>(entry.at("S")));
+  check_reference(update.cross_covariance, to_matrix<3>(entry.at("S_lz")));
+  check_reference(update.gain, to_matrix<3>(entry.at("K")));
+  check_reference(update.posterior.mean(), to_vector<3>(entry.at("l_new")));
+  check_reference(update.posterior.covariance(), to_matrix<3>(entry.at("P_new")));
+}
+
 /// The cases of a kind, of which there must be so many.
 [[nodiscard]] nlohmann::json cases(const std::string& kind, std::size_t count) {
   auto result = read_reference("landmark_update.json").at(kind);
@@ -105,12 +117,7 @@ TEST_CASE("One iteration at a known pose is the unscented Kalman filter", "[unsc
                          {.kappa = entry.at("kappa"), .iterations = 1});
     CHECK(result.status == UnscentedUpdateStatus::kUpdated);
     CHECK(result.iterations == 1);
-    CHECK((z - result.innovation - to_vector<3>(entry.at("zhat"))).norm() <= 1e-9 * z.norm());
-    check_reference(result.innovation_covariance, to_matrix<3>(entry.at("S")));
-    check_reference(result.cross_covariance, to_matrix<3>(entry.at("S_lz")));
-    check_reference(result.gain, to_matrix<3>(entry.at("K")));
-    check_reference(result.posterior.mean(), to_vector<3>(entry.at("l_new")));
-    check_reference(result.posterior.covariance(), to_matrix<3>(entry.at("P_new")));
+    check_reference_update(result, entry);
     const Matrix3<double> S_root = detail::cholesky_factor(to_matrix<3>(entry.at("S"))).value();
     CHECK(result.nis == Approx(detail::solve_lower(S_root, result.innovation).squaredNorm()).epsilon(1e-9));
   }
@@ -131,12 +138,7 @@ TEST_CASE("One iteration with samples of the pose takes all pairs", "[unscented]
                               {.kappa = entry.at("kappa_l"), .iterations = iterations});
     };
     const auto result = update(1);
-    CHECK((z - result.innovation - to_vector<3>(entry.at("zhat"))).norm() <= 1e-9 * z.norm());
-    check_reference(result.innovation_covariance, to_matrix<3>(entry.at("S")));
-    check_reference(result.cross_covariance, to_matrix<3>(entry.at("S_lz")));
-    check_reference(result.gain, to_matrix<3>(entry.at("K")));
-    check_reference(result.posterior.mean(), to_vector<3>(entry.at("l_new")));
-    check_reference(result.posterior.covariance(), to_matrix<3>(entry.at("P_new")));
+    check_reference_update(result, entry);
     // The true posterior is itself known to 0.0074 sigma.
     const LandmarkScore iterated(update(2).posterior, entry.at("truth"));
     CHECK(iterated.error <= 0.2);
