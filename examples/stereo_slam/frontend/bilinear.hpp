@@ -29,10 +29,30 @@ namespace stereo_slam {
   return top + ay * (bottom - top);
 }
 
-/// The same of four positions, to the same bits.
+/// Four grey values as numbers.
+[[nodiscard]] inline FourFloats four_floats(const std::uint8_t* pixels) {
+  using FourBytes [[gnu::vector_size(4)]] = std::uint8_t;
+  FourBytes four;
+  std::memcpy(&four, pixels, sizeof four);
+  return __builtin_convertvector(four, FourFloats);
+}
+
+/// The same of four positions, to the same bits. It is faster if each is in the pixel to the right of the one
+/// before.
 [[nodiscard]] inline FourFloats bilinear(const cv::Mat& image, FourFloats x, FourFloats y) {
   const auto x0 = __builtin_convertvector(x, FourInts);
   const auto y0 = __builtin_convertvector(y, FourInts);
+  const FourFloats ax = x - __builtin_convertvector(x0, FourFloats);
+  const FourFloats ay = y - __builtin_convertvector(y0, FourFloats);
+  const auto in_a_row = (x0 == x0[0] + FourInts{0, 1, 2, 3}) & (y0 == y0[0]);
+  if ((in_a_row[0] & in_a_row[1] & in_a_row[2] & in_a_row[3]) != 0) {
+    const std::uint8_t* pixel = image.ptr<std::uint8_t>(y0[0]) + x0[0];
+    const std::uint8_t* below = pixel + image.step;
+    const FourFloats left = four_floats(pixel), left_below = four_floats(below);
+    const FourFloats top = left + ax * (four_floats(pixel + 1) - left);
+    const FourFloats bottom = left_below + ax * (four_floats(below + 1) - left_below);
+    return top + ay * (bottom - top);
+  }
   FourInts upper{}, lower{};  // of each position two neighbouring grey values: the left one in the low byte
   static_assert(std::endian::native == std::endian::little);
   for (int i = 0; i < 4; ++i) {
@@ -45,8 +65,6 @@ namespace stereo_slam {
   }
   const auto left = [](FourInts two) { return __builtin_convertvector(two & 255, FourFloats); };
   const auto right = [](FourInts two) { return __builtin_convertvector(two >> 8, FourFloats); };
-  const FourFloats ax = x - __builtin_convertvector(x0, FourFloats);
-  const FourFloats ay = y - __builtin_convertvector(y0, FourFloats);
   const FourFloats top = left(upper) + ax * (right(upper) - left(upper));
   const FourFloats bottom = left(lower) + ax * (right(lower) - left(lower));
   return top + ay * (bottom - top);

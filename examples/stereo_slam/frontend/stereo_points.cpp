@@ -11,6 +11,20 @@ namespace {
 
 constexpr int kMinCornersPerCell = 5;
 
+/// Corners for new landmarks, spread over the image.
+[[nodiscard]] std::vector<Feature> find_corners(const cv::Mat& left, const Settings& settings) {
+  const auto wanted = static_cast<std::size_t>(settings.map.max_new_landmarks);
+  const int cell_px = settings.map.cell_px;
+  const int cells = ((left.cols + cell_px - 1) / cell_px) * ((left.rows + cell_px - 1) / cell_px);
+  const int share = 1 + settings.map.max_new_landmarks / std::max(cells, 1);
+  const auto corners = detect_corners(left, {}, {},
+                                      {.cell_px = settings.map.cell_px,
+                                       .per_cell = std::max(kMinCornersPerCell, share),
+                                       .min_distance_px = settings.odometry.exclusion_px,
+                                       .enough = wanted / 2});
+  return spread_features(corners, left.size(), settings.map.cell_px, wanted);
+}
+
 }  // namespace
 
 StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Feature>& features,
@@ -30,21 +44,8 @@ StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Fea
   return points;
 }
 
-std::vector<Feature> find_stereo_corners(const cv::Mat& left, const Settings& settings) {
-  const auto wanted = static_cast<std::size_t>(settings.map.max_new_landmarks);
-  const int cell_px = settings.map.cell_px;
-  const int cells = ((left.cols + cell_px - 1) / cell_px) * ((left.rows + cell_px - 1) / cell_px);
-  const int share = 1 + settings.map.max_new_landmarks / std::max(cells, 1);
-  const auto corners = detect_corners(left, {}, {},
-                                      {.cell_px = settings.map.cell_px,
-                                       .per_cell = std::max(kMinCornersPerCell, share),
-                                       .min_distance_px = settings.odometry.exclusion_px,
-                                       .enough = wanted / 2});
-  return spread_features(corners, left.size(), settings.map.cell_px, wanted);
-}
-
-StereoPoints measure_stereo_corners(const StereoView& view, const std::vector<Feature>& corners,
-                                    const Settings& settings) {
+StereoPoints measure_stereo_corners(const StereoView& view, const Settings& settings) {
+  const auto corners = find_corners(view.frame.left, settings);
   StereoPoints points;
   for (const auto& match : match_stereo(view, positions(corners), settings.stereo)) {
     if (match) points.measured.push_back(*match);

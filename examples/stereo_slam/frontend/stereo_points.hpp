@@ -24,11 +24,7 @@ struct StereoPoints {
                                                  const std::vector<Vector2<double>>& reserved_px,
                                                  const Settings& settings);
 
-/// Corners of a left image to do the same with, found without its features.
-[[nodiscard]] std::vector<Feature> find_stereo_corners(const cv::Mat& left, const Settings& settings);
-
-/// Those of the corners that have a stereo match, not described.
-[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view, const std::vector<Feature>& corners,
-                                                  const Settings& settings);
+/// The same of corners that are searched in the left image, nowhere reserved and not described.
+[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view, const Settings& settings);
 
 }  // namespace stereo_slam

@@ -129,41 +129,31 @@ void PointTracks::remeasure(const RectificationResidual& before, const Rectifica
   std::erase_if(points_, [](const TrackedPoint& point) { return !(point.z.z() > 0.0); });
 }
 
-Replenishment PointTracks::find_replenishment(const StereoView& view,
-                                              const std::vector<Vector2<double>>& reserved_px,
-                                              const Settings& settings) const {
+void PointTracks::replenish(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
+                            const Settings& settings) {
   constexpr double kFew = 0.6;  // below this share of the points wanted, corners are worth a search
   const auto& rule = settings.odometry;
   const cv::Size image = view.frame.left.size();
   const SpatialIndex reserved(reserved_px, image);
-  Replenishment change;
-  std::vector<Vector2<double>> kept_px;
-  for (const auto& point : points_) {
-    const Vector2<double> px = point.z.head<2>();
-    change.kept.push_back(reserved.any_within(px, rule.exclusion_px) ? 0 : 1);
-    if (change.kept.back()) kept_px.push_back(px);
-  }
+  std::erase_if(points_, [&](const TrackedPoint& point) {
+    return reserved.any_within(point.z.head<2>(), rule.exclusion_px);
+  });
   const int few =
       std::max(static_cast<int>(kFew * rule.max_points), std::min(rule.max_points, 2 * rule.min_inliers));
-  if (static_cast<int>(kept_px.size()) >= few) return change;
-  const auto missing = static_cast<std::size_t>(rule.max_points) - kept_px.size();
+  if (static_cast<int>(points_.size()) >= few) return;
+
+  const auto missing = static_cast<std::size_t>(rule.max_points) - points_.size();
   const int columns = (image.width + rule.cell_px - 1) / rule.cell_px;
   const int rows = (image.height + rule.cell_px - 1) / rule.cell_px;
   const CornerGrid grid{.cell_px = rule.cell_px,
                         .per_cell = 1 + rule.max_points / (columns * rows),
                         .min_distance_px = rule.exclusion_px,
                         .enough = missing / 3};
-  const auto corners = spread_features(detect_corners(view.frame.left, kept_px, reserved_px, grid), image,
+  const auto corners = spread_features(detect_corners(view.frame.left, positions(), reserved_px, grid), image,
                                        rule.cell_px, missing);
   for (const auto& match : match_stereo(view, stereo_slam::positions(corners), settings.stereo)) {
-    if (match) change.added.push_back({match->z, match->disparity_slope, std::nullopt, std::nullopt, false});
+    if (match) points_.push_back({match->z, match->disparity_slope, std::nullopt, std::nullopt, false});
   }
-  return change;
-}
-
-void PointTracks::replenish(const Replenishment& change) {
-  keep(change.kept);
-  points_.insert(points_.end(), change.added.begin(), change.added.end());
 }
 
 std::vector<StereoCorrespondence> correspondences(const std::vector<TrackedPoint>& points) {

@@ -23,12 +23,6 @@ struct TrackedPoint {
   bool is_static = false;               ///< it moved with the landmarks of the map between these frames
 };
 
-/// How the points change for the next frame.
-struct Replenishment {
-  std::vector<std::uint8_t> kept;  ///< one flag a point
-  std::vector<TrackedPoint> added;
-};
-
 /// The points that the odometry measures the motion from. Each is followed for as long as it is seen.
 class PointTracks {
  public:
@@ -55,14 +49,10 @@ class PointTracks {
   /// Measures the points again after the rectification has been refined.
   void remeasure(const RectificationResidual& before, const RectificationResidual& after);
 
-  /// Finds out which points are nearer than settings.odometry.exclusion_px to `reserved_px`, and corners with
-  /// a stereo match where there is room once these are dropped.
-  [[nodiscard]] Replenishment find_replenishment(const StereoView& view,
-                                                 const std::vector<Vector2<double>>& reserved_px,
-                                                 const Settings& settings) const;
-
-  /// Drops and adds what find_replenishment() has found for these points.
-  void replenish(const Replenishment& change);
+  /// Drops the points that are nearer than settings.odometry.exclusion_px to `reserved_px`. If few are left,
+  /// adds corners with a stereo match where there is room.
+  void replenish(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
+                 const Settings& settings);
 
  private:
   std::vector<TrackedPoint> points_;

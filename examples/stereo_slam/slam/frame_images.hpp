@@ -2,13 +2,11 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
-#include "stereo_slam/odometry/point_tracks.hpp"
 
 namespace stereo_slam {
 
@@ -29,21 +27,12 @@ struct PreviousFrame {
   void replace_images(const StereoFrame& frame, StereoPyramid next);
 };
 
-/// What is found out about a frame while its pose is updated: if it is about to become a keyframe, corners
-/// for new landmarks and whether the scene repeats itself; otherwise the points of the next odometry.
-struct FoundAhead {
-  std::optional<std::vector<Feature>> landmark_corners;
-  std::optional<bool> repeats_itself;
-  std::optional<Replenishment> odometry_points;
-};
-
 /// A frame with what is extracted from its images once and used by all stages. Refers to the frame.
 struct FrameImages {
   const StereoFrame& frame;
   StereoPyramid pyramids;
   StereoPyramid equalised;       ///< the pyramids, as bright as the previous frame's: for optical flow
   StereoFeatures features = {};  ///< of the whole images, if landmarks are matched by descriptors
-  FoundAhead ahead = {};
 };
 
 [[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides,

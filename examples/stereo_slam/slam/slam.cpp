@@ -6,8 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "stereo_slam/core/parallel.hpp"
-#include "stereo_slam/frontend/repetition.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_tracks.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
@@ -87,10 +85,7 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
     clock.lap("predict");
     matches = find_landmarks(images, prior, odometry, trace);  // Alg. 3, sec. IV-C
     clock.lap("associate");
-    std::optional<TrackedPose> updated;
-    run_beside([&] { updated = update(prior, odometry, matches); },  // eq. 13, Alg. 2
-               [&] { images.ahead = look_ahead(images, matches); });
-    TrackedPose& tracked = *updated;
+    auto tracked = update(prior, odometry, matches);  // eq. 13, Alg. 2
     clock.lap("update");
     if (anchored() && (lost_ || !tracked.measured())) {
       tracked.use_keyframe(relocalise(images, tracked.prior));
@@ -102,7 +97,7 @@ FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
   }
   complete(images, result);
   clock.lap("map");
-  prepare_next(images, matches, result.is_keyframe);
+  prepare_next(images, matches);
   clock.lap("stereo");
   result.times = clock.times();
   return result;
@@ -180,19 +175,6 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
   return {prior, update.posterior, basis, odometry, std::move(matches), update.nis, update.nis_dof};
 }
 
-/// Begins with what follows the update and does not depend on it.
-FoundAhead Slam::look_ahead(const FrameImages& images, const std::vector<Match>& matches) const {
-  FoundAhead ahead;
-  if (!aligns_patches()) return ahead;
-  if (needs_keyframe(images.frame.index, matches.size())) {
-    ahead.landmark_corners = find_stereo_corners(images.frame.left, settings_);
-    if (anchored()) ahead.repeats_itself = repeats_itself(images.frame.left);
-  } else {
-    ahead.odometry_points = tracks_.find_replenishment(view_of(images.frame), positions(matches), settings_);
-  }
-  return ahead;
-}
-
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
   result.status = status_of(tracked.basis, lost_, reference_.repeats_itself);
   if (result.status == TrackingStatus::kRelocalised) {
@@ -230,16 +212,14 @@ void Slam::find_static_points(const TrackedPose& tracked) {
 }
 
 /// Chooses the points that the odometry of the next frame starts from, away from the landmarks.
-void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& matches, bool is_keyframe) {
+void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& matches) {
   auto landmarks_px = positions(matches);
   for (const auto& landmark : local_map_.landmarks()) {
     if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
   }
   const StereoView view = view_of(images.frame);
   if (aligns_patches()) {
-    const bool found = images.ahead.odometry_points && !is_keyframe;
-    tracks_.replenish(found ? *images.ahead.odometry_points
-                            : tracks_.find_replenishment(view, landmarks_px, settings_));
+    tracks_.replenish(view, landmarks_px, settings_);
   } else {
     previous_.odometry_points = select_odometry_points(view, images.features.left, landmarks_px, settings_);
   }

@@ -19,6 +19,7 @@
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/odometry/constant_velocity.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
+#include "stereo_slam/odometry/point_tracks.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
 #include "stereo_slam/slam/global_map.hpp"
@@ -115,12 +116,11 @@ class Slam {
                                                   AssociationTrace* trace) const;
   [[nodiscard]] TrackedPose update(const PoseDensity& prior, const OdometryResult& odometry,
                                    std::vector<Match> matches);
-  [[nodiscard]] FoundAhead look_ahead(const FrameImages& images, const std::vector<Match>& matches) const;
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images,
                                                       const PoseDensity& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
   void find_static_points(const TrackedPose& tracked);
-  void prepare_next(const FrameImages& images, const std::vector<Match>& matches, bool is_keyframe);
+  void prepare_next(const FrameImages& images, const std::vector<Match>& matches);
 
   // The unusual cases: a repeated image, and no map yet.
   void pass_over(const StereoFrame& frame, FrameResult& result);

@@ -64,8 +64,7 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   const StereoFrame& frame = images.frame;
   reference_.left = frame.left.clone();
   reference_.landmarks = local_map_.landmarks().size();
-  const auto& repeats = images.ahead.repeats_itself;
-  reference_.repeats_itself = anchored() && (repeats ? *repeats : repeats_itself(reference_.left));
+  reference_.repeats_itself = anchored() && repeats_itself(reference_.left);
   reference_.keyframe = {};
   reference_.keyframe.frame = frame.index;
   reference_.keyframe.stamp_ns = frame.stamp_ns;
@@ -79,11 +78,7 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
 StereoPoints Slam::measure_points(const FrameImages& images,
                                   const std::vector<Vector2<double>>& reserved_px) const {
   const StereoView view = view_of(images.frame);
-  if (aligns_patches()) {
-    const auto& found = images.ahead.landmark_corners;
-    return measure_stereo_corners(view, found ? *found : find_stereo_corners(images.frame.left, settings_),
-                                  settings_);
-  }
+  if (aligns_patches()) return measure_stereo_corners(view, settings_);
   return measure_stereo_points(view, images.features.left, reserved_px, settings_);
 }
 

@@ -17,9 +17,6 @@ TEST_CASE("Both functions are called once, with any number of threads", "[stereo
     run_both([&] { ++first; }, [&] { ++second; });
     CHECK(first == 1);
     CHECK(second == 1);
-    run_beside([&] { ++first; }, [&] { ++second; });
-    CHECK(first == 2);
-    CHECK(second == 2);
   }
   cv::setNumThreads(before);
 }
@@ -29,8 +26,6 @@ TEST_CASE("An exception of either function reaches the caller", "[stereo_slam][c
   const auto work = [] {};
   CHECK_THROWS_AS(run_both(fail, work), std::invalid_argument);
   CHECK_THROWS_AS(run_both(work, fail), std::invalid_argument);
-  CHECK_THROWS_AS(run_beside(fail, work), std::invalid_argument);
-  CHECK_THROWS_AS(run_beside(work, fail), std::invalid_argument);
 }
 
 }  // namespace
