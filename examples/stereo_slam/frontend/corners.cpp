@@ -221,6 +221,7 @@ std::vector<Feature> detect_corners(const cv::Mat& image, const std::vector<Vect
   used_px.insert(used_px.end(), reserved_px.begin(), reserved_px.end());
   const SpatialIndex used(used_px, image.size());
   auto corners = search_cells(image, used, grid, room, kClear);
+  if (!grid.fill_empty_cells && corners.size() >= grid.enough) return corners;
 
   // FAST takes longer the lower its threshold: at first it is lowered only in cells that remained empty.
   for (const CornerStrength& strength : {kStrong, kWeak}) {

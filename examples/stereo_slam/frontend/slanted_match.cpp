@@ -22,6 +22,7 @@ constexpr int kWindowSide_px = 2 * kWindowRadius_px + 1;
 constexpr float kGreySigma = 4.0F;  // noise, and what a plane does not explain
 constexpr int kMaxSteps = 8;
 constexpr float kSettled_px = 0.01F;
+constexpr float kRoughly_px = 0.05F;  // settled enough to choose a prior
 constexpr float kMaxDrift_px = 2.0F;
 constexpr float kMaxSlope = 1.0F;
 
@@ -66,19 +67,38 @@ constexpr float kSurfaceSigma = 0.03F;  // of the slope of a road or a wall
   return pixels;
 }
 
-/// Axis-aligned window around a point.
-[[nodiscard]] Pixels sample(const cv::Mat& image, const Eigen::Vector2f& centre) {
-  return sample_slanted(image, centre, Eigen::Vector2f::Zero());
+constexpr int kBorderedSide_px = kWindowSide_px + 2;
+using BorderedPixels = Eigen::Array<float, kBorderedSide_px, kBorderedSide_px, Eigen::RowMajor>;
+
+/// Axis-aligned window around a point, with a border of one pixel.
+[[nodiscard]] BorderedPixels sample_bordered(const cv::Mat& image, const Eigen::Vector2f& centre) {
+  using Grey = Eigen::Array<std::uint8_t, kBorderedSide_px, kBorderedSide_px, Eigen::RowMajor>;
+  const Eigen::Vector2f corner = centre.array() - static_cast<float>(kWindowRadius_px + 1);
+  const auto column = static_cast<int>(corner.x());
+  const auto row = static_cast<int>(corner.y());
+  const float right = corner.x() - static_cast<float>(column);
+  const float down = corner.y() - static_cast<float>(row);
+  const auto pixels = [&](int x, int y) {
+    const Eigen::OuterStride<> stride(static_cast<Eigen::Index>(image.step));
+    return Eigen::Map<const Grey, 0, Eigen::OuterStride<>>(image.ptr<std::uint8_t>(y) + x, stride)
+        .cast<float>();
+  };
+  if (right == 0.0F && down == 0.0F) return pixels(column, row);  // a corner of FAST
+  return (1.0F - down) * ((1.0F - right) * pixels(column, row) + right * pixels(column + 1, row)) +
+         down * ((1.0F - right) * pixels(column, row + 1) + right * pixels(column + 1, row + 1));
 }
 
 /// The left window, prepared for the inverse compositional alignment of the right one.
 class SlantedTemplate {
  public:
-  SlantedTemplate(const cv::Mat& left, const Eigen::Vector2f& centre) : value_(sample(left, centre)) {
-    const Eigen::Vector2f one_x(1.0F, 0.0F);
-    const Eigen::Vector2f one_y(0.0F, 1.0F);
-    const Pixels dx = 0.5F * (sample(left, centre + one_x) - sample(left, centre - one_x));
-    const Pixels dy = 0.5F * (sample(left, centre + one_y) - sample(left, centre - one_y));
+  SlantedTemplate(const cv::Mat& left, const Eigen::Vector2f& centre) {
+    const BorderedPixels bordered = sample_bordered(left, centre);
+    const auto window = [&](Eigen::Index row, Eigen::Index column) {
+      return bordered.block<kWindowSide_px, kWindowSide_px>(row, column).reshaped<Eigen::RowMajor>();
+    };
+    value_ = window(1, 1);
+    const Pixels dx = 0.5F * (window(1, 2) - window(1, 0));
+    const Pixels dy = 0.5F * (window(2, 1) - window(0, 1));
     gradient_ = {dx, dy, -dx * offsets()[0], -dx * offsets()[1]};
     value_ -= value_.mean();
     energy_ = value_.square().sum();
@@ -92,20 +112,20 @@ class SlantedTemplate {
     }
   }
 
-  /// Change of the parameters by which the window's pixels in the right image are off; nothing for pixels
-  /// that do not look like the window.
-  [[nodiscard]] std::optional<Parameters> step(const Pixels& right, const Parameters& parameters,
-                                               const SlopePrior& prior) const {
+  /// Inverse of the Hessian of half the squared error of the grey values, with the prior's part.
+  [[nodiscard]] Eigen::Matrix4f inverse_hessian(const SlopePrior& prior) const {
+    const Eigen::Matrix4f hessian = information_ + prior.information();
+    return hessian.ldlt().solve(Eigen::Matrix4f::Identity());
+  }
+
+  /// Gradient of half the squared error of the grey values of these pixels of the right image, by the
+  /// parameters; nothing if they do not look like the window.
+  [[nodiscard]] std::optional<Parameters> error_gradient(const Pixels& right) const {
     const float gain = energy_ > 0.0F ? product(right, value_) / energy_ : 0.0F;
     if (!(gain > 0.0F)) return std::nullopt;
-    const Eigen::Matrix4f prior_information = prior.information();
-    Parameters from_mean = parameters;
-    from_mean.tail<2>() -= prior.mean;
-    Parameters pull = prior_information * from_mean;
-    for (Eigen::Index i = 0; i < 4; ++i) pull[i] += product(at(i), right) / gain;
-    const Parameters change = (information_ + prior_information).ldlt().solve(pull);
-    if (!change.allFinite()) return std::nullopt;
-    return change;
+    Parameters result;
+    for (Eigen::Index i = 0; i < 4; ++i) result[i] = product(at(i), right) / gain;
+    return result;
   }
 
   /// Covariance of the slope by the texture alone; nothing if it shows no slope.
@@ -165,9 +185,11 @@ class SlantedTemplate {
   return best;
 }
 
-/// Iterates from `parameters` until they settle; false if they do not settle near the start.
+/// Iterates from `parameters` until a step moves no pixel by more than `settled_px`; false if they do not
+/// settle near the start.
 [[nodiscard]] bool settle(const SlantedTemplate& patch, const cv::Mat& right, const Eigen::Vector2f& start_px,
-                          const SlopePrior& prior, Parameters& parameters) {
+                          const SlopePrior& prior, float settled_px, Parameters& parameters) {
+  const Eigen::Matrix4f inverse_hessian = patch.inverse_hessian(prior);
   for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
     const Eigen::Vector2f centre = start_px + parameters.head<2>();
     const Eigen::Vector2f slope = parameters.tail<2>();
@@ -175,15 +197,18 @@ class SlantedTemplate {
     if (!inside(right, static_cast<double>(centre.x()), static_cast<double>(centre.y()), reach_px)) {
       return false;
     }
-    const auto change = patch.step(sample_slanted(right, centre, slope), parameters, prior);
-    if (!change) return false;
-    parameters -= *change;
+    const auto error_gradient = patch.error_gradient(sample_slanted(right, centre, slope));
+    if (!error_gradient) return false;
+    Parameters from_prior = parameters;
+    from_prior.tail<2>() -= prior.mean;
+    const Parameters change = inverse_hessian * (*error_gradient + prior.information() * from_prior);
+    parameters -= change;
     if (!(parameters.head<2>().norm() <= kMaxDrift_px) ||
         !(parameters.tail<2>().cwiseAbs().maxCoeff() <= kMaxSlope)) {
       return false;
     }
-    const float moved_px = change->head<2>().norm() + kWindowRadius_px * change->tail<2>().norm();
-    if (moved_px < kSettled_px) break;
+    const float moved_px = change.head<2>().norm() + kWindowRadius_px * change.tail<2>().norm();
+    if (moved_px < settled_px) break;
   }
   return true;
 }
@@ -197,11 +222,12 @@ SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px,
   const SlantedTemplate patch(left, left_px.cast<float>());
   const Eigen::Vector2f start = right_px.cast<float>();
   Parameters parameters = Parameters::Zero();
-  if (!settle(patch, right, start, SlopePrior{}, parameters)) return unchanged;
+  SlopePrior prior;
+  if (!settle(patch, right, start, prior, kRoughly_px, parameters)) return unchanged;
   if (const auto covariance = patch.slope_covariance()) {
-    const auto surface = likely_surface(parameters.tail<2>(), *covariance, likely_slopes);
-    if (surface && !settle(patch, right, start, *surface, parameters)) return unchanged;
+    prior = likely_surface(parameters.tail<2>(), *covariance, likely_slopes).value_or(prior);
   }
+  if (!settle(patch, right, start, prior, kSettled_px, parameters)) return unchanged;
   return {(start + parameters.head<2>()).cast<double>(), parameters.tail<2>().cast<double>()};
 }
 

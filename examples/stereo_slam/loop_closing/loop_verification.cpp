@@ -2,6 +2,7 @@
 #include "stereo_slam/loop_closing/loop_verification.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include <Eigen/Cholesky>
@@ -48,12 +49,24 @@ struct PointPair {
   return pairs;
 }
 
+// Guided matching finds more pairs than the descriptors alone, but needs a pose to start from. A pose with
+// fewer pairs than this share of the inliers of a loop is of no use.
+constexpr int kCoreShare = 2;
+constexpr double kConfidence = 0.999;
+
+/// Random sets of four pairs to draw in order to find a pose that is of use, if there is one.
+[[nodiscard]] int draws(std::size_t pairs, const LoopVerificationSettings& settings) {
+  const double share = settings.min_inliers / (kCoreShare * static_cast<double>(pairs));
+  const double clean = std::pow(std::min(share, 1.0), 4);
+  const double sufficient = std::ceil(std::log1p(-kConfidence) / std::log1p(-std::min(clean, kConfidence)));
+  return static_cast<int>(std::min(sufficient, static_cast<double>(settings.ransac_iterations)));
+}
+
 /// T_old_new from points of the old keyframe and their positions in the new one; nothing without a consensus.
 [[nodiscard]] std::optional<Pose> perspective_pose(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
                                                    const std::vector<PointPair>& pairs,
                                                    const StereoCamera& camera,
                                                    const LoopVerificationSettings& settings) {
-  constexpr double kConfidence = 0.999;
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
   for (const auto& pair : pairs) {
@@ -70,7 +83,7 @@ struct PointPair {
   bool found = false;
   try {
     found = cv::solvePnPRansac(
-        points, pixels, K, cv::noArray(), rotation, translation, false, settings.ransac_iterations,
+        points, pixels, K, cv::noArray(), rotation, translation, false, draws(pairs.size(), settings),
         static_cast<float>(settings.max_reprojection_error_px), kConfidence, inliers, cv::SOLVEPNP_AP3P);
   } catch (const cv::Exception&) {  // fewer than the four inliers that its refinement asserts
   }
@@ -130,8 +143,6 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   result.loop.new_keyframe = new_keyframe.id;
   const auto pairs = match_descriptors(old_keyframe, new_keyframe, settings);
   result.matches = static_cast<int>(pairs.size());
-  // Guided matching finds more pairs, but needs a pose to start from.
-  constexpr int kCoreShare = 2;
   if (kCoreShare * result.matches < settings.min_inliers) return result;
 
   result.check = LoopCheck::kNoPose;

@@ -148,7 +148,8 @@ void PointTracks::replenish(const StereoView& view, const std::vector<Vector2<do
   const CornerGrid grid{.cell_px = rule.cell_px,
                         .per_cell = 1 + rule.max_points / (columns * rows),
                         .min_distance_px = rule.exclusion_px,
-                        .enough = missing / 3};
+                        .enough = missing / 3,
+                        .fill_empty_cells = false};
   const auto corners = spread_features(detect_corners(view.frame.left, positions(), reserved_px, grid), image,
                                        rule.cell_px, missing);
   for (const auto& match : match_stereo(view, stereo_slam::positions(corners), settings.stereo)) {
