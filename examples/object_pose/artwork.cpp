@@ -29,7 +29,7 @@ std::string random_word(Rng& rng, int length) {
   return word;
 }
 
-/// A word as high as the area, as many letters as fit in.
+/// Draws a random word as high as the area, with as many letters as fit.
 void draw_word(cv::Mat1b& image, cv::Rect area, int grey, Rng& rng) {
   constexpr int kFonts[] = {cv::FONT_HERSHEY_DUPLEX, cv::FONT_HERSHEY_TRIPLEX, cv::FONT_HERSHEY_COMPLEX};
   const int font = kFonts[uniform(rng, 0, 2)];

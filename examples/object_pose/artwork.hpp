@@ -9,14 +9,14 @@
 
 namespace object_pose {
 
-/// What is printed on a package: letters, a mountain, shapes and small print, other ones for every draw. The
-/// letters recur, so that a feature has doubles.
+/// A random texture like that of a printed package: words, a mountain, shapes, small print and bars. Letters
+/// recur, so that some features look like others.
 [[nodiscard]] cv::Mat1b print_face(cv::Size size_px, std::mt19937_64& rng);
 
 /// A box with six printed faces.
 [[nodiscard]] BoxModel print_box(const BoxSize& size_m, std::mt19937_64& rng);
 
-/// A wall with patches of light and dark.
+/// A random texture for a wall: patches of light and dark, shapes and words.
 [[nodiscard]] cv::Mat1b paint_wall(cv::Size size_px, std::mt19937_64& rng);
 
 }  // namespace object_pose

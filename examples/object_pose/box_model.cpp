@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kModelName = "model.yaml";
 
-/// Columns and rows of a face's texture as axes of the object.
+/// The directions of the columns and rows of a face's texture, in object coordinates.
 struct FaceAxes {
   Eigen::Vector3d right, down;
 };
@@ -36,13 +36,13 @@ FaceAxes axes_of(std::string_view name) {
       fmt::format("a box has no face '{}'; it has {}", name, fmt::join(kFaceNames, ", ")));
 }
 
-/// A positive number below a map of the file.
+/// The positive number map[key]; `group` is the name of the map for the error.
 double read_number(const fs::path& file, const YAML::Node& map, const char* group, const char* key) {
   try {
     const double value = map[key].as<double>();
     if (std::isfinite(value) && value > 0.0) return value;
   } catch (const YAML::Exception&) {
-    // said below, with the key
+    // reported below, with the key
   }
   throw std::runtime_error(fmt::format("{}: {}.{} must be a positive number", file.string(), group, key));
 }
@@ -94,8 +94,8 @@ BoxFace make_face(const BoxSize& size_m, std::string_view name, const cv::Mat1b&
   const double distortion = (texture.cols / face_m.x()) / (texture.rows / face_m.y());
   if (!(std::abs(distortion - 1.0) <= kMaxDistortion)) {
     throw std::runtime_error(
-        fmt::format("the texture of the {} has {} x {} px, the face {} x {} m: other proportions", name,
-                    texture.cols, texture.rows, face_m.x(), face_m.y()));
+        fmt::format("the texture of face '{}' is {} x {} px, but the face is {} x {} m: other proportions",
+                    name, texture.cols, texture.rows, face_m.x(), face_m.y()));
   }
   Eigen::Matrix3d R;
   R << right, down, inward;
@@ -113,7 +113,8 @@ ModelFile load_model(const fs::path& folder) {
                       read_number(file, box, "box", "height_m")};
   for (const auto& entry : read_map(file, document, "faces")) {
     if (!entry.second.IsScalar()) {
-      throw std::runtime_error(fmt::format("{}: every one of 'faces' must name an image", file.string()));
+      throw std::runtime_error(
+          fmt::format("{}: every entry of 'faces' must name an image file", file.string()));
     }
     try {
       const cv::Mat1b texture = load_image(folder / entry.second.Scalar());
@@ -137,8 +138,9 @@ void write_model(const fs::path& folder, const ModelFile& model) {
              "  width_px: {}\n  height_px: {}\n  fx: {}\n  fy: {}\n  cx: {}\n  cy: {}\n  baseline_m: {}\n"
              "box:     # width along the front, depth from front to back\n"
              "  width_m: {}\n  depth_m: {}\n  height_m: {}\n"
-             "faces:   # seen from outside; front, right, back and left upright, top with the front below,\n"
-             "         # bottom with the front above; leave out what you do not have\n",
+             "faces:   # orthogonal views from outside: front, right, back and left upright, top with the\n"
+             "         # front at the bottom of the image, bottom with the front at the top of the image.\n"
+             "         # Leave out the faces that you have no image of.\n",
              width_px, height_px, fx, fy, cx, cy, baseline_m, model.box.size_m.x(), model.box.size_m.y(),
              model.box.size_m.z());
   for (const auto& face : model.box.faces) {
@@ -160,7 +162,7 @@ void write_image(const fs::path& file, const cv::Mat& image) {
   try {
     written = cv::imwrite(file.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 9});
   } catch (const cv::Exception&) {
-    // an unknown extension
+    // thrown for an unknown extension; reported below
   }
   if (!written) throw std::runtime_error(fmt::format("cannot write {}", file.string()));
 }

@@ -12,7 +12,8 @@
 namespace object_pose {
 namespace {
 
-/// A mismatch may put the object in any orientation and as far away as it is large: log of that density.
+/// Log of the density of the object's pose given a mismatch: uniform over all orientations and over positions
+/// at most a diagonal of the box away.
 double log_mismatch_density(const BoxSize& size_m) {
   constexpr double kSphereArea = 2.0 * std::numbers::pi * std::numbers::pi;
   const double reach_m = size_m.norm();
@@ -30,8 +31,8 @@ Stage first_stage(std::size_t match, const Belief& feature) {
           .after = feature};
 }
 
-/// The fusion is made in the feature's frame: the lever between feature and object bends what is believed,
-/// which grows narrow, and not the wide rotation of the base elements.
+/// Fuses in the feature's frame. The lever arm between feature and object then applies to the belief, which
+/// becomes narrow, and not to the wide rotation of the base elements.
 Stage fuse_feature(std::size_t match, const Belief& belief, const FeatureEvidence& feature,
                    const BoxSize& size_m, const EstimateSettings& settings) {
   Stage stage{.match = match,
@@ -66,7 +67,7 @@ std::vector<Stage> estimate_pose(const std::vector<Match>& matches, const Featur
   std::deque<std::size_t> waiting;
   for (std::size_t k = 0; k < matches.size(); ++k) waiting.push_back(k);
   std::vector<Stage> stages;
-  std::vector<std::size_t> refused;  // by the present belief
+  std::vector<std::size_t> refused;  // by the current belief
   std::size_t fused = 0, refused_in_succession = 0;
   while (!waiting.empty() && fused < settings.max_features) {
     const std::size_t match = waiting.front();

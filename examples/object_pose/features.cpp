@@ -25,7 +25,7 @@ struct Keypoints {
 };
 
 Keypoints detect(const cv::Mat1b& image, int count) {
-  // SIFT doubles the image in a way that moves it by half a pixel of the double one.
+  // OpenCV's SIFT doubles the image with a shift of half a pixel of the doubled image.
   constexpr float kShift_px = 0.25f;
   Keypoints found;
   cv::SIFT::create(count)->detectAndCompute(image, cv::noArray(), found.points, found.descriptors);
@@ -46,8 +46,8 @@ Eigen::Vector3d place_of(const FeatureModel& model, std::size_t feature) {
   return model.features[feature].T_object_feature.translation();
 }
 
-/// The distance to the best model feature over that to the best one elsewhere: a place with several
-/// orientations is no rival of itself.
+/// The ratio test: the descriptor distance to the best model feature over that to the best one at another
+/// place. SIFT may find several orientations at one place; these do not compete.
 double ratio_of(const std::vector<cv::DMatch>& nearest, const FeatureModel& model) {
   constexpr double kSamePlace_m = 0.002;
   const auto id = [](const cv::DMatch& m) { return static_cast<std::size_t>(m.trainIdx); };
@@ -55,12 +55,13 @@ double ratio_of(const std::vector<cv::DMatch>& nearest, const FeatureModel& mode
   const auto rival = std::find_if(nearest.begin(), nearest.end(), [&](const cv::DMatch& m) {
     return (place_of(model, id(m)) - best).norm() > kSamePlace_m;
   });
-  // Without a rival all are there; the last one is the least that one could be.
+  // If all neighbours are at the same place, a rival is at least as far as the last of them.
   const float distance = rival == nearest.end() ? nearest.back().distance : rival->distance;
   return static_cast<double>(nearest.front().distance) / static_cast<double>(std::max(distance, 1.0f));
 }
 
-/// The feature of the left image in the right one.
+/// The measurement (u, v, d) [px] of feature `index` of the left image, by the most similar feature of the
+/// right image that fits in row, disparity, size and orientation. None if there is none.
 std::optional<Eigen::Vector3d> find_on_right(const Keypoints& left, int index, const Keypoints& right,
                                              const StereoCamera& camera, const MatchSettings& settings) {
   constexpr float kMaxSizeRatio = 1.4f;
@@ -79,15 +80,15 @@ std::optional<Eigen::Vector3d> find_on_right(const Keypoints& left, int index, c
     const double distance = cv::norm(left.descriptors.row(index), right.descriptors.row(k));
     if (distance >= best) continue;
     best = distance;
-    // Rows agree in rectified images: both say the same.
+    // In rectified images both rows measure the same.
     z = Eigen::Vector3d(static_cast<double>(a.pt.x), 0.5 * static_cast<double>(a.pt.y + b.pt.y),
                         static_cast<double>(disparity));
   }
   return z;
 }
 
-/// The matches on faces that are seen, as several agree on them. What remains of a hidden face are
-/// mismatches, and these would be among the furthest from all others.
+/// The matches on faces with at least a tenth of all matches. The few matches on a hidden face are
+/// mismatches, and spread_out() would put them first, as they are far from the others.
 std::vector<Match> on_seen_faces(const std::vector<Match>& matches, const FeatureModel& model) {
   constexpr double kLeastShare = 0.1;
   std::map<std::size_t, double> share;
@@ -101,7 +102,7 @@ std::vector<Match> on_seen_faces(const std::vector<Match>& matches, const Featur
   return kept;
 }
 
-/// The most distinctive match first, then those furthest from the ones before.
+/// The most distinctive match first, then always the one furthest on the object from all before.
 std::vector<Match> spread_out(std::vector<Match> matches, const FeatureModel& model) {
   const auto place = [&](std::size_t k) { return place_of(model, matches[k].model_feature); };
   std::vector<double> gap_m(matches.size(), std::numeric_limits<double>::infinity());
@@ -119,8 +120,8 @@ std::vector<Match> spread_out(std::vector<Match> matches, const FeatureModel& mo
 
 void require_size(const char* name, const cv::Mat& image, const StereoCamera& camera) {
   if (image.cols != camera.width_px || image.rows != camera.height_px) {
-    throw std::runtime_error(fmt::format("the {} image has {} x {} px, the model's camera {} x {}", name,
-                                         image.cols, image.rows, camera.width_px, camera.height_px));
+    throw std::runtime_error(fmt::format("the {} image has {} x {} px, but the model's camera has {} x {}",
+                                         name, image.cols, image.rows, camera.width_px, camera.height_px));
   }
 }
 

@@ -17,12 +17,12 @@ namespace {
 const cv::Scalar kBefore(60, 140, 40), kFeature(200, 90, 20), kAfter(40, 30, 210), kTruth(0, 0, 0);
 constexpr int kFraction = 4;  // binary digits of a coordinate between pixels
 
-/// A square of the left image and how to draw in it.
+/// A square part of the left image that flags are drawn on.
 class FlagPanel {
  public:
   FlagPanel(const cv::Mat1b& left, const StereoCamera& camera, const cv::Rect2d& part, int side_px)
       : camera_(camera), part_(part), scale_(side_px / part.width) {
-    // Pale and smooth, for the flags to stand out and the file to be small.
+    // Pale and smooth, so that the flags stand out and the file is small.
     const cv::Matx23d cut(scale_, 0, -scale_ * part.x, 0, scale_, -scale_ * part.y);
     cv::Mat1b grey;
     cv::warpAffine(left, grey, cut, {side_px, side_px}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
@@ -34,7 +34,7 @@ class FlagPanel {
 
   [[nodiscard]] const cv::Mat3b& image() const { return image_; }
 
-  /// A flag, if all of it is before the camera.
+  /// Draws a flag, if all of it is in front of the camera.
   void flag(const Pose& pose, const FlagSettings& s, const cv::Scalar& color, double opacity) {
     const auto corners = corners_of_flag(pose, s);
     if (!corners) return;
@@ -50,7 +50,7 @@ class FlagPanel {
     cv::addWeighted(image_(area), opacity, below, 1.0 - opacity, 0.0, image_(area));
   }
 
-  /// The outline of a flag.
+  /// Draws the outline of a flag.
   void outline(const Pose& pose, const FlagSettings& s, const cv::Scalar& color) {
     const auto corners = corners_of_flag(pose, s);
     if (!corners) return;
@@ -101,11 +101,12 @@ class FlagPanel {
   cv::Mat3b image_;
 };
 
-/// The square around the box at a pose.
+/// The square part of the image around the box at a pose [px].
 cv::Rect2d around(const Pose& pose, const BoxSize& size_m, const StereoCamera& camera, double margin) {
   Eigen::Vector2d lower = Eigen::Vector2d::Constant(1e9), upper = -lower;
-  for (const auto& corner : corners_of(size_m).colwise()) {
-    const Eigen::Vector3d p = pose * Eigen::Vector3d(corner);
+  const auto corners = corners_of(size_m);
+  for (Eigen::Index k = 0; k < corners.cols(); ++k) {
+    const Eigen::Vector3d p = pose * Eigen::Vector3d(corners.col(k));
     const Eigen::Vector2d z = camera.project_unchecked(p).head<2>();
     lower = lower.cwiseMin(z);
     upper = upper.cwiseMax(z);
@@ -115,7 +116,7 @@ cv::Rect2d around(const Pose& pose, const BoxSize& size_m, const StereoCamera& c
   return {corner.x(), corner.y(), side, side};
 }
 
-/// Draws of a mixture. The least dense come first, the most dense are the most opaque.
+/// Draws flags from a mixture. The least dense are drawn first; the denser, the more opaque.
 void plant(const Belief& belief, const cv::Scalar& color, const FlagSettings& settings, FlagPanel& panel) {
   std::mt19937_64 rng(1);
   std::vector<std::pair<double, Pose>> flags;
@@ -149,8 +150,8 @@ cv::Mat3b draw_stage(const Stage& stage, const Match& match, const StageBackgrou
     if (truth) panel->outline(*truth, settings, kTruth);
   }
   apart.dot(match.seen.z, kFeature);
-  apart.title(stage.before ? "believed (green), the feature says (blue)" : "the feature says (blue)");
-  together.title("believed now: " + components(stage.after.size()));
+  apart.title(stage.before ? "before (green), this feature alone (blue)" : "this feature alone (blue)");
+  together.title("after: " + components(stage.after.size()));
   cv::Mat3b both;
   cv::hconcat(apart.image(), together.image(), both);
   return both;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The command line, and nothing else. Exit status: 0 done, 1 the input is invalid or determines no pose, 2
-// wrong usage.
+// The command line. Exit status: 0 for success, 1 if the input is invalid or determines no pose, 2 for wrong
+// usage.
 #include <algorithm>
 #include <cstdint>
 #include <exception>
@@ -37,33 +37,33 @@ struct Arguments {
   EstimateSettings estimate;
 };
 
-/// What is looked at, rendered or photographed.
+/// The model and the images, loaded or rendered.
 struct Input {
   ModelFile model;
   StereoImages images;
-  std::optional<Pose> truth;
+  std::optional<Pose> truth;  ///< T_camera_object, of a rendered scene
 };
 
 void add_options(CLI::App& app, Arguments& args) {
-  app.add_option("--seed", args.seed, "of the rendered box, its pose and the noise")
+  app.add_option("--seed", args.seed, "random seed of the rendered box, its pose and the noise")
       ->capture_default_str()
       ->type_name("S");
-  auto* left = app.add_option("--left", args.left, "left image, rectified; without it one is rendered");
-  auto* right = app.add_option("--right", args.right, "right image")->needs(left);
-  auto* model =
-      app.add_option("--model", args.model, "folder with model.yaml: cameras, box, textures of its faces");
+  auto* left = app.add_option("--left", args.left, "rectified left image; without it, a box is rendered");
+  auto* right = app.add_option("--right", args.right, "rectified right image")->needs(left);
+  auto* model = app.add_option("--model", args.model,
+                               "folder with model.yaml: the cameras, the box, the textures of its faces");
   left->needs(right)->needs(model)->type_name("IMAGE");
   right->type_name("IMAGE");
   model->needs(left)->type_name("DIR");
   app.add_option("--write-model", args.written_model,
-                 "write model and images, to be read again or replaced by yours")
+                 "write the model and both images, as a template for your own")
       ->type_name("DIR");
-  app.add_option("--output", args.output, "write a picture of every stage: stage_01.png ...")
+  app.add_option("--output", args.output, "write an image of every stage: stage_01.png ...")
       ->type_name("DIR");
-  app.add_option("--features", args.estimate.max_features, "how many to fuse")
+  app.add_option("--features", args.estimate.max_features, "number of features to fuse")
       ->check(CLI::Range(3, 40))
       ->capture_default_str();
-  app.add_option("--components", args.estimate.max_components, "most that are left after a fusion")
+  app.add_option("--components", args.estimate.max_components, "largest number of components after a fusion")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
 }
@@ -105,7 +105,7 @@ void run(const Arguments& args) {
   if (args.output) draw_stages(*args.output, stages, matches, input);
   if (const std::size_t support = supporting_features(stages); support < 3) {
     throw std::runtime_error(
-        fmt::format("only {} of the features agree on a pose, which takes three", support));
+        fmt::format("features that agree on a pose: {}; at least three are needed", support));
   }
   print_pose(std::cout, stages.back().after, input.truth);
 }
@@ -113,7 +113,7 @@ void run(const Arguments& args) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("The pose of a textured box from SIFT features, by mixtures of projected Gaussians.",
+  CLI::App app("Estimates the pose of a textured box from SIFT features, by mixtures of projected Gaussians.",
                "object_pose");
   Arguments args;
   add_options(app, args);

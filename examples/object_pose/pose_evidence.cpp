@@ -22,7 +22,8 @@ using Eigen::Vector3d;
 
 constexpr int kRingElements = 6;
 
-/// What the line of sight and SIFT fix of a feature's orientation, as a function of the tilt.
+/// The orientation of a feature as a function of its surface's tilt, given the line of sight and SIFT's
+/// orientation.
 class SightLine {
  public:
   SightLine(const SeenFeature& seen, const StereoCamera& camera)
@@ -34,18 +35,19 @@ class SightLine {
   [[nodiscard]] const Vector3d& place() const { return place_; }
   [[nodiscard]] Vector3d direction() const { return place_.normalized(); }
 
-  /// The feature's axes if its surface is tilted by a rotation vector across the line of sight.
+  /// The feature's axes (R_camera_feature) if its surface is tilted by a rotation vector [rad] across the
+  /// line of sight.
   ///
-  /// A patch appears as the affine map A of the surface, and gradients are covectors: that of the model,
-  /// along the feature's x, appears along A^-T (1, 0). With A = A_0 Rot(roll) it appears where SIFT saw it if
-  /// (cos roll, sin roll) ~ A_0^T gradient.
+  /// The image shows the surface through an affine map A. Gradients are covectors: the model's gradient,
+  /// which is along the feature's x axis, appears along A^-T (1, 0). With A = A_0 Rot(roll) this is the
+  /// gradient that SIFT saw if (cos roll, sin roll) ~ A_0^T gradient.
   [[nodiscard]] Matrix3d axes(const Vector2d& tilt) const {
     const Matrix3d R = tilted(tilt);
     const Vector2d x = (to_image_ * R.leftCols<2>()).transpose() * gradient_;
     return R * Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Vector3d::UnitZ());
   }
 
-  /// How large a metre of the tilted surface appears, in the geometric mean of all directions [px/m].
+  /// The scale at which the tilted surface appears [px/m], as the geometric mean over all directions.
   [[nodiscard]] double magnification(const Vector2d& tilt) const {
     return std::sqrt(std::abs(Matrix2d(to_image_ * tilted(tilt).leftCols<2>()).determinant()));
   }
@@ -71,8 +73,8 @@ Matrix3d place_covariance(const SeenFeature& seen, const StereoCamera& camera, c
   return J * S * J.transpose();
 }
 
-/// Of the rotation vector in the feature's frame: the tilt about both axes, with the roll that follows from
-/// it, and SIFT's error about the line of sight.
+/// The covariance of the rotation vector in the feature's frame [rad^2]: the tilt about both axes, with the
+/// roll that follows from it, and SIFT's error about the line of sight.
 Matrix3d rotation_covariance(const SightLine& sight, const Vector2d& tilt, const EvidenceSettings& s) {
   constexpr double kStep_rad = 1e-4;
   const Matrix3d Rt = sight.axes(tilt).transpose();

@@ -23,7 +23,8 @@ struct Panel {
   Pose T_camera_panel;
 };
 
-/// Texture pixels to pixels of the supersampled image; pixel centres are integers in both.
+/// The homography from texture pixels to pixels of the supersampled image; pixel centres are integers in
+/// both.
 Eigen::Matrix3d homography(const Panel& panel, const StereoCamera& camera) {
   Eigen::Matrix3d panel_texture;
   const double dx = panel.size_m.x() / panel.texture.cols, dy = panel.size_m.y() / panel.texture.rows;
@@ -40,7 +41,7 @@ Eigen::Matrix3d homography(const Panel& panel, const StereoCamera& camera) {
   return finer * K * camera_panel * panel_texture;
 }
 
-/// The part of an image that the texture's outline covers.
+/// The bounding box of the texture in the image.
 cv::Rect covered(const Eigen::Matrix3d& H, cv::Size texture, cv::Size image) {
   Eigen::Matrix<double, 3, 4> outline;
   outline << 0, texture.width, 0, texture.width,  //
@@ -65,7 +66,7 @@ void paint(const Panel& panel, const StereoCamera& camera, cv::Mat1b& image) {
   cv::warpPerspective(panel.texture, target, warp, part.size(), cv::INTER_LINEAR, cv::BORDER_TRANSPARENT);
 }
 
-/// Faces that look at the camera, in its light. A box is convex: none of them hides another.
+/// The faces turned towards the camera, with their shading. A box is convex: none of them hides another.
 std::vector<Panel> visible_faces(const BoxModel& box, const Pose& T_camera_object) {
   const Eigen::Vector3d to_light = Eigen::Vector3d(-0.4, -0.7, -1.0).normalized();
   std::vector<Panel> panels;
@@ -113,7 +114,7 @@ Pose random_pose(const SceneSettings& settings, std::mt19937_64& rng) {
 
 StereoImages render_stereo(const BoxModel& box, const Pose& T_camera_object, const SceneSettings& settings,
                            std::mt19937_64& rng) {
-  constexpr double kRightGain = 0.96;  // no two cameras are equally bright
+  constexpr double kRightGain = 0.96;  // two cameras are never equally bright
   const cv::Mat1b wall = paint_wall({1600, 1200}, rng);
   std::vector<Panel> left = {
       {wall,
@@ -125,7 +126,7 @@ StereoImages render_stereo(const BoxModel& box, const Pose& T_camera_object, con
       Pose::from_matrix(Eigen::Matrix3d::Identity(), Eigen::Vector3d(-settings.camera.baseline_m, 0, 0));
   std::vector<Panel> right = {left.front()};
   right.front().T_camera_panel = T_right_left * left.front().T_camera_panel;
-  // A face may be seen by one camera only, but shines equally for both.
+  // A face may be visible to one camera only. Its brightness is the same for both.
   for (auto& panel : visible_faces(box, T_right_left * T_camera_object)) right.push_back(std::move(panel));
   StereoImages images;
   images.left = photograph(left, settings.camera, 1.0, settings.noise_grey_levels, rng);

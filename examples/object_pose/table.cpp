@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-/// "49 > 21 > 14 > 10": pairs, of them compatible, without the light ones, and after merging.
+/// "49 > 21 > 14 > 10": all pairs, accepted pairs, components left after dropping light ones, and components
+/// left after merging.
 std::string components(const Stage& stage) {
   switch (stage.verdict) {
     case Verdict::kFirst:

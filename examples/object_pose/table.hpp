@@ -9,7 +9,7 @@
 
 namespace object_pose {
 
-/// What an estimate was made from, and its stages.
+/// The stages of an estimate, and what they refer to.
 struct EstimateRecord {
   const std::vector<Stage>& stages;
   const FeatureModel& model;
@@ -18,11 +18,13 @@ struct EstimateRecord {
   const std::optional<Pose>& ground_truth;
 };
 
-/// A line for each feature: the number of components, the uncertainty of the pose, and its error if the
-/// ground truth is known.
+/// Prints a line for each feature: its face, the numbers of components (pairs, accepted pairs, left after
+/// dropping, left after merging), the log evidence, the entropy of the belief [nats], the error of the mean
+/// pose if the ground truth is known, and the verdict.
 void print_table(std::ostream& stream, const EstimateRecord& record);
 
-/// The pose and its standard deviations.
+/// Prints the mean pose, its standard deviations and, if the ground truth is known, the probability of all
+/// poses with a higher density than that of the ground truth.
 void print_pose(std::ostream& stream, const Belief& belief, const std::optional<Pose>& truth);
 
 }  // namespace object_pose

@@ -4,13 +4,13 @@
 #include <Eigen/Core>
 
 /// @file
-/// Fixed-size Eigen aliases used throughout the library. Poses are perturbed in R^6 with the rotation first.
+/// Aliases of Eigen's vectors and matrices. Vectors of R^6 that perturb a pose have the rotation first.
 namespace antipode {
 
-/// A column of `Rows` entries.
+/// A column vector of `Rows` entries.
 template <class Scalar, int Rows>
 using Vector = Eigen::Matrix<Scalar, Rows, 1>;
-/// `Rows` x `Cols` entries, square unless told otherwise.
+/// A matrix of `Rows` x `Cols` entries; square by default.
 template <class Scalar, int Rows, int Cols = Rows>
 using Matrix = Eigen::Matrix<Scalar, Rows, Cols>;
 

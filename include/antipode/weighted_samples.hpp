@@ -4,7 +4,7 @@
 #include <antipode/eigen_types.hpp>
 
 /// @file
-/// Weighted points: what sigma point rules make of a density.
+/// Weighted points: the output of sigma point rules.
 namespace antipode {
 
 /// A discrete density: `Count` points of R^Dim (the columns) with non-negative weights that sum to one.

@@ -181,7 +181,7 @@ TEMPLATE_TEST_CASE("Samples without moments are refused", "[pose][match][error]"
   CHECK(contains(error_message([&] {
                    return moment_match(samples.points, samples.weights.template head<kCount - 4>());
                  }),
-                 "one weight a sample, weights: 20"));
+                 "one weight per sample; number of weights: 20"));
   CHECK(contains(error_message([&] {
                    return moment_match(samples.points.template leftCols<0>(),
                                        samples.weights.template head<0>());

@@ -108,4 +108,10 @@ TEST_CASE("Points that are not finite are refused with the value", "[chart][erro
                    PoseAndVelocity<double>::require_finite({DualQuaternion<double>::identity(), broken});
                  }),
                  "vector of the state is not finite: [0; nan; 0]"));
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    Vector<double, 9> xi = Vector<double, 9>::Zero();
+    xi[i] = std::nan("");
+    CHECK(
+        contains(error_message([&] { (void)ExtendedPose<double>::exp(xi); }), "extended pose is not finite"));
+  }
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include <antipode/distributions/pose_gaussian_queries.hpp>
@@ -111,7 +112,10 @@ TEST_CASE("What is behind or too near is not measured", "[sensors]") {
   CHECK(contains(error_message([] {
                    StereoCamera<double>{700, 700, 0, 0, 0}.check();
                  }),
-                 "not positive: [700; 700; 0]"));
+                 "not positive and finite: [700; 700; 0]"));
+  for (const double depth_m : {-0.1, std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK_THROWS_AS((StereoCamera<double>{700, 700, 0, 0, 0.5, depth_m}.check()), std::invalid_argument);
+  }
   kCamera.check();
 }
 

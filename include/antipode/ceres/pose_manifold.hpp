@@ -25,7 +25,8 @@ class PoseManifold final : public ceres::Manifold {
   /// 6, the numbers of xi.
   [[nodiscard]] int TangentSize() const override { return 6; }
 
-  /// False if xi or x is not finite or x has no rotation: the solver then shortens its step.
+  /// x exp(xi). False if xi or x is not finite or the real part q of x is zero: the solver then shortens its
+  /// step.
   bool Plus(const double* x, const double* xi, double* x_plus_xi) const override {
     const Pose pose(x);
     const Eigen::Map<const Vector6<double>> twist(xi);
@@ -37,7 +38,8 @@ class PoseManifold final : public ceres::Manifold {
     return true;
   }
 
-  /// 8 x 6: with xi = 2 (vec e, vec f) to first order, x exp(xi) = x (1 + e + eps f).
+  /// The derivative of x exp(xi) by xi at zero, 8 x 6, row by row. Always true. To first order,
+  /// xi = 2 (vec e, vec f) and x exp(xi) = x (1 + e + eps f).
   bool PlusJacobian(const double* x, double* jacobian) const override {
     const Pose pose(x);
     Eigen::Map<Matrix8x6> J(jacobian);
@@ -54,7 +56,7 @@ class PoseManifold final : public ceres::Manifold {
     return true;
   }
 
-  /// 6 x 8, the derivative of log(x^-1 y) by y at y = x.
+  /// 6 x 8, row by row: the derivative of log(x^-1 y) by y at y = x. Always true.
   bool MinusJacobian(const double* x, double* jacobian) const override {
     const auto inverse = Pose(x).inverse();
     Eigen::Map<Matrix6x8> J(jacobian);

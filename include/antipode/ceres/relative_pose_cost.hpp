@@ -18,22 +18,22 @@ namespace antipode {
 ///
 ///     r(a, b) = L^-1 e,   e = log(Z^-1 T_a^-1 T_b),   P = L L^T,
 ///
-/// where Z is the measured T_a_b and P the covariance of its right perturbation (rotation first). At the
-/// truth e is the measurement's error, so |r|^2 is chi-square with six degrees of freedom, and the
-/// information P^-1 that r^T r applies is that of the tangent space every other part of the library uses.
+/// where Z is the measured T_a_b and P the covariance of its right perturbation (rotation first). At the true
+/// poses e is the measurement error, so |r|^2 is chi-square with six degrees of freedom.
 ///
 /// Jacobians are analytic. In the tangent spaces of the poses, with x = T_a^-1 T_b,
 ///
 ///     de/db = J_r(e)^-1,   de/da = -J_r(e)^-1 Ad(x^-1);
 ///
-/// Ceres wants them by the eight numbers, and gets J MinusJacobian: multiplied by PlusJacobian, as Ceres
-/// will, this is J again. It is the derivative along poses only; off the Study quadric it differs from what
-/// automatic differentiation finds.
+/// Ceres expects derivatives by the eight numbers and multiplies them by PlusJacobian. Evaluate therefore
+/// returns J MinusJacobian for each Jacobian J, so that this product is J again. The result is the derivative
+/// along poses only; off the Study quadric it differs from that of automatic differentiation.
 ///
 /// The sign of either dual quaternion does not matter.
 class RelativePoseCost final : public ceres::SizedCostFunction<6, 8, 8> {
  public:
-  /// Throws std::invalid_argument unless the covariance is positive definite.
+  /// The measured T_a_b and the covariance P [rad^2, rad m, m^2] of its right perturbation. Throws
+  /// std::invalid_argument unless P is positive definite.
   RelativePoseCost(const DualQuaternion<double>& T_a_b, const Matrix6<double>& covariance)
       : T_b_a_measured_(T_a_b.inverse()), factor_(covariance) {
     if (factor_.info() != Eigen::Success || !covariance.allFinite()) [[unlikely]] {
@@ -41,7 +41,7 @@ class RelativePoseCost final : public ceres::SizedCostFunction<6, 8, 8> {
     }
   }
 
-  /// r, 6 numbers, and where asked for its Jacobians, 6 x 8, row by row. False if r is not finite.
+  /// r (6 numbers) and, if requested, its Jacobians, each 6 x 8, row by row. False if r is not finite.
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const ConstDualQuaternionView<double> T_world_a(parameters[0]);
     const ConstDualQuaternionView<double> T_world_b(parameters[1]);

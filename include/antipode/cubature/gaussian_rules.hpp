@@ -32,7 +32,8 @@ namespace detail {
 template <class Rule, int Dim>
 concept GaussianRuleIn = GaussianRule<Rule> && Rule::kDim == Dim;
 
-/// Columns first.. of `points`: radius e_1, ..., radius e_Dim, and then their negatives.
+/// Sets 2 Dim columns of `points`, from column `first` on: radius e_1, ..., radius e_Dim, then their
+/// negatives.
 template <class Scalar, int Dim, int Count>
 void set_axis_points(int first, Scalar radius, Matrix<Scalar, Dim, Count>& points) {
   for (int i = 0; i < Dim; ++i) {

@@ -14,7 +14,7 @@
 #include <antipode/weighted_samples.hpp>
 
 /// @file
-/// Sigma points for N(0, I), any number of them.
+/// Sigma points for N(0, I), any even number of them.
 namespace antipode {
 
 /// A Gaussian rule of any even number of points: Count/2 points spread like N(0, I) and their negatives, with
@@ -34,8 +34,8 @@ requires(Count % 2 == 0 && Count / 2 >= Dim) class PointSetRule {
     return PointSetRule(half);
   }
 
-  /// Points spread evenly: the directions are a Fibonacci spiral on the half-sphere, the radii quantiles of
-  /// the chi distribution with three degrees of freedom, in an order shuffled by an irrational step.
+  /// Points spread evenly: the directions are a Fibonacci spiral on the half-sphere; the radii are quantiles
+  /// of the chi distribution with three degrees of freedom, in an order shuffled by an irrational step.
   [[nodiscard]] static PointSetRule fibonacci() requires(Dim == 3) {
     constexpr double kGoldenAngle = std::numbers::pi * (3.0 - 2.236067977499789696);
     constexpr double kRadialStep = std::numbers::sqrt2 - 1.0;
@@ -64,7 +64,7 @@ requires(Count % 2 == 0 && Count / 2 >= Dim) class PointSetRule {
   static constexpr int kPairs = Count / 2;
   using HalfSet = Matrix<double, Dim, kPairs>;
 
-  /// Whitens twice: few points may nearly lie in a plane, and the first time then leaves rounding errors.
+  /// Whitens twice: if few points nearly lie in a plane, the first whitening leaves rounding errors.
   explicit PointSetRule(const HalfSet& half) : half_(whitened(whitened(half))) {}
 
   [[nodiscard]] static HalfSet whitened(const HalfSet& half) {

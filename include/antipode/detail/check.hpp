@@ -18,7 +18,8 @@ concept MatrixExpression = requires(const T& expression) {
 }
 &&(T::RowsAtCompileTime == Rows) && (T::ColsAtCompileTime == Cols);
 
-/// An Eigen expression of columns of Rows numbers: any number of columns, at compile time or not, but one.
+/// An Eigen expression with `Rows` rows and any number of columns, fixed or dynamic, except a fixed number of
+/// one.
 template <class T, int Rows>
 concept ColumnsExpression = requires(const T& expression) {
   []<class Derived>(const Eigen::MatrixBase<Derived>&) {}(expression);
@@ -34,7 +35,8 @@ template <class Value>
                   typename Value::Scalar;
                   value.rows();
                 }) {
-    // Loops: Eigen's formatted output takes a tenth of a second to compile for every type of matrix.
+    // Loops, because Eigen's formatted output costs a tenth of a second of compile time for every matrix
+    // type.
     text.precision(std::numeric_limits<typename Value::Scalar>::digits10);
     text << '[';
     for (int i = 0; i < value.rows(); ++i) {
@@ -48,14 +50,14 @@ template <class Value>
   throw std::invalid_argument(text.str());
 }
 
-/// Neither NaN nor infinite; for dual-number scalars, their value.
+/// Whether x is neither NaN nor infinite. For a dual number, only its value is checked.
 template <class Scalar>
 [[nodiscard]] constexpr bool is_finite(const Scalar& x) noexcept {
   return x - x == Scalar(0);
 }
 
-/// Whether every entry is: allFinite() without its three expressions, which are compiled for every type of
-/// matrix.
+/// Whether every entry is finite. A loop, because Eigen's allFinite() compiles three expressions for every
+/// matrix type.
 template <class Derived>
 [[nodiscard]] bool all_finite(const Eigen::MatrixBase<Derived>& value) noexcept {
   const auto& entries = value.eval();
@@ -64,7 +66,7 @@ template <class Derived>
   return finite;
 }
 
-/// Throws unless every entry is finite.
+/// Throws std::invalid_argument unless every entry is finite.
 template <class Derived>
 void require_finite(std::string_view what, const Eigen::MatrixBase<Derived>& value) {
   if (!all_finite(value)) [[unlikely]] {

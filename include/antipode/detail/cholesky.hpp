@@ -7,12 +7,13 @@
 
 #include <antipode/eigen_types.hpp>
 
-/// Small positive definite matrices. Plain loops compile in a tenth of the time of Eigen's blocked
-/// algorithms, which bring their matrix product kernels along. N may be Eigen::Dynamic.
+/// Small positive definite matrices. The plain loops compile in a tenth of the time of Eigen's blocked
+/// algorithms, which instantiate its matrix product kernels. N may be Eigen::Dynamic.
 namespace antipode::detail {
 
-/// The lower triangular L with L L^T = A and a positive diagonal; nothing unless A, of which the lower
-/// triangle is read, is positive definite. Pivots that cannot be below `smallest_pivot` are raised to it.
+/// The Cholesky factor L of A: lower triangular with a positive diagonal, L L^T = A. Nothing if A is not
+/// positive definite. Only the lower triangle of A is read. Pivots below `smallest_pivot` are raised to it,
+/// for matrices whose pivots only rounding can bring below a known bound.
 template <class Scalar, int N>
 [[nodiscard]] std::optional<Matrix<Scalar, N>> cholesky_factor(const Matrix<Scalar, N>& A,
                                                                Scalar smallest_pivot = Scalar(0)) {
@@ -51,27 +52,29 @@ template <class Scalar, int N, int Cols>
 template <class Scalar, int N, int Cols>
 [[nodiscard]] Matrix<Scalar, N, Cols> solve_lower_transposed(const Matrix<Scalar, N>& L,
                                                              Matrix<Scalar, N, Cols> B) {
-  for (int column = 0; column < Cols; ++column) {
-    for (int i = N - 1; i >= 0; --i) {
-      for (int k = i + 1; k < N; ++k) B(i, column) -= L(k, i) * B(k, column);
+  const int n = static_cast<int>(L.rows()), columns = static_cast<int>(B.cols());
+  for (int column = 0; column < columns; ++column) {
+    for (int i = n - 1; i >= 0; --i) {
+      for (int k = i + 1; k < n; ++k) B(i, column) -= L(k, i) * B(k, column);
       B(i, column) /= L(i, i);
     }
   }
   return B;
 }
 
-/// A^-1 b for a positive definite A, by elimination: that needs no pivots here.
+/// A^-1 b for a positive definite A, by Gaussian elimination, which needs no pivoting for such an A.
 template <class Scalar, int N>
 [[nodiscard]] Vector<Scalar, N> solve_positive_definite(Matrix<Scalar, N> A, Vector<Scalar, N> b) {
-  for (int k = 0; k < N; ++k) {
-    for (int i = k + 1; i < N; ++i) {
+  const int n = static_cast<int>(A.rows());
+  for (int k = 0; k < n; ++k) {
+    for (int i = k + 1; i < n; ++i) {
       const Scalar factor = A(i, k) / A(k, k);
-      for (int j = k + 1; j < N; ++j) A(i, j) -= factor * A(k, j);
+      for (int j = k + 1; j < n; ++j) A(i, j) -= factor * A(k, j);
       b[i] -= factor * b[k];
     }
   }
-  for (int i = N - 1; i >= 0; --i) {
-    for (int j = i + 1; j < N; ++j) b[i] -= A(i, j) * b[j];
+  for (int i = n - 1; i >= 0; --i) {
+    for (int j = i + 1; j < n; ++j) b[i] -= A(i, j) * b[j];
     b[i] /= A(i, i);
   }
   return b;

@@ -14,13 +14,13 @@
 
 namespace antipode::detail {
 
-/// Relative asymmetry, and negative eigenvalue relative to the trace, that pass for rounding: 1e-9, or what
-/// the scalar type can hold.
+/// Largest relative asymmetry, and largest negative eigenvalue relative to the trace, that count as rounding
+/// errors: 1e-9, or 32 epsilon of the scalar type if that is larger.
 template <class Scalar>
 inline constexpr Scalar kSymmetryTolerance = std::max(Scalar(1e-9),
                                                       Scalar(32) * std::numeric_limits<Scalar>::epsilon());
 
-/// (A + A^T)/2. Throws unless A is finite and symmetric.
+/// (A + A^T)/2. Throws unless A is finite and symmetric within kSymmetryTolerance.
 template <class Scalar, int N>
 [[nodiscard]] Matrix<Scalar, N> checked_symmetric(std::string_view what, const Matrix<Scalar, N>& A) {
   using std::abs;
@@ -47,7 +47,8 @@ struct RootOfCovariance {
   bool positive_definite;
 };
 
-/// The Cholesky factor, or V sqrt(lambda) where A is singular. Throws if A has a truly negative eigenvalue.
+/// The Cholesky factor of A, or V sqrt(lambda) of its eigendecomposition if A is singular. Throws if an
+/// eigenvalue or a variance is more negative than rounding errors explain.
 template <class Scalar, int N>
 [[nodiscard]] RootOfCovariance<Scalar, N> root_of_covariance(std::string_view what,
                                                              const Matrix<Scalar, N>& A) {
@@ -56,7 +57,8 @@ template <class Scalar, int N>
     return {*L, true};
   }
   const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
-  // A small negative variance beside large ones of another unit, rad^2 beside m^2, is not rounding.
+  // A negative variance in rad^2 may be small beside a trace that variances in m^2 dominate, and yet be no
+  // rounding error.
   const Scalar smallest_variance = A.diagonal().minCoeff();
   constexpr Scalar kRounding = Scalar(32) * std::numeric_limits<Scalar>::epsilon();
   if (!(eigen.values[0] >= -kSymmetryTolerance<Scalar> * A.trace()) ||
@@ -71,7 +73,7 @@ template <class Scalar, int N>
   return {root, false};
 }
 
-/// A with the negative eigenvalues, which come from rounding, set to zero.
+/// A with its negative eigenvalues set to zero.
 template <class Scalar, int N>
 [[nodiscard]] Matrix<Scalar, N> without_negative_eigenvalues(const Matrix<Scalar, N>& A) {
   if (cholesky_factor(A)) return A;  // the common case, at a tenth of the cost of the eigenvalues
@@ -82,7 +84,8 @@ template <class Scalar, int N>
   return scaled_square<Scalar, N, N>(eigen.vectors, lambda);
 }
 
-/// The inverse of a positive semidefinite matrix on its range.
+/// The pseudo-inverse of a positive semidefinite matrix. Eigenvalues below 1e-12 (epsilon, if larger) of the
+/// largest one count as zero.
 template <class Scalar>
 [[nodiscard]] Matrix3<Scalar> pseudo_inverse(const Matrix3<Scalar>& A) {
   constexpr Scalar kReciprocalCondition = std::max(Scalar(1e-12), std::numeric_limits<Scalar>::epsilon());

@@ -3,9 +3,9 @@
 
 #include <antipode/eigen_types.hpp>
 
-/// Products of small matrices that recur. As functions of plain matrices they are compiled once a size;
-/// nested Eigen expressions are types of their own wherever they occur, at a tenth of a second each. Sizes
-/// may be Eigen::Dynamic.
+/// Frequent products of small matrices. As functions of plain matrices they are compiled once per size.
+/// Nested Eigen expressions have a new type at every place, which costs a tenth of a second of compile time
+/// each. Sizes may be Eigen::Dynamic.
 namespace antipode::detail {
 
 /// A diag(d) A^T, symmetric bit for bit.

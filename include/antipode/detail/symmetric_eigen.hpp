@@ -28,7 +28,7 @@ template <class Scalar, int N>
 [[nodiscard]] SymmetricEigen<Scalar, N> symmetric_eigen(Matrix<Scalar, N> A) {
   using std::abs;
   using std::sqrt;
-  constexpr int kMaxSweeps = 30;  // converges quadratically, in 4 to 8
+  constexpr int kMaxSweeps = 30;  // it converges quadratically, in 4 to 8 sweeps
   constexpr Scalar kEpsilon = std::numeric_limits<Scalar>::epsilon();
   SymmetricEigen<Scalar, N> eigen;
   Matrix<Scalar, N>& V = eigen.vectors;

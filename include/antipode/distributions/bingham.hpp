@@ -52,7 +52,8 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   using FitOptions = BinghamFitOptions<Scalar>;  ///< of fit() and its like
 
   /// The density with the given axes (columns) and concentrations, in any order and with any shift. The axes
-  /// must be orthonormal within 1e-6 and are made exactly so; the concentrations at most 1e15 apart.
+  /// are made exactly orthonormal. Throws unless they are orthonormal within 1e-6 and the concentrations
+  /// finite and at most 1e15 apart.
   [[nodiscard]] static Bingham from_parameters(const MatrixType& axes, const VectorType& concentrations) {
     detail::require_finite("Bingham concentrations are not finite", concentrations);
     auto [M, z] = sorted(orthonormalized(axes), concentrations);
@@ -60,7 +61,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
     return {M, z, bingham_normalizer(z)};
   }
 
-  /// exp(x^T C x) normalised, for a symmetric matrix C; C + c I is the same density.
+  /// exp(x^T C x) normalised; C + c I is the same density. Throws unless C is finite and symmetric.
   [[nodiscard]] static Bingham from_matrix(const MatrixType& C) {
     const auto eigen = detail::symmetric_eigen(
         detail::checked_symmetric("Bingham parameter matrix is not finite or not symmetric", C));
@@ -73,7 +74,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   }
 
   /// The density with the scatter matrix E[x x^T] = S, which is also the maximum-likelihood fit to samples
-  /// with that scatter. S must be symmetric and positive semidefinite with unit trace.
+  /// with that scatter. Throws unless S is symmetric and positive semidefinite with unit trace within 1e-6.
   [[nodiscard]] static Bingham fit(const MatrixType& S, const FitOptions& options = {}) {
     const MatrixType symmetric =
         detail::checked_symmetric("scatter matrix is not finite or not symmetric", S);
@@ -81,7 +82,8 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
     return from_sorted_moments(eigen.vectors, eigen.values, options);
   }
 
-  /// The density with the given axes and second moments along them, in any order: non-negative, of unit sum.
+  /// The density with the given axes (columns) and second moments along them, in any order. Throws unless the
+  /// axes are orthonormal within 1e-6 and the moments non-negative with the sum 1 within 1e-6.
   [[nodiscard]] static Bingham from_moments(const MatrixType& axes, const VectorType& second_moments,
                                             const FitOptions& options = {}) {
     detail::require_finite("second moments are not finite", second_moments);
@@ -89,8 +91,9 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
     return from_sorted_moments(M.template cast<double>(), omega.template cast<double>(), options);
   }
 
-  /// The orientation q exp(phi/2) with a rotation vector phi of covariance Sigma: the vector part of the
-  /// quaternion has a quarter of it. Sigma must leave q the mode (for an isotropic Sigma: less than 1 rad^2).
+  /// The density of mode * exp(phi/2), where the rotation vector phi in the axes of the child frame has the
+  /// covariance Sigma [rad^2]. The vector part of exp(phi/2) then has the covariance Sigma / 4. Throws if
+  /// Sigma is too wide for `mode` to be the mode (for an isotropic Sigma: above 1 rad^2).
   [[nodiscard]] static Bingham from_mode_covariance(const Vector4<Scalar>& mode, const Matrix3<Scalar>& Sigma,
                                                     const FitOptions& options = {}) requires(Dim == 4) {
     const auto eigen = detail::symmetric_eigen(
@@ -125,7 +128,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   [[nodiscard]] MatrixType scatter() const {
     return detail::scaled_square<Scalar, Dim, Dim>(axes_, second_moments());
   }
-  /// E[x_i^2 x_j^2] in the eigenbasis. Not cached.
+  /// E[x_i^2 x_j^2] in the eigenbasis, computed at every call.
   [[nodiscard]] MatrixType fourth_moments() const { return bingham_normalizer_hessian(z_).fourth_moments; }
 
   /// log f(x), for x of unit length (not checked).
@@ -148,7 +151,7 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
     return from_matrix(parameter_matrix() + other.parameter_matrix());
   }
 
-  /// The density of Q x, for an orthogonal Q.
+  /// The density of Q x. Throws unless Q is orthogonal within 1e-6.
   [[nodiscard]] Bingham transformed(const MatrixType& Q) const {
     return {orthonormalized(orthonormalized(Q) * axes_), z_, normalizer_};
   }
@@ -204,7 +207,8 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
             {static_cast<Scalar>(solution.log_normalizer), solution.second_moments.template cast<Scalar>()}};
   }
 
-  /// The moments raised to the smallest one allowed, of unit sum. Throws on what is no scatter's spectrum.
+  /// The moments with those below min_eigenvalue raised to it, divided by their sum. Throws unless they can
+  /// be the eigenvalues of a scatter matrix.
   [[nodiscard]] static Vector<double, Dim> admissible_moments(const Vector<double, Dim>& moments,
                                                               const FitOptions& options) {
     constexpr double kEpsilon = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
@@ -233,20 +237,20 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
   Normalizer normalizer_;
 };
 
-/// The density of the constant rotation a after a random one, a q.
+/// The density of a q for a constant rotation a: a change of the parent frame. Exact.
 template <std::floating_point Scalar>
 [[nodiscard]] Bingham<Scalar, 4> compose(const Vector4<Scalar>& a, const Bingham<Scalar, 4>& q) {
   return q.transformed(left_matrix(a));
 }
 
-/// The density of a random rotation after the constant one b, q b.
+/// The density of q b for a constant rotation b: a change of the child frame. Exact.
 template <std::floating_point Scalar>
 [[nodiscard]] Bingham<Scalar, 4> compose(const Bingham<Scalar, 4>& q, const Vector4<Scalar>& b) {
   return q.transformed(right_matrix(b));
 }
 
 /// The Bingham density with the moments of a b, for independent rotations a and b. Its scatter matrix is
-/// exact (linear in either scatter); that a b is again Bingham is the approximation (DQV-SLAM eq. 11).
+/// exact (linear in either scatter). That a b has a Bingham density is an approximation (DQV-SLAM eq. 11).
 template <std::floating_point Scalar>
 [[nodiscard]] Bingham<Scalar, 4> compose(const Bingham<Scalar, 4>& a, const Bingham<Scalar, 4>& b,
                                          const BinghamFitOptions<Scalar>& options = {}) {

@@ -37,8 +37,9 @@ template <class Scalar>
 /// For small rotations tau is half the rotation vector from the mode M_4 to q, in the basis M_1, M_2, M_3. It
 /// is quadratic in q, so that q and -q have the same density, and its moments are those of the Bingham
 /// density: E[tau] = 0 and Cov(tau) = diag(E[x_4^2 x_i^2]) = T. Hence E[t] = mu, Cov(t) = Sc + G T G^T and
-/// Cov(t, tau) = G T. The coupling G = 0 is the independent model of DQV-SLAM sec. III-B. The density is with
-/// respect to the surface measure of the whole S^3 times volume; the marginal of q is the Bingham density.
+/// Cov(t, tau) = G T. The translation t, mu and the columns of G are in the parent frame [m]; Sc is in m^2.
+/// The coupling G = 0 is the independent model of DQV-SLAM sec. III-B. The density is with respect to the
+/// surface measure of the whole S^3 times volume; the marginal of q is the Bingham density.
 template <std::floating_point Scalar_>
 class BinghamGaussian {
  public:
@@ -47,7 +48,8 @@ class BinghamGaussian {
   using Pose = DualQuaternion<Scalar>;           ///< what it is a density of
   using FitOptions = BinghamFitOptions<Scalar>;  ///< of the orientation
 
-  /// Throws unless all is finite and the conditional covariance Sc is symmetric and positive semidefinite.
+  /// Throws unless the mean, the coupling G and the conditional covariance Sc are finite and Sc is symmetric
+  /// and positive semidefinite.
   BinghamGaussian(const Orientation& orientation, const Vector3<Scalar>& mean_translation,
                   const Matrix3<Scalar>& coupling, const Matrix3<Scalar>& conditional_covariance)
       : orientation_(orientation),
@@ -66,8 +68,9 @@ class BinghamGaussian {
   }
 
   /// The density whose pose() and covariance() are the given ones. P is the 6x6 covariance of xi = (phi, rho)
-  /// in x exp(xi), symmetric positive semidefinite; its rotation part must leave the pose the mode. By
-  /// default second moments of the orientation are raised to no more than 1e-14 (2e-7 rad).
+  /// [rad, m] in x exp(xi). Second moments of the orientation below min_eigenvalue are raised to it; the
+  /// default of 1e-14 is 2e-7 rad. Throws unless P is symmetric and positive semidefinite, and its rotation
+  /// part narrow enough for the pose to be the mode (see Bingham::from_mode_covariance).
   [[nodiscard]] static BinghamGaussian from_pose_covariance(const Pose& pose, const Matrix6<Scalar>& P,
                                                             const FitOptions& options = {
                                                                 .min_eigenvalue = Scalar(1e-14)}) {
@@ -92,7 +95,7 @@ class BinghamGaussian {
   [[nodiscard]] const Orientation& orientation() const noexcept { return orientation_; }
   /// mu = E[t].
   [[nodiscard]] const Vector3<Scalar>& mean_translation() const noexcept { return mean_translation_; }
-  /// G; flipping the sign of an axis of the orientation flips that of a column.
+  /// G. If the sign of the axis M_i flips, so does that of column i; if that of M_4 flips, so do all columns.
   [[nodiscard]] const Matrix3<Scalar>& coupling() const noexcept { return coupling_; }
   /// Sc = Cov(t | q).
   [[nodiscard]] const Matrix3<Scalar>& conditional_covariance() const noexcept {
@@ -112,7 +115,7 @@ class BinghamGaussian {
     return mean_translation_ + coupling_ * orientation_offset(q);
   }
 
-  /// T = Cov(tau), a diagonal.
+  /// The diagonal of T = Cov(tau); its other entries are zero.
   [[nodiscard]] Vector3<Scalar> orientation_offset_variances() const {
     return orientation_.fourth_moments().template topRightCorner<3, 1>();
   }
@@ -179,7 +182,8 @@ struct MomentMatchOptions {
 
 namespace detail {
 
-/// Columns [q; p] and weights of any number, without a copy: the code below is compiled once a scalar type.
+/// References to columns [q; p] and weights of any number, so that the code below is compiled once per scalar
+/// type.
 template <class Scalar>
 using PoseColumns = Eigen::Ref<const Matrix<Scalar, 8, Eigen::Dynamic>>;
 template <class Scalar>
@@ -200,7 +204,7 @@ template <class Scalar>
                                                     const Weights<Scalar>& weights,
                                                     const MomentMatchOptions<Scalar>& options) {
   if (points.cols() != weights.size()) [[unlikely]] {
-    throw_invalid("there must be one weight a sample, weights", weights.size());
+    throw_invalid("there must be one weight per sample; number of weights", weights.size());
   }
   const Scalar sum = checked_sum<Scalar>(weights);
   const auto for_each_sample = [&](const auto& visit) {
@@ -220,8 +224,8 @@ template <class Scalar>
   });
   const auto orientation = Bingham<Scalar, 4>::fit(scatter, {.min_eigenvalue = options.min_eigenvalue});
 
-  // G by least squares of t on tau, whose sample mean is zero: it is off the diagonal of the scatter in the
-  // axes of the fit.
+  // G is the least-squares fit of t on tau. The sample mean of tau is zero: it is the off-diagonal part of
+  // the scatter matrix, which is diagonal in the axes of the fit.
   Matrix3<Scalar> coupling = Matrix3<Scalar>::Zero();
   if (options.keep_coupling) {
     Matrix3<Scalar> t_tau = Matrix3<Scalar>::Zero();
@@ -247,8 +251,8 @@ template <class Scalar>
 /// The density with the moments of weighted poses (the columns [q; p]; the weights need not be normalised).
 ///
 /// The scatter matrix of q, E[t], Cov(t) and, if the coupling is kept, Cov(t, tau) are those of the samples
-/// (DQV-SLAM Alg. 2 line 12, with the weights normalised). The sign of any pose may be flipped. Throws on
-/// weights that are negative or sum to zero, and on anything not finite.
+/// (DQV-SLAM Alg. 2 line 12, with the weights normalised). The signs of the poses do not matter. Throws on
+/// weights that are negative or sum to zero, on anything not finite, and unless there is one weight per pose.
 template <class Points, class Weights>
 requires(Points::RowsAtCompileTime == 8) [[nodiscard]] BinghamGaussian<typename Points::Scalar> moment_match(
     const Eigen::MatrixBase<Points>& points, const Eigen::MatrixBase<Weights>& weights,
@@ -256,7 +260,7 @@ requires(Points::RowsAtCompileTime == 8) [[nodiscard]] BinghamGaussian<typename 
   return detail::match_moments<typename Points::Scalar>(points, weights, options);
 }
 
-/// The density with the moments of samples, those of a rule say.
+/// The density with the moments of weighted samples, such as those of a sigma point rule.
 template <std::floating_point Scalar, int Count>
 [[nodiscard]] BinghamGaussian<Scalar> moment_match(const WeightedSamples<Scalar, 8, Count>& samples,
                                                    const MomentMatchOptions<Scalar>& options = {}) {
@@ -279,7 +283,8 @@ template <std::floating_point Scalar>
 ///     R(q) t_y = sum_a x_a^2 c_aa + sum_(a<b) x_a x_b d_ab
 ///     c_ab = vec(M_a t_y M_b*),   d_ab = c_ab + c_ba
 ///
-/// and its terms x_4 x_i = tau_i join the coupling. Fourth moments make E[t], Cov(t) and Cov(t, tau) exact.
+/// The terms with x_4 x_i = tau_i are added to the coupling. E[t], Cov(t) and Cov(t, tau) are exact, by the
+/// fourth moments of the Bingham density.
 template <std::floating_point Scalar>
 [[nodiscard]] BinghamGaussian<Scalar> compose(const BinghamGaussian<Scalar>& x,
                                               const DualQuaternion<Scalar>& y) {
@@ -307,8 +312,8 @@ template <std::floating_point Scalar>
           residual_covariance};
 }
 
-/// The density of the tangent space with the same pose() and covariance(): to first order in the rotation's
-/// covariance.
+/// The PoseGaussian with the pose() and the covariance() of the density. Right to first order in the
+/// rotation's covariance.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> to_pose_gaussian(const BinghamGaussian<Scalar>& density) {
   return {density.pose(), density.covariance()};
@@ -316,8 +321,9 @@ template <std::floating_point Scalar>
 
 /// The inverse of to_pose_gaussian(), see BinghamGaussian::from_pose_covariance().
 ///
-/// Throws unless the covariance is symmetric positive semidefinite and narrow enough for its pose to be the
-/// mode. By default second moments of the orientation are raised to no more than 1e-14 (2e-7 rad).
+/// Second moments of the orientation below min_eigenvalue are raised to it; the default of 1e-14 is 2e-7 rad.
+/// Throws unless the covariance is symmetric and positive semidefinite, and narrow enough for the pose to be
+/// the mode.
 template <std::floating_point Scalar>
 [[nodiscard]] BinghamGaussian<Scalar> to_bingham_gaussian(const PoseGaussian<Scalar>& density,
                                                           const BinghamFitOptions<Scalar>& options = {

@@ -17,17 +17,17 @@
 /// Merging two components of a mixture: the component that replaces them, and what it costs (MPG Eqs. 23,
 /// 24).
 ///
-/// The divergences are exact for push-forward Gaussians on one tangent space; for
-/// renormalised ones, and for changes of the tangent space, they hold to the order of tr Sigma_uu.
+/// The divergences are exact for push-forward Gaussians on one tangent space. For renormalised Gaussians, and
+/// after a change of the tangent space, their relative error is of the order of tr Sigma_uu.
 namespace antipode {
 
-/// What the merging of two components costs.
+/// What merging two components costs, in nats.
 enum class MergeCriterion {
-  /// w log|S| - w_1 log|S_1| - w_2 log|S_2|, halved: bounds the Kullback-Leibler divergence from the mixture
-  /// to the reduced one (Runnalls, "Kullback-Leibler approach to Gaussian mixture reduction", 2007).
+  /// (w log|S| - w_1 log|S_1| - w_2 log|S_2|) / 2: an upper bound of the Kullback-Leibler divergence from the
+  /// mixture to the reduced one (Runnalls, "Kullback-Leibler approach to Gaussian mixture reduction", 2007).
   kRunnalls,
-  /// w_1 d(p_1, p) + w_2 d(p, p_2) with the symmetric divergence d of MPG Eq. (23): bounds that of the
-  /// mixtures. MPG Eq. (24) divides by w_1 + w_2, which makes it larger than need be.
+  /// w_1 d(p_1, p) + w_2 d(p, p_2) with the symmetric divergence d of MPG Eq. (23): an upper bound of d
+  /// between the mixtures. MPG Eq. (24) also divides by w_1 + w_2, which makes the bound looser.
   kSymmetricKullbackLeibler,
 };
 
@@ -44,7 +44,7 @@ template <class Scalar>
   return std::max(Scalar(0), Scalar(0.5) * (squares(L_1, L_2) + squares(L_2, L_1)) - Scalar(6));
 }
 
-/// Mean and covariance of two weighted Gaussians on one tangent space.
+/// Mean and covariance of the mixture of two weighted Gaussians on one tangent space.
 template <class Scalar>
 [[nodiscard]] TangentGaussian<Scalar> merge(Scalar w_1, const TangentGaussian<Scalar>& y_1, Scalar w_2,
                                             const TangentGaussian<Scalar>& y_2) {
@@ -60,7 +60,7 @@ template <class Scalar>
 struct MergedPair {
   Vector4<Scalar> tangent_point;
   TangentGaussian<Scalar> first, second, merged;
-  Scalar log_peak_1 = 0, log_peak_2 = 0;  ///< -log|S_i|/2 and a constant
+  Scalar log_peak_1 = 0, log_peak_2 = 0;  ///< -log|S_i|/2 plus a constant
 
   template <Projection kProjection>
   MergedPair(Scalar w_1, const BasicProjectedGaussian<Scalar, kProjection>& p_1, Scalar w_2,
@@ -95,7 +95,7 @@ template <class Scalar>
          w_2 * symmetric_kl<Scalar>(*L, *L_2, pair.merged.mean - pair.second.mean);
 }
 
-/// The marginal of the translation, which no change of tangent space touches.
+/// The marginal of the translation, which does not depend on the tangent space.
 template <class Scalar>
 struct TranslationMarginal {
   Vector3<Scalar> mean;
@@ -109,8 +109,8 @@ struct TranslationMarginal {
         log_determinant(std::log(covariance.determinant())) {}
 };
 
-/// Runnalls' cost for the translations alone. Marginals are no further apart than the densities, so that the
-/// cost of merging these is not below, by either criterion.
+/// A lower bound of merge_cost by either criterion: Runnalls' cost for the translations alone. A divergence
+/// of marginals is never above that of the joint densities.
 template <class Scalar>
 [[nodiscard]] Scalar merge_cost_bound(Scalar w_1, const TranslationMarginal<Scalar>& p_1, Scalar w_2,
                                       const TranslationMarginal<Scalar>& p_2) {
@@ -126,8 +126,8 @@ template <class Scalar>
 
 }  // namespace detail
 
-/// The symmetric Kullback-Leibler divergence (Jeffreys) of two densities, MPG Eq. (23), both restated half
-/// way between their tangent points. Throws std::domain_error if a covariance is singular.
+/// The symmetric Kullback-Leibler divergence (Jeffreys) of two densities, MPG Eq. (23), in nats, both
+/// restated half way between their tangent points. Throws std::domain_error if a covariance is singular.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] Scalar symmetric_kl_divergence(const BasicProjectedGaussian<Scalar, kProjection>& a,
                                              const BasicProjectedGaussian<Scalar, kProjection>& b) {

@@ -23,14 +23,13 @@
 /// | "left" in papers | exp(xi) T                   | rotation, translation | parent   | parent, lever |
 /// | ROS              | R' = exp(phi) R, t' = t + d | translation, rotation | parent   | parent        |
 ///
-/// The last two columns are the axes of both parts of the error. Sophus and manif are their SE3, perturbed on
-/// the right; ROS is geometry_msgs/PoseWithCovariance. With "lever", the rotation of the error is about the
-/// origin of the parent frame and moves the position.
+/// The last two columns give the axes of both parts of the error. "Sophus, manif" means the class SE3 of
+/// either, perturbed on the right; "ROS" means geometry_msgs/PoseWithCovariance. With "lever", the rotation
+/// of the error is about the origin of the parent frame and moves the position.
 ///
-/// All conversions are exact for the covariance as a quadratic form at the pose, first order in the error.
-/// The classic mistake is to take the ROS covariance for the left perturbation, exp(xi) T: that turns about
-/// the origin of the parent frame, so that a heading error of 1 mrad 100 m from the origin is another 10 cm
-/// of position in it.
+/// The conversions are linear maps of the error, exact to first order in it. The classic mistake is to take
+/// the ROS covariance for that of the left perturbation exp(xi) T, which turns about the origin of the parent
+/// frame: there, a heading error of 1 mrad at 100 m from the origin includes a position error of 10 cm.
 namespace antipode {
 
 namespace detail {
@@ -56,12 +55,12 @@ template <class Scalar>
 
 }  // namespace detail
 
-/// The covariance of gtsam::Pose3's tangent space: the one of this library.
+/// The covariance in the tangent space of gtsam::Pose3, which is that of this library.
 template <std::floating_point Scalar>
 [[nodiscard]] Matrix6<Scalar> to_gtsam_covariance(const PoseGaussian<Scalar>& x) {
   return x.covariance;
 }
-/// The density with the covariance of gtsam::Pose3's tangent space.
+/// The density with the given covariance in the tangent space of gtsam::Pose3.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> from_gtsam_covariance(const DualQuaternion<Scalar>& pose,
                                                          const Matrix6<Scalar>& covariance) {

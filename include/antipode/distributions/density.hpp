@@ -4,7 +4,7 @@
 #include <concepts>
 
 /// @file
-/// What a density has to offer.
+/// The concept of a density.
 namespace antipode {
 
 /// A probability density over points of type Point, known by its logarithm.

@@ -25,9 +25,10 @@ namespace antipode {
 ///
 ///     p(x) = sum_i pi_i p_i(x),   pi_i >= 0,   sum_i pi_i = 1
 ///
-/// The paper's Eqs. (18), (19) and (21) have a factor 1/n besides, with which p would integrate to 1/n. Any
-/// component with a Scalar can be mixed; what it offers (log_density, sample, fuse, compose, inverse), its
-/// mixtures offer. MPG's are Mixture<ProjectedGaussian<double>>. Reference: MPG sec. III-D.
+/// The paper's Eqs. (18), (19) and (21) have an additional factor 1/n, with which p would integrate to 1/n.
+/// Any component with a member type Scalar can be mixed. A mixture supports those of log_density, sample,
+/// fuse, compose and inverse that its components support. MPG's mixtures are
+/// Mixture<ProjectedGaussian<double>>. Reference: MPG sec. III-D.
 template <class Component_>
 class Mixture {
  public:
@@ -40,12 +41,12 @@ class Mixture {
     Component density;  ///< p_i
   };
 
-  /// A single component.
+  /// A mixture of one component.
   template <std::same_as<Component> Single>
   Mixture(const Single& density) : elements_{{Scalar(1), density}} {}
 
-  /// Throws unless there is a component and the weights are non-negative and sum to one within 1e-6; they are
-  /// made exactly so.
+  /// Throws unless there is a component and the weights are non-negative and sum to one within 1e-6. They are
+  /// then normalised.
   explicit Mixture(std::vector<Element> elements) : Mixture(std::move(elements), kWeightTolerance) {}
 
   /// The weights divided by their sum, which must be positive and finite.
@@ -91,7 +92,7 @@ class Mixture {
     return largest + log(sum);
   }
 
-  /// An exact draw: first a component, then from it.
+  /// An exact draw, from a component that is drawn by its weight.
   template <std::uniform_random_bit_generator Rng>
   [[nodiscard]] auto sample(Rng& rng) const {
     Scalar remaining = std::uniform_real_distribution<Scalar>()(rng);
@@ -114,7 +115,7 @@ class Mixture {
       sum += element.weight;
     }
     if (elements_.empty()) [[unlikely]] {
-      detail::throw_invalid("a mixture needs components, number", 0);
+      detail::throw_invalid("a mixture needs components; their number", 0);
     }
     if (!(sum > Scalar(0)) || !std::isfinite(sum) || !(abs(sum - Scalar(1)) <= tolerance)) [[unlikely]] {
       detail::throw_invalid("weights of a mixture do not sum to one, sum", sum);
@@ -125,11 +126,12 @@ class Mixture {
   std::vector<Element> elements_;
 };
 
-/// Which pairs of components can pertain to the same case: alpha of MPG Eq. (19), as a function of the angle
-/// between their tangent points. It guards the linearisation; whether the components agree is in lambda.
+/// Which pairs of components are fused: the plausibility alpha of MPG Eq. (19), here a function of the angle
+/// between their tangent points. It keeps the linearisation valid; how well two components agree is part of
+/// lambda, see FusionWeights.
 enum class PlausibilityGate {
-  kHard,     ///< 1 up to the angle, then 0
-  kTapered,  ///< 1 up to the angle, then falling with cos^2 to 0 at one and a half times it
+  kHard,     ///< 1 up to max_angle, then 0
+  kTapered,  ///< 1 up to max_angle, then falling with cos^2 to 0 at 1.5 max_angle
 };
 
 /// How pairs of components are weighted against each other: lambda of MPG Eq. (19).
@@ -141,7 +143,7 @@ enum class FusionWeights {
 /// Which pairs of components a fusion of mixtures takes, and how it weights them.
 template <std::floating_point Scalar>
 struct MixtureFusionOptions {
-  FusionOptions<Scalar> pair = {};                  ///< max_angle is the gate's
+  FusionOptions<Scalar> pair = {};                  ///< of each pair; max_angle is that of the gate
   PlausibilityGate gate = PlausibilityGate::kHard;  ///< which pairs are compatible
   FusionWeights weights = FusionWeights::kExact;    ///< of the pairs
 };
@@ -152,12 +154,12 @@ struct MixtureFusion {
   using Scalar = typename Component::Scalar;  ///< of weights and densities
 
   Mixture<Component> mixture;  ///< one component for each compatible pair
-  /// log of the integral of the product of both mixtures without the rejected pairs; C of MPG Eq. (20) with
-  /// the paper's weights.
+  /// log of the integral of the product of both mixtures without the rejected pairs. With
+  /// FusionWeights::kPaper, log C of MPG Eq. (20).
   Scalar log_mass;
   Scalar rejected_weight;      ///< pi_1i pi_2j summed over the pairs that the gate rejects
   int rejected_pairs;          ///< number of pairs that the gate rejects
-  Scalar linearization_bound;  ///< see Fusion: the components', in the mean square
+  Scalar linearization_bound;  ///< weighted root mean square of those of the components, see Fusion
 };
 
 namespace detail {
@@ -271,7 +273,7 @@ template <class Component, class... Options>
   return Mixture<Component>::normalized(std::move(elements));
 }
 
-/// The density of x y, for y a certain pose or a single component.
+/// The density of x y, for a known pose y or a single component y.
 template <class Component, class Other, class... Options>
 requires(!detail::kIsMixture<Other>)
     [[nodiscard]] Mixture<Component> compose(const Mixture<Component>& x, const Other& y,
@@ -282,7 +284,7 @@ requires(!detail::kIsMixture<Other>)
   return Mixture<Component>::normalized(std::move(elements));
 }
 
-/// The density of y x, for y a certain pose or a single component.
+/// The density of y x, for a known pose y or a single component y.
 template <class Component, class Other, class... Options>
 requires(!detail::kIsMixture<Other>)
     [[nodiscard]] Mixture<Component> compose(const Other& y, const Mixture<Component>& x,

@@ -24,14 +24,14 @@
 /// @file
 /// Mixtures of projected Gaussians from samples, by expectation maximisation (MPG sec. IV).
 ///
-/// What is fitted is the push-forward density: its likelihood is what EM climbs, and its draws are what
-/// sampling a mixture gives (see match_renormalized for the other kind). Everything follows from the samples
-/// and the random engine: equal arguments give equal fits, bit for bit.
+/// The fitted components are push-forward Gaussians, because EM maximises their likelihood;
+/// match_renormalized converts them to the other kind. Equal samples and an equal state of the random engine
+/// give equal fits, bit for bit.
 namespace antipode {
 
 /// How long expectation maximisation searches, and how narrow a component may become.
 struct MixtureFitOptions {
-  /// k-means++ starts of which the best, after a few iterations, is followed to the end.
+  /// Number of k-means++ starts; the best after screening_iterations is followed to the end.
   int restarts = 4;
   int screening_iterations = 12;  ///< of every start, before the best is chosen
   int max_iterations = 200;       ///< of the best start, those of the screening included
@@ -39,7 +39,7 @@ struct MixtureFitOptions {
   double tolerance = 1e-6;
   double min_sigma_u = 1e-4;        ///< smallest standard deviation of u
   double min_sigma_t_ratio = 1e-4;  ///< smallest one of t, relative to that of all samples
-  /// How many numbers of components in turn may fail to improve the best BIC before the search ends.
+  /// fit_mixture_by_bic stops when this many successive numbers of components have not improved the best BIC.
   int patience = 2;
 };
 
@@ -47,22 +47,23 @@ struct MixtureFitOptions {
 template <class Scalar>
 struct MixtureFit {
   Mixture<PushForwardGaussian<Scalar>> mixture;  ///< each component centred at its mode
-  Scalar log_likelihood = 0;                     ///< of as many samples as the weights amount to
-  Scalar bic = 0;                                ///< -2 log_likelihood + (28 n - 1) log N
+  Scalar log_likelihood = 0;                     ///< of N = (sum w)^2 / sum w^2 samples
+  Scalar bic = 0;                                ///< -2 log_likelihood + (28 n - 1) log N, n components
   int iterations = 0;                            ///< of the start that was followed to the end
   bool converged = false;  ///< whether the last iteration gained less than the tolerance
-  /// The most by which an iteration lowered the log-likelihood without a tangent point moving: rounding.
+  /// Largest decrease of the log-likelihood in an iteration that moved no tangent point: rounding errors.
   Scalar largest_decrease = 0;
-  /// The same for iterations in which a tangent point followed its mode, by u, or a component started again.
-  /// The component is then Gaussian in other coordinates, for which EM does not answer: near the end that is
-  /// about |u| sigma_u sqrt(35 N) for N samples of a Gaussian, and u falls below 1e-3.
+  /// The same for iterations in which a tangent point moved to its mode at u, or a component started again.
+  /// The component is then Gaussian in other coordinates, and EM does not guarantee an increase. Near
+  /// convergence the decrease is about |u| sigma_u sqrt(35 N) for N samples of a Gaussian, with |u| below
+  /// 1e-3.
   Scalar largest_rebasing_decrease = 0;
   int reseeded = 0;  ///< components that lost their samples and started again
 };
 
 namespace detail {
 
-/// (sum w)^2 / sum w^2, the number of equal samples that weigh as much.
+/// (sum w)^2 / sum w^2: the effective sample size, the number of equal weights with the same effect.
 template <class Scalar>
 [[nodiscard]] Scalar effective_count(const Weights<Scalar>& weights) {
   const Scalar sum = checked_sum<Scalar>(weights);
@@ -128,13 +129,14 @@ template <class Scalar, class Rng>
   return fit;
 }
 
-/// The samples with weights that sum to their effective count. Throws if they are fewer than the components.
+/// The samples, with weights that sum to their effective sample size. Throws on invalid options and if there
+/// are fewer samples than components.
 template <class Scalar>
 [[nodiscard]] PoseSample<Scalar> checked_sample(const PoseColumns<Scalar>& poses,
                                                 const Weights<Scalar>& weights, std::size_t components,
                                                 const MixtureFitOptions& options) {
   if (options.restarts < 1 || options.max_iterations < 1) [[unlikely]] {
-    throw_invalid("a fit needs restarts and iterations, fewest",
+    throw_invalid("restarts and iterations of a fit must be positive, smallest",
                   std::min(options.restarts, options.max_iterations));
   }
   if (components < 1 || static_cast<Eigen::Index>(components) > weights.size()) [[unlikely]] {
@@ -145,9 +147,10 @@ template <class Scalar>
 
 }  // namespace detail
 
-/// The mixture of this many components, fewer if some lose their samples, that explains weighted poses (the
-/// columns [q; p] of either sign; the weights need not be normalised) best. Throws on weights that are
-/// negative or sum to zero, on anything not finite, and if there are fewer samples than components.
+/// The maximum-likelihood mixture of so many components (fewer if some lose their samples) for weighted
+/// poses, the columns [q; p] of either sign; the weights need not be normalised. EM finds a local maximum,
+/// the best of several starts. Throws on weights that are negative or sum to zero, on anything not finite, on
+/// invalid options, and if there are fewer samples than components.
 template <class Points, class Weights, std::uniform_random_bit_generator Rng>
 requires(Points::RowsAtCompileTime == 8)
     [[nodiscard]] MixtureFit<typename Points::Scalar> fit_mixture(const Eigen::MatrixBase<Points>& points,
@@ -159,7 +162,8 @@ requires(Points::RowsAtCompileTime == 8)
                              rng, options);
 }
 
-/// The same with 1, 2, ..., max_components components: the fit with the least BIC.
+/// The fit with the least BIC among those with 1, 2, ..., max_components components. Throws as fit_mixture
+/// does.
 template <class Points, class Weights, std::uniform_random_bit_generator Rng>
 requires(Points::RowsAtCompileTime == 8) [[nodiscard]] MixtureFit<typename Points::Scalar> fit_mixture_by_bic(
     const Eigen::MatrixBase<Points>& points, const Eigen::MatrixBase<Weights>& weights,

@@ -33,7 +33,7 @@ using ProjectedMixture = Mixture<BasicProjectedGaussian<Scalar, kProjection>>;
 
 }  // namespace detail
 
-/// The orientation's exact marginal density.
+/// The exact marginal density of the orientation.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] Mixture<ProjectedOrientation<Scalar, kProjection>> orientation_marginal(
     const detail::ProjectedMixture<Scalar, kProjection>& x) {
@@ -45,8 +45,9 @@ template <std::floating_point Scalar, Projection kProjection>
   return Mixture<ProjectedOrientation<Scalar, kProjection>>::normalized(std::move(elements));
 }
 
-/// The translation's marginal: exact for push-forwards, and for renormalised components whose translation is
-/// not correlated with the rotation; otherwise each component has the right mean and covariance.
+/// The marginal density of the translation [m] in the parent frame. Exact for push-forward components, and
+/// for renormalised ones whose translation is not correlated with the rotation. Otherwise each component has
+/// the right mean and covariance.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] Mixture<Gaussian<Scalar, 3>> translation_marginal(
     const detail::ProjectedMixture<Scalar, kProjection>& x) {
@@ -76,14 +77,15 @@ struct MixtureMode {
 
 namespace detail {
 
-/// One step up the density from a pose, in its tangent space (u, t): the maximum of the quadratic that bounds
-/// the density from below, sum_i r_i J_i^T Lambda_i J_i, with the responsibilities r_i of the components.
+/// One step of ascent from a pose, in its tangent space (u, t): to the maximum of a quadratic model of the
+/// log density. Its curvature is sum_i r_i J_i^T Lambda_i J_i, with the responsibilities r_i and the inverse
+/// covariances Lambda_i of the components.
 template <class Scalar, Projection kProjection>
 [[nodiscard]] Vector6<Scalar> ascent_step(const ProjectedMixture<Scalar, kProjection>& x,
                                           const DualQuaternion<Scalar>& pose, Scalar log_density) {
   using std::abs;
   using std::exp;
-  constexpr Scalar kFar = Scalar(0.1);  // cosine of the angle from which on a component has no say
+  constexpr Scalar kFar = Scalar(0.1);  // components with |q.q0| below this are left out
   Vector6<Scalar> slope = Vector6<Scalar>::Zero();
   Matrix6<Scalar> curvature = Matrix6<Scalar>::Zero();
   const Vector4<Scalar> q = pose.rotation();
@@ -110,8 +112,8 @@ template <class Scalar, Projection kProjection>
 
 }  // namespace detail
 
-/// The pose of largest density: the best of the peaks that are uphill from the components' modes. Throws
-/// std::domain_error if a component has no density.
+/// The pose of largest density: the highest of the local maxima that ascent from the components' modes finds.
+/// Throws std::domain_error if a component has a singular covariance.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] MixtureMode<Scalar> mode(const detail::ProjectedMixture<Scalar, kProjection>& x) {
   using Pose = DualQuaternion<Scalar>;
@@ -140,7 +142,7 @@ template <std::floating_point Scalar, Projection kProjection>
   return best;
 }
 
-/// log p of every column [q; p].
+/// log p of every column [q; p], which must be unit (not checked).
 template <class D, class Poses>
 requires(Poses::RowsAtCompileTime == 8 && Density<D, DualQuaternion<typename Poses::Scalar>>)
     [[nodiscard]] Vector<typename Poses::Scalar, Eigen::Dynamic> log_density_of(
@@ -153,7 +155,8 @@ requires(Poses::RowsAtCompileTime == 8 && Density<D, DualQuaternion<typename Pos
   return values;
 }
 
-/// log p at `count` poses evenly spaced on the screw motion between two.
+/// log p at `count` poses evenly spaced on the screw motion between two, both included. Throws unless
+/// count >= 2.
 template <class D, class Scalar = typename D::Scalar>
 requires Density<D, DualQuaternion<Scalar>>
 [[nodiscard]] Vector<Scalar, Eigen::Dynamic> log_density_on_path(const D& density,
@@ -182,7 +185,7 @@ struct PoseGrid {
       cols;                       ///< values of b, two or more
 };
 
-/// log p on a grid: the rows belong to a, the columns to b.
+/// log p on a grid: the rows belong to a, the columns to b. Throws unless there are two or more of both.
 template <class D, class Scalar = typename D::Scalar>
 requires Density<D, DualQuaternion<Scalar>>
 [[nodiscard]] Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> log_density_on_grid(

@@ -22,16 +22,18 @@
 /// Fewer components for nearly the same mixture: light ones are dropped, similar ones merged (MPG sec. V).
 namespace antipode {
 
-/// How many components are left, and what may be lost with the others.
+/// How many components reduce() leaves, and how large the change may be.
 template <std::floating_point Scalar>
 struct MixtureReductionOptions {
   /// Most components that are left; at least 1.
   std::size_t max_components = std::numeric_limits<std::size_t>::max();
-  /// Lighter components are dropped.
+  /// Lighter components are dropped. The heaviest one always stays.
   Scalar min_weight = 0;
-  /// Beyond what max_components asks for, components are merged as long as the sum of costs stays within.
+  /// With max_components or fewer left, merging continues while the sum of all costs [nats] is at most this.
+  /// With 0 it stops at max_components.
   Scalar max_divergence = 0;
-  /// Components with tangent points further apart are not merged [rad on S^3].
+  /// Components with tangent points further apart are not merged [rad on S^3, half the angle of the
+  /// rotation].
   Scalar max_angle = std::numbers::pi_v<Scalar> / Scalar(12);
   MergeCriterion criterion = MergeCriterion::kRunnalls;  ///< what the merging of a pair costs
 };
@@ -44,11 +46,11 @@ struct MixtureReduction {
   Mixture<Component> mixture;  ///< what is left
   int dropped = 0,             ///< number of components that were dropped
       merged = 0;              ///< number of merges of two components
-  /// No probability changes by more than this through dropping (half of what MPG has).
+  /// Sum of the dropped weights. Dropping changes no probability by more (MPG has twice this bound).
   Scalar dropped_weight = 0;
-  /// Sum of the costs of merging.
+  /// Sum of the costs of merging [nats].
   Scalar divergence = 0;
-  /// No probability changes by more than this through all of it (Pinsker's inequality, step by step).
+  /// Dropping and merging together change no probability by more (Pinsker's inequality for every merge).
   Scalar probability_bound = 0;
 };
 
@@ -102,7 +104,7 @@ void check_options(const MixtureReductionOptions<Scalar>& options) {
   }
 }
 
-/// The components of a mixture while their number goes down.
+/// Merges the components of a mixture until the options ask for no more.
 template <class Component>
 class ComponentMerger {
  public:
@@ -128,12 +130,13 @@ class ComponentMerger {
   }
 
  private:
-  /// Up to that many components all pairs are compared exactly; more, by MergeScreen.
+  /// Up to this many components the costs of all pairs are exact. With more, MergeScreen chooses the pairs.
   static constexpr std::size_t kExhaustive = 128;
 
-  /// Variances that are added before costs are compared if there are singular components: 1e-12 (1e-5 in
-  /// single precision) of the mean over all components, or of 1 and 1 m^2 where all are zero. A divergence
-  /// from a singular density is infinite; one from a very flat one tells which of them are alike.
+  /// Sets the variances that are added to all components before costs are compared, if a covariance is
+  /// singular: 1e-12 (1e-5 in single precision) of the mean variance over all components, or of 1 (u) and
+  /// 1 m^2 (t) where it is zero. Without them, divergences from singular densities are infinite; with them,
+  /// they tell which components are alike.
   void set_floor() {
     constexpr Scalar kShare = std::max(Scalar(1e-12), Scalar(100) * std::numeric_limits<Scalar>::epsilon());
     Vector6<Scalar> mean = Vector6<Scalar>::Zero();
@@ -158,7 +161,7 @@ class ComponentMerger {
     return merge_cost(options_.criterion, w_1, w_2, MergedPair<Scalar>(w_1, p_1, w_2, p_2));
   }
 
-  /// Whether a merge of this cost is asked for while so many components are left.
+  /// Whether the options ask for a merge of this cost while so many components are left.
   [[nodiscard]] bool wanted(Scalar cost, std::size_t components) const {
     const bool affordable =
         options_.max_divergence > Scalar(0) && result_.divergence + cost <= options_.max_divergence;
@@ -179,7 +182,7 @@ class ComponentMerger {
     ++result_.merged;
   }
 
-  /// Forgets the components that are part of others now.
+  /// Removes the components that were merged into others.
   void remove(const std::vector<bool>& gone) {
     std::size_t count = 0;
     for (std::size_t i = 0; i < components_.size(); ++i) {
@@ -238,19 +241,19 @@ class ComponentMerger {
   const Options& options_;
   MixtureReduction<Component>& result_;
   std::vector<Element> components_;
-  std::vector<Element> widened_;  ///< the same, all regular: what costs are worked out of
+  std::vector<Element> widened_;  ///< the same with floor_ added, all regular: for the costs
   Vector6<Scalar> floor_ = Vector6<Scalar>::Zero();
 };
 
 }  // namespace detail
 
-/// The mixture with fewer components: those lighter than min_weight are dropped; then the pair that costs
-/// least is merged, time and again, until max_components are left and max_divergence is used up. If more than
+/// The mixture with fewer components. Those lighter than min_weight are dropped. Then the pair that costs
+/// least is merged, repeatedly, until max_components are left and max_divergence is used up. If more than
 /// max_components are left that lie too far apart to merge, the lightest are dropped.
 ///
 /// Components of singular covariances, a plane say, merge too: at no cost with copies of themselves, at a
-/// finite but large one with others. Of more than 128 components the pairs are chosen by their cost to first
-/// order in the angle between them; 2000 take a third of a second. Throws on invalid options.
+/// finite but large cost with others. With more than 128 components, pairs are chosen by their cost to first
+/// order in the angle between them; 2000 components take a third of a second. Throws on invalid options.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] MixtureReduction<BasicProjectedGaussian<Scalar, kProjection>> reduce(
     const Mixture<BasicProjectedGaussian<Scalar, kProjection>>& x,

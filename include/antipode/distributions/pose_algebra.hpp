@@ -18,8 +18,8 @@
 /// Products, inverses and differences of uncertain poses.
 ///
 /// Two poses are x = x0 exp(a) and y = y0 exp(b) with zero-mean a and b, which may be correlated: `cross` is
-/// E[a b^T], zero if they are independent. The closed forms are of first order; propagate() follows any
-/// function through sigma points, with a few dozen calls, and is correct to second order. Both are
+/// E[a b^T] (6 x 6, rotation first), zero if they are independent. The closed forms are of first order.
+/// propagate() takes any function through a few dozen sigma points, and is correct to second order. Both are
 /// for concentrated poses. Source: adjoint calculus of SE(3), as for example in Sola, Deray, Atchuthan, "A
 /// micro Lie theory for state estimation in robotics", 2018.
 namespace antipode {
@@ -56,8 +56,8 @@ template <std::floating_point Scalar>
   return {x.pose.inverse(), detail::congruence<Scalar, 6, 6>(x.pose.adjoint(), x.covariance)};
 }
 
-/// The density of x^-1 y, the pose of y as seen from x. Where both are known from the same map `cross` is
-/// most of their covariances, and leaving it out makes the relative pose look worse than it is.
+/// The density of x^-1 y, the pose of y as seen from x. If both come from the same map, `cross` is most of
+/// their covariances; without it the covariance of the relative pose is too large.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> relative_pose(const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
                                                  const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
@@ -67,9 +67,9 @@ template <std::floating_point Scalar>
   return {z, detail::covariance_of_sum<Scalar>(A, x.covariance, y.covariance, cross)};
 }
 
-/// The density of f(x) by the points of a rule for the vectors of x: CubatureRule<6> for poses. x is a
-/// PoseGaussian or a StateGaussian in any chart; f maps a state to a state of the same kind. Throws unless
-/// the covariance is positive semidefinite.
+/// The density of f(x), from sigma points. x is a PoseGaussian or a StateGaussian in any chart; f maps a
+/// state to a state of the same kind. The rule is for the vectors of x: CubatureRule<6> for poses. Throws
+/// unless the covariance is positive semidefinite.
 template <GaussianRule Rule, ConcentratedDensity Density, class F>
 requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] Density
     propagate(const Rule& rule, const Density& x, F&& f) {
@@ -86,9 +86,9 @@ requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] Density
   return detail::chart_moments<Density>(states, standard.weights);
 }
 
-/// The density of f(x, y) by the points of a rule for the vectors of both, CubatureRule<12> for two poses;
-/// f returns a state like x. `cross` is E[a b^T] of their errors a and b. Throws unless the joint covariance
-/// is positive semidefinite.
+/// The density of f(x, y), from sigma points; f returns a state like x. The rule is for the stacked vectors
+/// of both: CubatureRule<12> for two poses. `cross` is E[a b^T] of their errors a and b. Throws unless the
+/// joint covariance is positive semidefinite.
 template <GaussianRule Rule, ConcentratedDensity X, ConcentratedDensity Y, class F>
 requires(Rule::kDim == X::Chart::kDim + Y::Chart::kDim) [[nodiscard]] X
     propagate(const Rule& rule, const X& x, const Y& y,

@@ -21,7 +21,8 @@
 #include <antipode/geometry/quaternion.hpp>
 
 /// @file
-/// How probable it is that a pose lies in a box, and where to put the box: the grasp criterion of MPG sec. V.
+/// The probability that a pose lies in a box, and the best place for the box: the grasp criterion of MPG
+/// sec. V.
 namespace antipode {
 
 /// A set of small motions e: lower <= (2 u, t) <= upper, with u the tangent coordinates of e at the identity
@@ -56,7 +57,8 @@ struct Probability {
   Scalar standard_error;  ///< of the value
 };
 
-/// The probability that m^-1 x lies in the box, by n of the columns [q; p], drawn from the density of x.
+/// The probability that m^-1 x lies in the box, estimated from draws of x, the columns [q; p]. Throws if
+/// there are none.
 template <class Poses, class Scalar = typename Poses::Scalar>
 requires(Poses::RowsAtCompileTime == 8)
     [[nodiscard]] Probability<Scalar> box_probability(const Eigen::MatrixBase<Poses>& draws,
@@ -97,16 +99,16 @@ template <std::floating_point Scalar, Projection kProjection>
 
 /// How long best_grasp searches.
 struct GraspOptions {
-  int draws = 4000;     ///< for the search, and as many again to estimate its probability
-  int starts = 3;       ///< searches, from the components' modes that promise most
-  int refinements = 6;  ///< halvings of the step, which starts with a quarter of the box
+  int draws = 4000;     ///< for the search; as many new ones give the probability of the result
+  int starts = 3;       ///< searches, from the most probable of the components' modes
+  int refinements = 6;  ///< halvings of the step, which is a quarter of the box at first
 };
 
 /// The result of best_grasp.
 template <class Scalar>
 struct Grasp {
   DualQuaternion<Scalar> pose;      ///< m, the best place of the box found
-  Probability<Scalar> probability;  ///< that m^-1 x lies in the box, from draws the search has not seen
+  Probability<Scalar> probability;  ///< that m^-1 x lies in the box, from new draws
   int evaluations;                  ///< places that were tried
 };
 
@@ -123,10 +125,11 @@ template <class Density, class Rng>
 }  // namespace detail
 
 /// arg max over m of the probability that x lies in m(B): where to reach for an object whose pose x is known
-/// by a mixture, with a gripper that forgives the errors in the box B.
+/// by a mixture, with a gripper that tolerates the errors in the box B.
 ///
-/// Every m is judged by the same draws, and the search goes from each start along the six axes of m, either
-/// way, with a step that halves when none of them improves.
+/// Every m is judged by the same draws. From each start the search goes along the six axes of m, in both
+/// directions, with a step that is halved when no direction improves. Throws unless there are draws and
+/// starts and the box is finite with a positive volume.
 template <class Component, std::uniform_random_bit_generator Rng>
 [[nodiscard]] Grasp<typename Component::Scalar> best_grasp(const Mixture<Component>& x,
                                                            const PoseBox<typename Component::Scalar>& box,

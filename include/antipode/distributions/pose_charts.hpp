@@ -21,10 +21,10 @@ namespace antipode {
 /// The density with the mean and the covariance of `density` in another chart of poses:
 /// in_chart<SplitChart<double>>(x), in_chart<ScrewChart<double>>(y).
 ///
-/// Through the 57 points of MysovskikhRule<6>: mean and covariance are exact as far as the change of charts
-/// is quadratic. The mean moves by about half the product of the spreads of rotation and position, and a
+/// By the 57 points of MysovskikhRule<6>: mean and covariance are exact if the change of charts is quadratic.
+/// The mean moves by about half the product of the standard deviations of rotation and position, and a
 /// Gaussian in one chart is bent in the other: choose the chart in which the first measurement is linear, and
-/// stay there. Throws unless the covariance is positive semidefinite.
+/// do not change it. Throws unless the covariance is positive semidefinite.
 template <class To, std::floating_point Scalar, class From>
 requires std::same_as<typename To::Point, DualQuaternion<Scalar>>
 [[nodiscard]] PoseGaussian<Scalar, To> in_chart(const PoseGaussian<Scalar, From>& density) {
@@ -45,7 +45,7 @@ requires std::same_as<typename To::Point, DualQuaternion<Scalar>>
 
 namespace detail {
 
-/// The covariance with the position's errors turned by R.
+/// The covariance with the error of the position rotated by R.
 template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> with_turned_position(const Matrix6<Scalar>& covariance,
                                                    const Matrix3<Scalar>& R) {
@@ -56,8 +56,8 @@ template <class Scalar>
 
 }  // namespace detail
 
-/// The density as rotation and position apart, to first order in the rotation's covariance and exact for the
-/// position: a BinghamGaussian, too, holds the translation in the axes of the parent.
+/// The density in the split chart. Right to first order in the rotation's covariance, and exact for the
+/// position, which both densities hold in the axes of the parent.
 template <std::floating_point Scalar>
 [[nodiscard]] SplitPoseGaussian<Scalar> to_split_pose_gaussian(const BinghamGaussian<Scalar>& density) {
   return {density.pose(),

@@ -22,7 +22,7 @@ namespace antipode {
 /// When the iteration of a fusion ends.
 template <std::floating_point Scalar>
 struct PoseFusionOptions {
-  /// The mode is found when a step moves it by less, in standard deviations.
+  /// The iteration has converged when a step is shorter than this, in standard deviations.
   Scalar tolerance = std::max(Scalar(1e-6), Scalar(10) * std::numeric_limits<Scalar>::epsilon());
   int max_iterations = 50;  ///< most steps; after them the fusion has not converged
 };
@@ -33,12 +33,13 @@ struct PoseFusion {
   using Scalar = typename Density::Scalar;  ///< of coordinates and densities
 
   Density density;  ///< of the pose, given both estimates
-  /// Whether the iteration has settled. Otherwise do not use the density: the estimates contradict each
-  /// other, half a turn apart say.
+  /// Whether the iteration has settled. If not, do not use the density: the estimates contradict each other
+  /// (they are half a turn apart, say).
   bool converged = false;
   int iterations = 0;  ///< steps taken
   /// The squared Mahalanobis distance of the two estimates: chi-square with six degrees of freedom (the rank
-  /// of the sum of both covariances) if they are consistent. Infinite if both are certain and differ.
+  /// of the sum of both covariances) if they are consistent. Infinite if they differ in a direction in which
+  /// neither has a variance.
   Scalar mahalanobis_squared = 0;
   /// log of the integral of the product of both densities: to compare hypotheses by.
   Scalar log_evidence = 0;
@@ -46,22 +47,21 @@ struct PoseFusion {
 
 namespace detail {
 
-/// x given that it is normally distributed about two means: N(m_a, A) N(m_b, B) = evidence * N(mean,
-/// covariance).
+/// The product of two Gaussians: N(m_a, A) N(m_b, B) = evidence * N(mean, covariance).
 template <class Scalar>
 struct GaussianPair {
   Vector6<Scalar> mean;
   Matrix6<Scalar> covariance;
   Scalar mahalanobis_squared = 0, log_evidence = 0;
 
-  /// A and B may be singular. Directions that are certain in both are left alone.
+  /// A and B may be singular. Directions in which both have no variance are left out.
   GaussianPair(const Vector6<Scalar>& m_a, const Matrix6<Scalar>& A, const Vector6<Scalar>& m_b,
                const Matrix6<Scalar>& B) {
     using std::abs;
     using std::log;
     using std::sqrt;
     const Matrix6<Scalar> S = A + B;
-    Vector6<Scalar> scale;  // the eigenvalues of S in its own units
+    Vector6<Scalar> scale;  // makes the eigenvalues of S comparable
     for (int i = 0; i < 6; ++i) scale[i] = S(i, i) > Scalar(0) ? Scalar(1) / sqrt(S(i, i)) : Scalar(1);
     Matrix6<Scalar> correlation;
     for (int j = 0; j < 6; ++j) {
@@ -96,8 +96,8 @@ struct GaussianPair {
   }
 };
 
-/// An estimate a as a Gaussian of d in x exp(d), with a = x exp(r) for small r: log(a^-1 x exp(d)) = -r +
-/// J_r^-1 d.
+/// An estimate a as a Gaussian of d in x exp(d). With r = log(a^-1 x), log(a^-1 x exp(d)) = r + J_r(r)^-1 d
+/// to first order.
 template <class Scalar>
 struct LinearizedEstimate {
   Vector6<Scalar> mean;
@@ -114,13 +114,13 @@ struct LinearizedEstimate {
 
 }  // namespace detail
 
-/// The density of a pose given two independent estimates of it, a and b (of another sensor, say; what they
-/// have in common would be counted twice).
+/// The density of a pose given two independent estimates of it, a and b. Information that both share would
+/// count twice.
 ///
 /// The mode of the product of both densities, found by Gauss-Newton in the tangent space of the mode itself,
-/// where both covariances are restated: rotations of some tenths of a radian and long levers are no
-/// difficulty. Variances may be zero: a certain part of one estimate is a part of the result. Commutative.
-/// Throws unless both covariances are finite, symmetric and positive semidefinite.
+/// where both covariances are restated. This allows rotations of some tenths of a radian and long lever arms.
+/// Variances may be zero: what one estimate knows exactly, the result knows exactly. Commutative. Throws
+/// unless both covariances are finite, symmetric and positive semidefinite.
 template <std::floating_point Scalar, class Chart>
 [[nodiscard]] PoseFusion<PoseGaussian<Scalar, Chart>> fuse(const PoseGaussian<Scalar, Chart>& a,
                                                            const PoseGaussian<Scalar, Chart>& b,
@@ -144,7 +144,7 @@ template <std::floating_point Scalar, class Chart>
     result.density.covariance = y.covariance;
     result.mahalanobis_squared = y.mahalanobis_squared;
     result.log_evidence = y.log_evidence;
-    Scalar step(0);  // in standard deviations, at least; a certain coordinate takes its step at once
+    Scalar step(0);  // in standard deviations; in rad or m where the variance is zero
     for (int i = 0; i < 6; ++i) {
       const Scalar variance = y.covariance(i, i);
       const Scalar sigma = variance > Scalar(0) ? sqrt(variance) : Scalar(1);

@@ -27,8 +27,8 @@ struct PoseGaussian {
   Matrix6<Scalar> covariance = Matrix6<Scalar>::Zero();              ///< of xi: rad^2, rad m, m^2
 };
 
-/// A concentrated pose density by rotation and position apart: phi in the axes of the body, the position's
-/// error in those of the parent. For a position that is measured (altimeter, GPS, ranges) while the attitude
+/// A concentrated pose density with rotation and position apart: phi in the axes of the body, the error of
+/// the position in the axes of the parent. For measured positions (altimeter, GPS, ranges) while the attitude
 /// is known to degrees.
 template <std::floating_point Scalar>
 using SplitPoseGaussian = PoseGaussian<Scalar, SplitChart<Scalar>>;

@@ -19,7 +19,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 
 /// @file
-/// What one asks of a PoseGaussian in any chart: draws, distances and marginals.
+/// Draws, distances and marginals of a PoseGaussian in any chart.
 namespace antipode {
 
 /// A draw. Throws unless the covariance is symmetric and positive semidefinite.
@@ -46,16 +46,16 @@ template <std::floating_point Scalar, class Chart>
   return detail::solve_lower<Scalar, 6, 1>(*L, Chart::local(x.pose, pose)).squaredNorm();
 }
 
-/// The normalised estimation error squared of an estimate, given the true pose: 6 on average if the
-/// covariance is right, more if it is too small (ANEES, the mean over many independent runs, tells). The same
-/// as mahalanobis_squared.
+/// The normalised estimation error squared (NEES) of an estimate, given the true pose: mahalanobis_squared.
+/// It is 6 on average if the covariance is right, and more if it is too small (ANEES is the average over many
+/// independent runs). Throws as mahalanobis_squared does.
 template <std::floating_point Scalar, class Chart>
 [[nodiscard]] Scalar nees(const PoseGaussian<Scalar, Chart>& estimate, const DualQuaternion<Scalar>& truth) {
   return mahalanobis_squared(estimate, truth);
 }
 
-/// The position in the axes of the parent frame, as a GPS receiver sees it: mean and covariance [m, m^2] to
-/// second order in the rotation.
+/// The position in the axes of the parent frame, as a GPS receiver measures it: mean and covariance [m, m^2]
+/// to second order in the rotation. Throws unless the covariance is symmetric and positive semidefinite.
 template <std::floating_point Scalar, class Chart>
 [[nodiscard]] Gaussian<Scalar, 3> translation_marginal(const PoseGaussian<Scalar, Chart>& x) {
   const auto root = detail::root_of_covariance<Scalar, 6>(

@@ -27,15 +27,16 @@ namespace antipode {
 /// is concentrated.
 enum class Projection {
   kRenormalized,  ///< the Gaussian's values, renormalised on the sphere: products are again of this kind
-  kPushForward,   ///< the law of projected Gaussian draws: moments and likelihoods are those of the Gaussian
+  kPushForward,   ///< the density of projected Gaussian draws: moments and likelihoods are those of the
+                  ///< Gaussian
 };
 
 /// A density of poses: a Gaussian on the tangent space of a rotation q0 and R^3, projected to SE(3).
 ///
 ///     y = (u, t) ~ N(mu, Sigma),   q = q0 (1, u) / sqrt(1 + |u|^2)
 ///
-/// The coordinates u are half a rotation vector in the child's frame to second order, t is the translation in
-/// the parent's frame; q and -q have the same coordinates. The densities are with respect to the surface
+/// The coordinates u are half a rotation vector in the child's frame to second order; t is the translation in
+/// the parent's frame [m]. q and -q have the same coordinates. The densities are with respect to the surface
 /// measure of the whole S^3 times volume, as those of BinghamGaussian:
 ///
 ///     kRenormalized (MPG Eqs. 11-12)   p(q, t) = N(y; mu, Sigma) / (2 C),   C = E[(1 + |u|^2)^-2]
@@ -51,7 +52,7 @@ class BasicProjectedGaussian {
   using Scalar = Scalar_;                                  ///< of coordinates and densities
   using Pose = DualQuaternion<Scalar>;                     ///< what it is a density of
   static constexpr Projection kProjection = kProjection_;  ///< which of the two densities
-  /// tr Sigma_uu + |mu_u|^2 at most; 0.25 is a standard deviation of 33 degrees about each axis.
+  /// Largest tr Sigma_uu + |mu_u|^2. A value of 0.25 is a standard deviation of 33 degrees about each axis.
   static constexpr Scalar kMaxSpread = Scalar(1e8);
 
   /// N(q0, mu, Sigma) (MPG Eq. 13). Throws unless q0 is unit within kUnitTolerance, all is finite, Sigma is
@@ -79,12 +80,13 @@ class BasicProjectedGaussian {
     }
   }
 
-  /// PG0: mode and covariance of (u, t) in the coordinates at the mode.
+  /// PG0: the tangent point is the mode, and the covariance is that of (u, t) at the mode. Throws as above.
   BasicProjectedGaussian(const Pose& mode, const Matrix6<Scalar>& covariance)
       : BasicProjectedGaussian(mode.rotation(), detail::centered_mean<Scalar>(mode.translation()),
                                covariance) {}
 
-  /// The same parameters under the other reading.
+  /// The same parameters (q0, mu, Sigma) with the other projection: another density (match_push_forward and
+  /// match_renormalized keep the moments).
   explicit BasicProjectedGaussian(
       const BasicProjectedGaussian<Scalar, kProjection == Projection::kRenormalized
                                                ? Projection::kPushForward
@@ -115,7 +117,7 @@ class BasicProjectedGaussian {
     return detail::hemisphere_mass<double>(mean_.template head<3>().template cast<double>(),
                                            uu.template cast<double>());
   }
-  /// log of what the Gaussian's values are divided by: log 2 C, and log 2 for the push-forward.
+  /// log of the divisor of the Gaussian: log 2 C, and log 2 for the push-forward.
   [[nodiscard]] Scalar log_normalizer() const noexcept { return log_normalizer_; }
 
   /// The pose at tangent coordinates y = (u, t) (MPG Eqs. 8-10).
@@ -151,7 +153,7 @@ class BasicProjectedGaussian {
   }
 
   /// The density in the tangent space of another rotation (MPG Eqs. 15-16). Throws if the mean, or a sigma
-  /// point, would lie at the edge of it.
+  /// point, would lie at the edge of the new tangent space.
   [[nodiscard]] BasicProjectedGaussian rebased(const Vector4<Scalar>& tangent_point,
                                                Transport transport = Transport::kLinearized) const {
     const Vector4<Scalar> q = normalized_quaternion(tangent_point);
@@ -167,9 +169,9 @@ class BasicProjectedGaussian {
             y.covariance};
   }
 
-  /// An exact draw. Renormalised densities are drawn by rejection: from the Gaussian with the probability
-  /// hemisphere_mass() of accepting, uniformly from the sphere where that accepts more, and from both where
-  /// the mean is far off centre.
+  /// An exact draw. Renormalised densities are drawn by rejection: from the Gaussian, where hemisphere_mass()
+  /// is the probability of acceptance; uniformly from the sphere, where that accepts more; from both, where
+  /// the mean is far from the tangent point.
   template <std::uniform_random_bit_generator Rng>
   [[nodiscard]] Pose sample(Rng& rng) const {
     if constexpr (kProjection == Projection::kPushForward) {
@@ -215,7 +217,8 @@ class BasicProjectedGaussian {
       z.template head<3>() = detail::OffCenterRejection<Scalar>(mean_u, L_u).draw(rng);
       return project(mean_ + root_.L * z);
     }
-    // A singular Gaussian has no values to bound; it does not reach below this radius, to rounding.
+    // A singular Gaussian has no density to bound. Up to a negligible probability, it stays beyond this
+    // radius.
     const Scalar norm = mean_u.norm();
     const Vector6<Scalar> along_mean = root_.L.template topRows<3>().transpose() * (mean_u / norm);
     const Scalar reach = sqrt(Scalar(80) + Scalar(8) * log(norm)) * along_mean.norm();
@@ -239,10 +242,10 @@ class BasicProjectedGaussian {
   Scalar log_peak_ = 0;  // log density at the mean, if Sigma is regular
 };
 
-/// The paper's density, Eqs. (11)-(12): the kind to fuse.
+/// The paper's density, MPG Eqs. (11)-(12): the kind to fuse.
 template <class Scalar>
 using ProjectedGaussian = BasicProjectedGaussian<Scalar, Projection::kRenormalized>;
-/// The law of projected draws: the kind to fit and to transform.
+/// The density of projected Gaussian draws: the kind to fit and to transform.
 template <class Scalar>
 using PushForwardGaussian = BasicProjectedGaussian<Scalar, Projection::kPushForward>;
 

@@ -25,7 +25,8 @@ namespace antipode {
 
 // --- Gaussian in exponential coordinates. xi = (phi, rho) = (2 u, R^T (t - mu_t)) to first order in u.
 
-/// The mode and the covariance of xi. With to_projected_gaussian a round trip without loss.
+/// The PoseGaussian at the mode with the covariance of xi. to_projected_gaussian() gives the density back
+/// without loss.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] PoseGaussian<Scalar> to_pose_gaussian(
     const BasicProjectedGaussian<Scalar, kProjection>& density) {
@@ -52,7 +53,7 @@ template <Projection kProjection = Projection::kRenormalized, std::floating_poin
 
 namespace detail {
 
-/// B: the columns of the axes as rotations of the child's frame about the mode.
+/// B: rotations about the column B_i of the child's frame move the mode along the axis M_i.
 template <class Scalar>
 [[nodiscard]] Matrix3<Scalar> tangent_axes(const Bingham<Scalar, 4>& orientation) {
   return (left_matrix(orientation.mode()).transpose() * orientation.axes()).template block<3, 3>(1, 0);
@@ -65,9 +66,9 @@ template <class Scalar>
 
 }  // namespace detail
 
-/// The same pose as a Bingham density with a coupled Gaussian; a round trip without loss. Throws if the
-/// rotation is too wide for q0 to be the mode: an eigenvalue of Sigma_uu above 1. Second moments of the
-/// orientation are raised to min_eigenvalue.
+/// The BinghamGaussian of a projected Gaussian. to_projected_gaussian() gives the density back without loss.
+/// Throws if the rotation is too wide for q0 to be the mode: an eigenvalue of Sigma_uu above 1. Second
+/// moments of the orientation below min_eigenvalue are raised to it.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] BinghamGaussian<Scalar> to_bingham_gaussian(
     const BasicProjectedGaussian<Scalar, kProjection>& density,
@@ -95,7 +96,8 @@ template <std::floating_point Scalar, Projection kProjection>
   return {orientation, x.mean().template tail<3>(), G, detail::without_negative_eigenvalues(Sc)};
 }
 
-/// The Gaussian at the mode. Concentrated orientations lose nothing; a uniform one gets variances of 1.
+/// The projected Gaussian at the mode. Nothing is lost if the orientation is concentrated; a uniform one gets
+/// variances of 1.
 template <Projection kProjection = Projection::kRenormalized, std::floating_point Scalar>
 [[nodiscard]] BasicProjectedGaussian<Scalar, kProjection> to_projected_gaussian(
     const BinghamGaussian<Scalar>& density) {
@@ -108,11 +110,13 @@ template <Projection kProjection = Projection::kRenormalized, std::floating_poin
 }
 
 // --- The two projections of the Gaussian. With the same parameters (the explicit constructor) they differ by
-// a factor (1 + |u|^2)^2 that a wide rotation notices; these have the same moments of (u, t) instead.
+// a factor (1 + |u|^2)^2, which matters for wide rotations. The following functions keep the moments of (u,
+// t) instead.
 
 namespace detail {
 
-/// The Gaussian with mean m and covariance S of u, and what is known of t given u unchanged.
+/// The Gaussian y with mean m and covariance S of u instead of its own; t given u has the same density as
+/// before.
 template <class Scalar>
 [[nodiscard]] TangentGaussian<Scalar> with_rotation_moments(const TangentGaussian<Scalar>& y,
                                                             const Vector3<Scalar>& m,
@@ -142,8 +146,8 @@ template <std::floating_point Scalar>
   return {x.tangent_point(), y.mean, y.covariance};
 }
 
-/// The renormalised density with the moments of (u, t) of a push-forward one; none if that is too wide: about
-/// a single axis no renormalised density has a variance of u above 1, as it tends to the uniform one.
+/// The renormalised density with the moments of (u, t) of a push-forward one; none if the rotation is too
+/// wide. If only one axis is uncertain, for example, no renormalised density has a variance of u above 1.
 template <std::floating_point Scalar>
 [[nodiscard]] std::optional<ProjectedGaussian<Scalar>> match_renormalized(
     const PushForwardGaussian<Scalar>& density) {
@@ -177,8 +181,8 @@ template <std::floating_point Scalar>
 
 /// The push-forward density with the mean and the covariance of weighted poses (the columns [q; p]; the
 /// weights need not be normalised) in the tangent space at their mode: the maximum-likelihood fit. Throws on
-/// weights that are negative or sum to zero, on anything not finite, and if no tangent space has the mean of
-/// the rotations in its centre.
+/// weights that are negative or sum to zero, on anything not finite, and if the iteration finds no tangent
+/// point at which the mean of u is zero.
 template <class Points, class Weights>
 requires(Points::RowsAtCompileTime == 8)
     [[nodiscard]] PushForwardGaussian<typename Points::Scalar> fit_projected_gaussian(

@@ -20,14 +20,15 @@
 #include <antipode/geometry/quaternion.hpp>
 
 /// @file
-/// What can be done with projected Gaussians: fusion of two densities of the same pose, composition of
-/// independent poses, inversion. All give densities centred at their modes (PG0). MPG sec. III-C.
+/// Operations on projected Gaussians: fusion of two densities of the same pose, composition of independent
+/// poses, inversion. The results are centred at their modes (PG0). MPG sec. III-C.
 namespace antipode {
 
 /// Which densities may be fused, and how they are carried to a common tangent space.
 template <std::floating_point Scalar>
 struct FusionOptions {
-  /// Most that the tangent points may be apart, in rad on S^3: 15 degrees, half of the rotation's 30.
+  /// Largest angle between the tangent points [rad on S^3]. The default of 15 degrees is a rotation by 30
+  /// degrees.
   Scalar max_angle = std::numbers::pi_v<Scalar> / Scalar(12);
   Transport transport = Transport::kLinearized;  ///< to the tangent space half way
 };
@@ -42,9 +43,9 @@ struct Fusion {
   Scalar log_mass;
   /// Squared Mahalanobis distance of the two means; the paper's delta is exp(-mahalanobis_squared / 2).
   Scalar mahalanobis_squared;
-  /// A bound on the error of log density by linearised changes of tangent space: its root mean square over
-  /// the result, to first order. Zero if all tangent points agree, infinite if a linearised covariance is
-  /// singular.
+  /// A bound on the error of the log density that linearised changes of the tangent space cause: its root
+  /// mean square over the result, to first order. Zero if all tangent points agree, infinite if a linearised
+  /// covariance is singular.
   Scalar linearization_bound;
 };
 
@@ -81,8 +82,9 @@ template <class Scalar>
   return A;
 }
 
-/// Eq. (14), whose mean is right only if S_1 and S_2 commute: mean_1 + K (mean_2 - mean_1) with K = S_1 (S_1
-/// + S_2)^-1. The covariance (S_1^-1 + S_2^-1)^-1 = (I - K) S_1 (I - K)^T + K S_2 K^T stays positive.
+/// The product of two Gaussians: the mean is mean_1 + K (mean_2 - mean_1) with K = S_1 (S_1 + S_2)^-1, the
+/// covariance (S_1^-1 + S_2^-1)^-1 = (I - K) S_1 (I - K)^T + K S_2 K^T, which stays positive. The mean in MPG
+/// Eq. (14) is right only if S_1 and S_2 commute.
 template <class Scalar>
 [[nodiscard]] GaussianProduct<Scalar> product(const TangentGaussian<Scalar>& y1,
                                               const TangentGaussian<Scalar>& y2) {
@@ -119,7 +121,8 @@ template <class Scalar>
   return Scalar(1) + Scalar(2) * r + r * r + Scalar(2) * S.squaredNorm() + Scalar(4) * m.dot(S * m);
 }
 
-/// sqrt(kappa), where u^T (Sigma^-1)_uu u <= kappa u^T (Sigma_uu)^-1 u: the correlation of u and t.
+/// sqrt(kappa), where u^T (Sigma^-1)_uu u <= kappa u^T (Sigma_uu)^-1 u. It is 1 if u and t are not
+/// correlated.
 template <class Scalar>
 [[nodiscard]] Scalar coupling_factor(const Matrix6<Scalar>& L) {
   using std::sqrt;
@@ -128,8 +131,9 @@ template <class Scalar>
   return sqrt(Scalar(1) + M.squaredNorm());
 }
 
-/// The linearised change of chart is off by -rho (u, 0)^T Sigma^-1 y in log density, at most sqrt(kappa)
-/// sigma_rho D^3 at the Mahalanobis distance D from the mean. This is sqrt(kappa) sigma_rho.
+/// sqrt(kappa) sigma_rho, for the error of a linearised change of chart. To first order the log density is
+/// off by -rho (u, 0)^T Sigma^-1 y, which is at most sqrt(kappa) sigma_rho D^3 at the Mahalanobis distance D
+/// from the mean.
 template <class Density, class Scalar>
 [[nodiscard]] Scalar linearization_error(const Density& density, const ChartChange<Scalar>& f) {
   const Scalar sigma = f.nonlinearity(density.parameters());
@@ -180,9 +184,9 @@ template <class Scalar, Projection kProjection>
 /// The fusion of two independent estimates of one pose (MPG Eqs. 14-16): both restated at the rotation half
 /// way between the tangent points, multiplied there, and centred at the mode.
 ///
-/// The product of two renormalised densities on one tangent space is exactly one of this kind, and log_mass
-/// is then exact; that of two push-forwards has an extra factor (1 + |u|^2)^2, which log_mass
-/// counts and the result leaves out. Commutative. Throws if the tangent points are more than max_angle apart.
+/// On one tangent space, the product of two renormalised densities is exactly one of this kind, and log_mass
+/// is exact. The product of two push-forwards has an extra factor (1 + |u|^2)^2, which log_mass includes and
+/// the result leaves out. Commutative. Throws if the tangent points are more than max_angle apart.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] Fusion<BasicProjectedGaussian<Scalar, kProjection>> fuse(
     const BasicProjectedGaussian<Scalar, kProjection>& a,
@@ -193,13 +197,13 @@ template <std::floating_point Scalar, Projection kProjection>
   return detail::fuse_anyway(a, b, options.transport);
 }
 
-/// The density of a b, for independent poses: first b, then a (MPG Eq. 17: dq3 = dq2 dq1 with a = dq2, b =
-/// dq1).
+/// The density of a b, for independent poses: first b, then a (MPG Eq. 17: dq3 = dq2 dq1 with a = dq2,
+/// b = dq1).
 ///
 ///     u' = (R_b^T u_a + u_b + (R_b^T u_a) x u_b) / (1 - (R_b^T u_a).u_b),   t' = t_a + R(q_a (1, u_a)) t_b
 ///
-/// Linearised at the modes it has the mean t_a + R_a t_b; "g(0, 0) = 0" in the paper holds for the rotation
-/// only. The unscented transport also shortens the mean of R(q_a) t_b by the spread of q_a.
+/// Linearised at the modes, the mean of t' is t_a + R_a t_b; "g(0, 0) = 0" in the paper holds for the
+/// rotation only. The unscented transport includes that the spread of q_a shortens the mean of R(q_a) t_b.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] BasicProjectedGaussian<Scalar, kProjection> compose(
     const BasicProjectedGaussian<Scalar, kProjection>& a,
@@ -235,7 +239,7 @@ template <std::floating_point Scalar, Projection kProjection>
   return {q.normalized(), detail::centered_mean<Scalar>(t_a + R_a * t_b), detail::symmetrized(S)};
 }
 
-/// The density of y x for a certain pose y: a change of the parent frame. Exact.
+/// The density of y x for a known pose y: a change of the parent frame. Exact.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] BasicProjectedGaussian<Scalar, kProjection> compose(
     const DualQuaternion<Scalar>& y, const BasicProjectedGaussian<Scalar, kProjection>& x) {
@@ -247,7 +251,7 @@ template <std::floating_point Scalar, Projection kProjection>
           detail::symmetrized(detail::congruence<Scalar, 6, 6>(J, x.covariance()))};
 }
 
-/// The density of x y for a certain pose y: a change of the child frame. Linearised if y has a translation.
+/// The density of x y for a known pose y: a change of the child frame. Linearised if y has a translation.
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] BasicProjectedGaussian<Scalar, kProjection> compose(
     const BasicProjectedGaussian<Scalar, kProjection>& x, const DualQuaternion<Scalar>& y,

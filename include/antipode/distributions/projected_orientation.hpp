@@ -39,7 +39,7 @@ class ProjectedOrientation {
   [[nodiscard]] const Gaussian<Scalar, 3>& tangent_gaussian() const noexcept { return u_; }
 
   /// log p(q), for q of unit length (not checked); -infinity a half-turn away from the tangent point. Throws
-  /// std::domain_error if the orientation is certain in some direction.
+  /// std::domain_error if the covariance of u is singular.
   [[nodiscard]] Scalar log_density(const Vector4<Scalar>& q) const {
     using std::log1p;
     const auto u = detail::tangent_coordinates(tangent_point_, q);

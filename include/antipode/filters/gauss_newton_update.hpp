@@ -24,14 +24,14 @@
 /// Jacobians of h: the maximum of the posterior by Gauss-Newton (the iterated extended Kalman filter) and the
 /// covariance by its curvature there.
 ///
-/// Where a model can tell its Jacobian this takes a few calls of it instead of a few for every sigma point.
-/// A sigma point check of the posterior at the end tells whether h is linear over it. Reference: B. M. Bell
-/// and F. W. Cathey, "The iterated Kalman filter update as a Gauss-Newton method", 1993.
+/// If a model provides its Jacobian, this calls it a few times, and not for every sigma point of every
+/// iteration. A sigma point check of the posterior at the end shows whether h is linear over it. Reference:
+/// B. M. Bell and F. W. Cathey, "The iterated Kalman filter update as a Gauss-Newton method", 1993.
 namespace antipode {
 
 /// h(state, i, J) predicts the i-th measurement, as a vector or a std::optional of one, and sets J, Dim x N,
-/// to its Jacobian: h(Chart::retract(state, a), i) = h(state, i) + J a to first order in a. If there is
-/// h(state, i), too, the check at the end calls that.
+/// to its Jacobian: h(Chart::retract(state, a), i) = h(state, i) + J a to first order in a. If h(state, i) is
+/// callable too, the check at the end uses it.
 template <class Model, class Density, int Dim>
 concept DifferentiableModel = requires(const Model& h, const typename Density::Chart::Point& state,
                                        std::size_t i,
@@ -47,9 +47,9 @@ struct GaussNewtonOptions {
   /// An iteration that moves the mean by less, in standard deviations of the posterior, is the last.
   Scalar tolerance = Scalar(1e-3);
   /// A posterior with a larger residual, the root of the sum of tr(R^-1 Omega_i) as in linearized_update, is
-  /// reported as kNotGaussian. In trials the mean NEES was 6.6 at most below 0.4.
+  /// reported as kNotGaussian. In trials, the mean NEES was at most 6.6 for residuals below 0.4.
   Scalar max_final_residual = Scalar(0.5);
-  /// Whether to look for a second mode where the measurements are not linear over the prior, as in
+  /// Whether to look for a second mode if the measurements are not linear over the prior, as in
   /// linearized_update. The test for linearity evaluates each model twice for every dimension of the state.
   bool check_modes = true;
   /// Below this log-likelihood at the mean the result is reported as diverged.
@@ -114,8 +114,8 @@ template <class Density, class Measurements, class Model>
   return sum;
 }
 
-/// The iteration of gauss_newton_update: expand at the mean, condition the prior, move; where the posterior
-/// became less likely, go back and half as far.
+/// The iteration of gauss_newton_update: expand at the mean, condition the prior, move. If the posterior
+/// became less likely, go back and repeat the step with half its length.
 template <class Density, class Measurements, class Model>
 class GaussNewtonIteration {
   using Scalar = typename Density::Scalar;
@@ -139,9 +139,9 @@ class GaussNewtonIteration {
   }
 
  private:
-  static constexpr Scalar kShortest = Scalar(1e-3);  // share of a step
+  static constexpr Scalar kShortest = Scalar(1e-3);  // smallest share of a step
 
-  /// Whether there is more to do.
+  /// Returns whether there is more to do.
   [[nodiscard]] bool iterate() {
     const auto fit = expand(density_, measurements_, h_);
     ++result_.evaluations;
@@ -166,7 +166,7 @@ class GaussNewtonIteration {
     return move();
   }
 
-  /// The displacement from the prior's mean in its standard deviations.
+  /// The displacement of the mean from the prior's mean, in standard deviations of the prior.
   [[nodiscard]] Vector<Scalar, N> whitened_from_prior() const {
     if (!origin_.invertible) return Vector<Scalar, N>::Zero();
     const Vector<Scalar, N> a = Density::Chart::local(origin_.mean, density_.mean);
@@ -237,7 +237,7 @@ class GaussNewtonIteration {
     return false;
   }
 
-  static constexpr Scalar kWorse = Scalar(1e-3);  // of the log posterior
+  static constexpr Scalar kWorse = Scalar(1e-3);  // decrease of the log posterior that takes the step back
 
   const SqrtGaussian<Density> origin_;  ///< the prior
   SqrtGaussian<Density> density_;
@@ -254,14 +254,15 @@ class GaussNewtonIteration {
 
 }  // namespace detail
 
-/// The posterior of `prior` and independent measurements, as in linearized_update, with a model that tells
-/// its Jacobians: h(state, i, J), see DifferentiableModel. The Jacobian is that in the chart of the density:
-/// for a PoseGaussian in the screw chart of x exp(xi), xi = (phi, rho).
+/// The posterior of `prior` and independent measurements, as in linearized_update, with a model that provides
+/// its Jacobians: h(state, i, J), see DifferentiableModel. The Jacobian is with respect to the vector in the
+/// chart of the density: for a PoseGaussian in the screw chart, xi = (phi, rho) of x exp(xi).
 ///
-/// A measurement that cannot be predicted is left out of that iteration. With a singular covariance there is
-/// one iteration only. Throws on invalid options and covariances of the state; a measurement that is not
-/// finite or whose R is not positive definite comes back as kNotFinite, none that can be predicted as
-/// kNoSupport, both with the prior.
+/// A measurement that cannot be predicted is left out of that iteration. If the covariance of the prior is
+/// singular, there is one iteration only. Throws on invalid options, on an invalid covariance of the prior,
+/// and if R, the prediction or J differs in length from z. The status is kNotFinite if a measurement is not
+/// finite or its R not positive definite, and kNoSupport if no measurement can be predicted; the posterior
+/// then is the prior.
 template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model>
 [[nodiscard]] UpdateResult<Density> gauss_newton_update(
     const Density& prior, const Measurements& measurements, const Model& h,
@@ -274,14 +275,14 @@ template <ConcentratedDensity Density, IndexedMeasurements Measurements, class M
   return detail::GaussNewtonIteration<Density, Measurements, Model>(prior, measurements, h, options).run();
 }
 
-/// Not an update: names what is wrong with the prior.
+/// Not an update: chosen for a prior of the wrong type, to name the mistake in the error message.
 template <class Density, class... Rest>
 requires(!ConcentratedDensity<Density>) void gauss_newton_update(const Density&, Rest&&...) {
   static_assert(ConcentratedDensity<Density>,
                 "gauss_newton_update: the prior must be a PoseGaussian or a StateGaussian");
 }
 
-/// Not an update: names what is wrong with the measurements.
+/// Not an update: chosen for measurements of the wrong type, to name the mistake in the error message.
 template <ConcentratedDensity Density, class Measurements, class... Rest>
 requires(!IndexedMeasurements<Measurements>) void gauss_newton_update(const Density&, const Measurements&,
                                                                       Rest&&...) {

@@ -20,10 +20,10 @@ namespace antipode {
 /// Independent measurements z_i = h(x, i) + v_i, v_i ~ N(0, R_i), with their model h(pose, i), which returns
 /// a vector or a std::optional of one. For a filter of joint states the model takes the state.
 ///
-/// Every update takes them: as a log-likelihood (the call operator), or by their models and noises one after
-/// another, for updates that linearise h. Constants are left out of the log-likelihood. A pose from which a
+/// Every update takes them: as a log-likelihood (the call operator), or, if it linearises h, by the model and
+/// the noise of each measurement. Constants are left out of the log-likelihood. A pose from which a
 /// measurement cannot be predicted, a landmark behind the camera say, has the log-likelihood `unpredictable`.
-/// With Dim = Eigen::Dynamic measurements of any number of rows go together, R a MatrixXd.
+/// With Dim = Eigen::Dynamic the measurements may have different lengths; R is then a MatrixXd.
 template <std::floating_point Scalar, int Dim, class Model>
 class GaussianMeasurements {
  public:
@@ -58,7 +58,7 @@ class GaussianMeasurements {
 
  private:
   std::vector<Measurement> measurements_;
-  std::vector<Matrix<Scalar, Dim>> roots_;  ///< of R
+  std::vector<Matrix<Scalar, Dim>> roots_;  ///< Cholesky factors of the R_i
   Model h_;
   Scalar unpredictable_;
 };

@@ -31,10 +31,10 @@
 ///
 /// Each iteration regresses every h_i on the points of a sigma point rule over the current density, h_i ~
 /// mean_i + A_i y + e_i with Cov(e_i) = Omega_i, and conditions the original prior on these linear models
-/// with the noise R_i + Omega_i. No derivatives are needed. It is the cheapest update where the noise is
-/// Gaussian and h, R are known. Any other likelihood, and data with outliers, are for quadratic_update.
-/// Reference: Garcia-Fernandez, Svensson, Morelande, Sarkka, "Posterior linearization filter: principles and
-/// implementation using sigma points", 2015.
+/// with the noise R_i + Omega_i. No derivatives are needed. It is the cheapest update if the noise is
+/// Gaussian and h and R are known. For any other likelihood, and for data with outliers, use
+/// quadratic_update. Reference: Garcia-Fernandez, Svensson, Morelande, Sarkka, "Posterior linearization
+/// filter: principles and implementation using sigma points", 2015.
 namespace antipode {
 
 /// Measurements by index: a vector, array or span of NoisyMeasurement.
@@ -54,14 +54,14 @@ concept MeasurementModelOver = requires(const Model& h, const typename Density::
 
 /// How much a measurement of squared Mahalanobis distance d^2 counts.
 ///
-/// Weights keep the estimate from a few outliers among many measurements; the covariance is NOT right with
-/// them, and it does not say so. Huber's is overconfident wherever there are outliers (ANEES 30 to 1e6
-/// instead of 6), Cauchy's with fewer than a hundred measurements under a wide prior (up to 1e5). For
+/// Weights protect the estimate from a few outliers among many measurements, but the covariance is NOT right
+/// with them, and no status reports this. Huber's is overconfident wherever there are outliers (ANEES 28 to
+/// 1e6 instead of 6), Cauchy's with fewer than a hundred measurements under a wide prior (up to 6e4). For
 /// outliers use RobustMeasurements (robust_likelihood.hpp) with quadratic_update, whose covariance is right;
 /// docs/results/consistency.md compares them.
 enum class RobustWeight {
   kNone,    ///< 1
-  kHuber,   ///< scale/d beyond the scale: bounds the pull of an outlier, does not remove it
+  kHuber,   ///< scale/d beyond the scale: limits the influence of an outlier, does not remove it
   kCauchy,  ///< 1/(1 + d^2/scale^2)
 };
 
@@ -77,15 +77,16 @@ struct LinearizedUpdateOptions {
   Scalar settled_step = Scalar(0.2);
   /// A posterior with a larger residual, the root of the sum of tr(R^-1 Omega_i), is reported as
   /// kNotGaussian. Its covariance contains the Omega_i and is as large as the error on average, but large
-  /// errors are more frequent than a Gaussian's.
+  /// errors are more frequent than for a Gaussian.
   Scalar max_final_residual = Scalar(2);
-  /// Whether to look for a second mode where the measurements are not linear over the prior, or over a
-  /// density on the way to the posterior, and to report it as kNotGaussian (see quadratic_update.hpp). Eight
-  /// evaluations of each model for every dimension of the state. Not with robust weights.
+  /// Whether to look for a second mode if the measurements are not linear over the prior, or over a density
+  /// on the way to the posterior, and to report it as kNotGaussian (see quadratic_update.hpp). Evaluates each
+  /// model eight times for every dimension of the state. Not with robust weights.
   bool check_modes = true;
   RobustWeight robust = RobustWeight::kNone;  ///< how much distant measurements count
-  /// Distance at which a measurement begins to count less. It is compared with S_i, which includes the spread
-  /// of the current density: under a wide prior all measurements keep their weight.
+  /// Mahalanobis distance at which a measurement begins to count less. It refers to the covariance S_i of the
+  /// innovation, which includes the spread of the current density: under a wide prior all measurements keep
+  /// their weight.
   Scalar robust_scale = Scalar(2.8);
 };
 
@@ -100,24 +101,25 @@ template <class Scalar>
   return Scalar(1);
 }
 
-/// The measurements over a density: their joint log-likelihood in its coordinates y, with linear models.
+/// Linear models of the measurements over a density: their joint log-likelihood in the density's coordinates
+/// y.
 template <class Scalar, int N>
 struct Linearization {
   QuadraticLogLikelihood<Scalar, N> model;
-  Scalar log_normalizer = 0;  ///< in the model's constant: the noise is R_i + Omega_i, not R_i
+  Scalar log_normalizer = 0;  ///< part of the model's constant, as its noise is R_i + Omega_i, not R_i
   Scalar residual = 0;        ///< sum of tr(R_i^-1 Omega_i)
   Scalar explained = 0;       ///< sum of tr(R_i^-1 A_i A_i^T)
   int used = 0;               ///< measurements that can be made at every sample
   bool finite = true;
 
-  /// Whether the measurements are anything but linear over the density.
+  /// Whether the measurements are not linear over the density.
   [[nodiscard]] bool bent() const {
     constexpr Scalar kBent = Scalar(0.001);  // share of the explained variance that remains unexplained
     return residual > std::max(Scalar(1), kBent * explained);
   }
 };
 
-/// Adds the log-likelihood of one measurement; sets `finite` to false where its numbers are not.
+/// Adds the log-likelihood of one measurement. Sets `finite` to false if it cannot be computed.
 template <class Scalar, int Dim, int N>
 void add_measurement(const Vector<Scalar, Dim>& z, const Matrix<Scalar, Dim>& R,
                      const LinearMeasurementModel<Scalar, Dim, N>& h,
@@ -156,6 +158,7 @@ void add_measurement(const Vector<Scalar, Dim>& z, const Matrix<Scalar, Dim>& R,
   sum.residual += congruence<Scalar, Dim, Dim>(R_inverse_root, h.disturbance).trace();
 }
 
+/// The Linearization of all measurements that can be predicted at every sigma point of the density.
 template <class Density, class Measurements, class Model, int N, int Count>
 [[nodiscard]] auto linearize(const SqrtGaussian<Density>& density, const Measurements& measurements,
                              const Model& h,
@@ -166,7 +169,7 @@ template <class Density, class Measurements, class Model, int N, int Count>
   constexpr int kDim = Z::RowsAtCompileTime;
   Linearization<Scalar, N> sum;
   if (!std::isfinite(density.L.squaredNorm() * standard.points.squaredNorm())) {
-    sum.finite = false;  // the points are farther away than numbers go
+    sum.finite = false;  // the points overflow
     return sum;
   }
   std::array<typename Density::Chart::Point, static_cast<std::size_t>(Count)> states;
@@ -211,7 +214,7 @@ class LinearizedIteration {
   [[nodiscard]] UpdateResult<Density> run(const Rule& rule) {
     if (measurements_.size() == 0) return result_;
     const auto standard = rule.template standard<Scalar>();
-    // Conditioning the prior again and again takes its inverse.
+    // Conditioning the prior again needs the inverse of its root.
     const int max_iterations = origin_.invertible ? options_.max_iterations : 1;
     do {
       if (!iterate(standard)) return result_;
@@ -252,7 +255,8 @@ class LinearizedIteration {
     result_.log_likelihood = fit.model.constant;
     result_.nis = y.nis + Scalar(2) * fit.log_normalizer;
     result_.residual = std::sqrt(fit.residual);
-    // Steps are measured in the density that the iteration started from, once that is the posterior's size.
+    // A step is measured in standard deviations of the density that it started from. These are of the
+    // posterior's size after the first step.
     last_step_ = result_.steps > 1 ? y.mean.norm() : std::numeric_limits<Scalar>::infinity();
     result_.limit_hit = origin_.invertible && !(last_step_ <= options_.tolerance);
     return true;
@@ -308,12 +312,14 @@ void check_options(const LinearizedUpdateOptions<Scalar>& options) {
 
 /// The posterior of `prior` and independent measurements, a std::vector of NoisyMeasurement, say.
 ///
-/// h(pose, i) predicts the i-th, as a vector or a std::optional of one. A measurement that cannot be
-/// predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. With a
-/// singular covariance of the pose there is one iteration only. Throws on
-/// invalid options and covariances of the pose; a measurement that is not finite or whose R is not positive
-/// definite comes back as kNotFinite, none that can be predicted as kNoSupport, both with the prior. Vectors
-/// of any length are allowed (NoisyMeasurement<Scalar, Eigen::Dynamic>); R and h of another one throw.
+/// h(pose, i) predicts the i-th measurement, as a vector or a std::optional of one. A measurement that cannot
+/// be predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. If the
+/// covariance of the prior is singular, there is one iteration only. With
+/// NoisyMeasurement<Scalar, Eigen::Dynamic> the measurements may have different lengths.
+///
+/// Throws on invalid options, on an invalid covariance of the prior, and if R or the prediction differs in
+/// length from z. The status is kNotFinite if a measurement is not finite or its R not positive definite, and
+/// kNoSupport if no measurement can be predicted; the posterior then is the prior.
 template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model,
           class Rule = CubatureRule<Density::Chart::kDim>>
 [[nodiscard]] UpdateResult<Density> linearized_update(
@@ -330,14 +336,14 @@ template <ConcentratedDensity Density, IndexedMeasurements Measurements, class M
       .run(rule);
 }
 
-/// Not an update: names what is wrong with the prior.
+/// Not an update: chosen for a prior of the wrong type, to name the mistake in the error message.
 template <class Density, class... Rest>
 requires(!ConcentratedDensity<Density>) void linearized_update(const Density&, Rest&&...) {
   static_assert(ConcentratedDensity<Density>,
                 "linearized_update: the prior must be a PoseGaussian or a StateGaussian");
 }
 
-/// Not an update: names what is wrong with the measurements.
+/// Not an update: chosen for measurements of the wrong type, to name the mistake in the error message.
 template <ConcentratedDensity Density, class Measurements, class... Rest>
 requires(!IndexedMeasurements<Measurements>) void linearized_update(const Density&, const Measurements&,
                                                                     Rest&&...) {

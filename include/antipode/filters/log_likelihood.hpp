@@ -8,7 +8,7 @@
 #include <antipode/geometry/dual_quaternion.hpp>
 
 /// @file
-/// What a log-likelihood of poses has to be callable as.
+/// The call signatures of a log-likelihood of poses.
 namespace antipode {
 
 /// The log-likelihood of a fixed measurement, asked for one pose at a time: Scalar(pose).
@@ -24,8 +24,7 @@ concept PoseLogLikelihood = requires(L& log_likelihood, const DualQuaternion<Sca
 };
 
 /// The same for `Count` poses in one call, void(poses, values): 8 x Count columns [q; p] in, one value each
-/// out. Worth its while when work can be shared between the poses. An Eigen::Ref of dynamic size accepts
-/// every Count.
+/// out. Useful if the poses can share work. An Eigen::Ref of dynamic size accepts every Count.
 template <class L, class Scalar, int Count>
 concept BatchedPoseLogLikelihood = requires(L& log_likelihood, const Matrix<Scalar, 8, Count>& poses,
                                             Vector<Scalar, Count>& values) {
@@ -49,7 +48,8 @@ void evaluate_log_likelihood(L& log_likelihood, const Matrix<Scalar, 8, Count>& 
   }
 }
 
-/// A log-likelihood of the states of a concentrated density: Scalar(state), and of poses in either form.
+/// A log-likelihood of the states of a concentrated density: Scalar(state). If the states are poses, the form
+/// for `Count` poses is also accepted.
 template <class L, class Density, int Count>
 concept LogLikelihoodOver = requires(L& log_likelihood, const typename Density::Chart::Point& state) {
   { log_likelihood(state) } -> std::convertible_to<typename Density::Scalar>;

@@ -19,19 +19,20 @@ template <std::floating_point Scalar>
 struct MixtureFilterOptions {
   Transport transport = Transport::kLinearized;  ///< of the motion
   MixtureFusionOptions<Scalar> fusion = {};      ///< of belief and measurement
-  /// What is left of the belief after every prediction and update.
+  /// Reduction of the belief after every prediction and update.
   MixtureReductionOptions<Scalar> reduction = {.max_components = 10, .min_weight = Scalar(1e-6)};
 };
 
 /// What a prediction or an update of a MixtureFilter did.
 template <std::floating_point Scalar>
 struct MixtureFilterStep {
-  /// kNoSupport: no component of the measurement is near one of the belief, which stays as it was.
+  /// kNoSupport: the gate rejected every pair of a component of the belief and one of the measurement. The
+  /// belief stays as it was.
   UpdateStatus status = UpdateStatus::kConverged;
   Scalar log_evidence = 0;         ///< of an update: log of the integral of belief times measurement
-  Scalar rejected_weight = 0;      ///< of pairs that the plausibility gate has rejected
+  Scalar rejected_weight = 0;      ///< of the pairs that the plausibility gate rejected
   Scalar linearization_bound = 0;  ///< see Fusion
-  Scalar reduction_bound = 0;      ///< no probability changes by more through the reduction
+  Scalar reduction_bound = 0;      ///< the reduction changes no probability by more
 };
 
 /// Estimates a pose T_world_body, known by a mixture, from uncertain motions and measurements of it. Both may
@@ -51,7 +52,7 @@ class MixtureFilter {
   /// What is known of T_world_body.
   [[nodiscard]] const Belief& belief() const noexcept { return belief_; }
 
-  /// x <- x u with the motion u = T_before_now: a certain pose, a density or a mixture, independent of x.
+  /// x <- x u with the motion u = T_before_now: a known pose, a density or a mixture, independent of x.
   template <class Motion>
   Step predict(const Motion& T_before_now) {
     Step step;

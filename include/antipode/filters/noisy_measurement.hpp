@@ -20,12 +20,12 @@ namespace antipode {
 template <std::floating_point Scalar, int Dim>
 struct NoisyMeasurement {
   Vector<Scalar, Dim> z;  ///< what was measured
-  Matrix<Scalar, Dim> R;  ///< covariance of its noise, in the squares of its units
+  Matrix<Scalar, Dim> R;  ///< covariance of its noise, in squared units of z
 };
 
 namespace detail {
 
-/// Throws unless R has the size of z. Sizes known to the compiler are not in doubt.
+/// Throws unless R has the size of z, which can differ for dynamic sizes only.
 template <class Measurement>
 void require_matching_size(const Measurement& m) {
   if (m.R.rows() != m.z.rows() || m.R.cols() != m.z.rows()) [[unlikely]] {

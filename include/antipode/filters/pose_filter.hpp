@@ -57,8 +57,8 @@ struct ProgressiveReweighting {
   }
 };
 
-/// With the constants of DQV-SLAM: small steps, no coupling of orientation and translation, and a posterior
-/// that is taken whatever it leaves unexplained.
+/// ProgressiveReweighting with the constants of DQV-SLAM: small steps, no coupling of orientation and
+/// translation, and no limit of the residual.
 template <std::floating_point Scalar>
 struct PaperReweighting : ProgressiveReweighting<Scalar> {
   /// tau = 0.02, no coupling, no limit of the residual.
@@ -96,7 +96,7 @@ struct PosteriorLinearization {
   }
 };
 
-/// Conditions a concentrated density on measurements by a model that tells its Jacobians
+/// Conditions a concentrated density on measurements with a model that provides its Jacobians
 /// (gauss_newton_update.hpp).
 template <std::floating_point Scalar>
 struct GaussNewton {
@@ -170,13 +170,13 @@ class PoseFilter {
   using Square = Matrix<Scalar, Belief::Chart::kDim>;       ///< covariances and Jacobians
 
   /// Starts from a pose and its 6x6 covariance, in the filter's own chart: PoseFilter({pose, covariance}). A
-  /// BinghamGaussian has second moments of q of at least 1e-14. Throws unless the covariance is positive
-  /// semidefinite.
+  /// filter with a BinghamGaussian raises second moments of q to at least 1e-14. Throws unless the covariance
+  /// is positive semidefinite.
   explicit PoseFilter(const Belief& belief, Rule rule = {}, Update update = {})
       : density_(detail::converted_to<Density>(checked(belief))),
         rule_(std::move(rule)),
         update_(std::move(update)) {}
-  /// Starts from a pose density in another chart, by in_chart.
+  /// Starts from a pose density in another chart, which in_chart converts. Throws as above.
   template <class Chart>
   requires(std::same_as<State, Pose> && !std::same_as<PoseGaussian<Scalar, Chart>, Belief>)  //
       explicit PoseFilter(const PoseGaussian<Scalar, Chart>& belief, Rule rule = {}, Update update = {})
@@ -196,7 +196,7 @@ class PoseFilter {
   /// x <- x u v with the measured motion u = T_before_now and its noise v, {identity, covariance},
   /// independent of x. In closed form for a PoseGaussian, through the samples of the rule for a
   /// BinghamGaussian. Throws if the motion is not finite or the covariance of the noise not positive
-  /// semidefinite; the belief stays as it was.
+  /// semidefinite; the belief then stays as it was.
   void predict(const Pose& T_before_now,
                const PoseGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
@@ -219,8 +219,8 @@ class PoseFilter {
   }
 
   /// x <- f(x) with the Jacobian of f at the mean, f(retract(x, a)) = retract(f(x), jacobian a), and the
-  /// covariance of the noise, which is added to the vector about the result. Throws if the noise is not
-  /// positive semidefinite or the result not finite; the belief stays as it was.
+  /// covariance of the noise, which is added to that of the vector about f(x). Throws if the covariance of
+  /// the noise is not positive semidefinite or the result not finite; the belief then stays as it was.
   template <std::invocable<const State&> F>
   requires std::same_as<Density, Belief>
   void predict(F&& f, const std::type_identity_t<Square>& jacobian,
@@ -287,17 +287,16 @@ template <std::floating_point Scalar>
 using LinearizedPoseFilter =
     PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, PosteriorLinearization<Scalar>>;
 
-/// For measurements whose model tells its Jacobians.
+/// For measurements whose model provides its Jacobians.
 template <std::floating_point Scalar>
 using GaussNewtonPoseFilter = PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, GaussNewton<Scalar>>;
 
-/// For positions measured under a wide attitude (altimeter, GPS, ranges, bearings): rotation and position
-/// apart.
+/// For positions measured while the attitude is uncertain (altimeter, GPS, ranges, bearings): rotation and
+/// position apart.
 template <std::floating_point Scalar>
 using SplitPoseFilter =
     PoseFilter<SplitPoseGaussian<Scalar>, MysovskikhRule<6>, QuadraticProgression<Scalar>>;
-/// The same for curved posteriors, the spherical shell of a range say, with a covariance that holds the
-/// curvature.
+/// The same for curved posteriors, the spherical shell of a range say. The covariance includes the curvature.
 template <std::floating_point Scalar>
 using LinearizedSplitPoseFilter =
     PoseFilter<SplitPoseGaussian<Scalar>, MysovskikhRule<6>, PosteriorLinearization<Scalar>>;

@@ -24,20 +24,20 @@ struct UpdateResult {
   /// residuals up to 0.1, but 2 too low for a likelihood with heavy tails under a prior 20 times as wide
   /// (residual 0.3).
   Scalar log_evidence = 0;
-  Scalar log_likelihood = 0;  ///< best of the last samples; of updates with a linear model, at the last mean
-  /// Normalised innovation squared: (z - h)^T S^-1 (z - h) of a linear measurement, chi-square of as many
-  /// degrees of freedom as there are measured numbers; of any likelihood, the squared distance from the prior
-  /// minus twice the log-likelihood, at the state where that is least.
+  Scalar log_likelihood = 0;  ///< best of the last samples; for updates by linear models, at the last mean
+  /// Normalised innovation squared (NIS). For a linear measurement, (z - h)^T S^-1 (z - h): chi-square with
+  /// as many degrees of freedom as there are measured numbers. For any likelihood, the least value over the
+  /// states of: squared distance from the prior minus twice the log-likelihood.
   Scalar nis = 0;
-  /// What the update's model leaves unexplained over the posterior: of quadratic_update, the standard
-  /// deviation of the log-likelihood's remainder; of updates by linear models, the root of the sum of
-  /// tr(R^-1 Omega), the remainder of each measurement in standard deviations of its noise. Well below 1 if
+  /// What the update's model leaves unexplained over the posterior. For quadratic_update, the standard
+  /// deviation of the log-likelihood's remainder. For updates by linear models, the root of the sum of
+  /// tr(R^-1 Omega): the remainder of each measurement in standard deviations of its noise. Well below 1 if
   /// the posterior is Gaussian.
   Scalar residual = 0;
   bool limit_hit = false;  ///< the allowed number of steps or iterations was too small
 };
 
-/// Of a pose in the screw chart.
+/// The result for a pose in the screw chart.
 template <std::floating_point Scalar>
 using PoseUpdateResult = UpdateResult<PoseGaussian<Scalar>>;
 

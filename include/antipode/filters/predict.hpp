@@ -68,10 +68,10 @@ class PoseMoments {
 
 /// The density with the moments of x u v over all pairs of a sample of the state x and one of the noise v.
 ///
-/// The scatter matrix of the orientation is exact for any rule; so is E[t]. Cov(t) and the coupling are
-/// as good as the rule's fourth moments: take RichPoseRule or JointPoseRule for wide orientations. A long u
-/// makes translation and orientation correlated through R(q) t_u: the coupling holds that, and the paper,
-/// which has none, drops it (keep_coupling = false). Cost: the square of the rule's points.
+/// The scatter matrix of the orientation and E[t] are exact for any rule. Cov(t) and the coupling are as good
+/// as the rule's fourth moments: take RichPoseRule or JointPoseRule for wide orientations. A long u makes
+/// translation and orientation correlated through R(q) t_u. The coupling represents that; the paper, which
+/// has none, drops it (keep_coupling = false). Cost: the square of the rule's points.
 template <std::floating_point Scalar, PoseRule<BinghamGaussian<Scalar>> Rule>
 [[nodiscard]] BinghamGaussian<Scalar> predict(const BinghamGaussian<Scalar>& state,
                                               const DualQuaternion<Scalar>& motion,
@@ -111,7 +111,8 @@ template <std::floating_point Scalar>
   return compose(state, PoseGaussian<Scalar>{motion * noise.pose, noise.covariance});
 }
 
-/// The same in the split chart. The noise is still in the screw chart: in the axes of the moving frame.
+/// The first-order prediction in the split chart. The noise is still in the screw chart: in the axes of the
+/// moving frame.
 ///
 /// To first order in state and noise,
 ///
@@ -143,9 +144,9 @@ requires(Rule::kDim == 12)
                    [&](const Pose& x, const Pose& v) { return x * motion * v; });
 }
 
-/// The prediction of a state of any kind, a joint one say: x <- f(x), with noise of the given covariance
-/// added to the vector about the result. f maps a state to a state. Through the points of a rule, by default
-/// two for every dimension.
+/// The prediction of a state of any kind, a joint one say: x <- f(x). The covariance `noise` is added to that
+/// of the vector about the result. f maps a state to a state. Through the points of a rule, by default two
+/// for every dimension.
 template <ConcentratedDensity Density, class F, GaussianRule Rule = CubatureRule<Density::Chart::kDim>>
 requires std::invocable<F&, const typename Density::Chart::Point&>
 [[nodiscard]] Density predict(const Density& state, F&& f,
@@ -156,7 +157,8 @@ requires std::invocable<F&, const typename Density::Chart::Point&>
   return moved;
 }
 
-/// The same to first order, with the Jacobian F of f at the mean: f(retract(x, a)) = retract(f(x), F a).
+/// The first-order prediction x <- f(x), with the Jacobian F of f at the mean: f(retract(x, a)) =
+/// retract(f(x), F a).
 template <ConcentratedDensity Density, class F>
 requires std::invocable<F&, const typename Density::Chart::Point&>
 [[nodiscard]] Density predict_closed_form(

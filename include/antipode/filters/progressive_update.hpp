@@ -30,24 +30,24 @@
 /// domain).
 ///
 /// The likelihood is applied in powers that add up to one. Each step samples the current density, reweights
-/// the samples and matches a density to them; it is as long as no two weights change by more than 1 : tau.
-/// With shrinking steps this follows the moments of the true posterior, provided that the rule has the right
-/// FOURTH moments and the density its coupling: RichPoseRule or JointPoseRule, keep_coupling. The paper's
-/// setting (PaperPoseRule, no coupling) is there for comparison; it is overconfident. The posterior has one
-/// mode, like the density: for likelihoods with several, whose residual this update reports, take
-/// a bank of filters (mixture_filter.hpp). Corrections to the paper: docs/papers.md.
+/// the samples and matches a density to them. It is as long as possible without any two weights changing by
+/// more than 1 : tau relative to each other. With shrinking steps this follows the moments of the true
+/// posterior, provided that the rule has the right FOURTH moments and the density its coupling: RichPoseRule
+/// or JointPoseRule, keep_coupling. The paper's setting (PaperPoseRule, no coupling) is there for comparison;
+/// it is overconfident. The density has one mode. A likelihood with several leaves a large residual, which is
+/// reported; use a bank of filters then (mixture_filter.hpp). Corrections to the paper: docs/papers.md.
 namespace antipode {
 
 /// How long the steps are, and which results are reported as not to be trusted.
 template <std::floating_point Scalar>
 struct ProgressiveOptions {
-  /// Smallest ratio of two samples' likelihoods within a step, inside (0, 1). Nearer to one: more steps, more
-  /// accurate; 0.8 for weak priors.
+  /// Smallest ratio of two samples' likelihoods within a step, inside (0, 1). Values nearer to one take more
+  /// steps and are more accurate; 0.8 for weak priors.
   Scalar tau = Scalar(0.5);
-  /// Limit of the steps, which overrides tau: once half of them are used, the others divide the rest evenly.
+  /// Most steps; overrides tau. Once half of them are used, the others divide the rest evenly.
   int max_steps = 1000;
-  /// Smallest step, which overrides tau; in [0, 1]. A floor of 1/1000 takes effect at once where a precise
-  /// measurement meets a weak prior, and costs accuracy.
+  /// Smallest step, in [0, 1]; overrides tau. If a precise measurement meets a weak prior, a value of 1/1000
+  /// already takes effect and costs accuracy.
   Scalar min_step = Scalar(0);
   /// Whether the posterior may correlate orientation and translation; the paper's may not.
   bool keep_coupling = true;
@@ -55,8 +55,8 @@ struct ProgressiveOptions {
   Scalar min_eigenvalue = std::max(Scalar(1e-10), std::numeric_limits<Scalar>::epsilon());
   /// How often to start again with tau <- sqrt(tau) when the steps prove too long for the samples.
   int max_restarts = 3;
-  /// A posterior with a larger residual is reported as kNotGaussian: with two modes, say, which the samples
-  /// of a rule cannot follow, whatever tau is.
+  /// A posterior with a larger residual is reported as kNotGaussian. One with two modes, say, has a large
+  /// residual for every tau, because the samples of a rule cannot follow both.
   Scalar max_final_residual = Scalar(0.6);
   /// Below this log-likelihood of the best sample the result is reported as diverged. For m Gaussian
   /// residuals whose constants are left out: minus half a quantile of chi^2(m).
@@ -71,17 +71,17 @@ struct ProgressiveResult {
   int steps = 0;                                   ///< of the last start
   int restarts = 0;                                ///< with a larger tau
   long evaluations = 0;                            ///< one for each pose; restarts included
-  /// Of the rule's points, the smallest over the steps; at least 4 tau/(1 + tau)^2 of them unless
-  /// step_floor_hit.
+  /// Smallest effective sample size of a step, in points of the rule. At least 4 tau/(1 + tau)^2 times their
+  /// number unless step_floor_hit.
   Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
   Scalar log_likelihood = 0;  ///< the best of the samples of the last step
   /// Normalised innovation squared, as in UpdateResult, from the samples of the last step and so to a few
-  /// percent; 0, not assessed, for a prior that is certain of a direction.
+  /// percent. 0, not assessed, if the prior's conditional covariance of the translation is singular.
   Scalar nis = 0;
-  /// Standard deviation over the posterior of the log of prior times likelihood over posterior: what the
-  /// density leaves unexplained. Well below 1 if the density is the posterior; 0, not assessed, for a prior
-  /// that is certain of a direction or an infinite max_final_residual.
+  /// Standard deviation over the posterior of log(prior likelihood / posterior): what the density leaves
+  /// unexplained. Well below 1 if the density is the posterior. 0, not assessed, if the prior's conditional
+  /// covariance of the translation is singular or max_final_residual is infinite.
   Scalar residual = 0;
   bool step_floor_hit = false;    ///< max_steps or min_step forced a step longer than tau allows
   bool moment_floor_hit = false;  ///< the orientation is as concentrated as min_eigenvalue allows
@@ -119,7 +119,7 @@ template <class Scalar>
   return density.orientation().second_moments()[0] <= Scalar(1 + 1e-5) * min_eigenvalue;
 }
 
-/// Whether the samples were too few for the step: the orientation is at its floor for the second time, or one
+/// Whether the step was too long for the samples: the orientation is at its floor for the second time, or one
 /// of its moments shrank a thousandfold at once.
 template <class Scalar>
 [[nodiscard]] bool degenerates(const BinghamGaussian<Scalar>& before, const BinghamGaussian<Scalar>& after,
@@ -154,8 +154,8 @@ struct ProgressionAttempt {
   bool may_give_up;
 };
 
-/// One run through Alg. 2 from the prior, the density in `result`; returns false if it gave up because the
-/// steps are too long.
+/// One run through Alg. 2 from the prior, which `result` holds as its posterior. Returns false if it gave up
+/// because the steps are too long.
 template <class Scalar, class L, class Rule>
 [[nodiscard]] bool progress(L& log_likelihood, const Rule& rule, const ProgressionAttempt<Scalar>& attempt,
                             const ProgressiveOptions<Scalar>& options, ProgressiveResult<Scalar>& result) {
@@ -176,7 +176,7 @@ template <class Scalar, class L, class Rule>
     const ProgressionStep<Scalar> step = progression_step(remaining, reweighting_step(range, attempt.tau),
                                                           options.min_step, result.steps, options.max_steps);
     const Reweighting<Scalar> change = reweight(step.size, values, samples.weights);
-    if (!samples.weights.allFinite()) {  // log-likelihoods further apart than a Scalar can say
+    if (!samples.weights.allFinite()) {  // the range of the log-likelihoods overflows
       result.status = UpdateStatus::kNotFinite;
       return true;
     }
@@ -202,7 +202,7 @@ template <class Scalar, class L, class Rule>
 }
 
 /// The standard deviation of log(prior likelihood / posterior) over the samples of the posterior; zero if the
-/// prior is certain of a direction and has no density.
+/// prior's conditional covariance is singular, so that it has no density.
 template <class Scalar, class L, class Rule>
 [[nodiscard]] Scalar unexplained(const BinghamGaussian<Scalar>& prior, L& log_likelihood, const Rule& rule,
                                  const BinghamGaussian<Scalar>& posterior) {
@@ -225,8 +225,8 @@ template <class Scalar, class L, class Rule>
   return std::isfinite(variance) ? sqrt(variance) : std::numeric_limits<Scalar>::infinity();
 }
 
-/// Whether prior times likelihood has a second mode: see ModeSearch. False if the prior is certain of a
-/// direction.
+/// Whether prior times likelihood has a second mode: see ModeSearch. False if the covariance of the prior is
+/// singular.
 template <class Scalar, class L, class Rule>
 [[nodiscard]] bool is_ambiguous(const BinghamGaussian<Scalar>& prior, L& log_likelihood, const Rule&,
                                 ProgressiveResult<Scalar>& result) {
@@ -289,7 +289,7 @@ template <std::floating_point Scalar, class L, PoseRule<BinghamGaussian<Scalar>>
   }
 }
 
-/// Not an update: names what is wrong with the prior.
+/// Not an update: chosen for a prior of the wrong type, to name the mistake in the error message.
 template <ConcentratedDensity Density, class... Rest>
 void progressive_update(const Density&, Rest&&...) {
   static_assert(!ConcentratedDensity<Density>,
@@ -299,7 +299,8 @@ void progressive_update(const Density&, Rest&&...) {
 /// How progressive_update_subsets divides the measurements, and what it forgets between the subsets.
 template <std::floating_point Scalar>
 struct SubsetOptions {
-  /// Of the update by each subset; min_log_likelihood applies to all of them together.
+  /// Options of each update. min_log_likelihood applies to all subsets together; max_final_residual is not
+  /// used.
   ProgressiveOptions<Scalar> progressive = {};
   /// Most measurements that are applied together.
   int max_size = 30;
@@ -342,12 +343,13 @@ template <class Scalar>
 
 }  // namespace detail
 
-/// The posterior after `count` independent measurements, applied in subsets of at most max_size, as even as
-/// possible (DQV-SLAM sec. IV-D). likelihood_of(begin, end) returns the log-likelihood of the measurements
-/// begin..end-1.
+/// The posterior after `count` independent measurements, applied in subsets of at most max_size, of sizes as
+/// equal as possible (DQV-SLAM sec. IV-D). likelihood_of(begin, end) returns the log-likelihood of the
+/// measurements begin..end-1.
 ///
-/// The numbers in the result are totals or worst cases over the subsets; the residual is not assessed. Ranges
-/// of log-likelihoods add up, so that subsets save no steps; they reproduce the paper.
+/// The numbers in the result are totals or worst cases over the subsets; the residual is not assessed.
+/// Subsets are for comparison with the paper. They save no steps, because ranges of log-likelihoods add up.
+/// Throws on invalid options or a negative count.
 template <std::floating_point Scalar, class LikelihoodOf, PoseRule<BinghamGaussian<Scalar>> Rule>
 requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Rule::kCount>
 [[nodiscard]] ProgressiveResult<Scalar> progressive_update_subsets(

@@ -25,31 +25,33 @@
 /// Bayes update of a concentrated pose density by any likelihood, through quadratic models of the
 /// log-likelihood.
 ///
-/// Reweighting samples (progressive_update.hpp) is an explicit Euler step and needs many of them. From the
-/// same samples one can fit l(y) = c + g.y - y^T H y/2 in whitened coordinates y, x = mean exp(L y), by the
-/// Hermite coefficients
+/// Reweighting samples (progressive_update.hpp) is an explicit Euler integration and needs many steps. From
+/// the same samples one can fit l(y) = c + g.y - y^T H y/2 in whitened coordinates y, x = mean exp(L y), by
+/// the Hermite coefficients
 ///
 ///     g = E[y l],   -H = E[(y y^T - I) l],
 ///
-/// and condition the prior on the model raised to a power. The power grows to one as fast as the model holds,
-/// measured by rho, the standard deviation of what it leaves unexplained over the density it was fitted to;
-/// how informative the measurement is does not matter. Where the log-likelihood turns out to be far below
-/// what the model promised, the step is taken back and repeated a part of the way. Every fit conditions the
-/// original prior, so that what the first, wide fits got wrong does not add up. The last fit is to the
-/// posterior itself: a fixed point, as in variational inference. A linear model with Gaussian noise takes one
-/// fit and is the Kalman update.
+/// and condition the prior on the model raised to a power. The power grows to one as fast as the model holds.
+/// The measure is rho, the standard deviation of what the model leaves unexplained over the density it was
+/// fitted to; how informative the measurement is does not matter. If the log-likelihood after a step is far
+/// below what the model predicted, the step is taken back and repeated with a part of its length. Every fit
+/// conditions the original prior, so that the errors of the first, wide fits do not add up. The last fit is
+/// to the posterior itself: a fixed point, as in variational inference. A linear model with Gaussian noise
+/// takes one fit, which is the Kalman update.
 ///
-/// No derivatives are needed, and the likelihood may be robust or otherwise non-Gaussian as long as the
-/// posterior has one mode that the prior reaches: a capped likelihood that is constant over most of the
-/// prior leaves no slope to follow. Where the log-likelihood is not quadratic over the prior, a second mode
-/// is looked for along the axes of the posterior and reported as kNotGaussian; one that lies on none of them
-/// stays unnoticed. Where several modes are possible, start one update in each (mixture_filter.hpp).
+/// No derivatives are needed. The likelihood may be robust or otherwise non-Gaussian as long as the posterior
+/// has one mode that the prior reaches: a capped likelihood that is constant over most of the prior leaves no
+/// slope to follow. If the log-likelihood is not quadratic over the prior, the update searches for a second
+/// mode along the directions in which the measurement narrowed the prior, and reports it as kNotGaussian. A
+/// mode elsewhere stays unnoticed. If several modes are possible, start one update in each
+/// (mixture_filter.hpp).
 namespace antipode {
 
 /// How large the steps are, when they end, and which results are reported as not to be trusted.
 template <std::floating_point Scalar>
 struct QuadraticUpdateOptions {
-  /// What may remain unexplained of the log-likelihood raised to its power, as a standard deviation.
+  /// Largest residual of the log-likelihood raised to its power: the standard deviation of what the model
+  /// leaves unexplained.
   Scalar max_residual = Scalar(1);
   /// The posterior is settled when a fit moves it by less, in standard deviations.
   Scalar tolerance = Scalar(0.2);
@@ -57,11 +59,11 @@ struct QuadraticUpdateOptions {
   /// that have not settled by then are kDiverged.
   int max_steps = 50;
   /// A posterior with a larger residual is reported as kNotGaussian. In trials with single measurements of
-  /// position and direction under wide priors (docs/results/consistency.md) no more than one NEES in 300 was
-  /// above 30 below this.
+  /// position and direction under wide priors (docs/results/consistency.md), at most one in 300 posteriors
+  /// with a smaller residual had a NEES above 30.
   Scalar max_final_residual = Scalar(0.4);
-  /// Whether to look for a second mode where the log-likelihood is not quadratic over the prior, or over a
-  /// density on the way to the posterior. One fit more.
+  /// Whether to look for a second mode if the log-likelihood is not quadratic over the prior, or over a
+  /// density on the way to the posterior. Costs one more fit, or a few.
   bool check_modes = true;
   /// Below this log-likelihood at the posterior's samples (the best of them) the result is reported as
   /// diverged.
@@ -124,8 +126,9 @@ class QuadraticIteration {
   static constexpr int kMostRepeats = 2;           // of fits without growth, before steps are halved
   static constexpr int kMostRetries = 12;          // of one step, each half as far
 
-  /// The status of a posterior, by the residual over it. The last fit was to a density a little larger and is
-  /// enough if that leaves little unexplained; if it was narrower, nothing but a fit to the posterior is.
+  /// Sets the status of a posterior by the residual over it. The last fit was to a slightly wider density,
+  /// and suffices if its residual is small. Otherwise, or if that fit was narrower, the posterior needs a fit
+  /// of its own.
   void judge() {
     if (!fit_of_posterior_ || !(result_.residual <= options_.max_final_residual)) {
       const Fit fit = fit_quadratic(density_, Scalar(1), log_likelihood_, standard_);
@@ -174,9 +177,9 @@ class QuadraticIteration {
     return move(settled);
   }
 
-  /// Whether the log-likelihood is anything but quadratic over the density.
+  /// Whether the log-likelihood is not quadratic over the density.
   [[nodiscard]] bool is_bent(const Fit& fit) const {
-    constexpr Scalar kBent = Scalar(0.005);  // share of the explained that remains unexplained
+    constexpr Scalar kBent = Scalar(0.005);  // residual as a share of the explained
     return !fit.range.supported() ||
            !(fit.residual <= std::max(options_.max_final_residual, kBent * fit.explained));
   }
@@ -188,7 +191,7 @@ class QuadraticIteration {
            power_ * last_.shortfall(fit, spread_) > kMaxShortfall * options_.max_residual;
   }
 
-  /// Returns to where the last step started; the next one goes half as far.
+  /// Returns to the start of the last step; the next one goes half as far.
   [[nodiscard]] Fit take_back_last_step() {
     ++retries_;
     density_ = last_.density;
@@ -198,7 +201,7 @@ class QuadraticIteration {
   }
 
   [[nodiscard]] bool needs_narrower_fit(const Fit& fit) const {
-    constexpr Scalar kPoorFit = Scalar(0.7);  // of what it should explain remains unexplained
+    constexpr Scalar kPoorFit = Scalar(0.7);  // residual as a share of the explained
     const bool poor = !fit.range.supported() || fit.residual > kPoorFit * fit.explained;
     return poor && fit.residual > options_.max_residual && spread_ > kMinSpread;
   }
@@ -243,7 +246,7 @@ class QuadraticIteration {
            (exact || is_settled(last_.y, options_.tolerance) || !origin_.invertible);
   }
 
-  /// Half steps end the oscillation that whole ones may fall into.
+  /// Halves the step where whole steps may oscillate or went too far.
   void halve_step() {
     const int halvings = retries_ > 0 ? retries_ : repeats_ > kMostRepeats ? 1 : 0;
     if (halvings == 0 || !origin_.invertible) return;
@@ -254,7 +257,7 @@ class QuadraticIteration {
 
   [[nodiscard]] IterationState move(bool settled) {
     const auto moved = density_.moved(last_.y);
-    if (!moved) {  // a model that leads nowhere is a poor one
+    if (!moved) {  // a model that leads out of the chart is a poor one
       return spread_ > kMinSpread ? refit_narrower() : fail(UpdateStatus::kDiverged);
     }
     density_ = *moved;
@@ -303,8 +306,8 @@ class QuadraticIteration {
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
 /// void(8 x Count poses, values) (see log_likelihood.hpp). The rule must be exact to degree 5. Throws on
-/// invalid options and covariances; numerical failures are reported in the status. With a singular covariance
-/// the powers are applied one after another and there is no fixed point.
+/// invalid options and covariances; numerical failures are reported in the status. If the covariance of the
+/// prior is singular, the powers are applied one after another, and there is no fixed point.
 template <ConcentratedDensity Density, class L, class Rule = MysovskikhRule<Density::Chart::kDim>>
 [[nodiscard]] UpdateResult<Density> quadratic_update(
     const Density& prior, L&& log_likelihood,
@@ -322,7 +325,7 @@ template <ConcentratedDensity Density, class L, class Rule = MysovskikhRule<Dens
       .run();
 }
 
-/// Not an update: names what is wrong with the prior.
+/// Not an update: chosen for a prior of the wrong type, to name the mistake in the error message.
 template <class Density, class... Rest>
 requires(!ConcentratedDensity<Density>) void quadratic_update(const Density&, Rest&&...) {
   static_assert(ConcentratedDensity<Density>,

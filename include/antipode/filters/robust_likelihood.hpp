@@ -16,20 +16,20 @@
 #include <antipode/filters/noisy_measurement.hpp>
 
 /// @file
-/// Likelihoods of measurements some of which are wrong: wrong matches, moving objects, multipath.
+/// Likelihoods for measurements with outliers: wrong matches, moving objects, multipath.
 ///
-/// A robust likelihood is a density of the noise with heavier tails than the Gaussian, by its logarithm as a
-/// function of the squared Mahalanobis distance of a measurement. Unlike weights (M-estimators, iterated
-/// least squares) it is part of the model: the update that evaluates it, quadratic_update or
-/// progressive_update, finds its posterior, with the covariance of that posterior.
+/// A robust likelihood is a density of the noise with heavier tails than the Gaussian, given by its logarithm
+/// as a function of the squared Mahalanobis distance of a measurement. Unlike weights (M-estimators, iterated
+/// least squares) it is part of the model: quadratic_update and progressive_update find the posterior under
+/// this likelihood, with its covariance.
 namespace antipode {
 
-/// The multivariate t distribution with the scale matrix R, without constants: -(dof + Dim)/2 log(1 +
-/// d^2/dof).
+/// The multivariate t distribution with the scale matrix R, without constants:
+/// -(dof + Dim)/2 log(1 + d^2/dof).
 ///
 /// The default choice: it needs no share of outliers, and its gradient points towards the mode from any
-/// distance. In exchange good measurements count as somewhat less than they are (3 to 9 % larger errors). dof
-/// = 1 is the Cauchy distribution; above 30 it is as good as Gaussian.
+/// distance. In return, good measurements count a little less than they should (3 to 9 % larger errors). A
+/// dof of 1 is the Cauchy distribution; above 30 it is nearly Gaussian.
 template <std::floating_point Scalar>
 struct StudentT {
   Scalar dof = Scalar(4);  ///< degrees of freedom
@@ -49,12 +49,12 @@ struct StudentT {
 ///
 ///     log((1 - share) exp(-d^2/2) + share scale^-Dim t(d/scale)) - log(1 - share)
 ///
-/// with t the density of the Cauchy distribution over the peak of the Gaussian: outliers scatter about the
-/// prediction too, `outlier_scale` times as far. This is the contamination of Tukey (1960) and Huber (1964),
-/// exactly: good measurements count fully, outliers not at all, and the update is as good as one that knows
-/// which are which. Its posterior has more than one mode where measurements are few, and an update from a
-/// wide prior may not settle on one: it reports that. A larger scale makes outliers count less and the modes
-/// harder to find.
+/// with t the density of the Cauchy distribution divided by the peak of the Gaussian: outliers scatter about
+/// the prediction too, `outlier_scale` times as far. This is the contamination model of Tukey (1960) and
+/// Huber (1964). Good measurements count fully and outliers hardly at all, so that the update is about as
+/// good as one that knows the outliers. If measurements are few, the posterior has more than one mode, and an
+/// update from a wide prior may not settle on one; the status reports this. A larger scale makes outliers
+/// count less and the modes harder to find.
 template <std::floating_point Scalar>
 struct Contamination {
   Scalar outlier_share = Scalar(0.2);  ///< of all measurements, inside (0, 1)
@@ -92,17 +92,17 @@ struct Contamination {
   }
 };
 
-/// A robust kind of noise: log_density(d^2, dim) <= log_density(0, dim), finite, and check(), which throws on
-/// parameters that make no sense.
+/// A robust kind of noise. log_density(d^2, dim) is finite and at most log_density(0, dim); check() throws on
+/// invalid parameters.
 template <class Noise, class Scalar>
 concept RobustNoise = requires(const Noise& noise, Scalar squared_distance) {
   { noise.log_density(squared_distance, 3) } -> std::same_as<Scalar>;
   noise.check();
 };
 
-/// Independent measurements z_i = h(x, i) + v_i with the scale matrices R_i and noise of the given kind, with
-/// their model h(pose, i), which returns a vector or a std::optional of one: GaussianMeasurements for data
-/// with outliers.
+/// Independent measurements z_i = h(x, i) + v_i with the scale matrices R_i, noise of the given kind, and
+/// their model h(pose, i), which returns a vector or a std::optional of one. The counterpart of
+/// GaussianMeasurements for data with outliers.
 ///
 /// It is a log-likelihood, for quadratic_update, progressive_update and the filters that use them. A
 /// measurement that cannot be predicted, a landmark behind the camera say, counts as an outlier at
@@ -150,7 +150,7 @@ class RobustMeasurements {
 
  private:
   std::vector<Measurement> measurements_;
-  std::vector<Matrix<Scalar, Dim>> roots_;  ///< of R
+  std::vector<Matrix<Scalar, Dim>> roots_;  ///< Cholesky factors of the R_i
   Model h_;
   Noise noise_;
   Scalar unpredictable_;  ///< squared distance

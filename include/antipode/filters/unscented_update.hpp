@@ -18,12 +18,12 @@
 #include <antipode/weighted_samples.hpp>
 
 /// @file
-/// Unscented filtering of a vector x, a landmark say, that is measured from a pose: z = h(pose, x) + v, v ~
-/// N(0, R).
+/// Unscented filtering of a vector x, a landmark say, that is measured from a pose: z = h(pose, x) + v,
+/// v ~ N(0, R).
 ///
-/// The pose is either known, a DualQuaternion, or a density, given by samples of it (sample(rule, density)):
-/// all pairs of a pose and a sigma point of x count. A model that cannot measure at some pair, the landmark
-/// is behind the camera, returns an empty optional there.
+/// The pose is either known, a DualQuaternion, or a density, given by samples of it (sample(rule, density));
+/// then all pairs of a pose and a sigma point of x are used. A model that cannot measure for some pair (the
+/// landmark is behind the camera) returns an empty optional.
 namespace antipode {
 
 /// h(pose, x): a vector of fixed size, or a std::optional of it.
@@ -47,11 +47,11 @@ struct PredictedMeasurement {
   Matrix<Scalar, Measured> covariance;  ///< of h; that of the noise is to be added
 };
 
-/// The unscented transform of x through h (DQV-SLAM Alg. 3 for a known pose); nothing if h cannot measure
-/// somewhere.
+/// The unscented transform of x through h (DQV-SLAM Alg. 3 for a known pose); nothing if h cannot measure for
+/// some pair.
 ///
-/// The covariance plus R is what a gate needs, and there the pose's samples belong: that of a known pose, as
-/// in the paper, is right inside a likelihood of the pose but too small for a gate.
+/// A gate needs samples of the pose's density, and R added to the covariance. The covariance for a known
+/// pose, as in the paper, is right inside a likelihood of the pose but too small for a gate.
 template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
           MeasurementModel<Scalar, Dim> Model>
 [[nodiscard]] auto project_gaussian(const Gaussian<Scalar, Dim>& x, const Poses& poses, const Model& h,
@@ -65,25 +65,26 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
 
 /// The sigma points of unscented_update, and how often they are used.
 struct UnscentedUpdateOptions {
-  /// Of UnscentedRule. For a vector of three, 0 gives each coordinate's fourth moment of a Gaussian, 3.
+  /// Of UnscentedRule. For a vector of three, 0 gives each coordinate the fourth moment of a Gaussian, 3.
   double kappa = 0.0;
-  /// 1 is Alg. 4. More repeat the regression over the posterior (iterated posterior linearisation): for a
-  /// prior that is wide compared to the curvature of h, 2 or 3 suffice.
+  /// Number of regressions. 1 is Alg. 4; more repeat the regression over the posterior (iterated posterior
+  /// linearisation). For a prior that is wide compared to the curvature of h, 2 or 3 suffice.
   int iterations = 2;
 };
 
 /// Whether unscented_update could use the measurement.
 enum class UnscentedUpdateStatus {
   kUpdated,        ///< the posterior is the updated density
-  kNotObservable,  ///< h cannot measure at some sigma point of the prior, or what it says there is no
-                   ///< number or too large to compute with. The posterior is the prior
+  kNotObservable,  ///< h cannot measure at some sigma point of the prior, or its value there is not
+                   ///< finite or too large to compute with. The posterior is the prior
 };
 
-/// All but the posterior refers to the prior: what gating and the log of a filter need.
+/// The result of unscented_update. All but the posterior refers to the prior, for gating and for the log of a
+/// filter.
 template <std::floating_point Scalar, int Dim, int Measured>
 struct UnscentedUpdateResult {
-  Gaussian<Scalar, Dim> posterior;  ///< the prior, if that could not be updated
-  UnscentedUpdateStatus status = UnscentedUpdateStatus::kNotObservable;  ///< whether it could
+  Gaussian<Scalar, Dim> posterior;  ///< the prior, if the measurement could not be used
+  UnscentedUpdateStatus status = UnscentedUpdateStatus::kNotObservable;  ///< whether it was used
   int iterations = 0;  ///< done; fewer than asked for if h could not measure around an intermediate result
   Vector<Scalar, Measured> innovation = Vector<Scalar, Measured>::Zero();                  ///< z - E[z]
   Matrix<Scalar, Measured> innovation_covariance = Matrix<Scalar, Measured>::Zero();       ///< S = Cov(z)
@@ -106,7 +107,8 @@ template <std::floating_point Scalar, int Measured>
   return R;
 }
 
-/// L Q L^T of a positive semidefinite Q. Where rounding leaves that without one, it is computed as a square.
+/// L Q L^T of a positive semidefinite Q. If rounding errors leave this without a Cholesky factor, it is
+/// computed as a square.
 template <class Scalar, int Dim>
 [[nodiscard]] Matrix<Scalar, Dim> transformed_covariance(const Matrix<Scalar, Dim>& L,
                                                          const Matrix<Scalar, Dim>& Q) {
@@ -169,7 +171,7 @@ template <std::floating_point Scalar, int Dim, PoseOrSamples<Scalar> Poses,
     const Matrix<Scalar, Measured> disturbance = R + model->residual;
     const Matrix<Scalar, Measured> S = A * A.transpose() + disturbance;
     const auto C = detail::cholesky_factor(S), D = detail::cholesky_factor(disturbance);
-    // Where the residual is so large that rounding leaves its sum with R indefinite, Q+ would be no
+    // If the residual is so large that rounding errors make its sum with R indefinite, Q+ would be no
     // covariance.
     if (!C || !D) break;
     const Matrix<Scalar, Measured> C_inverse =

@@ -14,17 +14,17 @@
 #include <antipode/geometry/quaternion.hpp>
 
 /// @file
-/// Charts: the points of a manifold as vectors about one of them. A Gaussian density on a manifold is one in
-/// a chart about its mean, and the chart decides what is a straight line: which densities can be represented
-/// well, and which measurements are linear.
+/// Charts: vectors that describe the points of a manifold relative to one of them. A Gaussian density on a
+/// manifold is a Gaussian of these vectors about the mean. The chart decides which densities can be
+/// represented well, and which measurements are linear.
 ///
 ///     ScrewChart      pose   x exp(phi, rho)         follows a moving body: odometry, landmarks in its frame
-///     SplitChart      pose   R exp(phi), t + d       position and attitude apart: altimeter, GPS, beacons
+///     SplitChart      pose   R exp(phi), t + d       rotation and position apart: altimeter, GPS, beacons
 ///     VectorChart     R^N    v + d
 ///     ProductChart    tuple  each part by its own    joint states: a pose with velocity, biases, time offset
 namespace antipode {
 
-/// Vectors of fixed length about the points of a manifold.
+/// A map between the points of a manifold and vectors of fixed length about one of them.
 ///
 /// Laws, for points x, y and vectors a, small b:
 /// - retract(x, 0) = x;
@@ -46,8 +46,8 @@ concept Chart = requires(const typename C::Point& x, const Vector<typename C::Sc
   C::require_finite(x);
 };
 
-/// Poses by the screw motion from the mean: x exp(xi), xi = (phi, rho), all in the axes of the body. With a
-/// spread of phi, straight lines of rho are arcs.
+/// Poses by the screw motion from x: x exp(xi), xi = (phi, rho) [rad, m], both in the axes of the body. A
+/// Gaussian of xi with a wide phi has a position density that is bent into an arc.
 template <std::floating_point Scalar_>
 struct ScrewChart {
   using Scalar = Scalar_;                ///< of the vectors
@@ -64,7 +64,7 @@ struct ScrewChart {
   [[nodiscard]] static Matrix6<Scalar> jacobian(const Vector6<Scalar>& xi) noexcept {
     return se3_right_jacobian(xi);
   }
-  /// Its inverse, se3_right_jacobian_inverse(xi).
+  /// The inverse of jacobian(xi), se3_right_jacobian_inverse(xi).
   [[nodiscard]] static Matrix6<Scalar> jacobian_inverse(const Vector6<Scalar>& xi) noexcept {
     return se3_right_jacobian_inverse(xi);
   }
@@ -78,9 +78,10 @@ struct ScrewChart {
   static void require_finite(const Point& x) { detail::require_finite("pose is not finite", x.coeffs()); }
 };
 
-/// Poses by rotation and position apart, SO(3) x R^3: xi = (phi, d) turns the rotation to R exp(phi), phi in
-/// the axes of the body, and moves the position to t + d, d in the axes of the PARENT. Where a position is
-/// known to metres and an attitude to degrees, a measurement of the position is linear in this chart only.
+/// Poses by rotation and position apart, SO(3) x R^3: xi = (phi, d) [rad, m] turns the rotation to
+/// R exp(phi), phi in the axes of the body, and moves the position to t + d, d in the axes of the PARENT. If
+/// the attitude is known to degrees and the position to metres, a measured position is linear in this chart
+/// and curved in ScrewChart.
 template <std::floating_point Scalar_>
 struct SplitChart {
   using Scalar = Scalar_;                ///< of the vectors
@@ -109,7 +110,7 @@ struct SplitChart {
     J.template topLeftCorner<3, 3>() = so3_right_jacobian(xi.template head<3>());
     return J;
   }
-  /// Its inverse.
+  /// The inverse of jacobian(xi).
   [[nodiscard]] static Matrix6<Scalar> jacobian_inverse(const Vector6<Scalar>& xi) noexcept {
     Matrix6<Scalar> J = Matrix6<Scalar>::Identity();
     J.template topLeftCorner<3, 3>() = so3_right_jacobian_inverse(xi.template head<3>());
@@ -150,11 +151,11 @@ struct VectorChart {
   }
 };
 
-/// Tuples of points, each in its own chart; the vectors one below the other.
+/// Tuples of points, each in its own chart. The vectors of the parts are stacked in the same order.
 template <Chart... Charts>
 struct ProductChart {
-  using Scalar = typename std::tuple_element_t<0, std::tuple<Charts...>>::Scalar;  ///< of the vectors: that
-                                                                                   ///< of the first chart
+  using Scalar = typename std::tuple_element_t<0, std::tuple<Charts...>>::Scalar;  ///< that of the
+                                                                                   ///< first chart
   using Point = std::tuple<typename Charts::Point...>;  ///< the points of all charts
   static constexpr int kDim = (Charts::kDim + ...);     ///< length of all vectors together
   using Tangent = Vector<Scalar, kDim>;                 ///< a vector about a point
@@ -187,7 +188,7 @@ struct ProductChart {
   [[nodiscard]] static Square jacobian(const Tangent& a) {
     return block_diagonal(a, []<class C>(const auto& part) { return C::jacobian(part); });
   }
-  /// Its inverse, block by block.
+  /// The inverse of jacobian(a), block by block.
   [[nodiscard]] static Square jacobian_inverse(const Tangent& a) {
     return block_diagonal(a, []<class C>(const auto& part) { return C::jacobian_inverse(part); });
   }

@@ -20,18 +20,20 @@ namespace antipode {
 
 /// A pose (rigid motion) of SE(3) as a unit dual quaternion q + eps p with p = 1/2 (0, t) q.
 ///
-/// Memory: eight scalars [q; p]; q = (w, x, y, z) is the rotation, t the translation in the parent frame, so
-/// that T_a_b * p_b = R(q) p_b + t = p_a. `Coefficients` is the storage: Vector8<Scalar> owns the numbers, an
-/// Eigen::Map views those of someone else (a Ceres parameter block, say), and assigning to it writes there.
+/// Memory: eight scalars [q; p]; q = (w, x, y, z) is the rotation, t [m] the translation in the parent frame,
+/// so that T_a_b * p_b = R(q) p_b + t = p_a. `Coefficients` is the storage: Vector8<Scalar> owns the numbers;
+/// an Eigen::Map views numbers in memory of someone else (a Ceres parameter block, say), and assigning to it
+/// writes there.
 ///
 /// Constraints (the Study quadric): |q| = 1 and q.p = 0. Factories check or establish them and throw
-/// std::invalid_argument with the value refused. The algebra keeps them up to rounding, which renormalized()
-/// removes (once in a hundred products is ample), and lets NaN through.
+/// std::invalid_argument with the invalid value. Products keep them up to rounding errors, which
+/// renormalized() removes; once in a hundred products is enough. NaN propagates.
 ///
-/// Antipodes: x and -x (all eight numbers) are the same pose; log, is_approx and all that is built on them do
-/// not see the sign.
+/// Antipodes: x and -x (all eight numbers) are the same pose. log, is_approx and everything built on them do
+/// not depend on the sign.
 ///
-/// Tangent vectors xi = (phi, rho), rotation first, perturb on the right: x.boxplus(xi) = x * exp(xi).
+/// Tangent vectors xi = (phi, rho) [rad, m], rotation first, perturb on the right:
+/// x.boxplus(xi) = x * exp(xi).
 ///
 /// Reference: DQV-SLAM sec. III; K. Daniilidis, "Hand-Eye Calibration Using Dual Quaternions", IJRR 1999.
 template <class Coefficients>
@@ -40,33 +42,35 @@ class BasicDualQuaternion {
 
  public:
   using Scalar = typename Coefficients::Scalar;                   ///< of the eight numbers
-  using Owned = BasicDualQuaternion<Vector8<Scalar>>;             ///< a pose that owns them
-  using Isometry = Eigen::Transform<Scalar, 3, Eigen::Isometry>;  ///< the same as a matrix
+  using Owned = BasicDualQuaternion<Vector8<Scalar>>;             ///< a pose that owns its numbers
+  using Isometry = Eigen::Transform<Scalar, 3, Eigen::Isometry>;  ///< Eigen's rigid motion
 
   /// The identity.
   BasicDualQuaternion() noexcept requires kOwns
       : coeffs_(Scalar(1), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0)) {}
 
-  /// A copy of the pose behind another storage.
+  /// A copy of a pose with another storage.
   template <class Other>
   requires kOwns BasicDualQuaternion(const BasicDualQuaternion<Other>& other)
   noexcept : coeffs_(other.coeffs()) {}
 
-  /// A view of eight scalars that the caller keeps alive and answers for: nothing is checked.
+  /// A view of eight scalars [q; p]. Nothing is checked: the caller keeps them alive and sees to it that they
+  /// are a unit dual quaternion.
   template <std::convertible_to<const Scalar*> Pointer>
   requires(!kOwns) explicit BasicDualQuaternion(Pointer data) noexcept : coeffs_(data) {}
 
-  /// Writes the pose into the storage; through a view, into the memory it shows.
+  /// Copies the eight numbers. A view writes them to the memory that it shows.
   template <class Other>
   BasicDualQuaternion& operator=(const BasicDualQuaternion<Other>& other) noexcept {
     coeffs_ = other.coeffs();
     return *this;
   }
 
-  /// The pose that moves nothing.
+  /// The identity.
   [[nodiscard]] static Owned identity() noexcept { return Owned(); }
 
-  /// The pose v -> R(q) v + t. q must be of unit length within kUnitTolerance; it is normalised.
+  /// The pose v -> R(q) v + t. Throws unless |q| = 1 within kUnitTolerance (it is then normalised) and t is
+  /// finite.
   template <detail::MatrixExpression<4> Q, detail::MatrixExpression<3> T>
   [[nodiscard]] static Owned from_rotation_translation(const Q& rotation, const T& translation) {
     const Vector4<Scalar> q = normalized_quaternion(rotation);
@@ -75,13 +79,15 @@ class BasicDualQuaternion {
     return unchecked(q, Scalar(0.5) * hamilton_product(Vector4<Scalar>(Scalar(0), t[0], t[1], t[2]), q));
   }
 
-  /// The pose v -> R v + t. R must be a rotation matrix within kOrthogonalityTolerance.
+  /// The pose v -> R v + t. Throws unless R is a rotation matrix within kOrthogonalityTolerance and t is
+  /// finite.
   template <detail::MatrixExpression<3, 3> M, detail::MatrixExpression<3> T>
   [[nodiscard]] static Owned from_matrix(const M& rotation, const T& translation) {
     return from_rotation_translation(quaternion_from_rotation_matrix(rotation), translation);
   }
 
-  /// The pose of an Eigen::Isometry3d, say, whose linear part must be a rotation matrix.
+  /// The pose of an Eigen::Isometry3d, say. Throws unless its linear part is a rotation matrix within
+  /// kOrthogonalityTolerance.
   template <int Options>
   [[nodiscard]] static Owned from_isometry(
       const Eigen::Transform<Scalar, 3, Eigen::Isometry, Options>& isometry) {
@@ -106,12 +112,13 @@ class BasicDualQuaternion {
   [[nodiscard]] static Owned unchecked(const C& coefficients) noexcept {
     return Owned(Vector8<Scalar>(coefficients));
   }
-  /// The same, from its two halves.
+  /// The same from the two halves q and p.
   [[nodiscard]] static Owned unchecked(const Vector4<Scalar>& q, const Vector4<Scalar>& p) noexcept {
     return Owned(q, p);
   }
 
-  /// The screw motion of a twist (phi, rho), with t = so3_left_jacobian(phi) rho. Throws unless it is finite.
+  /// The screw motion of a twist (phi, rho) [rad, m], with t = so3_left_jacobian(phi) rho. Throws unless the
+  /// twist is finite and |phi|^2 and phi.rho do not overflow.
   template <detail::MatrixExpression<6> V>
   [[nodiscard]] static Owned exp(const V& twist) {
     const auto& xi = twist.eval();
@@ -185,18 +192,19 @@ class BasicDualQuaternion {
 
   /// The inverse pose (the quaternion conjugate, as x is unit).
   [[nodiscard]] Owned inverse() const noexcept { return quaternion_conjugate(); }
-  /// (q*, p*): of a unit dual quaternion the inverse.
+  /// (q*, p*), the inverse of a unit dual quaternion.
   [[nodiscard]] Owned quaternion_conjugate() const noexcept {
     return unchecked(conjugate(real()), conjugate(dual()));
   }
   /// (q, -p).
   [[nodiscard]] Owned dual_conjugate() const noexcept { return unchecked(real(), -dual()); }
-  /// (q*, -p*): the one that moves points, x (1 + eps v) x^o = 1 + eps (R v + t).
+  /// (q*, -p*), the conjugate that transforms points: x (1 + eps v) x^o = 1 + eps (R v + t).
   [[nodiscard]] Owned total_conjugate() const noexcept {
     return unchecked(conjugate(real()), -conjugate(dual()));
   }
 
-  /// The nearest point of the Study quadric, x / ||x|| with the dual norm. Throws if q is zero or not finite.
+  /// The projection to the Study quadric, x / ||x|| with the dual norm. Throws if q is zero or a number is
+  /// not finite.
   [[nodiscard]] Owned renormalized() const {
     using std::sqrt;
     const Scalar squared_norm = real().squaredNorm();
@@ -217,7 +225,8 @@ class BasicDualQuaternion {
   /// The representative of {x, -x} whose rotation is canonical (w > 0; see antipode::canonical).
   [[nodiscard]] Owned canonical() const noexcept { return unchecked(canonical_sign(real()) * coeffs_); }
 
-  /// The twist (phi, rho) of the screw from the identity to this pose, |phi| <= pi: the inverse of exp.
+  /// The twist (phi, rho) [rad, m] of the screw from the identity to this pose, |phi| <= pi: the inverse of
+  /// exp.
   [[nodiscard]] Vector6<Scalar> log() const noexcept {
     const Scalar sign = canonical_sign(real());
     const Vector3<Scalar> v = real_vector();
@@ -251,7 +260,8 @@ class BasicDualQuaternion {
     return (other.inverse() * *this).log();
   }
 
-  /// Whether both are the same pose: |x -+ y| <= tolerance (1 + |p|), for either sign.
+  /// Whether both are the same pose: |x - s y| <= tolerance (1 + |p|), with the sign s = +-1 that aligns the
+  /// rotations.
   template <class Other>
   [[nodiscard]] bool is_approx(const BasicDualQuaternion<Other>& other, Scalar tolerance) const noexcept {
     const Scalar sign = real().dot(other.real()) < Scalar(0) ? Scalar(-1) : Scalar(1);
@@ -284,7 +294,7 @@ using DualQuaternion = BasicDualQuaternion<Vector8<Scalar>>;
 /// A pose in memory owned by someone else.
 template <class Scalar>
 using DualQuaternionView = BasicDualQuaternion<Eigen::Map<Vector8<Scalar>>>;
-/// A pose to be read from memory owned by someone else.
+/// A read-only pose in memory owned by someone else.
 template <class Scalar>
 using ConstDualQuaternionView = BasicDualQuaternion<Eigen::Map<const Vector8<Scalar>>>;
 
@@ -294,7 +304,7 @@ std::ostream& operator<<(std::ostream& out, const BasicDualQuaternion<C>& x) {
   return out << "{q: [" << x.real().transpose() << "], t: [" << x.translation().transpose() << "]}";
 }
 
-// The operations once more, with their Jacobians in the right-perturbation tangent space as optional outputs:
+// The same operations as functions with optional Jacobians. Both sides are perturbed on the right:
 // f(x exp(d)) = f(x) exp(J d) for pose-valued f, f(x) + J d for vector-valued f, to first order in d.
 
 /// a b. J_a = Ad(b^-1), J_b = I.

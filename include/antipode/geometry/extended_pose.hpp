@@ -14,11 +14,11 @@
 /// Poses with a velocity, SE_2(3).
 namespace antipode {
 
-/// A pose with its velocity, an element of SE_2(3): rotation R = T_world_body's, velocity and position in the
-/// world's axes.
+/// A pose with its velocity, an element of SE_2(3): the rotation R of T_world_body, the velocity v [m/s] and
+/// the position p [m], both in the axes of the world.
 ///
-/// As matrices [R, v, p; 0, 1, 0; 0, 0, 1] they are a group, in which the motion by inertial measurements is
-/// an affine map: errors propagate linearly however large they are. Reference: A. Barrau, S. Bonnabel, "The
+/// The matrices [R, v, p; 0, 1, 0; 0, 0, 1] form a group in which the motion by inertial measurements is
+/// group-affine: errors propagate linearly however large they are. Reference: A. Barrau, S. Bonnabel, "The
 /// invariant extended Kalman filter as a stable observer", IEEE TAC 2017.
 template <std::floating_point Scalar_>
 struct ExtendedPose {
@@ -36,8 +36,10 @@ struct ExtendedPose {
     return {pose.inverse(), -(pose.rotation_matrix().transpose() * velocity)};
   }
 
-  /// Of xi = (phi, nu, rho): (Exp(phi), V nu, V rho) with V = so3_left_jacobian(phi). Throws unless finite.
+  /// The exponential of xi = (phi, nu, rho) [rad, m/s, m]: (Exp(phi), V nu, V rho) with
+  /// V = so3_left_jacobian(phi). Throws unless xi is finite.
   [[nodiscard]] static ExtendedPose exp(const Vector<Scalar, 9>& xi) {
+    detail::require_finite("tangent vector of an extended pose is not finite", xi);
     Vector6<Scalar> screw;
     screw << xi.template head<3>(), xi.template tail<3>();
     return {DualQuaternion<Scalar>::exp(screw),
@@ -62,8 +64,9 @@ struct ExtendedPose {
   }
 };
 
-/// Extended poses by x exp(xi), xi = (phi, nu, rho) in the axes of the body. For inertial navigation: a
-/// measured position is linear in it as long as the rotation is, and the propagation is linear throughout.
+/// Extended poses by x exp(xi), xi = (phi, nu, rho) [rad, m/s, m] in the axes of the body. For inertial
+/// navigation: the propagation is linear for errors of any size, a position measurement only for small errors
+/// of the rotation.
 template <std::floating_point Scalar_>
 struct ExtendedPoseChart {
   using Scalar = Scalar_;              ///< of the vectors
@@ -81,7 +84,7 @@ struct ExtendedPoseChart {
   [[nodiscard]] static Matrix<Scalar, 9> jacobian(const Tangent& xi) noexcept {
     return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian(screw); });
   }
-  /// Its inverse.
+  /// The inverse of jacobian(xi).
   [[nodiscard]] static Matrix<Scalar, 9> jacobian_inverse(const Tangent& xi) noexcept {
     return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian_inverse(screw); });
   }
@@ -98,7 +101,8 @@ struct ExtendedPoseChart {
   }
 
  private:
-  /// (phi, nu) and (phi, rho) are screws each: their Jacobians [[J, 0], [Q, J]] side by side.
+  /// Each of (phi, nu) and (phi, rho) is a screw with a Jacobian [[J, 0], [Q, J]]. The result has the blocks
+  /// of both.
   template <class F>
   [[nodiscard]] static Matrix<Scalar, 9> from_screws(const Tangent& xi, F&& jacobian_of_screw) noexcept {
     Vector6<Scalar> screw = xi.template head<6>();

@@ -41,11 +41,13 @@ struct PoseMean {
   bool converged = false;
 };
 
-/// The group mean m of weighted poses (columns [q; p]): sum_k w_k log(m^-1 x_k) = 0.
+/// The group mean m of weighted poses (columns [q; p]): sum_k w_k log(m^-1 x_k) = 0. The weights need not be
+/// normalised.
 ///
-/// It commutes with every change of frame on either side, which a mean of translations beside a mean of
-/// rotations does not. Starts from the principal axis of sum w q q^T and the mean translation, then repeats
-/// m <- m exp(sum w log(m^-1 x)). Throws if a weight is negative or not finite, or if all are zero.
+/// A change of the parent or of the child frame changes the mean in the same way. This does not hold for a
+/// mean of the translations beside a mean of the rotations. Starts from the principal axis of sum w q q^T and
+/// the mean translation, then repeats m <- m exp(sum w log(m^-1 x)). Throws if a pose is not unit, if a
+/// weight is negative or not finite, if all weights are zero, or unless there is one weight per pose.
 ///
 /// Reference: X. Pennec and V. Arsigny, "Exponential Barycenters of the Canonical Cartan Connection and
 /// Invariant Means on Lie Groups", 2013.
@@ -90,7 +92,7 @@ requires(Poses::RowsAtCompileTime == 8 && Weights::ColsAtCompileTime == 1)
   return result;
 }
 
-/// The group mean of sigma points.
+/// The group mean of weighted samples.
 template <class Scalar, int Count>
 [[nodiscard]] PoseMean<Scalar> mean(const WeightedSamples<Scalar, 8, Count>& samples,
                                     const PoseMeanOptions& options = {}) {

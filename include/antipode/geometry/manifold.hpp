@@ -5,7 +5,7 @@
 #include <utility>
 
 /// @file
-/// What the checks in antipode/testing ask of a manifold and of a group.
+/// Concepts of a manifold and of a Lie group, for the checks in antipode/testing.
 namespace antipode {
 
 /// Tangent vectors of a manifold: the type of the difference of two of its points.

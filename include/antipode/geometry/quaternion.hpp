@@ -13,14 +13,15 @@
 /// Hamilton quaternions as plain 4-vectors (w, x, y, z) with ij = k.
 ///
 /// A unit quaternion q rotates a vector by v' = q (0, v) q*, and -q is the same rotation. Note the order of
-/// the entries: Eigen::Quaternion stores (x, y, z, w), hence from_eigen and to_eigen. The algebra is noexcept
-/// and lets NaN through; unchecked input goes through the factories, which validate it.
+/// the entries: Eigen::Quaternion stores (x, y, z, w), hence from_eigen and to_eigen. The algebra is
+/// noexcept, and NaN propagates. The functions that throw validate their input.
 namespace antipode {
 
-/// How far from unit length a quaternion given by a caller may be before it is refused rather than
-/// normalised.
+/// How far from 1 the length of a caller's quaternion may be. Up to this it is normalised; beyond, the
+/// factories throw.
 inline constexpr double kUnitTolerance = 1e-6;
-/// How far R^T R may be from the identity: admits rotation matrices read from text with six digits.
+/// How far an entry of R^T R may be from the identity: admits rotation matrices read from text with six
+/// digits.
 inline constexpr double kOrthogonalityTolerance = 1e-5;
 
 /// a b = (a0 b0 - av.bv, a0 bv + b0 av + av x bv).

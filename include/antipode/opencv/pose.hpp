@@ -17,8 +17,8 @@ namespace antipode {
 
 namespace detail {
 
-/// The numbers of a single-channel matrix of any depth with rows x cols entries; for vectors, in either
-/// orientation.
+/// The entries of a single-channel `Rows` x `Cols` matrix of any depth; a vector may be a row or a column.
+/// Throws if the size or the number of channels is wrong.
 template <class Scalar, int Rows, int Cols>
 [[nodiscard]] Matrix<Scalar, Rows, Cols> from_cv_matrix(const char* what, const cv::Mat& matrix) {
   const bool fits = matrix.dims == 2 && matrix.channels() == 1 &&
@@ -43,8 +43,9 @@ template <class Scalar, int Rows, int Cols>
 
 }  // namespace detail
 
-/// The pose p -> R p + t of a 3 x 3 rotation matrix, or of a rotation vector (Rodrigues), and a translation,
-/// all of any depth. Throws if a size is wrong, R is not a rotation matrix or a value is not finite.
+/// The pose p -> R p + t of a 3 x 3 rotation matrix, or of a rotation vector (Rodrigues) [rad], and a
+/// translation, all of any depth. Throws if a size is wrong, R is not a rotation matrix or a value is not
+/// finite.
 template <class Scalar = double>
 [[nodiscard]] DualQuaternion<Scalar> pose_from_cv(const cv::Mat& rotation, const cv::Mat& translation) {
   const auto t = detail::from_cv_matrix<Scalar, 3, 1>("translation", translation);
@@ -55,7 +56,7 @@ template <class Scalar = double>
   return DualQuaternion<Scalar>::from_matrix(detail::from_cv_matrix<Scalar, 3, 3>("rotation", rotation), t);
 }
 
-/// The same pose as OpenCV's. Throws unless it is a unit dual quaternion.
+/// The pose of OpenCV's dual quaternion, which has the same layout and meaning. Throws unless it is unit.
 template <class Scalar>
 [[nodiscard]] DualQuaternion<Scalar> pose_from_cv(const cv::DualQuat<Scalar>& x) {
   return DualQuaternion<Scalar>::from_coefficients(
@@ -70,7 +71,7 @@ template <class C>
   return R;
 }
 
-/// The rotation vector (rvec) of a pose.
+/// The rotation vector (rvec) of a pose [rad].
 template <class C>
 [[nodiscard]] cv::Vec<typename C::Scalar, 3> rotation_vector_to_cv(const BasicDualQuaternion<C>& pose) {
   const Vector3<typename C::Scalar> phi = quaternion_log(pose.real());
@@ -84,7 +85,7 @@ template <class C>
   return {t[0], t[1], t[2]};
 }
 
-/// OpenCV's dual quaternion, which has the same layout and the same meaning.
+/// The pose as OpenCV's dual quaternion, which has the same layout and meaning.
 template <class C>
 [[nodiscard]] cv::DualQuat<typename C::Scalar> to_cv(const BasicDualQuaternion<C>& pose) {
   const auto& x = pose.coeffs();

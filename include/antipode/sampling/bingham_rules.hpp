@@ -75,8 +75,8 @@ template <GaussianRule Cubature, std::floating_point Scalar>
 /// pair on the great circle from the mode to each other axis. It is the gnomonic rule of the unscented
 /// points.
 ///
-/// lambda trades the weight of the mode against the angle of the pairs, 0 <= lambda <= 0.95. The fourth
-/// moments are wrong: 3/(1 - lambda) squared variances on each axis where 3 is right, and no mixed ones.
+/// lambda, 0 <= lambda <= 0.95, trades the weight of the mode against the angle of the pairs. The fourth
+/// moments are wrong: 3/(1 - lambda) squared variances on each axis instead of 3, and zero for mixed ones.
 /// References: Gilitschenski et al., "Unscented orientation estimation based on the Bingham distribution",
 /// 2016; DQV-SLAM sec. III-C.
 struct BinghamBaseRule {
@@ -98,9 +98,7 @@ template <std::floating_point Scalar, int Dim>
   return sample(GnomonicRule<UnscentedRule<Dim - 1>>{{.kappa = kappa}}, bingham);
 }
 
-/// Equally weighted samples: the points of a rule laid out by the exponential map at the mode, then moved.
-///
-/// The moves are
+/// Equally weighted samples: the points of a rule laid out by the exponential map at the mode, then moved by
 ///
 ///     x <- A x / |A x|,   A = S^(1/2) (S^(-1/2) T S^(-1/2))^(-1/2) S^(-1/2),   T = scatter of the samples,
 ///
@@ -118,7 +116,7 @@ struct EqualWeightRule {
 
 namespace detail {
 
-/// exp_mode(sqrt(omega) g) in the eigenbasis, the angle at most a right one.
+/// exp_mode(sqrt(omega) g) in the eigenbasis, with the angle limited to pi/2.
 template <class Scalar, int Dim, int Count>
 [[nodiscard]] Matrix<Scalar, Dim, Count> exponential_layout(const Vector<Scalar, Dim>& omega,
                                                             const Matrix<Scalar, Dim - 1, Count>& standard) {

@@ -18,7 +18,7 @@ namespace antipode {
 
 /// The density with the moments of the mixture, however widely its components are spread: the scatter of the
 /// orientation, mean and covariance of the translation, and the correlation of both (see moment_match). Its
-/// pose() is the mean of the mixture, its covariance() that in exponential coordinates.
+/// pose() is the mean of the mixture. Its covariance() is that of xi = (phi, rho) in pose() exp(xi).
 template <std::floating_point Scalar, Projection kProjection>
 [[nodiscard]] BinghamGaussian<Scalar> moment_match(
     const Mixture<BasicProjectedGaussian<Scalar, kProjection>>& x,

@@ -12,9 +12,9 @@
 #include <antipode/weighted_samples.hpp>
 
 /// @file
-/// Deterministic samples of a pose density, the columns [q; p]. They honour the coupling of translation and
-/// orientation and reproduce E[q q^T], E[t] and Cov(t | q) exactly; Cov(t) and Cov(t, tau) as far as the
-/// orientations' fourth moments are right. moment_match gives the density back.
+/// Deterministic samples of a pose density, the columns [q; p]. They contain the coupling of translation and
+/// orientation. E[q q^T], E[t] and Cov(t | q) are exact; Cov(t) and Cov(t, tau) are exact if the
+/// orientations' fourth moments are. moment_match gives the density back.
 namespace antipode {
 
 /// All pairs of an orientation and a translation sample (DQV-SLAM Alg. 1), weights multiplied.
@@ -27,8 +27,8 @@ requires(OrientationRule::kDim == 4 && TranslationRule::kDim == 3) struct Cartes
 };
 
 /// The 57 points of Mysovskikh's rule in R^6, three coordinates for the orientation (laid out as in
-/// GnomonicRule) and three for the translation: all that the 225 pairs of RichPoseRule reproduce, at a
-/// quarter of the points.
+/// GnomonicRule) and three for the translation: exact to the same degree as the 225 pairs of RichPoseRule,
+/// with a quarter of the points.
 struct JointPoseRule {
   static constexpr int kCount = MysovskikhRule<6>::kCount;  ///< number of points
 };

@@ -12,9 +12,10 @@
 /// Sigma points of a projected Gaussian.
 namespace antipode {
 
-/// The points of a rule for N(0, I) on R^6, projected; the columns [q; p]. A push-forward density keeps the
-/// rule's weights, and the points have its mean and covariance in tangent coordinates. For a renormalised one
-/// the weights carry the factor (1 + |u|^2)^-2: right to the degree of the rule.
+/// The points of a rule for N(0, I) on R^6, projected; the columns [q; p]. For a push-forward density the
+/// weights are those of the rule, and the points have its mean and covariance in tangent coordinates. For a
+/// renormalised one the weights have the factor (1 + |u|^2)^-2, and the moments are right to the degree of
+/// the rule.
 template <GaussianRule Rule, std::floating_point Scalar, Projection kProjection>
 requires(Rule::kDim == 6) [[nodiscard]] WeightedSamples<Scalar, 8, Rule::kCount> sample(
     const Rule& rule, const BasicProjectedGaussian<Scalar, kProjection>& density) {

@@ -8,7 +8,7 @@
 #include <antipode/weighted_samples.hpp>
 
 /// @file
-/// What a sigma point rule has to offer.
+/// The concept of a sigma point rule.
 namespace antipode {
 
 /// A deterministic way to replace a density by Rule::kCount weighted points.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <optional>
 
@@ -14,14 +15,14 @@
 /// The measurement of a rectified stereo camera, with Jacobians.
 namespace antipode {
 
-/// The point x / w; w = 0 is a direction, a star say.
+/// The point x / w; with w = 0, the point at infinity in the direction x.
 template <std::floating_point Scalar>
 struct HomogeneousPoint {
   Vector3<Scalar> x;     ///< w times the point, m, or a direction
   Scalar w = Scalar(1);  ///< 0 at infinity
 };
 
-/// Jacobians of a projection, each where it is asked for.
+/// The Jacobians of a projection z = (u, v, d) [px].
 template <std::floating_point Scalar>
 struct ProjectionJacobians {
   Matrix<Scalar, 3, 6> pose;   ///< dz / d xi for T_reference_camera exp(xi), rotation first
@@ -32,7 +33,8 @@ struct ProjectionJacobians {
 ///
 ///     z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right   [px]
 ///
-/// of a point in the axes of the left camera: x right, y down, z ahead. Plain data; check() validates it.
+/// of a point (X, Y, Z) [m] in the axes of the left camera: x right, y down, z forward. Plain data; check()
+/// validates it.
 template <std::floating_point Scalar_>
 struct StereoCamera {
   using Scalar = Scalar_;  ///< of all numbers
@@ -44,21 +46,28 @@ struct StereoCamera {
   Scalar baseline_m = 0;             ///< distance of the two cameras
   Scalar min_depth_m = Scalar(0.1);  ///< nearer points cannot be measured
 
-  /// Throws unless focal lengths and baseline are positive and they and the principal point are finite.
+  /// Throws unless focal lengths and baseline are positive and finite, the principal point is finite and the
+  /// least depth is finite and not negative.
   void check() const {
     const Vector3<Scalar> lengths(fx, fy, baseline_m);
     if (!(lengths.minCoeff() > Scalar(0)) || !lengths.allFinite()) [[unlikely]] {
-      detail::throw_invalid("focal lengths or baseline of a stereo camera are not positive", lengths);
+      detail::throw_invalid("focal lengths or baseline of a stereo camera are not positive and finite",
+                            lengths);
     }
     detail::require_finite("principal point of a stereo camera is not finite", Vector2<Scalar>(cx, cy));
+    if (!(min_depth_m >= Scalar(0) && std::isfinite(min_depth_m))) [[unlikely]] {
+      detail::throw_invalid("least depth of a stereo camera is negative or not finite", min_depth_m);
+    }
   }
 
-  /// (u, v, d) of a point in camera coordinates; nothing unless it is min_depth_m ahead.
+  /// (u, v, d) of a point in camera coordinates; nothing unless its depth is above min_depth_m.
   [[nodiscard]] std::optional<Vector3<Scalar>> project(const Vector3<Scalar>& p_camera) const {
     return project_in_camera({p_camera, Scalar(1)});
   }
 
-  /// (u, v, d) of a point of the reference frame, which may be at infinity, from a camera pose.
+  /// (u, v, d) of a point of the reference frame, which may be at infinity, from a camera pose. Nothing if
+  /// the point is behind the camera or nearer than min_depth_m. With w < 0, as back_project() returns for a
+  /// negative disparity, d is negative.
   [[nodiscard]] std::optional<Vector3<Scalar>> project(const DualQuaternion<Scalar>& T_reference_camera,
                                                        const HomogeneousPoint<Scalar>& point) const {
     return project_in_camera(in_camera(T_reference_camera, point));
@@ -69,7 +78,7 @@ struct StereoCamera {
       const DualQuaternion<Scalar>& T_reference_camera, const HomogeneousPoint<Scalar>& point) const {
     const auto [h, w] = in_camera(T_reference_camera, point);
     const Scalar inverse = Scalar(1) / h[2];
-    Matrix3<Scalar> J_h;                                             // by the point in camera coordinates
+    Matrix3<Scalar> J_h;                                             // dz / d (point in camera coordinates)
     J_h << fx * inverse, Scalar(0), -fx * h[0] * inverse * inverse,  //
         Scalar(0), fy * inverse, -fy * h[1] * inverse * inverse,     //
         Scalar(0), Scalar(0), -fx * baseline_m * w * inverse * inverse;
@@ -84,7 +93,7 @@ struct StereoCamera {
     return J;
   }
 
-  /// The point in camera coordinates that is measured as z; a direction for z[2] = 0.
+  /// The point in camera coordinates that is measured as z = (u, v, d) [px]; at infinity for d = 0.
   [[nodiscard]] HomogeneousPoint<Scalar> back_project(const Vector3<Scalar>& z) const {
     return {Vector3<Scalar>((z[0] - cx) / fx, (z[1] - cy) / fy, Scalar(1)), z[2] / (fx * baseline_m)};
   }

@@ -14,11 +14,11 @@
 /// Comparing an analytic Jacobian with central differences, for any test framework.
 namespace antipode::testing {
 
-/// What check_jacobian found: converts to whether the Jacobian is right; prints both matrices.
+/// The result of check_jacobian. Converts to whether the Jacobian is right; prints both matrices.
 struct JacobianCheck {
   bool passed = false;         ///< whether the largest error is within the tolerance
   double largest_error = 0.0;  ///< of an entry; NaN if an entry is not finite
-  double tolerance = 0.0;      ///< what it may be
+  double tolerance = 0.0;      ///< largest error allowed
   std::string report;          ///< errors and both matrices, for people
 
   /// Whether the Jacobian is right.
@@ -74,8 +74,9 @@ template <class Y>
 /// Compares `analytic` with the central differences of f at x, a point of a Manifold or a vector of fixed
 /// size.
 ///
-/// f returns either of the two, too; columns belong to directions of the tangent space at x, rows to that at
-/// f(x). The tolerance is the accuracy of central differences at that step, so it needs no tuning.
+/// f also returns a point of a Manifold or a vector. Columns belong to directions of the tangent space at x,
+/// rows to the tangent space at f(x). The tolerance is the accuracy of central differences with this step, so
+/// it needs no tuning.
 template <class Function, class X, class Derived>
 [[nodiscard]] JacobianCheck check_jacobian(const Function& f, const X& x,
                                            const Eigen::MatrixBase<Derived>& analytic,

@@ -11,8 +11,7 @@
 #include <antipode/geometry/manifold.hpp>
 
 /// @file
-/// Checks of the laws in manifold.hpp and chart.hpp for user-defined types, usable in any test
-/// framework.
+/// Checks of the laws in manifold.hpp and chart.hpp for user-defined types, usable in any test framework.
 
 /// Checks that a test of your own types can call.
 namespace antipode::testing {
@@ -78,7 +77,7 @@ template <LieGroup G>
 
 /// Checks the laws of a Chart at the points x and y and for the vectors a, inside the chart, and b, of the
 /// order of one. Points are compared by their vectors. Jacobians are compared with central differences, to
-/// the cube root of the tolerance's square.
+/// tolerance^(2/3).
 template <Chart C, class V = Vector<typename C::Scalar, C::kDim>>
 [[nodiscard]] LawReport check_chart_laws(const typename C::Point& x, const typename C::Point& y, const V& a,
                                          const V& b, double tolerance) {

@@ -39,8 +39,9 @@ struct BinghamContour {
 
  private:
   BinghamContour() {
-    // The farther right and the finer, the smaller the values it resolves (N falls with the dimension), and
-    // the more digits cancel when a large z leaves few dimensions. These minimise the larger error.
+    // A contour farther to the right with finer steps resolves smaller values of N (N falls with the
+    // dimension), but loses more digits by cancellation when large |z_i| leave few dimensions. These
+    // constants minimise the larger of the two errors.
     constexpr long double kMu = Dim <= 4 ? 4.5L : 6.0L;
     constexpr long double kStep = Dim <= 4 ? 0.14L : 0.12L;
     for (int k = 0; k < kContourNodes<Dim>; ++k) {
@@ -82,7 +83,7 @@ class BinghamContourSum {
     return omega;
   }
 
-  /// E[x_i^2 x_j^2] = (1/4S) sum Re(v r_i r_j), three times that on the diagonal.
+  /// E[x_i^2 x_j^2] = (1/4S) sum Re(v r_i r_j) for i != j; on the diagonal, three times this formula.
   [[nodiscard]] Matrix<double, Dim> fourth_moments() const {
     Matrix<double, Dim> moments;
     for (int i = 0; i < Dim; ++i) {
@@ -100,7 +101,8 @@ class BinghamContourSum {
   /// v = w prod_i (s - z_i)^(-1/2). The argument of every factor lies in (0, pi), and so does that of the
   /// root of a PAIR of factors, which halves the angle between them:
   ///   sqrt(a b) = (|b| a + |a| b) / sqrt(2 (|a||b| + Re a conj(b))).
-  /// The root of the whole product would lose its sheet. In odd dimensions the last factor pairs with b = 1.
+  /// The root of the whole product could be on the wrong branch. In odd dimensions the last factor pairs with
+  /// b = 1.
   void multiply_roots(const BinghamContour<Dim>& contour) {
     using std::sqrt;
     ContourArray<Dim> modulus[static_cast<std::size_t>(Dim)];

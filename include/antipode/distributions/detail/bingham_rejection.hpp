@@ -30,7 +30,7 @@ class BinghamRejection {
     }
   }
 
-  /// The probability to accept the draw x of the envelope.
+  /// The probability of accepting the draw x of the envelope.
   [[nodiscard]] Scalar acceptance(const Vector<Scalar, Dim>& x) const {
     using std::exp;
     using std::log;

@@ -10,8 +10,8 @@
 
 namespace antipode::detail {
 
-/// The mean and the covariance of weighted points of a manifold: the point about which their vectors sum to
-/// zero.
+/// The mean of weighted points of a manifold, about which their weighted vectors sum to zero, and the
+/// covariance of these vectors.
 template <ConcentratedDensity Density, std::size_t Count>
 [[nodiscard]] Density chart_moments(
     const std::array<typename Density::Chart::Point, Count>& points,
@@ -21,7 +21,7 @@ template <ConcentratedDensity Density, std::size_t Count>
   constexpr int N = Chart::kDim;
   constexpr int kMostIterations = 10;
   constexpr Scalar kSettled =
-      Scalar(1e-3);  // of the spread: the mean moves by less than its square next time
+      Scalar(1e-3);  // step relative to the spread; the next one is of the order of its square
   typename Chart::Point center = points[0];
   Matrix<Scalar, N> covariance;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {

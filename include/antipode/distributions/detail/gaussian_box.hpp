@@ -13,7 +13,7 @@
 ///
 /// One coordinate after the other is drawn within its limits given those before it, and the probabilities of
 /// the limits multiply (A. Genz, "Numerical computation of multivariate normal probabilities", 1992). The
-/// draws are a lattice, which in so few dimensions beats random ones by far, and always the same.
+/// draws are always the same lattice, which is far more accurate than random draws in so few dimensions.
 namespace antipode::detail {
 
 [[nodiscard]] inline double standard_normal_cdf(double x) {

@@ -12,7 +12,7 @@
 #include <antipode/detail/symmetric_eigen.hpp>
 #include <antipode/eigen_types.hpp>
 
-/// The normaliser of a projected Gaussian by a one-dimensional integral (MPG Eq. 12, where the paper takes
+/// The normaliser of a projected Gaussian by a one-dimensional integral (MPG Eq. 12, for which the paper uses
 /// Monte Carlo).
 ///
 /// On a hemisphere the Gaussian on its tangent space has the mass C = E[(1 + |u|^2)^-2], u ~ N(m, Sigma), as
@@ -21,8 +21,9 @@
 ///
 ///   C = int_0^inf s e^-s  det(I + 2 s Sigma)^(-1/2)  exp(-s m^T (I + 2 s Sigma)^-1 m)  ds
 ///
-/// Everything is computed in double. The functions are templates on Real, which is double, so that they are
-/// compiled only where they are used, and loops, since every projected Gaussian compiles them.
+/// Everything is computed in double. The functions are templates on Real, which is always double, so that
+/// they are compiled only where they are used. They are plain loops, because every projected Gaussian
+/// compiles them.
 namespace antipode::detail {
 
 /// int_0^inf s e^-s f(s) ds ~ sum_k weights_k f(nodes_k).
@@ -87,7 +88,8 @@ template <class Real>
   return rule;
 }
 
-/// First node of the wide rule that counts: those before have s (1 + 2 size) < e^-19.5, even in number.
+/// The first node of the wide rule that is not negligible: the ones before it have s (1 + 2 size) < e^-19.5.
+/// Its index is even.
 [[nodiscard]] inline std::size_t first_wide_node(double size) {
   return 2 * static_cast<std::size_t>(std::clamp((19.5 - std::log1p(2.0 * size)) / 0.5, 0.0, 60.0));
 }
@@ -100,7 +102,7 @@ template <class Real>
 struct TiltPolynomials {
   Real e1, e2, e3, m0, m1, m2;
 
-  /// From the entries of Sigma; their rounding errors cost up to tr(Sigma)^2 ulps of the integral.
+  /// From the entries of Sigma; rounding errors cost up to tr(Sigma)^2 ulps of the integral.
   [[nodiscard]] static TiltPolynomials from_matrix(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
     const Vector3<Real> a = Sigma.col(0), b = Sigma.col(1), c = Sigma.col(2);
     Matrix3<Real> adjugate;
@@ -112,7 +114,7 @@ struct TiltPolynomials {
     return {e1, adjugate.trace(), a.dot(b.cross(c)), m0, e1 * m0 - m.dot(Sigma_m), m.dot(adjugate_m)};
   }
 
-  /// From its eigenvalues: only positive terms.
+  /// From the eigenvalues of Sigma: all terms are positive, so that none cancel.
   [[nodiscard]] static TiltPolynomials from_eigen(const Vector3<Real>& m, const Matrix3<Real>& Sigma) {
     const auto eigen = symmetric_eigen(Sigma);
     const Vector3<Real> x = eigen.vectors.transpose() * m;
@@ -126,7 +128,7 @@ struct TiltPolynomials {
             squares.dot(Vector3<Real>(b * c, c * a, a * b))};
   }
 
-  /// The integral, from the nodes from `first` on.
+  /// The integral by the nodes from index `first` on.
   template <std::size_t Count>
   [[nodiscard]] Real integrate(const TiltRule<Real, Count>& rule, std::size_t first = 0) const {
     std::array<Real, Count> factors, exponentials;
@@ -136,7 +138,7 @@ struct TiltPolynomials {
       factors[k] = rule.weights[k] / std::sqrt(determinant);
       exponentials[k] = -s * (m0 + x * (m1 + x * m2)) / determinant;
     }
-    if (m0 != 0.0) {  // Eigen's exponential takes two at a time
+    if (m0 != 0.0) {  // Eigen's exponential computes two at a time
       Eigen::Map<Eigen::Array<Real, Eigen::Dynamic, 1>> e(exponentials.data() + first,
                                                           static_cast<Eigen::Index>(Count - first));
       e = e.exp();

@@ -16,13 +16,13 @@
 
 namespace antipode::detail {
 
-/// The pairs of a large set of weighted components, the one that costs least to merge first: in O(n^2), eight
-/// pairs at a time and without a table of all pairs.
+/// Finds the pair of a large set of weighted components that costs least to merge, in O(n^2), eight pairs at
+/// a time and without a table of all pairs.
 ///
-/// The costs are Runnalls' in single precision and to first order in the angle between the tangent points,
-/// the covariances of both being taken as if in one chart. That is enough to choose by; what a merge costs is
-/// worked out by the caller. `Real` is the single precision; as a parameter it leaves the expressions below
-/// to the files that use them.
+/// The costs are Runnalls', in single precision and to first order in the angle between the tangent points:
+/// both covariances are taken as if in one chart. That is accurate enough to choose a pair; the caller
+/// computes what the merge costs. `Real` is the single precision. It is a template parameter so that the
+/// expressions below are compiled only in files that use them.
 template <class Density, class Real = float>
 class MergeScreen {
  public:
@@ -31,8 +31,8 @@ class MergeScreen {
     std::size_t i, j;  ///< i < j
   };
 
-  /// `components` have a weight and a centred, regular density. Pairs whose tangent points have a scalar
-  /// product below min_cosine in size are never merged.
+  /// `components` have a weight and a centred, regular density. Pairs with |q_i.q_j| < min_cosine, for the
+  /// tangent points q_i and q_j, are never merged.
   template <class Element>
   MergeScreen(const std::vector<Element>& components, Scalar min_cosine)
       : min_cosine_(static_cast<Real>(min_cosine)), size_(components.size()) {
@@ -58,7 +58,7 @@ class MergeScreen {
   /// The number of components left.
   [[nodiscard]] std::size_t size() const { return size_; }
 
-  /// None if no pair is left that may merge.
+  /// The pair that costs least; none if no pair is left that may merge.
   [[nodiscard]] std::optional<Pair> cheapest() {
     for (;;) {
       const auto row = std::min_element(rows_.begin(), rows_.end(),
@@ -73,7 +73,7 @@ class MergeScreen {
     }
   }
 
-  /// Merges the cheapest pair: component j is gone, i has become the given one.
+  /// Merges the pair (i, j) found last: component i becomes `merged`, component j is removed.
   void merge_cheapest(Scalar merged_weight, const Density& merged) {
     const auto [i, j] = best_;
     --size_;
@@ -98,10 +98,11 @@ class MergeScreen {
   using Lanes = Eigen::Array<Real, static_cast<int>(kLanes), 1>;
   using LowerTriangle = Eigen::Array<Real, static_cast<int>(kLanes), 21>;  // row by row
   /// Eight components, a row each: q, t, the lower triangle of S whitened by the mean covariance of all,
-  /// log|S|/2 and the weight. Those that are gone have the weight 0 and -infinity as log|S|, so that their
+  /// log|S|/2 and the weight. Removed components have the weight 0 and -infinity as log|S|, so that their
   /// costs are NaN.
   using Block = Eigen::Array<Real, static_cast<int>(kLanes), 30>;
-  /// The cheapest partners after a component, ascending: all that cost less than `complete_below`.
+  /// The cheapest partners of a component among those after it, by ascending cost: all that cost less than
+  /// `complete_below`, at most kKept.
   struct Row {
     static constexpr std::size_t kKept = 8;
     std::array<std::size_t, kKept> partners;
@@ -210,7 +211,7 @@ class MergeScreen {
     }
   }
 
-  /// The costs of merging i with each of a block.
+  /// The costs of merging i with each component of a block.
   [[nodiscard]] Lanes costs_of(std::size_t i, const Block& others) const {
     const Block& own_block = blocks_[i / kLanes];
     const int l = lane(i);
@@ -246,7 +247,8 @@ class MergeScreen {
   }
 
   using Differences = Eigen::Array<Real, static_cast<int>(kLanes), 6>;
-  /// The coordinates (u, t) of each of a block in the chart of one, relative to it, whitened.
+  /// The coordinates (u, t) of each component of a block in the chart of component `l` of `own`, relative to
+  /// that component, whitened.
   [[nodiscard]] Differences whitened_differences(const Block& own, int l, const Block& others) const {
     const Real qw = own(l, 0), qx = own(l, 1), qy = own(l, 2), qz = own(l, 3);
     const auto rw = others.col(0), rx = others.col(1), ry = others.col(2), rz = others.col(3);
@@ -270,7 +272,7 @@ class MergeScreen {
   std::size_t size_;
   Pair best_ = {};
   std::vector<Block> blocks_;
-  std::vector<std::size_t> ids_;  // in the order of the constructor's argument
+  std::vector<std::size_t> ids_;  // index of each in the constructor's argument
   std::vector<Row> rows_;
   Matrix6<Scalar> inverse_root_;    // of the mean covariance
   std::array<Real, 21> whitening_;  // its lower triangle

@@ -10,7 +10,7 @@
 namespace antipode::detail {
 
 /// The pairs of a shrinking set of components, ordered by the cost of merging them. A pair starts with a
-/// lower bound of its cost, which is cheap, and is worked out only when no other pair can be cheaper.
+/// lower bound of its cost, which is cheap. Its cost is computed only when no other pair can be cheaper.
 template <class Scalar>
 class MergeTable {
  public:
@@ -65,7 +65,7 @@ class MergeTable {
       const std::size_t pair = at(std::min(i, k), std::max(i, k));
       costs_[pair] = bound(std::min(i, k), std::max(i, k));
       exact_[pair] = 0;
-      if (k > i) continue;  // of row i, below
+      if (k > i) continue;  // belongs to row i, see below
       if (partner_[k] == i || partner_[k] == j) {
         rescan(k);
       } else if (costs_[pair] < row_costs_[k]) {
@@ -98,9 +98,9 @@ class MergeTable {
   std::size_t count_, size_;
   std::vector<bool> alive_;
   std::vector<Scalar> costs_;         // count x count, above the diagonal
-  std::vector<char> exact_;           // whether they are worked out
-  std::vector<std::size_t> partner_;  // the cheapest in each row,
-  std::vector<Scalar> row_costs_;     // and its cost
+  std::vector<char> exact_;           // whether it is the cost, not its bound
+  std::vector<std::size_t> partner_;  // of the cheapest pair in each row
+  std::vector<Scalar> row_costs_;     // of the same pair
 };
 
 }  // namespace antipode::detail

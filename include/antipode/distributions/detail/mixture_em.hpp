@@ -44,12 +44,11 @@ struct CovarianceFloor {
   }
 };
 
-/// Expectation maximisation for a mixture of push-forward Gaussians with their tangent points at the modes
-/// (MPG sec. IV), to within 1e-3.
+/// Expectation maximisation for a mixture of push-forward Gaussians (MPG sec. IV). The tangent points are the
+/// modes, to within |u| = 1e-3.
 ///
-/// The paper's E-step compares Gaussians on different tangent spaces by their values; these are densities
-/// with respect to the one measure of S^3 x R^3, N(y_ij; mu_i, Sigma_i) (1 + |u_ij|^2)^2 / 2, and can be
-/// compared.
+/// The paper's E-step compares values of Gaussians on different tangent spaces. Here the densities are
+/// compared, which all refer to the measure of S^3 x R^3: N(y_ij; mu_i, Sigma_i) (1 + |u_ij|^2)^2 / 2.
 template <class Scalar>
 class MixtureEm {
   using Block = TangentBlock<Scalar>;
@@ -60,7 +59,7 @@ class MixtureEm {
     Vector4<Scalar> q;
     TangentGaussian<Scalar> y;
     Matrix4<Scalar> to_chart;   ///< r = q* q_k
-    Matrix6<Scalar> L_inverse;  ///< of L L^T = covariance
+    Matrix6<Scalar> L_inverse;  ///< inverse of L, with L L^T = covariance
     Scalar log_peak;            ///< log of weight times density at the mode
   };
 
@@ -84,8 +83,8 @@ class MixtureEm {
   [[nodiscard]] const std::vector<Component>& components() const { return components_; }
   [[nodiscard]] int reseeded() const { return reseeded_; }
 
-  /// E-step: the responsibilities, times the weights of the samples, for the parameters as they are. Returns
-  /// their log-likelihood.
+  /// E-step: computes the responsibilities for the current parameters, multiplied by the weights of the
+  /// samples. Returns the log-likelihood of the parameters.
   [[nodiscard]] Scalar expect() {
     using Array = typename Block::Array;
     constexpr Scalar kInfinity = std::numeric_limits<Scalar>::infinity();
@@ -101,11 +100,11 @@ class MixtureEm {
         values[i] = log_densities(components_[i], first);
         largest = largest.max(values[i]);
       }
-      // Where no component has a density at all nothing is divided.
+      // Where no component has a density, -infinity minus -infinity would be NaN.
       largest = (largest > -kInfinity).select(largest, Scalar(0));
       Array sum = Array::Zero(count);
       for (Array& value : values) {
-        // Zero where negligible.
+        // Negligible values become exactly zero.
         value = (value - largest).max(Scalar(-kNegligible)).exp() - kLeast;
         sum += value;
       }
@@ -122,9 +121,10 @@ class MixtureEm {
     return log_likelihood;
   }
 
-  /// M-step: weights, tangent points, means and covariances for the responsibilities as they are. Components
-  /// with too few samples start again where the mixture is worst, a few times, and then go. Returns whether
-  /// all tangent points stayed: the log-likelihood cannot fall then.
+  /// M-step: computes weights, tangent points, means and covariances for the current responsibilities.
+  /// Components with too few samples start again where the mixture is worst. After as many new starts as
+  /// there were components, they are removed instead. Returns whether no tangent point moved; the
+  /// log-likelihood then cannot fall.
   [[nodiscard]] bool maximize() {
     bool stayed = true;
     for (std::size_t i = 0; i < components_.size();) {
@@ -155,10 +155,10 @@ class MixtureEm {
 
  private:
   static constexpr double kNegligible = 30.0;  // responsibilities below e^-30 count as none
-  static constexpr double kMinSamples = 7.0;   // that a covariance in six dimensions takes
-  static constexpr double kStay = 1e-3;        // off the tangent point costs nothing that counts
+  static constexpr double kMinSamples = 7.0;   // needed for a covariance in six dimensions
+  static constexpr double kStay = 1e-3;        // |u| of the mean up to which the tangent point stays
 
-  /// log of weight times density of a run of samples.
+  /// log of weight times density, for up to kSize consecutive samples.
   [[nodiscard]] typename Block::Array log_densities(const Component& component, Eigen::Index first) const {
     using Array = typename Block::Array;
     constexpr Scalar kEquator = Scalar(1e-12);
@@ -174,8 +174,8 @@ class MixtureEm {
     return (block.r0 < kEquator).select(-std::numeric_limits<Scalar>::infinity(), value);
   }
 
-  /// The moments of the samples in the component's tangent space. That follows the mode when it moves away by
-  /// more than kStay, and the moments are then taken again. Returns whether it stayed.
+  /// Sets the component to the moments of the samples in its tangent space. If their mean is more than kStay
+  /// from the tangent point, the tangent point moves there first. Returns whether it stayed.
   [[nodiscard]] bool update(Component& component, const Weights<Scalar>& weights) {
     TangentMoments<Scalar> moments(component.q, sample_, weights, component.y.mean);
     const Vector3<Scalar> u = moments.density.mean.template head<3>();
@@ -199,7 +199,7 @@ class MixtureEm {
     component.y.mean = centered_mean(sample_.translation(worst));
     const TangentMoments<Scalar> all(component.q, sample_, sample_.weights, component.y.mean);
     component.y.covariance = all.density.covariance;
-    log_densities_[worst] = std::numeric_limits<Scalar>::infinity();  // the next one goes elsewhere
+    log_densities_[worst] = std::numeric_limits<Scalar>::infinity();  // not chosen again in this M-step
     set(component, sample_.weights.sum() / Scalar(components_.size()));
     ++reseeded_;
   }
@@ -209,7 +209,7 @@ class MixtureEm {
     component.y.covariance = floor_.raise(component.y.covariance);
     auto L = cholesky_factor(component.y.covariance);
     for (Scalar lift = std::numeric_limits<Scalar>::epsilon(); !L; lift *= Scalar(4)) {
-      component.y.covariance.diagonal() *= Scalar(1) + lift;  // of a condition beyond the scalar type
+      component.y.covariance.diagonal() *= Scalar(1) + lift;  // ill-conditioned for the scalar type
       L = cholesky_factor(component.y.covariance);
     }
     component.L_inverse = solve_lower<Scalar, 6, 6>(*L, Matrix6<Scalar>::Identity());
@@ -227,7 +227,7 @@ class MixtureEm {
     if (last == 1) restart_alone();
   }
 
-  /// The one component left has all samples.
+  /// The only component left is fitted to all samples.
   void restart_alone() {
     components_[0].q = mean_rotation<Scalar>(sample_, sample_.weights);
     components_[0].y.mean = centered_mean(mean_translation<Scalar>(sample_, sample_.weights));

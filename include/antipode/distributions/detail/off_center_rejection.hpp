@@ -70,14 +70,15 @@ class OffCenterRejection {
   }
 
  private:
+  // Half the area of S^3: the integral of g over R^3.
   static constexpr Scalar kSphereArea = std::numbers::pi_v<Scalar> * std::numbers::pi_v<Scalar>;
 
   /// log g.
   [[nodiscard]] static Scalar log_shrinkage(Scalar squared_norm) {
     return Scalar(-2) * std::log1p(squared_norm);
   }
-  /// No log N(v; mu, S) with |v| <= radius is above. All those v are as far from the mean as the ball is, and
-  /// along the mean's direction that is measured in sigma_.
+  /// An upper bound of log N(v; mu, S) for |v| <= radius. In the direction of the mean, where the Gaussian
+  /// has the standard deviation sigma_, every such v is at least norm_ - radius from the mean.
   [[nodiscard]] Scalar log_bound(Scalar radius) const {
     const Scalar distance = std::max(Scalar(0), norm_ - radius) / sigma_;
     return log_peak_ - Scalar(0.5) * distance * distance;

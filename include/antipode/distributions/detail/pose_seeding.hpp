@@ -28,7 +28,7 @@ class PoseMetric {
       rotation += sample.weights[k] / total * squared_angle(q, sample.rotation(k));
       translation += sample.weights[k] / total * (sample.translation(k) - t).squaredNorm();
     }
-    // Samples that agree in one of the two are distinguished by the other.
+    // If all samples have the same rotation, only the translation counts, and vice versa.
     rotation_scale_ = rotation > Scalar(0) ? Scalar(1) / rotation : Scalar(0);
     translation_scale_ = translation > Scalar(0) ? Scalar(1) / translation : Scalar(0);
     translation_variance_ = translation / Scalar(3);
@@ -39,7 +39,7 @@ class PoseMetric {
     return rotation_scale_ * squared_angle(q_a, q_b) + translation_scale_ * (t_a - t_b).squaredNorm();
   }
 
-  /// Of one coordinate of the translation, over all samples.
+  /// Mean variance of a coordinate of the translation, over all samples.
   [[nodiscard]] Scalar translation_variance() const { return translation_variance_; }
 
  private:
@@ -51,8 +51,9 @@ class PoseMetric {
   Scalar rotation_scale_, translation_scale_, translation_variance_;
 };
 
-/// Which of `count` clusters every sample belongs to. The first centre is the mean of all samples, or one of
-/// them at random; the others are samples far from those before.
+/// Which of `count` clusters every sample belongs to. The first centre is the mean of all samples, or a
+/// random one of them. Every other centre is drawn from the samples, by the squared distance from the nearest
+/// centre so far (k-means++). Three iterations of k-means follow.
 template <class Scalar, class Rng>
 [[nodiscard]] std::vector<std::size_t> seed_clusters(const PoseSample<Scalar>& sample,
                                                      const PoseMetric<Scalar>& distance, std::size_t count,

@@ -36,8 +36,8 @@ template <class Scalar>
   return hamilton_product(q0, Vector4<Scalar>(scale, scale * u[0], scale * u[1], scale * u[2]));
 }
 
-/// The coordinates u of +-q in the chart of q0 (MPG Eq. 10), the same for q and -q. None on the equator,
-/// where the rotations are a half-turn away.
+/// The coordinates u of q in the chart of q0 (MPG Eq. 10), the same for q and -q. None for rotations a
+/// half-turn away from q0.
 template <class Scalar>
 [[nodiscard]] std::optional<Vector3<Scalar>> tangent_coordinates(const Vector4<Scalar>& q0,
                                                                  const Vector4<Scalar>& q) {
@@ -62,7 +62,7 @@ template <class Scalar>
   return Scalar(-3) * log(Scalar(2) * std::numbers::pi_v<Scalar>) - log(upper) - log(lower);
 }
 
-/// (0, t).
+/// The mean y = (0, t) of a density that is centred at its tangent point.
 template <class Scalar>
 [[nodiscard]] Vector6<Scalar> centered_mean(const Vector3<Scalar>& t) {
   return {Scalar(0), Scalar(0), Scalar(0), t[0], t[1], t[2]};
@@ -75,7 +75,7 @@ struct TangentGaussian {
   Matrix6<Scalar> covariance;
 };
 
-/// Sigma for the coordinates (J u, t).
+/// The covariance of (J u, t) for Sigma, that of (u, t).
 template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> transform_rotation(const Matrix3<Scalar>& J, const Matrix6<Scalar>& Sigma) {
   const Matrix3<Scalar> uu = congruence<Scalar, 3, 3>(J, Sigma.template topLeftCorner<3, 3>());
@@ -91,7 +91,7 @@ template <class Scalar>
 ///
 ///   f(u) = (r_v + (r_0 I + [r_v]x) u) / y(u),   y(u) = r_0 - r_v.u,   r = to* from with r_0 >= 0
 ///
-/// Its remainder is known: f(u + d) = f(u) + J d / (1 - rho) with rho = r_v.d / y(u).
+/// Its remainder is known exactly: f(u + d) = f(u) + J d / (1 - rho) with rho = r_v.d / y(u).
 template <class Scalar>
 class ChartChange {
  public:

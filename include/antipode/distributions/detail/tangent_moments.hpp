@@ -18,7 +18,8 @@
 /// Gaussian.
 namespace antipode::detail {
 
-/// Weighted poses taken apart, one row each: a coordinate of all of them lies in one piece.
+/// Weighted poses, taken apart: one row per pose, so that each coordinate of all poses is contiguous in
+/// memory.
 template <class Scalar>
 struct PoseSample {
   Matrix<Scalar, Eigen::Dynamic, 4> rotations;
@@ -26,11 +27,11 @@ struct PoseSample {
   Vector<Scalar, Eigen::Dynamic> weights;
 
   /// Columns [q; p] and their weights, which are normalised to the given sum. Throws on weights that are
-  /// negative or sum to zero, and on anything not finite.
+  /// negative or sum to zero, on anything not finite, and unless there is one weight per pose.
   PoseSample(const PoseColumns<Scalar>& poses, const Weights<Scalar>& pose_weights, Scalar sum)
       : rotations(poses.cols(), 4), translations(poses.cols(), 3) {
     if (poses.cols() != pose_weights.size()) [[unlikely]] {
-      throw_invalid("there must be one weight a sample, weights", pose_weights.size());
+      throw_invalid("there must be one weight per sample; number of weights", pose_weights.size());
     }
     weights = pose_weights * (sum / checked_sum<Scalar>(pose_weights));
     for (Eigen::Index k = 0; k < poses.cols(); ++k) {
@@ -45,7 +46,7 @@ struct PoseSample {
   [[nodiscard]] Vector3<Scalar> translation(Eigen::Index k) const { return translations.row(k).transpose(); }
 };
 
-/// The principal axis of sum w q q^T, the mean rotation for any signs.
+/// The principal axis of sum w q q^T: the mean rotation, whatever the signs of the q.
 template <class Scalar>
 [[nodiscard]] Vector4<Scalar> mean_rotation(const PoseSample<Scalar>& sample,
                                             const Weights<Scalar>& weights) {
@@ -68,14 +69,15 @@ template <class Scalar>
   return mean / weights.sum();
 }
 
-/// The coordinates (u, t) - reference of a run of samples in the tangent space of q0, an array each.
+/// The coordinates (u, t) - reference of up to kSize consecutive samples in the tangent space of q0, one
+/// array per coordinate.
 template <class Scalar>
 struct TangentBlock {
   static constexpr Eigen::Index kSize = 128;
   using Array = Eigen::Array<Scalar, Eigen::Dynamic, 1, 0, kSize, 1>;
 
-  Array r0;                ///< |q0.q|; (1 + |u|^2)^-1/2
-  std::array<Array, 6> y;  ///< u as if r0 were 1 where it is less than the least
+  Array r0;                ///< |q0.q| = (1 + |u|^2)^-1/2
+  std::array<Array, 6> y;  ///< where r0 < least_r0, u is computed as if r0 were 1
 
   TangentBlock(const Matrix4<Scalar>& to_chart, const Vector6<Scalar>& reference,
                const PoseSample<Scalar>& sample, Eigen::Index first, Scalar least_r0) {
@@ -97,7 +99,8 @@ struct TangentBlock {
   }
 };
 
-/// Moments of (u, t) in the tangent space of q0. Rotations within 1e-3 of its equator do not count.
+/// Moments of (u, t) in the tangent space of q0. Samples with |q0.q| < 1e-3, nearly a half-turn away, are
+/// left out.
 template <class Scalar>
 struct TangentMoments {
   Scalar weight = 0;

@@ -13,13 +13,13 @@
 
 namespace antipode::detail {
 
-/// The search for a second mode of prior times likelihood, beside the one that an update settled in.
+/// The search for a second mode of prior times likelihood, beside the one in which an update settled.
 ///
 /// It follows the straight lines through the posterior's mean along which the measurement made the prior
 /// narrower, from two standard deviations of the posterior to three of the prior: first in steps that grow
-/// with the distance, then with all points where the density rises again. A mode that no such line passes
-/// remains unseen; the ambiguity of a single sensor, one of two places say, lies on one. `evaluate` sets the
-/// log-likelihoods at Count vectors about the posterior's mean, one a column.
+/// with the distance, then with all points where the density rises again. A mode that is not on such a line
+/// is not found. The two modes of an ambiguous single sensor are on one. `evaluate` sets the log-likelihoods
+/// at Count vectors about the posterior's mean, one per column.
 template <class Density, int Count, class Evaluate>
 class ModeSearch {
   using Chart = typename Density::Chart;
@@ -41,7 +41,7 @@ class ModeSearch {
     while (lines_ < N && eigen.values[lines_] < kNarrow) ++lines_;
   }
 
-  /// Whether there is one that is not negligible beside the first.
+  /// Whether there is a second mode that is not negligible beside the first.
   [[nodiscard]] bool finds_second_mode() {
     if (lines_ == 0 || !all_finite(directions_) || !all_finite(mean_)) return false;
     const int half = (Count - 1) / (2 * lines_);                        // of a line
@@ -66,11 +66,11 @@ class ModeSearch {
   }
 
  private:
-  static constexpr Scalar kNarrow{0.25};  // variance of the posterior, in that of the prior
+  static constexpr Scalar kNarrow{0.25};  // posterior over prior variance, below which a line is searched
   static constexpr Scalar kNear{2};       // standard deviations of the posterior
   static constexpr Scalar kSmallest = Scalar(1e-30);
   static constexpr Scalar kReach{3};       // standard deviations of the prior
-  static constexpr Scalar kRise{1};        // of the log-density, which is no second mode yet
+  static constexpr Scalar kRise{1};        // a smaller rise of the log-density is no second mode
   static constexpr Scalar kNegligible{6};  // a mode lower by this has little weight
   static constexpr int kMostRefinements{6};
 
@@ -106,8 +106,8 @@ class ModeSearch {
     return values;
   }
 
-  /// The highest of the places of half a line up to which the density rises again, seen from the mean; -1 if
-  /// it only falls.
+  /// The index of the highest of those places on half a line at which the density, seen from the mean, has
+  /// risen again; -1 if it only falls.
   [[nodiscard]] int highest_rise(const Scalar* values, int places) const {
     int highest = -1;
     Scalar low = peak_;
@@ -118,13 +118,13 @@ class ModeSearch {
     return highest;
   }
 
-  /// Places on a line about the highest one.
+  /// An interval of places on a line, and the highest place in it.
   struct Rise {
     Scalar begin, highest, end;
   };
 
-  /// Follows a rise to its top. The highest place of all so far stays in the middle: those of a finer grid
-  /// may all be lower.
+  /// Follows a rise to its top. Each finer grid is centred at the highest place found so far, as all places
+  /// of that grid may be lower.
   [[nodiscard]] bool rises_to_second_mode(int line, Rise rise, Scalar top) {
     for (int i = 0; i < kMostRefinements && top <= peak_ - kNegligible; ++i) {
       const Scalar step = (rise.end - rise.begin) / Scalar(Count - 1);

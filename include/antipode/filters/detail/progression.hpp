@@ -10,7 +10,7 @@
 /// The steps of a progression, which applies a likelihood in powers that add up to one.
 namespace antipode::detail {
 
-/// What is left of the likelihood counts as nothing below this share.
+/// A remaining power of the likelihood below this counts as zero.
 inline constexpr double kProgressionDone = 1e-12;
 
 /// The extremes of the log-likelihoods of the samples that count.
@@ -26,9 +26,9 @@ struct LogRange {
   [[nodiscard]] bool supported() const { return hi > -std::numeric_limits<Scalar>::infinity(); }
 };
 
-/// The range of the log-likelihoods, which come out finite: -infinity becomes hi - 700, e^-700 times less
-/// likely than the best sample, or as unlikely as the worst if that is less. Samples without weight do not
-/// count; theirs become hi.
+/// The range of the log-likelihoods, which are made finite: -infinity becomes hi - 700 (e^-700 times less
+/// likely than the best sample), or the least finite value if that is lower. Samples without weight do not
+/// count; their values become hi.
 template <class Scalar, int Count>
 [[nodiscard]] LogRange<Scalar> bound_log_likelihoods(const Vector<Scalar, Count>& weights,
                                                      Vector<Scalar, Count>& values) {
@@ -57,12 +57,11 @@ template <class Scalar, int Count>
 template <class Scalar>
 struct ProgressionStep {
   Scalar size;
-  bool floored;  ///< it is longer than was wanted
+  bool floored;  ///< the step is longer than wanted
 };
 
-/// The wanted step, but not below min_step and no more than what remains. The first half of max_steps is
-/// free; in the second half a step is at least an even share of what remains, so that the last one takes all
-/// of it.
+/// The wanted step, but at least min_step and at most what remains. In the second half of max_steps it is
+/// also at least an even share of what remains, so that the last step takes all of it.
 template <class Scalar>
 [[nodiscard]] ProgressionStep<Scalar> progression_step(Scalar remaining, Scalar wanted, Scalar min_step,
                                                        int steps, int max_steps) {
@@ -71,7 +70,8 @@ template <class Scalar>
   return {std::min(remaining, std::max(wanted, floor)), wanted < floor};
 }
 
-/// The step such that no two samples' likelihoods are further apart than 1 : tau (DQV-SLAM Alg. 2 line 8).
+/// The step within which no two samples' likelihoods change by more than 1 : tau relative to each other
+/// (DQV-SLAM Alg. 2 line 8).
 template <class Scalar>
 [[nodiscard]] Scalar reweighting_step(const LogRange<Scalar>& range, Scalar tau) {
   using std::log;
@@ -84,11 +84,11 @@ template <class Scalar>
 template <class Scalar>
 struct ProgressionPower {
   Scalar power;
-  bool forced;  ///< it is larger than was wanted
+  bool forced;  ///< the power is larger than wanted
 };
 
-/// The wanted power, at most one and not below the last. The first half of max_steps is free; in the second
-/// it grows at least evenly, so that the last step applies all of the likelihood.
+/// The wanted power, but at most one and at least the last one. In the second half of max_steps it grows at
+/// least evenly, so that the last step applies all of the likelihood.
 template <class Scalar>
 [[nodiscard]] ProgressionPower<Scalar> next_power(Scalar last, Scalar wanted, int steps, int max_steps) {
   const int left = max_steps - steps;
@@ -104,7 +104,8 @@ struct Reweighting {
   Scalar effective_sample_size;  ///< Count (sum_k w_k r_k)^2 / sum_k w_k r_k^2
 };
 
-/// w_k <- w_k exp(step l_k), normalised (the paper's Alg. 2 matches moments to weights that are not).
+/// w_k <- w_k exp(step l_k), normalised (the paper's Alg. 2 does not normalise the weights before it matches
+/// the moments).
 template <class Scalar, int Count>
 Reweighting<Scalar> reweight(Scalar step, const Vector<Scalar, Count>& values,
                              Vector<Scalar, Count>& weights) {

@@ -23,11 +23,11 @@ struct QuadraticFit {
   Scalar mean = 0;         ///< of the log-likelihood
   Scalar residual = 0;     ///< standard deviation of what the model leaves unexplained
   Scalar explained = 0;    ///< standard deviation of the quadratic
-  Scalar dropped = 0;      ///< standard deviation of what curves upwards, which the model leaves out
+  Scalar dropped = 0;      ///< standard deviation of the part that curves upwards, which the model leaves out
   LogRange<Scalar> range;  ///< the rest is set only if it is valid and supported
 };
 
-/// The log-likelihood at the points with the whitened coordinates `points`, one a column.
+/// The log-likelihood at the whitened coordinates `points`, one per column.
 template <class Density, class L, int N, int Count>
 void evaluate_over(const SqrtGaussian<Density>& density, L& log_likelihood,
                    const Matrix<typename Density::Scalar, N, Count>& points,
@@ -42,7 +42,7 @@ void evaluate_over(const SqrtGaussian<Density>& density, L& log_likelihood,
   }
 }
 
-/// Asks the likelihood at the points of a rule for N(0, spread^2 I) in the density's coordinates y and
+/// Evaluates the likelihood at the points of a rule for N(0, spread^2 I) in the density's coordinates y and
 /// projects it onto Hermite polynomials.
 template <class Density, class L, int N, int Count>
 [[nodiscard]] auto fit_quadratic(const SqrtGaussian<Density>& density, typename Density::Scalar spread,

@@ -26,7 +26,7 @@ struct QuadraticStep {
   Scalar next = Scalar(0);   ///< power that the whole step leads to
   ConditionedGaussian<Scalar, N> y = {};
 
-  /// How far the mean log-likelihood after the step is below what the model promised.
+  /// How far the mean log-likelihood after the step is below what the model predicted.
   [[nodiscard]] Scalar shortfall(const QuadraticFit<Scalar, N>& after, Scalar spread) const {
     if (!after.range.supported()) return std::numeric_limits<Scalar>::infinity();
     const Vector<Scalar, N> bend = fit.model.curvature * y.mean;
@@ -38,8 +38,8 @@ struct QuadraticStep {
   }
 };
 
-/// A share of the way from N(0, I) to y, straight in the information and the information matrix: the
-/// geometric mean of the densities.
+/// The Gaussian at the given share of the way from N(0, I) to y: information vector and matrix are
+/// interpolated linearly, which is the weighted geometric mean of the densities.
 template <class Scalar, int N>
 [[nodiscard]] ConditionedGaussian<Scalar, N> damped(const ConditionedGaussian<Scalar, N>& y, Scalar share) {
   const Matrix<Scalar, N> inverse_root = solve<Scalar, N, N>(y.root, Matrix<Scalar, N>::Identity());
@@ -60,14 +60,16 @@ template <class Scalar, int N>
   return {root * step, root, y.log_evidence, y.nis};
 }
 
-/// Whether y is inside N(0, I).
+/// Whether y lies within N(0, I): its mean is at most one standard deviation away, and its variances are at
+/// most 1 on average, up to the tolerance.
 template <class Scalar, int N>
 [[nodiscard]] bool is_within(const ConditionedGaussian<Scalar, N>& y, Scalar tolerance) {
   return y.mean.squaredNorm() <= Scalar(1) && y.root.squaredNorm() <= Scalar(N) * (Scalar(1) + tolerance);
 }
 
-/// Whether conditioning left the density where it was, in its own whitened coordinates. One variance that
-/// changed counts as much as if all had changed by the same amount together: a single sensor moves one.
+/// Whether conditioning left the density where it was, in its own whitened coordinates: the step of the mean
+/// and the change of the covariance, as a root mean square over the coordinates, are within the tolerance. If
+/// only one variance changes, it may change by sqrt(N) times the tolerance.
 template <class Scalar, int N>
 [[nodiscard]] bool is_settled(const ConditionedGaussian<Scalar, N>& y, Scalar tolerance) {
   const Matrix<Scalar, N> change =

@@ -39,7 +39,7 @@ struct ConditionedGaussian {
   [[nodiscard]] bool finite() const { return all_finite(mean) && all_finite(root) && std::isfinite(nis); }
 };
 
-/// N(mean, L L^T) times exp(l), normalised. Not a number where l is too large to compute with.
+/// N(mean, L L^T) times exp(l), normalised. NaN if l is too large to compute with.
 template <class Scalar, int N>
 [[nodiscard]] ConditionedGaussian<Scalar, N> condition(const Vector<Scalar, N>& mean,
                                                        const Matrix<Scalar, N>& L,
@@ -66,7 +66,7 @@ template <class Scalar, int N>
   return {posterior_mean, root, log_evidence, Scalar(0) - Scalar(2) * log_peak};
 }
 
-/// A concentrated density by a root of its covariance.
+/// A concentrated density with a root L of its covariance, covariance = L L^T.
 template <ConcentratedDensity Density_>
 struct SqrtGaussian {
   using Density = Density_;
@@ -78,7 +78,7 @@ struct SqrtGaussian {
 
   typename Chart::Point mean;
   Square L;
-  bool invertible = true;  ///< L is
+  bool invertible = true;  ///< whether L is invertible
 
   /// Throws unless the density is finite with a positive semidefinite covariance.
   [[nodiscard]] static SqrtGaussian of(const Density& density) {
@@ -107,7 +107,8 @@ struct SqrtGaussian {
     return result;
   }
 
-  /// `prior` times exp(l), with l in this density's coordinates y, and so the result. L must be invertible.
+  /// `prior` times exp(l), normalised. Both l and the result are in the coordinates y of this density, whose
+  /// L must be invertible.
   [[nodiscard]] ConditionedGaussian<Scalar, kDim> condition_prior(
       const SqrtGaussian& prior, const QuadraticLogLikelihood<Scalar, kDim>& l) const {
     const Tangent to_prior = Chart::local(mean, prior.mean);

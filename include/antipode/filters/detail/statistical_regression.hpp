@@ -22,7 +22,7 @@ template <class Model, class Scalar, int Dim>
 using MeasurementOf = typename ValueOfOptional<
     std::invoke_result_t<const Model&, const DualQuaternion<Scalar>&, const Vector<Scalar, Dim>&>>::type;
 
-/// A certain pose is one sample.
+/// The samples of the poses; a known pose is one sample.
 template <class Scalar>
 [[nodiscard]] WeightedSamples<Scalar, 8, 1> pose_samples(const DualQuaternion<Scalar>& pose) {
   return {pose.coeffs(), Vector<Scalar, 1>::Ones()};
@@ -44,7 +44,7 @@ struct LinearModel {
   [[nodiscard]] Matrix<Scalar, Measured> covariance() const { return slope * slope.transpose() + residual; }
 };
 
-/// h at x for every pose, one column each; false if one of them has no finite measurement.
+/// h at x for every pose, one per column; false if one of the poses has no finite measurement.
 template <class Model, class Scalar, int Dim, int Count, int Measured>
 [[nodiscard]] bool measure(const Model& h, const WeightedSamples<Scalar, 8, Count>& poses,
                            const Vector<Scalar, Dim>& x, Matrix<Scalar, Measured, Count>& measurements) {
@@ -98,7 +98,7 @@ template <class Model, class Scalar, int Count, int Dim, int Points>
   return std::optional<Linear>{model};
 }
 
-/// One measurement over a density: z = mean + A y + e with Cov(e) = disturbance.
+/// One measurement over a density: z = mean + A y + e with y ~ N(0, I) and Cov(e) = disturbance.
 template <class Scalar, int Dim, int N>
 struct LinearMeasurementModel {
   Vector<Scalar, Dim> mean;
@@ -106,7 +106,7 @@ struct LinearMeasurementModel {
   Matrix<Scalar, Dim> disturbance;
 };
 
-/// The regression of predicted measurements, one a column, on the sigma points that they were predicted at.
+/// The regression of predicted measurements, one per column, on the sigma points of the predictions.
 template <class Scalar, int Dim, int N, int Count>
 [[nodiscard]] LinearMeasurementModel<Scalar, Dim, N> regress_on_points(
     const Matrix<Scalar, Dim, Count>& predicted, const WeightedSamples<Scalar, N, Count>& standard) {

@@ -8,8 +8,8 @@
 /// The product of two dual quaternions, three quaternion products: [q_x q_y; q_x p_y + p_x q_y].
 namespace antipode::detail {
 
-/// Written out: as products of vectors GCC stores and reloads every one of them, which takes half of the
-/// time.
+/// Written out entry by entry: with products of vectors GCC stores and reloads every intermediate vector,
+/// which takes half of the time.
 template <class A, class B>
 [[nodiscard]] Vector8<typename A::Scalar> dual_quaternion_product(const A& a, const B& b) noexcept {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -28,12 +28,11 @@ template <class A, class B>
 
 #if defined(__GNUC__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
-/// Two doubles in one register: an extension of GCC and Clang that needs no set of instructions in
-/// particular.
+/// Two doubles in one register: an extension of GCC and Clang that works on every processor.
 using DoublePair [[gnu::vector_size(16)]] = double;
 
-/// The same for doubles, two rows at a time, with the same bits. GCC does not find this by itself, and takes
-/// a quarter longer.
+/// The same product for doubles, two rows at a time, with a result that is equal bit for bit. GCC does not
+/// vectorise the version above, which takes a quarter longer.
 template <class A, class B>
 requires std::same_as<typename A::Scalar, double> && std::same_as<typename B::Scalar, double>
 [[nodiscard]] Vector8<double> dual_quaternion_product(const A& a, const B& b) noexcept {

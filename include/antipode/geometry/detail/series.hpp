@@ -3,7 +3,8 @@
 
 #include <cmath>
 
-/// Scalar functions of an angle t with removable singularities at zero: series near it, else closed forms.
+/// Scalar functions of an angle t [rad] with removable singularities at t = 0: series near zero, closed forms
+/// elsewhere.
 ///
 /// All take the squared angle, so that they are differentiable at zero for dual-number scalars too.
 namespace antipode::detail {
@@ -18,7 +19,8 @@ template <class Scalar, class... Coefficients>
   return Scalar(c0) + x * polynomial(x, higher...);
 }
 
-/// Squared angle below which the series replace the closed forms; what they leave out is below 1.2e-16 there.
+/// Squared angle [rad^2] below which the series replace the closed forms. Their truncation error is below
+/// 1.2e-16 there.
 inline constexpr double kSeriesAngleSquared = 0.01;
 
 /// (cos(t/2) / 2 - s) / t^2 with s = sin(t/2) / t: the derivative of s by t, divided by t.
@@ -39,6 +41,7 @@ struct HalfAngle {
   Scalar slope;   ///< sinc_slope(t)
 };
 
+/// The HalfAngle of t^2.
 template <class Scalar>
 [[nodiscard]] HalfAngle<Scalar> half_angle(const Scalar& angle_squared) noexcept {
   using std::cos;
@@ -65,6 +68,7 @@ struct RecoveredAngle {
   Scalar squared;       ///< t^2
 };
 
+/// The RecoveredAngle of w and sin^2(t/2).
 template <class Scalar>
 [[nodiscard]] RecoveredAngle<Scalar> recovered_angle(const Scalar& w, const Scalar& sine_squared) noexcept {
   using std::atan2;
@@ -80,8 +84,8 @@ template <class Scalar>
   return {angle / sine, sine / angle, angle * angle};
 }
 
-/// The left Jacobian of SO(3) is I + a P + b P^2 with P = [phi]x; a_slope = (da/dt) / t, b_slope = (db/dt) /
-/// t.
+/// The left Jacobian of SO(3) is I + a P + b P^2 with P = [phi]x. The slopes are a_slope = (da/dt) / t and
+/// b_slope = (db/dt) / t.
 template <class Scalar>
 struct JacobianCoefficients {
   Scalar a;        ///< (1 - cos t) / t^2
@@ -90,6 +94,7 @@ struct JacobianCoefficients {
   Scalar b_slope;  ///< (3 sin t - 2 t - t cos t) / t^5
 };
 
+/// The JacobianCoefficients of t^2.
 template <class Scalar>
 [[nodiscard]] JacobianCoefficients<Scalar> jacobian_coefficients(const Scalar& angle_squared) noexcept {
   using std::cos;
@@ -110,13 +115,15 @@ template <class Scalar>
           (Scalar(3) * (sine - t) + t * versine) / (x * x * t)};
 }
 
-/// Its inverse is I - P/2 + k P^2; k_slope = (dk/dt) / t. Singular at t = 2 pi.
+/// The inverse of the left Jacobian of SO(3) is I - P/2 + k P^2 with P = [phi]x; k_slope = (dk/dt) / t.
+/// Singular at t = 2 pi.
 template <class Scalar>
 struct InverseJacobianCoefficients {
   Scalar k;        ///< (1 - (t/2) cot(t/2)) / t^2; 1/pi^2 at t = pi
   Scalar k_slope;  ///< (1 / (4 sin^2(t/2)) - 1 / t^2 - k) / t^2
 };
 
+/// The InverseJacobianCoefficients of t^2.
 template <class Scalar>
 [[nodiscard]] InverseJacobianCoefficients<Scalar> inverse_jacobian_coefficients(
     const Scalar& angle_squared) noexcept {
