@@ -28,6 +28,12 @@ template <class Scalar>
   return x[3] * x.template head<3>();
 }
 
+/// B: rotations about the column B_i of the child's frame move the mode along the axis M_i.
+template <class Scalar>
+[[nodiscard]] Matrix3<Scalar> tangent_axes(const Bingham<Scalar, 4>& orientation) {
+  return (left_matrix(orientation.mode()).transpose() * orientation.axes()).template block<3, 3>(1, 0);
+}
+
 }  // namespace detail
 
 /// A density of poses: Bingham orientation, Gaussian translation given the orientation.
@@ -84,7 +90,7 @@ class BinghamGaussian {
     const Matrix3<Scalar> rho_rho = covariance.template bottomRightCorner<3, 3>();
     const Vector3<Scalar> omega = orientation.second_moments().template head<3>();
     const Matrix3<Scalar> R_rho_phi = R * rho_phi;
-    Matrix3<Scalar> G = R_rho_phi * tangent_basis(orientation);
+    Matrix3<Scalar> G = R_rho_phi * detail::tangent_axes(orientation);
     for (int i = 0; i < 3; ++i) G.col(i) *= Scalar(0.5) / omega[i];
     const Matrix3<Scalar> Sc =
         detail::congruence<Scalar, 3, 3>(R, rho_rho) - detail::scaled_square<Scalar, 3, 3>(G, omega);
@@ -138,7 +144,7 @@ class BinghamGaussian {
     const Vector3<Scalar> omega = orientation_.second_moments().template head<3>();
     const Matrix3<Scalar> R_inverse = rotation_matrix(orientation_.mode()).transpose();
     Matrix<Scalar, 6, 3> J;
-    J.template topRows<3>() = Scalar(2) * tangent_basis(orientation_);
+    J.template topRows<3>() = Scalar(2) * detail::tangent_axes(orientation_);
     J.template bottomRows<3>() = R_inverse * coupling_;
     Matrix6<Scalar> P = detail::scaled_square<Scalar, 6, 3>(J, omega);
     P.template bottomRightCorner<3, 3>() +=
@@ -160,11 +166,6 @@ class BinghamGaussian {
   }
 
  private:
-  /// B: rotations about the column B_i of the child's frame move the mode along the axis M_i.
-  [[nodiscard]] static Matrix3<Scalar> tangent_basis(const Orientation& orientation) {
-    return (left_matrix(orientation.mode()).transpose() * orientation.axes()).template block<3, 3>(1, 0);
-  }
-
   Orientation orientation_;
   Vector3<Scalar> mean_translation_;
   Matrix3<Scalar> coupling_;

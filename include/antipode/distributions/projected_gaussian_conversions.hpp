@@ -53,12 +53,6 @@ template <Projection kProjection = Projection::kRenormalized, std::floating_poin
 
 namespace detail {
 
-/// B: rotations about the column B_i of the child's frame move the mode along the axis M_i.
-template <class Scalar>
-[[nodiscard]] Matrix3<Scalar> tangent_axes(const Bingham<Scalar, 4>& orientation) {
-  return (left_matrix(orientation.mode()).transpose() * orientation.axes()).template block<3, 3>(1, 0);
-}
-
 template <class Scalar>
 [[nodiscard]] Vector3<Scalar> tangent_variances(const Bingham<Scalar, 4>& orientation) {
   return orientation.second_moments().template head<3>() / orientation.second_moments()[3];

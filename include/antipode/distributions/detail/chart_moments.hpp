@@ -11,7 +11,8 @@
 namespace antipode::detail {
 
 /// The mean of weighted points of a manifold, about which their weighted vectors sum to zero, and the
-/// covariance of these vectors.
+/// covariance of these vectors. To first order in the last step if ten iterations do not settle, as for
+/// points spread over much of the rotations.
 template <ConcentratedDensity Density, std::size_t Count>
 [[nodiscard]] Density chart_moments(
     const std::array<typename Density::Chart::Point, Count>& points,
@@ -34,7 +35,7 @@ template <ConcentratedDensity Density, std::size_t Count>
       add_outer_product<Scalar, N, N>(weight, xi, xi, covariance);
     }
     const bool settled = mean.squaredNorm() <= kSettled * kSettled * covariance.trace();
-    if (settled) add_outer_product<Scalar, N, N>(Scalar(-1), mean, mean, covariance);
+    add_outer_product<Scalar, N, N>(Scalar(-1), mean, mean, covariance);
     center = Chart::normalized(Chart::retract(center, mean));
     if (settled) break;
   }

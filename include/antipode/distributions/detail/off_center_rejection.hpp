@@ -34,7 +34,7 @@ class OffCenterRejection {
     Scalar least = std::numeric_limits<Scalar>::infinity();
     for (int k = 0; k < 12; ++k) {
       const Scalar radius = norm_ * (Scalar(1) - std::pow(Scalar(0.5), Scalar(k)));
-      const Scalar inner = k == 0 ? Scalar(0) : kSphereArea * exp(log_bound(radius));
+      const Scalar inner = k == 0 ? Scalar(0) : kHalfSphereArea * exp(log_bound(radius));
       const Scalar outer = log_shrinkage(radius * radius);
       const Scalar mass = exp(outer) + inner;
       if (!(mass < least)) continue;
@@ -42,7 +42,7 @@ class OffCenterRejection {
       radius_ = radius;
       inner_share_ = inner / mass;
     }
-    if (const Scalar uniform = kSphereArea * exp(log_peak_); uniform < least) {
+    if (const Scalar uniform = kHalfSphereArea * exp(log_peak_); uniform < least) {
       radius_ = std::numeric_limits<Scalar>::infinity();
       inner_share_ = Scalar(1);
     }
@@ -71,7 +71,7 @@ class OffCenterRejection {
 
  private:
   // Half the area of S^3: the integral of g over R^3.
-  static constexpr Scalar kSphereArea = std::numbers::pi_v<Scalar> * std::numbers::pi_v<Scalar>;
+  static constexpr Scalar kHalfSphereArea = std::numbers::pi_v<Scalar> * std::numbers::pi_v<Scalar>;
 
   /// log g.
   [[nodiscard]] static Scalar log_shrinkage(Scalar squared_norm) {
