@@ -9,11 +9,11 @@
 #include "simulator/world/camera_path.hpp"
 #include "stereo_slam/dataset/stereo_rig.hpp"
 
-/// The text files of a recording in EuRoC's layout. Numbers are written in the fewest digits that give them
-/// back exactly.
+/// The text files of a recording in EuRoC's layout. Numbers are written in the fewest digits that read back
+/// as exactly the same number.
 namespace stereo_slam::simulator {
 
-/// Of frame i: a time after 2001, so that stamps have as many digits as real ones.
+/// Stamp of a frame. All stamps are after 2001, so that they have as many digits as real ones.
 [[nodiscard]] std::int64_t euroc_stamp_ns(std::size_t frame, double fps);
 
 /// data.csv of a camera.

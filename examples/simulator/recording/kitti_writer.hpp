@@ -7,8 +7,8 @@
 #include "simulator/rendering/projection.hpp"
 #include "simulator/world/camera_path.hpp"
 
-/// The text files of a recording in KITTI's layout. Numbers are written in the fewest digits that give them
-/// back exactly.
+/// The text files of a recording in KITTI's layout. Numbers are written in the fewest digits that read back
+/// as exactly the same number.
 namespace stereo_slam::simulator {
 
 /// calib.txt: P0 .. P3; P2 and P3, the colour cameras, repeat the grey ones.

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Creates the folder of a recording; throws when it is not empty.
+/// Creates the folder of a recording; throws std::runtime_error when it exists and is not empty.
 void make_root(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);

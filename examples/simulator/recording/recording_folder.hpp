@@ -18,14 +18,14 @@ namespace stereo_slam::simulator {
 class RecordingFolder {
  public:
   /// Creates the folders; throws std::runtime_error when `output` is not empty, so that nothing is
-  /// overwritten and no recording is mixed with another. `settings` must outlive it.
+  /// overwritten and no recording is mixed with another. `settings` must outlive this object.
   RecordingFolder(const SimulationSettings& settings, const std::filesystem::path& output);
 
   void write_cameras() const;
   void write_times_and_poses(const CameraPath& path) const;
   /// `side` is 0 for the left camera, 1 for the right one.
   void write_image(const cv::Mat1b& image, std::size_t side, std::size_t frame) const;
-  /// The mask of what moves in the left image.
+  /// The mask of the moving objects in the left image.
   void write_mask(const cv::Mat1b& mask, std::size_t frame) const;
 
  private:

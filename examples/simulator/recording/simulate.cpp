@@ -49,7 +49,7 @@ void validate(const SimulationSettings& settings) {
   validate(settings.sensor);
 }
 
-/// The two cameras as they really are, which the recorded calibration may differ from.
+/// The two cameras that are rendered. With a rectification error, the recorded calibration differs from them.
 struct StereoViews {
   std::vector<LensView> lenses;  ///< left and right; none if both are pinholes
   Eigen::Isometry3d T_left_right;
@@ -65,7 +65,7 @@ StereoViews stereo_views(const SimulationSettings& settings) {
   return {{LensView(rig->left), LensView(rig->right)}, rig->T_right_left.inverse()};
 }
 
-/// Renders and writes stereo pairs; one for each thread.
+/// Renders and writes stereo pairs. Each thread has its own Camera.
 class Camera {
  public:
   Camera(const SimulationSettings& settings, const World& world, const Traffic& traffic,
@@ -94,7 +94,7 @@ class Camera {
   }
 
  private:
-  /// The light that falls on the sensor of one side.
+  /// The light that falls on the sensor of one camera (0 left, 1 right).
   [[nodiscard]] cv::Mat1f see(std::size_t side, const Eigen::Isometry3d& T_world_left,
                               const std::vector<Face>& moving) {
     const cv::Mat1f light = renderers_[side].render(T_world_left * T_left_camera(side), moving);
@@ -123,7 +123,7 @@ CameraPath camera_path(const SimulationSettings& settings) {
   }
   CameraPath path = read_camera_path(settings.trajectory);
   if (settings.frames > 0) path.resize(std::min(path.size(), static_cast<std::size_t>(settings.frames)));
-  constexpr double kLargestTown_m = 20e3;  // what is rendered around the path must fit into memory
+  constexpr double kLargestTown_m = 20e3;  // the world around the path must fit into memory
   for (const auto& pose : path) {
     const double distance_m = (pose.translation() - path.front().translation()).norm();
     if (!(distance_m <= kLargestTown_m)) {

@@ -16,18 +16,18 @@
 namespace stereo_slam::simulator {
 
 struct SimulationSettings {
-  std::filesystem::path trajectory;  ///< KITTI pose file to drive along; empty is the scenery's own drive
+  std::filesystem::path trajectory;  ///< pose file, see read_camera_path(); empty: the built-in drive
   Scenery scenery = Scenery::kTown;  ///< built along the path
-  int frames = 0;                    ///< how many; 0 is all of the file, or kDefaultFrames of the own drive
+  int frames = 0;                    ///< number; 0: all of the file, or kDefaultFrames of the built-in drive
   std::uint64_t seed = 1;            ///< of the world, the traffic and the noise
   int dynamic_objects = 0;           ///< moving cars and lorries
-  bool moving_masks = false;         ///< write which pixels of the left images show them
+  bool moving_masks = false;         ///< write masks of these in the left images
   double fps = 10.0;                 ///< frames a second, > 0
   PinholeCamera camera{1241, 376, 718.856, 718.856, 607.1928, 185.2157};  ///< of both images, px
   double baseline_m = 0.5371657;                                          ///< > 0
   /// Largest displacement in the right image by errors that the recorded calibration does not contain: a
-  /// relative rotation, an offset of the principal point and a radial distortion, drawn with the seed. Needs
-  /// rectified images.
+  /// relative rotation, an offset of the principal point and radial distortion, drawn with the seed. Not with
+  /// `rig`.
   double rectification_error_px = 0.0;
   double camera_height_m = 1.65;  ///< above the road, > 0
   int samples_per_pixel = 8;      ///< for anti-aliasing: 4, 8 or 16
@@ -47,12 +47,13 @@ struct SimulationSettings {
 /// Returns whether to continue; if not, the frames in progress are finished and make a shorter recording.
 using Progress = std::function<bool(int done, int total)>;
 
-/// Writes calib.txt (P0 .. P3), times.txt, poses.txt and image_0, image_1/%06d.png into `output`, which is
-/// created when missing, or with a rig mav0 with cam0, cam1 and state_groundtruth_estimate0; if asked, the
-/// masks of what moves beside image_0 or cam0, in moving, white on black: the text files first, then each
-/// pair of images as soon as it is rendered. Throws std::invalid_argument for settings out of range and
-/// std::runtime_error for a trajectory that cannot be read, both before anything is written, and
-/// std::runtime_error for files that cannot be written and for an `output` that is not empty.
+/// Writes a recording into `output`, which is created when missing: calib.txt (P0 .. P3), times.txt,
+/// poses.txt, image_0/%06d.png and image_1/%06d.png; or, with a rig, mav0 with cam0, cam1 and
+/// state_groundtruth_estimate0. With `moving_masks`, the folder `moving` beside image_0 or cam0 holds masks
+/// of the moving objects, white on black. The text files are written first, then each pair of images as soon
+/// as it is rendered. Throws std::invalid_argument for settings out of range and std::runtime_error for a
+/// trajectory that cannot be read or leads more than 20 km away from its start, both before anything is
+/// written; and std::runtime_error for files that cannot be written and for an `output` that is not empty.
 void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
               const Progress& progress = nullptr);
 

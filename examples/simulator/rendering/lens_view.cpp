@@ -20,7 +20,7 @@ double coefficient(const Lens& lens, std::size_t i) {
   return i < lens.coefficients.size() ? lens.coefficients[i] : 0.0;
 }
 
-/// theta (1 + k1 theta^2 + ...) = r by Newton's method.
+/// Solves theta (1 + k1 theta^2 + ...) = r for theta by Newton's method.
 std::optional<double> invert_equidistant(const Lens& lens, double r) {
   double theta = r;
   for (int step = 0; step < 30; ++step) {
@@ -40,7 +40,7 @@ std::optional<double> invert_equidistant(const Lens& lens, double r) {
   return std::nullopt;
 }
 
-/// x = (x' - tangential(x)) / s(x), repeated until it stands still.
+/// Iterates x = (x' - tangential(x)) / s(x) until x converges.
 std::optional<Vector2d> invert_radtan(const Lens& lens, const Vector2d& distorted) {
   const double p1 = coefficient(lens, 2);
   const double p2 = coefficient(lens, 3);
@@ -106,7 +106,7 @@ LensView::LensView(const Lens& lens) : size_(lens.width_px, lens.height_px) {
       largest = largest.cwiseMax(*ray);
     }
   }
-  constexpr double kDensity = 1.5;  // rendered pixels to one of the lens in the middle of the image
+  constexpr double kDensity = 1.5;  // rendered pixels per lens pixel, along an axis, in the image centre
   constexpr int kMargin_px = 2;
   const double focal_px = kDensity * std::max(lens.fx, lens.fy);
   const Vector2d extent_px = focal_px * (largest - smallest);
@@ -162,7 +162,7 @@ StereoRig euroc_like_rig(Distortion distortion, double scale) {
                               .toRotationMatrix();
   T_left_right.translation() << kBaseline_m, 0.004, -0.003;
   rig.T_right_left = T_left_right.inverse();
-  // A body whose axes look elsewhere, as an IMU's do.
+  // A body frame with other axes than the camera, like that of an IMU.
   Eigen::Isometry3d T_body_left = Eigen::Isometry3d::Identity();
   T_body_left.linear() = (Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitZ()) *
                           Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitX()))

@@ -12,7 +12,7 @@
 namespace stereo_slam::simulator {
 
 /// The ray (X/Z, Y/Z) of a pixel: the inverse of the formulas of Distortion, by Newton's method or
-/// fixed-point iteration. Empty if there is none within 85 degrees of the axis.
+/// fixed-point iteration. Empty if there is no such ray within 85 degrees of the optical axis.
 [[nodiscard]] std::optional<Eigen::Vector2d> ray_of_pixel(const Lens& lens, double u, double v);
 
 /// Warps the pinhole image that the renderer draws into the image of a lens.
@@ -24,7 +24,7 @@ class LensView {
   /// The camera to render with: same direction, covers the view of the lens at no lower resolution.
   [[nodiscard]] const PinholeCamera& pinhole() const noexcept { return pinhole_; }
 
-  /// The light behind the lens; every pixel is the mean of four points.
+  /// The image of the lens from that of pinhole(); every pixel is the mean of four points.
   [[nodiscard]] cv::Mat1f through(const cv::Mat1f& pinhole_light) const;
 
  private:

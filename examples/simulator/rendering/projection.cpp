@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Faces smaller than this in both directions hardly ever hold a sample.
+/// Faces smaller than this in both directions hardly ever cover a sample, and are not drawn.
 constexpr double kSmallest_px = 0.2;
 
 /// Convex polygon, large enough for a clipped quadrilateral.

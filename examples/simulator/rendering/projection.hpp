@@ -33,7 +33,8 @@ struct ImagePlane {
   [[nodiscard]] double operator()(double x, double y) const { return dx * x + dy * y + origin; }
 };
 
-/// Where the planes u/Z and v/Z over 1/Z put the pixel centred at (x, y).
+/// The footprint in the texture of the pixel centred at (x, y): u = (u/Z) / (1/Z), v = (v/Z) / (1/Z) and
+/// their derivatives.
 [[nodiscard]] inline Footprint footprint_at(const ImagePlane& u_over_depth, const ImagePlane& v_over_depth,
                                             const ImagePlane& inverse_depth, double x, double y) {
   const double depth = 1.0 / inverse_depth(x, y);
@@ -75,8 +76,8 @@ struct ScreenFace {
   ImagePlane u_over_depth;
   ImagePlane v_over_depth;
   float brightness = 1.0F;
-  std::uint32_t sample_order =
-      0;  ///< of the opacity thresholds; a property of the face, the same in every view
+  /// Order of the opacity thresholds; depends only on the face, so it is the same in every view.
+  std::uint32_t sample_order = 0;
   const Material* material = nullptr;
 };
 

@@ -66,7 +66,7 @@ struct Causes {
   return causes;
 }
 
-/// Causes whose largest displacement is that of the error.
+/// Causes whose largest displacement is error.max_displacement_px.
 [[nodiscard]] Causes causes_of(const PinholeCamera& camera, const RectificationError& error) {
   constexpr int kRounds = 3;  // the displacement is nearly proportional to the causes
   if (!(error.max_displacement_px > 0.0)) return {};

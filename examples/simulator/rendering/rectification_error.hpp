@@ -8,15 +8,15 @@
 
 namespace stereo_slam::simulator {
 
-/// How far the right camera of a rectified pair is from its calibration.
+/// Size of the error with which the right camera of a rectified pair differs from its calibration.
 struct RectificationError {
-  double max_displacement_px = 0.0;  ///< of a distant point, largest over the image; >= 0
-  std::uint64_t seed = 1;            ///< of the mixture of causes
+  double max_displacement_px = 0.0;  ///< of distant points, the largest over the right image; >= 0
+  std::uint64_t seed = 1;            ///< determines the shares of the causes
 };
 
-/// A pair of parallel cameras whose right one is rotated, has its principal point elsewhere, and distorts
-/// radially. The shares of the three causes are drawn; together they displace some point of the image by
-/// `error.max_displacement_px` and none by more.
+/// A pair of parallel cameras with errors in the right one: a rotation, an offset of the principal point and
+/// radial distortion. The shares of the three causes are drawn at random; together they displace some point
+/// of the image by `error.max_displacement_px` and none by more.
 [[nodiscard]] StereoRig misrectified_rig(const PinholeCamera& camera, double baseline_m,
                                          const RectificationError& error);
 

@@ -12,7 +12,7 @@
 namespace stereo_slam::simulator {
 namespace {
 
-/// Scene as one image sees it.
+/// The scene with quantities that depend on the camera pose of one image.
 struct View {
   const Scene& scene;
   AffineCoordinate sun_u;  ///< coordinates of the map of sunlight
@@ -56,7 +56,7 @@ struct View {
   return clear * grey + (1.0F - clear) * view.scene.horizon_grey;
 }
 
-/// Mean over the samples of a pixel of the faces they see.
+/// Grey value of a pixel: the mean over its samples of the grey values of the faces visible at them.
 template <int Samples>
 [[nodiscard]] float resolve(const std::array<std::uint32_t, Samples>& ids,
                             const std::vector<ScreenFace>& faces, const View& view, int x, int y) {
@@ -116,7 +116,7 @@ void draw_tile(cv::Mat1f& image, const cv::Point& corner, const std::vector<Scre
 
 }  // namespace
 
-/// Reused from image to image, so that rendering settles without allocations.
+/// Reused from image to image, so that rendering no longer allocates after the first images.
 struct Renderer::Buffers {
   std::vector<std::pair<double, const Chunk*>> near_to_far;
   std::vector<ScreenFace> faces;

@@ -15,8 +15,8 @@ namespace stereo_slam::simulator {
 /// Draws a scene as a pinhole camera sees it.
 ///
 /// Visibility is decided at `samples` points of every pixel by depth; colour is filtered analytically over
-/// the pixel and weighted by the samples each face won. The image is computed tile by tile, every tile on its
-/// own, on the calling thread: use one renderer a thread.
+/// the pixel and weighted by the number of samples at which a face is visible. The image is computed tile by
+/// tile on the calling thread: use one renderer per thread.
 class Renderer {
  public:
   /// The scene must outlive the renderer. `samples` is 4, 8 or 16; throws std::invalid_argument otherwise, or
@@ -26,7 +26,8 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// Grey values (0 is black, 255 white, more is possible) of the scene and of `moving` faces besides.
+  /// Grey values (0 is black, 255 white, larger values are possible) of the scene together with `moving`
+  /// faces.
   [[nodiscard]] cv::Mat1f render(const Eigen::Isometry3d& T_world_camera,
                                  const std::vector<Face>& moving = {});
 

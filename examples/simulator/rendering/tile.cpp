@@ -8,7 +8,7 @@
 namespace stereo_slam::simulator {
 namespace {
 
-/// The farthest sample of a tile is looked for after every so many faces.
+/// Number of faces after which the farthest sample of the tile is determined again.
 constexpr int kFacesBetweenDepthChecks = 4;
 
 /// Affine function in coordinates of the tile; small numbers, so single precision is exact enough.
@@ -61,7 +61,7 @@ struct Span {
 
   [[nodiscard]] bool contains(int column) const { return column >= begin && column < end; }
 
-  /// Drops columns where dx column + value < 0; the one next to the zero is kept or dropped as told.
+  /// Drops columns where dx column + value < 0. `keep_border`: whether to keep the column next to the zero.
   void clip(float dx, float value, bool keep_border) {
     if (dx == 0.0F) {
       if (value < 0.0F) end = begin;
@@ -77,8 +77,8 @@ struct Span {
   }
 };
 
-/// Samples of the pixel that fall into holes of the face get a negative margin. Half-transparent places cover
-/// half of the samples: each has its own threshold, in another order for each face.
+/// Samples of the pixel that fall into holes of the face get a negative margin. A place with opacity 0.5
+/// covers half of the samples: every sample has its own threshold of opacity, in another order for each face.
 template <int Samples>
 void cut_holes(std::array<float, Samples>& margin, const ScreenFace& face, int column, int row) {
   if (face.inverse_depth(column, row) <= 0.0) return;  // a centre beyond the horizon of a face seen edge-on
@@ -90,7 +90,7 @@ void cut_holes(std::array<float, Samples>& margin, const ScreenFace& face, int c
   }
 }
 
-/// Smallest of a power of two of values, by halving.
+/// Smallest value, by halving; Count is a power of two.
 template <std::size_t Count>
 [[nodiscard]] float smallest(std::array<float, Count> values) {
   for (std::size_t half = Count / 2; half > 0; half /= 2) {
@@ -110,7 +110,7 @@ void rasterize_face(Tile<Samples>& tile, const ScreenFace& face, const LocalFace
 
   for (int row = first_row; row < end_row; ++row) {
     Span touched = columns;  // some samples may be inside
-    Span inner = columns;    // all samples are
+    Span inner = columns;    // all samples are inside
     for (std::size_t e = 0; e < local.edge_count; ++e) {
       const LocalPlane<Samples>& edge = local.edges[e];
       const float value = edge(0, row);

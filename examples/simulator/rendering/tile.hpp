@@ -21,13 +21,12 @@ struct SampleOffset {
   float y = 0.0F;
 };
 
-/// Sample positions in a pixel: one in every row and in every column of a Samples x Samples grid, so that
-/// edges near the horizontal or the vertical, which streets are full of, are resolved to 1/Samples of a
-/// pixel.
+/// Sample positions in a pixel: one in every row and in every column of a Samples x Samples grid, so that the
+/// nearly horizontal or vertical edges, frequent in streets, are resolved to 1/Samples of a pixel.
 template <int Samples>
 [[nodiscard]] constexpr std::array<SampleOffset, Samples> sample_pattern();
 
-/// Visible face of every sample of a square of pixels.
+/// The face visible at every sample of a square of pixels.
 template <int Samples>
 struct Tile {
   static constexpr std::size_t kPixels = kTileSize_px * kTileSize_px;
@@ -38,7 +37,7 @@ struct Tile {
   std::array<std::array<std::uint32_t, Samples>, kPixels> face;
 };
 
-/// Resolves which of the listed faces each sample sees.
+/// Determines which of the faces `listed` (indices into `faces`) is visible at each sample.
 template <int Samples>
 void rasterize(Tile<Samples>& tile, std::span<const ScreenFace> faces, std::span<const std::uint32_t> listed);
 

@@ -53,7 +53,7 @@ void add_octave(cv::Mat1f& tile, Random& random, int cells, float amplitude) {
   }
 }
 
-/// Calls draw(offset) for each copy of a shape that a wrapping tile shows of it.
+/// Calls draw(offset) for each copy of a shape, shifted by whole tiles, that is visible in a wrapping tile.
 template <class Draw>
 void for_each_copy(const cv::Mat1f& tile, const cv::Rect& bounds, Draw draw) {
   const cv::Rect whole(0, 0, tile.cols, tile.rows);

@@ -39,7 +39,7 @@ struct CrackSettings {
 };
 void draw_cracks(cv::Mat1f& tile, Random& random, const CrackSettings& settings);
 
-/// Line around a polygon; none by default.
+/// Line around a polygon; a thickness of 0 is no line.
 struct Rim {
   double grey = 0.0;
   int thickness_px = 0;

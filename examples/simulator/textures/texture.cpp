@@ -11,16 +11,16 @@
 namespace stereo_slam::simulator {
 namespace {
 
-constexpr double kOne = 65536.0;  ///< of the fixed-point positions
+constexpr double kOne = 65536.0;  ///< 1 in the fixed-point positions
 constexpr std::uint32_t kHalf = 1U << 15;
-constexpr float kWhite = 255.0F * 65536.0F;  ///< of the fixed-point values
+constexpr float kWhite = 255.0F * 65536.0F;  ///< white in the fixed-point values
 
 /// log2(x) for x >= 1, continuous and exact at powers of two, at most 0.09 too small between them.
 [[nodiscard]] float rough_log2(float x) noexcept {
   return static_cast<float>(std::bit_cast<std::uint32_t>(x)) * 0x1.0p-23F - 127.0F;
 }
 
-/// Axes of the ellipse that J, the Jacobian from pixels to texels, makes of the unit circle.
+/// Axes of the ellipse to which J, the Jacobian from pixels to texels, maps the unit circle.
 class Ellipse {
  public:
   Ellipse(const Footprint& f, int width, int height) {
@@ -121,7 +121,7 @@ inline std::uint32_t Texture::bilinear(const Level& level, Position position) no
 inline Texture::Blend Texture::blend(double width_texels) const {
   const float lod = rough_log2(std::max(1.0F, static_cast<float>(width_texels)));
   const auto level = std::min(static_cast<std::size_t>(lod), levels_.size() - 1);
-  // Near a level that level alone will do; only in the middle between two they are blended.
+  // Two levels are blended only in the middle between them; near a level, that level alone is used.
   const float weight = 2.0F * (lod - static_cast<float>(level)) - 0.5F;
   if (weight <= 0.0F || level + 1 == levels_.size()) return {&levels_[level], &levels_[level], 0.0F};
   if (weight >= 1.0F) return {&levels_[level + 1], &levels_[level + 1], 0.0F};
@@ -141,7 +141,7 @@ float Texture::sample_round(const Footprint& f) const {
 
 float Texture::sample(const Footprint& footprint) const {
   const Ellipse ellipse(footprint, width(), height());
-  // A footprint up to a quarter longer than wide passes for round.
+  // A footprint up to a quarter longer than wide is treated as round: one tap.
   const double elongation =
       std::min(ellipse.major() / std::max(ellipse.minor(), 1.0), static_cast<double>(kMaxTaps));
   const int taps = std::max(1, static_cast<int>(elongation + 0.75));

@@ -8,8 +8,8 @@
 
 namespace stereo_slam::simulator {
 
-/// What a pixel covers of a texture, in texture periods: its centre, and how the texture coordinates change
-/// from one pixel to the next along the image axes.
+/// The part of a texture that a pixel covers, in texture periods: the texture coordinates of the pixel
+/// centre, and their change from one pixel to the next along the image axes.
 struct Footprint {
   double u = 0.0;
   double v = 0.0;

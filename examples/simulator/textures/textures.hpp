@@ -6,8 +6,8 @@
 #include "simulator/textures/random.hpp"
 
 /// Synthesis of every texture of the street world: square grey images of `size` pixels (a power of two) that
-/// wrap, values in [0, 1] with a mean near 0.5 unless said otherwise. The comments say what side they are
-/// meant to have.
+/// wrap around, values in [0, 1] with a mean near 0.5 unless said otherwise. The comment at a texture gives
+/// the length of its side on the surface.
 namespace stereo_slam::simulator {
 
 // Ground.

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kFoundation_m = 1.5;  ///< below the ground, where that falls away
+constexpr double kFoundation_m = 1.5;  ///< depth of the walls below the ground, which may slope
 
 /// What all walls of a house have in common.
 struct Style {
@@ -23,7 +23,7 @@ struct Style {
   double window_width_m = 1.2;
   double window_height_m = 1.4;
   double sill_height_m = 0.9;
-  double axis_m = 2.6;  ///< from window to window
+  double axis_m = 2.6;  ///< distance of neighbouring windows
   double recess_m = 0.16;
   bool has_shutters = false;
   bool has_balconies = false;
@@ -106,7 +106,7 @@ class HouseBuilder {
     return {width_m, count, margin_m};
   }
 
-  /// The bay of a door is drawn for every wall; only the front has one.
+  /// Only the front has a door or a shop. The bay of the door is drawn at random for every wall.
   [[nodiscard]] GroundFloor ground_floor(const Bays& bays, bool is_front) {
     const bool has_shop = is_front && random_.chance(0.3);
     const int door_bay = bays.count > 0 ? random_.integer(0, bays.count - 1) : 0;

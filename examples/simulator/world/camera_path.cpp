@@ -179,7 +179,7 @@ CameraPath highway_drive(int frames, double fps, const HighwaySettings& settings
                                 " rad turns back");
   }
   const Winding road{settings};
-  constexpr int kSteps = 20;  // of the integration, a frame
+  constexpr int kSteps = 20;  // integration steps a frame
   const double step_m = settings.speed_m_s / fps / kSteps;
   CameraPath path;
   Vector2d position = Vector2d::Zero();

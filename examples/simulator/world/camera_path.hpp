@@ -16,8 +16,8 @@ using CameraPath = std::vector<Eigen::Isometry3d>;
 [[nodiscard]] CameraPath read_camera_path(const std::filesystem::path& file);
 
 /// The built-in drive: a figure of eight around two blocks of houses that share a street, repeated without
-/// end. The shared street is seen once in the lap around either block; a lap of the whole figure ends where
-/// it began.
+/// end. The lap around each block passes the shared street once; a lap of the whole figure ends where it
+/// began.
 struct LoopSettings {
   double block_length_m = 50.0;
   double block_width_m = 40.0;
@@ -37,8 +37,8 @@ struct HighwaySettings {
   double speed_m_s = 28.0;
   double bend_m = 900.0;     ///< length of a bend to the right and the next one to the left
   double bend_rad = 0.25;    ///< largest angle between the road and the direction it began in, < pi/2
-  double valley_m = 400.0;   ///< from top to top
-  double hill_m = 2.0;       ///< amplitude
+  double valley_m = 400.0;   ///< distance from one hilltop to the next
+  double hill_m = 2.0;       ///< amplitude of the hills
   double shake_rad = 0.002;  ///< amplitude of the car's pitching and rolling
 };
 

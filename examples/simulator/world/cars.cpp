@@ -10,8 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The body is an extruded side view, the cabin a frustum of glass; everything else lies a few millimetres
-/// in front of them.
+/// Builds a car. The body is an extruded side view, the cabin a frustum of glass; all other parts lie a few
+/// millimetres in front of these.
 class CarBuilder {
  public:
   CarBuilder(Mesh& mesh, Random& random, const Palette& palette)

@@ -8,7 +8,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Beyond the zones of the street by more than the side of a fine triangle.
+/// Distances to the route are limited to this: farther than any zone of the street by more than a fine
+/// triangle.
 constexpr double kZoneReach_m = 14.0;
 
 using Polygon = std::vector<GroundPoint>;

@@ -11,7 +11,7 @@ namespace stereo_slam::simulator {
 /// of the distance to the route, so that crossings and repeated passes of the camera merge into one street.
 void add_ground(const Site& site, std::vector<Face>& faces);
 
-/// Flat thing that lies on the ground. Its texture is laid in metres, with v along `along`.
+/// Flat object that lies on the ground. Its texture is in metres, with v along `along`.
 struct Decal {
   MaterialId material{};
   double period_m = 1.0;

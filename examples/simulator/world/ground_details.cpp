@@ -34,8 +34,8 @@ namespace {
   return polygon;
 }
 
-/// What is painted on the road or let into it. Longer things are laid metre by metre, so that they follow
-/// bends.
+/// Adds what is painted on the road or let into it. Long markings are added metre by metre, so that they
+/// follow bends.
 class Marker {
  public:
   Marker(const Site& site, std::vector<Face>& faces) : site_(site), faces_(faces), random_(site.seed, 4) {}

@@ -11,7 +11,7 @@
 namespace stereo_slam::simulator {
 namespace {
 
-/// Whether the road is railed off here; a property of the place.
+/// Whether the road has a guard rail here; depends only on the place.
 [[nodiscard]] bool has_rail(const GroundPoint& p, double side) {
   return std::sin(0.017 * p.x() + 1.9 * side) + std::sin(0.013 * p.y() - 0.8 * side) > 0.2;
 }
@@ -32,7 +32,7 @@ void add_gantries(Yard& yard) {
   }
 }
 
-/// Height of the ground at the right end of a slot above that at the left end, for one who looks at its
+/// Height of the ground at the right end of a slot minus the height at its left end, as seen looking at its
 /// front.
 [[nodiscard]] double rise_m(const Site& site, const Slot& slot) {
   const GroundPoint right = slot.box.half_length_m * GroundPoint(-slot.front.y(), slot.front.x());

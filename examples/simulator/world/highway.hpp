@@ -5,7 +5,7 @@
 
 #include "simulator/world/site.hpp"
 
-/// What stands along a highway, and where.
+/// Places objects and road markings along a highway.
 namespace stereo_slam::simulator {
 
 /// Guard rails, delineators, signs and gantries beside the carriageway; bushes, trees and hedges behind,

@@ -21,7 +21,7 @@ void add_direction_board(Mesh& mesh, Random& random, const Palette& palette);
 /// and to the right.
 void add_gantry(Mesh& mesh, Random& random, const Palette& palette, double half_span_m);
 
-/// Half the side of what a leg of a gantry stands on.
+/// Half the side of the square on the ground that is kept free for a leg of a gantry.
 inline constexpr double kGantryFoot_m = 0.3;
 
 }  // namespace stereo_slam::simulator

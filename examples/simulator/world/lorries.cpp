@@ -6,8 +6,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Cab and body are boxes on a frame; windows, doors, images and lamps lie a centimetre in front of
-/// them.
+/// Builds a lorry. Cab and body are boxes on a frame; windows, doors, images and lamps lie a centimetre in
+/// front of these.
 class LorryBuilder {
  public:
   LorryBuilder(Mesh& mesh, Random& random, const Palette& palette)

@@ -18,7 +18,7 @@ using TexturePtr = std::shared_ptr<const Texture>;
   return std::make_shared<const Texture>(to_bytes(tile));
 }
 
-/// Appends materials that share the stains.
+/// Appends materials that share the texture of stains.
 class Shelf {
  public:
   Shelf(std::vector<Material>& materials, TexturePtr stains)

@@ -44,7 +44,7 @@ void Mesh::polygon(const std::vector<Vector3>& corners, const Vector3& a, const 
   style.brightness = static_cast<float>(paint.brightness * daylight(normal));
   style.u_axis = u_world.cast<float>();
   style.v_axis = v_world.cast<float>();
-  // Images begin at the first corner; textures in metres run on from one part of an object to the next.
+  // Images begin at the first corner; textures in metres continue from one part of an object to the next.
   const Vector3 zero = paint.stretched ? origin : T_world_object_.translation();
   style.u_offset = static_cast<float>(paint.u0 - style.u_axis.cast<double>().dot(zero));
   style.v_offset = static_cast<float>(paint.v0 - style.v_axis.cast<double>().dot(zero));

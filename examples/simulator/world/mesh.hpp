@@ -32,9 +32,9 @@ struct Column {
   int sides;
 };
 
-/// Builds objects out of planar faces, in axes of the object: x to the right of somebody who looks at its
-/// front, y up, z out of the front, metres. Light falls as from a sun behind a thin haze: every part has the
-/// brightness its direction gives it.
+/// Builds objects out of planar faces. Axes of the object, in metres: x to the right as seen by somebody who
+/// looks at its front, y up, z out of the front. The light is that of a sun behind thin haze: the brightness
+/// of a face depends only on its normal, see daylight().
 class Mesh {
  public:
   using Vector3 = Eigen::Vector3d;
@@ -42,7 +42,7 @@ class Mesh {
   Mesh(const std::vector<Material>& materials, std::vector<Face>& faces)
       : materials_(&materials), faces_(&faces) {}
 
-  /// Puts what follows at T_world_object.
+  /// Puts all faces that are added from now on at T_world_object.
   void place(const Eigen::Isometry3d& T_world_object) { T_world_object_ = T_world_object; }
   [[nodiscard]] const Eigen::Isometry3d& placement() const noexcept { return T_world_object_; }
 

@@ -27,7 +27,7 @@ struct Crown {
   double branch_m;  ///< mean length
 };
 
-/// The leaves are darker inside and below.
+/// Adds a crown. Its leaves are darker inside and below.
 void add_crown(Mesh& mesh, Random& random, const Palette& palette, const Crown& crown) {
   const MaterialId leaves = random.pick(palette.foliage);
   const double species = random.uniform(0.7, 1.15);

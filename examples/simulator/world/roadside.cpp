@@ -39,7 +39,7 @@ bool Plan::take(const GroundBox& box, double clearance_m) {
 
 void add_woods(Yard& yard) {
   constexpr double kMargin_m = 160.0;
-  constexpr double kArea_m2 = 500.0;  ///< of land for a tree
+  constexpr double kArea_m2 = 500.0;  ///< area of land for each tree
   constexpr int kMost = 3000;
   const GroundPoint low = yard.site.route.low() - GroundPoint::Constant(kMargin_m);
   const GroundPoint high = yard.site.route.high() + GroundPoint::Constant(kMargin_m);

@@ -29,7 +29,7 @@ class Plan {
   [[nodiscard]] Slot slot(const Route::Station& station, double side, double offset_m, double length_m,
                           double depth_m) const;
 
-  /// Takes the place when it is free and `clearance_m` away from the route.
+  /// Reserves the place if it is free and at least `clearance_m` away from the route. Returns whether it did.
   [[nodiscard]] bool take(const GroundBox& box, double clearance_m);
 
  private:
@@ -41,7 +41,7 @@ class Plan {
   std::map<std::pair<int, int>, std::vector<GroundBox>> taken_;
 };
 
-/// The builders' common tools.
+/// What the functions that place objects share.
 struct Yard {
   const Site& site;
   Plan plan;

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kCell_m = 12.0;
-/// Passes closer than this are the same street.
+/// Parts of the path closer than this are on the same street.
 constexpr double kSameStreet_m = 6.0;
 
 [[nodiscard]] int cell_index(double x) { return static_cast<int>(std::floor(x / kCell_m)); }

@@ -37,7 +37,7 @@ class Route {
     GroundPoint direction;   ///< unit
     double ground_y = 0.0;   ///< world y of the ground below the camera
     double arc_m = 0.0;      ///< distance driven; negative before the path begins
-    bool first_pass = true;  ///< false where an earlier part of the path passes
+    bool first_pass = true;  ///< false where an earlier part of the path passes the same place
   };
 
   /// Throws std::invalid_argument for an empty path. `run_out_m` is how far the street goes on, straight, at
@@ -67,7 +67,8 @@ class Route {
  private:
   /// Fills cells_, the bounding box and first_pass.
   void index_stations();
-  /// Where passes of one place differ in height, the ground lies below the lowest.
+  /// Where the path passes a place several times at different heights, sets the ground to that of the lowest
+  /// pass.
   void lower_to_lowest_pass();
   /// Calls visit(station) for the stations that may be within `radius_m` of the point.
   template <class Visit>

@@ -13,7 +13,7 @@ namespace {
 constexpr double kPixel_m = 0.15;
 constexpr int kLargestMap_px = 4096;
 constexpr double kMargin_m = 40.0;
-/// Leaves fill their card by about this much in each direction.
+/// Share of a face with leaves that they fill, in each direction.
 constexpr double kLeafShare = 0.7;
 
 /// Where the shadow of a point falls.

@@ -11,8 +11,8 @@ namespace stereo_slam::simulator {
 /// Unit direction from the ground to the sun, world axes.
 [[nodiscard]] Eigen::Vector3d direction_to_sun();
 
-/// Map of the sunlight on the terrain with the shadows of all `faces`; leafy ones cast dapples. It covers the
-/// rectangle from `low` to `high` and a margin.
+/// Map of the sunlight on the terrain with the shadows of all `faces`. Faces with holes, such as leaves, cast
+/// smaller shadows. The map covers the rectangle from `low` to `high` and a margin.
 [[nodiscard]] Sunlight cast_shadows(const std::vector<Face>& faces, const std::vector<Material>& materials,
                                     const Terrain& terrain, const GroundPoint& low, const GroundPoint& high);
 

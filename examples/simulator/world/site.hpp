@@ -11,7 +11,7 @@
 
 namespace stereo_slam::simulator {
 
-/// What the builders of a world work with.
+/// Inputs of the functions that build a world.
 struct Site {
   const Route& route;
   const Terrain& terrain;

@@ -119,7 +119,7 @@ double Terrain::surface(const GroundPoint& point) const {
   return sum / weights - kHillHeight_m * roll * smooth_step(kHillBegin_m, kHillEnd_m, std::sqrt(nearest));
 }
 
-/// The outline towards coarse neighbours stays straight, so that the surface has no cracks.
+/// Edges towards coarse neighbours stay straight, so that the surface has no cracks.
 Terrain::FineHeights Terrain::fine_heights(int i, int j) const {
   const auto column = static_cast<std::size_t>(i);
   const auto row = static_cast<std::size_t>(j);

@@ -18,11 +18,11 @@ struct StreetProfile {
   double kerb_width_m = 0.15;
   double kerb_height_m = 0.12;
   double pavement_width_m = 2.4;
-  double forest_begin_m = 90.0;  ///< distance; grass up to there
+  double forest_begin_m = 90.0;  ///< distance from the path; grass up to there
   double run_out_m = Route::kRunOut_m;
   double oncoming_lane_m = 2.35;  ///< to the left of the path
-  double least_gap_m = 11.0;      ///< to the vehicle ahead
-  double slowest_m_s = 6.0;       ///< oncoming
+  double least_gap_m = 11.0;      ///< from the camera to the vehicle ahead
+  double slowest_m_s = 6.0;       ///< bounds of the speed of oncoming vehicles
   double fastest_m_s = 11.0;
 
   [[nodiscard]] double pavement_begin_m() const { return road_half_width_m + kerb_width_m; }
@@ -37,8 +37,8 @@ struct GroundTriangle {
   [[nodiscard]] double height(const GroundPoint& point) const;
 };
 
-/// z component of the cross product of two directions on the ground; positive when b is on the left of a in
-/// the (x, z) plane.
+/// Two-dimensional cross product of directions on the ground; positive when b is on the left of a, with x to
+/// the right and z up.
 [[nodiscard]] inline double cross(const GroundPoint& a, const GroundPoint& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
@@ -52,13 +52,13 @@ class Terrain {
   /// World y of the ground, kerb included.
   [[nodiscard]] double height(const GroundPoint& point) const;
 
-  /// How much the ground at a point is raised above the triangles.
+  /// Height of the ground at a point above the triangles, m: the kerb's height off the road, else 0.
   [[nodiscard]] double kerb(const GroundPoint& point) const;
 
-  /// Called with a triangle and whether it is one of the fine ones near the route.
+  /// Called with a triangle, and whether it is a fine one near the route. Triangles do not contain the kerb.
   using Visit = std::function<void(const GroundTriangle&, bool is_fine)>;
   void for_each_triangle(const Visit& visit) const;
-  /// Only those of the cells that meet the rectangle from `low` to `high`.
+  /// Visits only the triangles of cells that meet the rectangle from `low` to `high`.
   void for_triangles_in(const GroundPoint& low, const GroundPoint& high, const Visit& visit) const;
 
  private:

@@ -11,14 +11,14 @@
 namespace stereo_slam::simulator {
 namespace {
 
-/// Whether the houses of this stretch stand wall to wall at the pavement, or apart in gardens; a property of
-/// the place.
+/// Whether the houses here stand wall to wall at the pavement, or apart in gardens; depends only on the
+/// place.
 [[nodiscard]] bool is_dense(const Route::Station& station, double side) {
   const GroundPoint& p = station.position;
   return std::sin(0.021 * p.x() + 1.3 * side) + std::sin(0.019 * p.y() - 0.7 * side) > -0.1;
 }
 
-/// One row of houses; `row_offset_m` is 0 at the street and larger behind.
+/// One row of houses; `row_offset_m` is 0 for the row at the street, and larger for rows behind it.
 void add_houses(Yard& yard, double row_offset_m) {
   const double pavement = yard.site.street.pavement_end_m();
   for (const double side : {1.0, -1.0}) {
@@ -50,7 +50,7 @@ void add_houses(Yard& yard, double row_offset_m) {
 void add_parked_cars(Yard& yard) {
   const double width = CarSize::kWidth_m;
   for (const double side : {1.0, -1.0}) {
-    const double offset = side > 0.0 ? 2.9 : 3.35;  // oncoming traffic needs the left
+    const double offset = side > 0.0 ? 2.9 : 3.35;  // leaves room for oncoming traffic on the left
     const Spread how{offset, offset + 0.15, 5.2, 17.0, CarSize::kLength_m + 0.5, width, 2.6};
     spread(yard, side, how, [&](const Slot& slot) {
       const GroundPoint heading =

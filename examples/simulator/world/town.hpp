@@ -5,7 +5,7 @@
 
 #include "simulator/world/site.hpp"
 
-/// What stands along the streets, and where.
+/// Places objects along the streets of a town, details on the ground, and the sky.
 namespace stereo_slam::simulator {
 
 /// Houses with gardens, trees, parked cars and street furniture along both sides of every street.

@@ -17,7 +17,7 @@ constexpr double kOncomingBehind_m = 25.0;
 constexpr double kJamSpacing_m = 7.5;   ///< of oncoming vehicles in a jam, from middle to middle
 constexpr double kSpacingJitter = 0.2;  ///< of the spacing
 constexpr double kAheadSwing_m = 5.0;
-constexpr double kSparse = 8.0;  ///< more vehicles keep less distance
+constexpr double kSparse = 8.0;  ///< with more vehicles, the distance of those ahead varies less
 constexpr double kAheadPeriod_s = 23.0;
 
 [[nodiscard]] double wrap(double x, double period) { return x - period * std::floor(x / period); }
@@ -42,8 +42,8 @@ constexpr double kAheadPeriod_s = 23.0;
 
 Traffic::Traffic(const World& world, const CameraPath& path, double fps, int vehicles, std::uint64_t seed)
     : world_(&world), fps_(fps) {
-  // The route's stations count the distance in the same way: metre by metre, without what is lost standing
-  // still.
+  // The sum of all steps on the ground. The route's stations are a metre apart and leave out smaller motions,
+  // such as the jitter of a standing camera, so that their arc lengths may be smaller.
   double arc_m = 0.0;
   for (std::size_t i = 0; i < path.size(); ++i) {
     if (i > 0) {

@@ -8,12 +8,12 @@
 
 namespace stereo_slam::simulator {
 
-/// Vehicles that drive along the route: every other one ahead of the camera in its lane, the rest towards it
-/// in the other; half of them lorries.
+/// Vehicles that drive along the route. Every second one drives ahead of the camera in the camera's lane; the
+/// others are oncoming, in the other lane. Half of the vehicles are lorries, the rest cars.
 ///
-/// One ahead keeps a distance that swells and shrinks slowly. The oncoming ones drive at the speed of their
-/// lane and enter again far ahead once they have passed behind the camera; the more there are, the denser
-/// they come, up to a jam of vehicles a few metres apart.
+/// The distance of a vehicle ahead to the camera varies slowly. All oncoming vehicles have one speed; a
+/// vehicle that has passed the camera enters again far ahead. The more oncoming vehicles there are, the
+/// smaller the distances between them, down to a jam of vehicles a few metres apart.
 class Traffic {
  public:
   /// `path` is the camera's, one pose every 1/fps seconds.
@@ -26,11 +26,12 @@ class Traffic {
   struct Vehicle {
     std::vector<Face> faces;  ///< standing at the origin
     bool oncoming = false;
-    double distance_m = 20.0;  ///< ahead of the camera at the start, the least of one in its lane
-    double phase_rad = 0.0;    ///< of the distance's swing
+    /// Distance ahead of the camera: of an oncoming vehicle, at the start; of one in its lane, the smallest.
+    double distance_m = 20.0;
+    double phase_rad = 0.0;  ///< of the variation of the distance
   };
 
-  /// Distance driven where a vehicle is at a frame.
+  /// Position of a vehicle at a frame, as distance along the route.
   [[nodiscard]] double arc_m(const Vehicle& vehicle, std::size_t frame) const;
 
   const World* world_;
@@ -38,7 +39,7 @@ class Traffic {
   std::vector<double> arcs_m_;  ///< distance driven by the camera at each frame
   double ahead_swing_m_;
   double oncoming_speed_m_s_;
-  double oncoming_cycle_m_;  ///< length of the stretch around the camera that the oncoming ones fill
+  double oncoming_cycle_m_;  ///< length of the part of the route around the camera with oncoming vehicles
   std::vector<Vehicle> vehicles_;
 };
 

@@ -14,11 +14,11 @@ namespace stereo_slam::simulator {
 
 /// What is built along the path.
 enum class Scenery {
-  kTown,     ///< houses at the kerb: most of what is seen is near
-  kHighway,  ///< a wide carriageway through fields: most of it is far
+  kTown,     ///< houses at the kerb: most visible points are near
+  kHighway,  ///< a wide carriageway through fields: most visible points are far
 };
 
-/// Its usual cross-section.
+/// The usual cross-section of the street in a scenery.
 [[nodiscard]] StreetProfile street_profile(Scenery scenery);
 
 struct WorldSettings {
@@ -26,12 +26,12 @@ struct WorldSettings {
   std::uint64_t seed = 1;
   double camera_height_m = 1.65;        ///< of the camera above the road
   int texture_size_px = 1024;           ///< side of the large textures, a power of two
-  std::optional<StreetProfile> street;  ///< none is street_profile(scenery)
+  std::optional<StreetProfile> street;  ///< nothing: street_profile(scenery)
 };
 
 /// What surrounds a camera path: ground, hills and clouds, and a town with its streets, houses, gardens,
-/// trees and parked cars, or a highway with its rails, signs, bushes and woods. Nothing but the road is on
-/// the path. The same path and settings give the same world, bit for bit.
+/// trees and parked cars, or a highway with its rails, signs, bushes and woods. No object stands on the path.
+/// The same path and settings give the same world, bit for bit.
 class World {
  public:
   /// Throws std::invalid_argument for an empty path or a wrong texture size.

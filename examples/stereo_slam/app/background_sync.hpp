@@ -8,10 +8,10 @@
 
 namespace stereo_slam {
 
-/// Writes results through to the disk in its own thread, as a disk takes milliseconds.
+/// Flushes results to the disk in its own thread, because a flush takes milliseconds.
 class BackgroundSync {
  public:
-  /// The thread calls `sync` after each request; requests during a call become one.
+  /// The thread calls `sync` after a request. All requests during a call cause one further call.
   explicit BackgroundSync(std::function<void()> sync);
 
   void request();

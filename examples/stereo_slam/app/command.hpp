@@ -13,15 +13,15 @@
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/results/pose_frame.hpp"
 
-/// The commands of the program, one file each. A function below adds the command with its options to the
-/// parser and returns what it does once they are parsed.
+/// The commands of the program, one file each. Each function add_NAME adds the command NAME and its options
+/// to the parser, and returns the function that runs the command once the options are parsed.
 namespace stereo_slam {
 
 /// Exit statuses.
 constexpr int kDone = 0;
-constexpr int kFailed = 1;  ///< the input or the run
-constexpr int kWrongUsage = 2;
-constexpr int kInterrupted = 130;
+constexpr int kFailed = 1;         ///< the input is unusable, or the run failed
+constexpr int kWrongUsage = 2;     ///< the command line is wrong
+constexpr int kInterrupted = 130;  ///< a signal ended the run
 
 /// Runs a command with its parsed options. Returns the exit status; throws std::exception when the input or
 /// the run fails.
@@ -38,18 +38,18 @@ using Command = std::function<int()>;
 struct DatasetOptions {
   std::filesystem::path folder;  ///< or a video, a bag, a live camera
   std::string format = "auto";
-  std::filesystem::path calibration;  ///< empty: that of the recording
-  std::string left_topic;             ///< of a bag; empty: found by its name
+  std::filesystem::path calibration;  ///< empty: the recording's own
+  std::string left_topic;             ///< of a bag; empty: see choose_topics()
   std::string right_topic;
 };
 
-/// The recording or the camera that the options name.
+/// Scans the recording or the camera that the options name; see scan_bag() and scan_sequence().
 [[nodiscard]] SequenceScan scan(const DatasetOptions& dataset);
 
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset);
 void add_pose_frame_option(CLI::App& app, PoseFrame& frame);
 
-/// Lets an option have one of some values, which --help lists by their names.
+/// Restricts an option to the given values. The user gives their names, which --help lists.
 template <class Value>
 void let_be_one_of(CLI::Option* option, const std::map<std::string, Value>& values) {
   std::string names;
@@ -57,7 +57,7 @@ void let_be_one_of(CLI::Option* option, const std::map<std::string, Value>& valu
   option->transform(CLI::CheckedTransformer(values).description(""))->type_name(names);
 }
 
-/// The same for an option that keeps the name.
+/// The same for an option whose value is the name itself.
 void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names);
 
 // Checks of an option's text: they return what is wrong with it, or nothing.
@@ -65,11 +65,11 @@ void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names);
 /// Accepts decimal numbers from `least` to `most`; CLI::Range accepts NaN and hexadecimal ones, too.
 [[nodiscard]] std::function<std::string(const std::string&)> number_between(double least, double most);
 
-/// Accepts decimal whole numbers; CLI11 wraps what is negative or too large.
+/// Accepts decimal whole numbers from `least` to `most`; CLI11 alone wraps negative and too large ones.
 [[nodiscard]] std::function<std::string(const std::string&)> whole_number_between(std::uint64_t least,
                                                                                   std::uint64_t most);
 
-/// Accepts the name of a file or folder unless it is empty.
+/// Refuses an empty name of a file or folder.
 [[nodiscard]] std::string require_name(const std::string& path);
 
 }  // namespace stereo_slam

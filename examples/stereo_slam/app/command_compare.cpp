@@ -24,7 +24,7 @@ struct CompareArguments {
   double max_difference_s = 0.01;
 };
 
-/// What is written must not replace what is read.
+/// Throws std::runtime_error if the page would replace one of its inputs.
 void check_page(const CompareArguments& arguments) {
   std::vector<fs::path> inputs;
   if (arguments.ground_truth) inputs.push_back(*arguments.ground_truth);

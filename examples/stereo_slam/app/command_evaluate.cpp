@@ -90,7 +90,7 @@ void add_loop_options(CLI::App& app, EvaluateArguments& arguments) {
       ->type_name("N");
 }
 
-/// What is written must not replace what is read.
+/// Throws std::runtime_error if the file of --json would replace one of the inputs.
 void check_json(const EvaluateArguments& arguments) {
   if (!arguments.json) return;
   std::vector<fs::path> inputs = {arguments.ground_truth, arguments.estimate};
@@ -103,12 +103,12 @@ void check_json(const EvaluateArguments& arguments) {
   require_writable(*arguments.json);
 }
 
-/// A file and how much it holds, for messages.
+/// "FILE (COUNT UNIT)", for messages.
 [[nodiscard]] std::string named(const fs::path& file, std::size_t count, const char* unit) {
   return fmt::format("{} ({} {})", file.string(), count, unit);
 }
 
-/// Calls `compare` with what two files hold. Its errors, of files that do not fit together, name both.
+/// Calls `compare`, which compares the contents of two files, and adds the names of both to its errors.
 template <class Compare>
 auto compare_files(const std::string& first, const std::string& second, const Compare& compare) {
   try {

@@ -24,7 +24,7 @@ struct InfoArguments {
 };
 
 void print_topics(const std::filesystem::path& bag) {
-  std::vector<Problem> known;  // what makes the bag unreadable has been said
+  std::vector<Problem> known;  // not printed: the scan has reported an unreadable bag already
   attempt(known, Problem::Severity::kError, [&] {
     for (const auto& topic : list_topics(bag))
       fmt::print(std::cout, "topic         {}  {}  {} messages\n", topic.name, topic.type, topic.messages);

@@ -26,7 +26,7 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
   app.add_option(
          "--left-topic", dataset.left_topic,
          "topic of the left images in a bag; needed if the bag has no pair of topics, or more than one, "
-         "called left and right, cam0 and cam1, or infra1 and infra2")
+         "called left and right, cam0 and cam1, camera0 and camera1, or infra1 and infra2")
       ->type_name("TOPIC");
   app.add_option("--right-topic", dataset.right_topic, "topic of the right images in a bag")
       ->type_name("TOPIC");
@@ -71,7 +71,7 @@ std::function<std::string(const std::string&)> whole_number_between(std::uint64_
   return [least, most](const std::string& text) {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const bool octal = text.size() > 1 && text.starts_with('0');  // CLI11 would read it so
+    const bool octal = text.size() > 1 && text.starts_with('0');  // CLI11 would read the text as octal
     const bool good =
         error == std::errc{} && end == text.data() + text.size() && !octal && value >= least && value <= most;
     return good ? std::string() : fmt::format("{} is not a whole number from {} to {}", text, least, most);

@@ -99,11 +99,12 @@ void require_usable(const std::vector<Problem>& problems, bool quiet) {
   for (const auto& problem : problems) warn(problem.text, quiet);
 }
 
-/// Checks a few stereo pairs, so that a run with swapped or unrectified images stops here.
+/// Checks a few stereo pairs before the run: throws if the cameras are swapped, warns if the images are not
+/// rectified.
 void check_before_run(const StereoSequence& sequence, bool quiet) {
   constexpr std::size_t kSampled = 3;
   std::vector<StereoFrame> frames{load_frame(sequence, 0)};
-  std::vector<Problem> ignored;  // a run goes as far as its images can be read
+  std::vector<Problem> ignored;  // an unreadable image ends the run only when the run reaches it
   for (const std::size_t i : spread(sequence.source ? kSampled : sequence.frames.size(), kSampled)) {
     if (i > 0)
       attempt(ignored, Problem::Severity::kWarning, [&] { frames.push_back(load_frame(sequence, i)); });

@@ -5,13 +5,13 @@
 
 namespace stereo_slam {
 
-/// When to do work that may take at most a share of the time: after work of a length there is a pause in
-/// proportion to it.
+/// Limits repeated work to a share of the time: each piece of work is followed by a pause in proportion to
+/// its duration.
 class DutyCycle {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// `share` above 0 and at most 1.
+  /// `share` of the time for the work, above 0 and at most 1.
   explicit DutyCycle(double share) : share_(share) {}
 
   [[nodiscard]] bool is_due(Time now) const { return now >= next_; }

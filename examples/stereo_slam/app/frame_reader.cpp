@@ -39,7 +39,7 @@ void FrameReader::read_all(const std::stop_token& stop, const Load& load, std::s
 std::optional<ReadFrame> FrameReader::next(const std::function<bool()>& stop) {
   using namespace std::chrono_literals;
   std::unique_lock lock(mutex_);
-  while (!stop()) {  // a signal cannot notify, so it is polled
+  while (!stop()) {  // a signal handler cannot notify, so stop() is polled
     if (!changed_.wait_for(lock, 50ms, [&] { return !frames_.empty() || finished_; })) continue;
     if (frames_.empty()) {
       if (failure_) std::rethrow_exception(failure_);

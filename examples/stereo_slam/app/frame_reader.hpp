@@ -25,8 +25,8 @@ class FrameReader {
  public:
   using Load = std::function<std::optional<StereoFrame>(std::size_t)>;
 
-  /// The reading thread calls `load` with 0, 1 ... count - 1. If it returns nothing the recording ends early;
-  /// next() rethrows what it throws.
+  /// The reading thread calls `load` with 0, 1 ... count - 1. If `load` returns nothing, the recording ends
+  /// there; if `load` throws, next() rethrows the exception.
   FrameReader(Load load, std::size_t count);
 
   /// The next frame; nothing after the last one, or as soon as `stop` returns true. Rethrows the exception of

@@ -14,7 +14,7 @@ constexpr std::size_t kColumns = 100;
 
 HelpFormatter::HelpFormatter() { column_width(kNameColumns); }
 
-/// Without the value that a negated flag has for the parser, "{false}".
+/// The name of an option without "{false}", which CLI11 appends to the names of negated flags.
 std::string HelpFormatter::make_option_name(const CLI::Option* option, bool is_positional) const {
   std::string name = CLI::Formatter::make_option_name(option, is_positional);
   for (std::size_t at = 0; (at = name.find('{')) != std::string::npos;)

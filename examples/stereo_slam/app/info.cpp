@@ -27,7 +27,7 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
   const auto& camera = scan.sequence.camera;
   constexpr std::size_t kLiveFrames = 5;
   std::vector<std::size_t> whole;
-  if (scan.sequence.source) {  // only decoding would find faults, and it takes as long as a run
+  if (scan.sequence.source) {  // finding faults would mean decoding all images, which takes as long as a run
     whole.resize(scan.sequence.live ? kLiveFrames : scan.sequence.frames.size());
     std::iota(whole.begin(), whole.end(), std::size_t{0});
     return whole;
@@ -59,8 +59,8 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
   return whole;
 }
 
-/// Checks up to five frames spread over the sequence, or the first ones of a video, and adds what is wrong
-/// with them.
+/// Checks up to five frames, spread over the sequence, or the first ones of a video, bag or camera. Adds the
+/// problems found to the scan.
 StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_t>& whole_frames) {
   std::vector<StereoFrame> frames;
   const std::size_t range =

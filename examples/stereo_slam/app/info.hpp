@@ -11,17 +11,17 @@
 
 namespace stereo_slam {
 
-/// A thorough check of a recording: every image file, and on a few frames the rectification and the order of
-/// the cameras.
+/// Result of a thorough check of a recording: of every image file, and on a few frames of the rectification
+/// and the order of the cameras.
 struct Inspection {
   SequenceScan scan;
   StereoAgreement agreement;
-  std::size_t images_read = 0;  ///< of a video or a bag, whose other images only a run reads
+  std::size_t images_read = 0;  ///< of a video, bag or camera, of which only a few are checked; else 0
 };
 
 [[nodiscard]] Inspection inspect(SequenceScan scan);
 
-/// The first line of a ground truth that `info` wrote.
+/// First line of a ground-truth file written by `info`.
 constexpr std::string_view kGroundTruthHeader =
     "# ground truth of stereo_slam info: stamp tx ty tz qx qy qz qw";
 

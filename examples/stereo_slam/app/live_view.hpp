@@ -12,7 +12,7 @@
 
 namespace stereo_slam {
 
-/// The window of --view. It shows as many frames as takes at most three per cent of the time.
+/// The window of --view. It skips frames so that drawing takes at most three per cent of the time.
 class LiveView {
  public:
   /// Throws std::runtime_error when no window can be opened.
@@ -26,7 +26,7 @@ class LiveView {
   Viewer viewer_;
   DutyCycle duty_cycle_{0.03};
   std::vector<PathMark> marks_;
-  std::vector<LoopEvent> loops_;  ///< as last known: those of the SLAM cannot be read while more are found
+  std::vector<LoopEvent> loops_;  ///< those known so far; the SLAM gives none while it looks for more
 };
 
 }  // namespace stereo_slam

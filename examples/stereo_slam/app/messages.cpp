@@ -24,19 +24,19 @@ namespace {
 #endif
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || __has_feature(address_sanitizer) || \
     __has_feature(thread_sanitizer)
-constexpr bool kSanitized = true;  // its findings go to standard error
+constexpr bool kSanitized = true;  // sanitizers report to standard error
 #else
 constexpr bool kSanitized = false;
 #endif
 
-/// The descriptor of messages: standard error, or what it was before silence_libraries().
+/// The descriptor of messages: standard error, or after silence_libraries() a copy of the original one.
 int message_descriptor = STDERR_FILENO;
 
 }  // namespace
 
 void prepare_streams() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    // Read-only, so that writing fails as it would have done. The lowest free descriptor is this one.
+    // open() returns the lowest free descriptor, which is this one. Read-only, so that writing still fails.
     if (::fcntl(descriptor, F_GETFD) < 0 && errno == EBADF) (void)::open("/dev/null", O_RDONLY);
   }
   std::signal(SIGPIPE, SIG_IGN);
@@ -85,7 +85,7 @@ void print_message(std::string_view text) {
   while (!rest.empty()) {
     const ssize_t written = ::write(message_descriptor, rest.data(), rest.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return;  // there is nobody to tell
+    if (written <= 0) return;  // the failure cannot be reported
     rest.remove_prefix(static_cast<std::size_t>(written));
   }
 }

@@ -13,19 +13,20 @@ namespace stereo_slam {
 /// place, and turns writing to a closed pipe, or beyond a file's largest size, from a signal into an error.
 void prepare_streams();
 
-/// Keeps everything but print_message() from standard error: OpenCV and the decoders of images and videos
-/// print there what the program says itself, in one line. Not with the environment variable OPENCV_LOG_LEVEL,
-/// nor under a sanitizer. FFmpeg's environment variable still works.
+/// Keeps the output of OpenCV and of the image and video decoders from standard error, where only
+/// print_message() writes from then on: the program reports the same errors itself, in one line. If the
+/// environment variable OPENCV_LOG_LEVEL is set, only FFmpeg is silenced, unless OPENCV_FFMPEG_LOGLEVEL is
+/// set, too. A program built with a sanitizer keeps standard error.
 void silence_libraries();
 
 /// Prints "stereo_slam: TEXT" as one line, shortened if necessary. Never fails.
 void print_message(std::string_view text);
 
-/// What an exception says, in words for the user where it is of memory, threads or the file system.
+/// The message of an exception. Errors of memory, threads and the file system are reworded for the user.
 [[nodiscard]] std::string text_of(const std::exception& error);
 
-/// The text as one line of at most kLongestMessage bytes: what is too long has "..." in its middle, control
-/// characters are replaced by '?'.
+/// The text as one line of at most kLongestMessage bytes. "..." replaces the middle of a longer text, '?'
+/// each control character.
 [[nodiscard]] std::string as_message(std::string_view text);
 
 constexpr std::size_t kLongestMessage = 1000;

@@ -22,7 +22,7 @@ double milliseconds_of(clockid_t clock) {
 }  // namespace
 
 double resident_memory_mb() {
-  std::ifstream statm("/proc/self/statm");  // Linux: pages, in all and resident
+  std::ifstream statm("/proc/self/statm");  // Linux: number of all pages, and of the resident ones
   std::size_t total = 0;
   std::size_t resident = 0;
   if (!(statm >> total >> resident)) return kUnknown;

@@ -9,15 +9,15 @@
 
 namespace stereo_slam {
 
-/// What is known of a job after some time.
+/// State of a job over frames.
 struct JobState {
   std::size_t done = 0;                ///< frames
   std::optional<std::size_t> total{};  ///< nothing for a job without end
   double seconds = 0.0;                ///< since its beginning
 };
 
-/// "frame 200/1000  25.0 fps  0:32 left  DETAIL". The time that is left follows from the rate so far, once a
-/// second has passed.
+/// "frame 200/1000  25.0 fps  0:32 left  DETAIL". The time left is estimated from the rate so far; it is left
+/// out during the first second, and for a job without end.
 [[nodiscard]] std::string progress_text(const JobState& job, std::string_view detail);
 
 /// Prints the progress of a job over frames to standard output: one changing line on a terminal, occasional
@@ -29,7 +29,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `done` frames of `total` are finished, of all if there is no total; `detail` ends the line.
+  /// Reports `done` finished frames of `total` (nothing: a job without end). `detail` ends the line.
   void update(std::size_t done, std::optional<std::size_t> total, std::string_view detail);
 
  private:

@@ -38,7 +38,7 @@ void RealtimeReader::offer_all(const std::stop_token& stop) {
   changed_.notify_all();
 }
 
-/// The time at which a frame that has been read is offered; counts the delay.
+/// The time at which a frame due at `due` is offered now that it has been read; adds up the delays.
 RealtimeReader::Clock::time_point RealtimeReader::not_before_now(Clock::time_point due) {
   const auto now = Clock::now();
   if (now <= due) return due;
@@ -46,7 +46,7 @@ RealtimeReader::Clock::time_point RealtimeReader::not_before_now(Clock::time_poi
   return now;
 }
 
-/// Waits until the time of the frame, then puts it in the place of one that was not taken.
+/// Waits until `at`, then offers the frame. A frame that was offered before and not taken is dropped.
 void RealtimeReader::offer(ReadFrame read, Clock::time_point at, const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   changed_.wait_until(lock, stop, at, [] { return false; });
@@ -66,7 +66,7 @@ void RealtimeReader::offer(ReadFrame read, Clock::time_point at, const std::stop
 std::optional<OfferedFrame> RealtimeReader::next(const std::function<bool()>& stop) {
   using namespace std::chrono_literals;
   std::unique_lock lock(mutex_);
-  while (!stop()) {  // a signal cannot notify, so it is polled
+  while (!stop()) {  // a signal handler cannot notify, so stop() is polled
     if (!changed_.wait_for(lock, 50ms, [&] { return offered_ || finished_; })) continue;
     if (!offered_ && failure_) std::rethrow_exception(failure_);
     changed_.notify_all();

@@ -20,22 +20,22 @@ namespace stereo_slam {
 struct OfferedFrame {
   ReadFrame read;
   std::chrono::steady_clock::time_point offered_at;
-  std::vector<std::int64_t> dropped_ns{};  ///< stamps of the frames dropped since the one taken before
-  double reading_delay_s = 0.0;            ///< how late it was offered because images were not read in time
+  std::vector<std::int64_t> dropped_ns{};  ///< stamps of the frames dropped since the last one taken
+  double reading_delay_s = 0.0;            ///< how late it was offered because of slow reading
 };
 
 /// When frames are offered.
 enum class Pace {
-  kStamps,  ///< of a recording: as its camera did
-  kAsRead,  ///< of a live camera: at once
+  kStamps,  ///< at the pace of the stamps, for a recording
+  kAsRead,  ///< as soon as they are read, for a live camera
 };
 
 /// Offers the frames of a recording at the pace of their stamps, as a camera does; or those of a live camera.
 ///
-/// The first frame is offered as soon as it is read, and the clock starts when it is taken. Every other frame
-/// is offered later by the difference of their stamps. A frame that was not taken when the next one is
-/// offered is dropped. If an image is read too late, that frame and all after it are offered later by the
-/// delay: slow reading drops no frame.
+/// With Pace::kStamps the first frame is offered as soon as it is read, and the clock starts when it is
+/// taken. Every further frame is offered when the time since the frame before equals the difference of their
+/// stamps. A frame that was not taken when the next one is offered is dropped. If an image is read too late,
+/// that frame and all after it are offered later by the delay: slow reading drops no frame.
 class RealtimeReader {
  public:
   /// Reads as FrameReader does.

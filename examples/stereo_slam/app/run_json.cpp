@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kFirstMember = "\"stereo_slam\"";
 
-/// JSON has no NaN.
+/// The number, or null for NaN and infinity, which JSON does not have.
 [[nodiscard]] Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 [[nodiscard]] Json frame_times(const FrameCost& cost) {
@@ -71,7 +71,7 @@ void write_run_json(std::ostream& stream, const RunSummary& summary, const Stere
                         {"latency_p95_ms", number(summary.realtime->p95_ms)},
                         {"latency_max_ms", number(summary.realtime->max_ms)}};
   }
-  // Bytes that are not UTF-8, as names of files may have, are replaced.
+  // File names may contain bytes that are not UTF-8; these are replaced.
   stream << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
 }
 

@@ -10,8 +10,8 @@
 
 namespace stereo_slam {
 
-/// Throws unless the file of `run --json` can be written when the run has ended, and replaces nothing but an
-/// earlier one: no input, no result of the run, not its map.
+/// Throws std::runtime_error unless the file of `run --json` can be written when the run has ended. It may
+/// replace an earlier such file, but no input, no result of the run and not the map of --save-map.
 void check_run_json(const std::filesystem::path& file, std::span<const std::filesystem::path> inputs,
                     const RunOptions& options);
 

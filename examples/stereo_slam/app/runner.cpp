@@ -50,13 +50,13 @@ struct RunInput {
   const RunOptions& options;
   std::size_t frames;
 
-  /// Nothing if frames come until somebody stops the run.
+  /// Nothing for a live camera without a limit: frames come until the user stops the run.
   [[nodiscard]] std::optional<std::size_t> total() const {
     return sequence.live && !options.max_frames ? std::nullopt : std::optional(frames);
   }
 };
 
-/// The window of --view and the images of --debug-images, if they are wanted, and those of the report.
+/// The window of --view and the images of --debug-images, if wanted, and the thumbnails of the report.
 class FrameDisplay {
  public:
   FrameDisplay(const RunOptions& options, const StereoCamera& camera) {
@@ -88,7 +88,7 @@ class LiveResults {
 
   [[nodiscard]] bool begun() const { return streams_.begun(); }
 
-  /// Writes the last frame of the record, and at keyframes waits in another thread for the disk.
+  /// Writes the last frame of the record. After a keyframe, another thread flushes the files to the disk.
   void append(const RunRecord& record, const Slam& slam) {
     streams_.append_frame(record);
     streams_.append_loops(slam.known_loop_events());
@@ -117,7 +117,8 @@ struct RunOutputs {
   RunRecord& record;
 };
 
-/// Processes frames until `next` returns nothing. They are numbered as they are processed, without gaps.
+/// Processes frames until `next` returns nothing. Processed frames are numbered without gaps, whether or not
+/// frames were dropped.
 void process_frames(const std::function<std::optional<OfferedFrame>()>& next, const RunInput& input,
                     Slam& slam, RunOutputs& outputs) {
   RunRecord& record = outputs.record;
@@ -148,8 +149,8 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
   }
 }
 
-/// Processes the recording to its end or a signal. Throws what stops the run; the record keeps the frames
-/// before it.
+/// Processes the recording to its end or until a signal. An exception that stops the run is passed on; the
+/// record keeps the frames before it.
 void process_recording(const RunInput& input, Slam& slam, RunOutputs outputs) {
   const auto load = [&](std::size_t i) { return load_unless_ended(input, i); };
   if (outputs.record.realtime) {
@@ -167,7 +168,7 @@ void process_recording(const RunInput& input, Slam& slam, RunOutputs outputs) {
   slam.finish();
 }
 
-/// Frames can only be offered at the pace of stamps that increase, and none that keeps the user waiting.
+/// Throws std::runtime_error unless the stamps increase, by at most ten minutes from frame to frame.
 void require_pace(const RunInput& input) {
   constexpr std::int64_t kLongestPause_ns = 600'000'000'000;
   const auto& frames = input.sequence.frames;
@@ -187,7 +188,8 @@ void require_pace(const RunInput& input) {
   }
 }
 
-/// Saved maps consist of keyframes, which only loop closure in the anchored layout keeps.
+/// Throws std::runtime_error unless the run keeps keyframes, of which saved maps consist: only loop closure
+/// in the anchored layout keeps them.
 void require_keyframes(const Settings& settings) {
   if (settings.loop_closure.enabled && settings.map.layout == MapLayout::kAnchored) return;
   throw std::runtime_error(
@@ -280,8 +282,8 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
   return keyframes > 0 ? slam.keyframe_memory_bytes() / keyframes : 0;
 }
 
-/// Calls a step of the run. Its exception becomes the run's error, unless the run has an earlier one.
-/// Returns whether there was none.
+/// Calls a step of the run. An exception becomes the run's error, unless the run has an earlier one. Returns
+/// whether the step succeeded.
 [[nodiscard]] bool attempt(RunHeader& header, const std::function<void()>& step) {
   try {
     step();
@@ -293,8 +295,8 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
   }
 }
 
-/// Writes all result files; one that cannot be written does not prevent the others. The report is always of
-/// the camera. Returns whether all were written.
+/// Writes all result files; a file that cannot be written does not prevent the others. The report always
+/// shows poses of the camera. Returns whether all were written.
 [[nodiscard]] bool save(const RunInput& input, const fs::path& folder, const RunRecord& record,
                         const std::vector<report::Thumbnail>& thumbnails, RunHeader& header) {
   const auto T_body_camera = body_of(input.sequence, input.options);
@@ -315,7 +317,7 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
   return written && reported;
 }
 
-/// How many frames there are to be processed, at most.
+/// The largest number of frames that the run can process.
 [[nodiscard]] std::size_t frames_of(const StereoSequence& sequence, const RunOptions& options) {
   const std::size_t there = sequence.live ? std::numeric_limits<std::size_t>::max() : sequence.frames.size();
   return std::min(there, options.max_frames.value_or(there));
@@ -325,7 +327,7 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
 
 RunSummary run(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
   const RunInput input{sequence, settings, options, frames_of(sequence, options)};
-  // Whatever would make the run fail at its end is checked at its beginning.
+  // Errors that would only show when the results are written are looked for before the run starts.
   RunHeader header{
       .state = "running", .error = "", .pose_frame = body_of(sequence, options) ? "body" : "camera"};
   if (options.realtime) require_pace(input);
@@ -349,7 +351,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
     process_recording(input, slam, {display, progress, results, record});
   });
   header.seconds = seconds_since(start);
-  const bool interrupted = SignalGuard::stop_requested() && !sequence.live;  // a camera has no other end
+  const bool interrupted = SignalGuard::stop_requested() && !sequence.live;  // a live run ends by a signal
   add_final_results(slam, record);
   if (options.save_map) (void)attempt(header, [&] { save_map(*options.save_map, slam.saved_map()); });
   header.frames_processed = record.results.size();

@@ -17,10 +17,10 @@ namespace stereo_slam {
 struct RunOptions {
   std::filesystem::path output;
   std::optional<std::size_t> max_frames;
-  std::optional<int> threads;  ///< 1: also without the thread of loop closing; default: OpenCV's choice
+  std::optional<int> threads;  ///< nothing: OpenCV's choice; 1: loop closing has no thread, either
   bool quiet = false;
   bool view = false;
-  bool realtime = false;   ///< offer frames at the pace of their stamps, and drop those that come too early
+  bool realtime = false;   ///< offer frames at the pace of their stamps; drop those not taken in time
   bool overwrite = false;  ///< replace the results of an earlier run
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< to localise in; with save_map, to extend
   std::optional<std::filesystem::path> save_map = std::nullopt;
@@ -38,7 +38,7 @@ struct RunSummary {
   std::size_t loops_accepted = 0;
   std::size_t loops_refused = 0;
   double path_m = 0.0;        ///< length of the final trajectory
-  double last_sigma_m = 0.0;  ///< standard deviation of the last pose, mean over the axes
+  double last_sigma_m = 0.0;  ///< standard deviation of the last pose: root mean square of the axes
   double last_sigma_deg = 0.0;
   double peak_mb = 0.0;  ///< memory of the process; NaN where unknown
   double seconds = 0.0;
@@ -48,12 +48,13 @@ struct RunSummary {
   std::string error;  ///< what stopped the run; empty if nothing did
 };
 
-/// Runs the SLAM on a recording and writes the results. Another thread reads images ahead. SIGINT, SIGTERM
-/// and SIGHUP end the run after the current frame; the frames before a signal or an error are saved. The
-/// results do not depend on the number of threads; with `realtime` they depend on the speed of the machine.
-/// Each finished frame is appended to its files before the next one begins. Throws std::runtime_error when
-/// the run cannot start: the output or the map file cannot be used, the calibration does not contain the
-/// body, or `realtime` is asked for and the stamps do not increase.
+/// Runs the SLAM on a recording and writes the results. Another thread reads images ahead. Each frame is
+/// appended to the result files before the next one begins. SIGINT, SIGTERM and SIGHUP end the run after the
+/// current frame; the frames before a signal or an error are saved. The results do not depend on the number
+/// of threads; with `realtime` they depend on the speed of the machine. Throws std::runtime_error when the
+/// run cannot start: the output or the map file cannot be used, `pose_frame` is the body and the calibration
+/// has no body frame, or `realtime` is set and the stamps do not increase or have a gap of more than ten
+/// minutes.
 [[nodiscard]] RunSummary run(const StereoSequence& sequence, const Settings& settings,
                              const RunOptions& options);
 

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A message as it was recorded, and how its fields are taken from it, one after the other.
+/// A serialised message, whose fields are read one after another.
 class Message {
  public:
   explicit Message(const rosbag::MessageInstance& recorded) : bytes_(recorded.size()) {
@@ -102,8 +102,8 @@ CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
   return info;
 }
 
-/// What an error says. Those of the program (std::invalid_argument) say what to do, those of the libraries
-/// that read bags and messages do not.
+/// The message of an error with advice. Errors of this program (std::invalid_argument) contain advice
+/// already; those of the libraries that read bags and messages get it here.
 std::string with_advice(const std::exception& error) {
   if (dynamic_cast<const std::invalid_argument*>(&error) != nullptr) return error.what();
   return fmt::format("{}; the bag is cut off or damaged, try `rosbag reindex`", error.what());
@@ -115,7 +115,7 @@ struct BagReader::Bag {
   fs::path file;
   rosbag::Bag bag;
   std::map<std::string, std::vector<rosbag::MessageInstance>> images;  // by topic
-  std::mutex mutex;                                                    // the bag keeps a buffer
+  std::mutex mutex;                                                    // rosbag::Bag is not thread-safe
 
   explicit Bag(const fs::path& path) : file(path) {
     if (!fs::is_regular_file(file))
@@ -123,7 +123,7 @@ struct BagReader::Bag {
     call([&] { bag.open(file.string(), rosbag::bagmode::Read); });
   }
 
-  /// Calls a function that reads the bag; names the bag in its errors.
+  /// Calls a function that reads the bag, and adds the name of the bag to its errors.
   void call(const std::function<void()>& read) const {
     try {
       read();
@@ -134,7 +134,7 @@ struct BagReader::Bag {
     }
   }
 
-  /// Calls `visit` with the messages of a topic, until it returns false.
+  /// Calls `visit_message` with each message of a topic, until it returns false.
   void visit(const std::string& topic,
              const std::function<bool(const rosbag::MessageInstance&)>& visit_message) {
     call([&] {

@@ -15,8 +15,8 @@
 
 namespace stereo_slam {
 
-/// The images and calibrations in a bag. Every function throws std::runtime_error that names the file; so
-/// does the constructor, where the program was built without librosbag-storage-dev.
+/// The images and calibrations in a bag. Every function throws std::runtime_error that names the file when
+/// the bag cannot be read. In a program built without librosbag-storage-dev the constructor always throws.
 class BagReader {
  public:
   explicit BagReader(const std::filesystem::path& file);
@@ -26,10 +26,10 @@ class BagReader {
 
   [[nodiscard]] std::vector<BagTopic> topics() const;
 
-  /// Indexes the images of a topic. Returns their stamps: those of their headers, in order of recording.
+  /// Indexes the images of a topic. Returns the stamps in their headers, ns, in order of recording.
   [[nodiscard]] std::vector<std::int64_t> index_images(const std::string& topic);
 
-  /// The `i`-th image of an indexed topic, grey.
+  /// Image `i`, from 0, of an indexed topic, as CV_8UC1.
   [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i);
 
   /// The first message of a topic of sensor_msgs/CameraInfo.

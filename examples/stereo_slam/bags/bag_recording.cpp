@@ -26,27 +26,39 @@ namespace fs = std::filesystem;
   return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage";
 }
 
-/// The name of the right camera's topic, if this is one of a left camera: EuRoC's and TUM-VI's
-/// /cam0/image_raw, /stereo/left/image_raw, /camera/infra1/image_rect_raw.
+/// Possible names of the right camera's topic, if `left` is the name of a left camera's topic, such as
+/// /cam0/image_raw (EuRoC, TUM-VI), /stereo/left/image_raw or /camera/infra1/image_rect_raw.
 [[nodiscard]] std::vector<std::string> partners_of(const std::string& left) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kSides = {
       {{"left", "right"}, {"cam0", "cam1"}, {"camera0", "camera1"}, {"infra1", "infra2"}}};
   std::vector<std::string> names;
   for (const auto& [from, to] : kSides) {
-    const auto at = left.find(from);
-    if (at != std::string::npos) names.push_back(std::string(left).replace(at, from.size(), to));
+    std::string all = left;
+    std::size_t count = 0;
+    for (auto at = left.find(from); at != std::string::npos; at = left.find(from, at + 1)) {
+      names.push_back(std::string(left).replace(at, from.size(), to));
+      all.replace(all.find(from), from.size(), to);
+      ++count;
+    }
+    if (count > 1) names.push_back(std::move(all));  // /left/image_left and /right/image_right
   }
   return names;
 }
 
-/// "/cam0/image_raw" -> "/cam0/camera_info", also for ".../image_raw/compressed".
-[[nodiscard]] std::string camera_info_topic(std::string image_topic) {
+/// "/cam0/image_raw/compressed" -> "/cam0/image_raw".
+[[nodiscard]] std::string without_transport(std::string image_topic) {
   constexpr std::string_view kCompressed = "/compressed";
   if (image_topic.ends_with(kCompressed)) image_topic.resize(image_topic.size() - kCompressed.size());
-  return image_topic.substr(0, image_topic.rfind('/')) + "/camera_info";
+  return image_topic;
 }
 
-/// The frames of a bag by the positions of their images in the two topics.
+/// "/cam0/image_raw" -> "/cam0/camera_info", also for ".../image_raw/compressed".
+[[nodiscard]] std::string camera_info_topic(const std::string& image_topic) {
+  const std::string name = without_transport(image_topic);
+  return name.substr(0, name.rfind('/')) + "/camera_info";
+}
+
+/// The image pairs of a bag. A frame is a pair of image indices, one in each topic.
 class BagImages : public PairSource {
  public:
   BagImages(std::shared_ptr<BagReader> reader, TopicPair topics)
@@ -97,7 +109,8 @@ void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, 
   }
 }
 
-/// The calibration that was put beside the bag, as EuRoC and TUM-VI have it.
+/// The calibration in the folder of the bag: one of read_calibration()'s files, or as EuRoC or TUM-VI ship
+/// it.
 [[nodiscard]] std::optional<OwnCamera> calibration_beside(const fs::path& file) {
   const fs::path folder = fs::absolute(file).parent_path();
   if (const auto found = find_calibration(folder); !found.empty()) return read_calibration(found);
@@ -108,7 +121,12 @@ void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, 
   return own;
 }
 
-/// That of the bag's own camera_info. Topics of rectified images have "rect" in their names.
+/// Whether a topic holds rectified images by its name, such as /left/image_rect or .../image_rect/compressed.
+[[nodiscard]] bool is_named_rectified(const std::string& image_topic) {
+  return fs::path(without_transport(image_topic)).filename().string().find("rect") != std::string::npos;
+}
+
+/// The calibration in the bag's camera_info.
 [[nodiscard]] OwnCamera calibration_inside(BagReader& reader, const TopicPair& topics, const fs::path& file) {
   const std::string left = camera_info_topic(topics.left);
   const std::string right = camera_info_topic(topics.right);
@@ -126,7 +144,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, 
   } catch (const std::invalid_argument& error) {
     fail(file, fmt::format("{}: {}", right, error.what()));
   }
-  if (topics.left.find("rect") == std::string::npos) return own;
+  if (!is_named_rectified(topics.left)) return own;
   const auto& P = of_right.P;
   own.rectified = StereoCamera{.fx = P(0, 0),
                                .fy = P(1, 1),

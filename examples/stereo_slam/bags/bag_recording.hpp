@@ -13,9 +13,10 @@ namespace stereo_slam {
 
 struct BagOptions {
   std::string left_topic;  ///< both empty: the only pair of image topics whose names differ by left and
-                           ///< right, or 0 and 1
+                           ///< right, cam0 and cam1, camera0 and camera1, or infra1 and infra2
   std::string right_topic;
-  std::filesystem::path calibration;  ///< see read_calibration; empty: beside the bag, else its camera_info
+  /// See read_calibration(). Empty: the calibration beside the bag, else the bag's camera_info.
+  std::filesystem::path calibration;
 };
 
 /// Whether the extension is that of a bag.
@@ -30,12 +31,14 @@ struct BagTopic {
 /// The topics of a bag by name. Throws std::runtime_error that names the file when it cannot be read.
 [[nodiscard]] std::vector<BagTopic> list_topics(const std::filesystem::path& file);
 
-/// The names of the image topics of the left and the right camera. Throws std::invalid_argument, listing the
-/// candidates, when there is no pair or more than one.
+/// The names of the image topics of the left and the right camera.
 struct TopicPair {
   std::string left;
   std::string right;
 };
+
+/// The topics that the options name, else the only pair found by names. Throws std::invalid_argument, listing
+/// the candidates, when there is no pair or more than one.
 [[nodiscard]] TopicPair choose_topics(const std::vector<BagTopic>& topics, const BagOptions& options);
 
 /// Reads the stamps of all images (sensor_msgs/Image or CompressedImage) and the calibration. Images are

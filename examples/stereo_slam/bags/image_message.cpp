@@ -27,7 +27,7 @@ struct Encoding {
   int conversion;  ///< to grey, by cv::cvtColor
 };
 
-/// ROS names a Bayer pattern by its first row and column, OpenCV by the second ones.
+/// ROS names a Bayer pattern by the pixels from the first row and column on, OpenCV by those from the second.
 constexpr std::array<Encoding, 14> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
                                                   {"8UC1", CV_8UC1, kAsItIs},
                                                   {"mono16", CV_16UC1, kAsItIs},
@@ -78,7 +78,7 @@ void check_size(const ImageMessage& message, std::size_t pixel_bytes) {
 cv::Mat to_grey(const ImageMessage& message) {
   const Encoding& encoding = encoding_of(message);
   check_size(message, CV_ELEM_SIZE(encoding.type));
-  // OpenCV's images are writable, this one is only read.
+  // cv::Mat needs a pointer to non-const data; the image is only read.
   auto* data = const_cast<std::uint8_t*>(message.data.data());
   const cv::Mat image(static_cast<int>(message.height), static_cast<int>(message.width), encoding.type, data,
                       message.step);
@@ -88,7 +88,7 @@ cv::Mat to_grey(const ImageMessage& message) {
     return grey;
   }
   if (encoding.type == CV_8UC1) return image.clone();
-  std::vector<cv::Mat> bytes;  // the upper one is what is wanted
+  std::vector<cv::Mat> bytes;  // of each pixel; the upper one is the result
   cv::split(cv::Mat(image.rows, image.cols, CV_8UC2, data, message.step), bytes);
   return bytes[message.big_endian ? 0 : 1];
 }

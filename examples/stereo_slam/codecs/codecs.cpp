@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kLibrary = STEREO_SLAM_CODECS_NAME;
 
-/// Beside an installed program, in the build folder, or wherever the linker of the program looks.
+/// Where the shared library may be: installed with the program, in the build folder, or in the search path of
+/// the dynamic linker.
 [[nodiscard]] std::array<fs::path, 3> places() {
   std::error_code error;  // without /proc the other places remain
   const fs::path program = fs::read_symlink("/proc/self/exe", error);

@@ -36,14 +36,14 @@ class Codecs {
   /// with their values. Empty if the image cannot be encoded.
   [[nodiscard]] virtual std::vector<std::uint8_t> encode(const cv::Mat& image, const std::string& extension,
                                                          const std::vector<int>& parameters) const = 0;
-  /// Opens a video with the first of `backends`, cv::VideoCaptureAPIs, that can. Null if none can.
+  /// Opens a video with the first of `backends` (cv::VideoCaptureAPIs) that is able to; null if none is.
   [[nodiscard]] virtual std::unique_ptr<Video> open_video(const std::string& name,
                                                           std::span<const int> backends) const = 0;
 };
 
-/// OpenCV's codecs. The first call loads them: they bring two hundred libraries, on Debian, which would add
-/// 0.2 s to the start of a program that needs none of them. Throws std::runtime_error if they are not
-/// installed with the program.
+/// OpenCV's codecs, in a shared library that the first call loads. On Debian the codecs depend on two hundred
+/// libraries; loading these at every start would take 0.2 s, even in commands that read no images. Throws
+/// std::runtime_error if the shared library is not installed with the program.
 [[nodiscard]] const Codecs& opencv_codecs();
 
 }  // namespace stereo_slam

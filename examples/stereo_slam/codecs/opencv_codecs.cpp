@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A library of its own, which opencv_codecs() loads.
+// The shared library that opencv_codecs() loads.
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
@@ -40,7 +40,7 @@ class OpenCvVideo : public Video {
   void set(int property, double value) override {
     try {
       capture_.set(property, value);
-    } catch (const cv::Exception&) {  // as if the driver could not
+    } catch (const cv::Exception&) {  // ignored, like a property that the driver does not have
     }
   }
 
@@ -52,7 +52,7 @@ class OpenCvCodecs : public Codecs {
  public:
   [[nodiscard]] cv::Mat decode(std::span<const std::uint8_t> file, int flags) const override {
     try {
-      // OpenCV's image is writable; this one is only read.
+      // cv::Mat needs a pointer to non-const data; the bytes are only read.
       auto* bytes = const_cast<std::uint8_t*>(file.data());
       return cv::imdecode(cv::Mat(1, static_cast<int>(file.size()), CV_8UC1, bytes), flags);
     } catch (const cv::Exception&) {

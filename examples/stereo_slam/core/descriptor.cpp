@@ -21,7 +21,7 @@ namespace {
 }
 
 #ifdef __x86_64__
-/// The same with an instruction for what would otherwise be looked up in a table, several times as fast.
+/// differing_bits() with the popcnt instruction: several times as fast as the generic code.
 [[gnu::target("popcnt")]] int differing_bits_popcnt(const Descriptor& a, const Descriptor& b) noexcept {
   return differing_bits(a, b);
 }

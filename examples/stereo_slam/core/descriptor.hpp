@@ -11,7 +11,7 @@ namespace stereo_slam {
 /// Number of differing bits, 0..256.
 [[nodiscard]] int hamming_distance(const Descriptor& a, const Descriptor& b) noexcept;
 
-/// The nearest of the descriptors that were offered, and the distance of the second nearest.
+/// The nearest of the descriptors that were offered, and the distance of the second nearest, in bits.
 struct NearestDescriptor {
   std::size_t index = 0;
   int distance = std::numeric_limits<int>::max();

@@ -7,13 +7,13 @@
 
 namespace stereo_slam {
 
-/// A landmark of the current map as the last frame shows it.
+/// A landmark of the local map in the last frame.
 struct LandmarkTrack {
   std::uint32_t id = 0;
-  Vector2<double> left_px;  ///< where it was found, or else where it should be
-  double depth_m = 0.0;
-  int observations = 1;  ///< frames in which it was found
-  bool found = false;    ///< in this frame
+  Vector2<double> left_px;  ///< in the left image: measured if found, else predicted
+  double depth_m = 0.0;     ///< of its mean, along the camera's z axis
+  int observations = 1;     ///< frames in which it was found
+  bool found = false;       ///< in the last frame
 };
 
 }  // namespace stereo_slam

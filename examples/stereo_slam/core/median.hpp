@@ -8,8 +8,8 @@
 
 namespace stereo_slam {
 
-/// The smallest value that has at least `share` (0 to 1) of the values below it; the largest if there is
-/// none, and 0 of no values.
+/// The value at index floor(share * n) of the n values in ascending order, at most the last one; 0 if there
+/// are no values. `share` is 0 to 1.
 [[nodiscard]] inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto below = static_cast<std::size_t>(share * static_cast<double>(values.size()));
@@ -18,7 +18,7 @@ namespace stereo_slam {
   return *found;
 }
 
-/// The median, the upper one of an even number of values; 0 of none.
+/// The median; the upper of the two middle values if their number is even, and 0 if there are no values.
 [[nodiscard]] inline double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
 
 }  // namespace stereo_slam

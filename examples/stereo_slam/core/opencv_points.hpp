@@ -5,7 +5,7 @@
 
 #include <antipode/eigen_types.hpp>
 
-/// Image points of OpenCV and of Eigen.
+/// Conversion of image points between OpenCV and Eigen.
 namespace stereo_slam {
 
 [[nodiscard]] inline cv::Point2f to_cv(const antipode::Vector2<double>& p) {

@@ -11,12 +11,12 @@
 /// The rectified stereo camera of the SLAM.
 namespace stereo_slam {
 
-/// Rectified pinhole stereo pair with a common focal length and a horizontal baseline (eq. 12).
+/// Rectified pinhole stereo pair with the same focal lengths and a horizontal baseline (DQV-SLAM eq. 12).
 ///
 ///     z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right
 ///
-/// The same as antipode::StereoCamera, with the size of the images and for points that are not at infinity.
-/// Valid for Z > kMinDepth_m in front of the left camera; camera axes x right, y down, z forward.
+/// Like antipode::StereoCamera, but with the size of the images and without points at infinity. Valid for
+/// Z > kMinDepth_m. Points are in the axes of the left camera: x right, y down, z forward, in m.
 struct StereoCamera {
   double fx = 0.0;          ///< focal length, px
   double fy = 0.0;          ///< focal length, px

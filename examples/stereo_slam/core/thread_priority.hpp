@@ -3,9 +3,8 @@
 
 namespace stereo_slam {
 
-/// Gives the calling thread a lower priority than the others of the program have, for work that has time:
-/// frames that are read ahead, loops that take effect later. Has an effect on Linux, where threads have
-/// priorities of their own.
+/// Lowers the priority of the calling thread, for work that is not urgent: reading frames ahead, closing
+/// loops. Does nothing on systems other than Linux.
 void lower_thread_priority();
 
 }  // namespace stereo_slam

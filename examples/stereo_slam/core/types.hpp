@@ -15,6 +15,9 @@
 
 /// @file
 /// Data that the stages of the SLAM hand to each other. Pixels, metres, radians; `T_a_b` maps b to a.
+/// Equations, algorithms and sections cited in this program ("eq. 11", "Alg. 2", "sec. IV-C", "the paper")
+/// are those of DQV-SLAM: S. Bultmann, K. Li, U. D. Hanebeck, "Stereo Visual SLAM Based on Unscented Dual
+/// Quaternion Filtering", FUSION 2019.
 namespace stereo_slam {
 
 using antipode::Matrix2;
@@ -29,7 +32,7 @@ using Pose = antipode::DualQuaternion<double>;  ///< `T_a_b` maps coordinates of
 
 /// One rectified grey-scale stereo pair (CV_8UC1, equal sizes).
 struct StereoFrame {
-  std::size_t index = 0;      ///< in the recording, from 0
+  std::size_t index = 0;      ///< from 0: in the recording as read, among the processed frames in the SLAM
   std::int64_t stamp_ns = 0;  ///< when both images were taken
   cv::Mat left;               ///< of the left camera
   cv::Mat right;              ///< of the right camera
@@ -37,7 +40,7 @@ struct StereoFrame {
 
 using Descriptor = std::array<std::uint8_t, 32>;  ///< 256-bit ORB descriptor
 
-/// Corner in one image.
+/// Corner in one image, with its descriptor.
 struct Feature {
   Vector2<double> position_px;  ///< at full resolution
   double response = 0.0;        ///< strength of the corner
@@ -49,7 +52,7 @@ using StereoPoint = Vector3<double>;
 
 /// How far the pose of a frame can be trusted.
 enum class TrackingStatus {
-  kInitializing,  ///< no map yet, or the frame that starts it and is the world's origin
+  kInitializing,  ///< no map yet, or the frame that starts the map and defines the world frame
   kOk,            ///< updated by landmarks
   kWeak,  ///< from the odometry alone, from a repeated image, in front of a repetitive scene, or in a map
           ///< segment whose place is not known yet
@@ -93,17 +96,17 @@ struct StageTime {
 
 /// Result of one frame. Every input frame has one.
 struct FrameResult {
-  std::size_t index = 0;                                  ///< in the recording, from 0
+  std::size_t index = 0;                                  ///< number of frames processed before this one
   std::int64_t stamp_ns = 0;                              ///< when the images were taken
   TrackingStatus status = TrackingStatus::kInitializing;  ///< what the pose is based on
   PoseGaussian T_world_camera;                            ///< of the rectified left camera
   Pose T_odometry_camera = Pose::identity();              ///< without loop corrections: continuous
-  bool loop_corrected = false;                            ///< a loop moved the keyframes before this frame
-  std::size_t segment = 0;   ///< of the map: a loss begins a new one if nothing is recognised
-  std::size_t keyframe = 0;  ///< frame of the reference keyframe
+  bool loop_corrected = false;  ///< a loop moved the keyframes before this frame was tracked
+  std::size_t segment = 0;      ///< map segment: a loss begins a new one if nothing is recognised
+  std::size_t keyframe = 0;     ///< frame of the reference keyframe; for a new keyframe, of the one before it
   Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to the keyframe,
                                                                   ///< without the errors of `calibration`
-  CalibrationError calibration;  ///< part of the covariance of T_world_camera
+  CalibrationError calibration;  ///< errors that the covariance of T_world_camera includes
   PoseGaussian odometry;         ///< T_previous_current, the system input u_k
   int features = 0;   ///< points that the odometry follows; with `--preset paper`, features of the left image
   int landmarks = 0;  ///< in the local map, after the frame

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-/// R of a rigid motion, without the rounding of a file.
+/// R, made exactly orthonormal, as files hold rounded numbers. Throws std::runtime_error if R is no rotation.
 Eigen::Matrix3d rotation_of(const RowMajor3& R, const fs::path& file, std::string_view name) {
   constexpr double kTolerance = 1e-2;
   const double error = (R * R.transpose() - RowMajor3::Identity()).cwiseAbs().maxCoeff();
@@ -39,7 +39,7 @@ class OpenCvFile {
     const std::string text = read_file(file, kMostYamlBytes);
     try {
       storage_.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-    } catch (const std::exception&) {  // the message below says it
+    } catch (const std::exception&) {  // reported below
     }
     if (!storage_.isOpened())
       fail(file, "is neither YAML nor XML that OpenCV can read; write it by cv::FileStorage");
@@ -148,7 +148,7 @@ OwnCamera read_opencv_stereo(const fs::path& path) {
   return own;
 }
 
-/// Numbers of `key` as ROS writes matrices: {rows, cols, data}.
+/// The elements of the matrix `key`, which ROS writes as {rows, cols, data}; `count` 0 accepts any number.
 std::vector<double> ros_numbers(const YamlMap& map, const char* key, std::size_t count) {
   auto values = map.map(key).numbers({"data"});
   if (count > 0 && values.size() != count)

@@ -24,7 +24,7 @@ namespace {
 
 std::string read_content(const std::filesystem::path& file) {
   constexpr std::size_t kMostImageBytes = std::size_t{256} << 20;
-  std::error_code error;  // read_file() says what else is wrong
+  std::error_code error;  // read_file() reports other errors
   if (!std::filesystem::exists(file, error) && !error)
     fail(file, "missing; restore the image or cut the sequence before it");
   std::string content = read_file(file, kMostImageBytes);
@@ -36,7 +36,7 @@ std::span<const std::uint8_t> bytes_of(const std::string& content) {
   return {reinterpret_cast<const std::uint8_t*>(content.data()), content.size()};
 }
 
-/// Throws for an image without pixels, and for one that would take more memory than there may be.
+/// Throws for an image without pixels, and for one that is larger than kMostPixels.
 void require_size(const std::filesystem::path& file, const ImageSize& size) {
   if (is_supported(size)) return;
   if (size.width_px == 0 || size.height_px == 0) {
@@ -108,7 +108,8 @@ ImageHeader check_image(const std::filesystem::path& file) {
 }
 
 cv::Mat load_gray_image(const std::filesystem::path& file) {
-  return decode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);  // the sensor is calibrated
+  // The orientation in the file is ignored: the calibration is of the sensor's pixels.
+  return decode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
 }
 
 }  // namespace stereo_slam

@@ -9,7 +9,7 @@
 namespace stereo_slam {
 namespace {
 
-/// Reads numbers at offsets; what lies beyond the end makes it invalid.
+/// Reads numbers at offsets; reading beyond the end makes the header invalid.
 class Header {
  public:
   Header(std::span<const std::uint8_t> bytes, bool little_endian)
@@ -89,7 +89,7 @@ class Header {
   Header header(bytes, true);
   const bool old = header.number(14, 4) == 12;  // OS/2
   if (old) return header.result(header.number(18, 2), header.number(20, 2));
-  const auto magnitude = [](std::uint32_t value) {  // a negative height is that of an image upside down
+  const auto magnitude = [](std::uint32_t value) {  // the height is negative if the first row is the top one
     return value > 0x7FFFFFFF ? std::uint64_t{0x100000000} - value : std::uint64_t{value};
   };
   const auto width_px = magnitude(header.number(18, 4));

@@ -20,17 +20,17 @@ struct ImageHeader {
   bool colour = false;
 };
 
-/// The largest image that is read, in pixels: 4096 x 4096. A run holds about fifty bytes a pixel.
+/// The largest image that is read, in pixels: 4096 x 4096. A run needs about fifty bytes of memory a pixel.
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 24;
 
 /// Whether an image of this size is read: not empty, and at most kMostPixels.
 [[nodiscard]] bool is_supported(const ImageSize& size);
 
 /// The size of a PNG, JPEG, PNM, BMP or TIFF image, recognised by its first bytes, without decoding it.
-/// Nothing for what is none of these, or ends within its header.
+/// Nothing for another format, and for a file that ends within its header.
 [[nodiscard]] std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes);
 
-/// Whether the pixels of a BMP are compressed. OpenCV decodes run lengths to another image without a word.
+/// Whether the pixels of a BMP are compressed. OpenCV decodes run-length encoding wrongly, without an error.
 [[nodiscard]] bool is_compressed_bmp(std::span<const std::uint8_t> bytes);
 
 }  // namespace stereo_slam

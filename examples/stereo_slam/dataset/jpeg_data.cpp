@@ -20,12 +20,12 @@ struct JpegDamage {};
   return std::size_t{bytes[at]} << 8 | bytes[at + 1];
 }
 
-/// The bits of an entropy-coded segment, in which FF 00 stands for FF (ITU T.81, F.2.2.5).
+/// The bits of an entropy-coded segment, where the bytes FF 00 stand for FF (ITU T.81, F.2.2.5).
 class EntropyCodedBits {
  public:
   explicit EntropyCodedBits(JpegBytes bytes) : bytes_(bytes) {}
 
-  /// The next 16 bits, of which those behind the end of the segment are ones.
+  /// The next 16 bits; bits beyond the end of the segment are ones.
   [[nodiscard]] std::uint32_t peek() {
     while (count_ < 16) {
       const bool ended = at_ >= bytes_.size() || is_marker();
@@ -37,7 +37,7 @@ class EntropyCodedBits {
     return static_cast<std::uint32_t>(buffer_ >> (count_ - 16)) & 0xFFFFU;
   }
 
-  /// Throws if the segment has fewer bits.
+  /// Skips `bits`. Throws if the segment has fewer left.
   void skip(unsigned bits) {
     (void)peek();
     count_ -= bits;
@@ -66,7 +66,7 @@ class EntropyCodedBits {
   std::size_t at_ = 0;
   std::uint64_t buffer_ = 0;
   unsigned count_ = 0;    ///< of bits in the buffer
-  unsigned missing_ = 0;  ///< of these, behind the end
+  unsigned missing_ = 0;  ///< of these, beyond the end of the segment
 };
 
 /// Codes of up to 16 bits (T.81, annex C): symbol and length by the next 16 bits.
@@ -185,7 +185,7 @@ class JpegWalk {
       const unsigned dc = header[2 + 2 * i] >> 4, ac = header[2 + 2 * i] & 15U;
       if (component == components_.end() || dc > 3 || ac > 3) throw JpegDamage{};
       parts.push_back({count == 1 ? 1 : component->across * component->down, tables_[0][dc], tables_[1][ac]});
-      if (count > 1) continue;  // else the blocks of one component, without those that fill up units
+      if (count > 1) continue;  // one component: its own blocks, without padding to whole units
       units = divide_up(divide_up(width_ * component->across, most_across_), 8) *
               divide_up(divide_up(height_ * component->down, most_down_), 8);
     }

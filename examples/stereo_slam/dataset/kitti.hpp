@@ -14,7 +14,7 @@ inline constexpr std::string_view kKittiLayout =
 /// Whether the folder contains any part of a KITTI odometry sequence.
 [[nodiscard]] bool looks_like_kitti(const std::filesystem::path& folder);
 
-/// Reads a sequence of the KITTI odometry benchmark: calib.txt (P0 and P1, the rectified 3x4 projections of
+/// Scans a sequence of the KITTI odometry benchmark: calib.txt (P0 and P1, the rectified 3x4 projections of
 /// the left and right grey camera; P1(0,3) = -fx b), times.txt (seconds, one per frame), image_0 and image_1
 /// (left, right), and poses.txt (3x4 T_world_camera, one per frame) if there is one.
 [[nodiscard]] SequenceScan scan_kitti(const std::filesystem::path& folder);

@@ -11,7 +11,7 @@
 /// The values of a lens as calibration files of every format give them, with their bounds.
 namespace stereo_slam {
 
-/// Throws an exception with the file, the place in it and the text.
+/// Throws an exception with the file, the line and the given text.
 using Fail = std::function<void(const std::string&)>;
 
 /// [width, height] in pixels.

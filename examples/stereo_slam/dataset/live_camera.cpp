@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kPipelineMark = " ! ";
 constexpr std::string_view kDevices = "/dev/video";
 
-/// What opens a source. To let OpenCV try everything would also ask the drivers of industrial cameras, which
-/// takes time and leaks memory.
+/// OpenCV's backends for a source. Without this choice OpenCV would also try the drivers of industrial
+/// cameras, which takes time and leaks memory.
 [[nodiscard]] std::vector<int> backends_for(std::string_view name) {
   if (name.find(kPipelineMark) != std::string_view::npos) return {cv::CAP_GSTREAMER};
   if (name.starts_with(kDevices)) return {cv::CAP_V4L2};
@@ -47,7 +47,7 @@ struct LiveCamera::Device {
   explicit Device(const fs::path& source)
       : name(source.string()), capture(opencv_codecs().open_video(name, backends_for(name))) {
     if (!capture) fail("cannot be opened; check its name, and that no other program uses it");
-    capture->set(cv::CAP_PROP_BUFFERSIZE, 1);  // where the driver can: older images are of no use
+    capture->set(cv::CAP_PROP_BUFFERSIZE, 1);  // if the driver can: only the latest image is of use
   }
 
   [[noreturn]] void fail(const std::string& what) const {

@@ -12,8 +12,8 @@ namespace stereo_slam {
 /// pipeline (with " ! ").
 [[nodiscard]] bool is_live(const std::filesystem::path& source);
 
-/// A stereo camera, as two devices or as one that delivers both images side by side. Stamps are the times at
-/// which both images were taken from the driver: nanoseconds since 1970, always later than the one before.
+/// A stereo camera: two devices, or one that delivers both images side by side. The stamp of a pair is the
+/// time at which both images were taken from the driver, in nanoseconds since 1970; stamps increase.
 class LiveCamera : public PairSource {
  public:
   /// `right` is empty for images side by side. Throws std::runtime_error when a device cannot be opened.

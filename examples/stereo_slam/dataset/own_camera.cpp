@@ -169,7 +169,7 @@ struct Sources {
   [[nodiscard]] bool side_by_side() const { return right.empty(); }
 };
 
-/// Those that the calibration names, in a folder.
+/// The sources that the calibration names, in a folder.
 Sources sources_in(const fs::path& folder, const OwnCamera& own) {
   if (own.source) return {find_source(folder, *own.source), {}};
   return {find_source(folder, own.left_source), find_source(folder, own.right_source)};
@@ -259,7 +259,7 @@ cv::Size first_size(const StereoSequence& sequence) {
   return {sequence.side_by_side ? header.width_px / 2 : header.width_px, header.height_px};
 }
 
-/// What to change where the calibration is of another size than the images.
+/// Advice when the calibration and the images have different sizes.
 std::string size_advice(const StereoCamera& camera, const cv::Size& size) {
   if (size.width == 2 * camera.width_px && size.height == camera.height_px)
     return "both cameras seem to be side by side in it: use `layout: side-by-side`";
@@ -271,7 +271,7 @@ std::string size_advice(const StereoCamera& camera, const cv::Size& size) {
 
 void set_raw_camera(StereoRig rig, const fs::path& calibration, const cv::Size& size,
                     StereoSequence& sequence) {
-  if (rig.left.width_px == 0) {  // of a format without size
+  if (rig.left.width_px == 0) {  // the calibration does not give the size
     for (auto* lens : {&rig.left, &rig.right}) {
       lens->width_px = size.width;
       lens->height_px = size.height;

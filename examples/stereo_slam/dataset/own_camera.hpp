@@ -20,19 +20,19 @@ inline constexpr std::string_view kOwnCameraLayout =
 /// there is none.
 [[nodiscard]] std::filesystem::path find_calibration(const std::filesystem::path& folder);
 
-/// Sets the camera of a sequence, and its rectification; the images' size is that of the first one. Throws
-/// std::runtime_error that names the calibration when the two do not fit together.
+/// Sets the camera of a sequence, and its rectification. The image size is that of the first image. Throws
+/// std::runtime_error that names the calibration when it does not fit the image size.
 void set_camera(const OwnCamera& own, const std::filesystem::path& calibration, StereoSequence& sequence);
 
 struct OwnCameraFiles {
   std::filesystem::path calibration;  ///< see read_calibration
-  /// Where the images are: the folder that what the calibration names is relative to (empty: that of the
-  /// calibration), a video or a live camera with both images side by side, or two of them, LEFT,RIGHT.
+  /// The folder that contains the image folders or videos named in the calibration (empty: the folder of the
+  /// calibration); or a video or live camera with both images side by side; or two of these: LEFT,RIGHT.
   std::filesystem::path dataset;
 };
 
-/// Reads the images of a user's own camera: a calibration (see docs/datasets.md), and folders of images,
-/// videos or live cameras. `format` is folders, video, or auto for what is there.
+/// Scans a recording of a user's own camera: a calibration (see docs/datasets.md), and folders of images,
+/// videos or live cameras. `format` is folders, video, or auto to use whichever is there.
 ///
 /// Images are paired by name; if no name is common to both folders, by their position in natural order.
 /// Stamps come from the file of times, from names that are nanoseconds (13 digits or more), or from the frame

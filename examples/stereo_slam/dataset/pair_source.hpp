@@ -14,10 +14,10 @@ namespace stereo_slam {
 struct RawPair {
   cv::Mat left;
   cv::Mat right;
-  std::optional<std::int64_t> stamp_ns{};  ///< of a live camera; recordings know their stamps beforehand
+  std::optional<std::int64_t> stamp_ns{};  ///< of a live camera; else see StereoSequence::frames
 };
 
-/// Image pairs that are not files of their own: those of videos, bags and cameras. Reading in order is fast.
+/// Image pairs that are not separate files: those of videos, bags and live cameras. Reading in order is fast.
 class PairSource {
  public:
   PairSource() = default;
@@ -29,8 +29,8 @@ class PairSource {
   /// index. Throws std::runtime_error that names the source when they cannot be read.
   [[nodiscard]] virtual std::optional<RawPair> read(std::size_t index) = 0;
 
-  /// What the user must know of the frames that were read so far: that they end earlier than was promised.
-  /// Empty if there is nothing.
+  /// A warning for the user about the frames read so far, such as an end before the number of frames in a
+  /// header. Empty if there is none.
   [[nodiscard]] virtual std::string warning() { return {}; }
 };
 

@@ -62,8 +62,8 @@ std::optional<Chunk> take_chunk(std::span<const std::uint8_t>& rest) {
   return chunk;
 }
 
-/// The predictor of the filter type 4 (PNG specification, section 9.4): the neighbour that is nearest to
-/// left + above - above_left, whose distances are written out.
+/// The predictor of filter type 4 (PNG specification, section 9.4): the neighbour whose value is nearest to
+/// left + above - above_left.
 inline int paeth(int left, int above, int above_left) {
   const int from_left = std::abs(above - above_left);
   const int from_above = std::abs(left - above_left);
@@ -72,7 +72,7 @@ inline int paeth(int left, int above, int above_left) {
   return from_left <= from_above && from_left <= from_above_left ? left : other;
 }
 
-/// Adds to each byte of a row what `predict(left, above, above_left)` says.
+/// Adds the prediction `predict(left, above, above_left)` to each byte of a row.
 template <class Predict>
 void add_prediction(std::span<const std::uint8_t> filtered, const std::uint8_t* above, std::uint8_t* row,
                     const Predict& predict) {
@@ -85,7 +85,7 @@ void add_prediction(std::span<const std::uint8_t> filtered, const std::uint8_t* 
   }
 }
 
-/// Undoes the filter of a row of one byte a pixel. False for a type that there is not.
+/// Undoes the filter of a row of one byte a pixel. False for an unknown filter type.
 bool undo_filter(std::uint8_t type, std::span<const std::uint8_t> filtered, const std::uint8_t* above,
                  std::uint8_t* row) {
   switch (type) {
@@ -110,7 +110,7 @@ bool undo_filter(std::uint8_t type, std::span<const std::uint8_t> filtered, cons
   }
 }
 
-/// The compressed data of all chunks IDAT.
+/// The compressed data of all IDAT chunks.
 std::vector<std::uint8_t> compressed_pixels(std::span<const std::uint8_t> bytes) {
   std::vector<std::uint8_t> data;
   data.reserve(bytes.size());
@@ -126,7 +126,7 @@ std::vector<std::uint8_t> compressed_pixels(std::span<const std::uint8_t> bytes)
 bool inflate(std::span<const std::uint8_t> data, std::span<std::uint8_t> result) {
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor(
       libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-  // Without the pointer to the actual size, data of another size are an error.
+  // With nullptr for the actual size, libdeflate fails if the data have another size.
   return decompressor &&
          libdeflate_zlib_decompress(decompressor.get(), data.data(), data.size(), result.data(),
                                     result.size(), nullptr) == LIBDEFLATE_SUCCESS;

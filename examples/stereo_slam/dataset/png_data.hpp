@@ -22,9 +22,9 @@ struct PngHeader {
 [[nodiscard]] PngHeader check_png_data(const std::filesystem::path& file,
                                        std::span<const std::uint8_t> bytes);
 
-/// The image of a PNG file whose header is plain_grey, as CV_8UC1. Empty if it cannot be decoded this way:
-/// other decoders may accept it. It takes 0.6 of the time of libpng, which decodes most images of a camera in
-/// more time than the SLAM needs for them.
+/// The image of a PNG file whose header is plain_grey, as CV_8UC1. Empty if it cannot be decoded this way;
+/// other decoders may accept it. Takes 0.6 of the time of libpng, which needs longer to decode most images of
+/// a camera than the SLAM to process them.
 [[nodiscard]] cv::Mat decode_plain_grey_png(std::span<const std::uint8_t> bytes);
 
 }  // namespace stereo_slam

@@ -131,7 +131,7 @@ double share_seen(const StereoRig& rig, const Rectification& r, int step = 1) {
   return cv::countNonZero(both) / static_cast<double>(both.total());
 }
 
-/// The common camera with another focal length and the principal point in the image centre.
+/// The rectification with another focal length, and the principal point in the image centre.
 Rectification with_focal_length(Rectification r, const Lens& lens, double focal_px) {
   const double shift = r.P_right(0, 3) / r.P_right(0, 0);
   for (auto* P : {&r.P_left, &r.P_right}) {
@@ -169,7 +169,8 @@ Rectification rectify(const StereoRig& rig) {
   }
 }
 
-/// OpenCV returns focal lengths that are negative or not numbers for distortions that no lens has.
+/// Whether focal lengths and baseline are positive and all values finite. For distortions that no real lens
+/// has, OpenCV returns negative or NaN focal lengths.
 [[nodiscard]] bool is_a_camera(const StereoCamera& camera) {
   const auto positive = [](double x) { return std::isfinite(x) && x > 0.0; };
   return positive(camera.fx) && positive(camera.fy) && positive(camera.baseline_m) &&

@@ -22,7 +22,7 @@ class Rectifier {
   /// The camera of the rectified images.
   [[nodiscard]] const StereoCamera& camera() const noexcept { return camera_; }
 
-  /// The rectifying rotation: the rectified left camera in the frame of the left lens. No translation.
+  /// Pose of the rectified left camera in the frame of the left lens: a rotation without translation.
   [[nodiscard]] const Eigen::Isometry3d& T_left_camera() const noexcept { return T_left_camera_; }
 
   /// Share of the rectified pixels that are inside both raw images.
@@ -32,7 +32,8 @@ class Rectifier {
   [[nodiscard]] cv::Mat right(const cv::Mat& image) const { return apply(right_, image); }
 
  private:
-  /// Position of each rectified pixel in the raw image: whole pixels and an index of the fraction.
+  /// Position of each rectified pixel in the raw image, as cv::convertMaps gives it: whole pixels, and an
+  /// index of the fraction.
   struct Maps {
     cv::Mat whole;
     cv::Mat fraction;

@@ -75,8 +75,8 @@ void read_layout(const YamlMap& map, OwnCamera& own) {
   if (side_by_side) own.source = map.text({"source"});
 }
 
-/// The name of a camera's images, from its `source` if it has one. A camera of rectified images has nothing
-/// else.
+/// Reads `source`, the name of a camera's images, if the camera has one. With rectified images, `source` is
+/// the only key that a camera may have.
 void read_source(const YamlMap& camera, bool rectified, const OwnCamera& own, std::string& source) {
   if (rectified) {
     camera.refuse_unknown_keys({"source"});

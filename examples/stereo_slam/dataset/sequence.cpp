@@ -112,7 +112,7 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
 void check_camera(SequenceScan& scan) {
   constexpr double kShortest_m = 0.005;
   constexpr double kLongest_m = 3.0;
-  constexpr double kLeast = 1e-6;  // of any length, and the largest
+  constexpr double kLeast = 1e-6;  // bounds of the focal lengths, px, and of the baseline, m
   constexpr double kMost = 1e6;
   const auto& camera = scan.sequence.camera;
   const double baseline_m = camera.baseline_m;

@@ -35,11 +35,11 @@ struct StereoFiles {
 struct StereoSequence {
   std::filesystem::path folder;
   std::string format;              ///< "kitti", "euroc", "folders", "video", "bag" or "camera"
-  std::string left_name = "left";  ///< name of the images of a camera in messages
+  std::string left_name = "left";  ///< what messages call the images of the left camera
   std::string right_name = "right";
   StereoCamera camera;              ///< of every frame, with the image size
   std::vector<StereoFiles> frames;  ///< stamps increase; empty for a live camera
-  bool live = false;                ///< frames come as long as they are read, with stamps of their own
+  bool live = false;                ///< a live camera: frames without end, which bring their own stamps
   bool side_by_side = false;        ///< the left file of a frame shows both images
 
   std::shared_ptr<const Rectifier> rectifier;      ///< null for images that are rectified already
@@ -51,7 +51,7 @@ struct StereoSequence {
   std::vector<std::int64_t> ground_truth_ns;    ///< its stamps; for KITTI those of the frames
 };
 
-/// The folder or file with its full path; a live camera as it was named.
+/// The full path of the folder or file; for a live camera, the name that the user gave.
 [[nodiscard]] std::string full_name(const StereoSequence& sequence);
 
 /// A problem of a recording: where, what and what to do. Errors make the recording unusable.
@@ -71,7 +71,8 @@ struct SequenceScan {
   std::vector<Problem> problems;
 };
 
-/// A video ended slightly before the number of frames in its header, or a live camera does not go on.
+/// Thrown where a video ends slightly before the frame count of its header, or a live camera stops delivering
+/// images.
 struct EndOfRecording : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -82,27 +83,29 @@ struct EndOfRecording : std::runtime_error {
 [[nodiscard]] SequenceScan scan_sequence(const std::filesystem::path& folder, std::string_view format,
                                          const std::filesystem::path& calibration = {});
 
-/// Adds a problem for each value of the camera that is out of bounds or looks like another unit (baseline).
+/// Adds an error if focal lengths or baseline are out of bounds; a warning if the focal lengths differ by
+/// more than a factor of 2, or the baseline does not seem to be in metres.
 void check_camera(SequenceScan& scan);
 
 /// The sequence of scan_sequence. Throws std::runtime_error with the first error.
 [[nodiscard]] StereoSequence open_sequence(const std::filesystem::path& folder, std::string_view format);
 
-/// Runs one step of a scan. A std::runtime_error that it throws becomes a problem.
+/// Runs one step of a scan. A std::exception of the step becomes a problem of the given severity.
 void attempt(std::vector<Problem>& problems, Problem::Severity severity, const std::function<void()>& step);
 
 /// The problem that an image has another size than the sequence's camera.
 [[nodiscard]] Problem wrong_size(const std::filesystem::path& file, int width_px, int height_px,
                                  const StereoCamera& camera);
 
-/// Takes size, lenses and rectification from a rig. Throws std::runtime_error as Rectifier does.
+/// Sets camera, rectifier, lenses and, if known, T_body_camera from a rig. Throws std::runtime_error as
+/// Rectifier does.
 void set_rig(StereoSequence& sequence, const StereoRig& rig);
 
-/// Images that may belong together in another way than the recording says.
+/// A left and a right image to load as a pair, which may differ from the pairs of the recording.
 struct PairChoice {
   std::size_t left = 0;  ///< index of the frame of the left image
   std::size_t right = 0;
-  bool swapped = false;  ///< the image of each camera is that of the other one
+  bool swapped = false;  ///< use each image for the other camera
 };
 
 /// Reads the two images of a choice and rectifies them. Throws like load_frame.

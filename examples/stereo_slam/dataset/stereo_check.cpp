@@ -22,8 +22,8 @@ struct Offset {
   double rows_px;
 };
 
-/// Corners are detected at whole pixels; aligning the patches around them gives sub-pixel positions. Where
-/// the alignment fails the corner stays.
+/// Sub-pixel positions of the right corners, by aligning the patches around matched corners, which are
+/// detected at whole pixels. Where the alignment fails the detected position is kept.
 std::vector<cv::Point2f> align(const StereoFrame& frame, const std::vector<cv::Point2f>& left_px,
                                const std::vector<cv::Point2f>& right_px) {
   constexpr double kMaxShift_px = 2.0;
@@ -99,17 +99,17 @@ double median(const std::vector<Offset>& offsets, const Value& value) {
   return *middle;
 }
 
-/// A way in which the images may belong together.
+/// One way to pair the images of the two cameras.
 struct Pairing {
   int step = 0;  ///< the right images are those of the frame `step` later
   bool swapped = false;
 };
 
-/// How well the images agree if they belong together in another way.
+/// How well the images agree when they are paired in another way.
 StereoAgreement agreement_of(const StereoSequence& sequence, const std::vector<StereoFrame>& frames,
                              const Pairing& pairing) {
   std::vector<StereoFrame> chosen;
-  std::vector<Problem> ignored;  // images that cannot be read are another problem
+  std::vector<Problem> ignored;  // unreadable images are reported elsewhere
   for (const auto& frame : frames) {
     if (pairing.step < 0 && frame.index == 0) continue;
     const std::size_t right =
@@ -122,7 +122,7 @@ StereoAgreement agreement_of(const StereoSequence& sequence, const std::vector<S
   return check_stereo_agreement(chosen);
 }
 
-/// The other way in which the images agree much better than as the recording says; the best one of several.
+/// The best other pairing, if the images agree much better in it than in the pairing of the recording.
 std::optional<Pairing> better_pairing(const StereoAgreement& agreement, const StereoSequence& sequence,
                                       const std::vector<StereoFrame>& frames) {
   std::vector<Pairing> pairings = {{.step = 1}, {.step = -1}};
@@ -139,10 +139,10 @@ std::optional<Pairing> better_pairing(const StereoAgreement& agreement, const St
   return best;
 }
 
-/// The problem that the images agree much better in another way than the recording says.
+/// A problem if the images agree much better in another pairing than in that of the recording.
 std::optional<Problem> wrong_pairing(const StereoAgreement& agreement, const StereoSequence& sequence,
                                      const std::vector<StereoFrame>& frames) {
-  constexpr double kSuspicious_px = 0.15;  // good recordings have 0.05 to 0.1
+  constexpr double kSuspicious_px = 0.15;  // good recordings have 0.05 to 0.1 px
   if (frames.empty() || agreement.row_offset_px < kSuspicious_px) return std::nullopt;
   const auto better = better_pairing(agreement, sequence, frames);
   if (!better) return std::nullopt;
@@ -186,7 +186,7 @@ StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
 
 std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoSequence& sequence,
                                  const std::vector<StereoFrame>& frames) {
-  // A point in front of the cameras lies further left in the right image.
+  // A point in front of the cameras has a positive disparity: it lies further left in the right image.
   constexpr double kMaxNegativeShare = 0.8;
   constexpr double kMaxRowOffset_px = 1.0;
   constexpr double kLeastBeyondShare = 0.01;
@@ -203,7 +203,8 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
                          "that the images are of two cameras",
                          sequence.folder.string(), sequence.left_name, sequence.right_name)}};
   }
-  // First: where the camera is fast, right images of another frame have negative disparities, too.
+  // Before the test for swapped cameras: in fast motion, a right image of another frame gives negative
+  // disparities, too.
   if (const auto problem = wrong_pairing(agreement, sequence, frames)) return {*problem};
   if (agreement.negative_share > kMaxNegativeShare) {
     return {

@@ -15,22 +15,23 @@ struct StereoAgreement {
   double row_offset_px = 0.0;  ///< median of |v_left - v_right|: the rectification error plus 0.1 px of noise
   double median_disparity_px = 0.0;  ///< of u_left - u_right
   double beyond_share = 0.0;         ///< share of the matches with a disparity beyond +-1 px
-  double negative_share = 0.0;       ///< share of those that are negative
+  double negative_share = 0.0;       ///< share of these whose disparity is negative
 
   static constexpr std::size_t kEnoughMatches = 50;  ///< with fewer the check is inconclusive
 
   [[nodiscard]] bool conclusive() const { return matches >= kEnoughMatches; }
 };
 
-/// Up to `count` indices spread over a sequence, with the first one.
+/// Up to `count` indices spread over a sequence of `frames`; the first one is 0.
 [[nodiscard]] std::vector<std::size_t> spread(std::size_t frames, std::size_t count);
 
 /// Matches ORB features between the two images of each frame, to sub-pixel accuracy and without assuming
 /// rectification.
 [[nodiscard]] StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames);
 
-/// The problems that the agreement of `frames` of the sequence shows. Errors: swapped cameras. Warnings:
-/// hardly any matches, identical images, right images of the frame before or after, no rectification.
+/// The problems that the agreement shows. `frames` are the frames of the sequence that were compared; without
+/// them other pairings are not tried. Errors: swapped cameras. Warnings: hardly any matches, identical
+/// images, right images of the frame before or after, no rectification.
 [[nodiscard]] std::vector<Problem> problems_of(const StereoAgreement& agreement,
                                                const StereoSequence& sequence,
                                                const std::vector<StereoFrame>& frames = {});

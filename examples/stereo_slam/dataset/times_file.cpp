@@ -10,7 +10,8 @@
 namespace stereo_slam {
 namespace {
 
-/// A last line without line end is common, one that is shorter than the line before it is suspicious.
+/// Throws for a last line without line end that is shorter than the line before: it may be cut off. A missing
+/// line end alone is common.
 void require_whole_time(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
   if (lines.size() < 2 || lines.back().ended) return;
   if (lines.back().text.size() >= lines[lines.size() - 2].text.size()) return;

@@ -63,12 +63,13 @@ struct VideoPair::Decoder {
   std::unique_ptr<Video> video;
   std::size_t next = 0;
   std::size_t promised = 0;  ///< frames, by count_frames()
-  double stamp_ms = 0.0;     ///< of the frame read last, in the video
+  double stamp_ms = 0.0;     ///< time of the frame read last
   cv::Mat image;             ///< read last
 
   explicit Decoder(const fs::path& path) : file(path), video(open(path)) {}
 
-  /// From the header, or by decoding the file if the header has none, or one that the file has no room for.
+  /// The frame count of the header; if the header has none, or one too large for the file size, the file is
+  /// decoded and its frames are counted.
   std::size_t count_frames() {
     constexpr double kMostFrames = 1e7;  // eleven days at ten a second
     constexpr double kLeastFrameBytes = 64.0;
@@ -111,7 +112,7 @@ VideoPair::VideoPair(const fs::path& left, const fs::path& right) : left_(std::m
 
 VideoPair::~VideoPair() = default;
 
-/// Nothing where the video nearly is at its end; throws where it is not.
+/// The frame, or nothing if the video ends before it. Throws if the video ends much too early.
 std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) {
   auto image = decoder.read(index);
   constexpr std::size_t kSlack = 5;
@@ -142,7 +143,7 @@ bool StampComparison::in_step(std::size_t index, double difference_ms, double to
   return !agree(0, 1) || agree(1, 2) || agree(1, 3) || !agree(2, 3);
 }
 
-/// Throws if one of the videos lacks a frame that the other has: all pairs behind it would be wrong.
+/// Throws if one of the videos lacks a frame that the other has: all pairs after it would be wrong.
 void VideoPair::require_in_step(std::size_t index) {
   if (rate_hz_ == 0.0) return;
   constexpr double kMostOfAFrame = 0.75;
@@ -157,13 +158,15 @@ void VideoPair::require_in_step(std::size_t index) {
                    index - 1, other.string()));
 }
 
-/// Notes if the image of one camera is that of the frame before, to the bit, and that of the other is not.
+/// Sets the warning if the image of one camera is exactly that of the frame before, and the other camera's is
+/// not.
 void VideoPair::note_repetition(std::size_t index, const RawPair& pair) {
   const auto difference = [](const cv::Mat& a, const cv::Mat& b) {
     return a.size() == b.size() ? cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total()) : 255.0;
   };
   if (index == shown_ + 1 && warning_.empty()) {
-    constexpr double kMoved = 1.0;  // grey levels; a standing camera may well repeat an image
+    // Mean change in grey levels. With less change, the camera may stand still and give the same image twice.
+    constexpr double kMoved = 1.0;
     const double left = difference(pair.left, left_->image);
     const double right = difference(pair.right, right_->image);
     if (std::min(left, right) == 0.0 && std::max(left, right) > kMoved) {

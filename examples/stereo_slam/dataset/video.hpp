@@ -22,14 +22,15 @@ namespace stereo_slam {
 /// The video NAME.mp4, .avi ..., if there is one; else NAME.
 [[nodiscard]] std::filesystem::path find_video(const std::filesystem::path& name);
 
-/// Whether two videos stay in step, by the difference of their stamps.
+/// Checks by the difference of their stamps that two videos stay in step.
 class StampComparison {
  public:
-  /// False if the difference changed by more than the tolerance before the frame before this one, and was and
-  /// has stayed the same otherwise: that of a single frame may be rounded.
+  /// Takes the difference of the stamps of frame `index`, to be called frame by frame. False if the
+  /// difference jumped between the frames index - 2 and index - 1 by more than the tolerance, and the new
+  /// difference is confirmed by frame `index`. A different value at a single frame may be due to rounding.
   [[nodiscard]] bool in_step(std::size_t index, double difference_ms, double tolerance_ms);
 
-  /// The difference before it changed.
+  /// The difference before the jump, ms, once in_step() has returned false.
   [[nodiscard]] double before_ms() const { return recent_ms_.front(); }
 
  private:
@@ -46,7 +47,7 @@ class VideoPair : public PairSource {
   VideoPair(const std::filesystem::path& left, const std::filesystem::path& right);
   ~VideoPair() override;
 
-  /// Number of frames by the headers; the shorter video counts.
+  /// Number of frames of the shorter video, by the headers.
   [[nodiscard]] std::size_t frames() const noexcept { return frames_; }
   [[nodiscard]] std::pair<std::size_t, std::size_t> frames_of_each() const noexcept {
     return frames_of_each_;
@@ -57,8 +58,8 @@ class VideoPair : public PairSource {
   /// slightly early end is accepted. Throws std::runtime_error when the end is much too early.
   [[nodiscard]] std::optional<RawPair> read(std::size_t index) override;
 
-  /// That the video ended before the frame count of its header, once a frame beyond its end was asked for, or
-  /// that one of two cameras showed a frame twice.
+  /// Says if a video ended before the frame count of its header (known once a frame beyond its end was asked
+  /// for), or if one of two videos showed a frame twice.
   [[nodiscard]] std::string warning() override;
 
  private:

@@ -35,7 +35,7 @@ class YamlMap {
 
   [[nodiscard]] bool has(const std::string& key) const { return node_[key].IsDefined(); }
 
-  /// The value of the first key present, of keys with the same meaning.
+  /// The value of the first of these keys, all of the same meaning, that is present.
   [[nodiscard]] YAML::Node get(std::initializer_list<const char*> keys) const {
     for (const auto* key : keys) {
       if (has(key)) return node_[key];
@@ -88,7 +88,7 @@ class YamlMap {
     if (!rotation || !T.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0), kTolerance)) {
       fail(node, fmt::format("{} is not a rigid motion [R t; 0 0 0 1] with a rotation R", key));
     }
-    constexpr double kFarthest_m = 1e9;  // squares and sums of more overflow, or are no metres
+    constexpr double kFarthest_m = 1e9;  // larger values are not metres, and computations may overflow
     const double distance_m = T.topRightCorner<3, 1>().cwiseAbs().maxCoeff();
     if (distance_m > kFarthest_m) {
       fail(node, fmt::format("{} has a translation of {:.3g} m; give it in metres, up to {:.0e}", key,

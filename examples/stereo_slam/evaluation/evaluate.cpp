@@ -20,7 +20,7 @@ namespace {
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::size_t kSegmentStep = 10;
 
-/// In radians; unlike the arc cosine of the trace, accurate for small angles too.
+/// Angle of a rotation, rad. Unlike the arc cosine of the trace, it is accurate for small angles.
 double rotation_angle(const Eigen::Isometry3d& motion) {
   return Eigen::AngleAxisd(Eigen::Quaterniond(motion.linear()).normalized()).angle();
 }

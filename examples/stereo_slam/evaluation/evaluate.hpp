@@ -55,22 +55,22 @@ struct ErrorStatistics {
   std::size_t count = 0;
 };
 
-/// Throws std::invalid_argument without errors.
+/// Throws std::invalid_argument if `errors` is empty.
 [[nodiscard]] ErrorStatistics error_statistics(std::vector<double> errors);
 
 /// The rigid motion T minimising sum |truth_i - T estimate_i|^2 over the positions, without scale: Umeyama,
 /// "Least-squares estimation of transformation parameters between two point patterns", PAMI 1991.
 [[nodiscard]] Eigen::Isometry3d align(PoseSpan truth, PoseSpan estimate);
 
-/// The similarity x -> scale * R * x + t minimising the same sum. An error of the length is in `scale` and
-/// not in what remains.
+/// The similarity x -> scale * R * x + t minimising the same sum. A scale error of the estimate shows in
+/// `scale` and not in the residuals.
 struct Similarity {
   double scale = 1.0;  ///< of the truth relative to the estimate
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
 };
 
-/// Nothing when the positions of either trajectory are all the same, as any scale would do then. Two
-/// positions are always aligned without an error.
+/// Nothing when the positions of either trajectory are all the same, because the scale is undetermined then.
+/// Two positions are always aligned without an error.
 [[nodiscard]] std::optional<Similarity> align_with_scale(PoseSpan truth, PoseSpan estimate);
 
 /// Distances between true and estimated positions after T_truth_estimate, in metres (ATE; evo: APE).
@@ -87,8 +87,8 @@ struct SimilarityAlignedError {
 [[nodiscard]] std::optional<SimilarityAlignedError> similarity_aligned_error(PoseSpan truth,
                                                                              PoseSpan estimate);
 
-/// Relative pose error (RPE) as in the TUM benchmark and evo: motion errors over given pairs of frames.
-/// Unlike KITTI's score it is not divided by the length.
+/// Relative pose error (RPE) as in the TUM benchmark and evo: errors of the motion between given pairs of
+/// frames. Unlike in KITTI's score, the errors are not divided by the length.
 struct RelativePoseError {
   ErrorStatistics translation_m;
   ErrorStatistics rotation_deg;

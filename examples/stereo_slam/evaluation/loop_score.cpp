@@ -65,7 +65,7 @@ template <class Integer>
 struct KnownFrame {
   std::size_t frame = 0;
   Eigen::Isometry3d pose;
-  double path_m = 0.0;  ///< since the first
+  double path_m = 0.0;  ///< path length since the first known frame
 };
 
 [[nodiscard]] std::vector<KnownFrame> known_frames(const TruePoses& truth) {
@@ -89,7 +89,7 @@ class RevisitSearch {
     const KnownFrame& now = known_[i];
     const auto elsewhere = tree_.last_far(now.pose, i);
     if (!elsewhere) return false;
-    // Frames and path increase along the run: what is long enough ago is a first part of it.
+    // Frame and path length increase along the run, so the frames that are long enough ago come first.
     const auto first_recent =
         std::partition_point(known_.begin(), known_.begin() + static_cast<std::ptrdiff_t>(*elsewhere),
                              [&](const KnownFrame& then) {
@@ -117,7 +117,7 @@ class RevisitSearch {
   return is_near(T_old_new, loop.T_old_new.isometry(), {rule.max_true_error_m, rule.max_true_error_rad});
 }
 
-/// Credits a true loop to the revisit that its frame is in.
+/// Records a true loop in the revisit that contains its frame.
 void credit(std::vector<Revisit>& revisits, const LoopEvent& loop) {
   const auto revisit = std::lower_bound(revisits.begin(), revisits.end(), loop.frame,
                                         [](const Revisit& r, std::size_t frame) { return r.last < frame; });
@@ -125,7 +125,7 @@ void credit(std::vector<Revisit>& revisits, const LoopEvent& loop) {
   revisit->first_loop = std::min(revisit->first_loop.value_or(loop.frame), loop.frame);
 }
 
-/// Sums the path of every revisit over the frames of loops and up to `reach_frames` after each.
+/// Sets found_path_m of every revisit: the path over the frames up to `reach_frames` after one of its loops.
 void measure_found_path(std::vector<Revisit>& revisits, const std::vector<KnownFrame>& known,
                         std::vector<std::size_t> loop_frames, std::size_t reach_frames) {
   std::sort(loop_frames.begin(), loop_frames.end());
@@ -222,10 +222,11 @@ LoopScore score_loops(const TruePoses& truth, const std::vector<LoopEvent>& loop
   LoopScore score{.revisits = find_revisits(truth, rule)};
   std::vector<std::size_t> found_at;
   for (const auto& loop : loops) {
-    if (loop.frame >= truth.size()) {
+    const std::size_t last = loop.in_loaded_map ? loop.frame : std::max(loop.frame, loop.old_frame);
+    if (last >= truth.size()) {
       throw std::runtime_error(
           fmt::format("a loop of frame {} in a run of {} frames; give loops and trajectory of the same run",
-                      loop.frame, truth.size()));
+                      last, truth.size()));
     }
     ++(loop.accepted ? score.accepted : score.refused);
     if (loop.in_loaded_map || !truth[loop.frame] || !truth[loop.old_frame]) {

@@ -27,16 +27,17 @@ using TruePoses = std::vector<std::optional<Eigen::Isometry3d>>;
 /// The ground-truth poses of `frames` estimates; `pairs` are (truth, estimate) indices of matched poses.
 [[nodiscard]] TruePoses poses_at_frames(const Trajectory& truth, const FramePairs& pairs, std::size_t frames);
 
-/// When a frame revisits a place: its pose is near that of a much earlier frame, and the camera was elsewhere
-/// in between. A camera that stands or creeps does not revisit.
+/// When a frame revisits a place: its pose is near the pose of a much earlier frame, and the camera was
+/// elsewhere in between. A camera that stands still or moves very slowly does not revisit.
 struct RevisitRule {
   double max_distance_m = 5.0;
   double max_angle_rad = std::numbers::pi / 6;
   std::size_t min_gap_frames = 60;  ///< as place_recognition.min_gap_frames
   double min_path_m = 10.0;         ///< path length since the earlier frame
   std::size_t max_hole_frames = 5;  ///< longer gaps divide a revisit in two
-  std::size_t reach_frames =
-      20;  ///< frames after a loop that count as found by it: the longest distance of keyframes
+  /// This many frames after a loop count as found by it; as keyframes.max_frames, the largest distance of two
+  /// keyframes.
+  std::size_t reach_frames = 20;
   double max_true_error_m = 2.0;  ///< largest error of the relative pose of a true loop
   double max_true_error_rad = std::numbers::pi / 36;
 };
@@ -59,12 +60,12 @@ struct LoopScore {
   std::size_t accepted_false = 0;
   std::size_t refused = 0;
   std::size_t refused_true = 0;
-  std::size_t without_truth =
-      0;  ///< accepted or refused without ground truth, those with a loaded map included
+  /// Loops, accepted or refused, that cannot be judged: a frame has no ground truth, or is in a loaded map.
+  std::size_t without_truth = 0;
 };
 
 /// Scores the loops. A loop is true if its relative pose agrees with the ground truth, however far apart the
-/// two views are. Poses of loops and ground truth are of the same frame, camera or body. Throws
+/// two views are. Loops and ground truth must be of the same frame, camera or body. Throws
 /// std::runtime_error when a loop has a frame that the run does not have.
 [[nodiscard]] LoopScore score_loops(const TruePoses& truth, const std::vector<LoopEvent>& loops,
                                     const RevisitRule& rule = {});

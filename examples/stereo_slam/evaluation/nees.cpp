@@ -61,7 +61,7 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
   return result;
 }
 
-/// Of frame `to` relative to frame `from`, with this covariance.
+/// The NEES of frame `to` relative to frame `from`, whose relative pose has this covariance.
 [[nodiscard]] FrameNees nees_of(const TrackedRun& run, std::size_t from, std::size_t to,
                                 Matrix6<double> covariance, const GroundTruthNoise& noise) {
   covariance.diagonal().head<3>().array() += noise.rotation_rad * noise.rotation_rad;

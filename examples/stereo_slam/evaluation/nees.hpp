@@ -17,10 +17,10 @@ namespace stereo_slam {
 
 /// A frame's row of covariances.csv.
 struct CovarianceRow {
-  std::size_t keyframe = 0;  ///< row of the frame it was estimated relative to
+  std::size_t keyframe = 0;  ///< row of the keyframe that the frame was estimated relative to
   Matrix6<double> relative;  ///< covariance of T_keyframe_frame, without the errors of `calibration`
-  double nis = 0.0;
-  int nis_dof = 0;
+  double nis = 0.0;          ///< normalised innovation squared of the pose update
+  int nis_dof = 0;           ///< its degrees of freedom; 0: no update
   CalibrationError calibration{};
   Matrix6<double> in_world = Matrix6<double>::Zero();  ///< covariance of T_world_frame; zero: not known
 };
@@ -48,22 +48,23 @@ struct FrameNees {
   double value = 0.0;
 };
 
-/// The NEES of relative poses over a number of frames that start at keyframes, in order. Their covariances
-/// are composed over the keyframes between. Throws std::runtime_error when one is not positive definite.
+/// The NEES of the poses of the frames k + `frames` relative to the frames k, for every k that is a keyframe,
+/// in order. The covariance of a relative pose is composed over the keyframes between. Throws
+/// std::runtime_error when a covariance is not positive definite.
 [[nodiscard]] std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
                                                    const GroundTruthNoise& noise);
 
-/// The NEES of the poses in the world, whose origin is the first frame's pose, in order: what the run says of
-/// its positions, after loops. Nothing if the first frame has no ground truth, or is not the origin because
-/// the run continues in a loaded map.
+/// The NEES of the poses in the world, in order: of the final poses, with loop closure, relative to the first
+/// frame. Empty if the first frame has no ground truth, or if it is not the origin of the world because the
+/// run continues in a loaded map.
 [[nodiscard]] std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise& noise);
 
 /// Scores of the NEES of some poses.
 struct NeesScore {
-  std::size_t count = 0;      ///< of poses; the figures are zero without any
+  std::size_t count = 0;      ///< of poses; all figures are zero without poses
   double mean = 0.0;          ///< 6 if the covariances are right
-  double median = 0.0;        ///< 5.35 if they are
-  double share_inside = 0.0;  ///< share of them inside the 95 % bound, 12.59
+  double median = 0.0;        ///< 5.35 if the covariances are right
+  double share_inside = 0.0;  ///< share of the poses inside the 95 % bound, 12.59
 };
 
 /// Scores of the NEES of relative poses over a number of frames.
@@ -75,7 +76,7 @@ struct NeesReport {
   std::vector<RelativeNees> relative;  ///< over 1, 10 and 100 frames
   NeesScore in_world;                  ///< of all frames, relative to the first
   std::size_t updates = 0;             ///< pose updates with measurements
-  double mean_nis_per_dof = 0.0;       ///< 1 if the noise is as assumed
+  double mean_nis_per_dof = 0.0;       ///< 1 if the measurement noise is as assumed
   double median_nis_per_dof = 0.0;
   bool truth_taken_as_exact = false;  ///< the noise of the ground truth was zero
 };

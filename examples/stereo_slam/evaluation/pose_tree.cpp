@@ -51,7 +51,7 @@ void PoseTree::build(std::size_t node, std::size_t begin, std::size_t end) {
 }
 
 PoseTree::Relation PoseTree::relation(const Node& node, const Eigen::Isometry3d& pose) const {
-  constexpr double kRounding = 1e-9;  // a doubtful node is searched
+  constexpr double kRounding = 1e-9;  // margin: a node on the border is searched
   const double distance_m = (pose.translation() - node.position).norm();
   const double margin_m = node.radius_m + kRounding * (1.0 + distance_m);
   const double trace = trace_of_product(pose.linear(), node.rotation);

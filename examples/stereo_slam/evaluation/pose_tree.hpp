@@ -11,7 +11,7 @@
 
 namespace stereo_slam {
 
-/// What counts as near, of two poses.
+/// Largest distance and angle between two poses that count as near.
 struct Nearness {
   double max_distance_m = 0.0;
   double max_angle_rad = 0.0;
@@ -19,16 +19,17 @@ struct Nearness {
 
 [[nodiscard]] bool is_near(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Nearness& nearness);
 
-/// A binary tree over the poses of a path, in their order. A node bounds its poses by a ball of positions and
-/// one of rotation matrices, so that a search passes over stretches that are near or far as a whole.
+/// A binary tree over the poses of a path, in their order. Each node bounds its poses by a ball of positions
+/// and a ball of rotation matrices, so that a search need not visit the poses of a node that are all near or
+/// all far.
 class PoseTree {
  public:
   PoseTree(std::vector<Eigen::Isometry3d> poses, const Nearness& nearness);
 
-  /// The last pose before `end` that is not near `pose`.
+  /// Index of the last pose before index `end` that is not near `pose`.
   [[nodiscard]] std::optional<std::size_t> last_far(const Eigen::Isometry3d& pose, std::size_t end) const;
 
-  /// Whether any pose before `end` is near `pose`.
+  /// Whether any pose before index `end` is near `pose`.
   [[nodiscard]] bool any_near(const Eigen::Isometry3d& pose, std::size_t end) const;
 
  private:

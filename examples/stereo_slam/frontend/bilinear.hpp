@@ -29,7 +29,7 @@ namespace stereo_slam {
   return top + ay * (bottom - top);
 }
 
-/// Four grey values as numbers.
+/// Four grey values, converted to float.
 [[nodiscard]] inline FourFloats four_floats(const std::uint8_t* pixels) {
   using FourBytes [[gnu::vector_size(4)]] = std::uint8_t;
   FourBytes four;
@@ -37,8 +37,8 @@ namespace stereo_slam {
   return __builtin_convertvector(four, FourFloats);
 }
 
-/// The same of four positions, to the same bits. It is faster if each is in the pixel to the right of the one
-/// before.
+/// bilinear() at four positions, with bit-identical results. Faster if the four positions lie in consecutive
+/// pixels of a row, from left to right.
 [[nodiscard]] inline FourFloats bilinear(const cv::Mat& image, FourFloats x, FourFloats y) {
   const auto x0 = __builtin_convertvector(x, FourInts);
   const auto y0 = __builtin_convertvector(y, FourInts);

@@ -19,7 +19,7 @@ constexpr int kTensorRadius_px = 3;
 constexpr int kExaminedPerCorner = 8;
 constexpr int kOrbPatch_px = 31;
 
-/// What a corner has to reach.
+/// Thresholds for a corner.
 struct CornerStrength {
   int fast_threshold = 0;       ///< grey levels
   double min_eigenvalue = 0.0;  ///< grey levels^2
@@ -46,14 +46,14 @@ constexpr CornerStrength kWeak{5, 900.0};  // hardly more than the alignment of 
       yy += dy * dy;
     }
   }
-  const double half_trace = 0.125 * (xx + yy);  // a quarter for the doubled differences
+  const double half_trace = 0.125 * (xx + yy);  // dx and dy are twice the gradient: a factor of 1/4
   const double half_difference = 0.125 * (xx - yy);
   const double off_diagonal = 0.25 * xy;
   return half_trace - std::hypot(half_difference, off_diagonal);
 }
 
-/// Search for corners in one row of cells. `wanted` is how many of each cell; those that want none are not
-/// looked at.
+/// Search for corners in one row of cells. `wanted` is the number of corners to find in each cell; cells that
+/// want none are skipped.
 class CellRow {
  public:
   CellRow(const cv::Mat& image, const CornerGrid& grid, const CornerStrength& strength, int row,
@@ -85,7 +85,7 @@ class CellRow {
  private:
   /// Finds the corners of a part of the image.
   void detect(const cv::Rect& part) {
-    // FAST leaves out the border of what it is given, and needs one more pixel to find a local maximum.
+    // FAST skips a border of three pixels, and non-maximum suppression needs one more.
     constexpr int kMargin_px = 4;
     const cv::Point corner = part.tl() - cv::Point(kMargin_px, kMargin_px);
     const cv::Rect with_margin(corner, part.size() + cv::Size(2 * kMargin_px, 2 * kMargin_px));
@@ -137,8 +137,8 @@ class CellRow {
   std::vector<std::vector<cv::KeyPoint>> cells_;
 };
 
-/// Room in every cell, row by row: corners wanted less points present; none in cells that are half full,
-/// which can wait until they are emptier.
+/// Number of corners to add to every cell, row by row: grid.per_cell less the points present, and zero in
+/// cells that are at least half full.
 [[nodiscard]] std::vector<int> room_by_cell(const std::vector<Vector2<double>>& present_px, cv::Size cells,
                                             const CornerGrid& grid) {
   std::vector<int> room(static_cast<std::size_t>(cells.area()), grid.per_cell);
@@ -154,7 +154,8 @@ class CellRow {
   return room;
 }
 
-/// Direction of the centroid of the grey values around a pixel, degrees in [0, 360).
+/// Direction from a pixel to the centroid of the grey values around it, degrees in [0, 360): the orientation
+/// of ORB.
 [[nodiscard]] float orientation(const cv::Mat& image, cv::Point centre) {
   constexpr int kRadius_px = kOrbPatch_px / 2;
   int along_x = 0;
@@ -173,7 +174,8 @@ class CellRow {
   return cv::fastAtan2(static_cast<float>(along_y), static_cast<float>(along_x));
 }
 
-/// The corners without those that are too near to a stronger one, which is in a neighbouring cell.
+/// The corners without those that are nearer than `min_distance_px` to a stronger one, which is in another
+/// cell: within a cell they are already apart.
 [[nodiscard]] std::vector<Feature> apart(const std::vector<Feature>& corners, cv::Size image,
                                          double min_distance_px) {
   const SpatialIndex index(positions(corners), image);

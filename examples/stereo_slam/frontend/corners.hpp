@@ -10,30 +10,33 @@
 
 namespace stereo_slam {
 
-inline constexpr int kCornerBorder_px = 19;  ///< half the patch of a descriptor, rotated
+/// Reach of an ORB descriptor in any orientation: points nearer to the image border cannot be described.
+inline constexpr int kCornerBorder_px = 19;
 
 /// How corners are spread over an image.
 struct CornerGrid {
   int cell_px = 40;
-  int per_cell = 2;              ///< corners a cell, with those present
+  int per_cell = 2;              ///< corners per cell, including the points already there
   double min_distance_px = 4.0;  ///< between corners, and to the points already there
-  std::size_t enough = 0;        ///< with fewer strong corners than this, weak ones are taken too
+  std::size_t enough = 0;        ///< if fewer clear corners than this are found, weaker ones are taken too
   bool fill_empty_cells = true;  ///< even if there are enough, take weaker ones in cells without a clear one
 };
 
-/// FAST corners of a grey image in the cells that are less than half full with `present_px`, away from these
-/// and from `reserved_px`: in every such cell those with the largest smallest eigenvalue of the structure
-/// tensor (Shi and Tomasi 1994), which is their response. Weaker corners are taken everywhere if there are
-/// not enough, and otherwise only in cells without a clear one, if these are to be filled. They have no
-/// descriptors. None is nearer than kCornerBorder_px to the border, so that each can be described.
+/// FAST corners of a grey image, away from each other and from the points `present_px` and `reserved_px`.
+///
+/// New corners are searched in the cells that are less than half full with `present_px`. Each of these cells
+/// gets the corners with the largest response: the smaller eigenvalue of the structure tensor, grey levels^2
+/// (Shi and Tomasi 1994). Cells without a clear corner get weaker ones if fewer than grid.enough clear
+/// corners were found, or if grid.fill_empty_cells is set. If there are still not enough, weaker corners are
+/// taken in all of these cells. The corners have no descriptors. None is nearer than kCornerBorder_px to the
+/// image border, so that each can be described.
 [[nodiscard]] std::vector<Feature> detect_corners(const cv::Mat& image,
                                                   const std::vector<Vector2<double>>& present_px,
                                                   const std::vector<Vector2<double>>& reserved_px,
                                                   const CornerGrid& grid);
 
-/// ORB descriptors of points of a grey image, one a point, at full resolution and along the orientation of
-/// the patch (Rublee et al. 2011). Points nearer than kCornerBorder_px to the border have
-/// zeros.
+/// ORB descriptors of points of a grey image, one per point, at full resolution and along the orientation of
+/// the patch (Rublee et al. 2011). Descriptors of points nearer than kCornerBorder_px to the border are zero.
 [[nodiscard]] std::vector<Descriptor> describe_points(const cv::Mat& image,
                                                       const std::vector<Vector2<double>>& points_px);
 

@@ -15,7 +15,7 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kPatchSize_px = 31;
-constexpr int kBorder_px = 19;  // half the described patch, rotated
+constexpr int kBorder_px = 19;  // reach of a descriptor in any orientation
 
 // The detector returns many more corners than are kept: the grid chooses among them.
 constexpr int kCandidatesPerFeature = 4;

@@ -10,20 +10,21 @@
 
 namespace stereo_slam {
 
-/// Corners of both images of a stereo pair.
+/// Features of both images of a stereo pair.
 struct StereoFeatures {
   std::vector<Feature> left;
   std::vector<Feature> right;
 };
 
-/// ORB features of one grey image, the strongest of every grid cell in turn until `settings.count` are found,
-/// so that they cover the image evenly. Ordered by cell, then by strength.
+/// ORB features of one grey image: the strongest of every grid cell, then the second strongest of every cell,
+/// and so on, until there are `settings.count`, so that the features cover the image evenly. The last round
+/// is completed: the result may have more features. Ordered by cell, then by strength.
 [[nodiscard]] std::vector<Feature> extract_features(const cv::Mat& image, const FeatureSettings& settings);
 
-/// Both images, side by side on OpenCV's thread pool.
+/// Features of both images, extracted in parallel on OpenCV's threads.
 [[nodiscard]] StereoFeatures extract_features(const StereoFrame& frame, const FeatureSettings& settings);
 
-/// Where the features are.
+/// Positions of the features, px.
 [[nodiscard]] std::vector<Vector2<double>> positions(const std::vector<Feature>& features);
 
 /// Features that are at least `radius_px` from all of `used_px`, in their order.

@@ -12,13 +12,13 @@ namespace {
 
 constexpr double kRowSigma_px = 0.3;
 constexpr double kConfidence =
-    0.25;  // weight of a keyframe's disparity information, whose errors are not independent
+    0.25;  // weight of a keyframe's information on the disparity offset: its errors are not independent
 constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
 
 // Expected disparity offset for a given row offset: both have the same causes, such as a rotation of one
 // camera, but one or the other may be small by chance.
 constexpr double kDisparityPerRow = 2.0;
-constexpr double kExactSigma_px = 0.03;  // of the disparity offset where there is no row offset
+constexpr double kExactSigma_px = 0.03;  // of the disparity offset if there is no row offset
 
 /// Powers of x and y of the terms.
 constexpr std::array<std::array<int, 2>, RectificationResidual::kTerms> kPowers = {
@@ -130,7 +130,8 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   return effect;
 }
 
-/// With the prior of coefficients that are about as large as those of the rows.
+/// Information on the coefficients of the disparity offset, 1/px^2. The standard deviation of their prior
+/// follows the row offset.
 RectificationEstimate::Information RectificationEstimator::disparity_information() const {
   const double expected_px = std::hypot(kExactSigma_px, kDisparityPerRow * current().rms_offset_px().y());
   const auto information = [](double sigma_px) { return 1.0 / (sigma_px * sigma_px); };

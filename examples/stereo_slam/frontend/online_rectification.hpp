@@ -16,9 +16,9 @@ namespace stereo_slam {
 ///   (u_right, v_right) = (u - d, v) + C (1, x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3)',
 ///
 /// where (x, y) is the left position relative to the principal point in half image sizes, so that a
-/// coefficient is an offset in pixels at the border. It is zero for a perfect calibration; a small error of
-/// the relative rotation or of the lens model causes it. A fraction of a pixel in u makes the path too long
-/// or too short by per cents.
+/// coefficient is an offset in pixels at the border. The offset is zero for a perfect calibration; small
+/// errors of the relative rotation or of the lens model cause it. An offset of a fraction of a pixel in u
+/// changes the length of the estimated path by several per cent.
 class RectificationResidual {
  public:
   static constexpr int kTerms = 10;
@@ -30,6 +30,7 @@ class RectificationResidual {
                                  const Coefficients& coefficients = Coefficients::Zero())
       : camera_(camera), coefficients_(coefficients) {}
 
+  /// The terms (1, x, y, ...) at a position in the left image.
   [[nodiscard]] Basis basis(const Vector2<double>& left_px) const;
   [[nodiscard]] const Coefficients& coefficients() const noexcept { return coefficients_; }
 
@@ -40,13 +41,13 @@ class RectificationResidual {
     StereoPoint z;
     double row_error_px = 0.0;                                  ///< left minus right row, corrected
     Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
-    Matrix3<double> covariance_px2 = Matrix3<double>::Zero();   ///< of z, where it comes from patches
+    Matrix3<double> covariance_px2 = Matrix3<double>::Zero();   ///< of z, if measured by patches; else zero
   };
 
-  /// Root mean squares over the image of the offsets in u and in v, px.
+  /// Root mean square, over the image, of the offset in u and of that in v, px.
   [[nodiscard]] Vector2<double> rms_offset_px() const;
 
-  /// Stereo measurement of a point seen at `left_px` and `right_px`, corrected.
+  /// Stereo measurement of a point seen at `left_px` and `right_px`, corrected by this residual.
   [[nodiscard]] Measurement measure(const Vector2<double>& left_px, const Vector2<double>& right_px) const;
 
  private:
@@ -60,19 +61,19 @@ struct BiasConstraint {
   Matrix3<double> S_inverse;            ///< information of the innovation
   Eigen::Matrix<double, 3, 6> J_pose;   ///< d prediction / d relative pose
   Vector3<double> J_disparity;          ///< d prediction / d first disparity
-  Vector2<double> first_px, second_px;  ///< left positions
+  Vector2<double> first_px, second_px;  ///< positions in the two left images
 };
 
-/// How a measured motion depends on the disparity offset.
+/// How a measured motion depends on the disparity offset. Motions are perturbed on the right, in rad and m.
 struct RectificationEffect {
   using Basis = RectificationResidual::Basis;
 
-  Basis applied = Basis::Zero();  ///< coefficients of the disparity offset that it was measured with, px
-  /// d motion / d coefficients, right perturbation
+  Basis applied = Basis::Zero();  ///< coefficients of the disparity offset when the motion was measured, px
+  /// d motion / d coefficients
   Eigen::Matrix<double, 6, RectificationResidual::kTerms> derivative =
       Eigen::Matrix<double, 6, RectificationResidual::kTerms>::Zero();
   Matrix6<double> covariance =
-      Matrix6<double>::Zero();  ///< of the motion by what was not known of the coefficients
+      Matrix6<double>::Zero();  ///< of the motion, due to the uncertainty of the coefficients
 
   /// Change of the motion if it is measured with `now` instead.
   [[nodiscard]] Vector6<double> change(const RectificationResidual& now) const {
@@ -97,12 +98,13 @@ struct RectificationEstimate {
 /// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
 ///
 /// Every stereo match observes the row offset. The disparity offset is observed over a motion: it makes near
-/// and far points, or those on the left and on the right, disagree about the same motion. A pose and six
+/// and far points, or those on the left and on the right, disagree about the same motion. A pose and the ten
 /// coefficients are solved for together, the pose is eliminated, and the information of the coefficients adds
 /// up from keyframe to keyframe. No ground truth is used.
 ///
-/// The row offset shows at once how good the calibration is. The disparity offset is expected to be of its
-/// size, so that an exact rectification is hardly changed while little is known.
+/// The row offset, which is known after a few frames, shows how good the calibration is. The prior of the
+/// disparity offset has a standard deviation in proportion to it, so that an exact rectification is hardly
+/// changed before enough motions were measured.
 class RectificationEstimator {
  public:
   RectificationEstimator() = default;
@@ -117,7 +119,8 @@ class RectificationEstimator {
   void add_rows(std::span<const RectificationResidual::Measurement> matches);
 
   /// Points matched between two frames, all measured with current(), and the motion between them. Returns how
-  /// that motion depends on the disparity offset; zero where the motion itself is hardly known.
+  /// that motion depends on the disparity offset. Ignores the points and returns zero if they are fewer than
+  /// 30 or do not determine the motion.
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second);
 
   /// Best estimate so far.
@@ -126,11 +129,11 @@ class RectificationEstimator {
   }
   [[nodiscard]] const RectificationEstimate& estimate() const noexcept { return estimate_; }
 
-  /// Covariance of a motion by what is not known of the disparity offset now.
+  /// Covariance of a motion due to the present uncertainty of the disparity offset.
   [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect) const;
 
-  /// Relative standard deviation of all lengths by what is not known of the disparity offset. Zero before the
-  /// first motion.
+  /// Relative standard deviation of all lengths due to the present uncertainty of the disparity offset. Zero
+  /// before the first motion.
   [[nodiscard]] double scale_sigma() const;
 
   /// Makes current() the mean of everything added so far. Earlier measurements used the former current() and
@@ -145,7 +148,7 @@ class RectificationEstimator {
 
   StereoCamera camera_;
   RectificationEstimate estimate_;
-  double max_disparity_sigma_px_ = 1.0;  // of a coefficient before the first motion, at most
+  double max_disparity_sigma_px_ = 1.0;  // largest prior standard deviation of a disparity coefficient
   Basis length_derivative_m2_ =
       Basis::Zero();                // sum over the motions: length times d length / d coefficients
   double squared_length_m2_ = 0.0;  // sum over the motions

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -9,7 +10,7 @@
 
 namespace stereo_slam {
 
-/// Image pyramid with borders, ready for Lucas-Kanade; built once an image.
+/// Image pyramid with borders, ready for Lucas-Kanade; built once per image.
 class FlowPyramid {
  public:
   static constexpr int kMaxLevel = 3;
@@ -17,8 +18,8 @@ class FlowPyramid {
 
   FlowPyramid() = default;
 
-  /// Flow from this image is cheaper with derivatives, flow to it does not use them. The pyramid takes the
-  /// memory of one that is no longer used, if it fits: new memory costs as much time as the pyramid.
+  /// Flow from this image is faster with derivatives; flow to this image does not use them. The pyramid
+  /// reuses the memory of `unused` if it fits: allocation takes as long as building the pyramid.
   explicit FlowPyramid(const cv::Mat& image, bool with_derivatives = true, FlowPyramid unused = {});
 
   [[nodiscard]] bool empty() const noexcept { return levels_.empty(); }
@@ -47,8 +48,9 @@ enum class PyramidSides { kLeft, kBoth };
 [[nodiscard]] StereoPyramid build_pyramids(const StereoFrame& frame, PyramidSides sides = PyramidSides::kBoth,
                                            StereoPyramid unused = {});
 
-/// The pyramids of `frame`, scaled to the mean grey value of the reference if they differ by more than a
-/// tenth: flow compares grey values, and the exposure may jump. Dark images are left as they are.
+/// `pyramids`, which are those of `frame`, or new ones of the frame with its grey values scaled to the mean
+/// of the reference if the means differ by more than a tenth. Flow compares grey values, and the exposure may
+/// jump. Dark images are left as they are.
 [[nodiscard]] StereoPyramid as_bright_as(const StereoPyramid& reference, const StereoPyramid& pyramids,
                                          const StereoFrame& frame);
 

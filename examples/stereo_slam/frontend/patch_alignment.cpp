@@ -63,8 +63,8 @@ struct Window {
 
 constexpr std::size_t kBorderedSide = PatchPixels::kSide + 2;
 
-/// A patch with a border of one pixel. Its rows are longer than they need be, so that four numbers can be
-/// read from every pixel on.
+/// A patch with a border of one pixel. Each row is padded, so that two groups of four numbers can be read
+/// from any of its first three pixels.
 using BorderedPatch = std::array<std::array<float, 12>, kBorderedSide>;
 
 [[nodiscard]] BorderedPatch sample_bordered(const cv::Mat& image, const Eigen::Vector2d& centre) {
@@ -85,7 +85,7 @@ using BorderedPatch = std::array<std::array<float, 12>, kBorderedSide>;
   return bordered;
 }
 
-/// The same of a warped patch.
+/// Samples a warped patch with a border of one pixel.
 [[nodiscard]] BorderedPatch sample_warped(const cv::Mat& image, const Eigen::Vector2d& centre_px,
                                           const PatchWarp& target_to_source) {
   constexpr int kReach = PatchTemplate::kRadius_px + 1;
@@ -154,7 +154,7 @@ struct DifferentiatedPatch {
 }  // namespace
 
 Eigen::Matrix3d stereo_patch_covariance(const Eigen::Matrix2d& left_px2, const Eigen::Matrix2d& right_px2) {
-  constexpr double kAlike = 1.5;  // variance of what displaces both, relative to what does not
+  constexpr double kAlike = 1.5;  // variance of the displacement common to both, relative to the rest
   Eigen::Matrix3d covariance;
   covariance << (1.0 + kAlike) * left_px2, left_px2.col(0), left_px2.row(0), left_px2(0, 0) + right_px2(0, 0);
   return covariance;
@@ -162,7 +162,7 @@ Eigen::Matrix3d stereo_patch_covariance(const Eigen::Matrix2d& left_px2, const E
 
 double min_texture(const cv::Mat& image) {
   constexpr double kUsualContrast = 50.0;  // standard deviation, in grey levels; outdoor scenes have 50 to 80
-  constexpr double kLeast = 100.0;         // the noise of a camera has a quarter of it
+  constexpr double kLeast = 100.0;         // four times the texture of camera noise
   constexpr int kStep_px = 8;
   double sum = 0.0, sum_of_squares = 0.0, count = 0.0;
   for (int y = kStep_px / 2; y < image.rows; y += kStep_px) {
@@ -189,8 +189,8 @@ std::optional<PatchTemplate> PatchTemplate::extract(const cv::Mat& image, const 
   const double reach = extent.maxCoeff() / shrinking;
   if (!inside(image, centre_px.x(), centre_px.y(), reach)) return std::nullopt;
 
-  // Values and gradients without their means are independent of the offset; gradients orthogonal to the
-  // values, of the gain.
+  // Without their means, values and gradients do not depend on the grey offset. Gradients orthogonal to the
+  // values do not depend on the gain.
   const bool warped = !target_to_source.is_identity();
   DifferentiatedPatch pixels(warped ? sample_warped(image, centre_px, target_to_source)
                                     : sample_bordered(image, centre_px));

@@ -19,7 +19,7 @@ using FourInts [[gnu::vector_size(4 * sizeof(std::int32_t))]] = std::int32_t;
   return four;
 }
 
-/// Numbers on the 7 x 7 pixels of a patch. A row is two registers, the last number of which is zero.
+/// One number for each of the 7 x 7 pixels of a patch. A row fills two registers; its eighth number is zero.
 struct PatchPixels {
   static constexpr std::size_t kSide = 7;
   static constexpr FourFloats kWithoutLast{1.0F, 1.0F, 1.0F, 0.0F};
@@ -47,7 +47,7 @@ struct PatchPixels {
   return sum_of(sum);
 }
 
-/// Sum of the products.
+/// Inner product over the pixels.
 [[nodiscard]] inline float product(const PatchPixels& a, const PatchPixels& b) {
   FourFloats sum{};
   for (std::size_t i = 0; i < a.fours.size(); ++i) sum += a.fours[i] * b.fours[i];
@@ -66,7 +66,7 @@ inline void PatchPixels::subtract_mean() {
     set_row(row, fours[2 * row] - mean, fours[2 * row + 1] - mean);
 }
 
-/// Eight grey values as numbers.
+/// Eight grey values, converted to float.
 struct EightFloats {
   FourFloats first, last;
 
@@ -79,7 +79,7 @@ struct EightFloats {
     std::memcpy(&eight, pixels, sizeof eight);
     const auto bytes = reinterpret_cast<Bytes>(Longs{eight, 0});
     static_assert(std::endian::native == std::endian::little);
-    // Bytes with a zero after each are numbers of 16 bits, those with a zero after each of 32 bits.
+    // Interleaving with zeros widens the bytes to 16 bits, and these to 32 bits.
     const auto shorts = reinterpret_cast<Shorts>(
         __builtin_shufflevector(bytes, Bytes{}, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
     const auto low = __builtin_shufflevector(shorts, Shorts{}, 0, 8, 1, 9, 2, 10, 3, 11);

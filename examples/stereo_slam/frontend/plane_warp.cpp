@@ -8,7 +8,7 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kMinArea = 0.05;  // of a pixel in the other view
+constexpr double kMinArea = 0.05;  // px^2, of a pixel in the other view: below, the plane is seen edge-on
 
 }  // namespace
 
@@ -24,8 +24,8 @@ std::optional<PatchWarp> right_warp(const Vector2<double>& disparity_slope) {
 std::optional<PlaneView> view_plane(const StereoPlane& plane, const Pose& T_first_second,
                                     const StereoCamera& camera) {
   // A pixel (u, v) with the disparity d is the point m = R ((u - cx) / fx, (v - cy) / fy, 1) + t d / (fx b)
-  // of the second camera, divided by its first depth: linear in the pixel, so the views are related by a
-  // homography.
+  // of the second camera, divided by its depth in the first camera. With d linear in the pixel, m is linear
+  // in the pixel too, so the views are related by a homography.
   const StereoPoint& z = plane.z;
   const Pose T_second_first = T_first_second.inverse();
   const Matrix3<double> R = T_second_first.rotation_matrix();
@@ -34,7 +34,7 @@ std::optional<PlaneView> view_plane(const StereoPlane& plane, const Pose& T_firs
       R * Vector3<double>((z.x() - camera.cx) / camera.fx, (z.y() - camera.cy) / camera.fy, 1.0) + t * z.z();
   const double first_depth_m = camera.fx * camera.baseline_m / z.z();
   if (!(z.z() > 0.0 && m.z() * first_depth_m > StereoCamera::kMinDepth_m)) return std::nullopt;
-  Eigen::Matrix<double, 3, 2> dm;  // by the pixel
+  Eigen::Matrix<double, 3, 2> dm;  // d m / d (u, v)
   dm << R.col(0) / camera.fx + t * plane.disparity_slope.x(),
       R.col(1) / camera.fy + t * plane.disparity_slope.y();
 

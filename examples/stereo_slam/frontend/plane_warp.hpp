@@ -15,16 +15,15 @@ struct StereoPlane {
   Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
 };
 
-/// The same plane seen by a second camera, and how its pixels there correspond to those of the first left
-/// image.
+/// The same plane seen by a second camera, and the warps from there to the first left image.
 struct PlaneView {
-  StereoPlane plane;
-  PatchWarp left;   ///< from the second left image
-  PatchWarp right;  ///< from the second right image
+  StereoPlane plane;  ///< as the second camera sees it
+  PatchWarp left;     ///< from the second left image (target) to the first left image (source)
+  PatchWarp right;    ///< from the second right image (target) to the first left image (source)
 };
 
-/// Nothing if the plane's point is not in front of the second camera, as StereoCamera::project() has it, or
-/// the plane is seen edge-on.
+/// View of a second camera on a plane that the first camera measured. Nothing if the plane's point is not
+/// farther than StereoCamera::kMinDepth_m in front of the second camera, or the plane is seen edge-on.
 [[nodiscard]] std::optional<PlaneView> view_plane(const StereoPlane& plane, const Pose& T_first_second,
                                                   const StereoCamera& camera);
 

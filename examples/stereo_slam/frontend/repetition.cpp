@@ -8,15 +8,15 @@
 namespace stereo_slam {
 namespace {
 
-constexpr int kScale = 4;  // of the comparison, coarser than the image
-constexpr int kMaxWidth = 160 * kScale, kMaxHeight = 120 * kScale;  // of the part that is compared, pixels
-constexpr int kMinSide = 16;  // of that part at the coarse scale: less shows nothing
+constexpr int kScale = 4;  // factor by which the image is reduced for the comparison
+constexpr int kMaxWidth = 160 * kScale, kMaxHeight = 120 * kScale;  // of the region compared, px of the image
+constexpr int kMinSide = 16;  // of the reduced region, px: a smaller one shows nothing
 
-// Street scenes, rooms and rendered towns have at most 0.7 outside the peak of no shift.
-constexpr double kSamePlace = 0.5;   // correlation that bounds the peak of no shift
+// Street scenes, rooms and rendered towns have a correlation of at most 0.7 outside the peak at zero shift.
+constexpr double kSamePlace = 0.5;   // correlation that bounds the peak at zero shift
 constexpr double kSameLooks = 0.85;  // correlation of another place that looks the same
 
-/// The middle of the image, at the coarse scale.
+/// The region in the middle of the image, reduced by kScale.
 [[nodiscard]] cv::Mat coarse_middle(const cv::Mat& image) {
   const cv::Size size(std::min(image.cols, kMaxWidth), std::min(image.rows, kMaxHeight));
   const cv::Point corner((image.cols - size.width) / 2, (image.rows - size.height) / 2);

@@ -15,11 +15,11 @@
 namespace stereo_slam {
 namespace {
 
-// The smallest patch that shows slopes well. Larger ones contain other surfaces: with 11 x 11 pixels paths
-// come out too long.
+// The smallest patch that shows slopes well. Larger ones contain other surfaces: with 11 x 11 pixels the
+// estimated path is too long.
 constexpr int kWindowRadius_px = 4;
 constexpr int kWindowSide_px = 2 * kWindowRadius_px + 1;
-constexpr float kGreySigma = 4.0F;  // noise, and what a plane does not explain
+constexpr float kGreySigma = 4.0F;  // grey levels: noise, and differences that a plane does not explain
 constexpr int kMaxSteps = 8;
 constexpr float kSettled_px = 0.01F;
 constexpr float kRoughly_px = 0.05F;  // settled enough to choose a prior
@@ -27,14 +27,14 @@ constexpr float kMaxDrift_px = 2.0F;
 constexpr float kMaxSlope = 1.0F;
 
 using Pixels = Eigen::Array<float, kWindowSide_px * kWindowSide_px, 1>;
-using Parameters = Eigen::Vector4f;  // shift in x and y; slope by u and by v
+using Parameters = Eigen::Vector4f;  // shift in u and v, px; d disparity / d u and d disparity / d v
 
 /// Gaussian prior of a slope, with the same deviation in both directions.
 struct SlopePrior {
   Eigen::Vector2f mean = Eigen::Vector2f::Zero();
   float sigma = 0.2F;  // a road seen from KITTI's camera has a slope of 0.33
 
-  /// Of the parameters, times the variance of the grey values; the shift has no prior.
+  /// Information on the parameters, times the variance of the grey values. The shift has no prior.
   [[nodiscard]] Eigen::Matrix4f information() const {
     const float ratio = kGreySigma / sigma;
     return Eigen::Vector4f(0.0F, 0.0F, ratio * ratio, ratio * ratio).asDiagonal();
@@ -83,7 +83,7 @@ using BorderedPixels = Eigen::Array<float, kBorderedSide_px, kBorderedSide_px, E
     return Eigen::Map<const Grey, 0, Eigen::OuterStride<>>(image.ptr<std::uint8_t>(y) + x, stride)
         .cast<float>();
   };
-  if (right == 0.0F && down == 0.0F) return pixels(column, row);  // a corner of FAST
+  if (right == 0.0F && down == 0.0F) return pixels(column, row);  // FAST corners are at whole pixels
   return (1.0F - down) * ((1.0F - right) * pixels(column, row) + right * pixels(column + 1, row)) +
          down * ((1.0F - right) * pixels(column, row + 1) + right * pixels(column + 1, row + 1));
 }
@@ -102,7 +102,8 @@ class SlantedTemplate {
     gradient_ = {dx, dy, -dx * offsets()[0], -dx * offsets()[1]};
     value_ -= value_.mean();
     energy_ = value_.square().sum();
-    // Gradients without mean are independent of the offset; orthogonal to the values, of the gain.
+    // Without their mean, gradients do not depend on the grey offset; orthogonal to the values, not on the
+    // gain.
     for (auto& gradient : gradient_) {
       gradient -= gradient.mean();
       if (energy_ > 0.0F) gradient -= (gradient * value_).sum() / energy_ * value_;
@@ -112,14 +113,14 @@ class SlantedTemplate {
     }
   }
 
-  /// Inverse of the Hessian of half the squared error of the grey values, with the prior's part.
+  /// Inverse of the Hessian of half the squared error of the grey values, including the prior.
   [[nodiscard]] Eigen::Matrix4f inverse_hessian(const SlopePrior& prior) const {
     const Eigen::Matrix4f hessian = information_ + prior.information();
     return hessian.ldlt().solve(Eigen::Matrix4f::Identity());
   }
 
-  /// Gradient of half the squared error of the grey values of these pixels of the right image, by the
-  /// parameters; nothing if they do not look like the window.
+  /// Gradient, with respect to the parameters, of half the squared error of the grey values. `right` are the
+  /// sampled pixels of the right image; nothing if they do not correlate with the window.
   [[nodiscard]] std::optional<Parameters> error_gradient(const Pixels& right) const {
     const float gain = energy_ > 0.0F ? product(right, value_) / energy_ : 0.0F;
     if (!(gain > 0.0F)) return std::nullopt;
@@ -128,7 +129,7 @@ class SlantedTemplate {
     return result;
   }
 
-  /// Covariance of the slope by the texture alone; nothing if it shows no slope.
+  /// Covariance of the slope from the texture alone; nothing if the texture does not determine the slope.
   [[nodiscard]] std::optional<Eigen::Matrix2f> slope_covariance() const {
     const Eigen::LDLT<Eigen::Matrix4f> ldlt(information_);
     if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return std::nullopt;
@@ -141,7 +142,7 @@ class SlantedTemplate {
   [[nodiscard]] static float product(const Pixels& a, const Pixels& b) { return (a * b).sum(); }
   [[nodiscard]] const Pixels& at(Eigen::Index i) const { return gradient_[static_cast<std::size_t>(i)]; }
 
-  /// Columns and rows of the pixels.
+  /// Columns and rows of the pixels, from the centre.
   [[nodiscard]] static const std::array<Pixels, 2>& offsets() {
     static const std::array<Pixels, 2> kOffsets = [] {
       std::array<Pixels, 2> result;
@@ -157,17 +158,18 @@ class SlantedTemplate {
 
   Pixels value_;
   float energy_ = 0.0F;
-  std::array<Pixels, 4> gradient_;  // by the parameters
+  std::array<Pixels, 4> gradient_;  // of the values with respect to the parameters
   Eigen::Matrix4f information_;     // times the variance of the grey values
 };
 
-/// The surface that makes `slope`, which was found with the prior for any slope, more likely than that prior.
+/// Prior of the likely surface that explains `slope` best; nothing if the general prior explains it better.
+/// `slope` was estimated with the general prior; `covariance` is that of the texture alone.
 [[nodiscard]] std::optional<SlopePrior> likely_surface(const Eigen::Vector2f& slope,
                                                        const Eigen::Matrix2f& covariance,
                                                        std::span<const Eigen::Vector2d> likely_slopes) {
   const SlopePrior any;
   std::optional<SlopePrior> best;
-  // What the texture alone says: the estimate without the pull of its prior.
+  // The slope from the texture alone: the estimate with the effect of the prior removed.
   const Eigen::Vector2f measured = slope + covariance * (slope - any.mean) / (any.sigma * any.sigma);
   const auto cost = [&](const SlopePrior& prior) {
     const Eigen::Matrix2f S = covariance + prior.sigma * prior.sigma * Eigen::Matrix2f::Identity();
@@ -185,8 +187,8 @@ class SlantedTemplate {
   return best;
 }
 
-/// Iterates from `parameters` until a step moves no pixel by more than `settled_px`; false if they do not
-/// settle near the start.
+/// Iterates from `parameters` until a step moves no pixel by more than `settled_px`, or for kMaxSteps. False
+/// if the window leaves the image, does not correlate, or moves or slopes too far.
 [[nodiscard]] bool settle(const SlantedTemplate& patch, const cv::Mat& right, const Eigen::Vector2f& start_px,
                           const SlopePrior& prior, float settled_px, Parameters& parameters) {
   const Eigen::Matrix4f inverse_hessian = patch.inverse_hessian(prior);

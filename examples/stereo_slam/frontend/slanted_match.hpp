@@ -16,11 +16,11 @@ struct SlantedMatch {
 
 /// Refines a stereo match that was aligned as if the disparity of the patch were constant, in 8-bit images.
 ///
-/// Position, slope, gain and offset are estimated together, on 9 x 9 pixels. The prior of the slope, which
-/// decides where the texture does not show it, is a mixture: any slope around zero, or one close to one of
-/// `likely_slopes`, those of surfaces that are common. The texture chooses the component. Returns the match
-/// as it was, with the slope zero, where the patch leaves an image or the estimate does not settle near the
-/// match.
+/// Position, slope, gain and offset are estimated together, on 9 x 9 pixels. The prior of the slope is a
+/// mixture: a wide Gaussian around zero, and a narrow one around each of `likely_slopes`, the slopes of
+/// common surfaces. The component that fits the texture best is used. The prior matters where the texture
+/// does not determine the slope. Returns the given match with the slope zero if the patch leaves an image,
+/// does not correlate, or moves away from the match.
 [[nodiscard]] SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px,
                                           const cv::Mat& right, const Eigen::Vector2d& right_px,
                                           std::span<const Eigen::Vector2d> likely_slopes = {});

@@ -66,7 +66,7 @@ constexpr std::size_t kLanes = 16;
 }
 
 #ifdef __x86_64__
-/// The same with registers of sixteen numbers instead of eight.
+/// sum_all() with AVX2: sixteen 16-bit numbers per register instead of eight.
 [[gnu::target("avx2")]] void sum_all_avx2(const RowSearch& search, std::vector<std::uint16_t>& cost) {
   sum_all(search, cost);
 }
@@ -80,7 +80,8 @@ void sum_absolute_differences(const RowSearch& search, std::vector<std::uint16_t
   sum_all(search, cost);
 }
 
-/// Integer disparity of the best window on the row, when no other disparity comes close to it.
+/// Integer disparity of the window with the smallest cost on the row; nothing if another disparity, at least
+/// 3 px away, has a similar cost.
 [[nodiscard]] std::optional<int> search_row(const cv::Mat& left, const cv::Mat& right, cv::Point centre,
                                             int right_row, const StereoMatchingSettings& settings) {
   const cv::Point corner(centre.x - kRadius_px, centre.y - kRadius_px);
@@ -100,7 +101,7 @@ void sum_absolute_differences(const RowSearch& search, std::vector<std::uint16_t
     if (std::abs(d - best) > 2) rival = std::min(rival, other);
   }
   const double best_cost = *smallest;
-  if (!(best_cost < settings.uniqueness * rival)) return std::nullopt;  // nor if both are 0
+  if (!(best_cost < settings.uniqueness * rival)) return std::nullopt;  // also if both costs are 0
   return best;
 }
 
@@ -109,7 +110,7 @@ void sum_absolute_differences(const RowSearch& search, std::vector<std::uint16_t
 class LikelySlopes {
  public:
   LikelySlopes(const StereoPoint& z, const StereoCamera& camera) {
-    constexpr double kSteepest = 0.8;  // beyond it a patch is hardly seen
+    constexpr double kSteepest = 0.8;  // steeper surfaces are hardly visible
     add(Vector2<double>::Zero());
     const double horizontal = z.z() / (z.y() - camera.cy);
     if (horizontal > 0.0 && horizontal < kSteepest) add({0.0, horizontal});
@@ -145,7 +146,7 @@ class LikelySlopes {
   const auto slanted = refine_slanted(left, point_px, right, found->position_px, likely.all());
   auto measured = view.rectification.measure(point_px, slanted.right_px);
   measured.disparity_slope = slanted.disparity_slope;
-  // The noise of the left patch displaces its centre as much as that of the right one the alignment.
+  // The left position was not aligned. The noise of the left patch counts as much as that of the right one.
   measured.covariance_px2 = stereo_patch_covariance(found->covariance_px2, found->covariance_px2);
   if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;
   if (measured.z.z() < settings.min_disparity_px) return std::nullopt;

@@ -11,7 +11,7 @@
 
 namespace stereo_slam {
 
-/// Stereo matches of points of the left image, with sub-pixel disparity; one entry a point.
+/// Stereo matches of points of the left image, with sub-pixel disparity; one entry per point.
 ///
 /// The search along the row minimises the sum of absolute differences; patch alignment refines the best
 /// disparity. A point without texture, with two similar candidates, or whose alignment leaves the row has no

@@ -11,8 +11,8 @@
 
 namespace stereo_slam {
 
-/// Features with a stereo match, from which landmarks and keyframes are created. One entry a point in both
-/// lists; the second is empty while the points are not described.
+/// Features with a stereo match, from which landmarks and keyframes are created. Both lists have one entry
+/// per point, but `descriptors` is empty if the points have none.
 struct StereoPoints {
   std::vector<RectificationResidual::Measurement> measured;
   std::vector<Descriptor> descriptors;
@@ -24,7 +24,8 @@ struct StereoPoints {
                                                  const std::vector<Vector2<double>>& reserved_px,
                                                  const Settings& settings);
 
-/// The same of corners that are searched in the left image, nowhere reserved and not described.
+/// Stereo measurements of corners detected in the whole left image, without descriptors: spread over buckets
+/// of settings.map.cell_px, at most settings.map.max_new_landmarks.
 [[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view, const Settings& settings);
 
 }  // namespace stereo_slam

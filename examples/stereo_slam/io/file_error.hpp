@@ -10,7 +10,7 @@
 
 namespace stereo_slam {
 
-/// The text with '?' in place of control characters: a zero byte would end the message.
+/// The text with '?' in place of control characters; a zero byte, for example, would end the message.
 [[nodiscard]] inline std::string printable(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7F; }, '?');
@@ -22,8 +22,8 @@ namespace stereo_slam {
   throw std::runtime_error(printable(file.string() + ": " + std::string(what)));
 }
 
-/// What an error says; of std::filesystem, whose text is the standard library's, "PATH: cannot be read
-/// (REASON)".
+/// The message of an error. For a std::filesystem error, "PATH: cannot be read (REASON); ..." replaces the
+/// text of the standard library.
 [[nodiscard]] inline std::string file_error_text(const std::exception& error) {
   const auto* file_error = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
   if (file_error == nullptr) return error.what();

@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 /// A descriptor that is open for reading.
 class Source {
  public:
-  // Without O_NONBLOCK a pipe that nobody writes to would block for ever; so would /proc/kmsg.
+  // Without O_NONBLOCK, a pipe that nobody writes to and /proc/kmsg would block for ever.
   explicit Source(const fs::path& file)
       : file_(file), descriptor_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {
     if (descriptor_ < 0) fail_with(file, errno);
@@ -44,7 +44,7 @@ class Source {
 
   [[nodiscard]] const struct stat& status() const { return status_; }
 
-  /// Zero at the end.
+  /// Reads up to `most` bytes. Returns their number, 0 at the end.
   [[nodiscard]] std::size_t read(char* bytes, std::size_t most) const {
     ssize_t count = -1;
     do count = ::read(descriptor_, bytes, most);
@@ -79,7 +79,7 @@ std::string read_file(const fs::path& file, std::size_t most_bytes) {
   std::array<char, 1 << 16> part;
   while (const std::size_t count = source.read(part.data(), part.size())) {
     bytes.append(part.data(), count);
-    if (bytes.size() > most_bytes) too_large();  // it grows, or is a pipe
+    if (bytes.size() > most_bytes) too_large();  // a pipe, or a file that has grown meanwhile
   }
   return bytes;
 }

@@ -101,16 +101,15 @@ struct Target {
   bool in_place = false;  ///< a device or a pipe
 };
 
-/// Whether the name is that of a descriptor of a process. Other folders of /dev, /dev/shm above all, hold
-/// files.
+/// Whether the name is that of a descriptor of a process. Other names in /dev may be files, as in /dev/shm.
 [[nodiscard]] bool is_descriptor(std::string_view name) {
   if (name == "/dev/stdin" || name == "/dev/stdout" || name == "/dev/stderr") return true;
   return name.starts_with("/dev/fd/") ||
          (name.starts_with("/proc/") && name.find("/fd/") != std::string_view::npos);
 }
 
-/// Follows symbolic links. What a program passes on as /dev/fd/63 or /dev/stdout is written to in place,
-/// even if it is an ordinary file.
+/// Follows symbolic links. A descriptor such as /dev/fd/63 or /dev/stdout is written to in place, even if it
+/// is a regular file.
 [[nodiscard]] Target target_of(const fs::path& file) {
   const auto refuse = [&](const char* why) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), why));
@@ -128,7 +127,7 @@ struct Target {
 }
 
 void write_in_place(const fs::path& file, const std::function<void(std::ostream&)>& write) {
-  // It may be standard output, where the text belongs behind what was printed before.
+  // The file may be standard output, where the text must follow what was printed before.
   std::cout.flush();
   std::fflush(stdout);
   // Without O_NONBLOCK a pipe that nobody reads would block for ever.
@@ -140,7 +139,7 @@ void write_in_place(const fs::path& file, const std::function<void(std::ostream&
   if (error != 0) fail_to_write(file, error);
 }
 
-constexpr std::string_view kPartial = ".partial-";  // of the name of a file that is not complete
+constexpr std::string_view kPartial = ".partial-";  // part of the name of a temporary file
 
 /// A new file beside `file`, which is removed again unless it was renamed.
 class Partial {

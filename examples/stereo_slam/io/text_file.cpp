@@ -89,8 +89,8 @@ std::optional<std::int64_t> parse_nanoseconds(std::string_view text) {
 }
 
 std::optional<std::int64_t> parse_seconds(std::string_view text) {
-  // A mantissa of 64 bits resolves nanoseconds since 1970; where long double is double the error is below 0.2
-  // us.
+  // A long double with a mantissa of 64 bits resolves nanoseconds since 1970. Where long double is double,
+  // the error is below 0.2 us.
   if (text.starts_with('+')) text.remove_prefix(1);
   long double seconds = 0.0L;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);

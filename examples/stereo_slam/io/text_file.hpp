@@ -9,8 +9,7 @@
 #include <string_view>
 #include <vector>
 
-/// Text, with errors that name file and line. Numbers are read and written independently of the
-/// locale.
+/// Text files. Errors name file and line. Numbers are read and written independently of the locale.
 namespace stereo_slam {
 
 /// A line of a text file; numbers start at 1.
@@ -24,18 +23,19 @@ struct TextLine {
 constexpr std::size_t kMostTextBytes = std::size_t{256} << 20;
 constexpr std::size_t kMostLineBytes = std::size_t{64} << 10;
 
-/// The lines of a file without blank lines, comments (lines that start with '#'), carriage returns and a byte
-/// order mark. Throws std::runtime_error when the file cannot be read, as read_file() does, and for a longer
-/// file or line than the bounds above.
+/// The lines of a file. Blank lines and comments (lines that start with '#') are left out; carriage returns
+/// at line ends and a byte order mark are removed. Throws std::runtime_error when the file cannot be read, as
+/// read_file() does, and for a longer file or line than the bounds above.
 [[nodiscard]] std::vector<TextLine> read_text_lines(const std::filesystem::path& file);
 
 /// All numbers of a line, separated by blanks or commas; nothing if any field is not a finite number.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
 
-/// Stamps beyond +-126 years from 1970 are refused, so that their differences do not overflow.
+/// Largest stamp, 126 years. Stamps beyond it before or after 1970 are refused, so that differences of stamps
+/// do not overflow.
 constexpr std::int64_t kLatestStamp_ns = 4'000'000'000'000'000'000;
 
-/// Reads whole nanoseconds up to kLatestStamp_ns.
+/// Reads whole nanoseconds up to kLatestStamp_ns; nothing if the text is anything else.
 [[nodiscard]] std::optional<std::int64_t> parse_nanoseconds(std::string_view text);
 
 /// Converts decimal seconds to nanoseconds, exactly (a double resolves current stamps only to 0.2 us).
@@ -48,7 +48,7 @@ constexpr std::int64_t kLatestStamp_ns = 4'000'000'000'000'000'000;
 /// Fields of a line, separated by blanks or commas.
 [[nodiscard]] std::vector<std::string_view> split_fields(std::string_view text);
 
-/// Throws std::runtime_error unless the last line ends: a file that was cut there would lack digits.
+/// Throws std::runtime_error if the last line has no line end: the file may be cut off within a number.
 void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines);
 
 /// "file:line: message", the form of all errors about a line; printable.

@@ -15,11 +15,12 @@
 namespace stereo_slam {
 namespace {
 
-/// Largest deviation from a unit rotation; files with three digits pass.
+/// Largest deviation of R R' from the identity, or of a quaternion's norm from 1; admits files with three
+/// digits.
 constexpr double kRotationTolerance = 1e-2;
 
 void check_position(const Eigen::Vector3d& t) {
-  constexpr double kFarthest_m = 1e9;  // squares and sums of more overflow, or are no metres
+  constexpr double kFarthest_m = 1e9;  // larger values are not metres, and computations may overflow
   if (!(t.cwiseAbs().maxCoeff() <= kFarthest_m)) {
     throw std::runtime_error(
         fmt::format("the position is {:.3g} m away; positions are in metres, up to {:.0e}",

@@ -90,7 +90,7 @@ std::size_t KeyframeDatabase::memory_bytes() const {
 }
 
 std::size_t KeyframeDatabase::max_bytes_per_keyframe() const {
-  constexpr std::size_t kGrowth = 2;  // of a vector, at most, beyond what it holds
+  constexpr std::size_t kGrowth = 2;  // largest ratio of a vector's capacity to its size
   return kGrowth * sizeof(Keyframe) + max_points_ * sizeof(KeyframePoint);
 }
 

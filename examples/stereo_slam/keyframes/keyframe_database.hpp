@@ -13,7 +13,7 @@ namespace stereo_slam {
 
 /// Corner of a keyframe's left image that has a disparity.
 struct KeyframePoint {
-  Vector3<float> z;  ///< (u, v, d), px: in these the noise is Gaussian, near and far
+  Vector3<float> z;  ///< (u, v, d), px: their noise is Gaussian for near and far points
   Descriptor descriptor{};
   std::uint32_t landmark = 0;  ///< id of its landmark; 0: none
 };
@@ -26,8 +26,8 @@ struct Keyframe {
   std::int64_t stamp_ns = 0;
   std::size_t segment = 0;  ///< of the map; a loss begins a new one
   std::vector<KeyframePoint> points;
-  PoseGaussian T_previous_keyframe;  ///< relative density to the keyframe before; the first one's is unused
-  PoseGaussian T_world_keyframe;     ///< current estimate, without the drift: loops correct it
+  PoseGaussian T_previous_keyframe;  ///< pose relative to the keyframe before; unused for the first keyframe
+  PoseGaussian T_world_keyframe;     ///< current estimate, without the drift's uncertainty; loops correct it
   double path_length_m = 0.0;        ///< from the first keyframe, along the keyframes
 };
 
@@ -37,11 +37,11 @@ struct KeyframeLink {
   PoseGaussian T_previous_keyframe;
 };
 
-/// Points of a keyframe with the ids of their landmarks, one a point. Without ids no point has a landmark.
+/// Points of a keyframe with the ids of their landmarks, one per point. Without ids no point has a landmark.
 [[nodiscard]] std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
                                                          const std::vector<std::uint32_t>& landmarks);
 
-/// Describes the points by the left image of their keyframe.
+/// Computes the descriptors of the points from the left image of their keyframe.
 void describe(std::vector<KeyframePoint>& points, const cv::Mat& left);
 
 /// All keyframes of a run, in order. A keyframe's memory is bounded by the number of its points.
@@ -49,9 +49,9 @@ class KeyframeDatabase {
  public:
   explicit KeyframeDatabase(std::size_t max_points) : max_points_(max_points) {}
 
-  /// Appends a keyframe and returns its id. It keeps its first `max_points` points. Its id, T_world_keyframe
-  /// and path length are computed here, from the keyframe before. Throws std::invalid_argument if its frame
-  /// does not come after that keyframe's.
+  /// Appends a keyframe and returns its id. Only its first `max_points` points are kept. Its id,
+  /// T_world_keyframe and path length are computed here, from the keyframe before. Throws
+  /// std::invalid_argument if its frame is not later than the frame of the keyframe before.
   std::size_t add(Keyframe keyframe);
 
   [[nodiscard]] std::size_t size() const noexcept { return keyframes_.size(); }
@@ -63,7 +63,8 @@ class KeyframeDatabase {
   /// std::invalid_argument for more poses than keyframes.
   void correct(const std::vector<PoseGaussian>& T_world_keyframe);
 
-  /// Replaces the poses of keyframes relative to those before them. Poses in the world stay until correct().
+  /// Replaces the poses of keyframes relative to the keyframes before them. Poses in the world stay the same
+  /// until correct() is called.
   /// Throws std::out_of_range if there is no such keyframe.
   void replace(std::span<const KeyframeLink> links);
 

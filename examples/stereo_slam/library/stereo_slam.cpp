@@ -44,7 +44,7 @@ struct StereoSlam::State {
   SlamOptions options;
   Settings settings;
   StereoCamera camera;
-  std::optional<StereoRig> rig;  // whose size is not known yet
+  std::optional<StereoRig> rig;  // raw cameras, while the size of their images is not known
   std::optional<Rectifier> rectifier;
   std::optional<Eigen::Isometry3d> T_body_camera;
   SavedMap known;
@@ -137,7 +137,7 @@ StereoSlam::StereoSlam(const std::filesystem::path& calibration, const SlamOptio
   state_->T_body_camera = own.T_body_camera;
   try {
     own.rig ? state_->use(*own.rig) : state_->use(*own.rectified);
-  } catch (const std::runtime_error& error) {  // of the rectification, which does not know the file
+  } catch (const std::runtime_error& error) {  // thrown by the rectification, which does not know the file
     throw std::runtime_error(fmt::format("{}: {}", calibration.string(), error.what()));
   }
 }

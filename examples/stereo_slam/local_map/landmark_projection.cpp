@@ -8,7 +8,7 @@
 namespace stereo_slam {
 namespace {
 
-/// Direction of the point in camera coordinates, scaled by w (so that w / z is the inverse depth).
+/// Position of the point in camera coordinates, times w.
 [[nodiscard]] Vector3<double> in_camera(const HomogeneousPoint& point, const Pose& T_reference_camera) {
   return antipode::rotate(antipode::conjugate(T_reference_camera.rotation()),
                           Vector3<double>(point.x - T_reference_camera.translation() * point.w));

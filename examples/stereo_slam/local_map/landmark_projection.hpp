@@ -19,8 +19,9 @@ struct PredictedLandmark {
   Matrix3<double> pose_part = Matrix3<double>::Zero();
 };
 
-/// Expected measurements of the landmarks in view and nearer than `max_baselines`. The landmark's uncertainty
-/// goes through the camera by sigma points (Alg. 3), that of the pose by the Jacobian.
+/// Expected measurements of the landmarks that are in view and nearer than `max_baselines` times the
+/// baseline. The landmark's uncertainty is propagated by sigma points (Alg. 3), that of the pose by the
+/// Jacobian.
 [[nodiscard]] std::vector<PredictedLandmark> project_landmarks(const MapView& map,
                                                                const PoseGaussian& T_reference_camera,
                                                                double max_baselines);

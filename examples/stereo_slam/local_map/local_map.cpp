@@ -17,8 +17,9 @@ namespace {
 
 constexpr int kEstablished = 3;  // observations after which a landmark is kept for the map
 
-/// Covariance of a new Euclidean landmark: the pixel noise and the pose's, both to first order. A stereo
-/// point l_c seen from a pose perturbed by (phi, rho) moves by R_q (rho - l_c x phi).
+/// Covariance of a new Euclidean landmark, m^2, from the pixel noise and the pose's covariance, to first
+/// order. With the rotation matrix R of the pose, its perturbation (phi, rho) moves a point l_c, in camera
+/// coordinates, by R (rho - l_c x phi).
 [[nodiscard]] Matrix3<double> triangulation_covariance(const StereoPoint& z,
                                                        const PoseGaussian& T_reference_camera,
                                                        const Matrix3<double>& R, const StereoCamera& camera) {
@@ -29,7 +30,7 @@ constexpr int kEstablished = 3;  // observations after which a landmark is kept 
   return J_z * R * J_z.transpose() + J_pose * T_reference_camera.covariance * J_pose.transpose();
 }
 
-/// The same in the pixels of an inverse-depth landmark.
+/// Covariance of a new inverse-depth landmark, px^2.
 [[nodiscard]] Matrix3<double> inverse_depth_covariance(const Landmark& landmark,
                                                        const PoseGaussian& T_reference_camera,
                                                        const Matrix3<double>& R, const StereoCamera& camera) {

@@ -17,24 +17,24 @@ namespace stereo_slam {
 
 /// Landmark that has left the local map, in the camera coordinates of its reference keyframe.
 struct ArchivedPoint {
-  std::size_t keyframe = 0;
-  std::uint32_t landmark = 0;
-  Vector3<double> position;
-  std::uint8_t intensity = 0;
+  std::size_t keyframe = 0;    ///< id of the reference keyframe
+  std::uint32_t landmark = 0;  ///< id of the landmark
+  Vector3<double> position;    ///< m
+  std::uint8_t intensity = 0;  ///< grey value
 };
 
-/// Landmarks relative to the reference keyframe, and an archive of those of earlier keyframes (sec. IV-E).
+/// Landmarks relative to the reference keyframe, and an archive of landmarks that left the map (sec. IV-E).
 class LocalMap {
  public:
   LocalMap(const StereoCamera& camera, const MapSettings& settings) : camera_(camera), settings_(settings) {}
 
   [[nodiscard]] const std::vector<Landmark>& landmarks() const noexcept { return landmarks_; }
 
-  /// Refers to this map: valid until it changes.
+  /// Refers to this map; valid until the map changes.
   [[nodiscard]] MapView view() const noexcept { return {landmarks_, camera_}; }
 
-  /// Established landmarks that have left the map, in the order in which they left: those observed often
-  /// enough to be kept.
+  /// Established landmarks that have left the map, in the order in which they left. A landmark is established
+  /// if it was observed in at least three frames and is not at infinity.
   [[nodiscard]] const std::vector<ArchivedPoint>& archive() const noexcept { return archive_; }
 
   /// Established landmarks that are in the map now.
@@ -43,10 +43,10 @@ class LocalMap {
   /// An id that no landmark has yet.
   [[nodiscard]] std::uint32_t new_id() noexcept { return next_id_++; }
 
-  /// Adds a landmark for every point of `frame`, with these ids, one a point. The camera was at
+  /// Adds a landmark for every point of `frame`; `ids` has one id per point. The camera was at
   /// `T_reference_camera`, whose covariance becomes part of the landmarks'. Points nearer than
-  /// settings.inverse_depth_beyond_baselines are Euclidean, the others in inverse depth; those beyond
-  /// settings.max_baselines are left out.
+  /// settings.inverse_depth_beyond_baselines times the baseline are Euclidean, the others in inverse depth.
+  /// Points beyond settings.max_baselines times the baseline are left out.
   void add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
            const PoseGaussian& T_reference_camera, const StereoFrame& frame);
 
@@ -61,8 +61,8 @@ class LocalMap {
   void predict_correlation(const Pose& T_previous_current);
 
   /// Updates the cross-covariances of pose and landmarks after an update of the pose that took the landmarks'
-  /// errors into account but did not reduce them (Schmidt's consider filter). `prior` and `posterior` are the
-  /// pose before the update and its mean after it, `matches` those that the update used.
+  /// errors into account but did not reduce them (Schmidt's consider filter). `prior` is the pose before the
+  /// update, `posterior` its mean after the update, and `matches` are those that the update used.
   void update_correlation(const PoseGaussian& prior, const Pose& posterior,
                           const std::vector<Match>& matches);
 
@@ -73,7 +73,7 @@ class LocalMap {
   void restart(std::size_t keyframe);
 
  private:
-  /// The landmark as it is archived; nothing if it is not established, or is a direction.
+  /// The landmark as it is archived; nothing if it is not established.
   [[nodiscard]] std::optional<ArchivedPoint> archived(const Landmark& landmark) const;
   void move_to_archive(const Landmark& landmark);
 

@@ -14,12 +14,12 @@ namespace stereo_slam {
 struct Match {
   std::size_t landmark = 0;                     ///< index in the list of landmarks
   StereoPoint z = StereoPoint::Zero();          ///< its measurement
-  Matrix3<double> R = Matrix3<double>::Zero();  ///< pixel noise of z
+  Matrix3<double> R = Matrix3<double>::Zero();  ///< covariance of z, px^2
   PredictedLandmark predicted;                  ///< its prediction
-  std::optional<std::size_t> left_feature;      ///< the matched one of the left image, if by descriptors
+  std::optional<std::size_t> left_feature;      ///< index in the left image's features, if matched with one
 };
 
-/// Where the landmarks are in the left image.
+/// Positions of the landmarks in the left image, px.
 [[nodiscard]] inline std::vector<Vector2<double>> positions(const std::vector<Match>& matches) {
   std::vector<Vector2<double>> result;
   result.reserve(matches.size());

@@ -14,14 +14,15 @@
 
 namespace stereo_slam {
 
-/// Landmarks matched in the current frame, by position in the left image. A new keyframe finds in them which
-/// of its points continue a landmark.
+/// Landmarks matched in the current frame, by position in the left image. They tell which points of a new
+/// keyframe continue a landmark.
 class ReobservedLandmarks {
  public:
   ReobservedLandmarks() = default;
   ReobservedLandmarks(const std::vector<Match>& matches, const std::vector<Landmark>& landmarks);
 
-  /// Id of the landmark at each point, if there is one. Each landmark goes to one point.
+  /// For each point the id of the nearest landmark, if there is one within 1.5 px. Each landmark goes to one
+  /// point.
   [[nodiscard]] std::vector<std::optional<std::uint32_t>> ids_at(const StereoPoints& points,
                                                                  const cv::Size& image) const;
 

@@ -22,7 +22,7 @@ struct AsyncLoopCloser::State {
   std::size_t latency_frames;
   std::deque<Task> tasks{};  // in order; each waits for the one before
 
-  /// The loop closer, when its tasks are done.
+  /// Waits until all tasks are done and returns the loop closer.
   [[nodiscard]] const LoopCloser& at_rest() const {
     if (!tasks.empty()) tasks.back().correction.wait();
     return closer;

@@ -15,7 +15,7 @@
 
 namespace stereo_slam {
 
-/// Thread of loop closing. The results do not depend on it.
+/// Thread that loop closing runs on. The results do not depend on it.
 enum class LoopThread {
   kNone,  ///< the caller's
   kOwn,   ///< one of its own
@@ -41,8 +41,8 @@ class AsyncLoopCloser {
   /// The correction that takes effect before `frame`, if any. The caller corrects its keyframes.
   [[nodiscard]] std::optional<LoopCorrection> correction_due(std::size_t frame);
 
-  /// The last correction, after the last keyframe: it contains all accepted loops. `links` are keyframes
-  /// whose pose relative to the one before is now known better. Waits for the thread.
+  /// The last correction, after the last keyframe: it contains all accepted loops. `links` are poses relative
+  /// to the keyframe before that replace those given earlier. Waits for the thread.
   [[nodiscard]] std::optional<LoopCorrection> finish(const std::vector<KeyframeLink>& links = {});
 
   /// Loops found so far, accepted and refused, in order. Waits for the thread; complete after finish().
@@ -54,7 +54,7 @@ class AsyncLoopCloser {
   /// Sets the keyframes and the loops of `map`; those of the known map come first. Waits for the thread.
   void save(SavedMap& map) const;
 
-  /// Memory of keyframes and place recognition. Waits for the thread.
+  /// Memory of keyframes and place recognition, bytes. Waits for the thread.
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:

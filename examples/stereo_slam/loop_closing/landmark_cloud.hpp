@@ -30,8 +30,8 @@ class LoadedLandmarks {
   std::vector<Pose> T_world_keyframe_;
 };
 
-/// Points of a map, one for each landmark: the mean of all points that were added with its id, in the place
-/// of the first. Points without a landmark (id 0) stay as they are.
+/// Points of a map, one for each landmark: the mean of all points that were added with its id, at the index
+/// of the first of them. Points without a landmark (id 0) stay as they are.
 class MergedLandmarks {
  public:
   void add(const MapPoint& point);
@@ -39,8 +39,8 @@ class MergedLandmarks {
 
  private:
   std::vector<MapPoint> points_;
-  std::vector<double> views_;                                   // of each point
-  std::unordered_map<std::uint32_t, std::size_t> position_of_;  // of each landmark, in points_
+  std::vector<double> views_;                                   // number of points averaged in each point
+  std::unordered_map<std::uint32_t, std::size_t> position_of_;  // index in points_, by landmark id
 };
 
 }  // namespace stereo_slam

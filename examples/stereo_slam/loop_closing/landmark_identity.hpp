@@ -17,7 +17,7 @@ class LandmarkIdentity {
   [[nodiscard]] std::uint32_t operator()(std::uint32_t id) const;
 
  private:
-  std::unordered_map<std::uint32_t, std::uint32_t> smaller_;  // another id of the same landmark
+  std::unordered_map<std::uint32_t, std::uint32_t> smaller_;  // for an id, a smaller one of the same landmark
 };
 
 }  // namespace stereo_slam

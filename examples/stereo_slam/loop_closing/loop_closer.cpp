@@ -11,8 +11,8 @@
 namespace stereo_slam {
 namespace {
 
-/// The first loops of a revisit trigger an optimisation, then every so many loops: two, and more in a large
-/// map, so that the time for a kilometre does not grow with the map.
+/// The first loops of a revisit trigger an optimisation. After that, one is triggered by every kFewestLoops
+/// loops, or by more in a large map, so that the computing time per kilometre does not grow with the map.
 constexpr std::size_t kFewestLoops = 2;
 constexpr std::size_t kKeyframesPerLoop = 500;
 
@@ -69,8 +69,8 @@ void LoopCloser::start_with(const SavedMap& known, MapUse use) {
   if (use == MapUse::kLocalise) fixed_keyframes_ = known_.keyframes;
 }
 
-/// Converts a keyframe of this run to the ids of the known map, whose last keyframe it follows. The place of
-/// the first one is unknown.
+/// Converts the ids of a keyframe of this run to those of the combined map, where the run follows the known
+/// map. The pose of the run's first keyframe relative to the known map is unknown.
 void LoopCloser::follow_known_map(Keyframe& keyframe) const {
   keyframe.frame += known_.frames;
   keyframe.segment += known_.segments;
@@ -165,7 +165,7 @@ PoseGraph LoopCloser::pose_graph() const {
   return graph;
 }
 
-/// Whether a keyframe is so close behind the last loop that one of its own would say little more.
+/// Whether a keyframe is so close behind the last loop that another loop would add little information.
 bool LoopCloser::follows_last_loop(const Keyframe& keyframe) const {
   if (loops_.empty()) return false;
   const Keyframe& last = keyframes_[loops_.back().to];
@@ -211,8 +211,8 @@ std::vector<std::size_t> LoopCloser::candidates(const Keyframe& keyframe) const 
   return result;
 }
 
-/// The loop with the most inliers among the candidates. A keyframe that shares tracked landmarks was never
-/// out of sight and is no loop.
+/// The loop with the most inliers among the candidates. A candidate that shares tracked landmarks with the
+/// keyframe never went out of view and is no loop.
 std::optional<LoopMeasurement> LoopCloser::measure(const Keyframe& keyframe) const {
   constexpr std::size_t kTrackedLandmarks = 10;
   std::optional<LoopMeasurement> best;
@@ -305,8 +305,8 @@ void LoopCloser::join(const PoseGraphEdge& loop) {
   drop_guesses();
 }
 
-/// Replaces the guesses between joined segments by edges that keep the poses as they are, without
-/// information.
+/// Replaces the guessed odometry edges between joined segments by edges with the present relative poses and
+/// practically no information.
 void LoopCloser::drop_guesses() {
   for (std::size_t s = 1; s < segments_.size(); ++s) {
     if (!segments_.joined(s - 1, s)) continue;
@@ -318,8 +318,8 @@ void LoopCloser::drop_guesses() {
   }
 }
 
-/// Poses of an optimised graph with their marginal covariances. If these cannot be computed, a covariance is
-/// composed from that of the keyframe before, without what the loops say.
+/// Poses of an optimised graph with their marginal covariances. If these cannot be computed, each covariance
+/// is composed from that of the keyframe before and the odometry, without the information of the loops.
 std::vector<DriftingPose> LoopCloser::with_covariances(const PoseGraph& graph) const {
   auto result = marginals(graph, settings_.pose_graph);
   const bool known = !result.empty();

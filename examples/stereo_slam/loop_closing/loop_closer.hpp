@@ -23,7 +23,7 @@ struct LoopCorrection {
   std::vector<DriftingPose> T_world_keyframe;  ///< of the run's first keyframes; later ones keep their poses
                                                ///< relative to the last of them
   std::vector<Pose> T_world_known_keyframe;    ///< of the loaded map's keyframes
-  std::vector<bool> segment_localised;         ///< of the run's segments: joined with the world's
+  std::vector<bool> segment_localised;         ///< of each of the run's segments; see MapSegments
   LandmarkIdentity identity;                   ///< landmarks united by all loops so far, by their ids in the
                                                ///< saved map
 };
@@ -42,17 +42,18 @@ class LoopCloser {
   /// run's first segment is localised when loops have joined it with the known map.
   LoopCloser(const StereoCamera& camera, const Settings& settings, const SavedMap& known, MapUse use);
 
-  /// Adds the next keyframe. Returns a correction if enough loops are new.
+  /// Adds the next keyframe. Returns a correction if enough loops were accepted since the last one.
   [[nodiscard]] std::optional<LoopCorrection> process(Keyframe keyframe);
 
-  /// Replaces the poses of this run's keyframes relative to those before them. With loops, the next
-  /// correction contains them.
+  /// Replaces the poses of this run's keyframes relative to the keyframes before them. If there are loops,
+  /// the next correction takes the new poses into account.
   void replace(std::vector<KeyframeLink> links);
 
   /// The correction for the accepted loops and replaced poses that still wait for one; nothing if none does.
   [[nodiscard]] std::optional<LoopCorrection> correct();
 
   [[nodiscard]] const std::vector<LoopEvent>& events() const noexcept { return events_; }
+  /// Memory of keyframes and place recognition, bytes.
   [[nodiscard]] std::size_t memory_bytes() const;
 
   /// Sets the keyframes and the loops of `map`; those of the known map come first.
@@ -87,7 +88,7 @@ class LoopCloser {
   LoopConsistency consistency_;
   std::vector<PoseGraphEdge> odometry_;  // edge k leads from keyframe k to k + 1
   std::vector<PoseGraphEdge> loops_;     // accepted
-  std::size_t waiting_loops_ = 0;        // the last ones of them: no correction contains them yet
+  std::size_t waiting_loops_ = 0;        // number of accepted loops that no correction contains yet
   bool links_replaced_ = false;          // since the last correction
   std::size_t fixed_keyframes_ = 1;      // gauge of the pose graph
   std::vector<LoopEvent> events_;

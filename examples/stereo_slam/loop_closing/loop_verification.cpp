@@ -49,12 +49,12 @@ struct PointPair {
   return pairs;
 }
 
-// Guided matching finds more pairs than the descriptors alone, but needs a pose to start from. A pose with
-// fewer pairs than this share of the inliers of a loop is of no use.
+// Guided matching finds more pairs than the descriptors alone, but needs a pose to start from. A pose is
+// useful for it if at least one in kCoreShare of settings.min_inliers pairs agrees with it.
 constexpr int kCoreShare = 2;
 constexpr double kConfidence = 0.999;
 
-/// Random sets of four pairs to draw in order to find a pose that is of use, if there is one.
+/// Number of random sets of four pairs to draw in order to find a useful pose, if there is one.
 [[nodiscard]] int draws(std::size_t pairs, const LoopVerificationSettings& settings) {
   const double share = settings.min_inliers / (kCoreShare * static_cast<double>(pairs));
   const double clean = std::pow(std::min(share, 1.0), 4);

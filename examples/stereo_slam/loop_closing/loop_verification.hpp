@@ -63,8 +63,8 @@ class LoopConsistency {
 [[nodiscard]] double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b);
 
 /// Covariance of systematic errors, which the estimates' covariances do not contain, over a path of
-/// `length_m`: a stretch in proportion to the length, and a rotation in proportion to it that displaces the
-/// end.
+/// `length_m`. The path is stretched in proportion to its length. It is also rotated in proportion to its
+/// length, which displaces its end.
 [[nodiscard]] Matrix6<double> drift_allowance(double length_m, const LoopVerificationSettings& settings);
 
 }  // namespace stereo_slam

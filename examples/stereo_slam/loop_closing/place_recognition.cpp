@@ -11,7 +11,7 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kBits = 256;
-constexpr std::size_t kFullLeaf = 4;    // leaf sizes up to which a leaf that cannot be split may grow
+constexpr std::size_t kFullLeaf = 4;    // size limit of a leaf that cannot be split, times leaf_size
 constexpr double kWorstBalance = 0.2;   // least share of the smaller part for a split
 constexpr std::size_t kNeighbours = 3;  // keyframes before and after that show the same place
 

@@ -21,8 +21,8 @@ class DescriptorTree {
   DescriptorTree(int first_bit, int bit_step, std::size_t leaf_size)
       : first_bit_(first_bit), bit_step_(bit_step), leaf_size_(leaf_size), nodes_(1) {}
 
-  /// Inserts descriptors[id]. A leaf that no bit can split stops growing; further descriptors of it are left
-  /// out: they look alike everywhere and do not identify a place.
+  /// Inserts descriptors[id]. A leaf that no bit can split stops growing, and further descriptors that belong
+  /// to it are left out: descriptors that occur everywhere do not identify a place.
   void insert(std::uint32_t id, std::span<const Descriptor> descriptors);
 
   /// Ids of the descriptors in the leaf of `descriptor`.
@@ -60,8 +60,8 @@ struct PlaceQuery {
 };
 
 /// Finds earlier keyframes that look like the current one, by a forest of binary trees over their
-/// descriptors. No vocabulary has to be trained or loaded, and a query visits a few leaves a point, whatever
-/// the number of keyframes.
+/// descriptors. No vocabulary has to be trained or loaded, and a query visits one leaf per point and tree,
+/// whatever the number of keyframes.
 ///
 /// Every point votes for the keyframes that have a descriptor within the Hamming bound in one of its leaves;
 /// its vote counts log((N + 1) / n) / log(N + 1) if it found n of N keyframes. Deterministic: order of
@@ -75,7 +75,8 @@ class PlaceRecognition {
   /// Adds the points of a keyframe. Keyframes come in order of their ids.
   void add(std::size_t keyframe, std::span<const KeyframePoint> points);
 
-  /// Keyframes with ids below `end` that look like `points`; of neighbouring keyframes only the best.
+  /// Keyframes with ids below `end` that have points similar to `points`; of neighbouring keyframes only the
+  /// best.
   [[nodiscard]] PlaceQuery query(std::span<const KeyframePoint> points, std::size_t end) const;
 
   [[nodiscard]] std::size_t memory_bytes() const;

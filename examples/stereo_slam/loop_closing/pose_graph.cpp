@@ -2,6 +2,7 @@
 #include "stereo_slam/loop_closing/pose_graph.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -224,7 +225,7 @@ class Information {
     return factor_.solve(unit).middleRows<6>(row);
   }
 
-  /// What the drift does to the node; zero where it is fixed.
+  /// d (right perturbation of the node) / d drift; zero if the node is fixed.
   [[nodiscard]] Matrix6x3 drift(std::size_t node) const {
     const int row = first_variable_[node];
     return row < 0 ? Matrix6x3(Matrix6x3::Zero()) : Matrix6x3(drift_.middleRows<6>(row));
@@ -271,8 +272,8 @@ class Information {
     drift_ = factor_.solve(jacobian.transpose() * residual_drift(jacobian, odometry));
   }
 
-  /// What the drift does to the residuals of the odometry, which come first: it moves the measured pose of an
-  /// edge's second node as that node's perturbation would.
+  /// d residuals / d drift. The residuals of the odometry come first; those of loops do not drift. The drift
+  /// acts on an edge's residual like a rotation of its second node.
   [[nodiscard]] Eigen::MatrixX3d residual_drift(const Eigen::Map<const RowMajor>& jacobian,
                                                 const std::vector<PoseGraphEdge>& odometry) const {
     Eigen::MatrixX3d result = Eigen::MatrixX3d::Zero(jacobian.rows(), 3);

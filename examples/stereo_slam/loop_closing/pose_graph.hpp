@@ -15,7 +15,7 @@ struct PoseGraphEdge {
   std::size_t from = 0;
   std::size_t to = 0;
   PoseGaussian T_from_to;
-  std::size_t frames = 0;  ///< in which the drift turned the camera; 0 for a loop, or if `to` is fixed
+  std::size_t frames = 0;  ///< number of frames over which the drift accumulates; 0: none, as for a loop
 };
 
 /// Poses and relative measurements between them. The first poses are fixed: they are the gauge.
@@ -24,7 +24,7 @@ struct PoseGraph {
   std::vector<PoseGraphEdge> odometry;  ///< without a robust loss
   std::vector<PoseGraphEdge> loops;     ///< may be outliers: they get a robust loss
   std::size_t gauge = 1;                ///< number of fixed poses, at least one
-  double drift_sigma_rad = 0.0;         ///< of the rotation that every frame of the edges has in common
+  double drift_sigma_rad = 0.0;         ///< of the rotation error per frame that all odometry edges share
 };
 
 struct PoseGraphResult {
@@ -47,14 +47,15 @@ struct PoseGraphResult {
 /// between nodes that do not exist and covariances that are not positive definite.
 [[nodiscard]] PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settings);
 
-/// Poses of the graph with the covariances of their right perturbations, given the gauge, and with what the
-/// drift does to them: the loops reduce both. Zero for the gauge itself. The graph is taken at its poses,
-/// which should be the optimum. Empty if they do not exist, because some node is not connected to the gauge,
-/// or cannot be computed. The same input gives the same bits.
+/// Poses of the graph with the covariances of their right perturbations, given the gauge, and with their
+/// sensitivities to the drift. Loops reduce both; both are zero for the fixed poses. The graph is linearised
+/// at its poses, which should be the optimum. Empty if some node is not connected to the gauge, or if the
+/// covariances cannot be computed. The same input gives the same bits.
 [[nodiscard]] std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings);
 
 /// The relative pose of two nodes that the graph predicts; its covariance contains the drift, and accounts
-/// for the errors that both nodes share. Throws std::runtime_error where marginals() has none of them.
+/// for the errors that both nodes share. Throws std::runtime_error if one of the nodes is not connected to
+/// the gauge, or if the covariances cannot be computed.
 [[nodiscard]] PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
                                                    const PoseGraphSettings& settings);
 

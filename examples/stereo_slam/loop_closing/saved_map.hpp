@@ -22,12 +22,13 @@ struct SavedMap {
   std::vector<MapPoint> points;      ///< landmarks, as in map.ply
 };
 
-/// Numbers of things in a map: a run that starts with the map continues its ids from there.
+/// Numbers of keyframes, segments and frames in a map, and its largest landmark id: a run that starts with
+/// the map continues the ids from there.
 struct MapExtent {
   std::size_t keyframes = 0;
   std::size_t segments = 0;
   std::size_t frames = 0;
-  std::uint32_t landmarks = 0;  ///< the largest id of one
+  std::uint32_t landmarks = 0;  ///< the largest landmark id
 };
 
 [[nodiscard]] MapExtent extent_of(const SavedMap& map);

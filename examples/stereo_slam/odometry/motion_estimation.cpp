@@ -48,7 +48,7 @@ struct Linearization {
   return result;
 }
 
-/// Normal equations of the pose.
+/// Normal equations of the pose, for its right perturbation.
 struct NormalEquations {
   Matrix6<double> information = Matrix6<double>::Zero();
   Vector6<double> gradient = Vector6<double>::Zero();
@@ -242,8 +242,8 @@ struct Hypothesis {
   return result;
 }
 
-/// Whether a motion has at least `least` correspondences, and `majority` times those of another one.
-/// Correspondences that agree with both are not counted: far points agree with many motions.
+/// Whether at least `least` correspondences agree with the first pose, and `majority` times as many as with
+/// the second. Correspondences that agree with both are not counted: far points agree with many motions.
 [[nodiscard]] bool outvotes(const MotionProblem& problem, const std::pair<Pose, Pose>& pose_and_other,
                             std::size_t majority, std::size_t least) {
   const auto agree = flag_inliers(problem.distances(pose_and_other.first));
@@ -261,8 +261,9 @@ struct Hypothesis {
 /// Ends when the inliers of the best pose make a better one improbable, after settings.ransac_iterations at
 /// the latest.
 ///
-/// What fills half of the image and moves, a lorry ahead, agrees on a motion as well as the street does. A
-/// motion that does not continue the expected one therefore has to outvote the best that does.
+/// The points of a moving object that fills half of the image, such as a lorry ahead, agree on one motion as
+/// well as those of the street. A motion that does not continue the expected one therefore has to outvote the
+/// best one that does.
 [[nodiscard]] Pose ransac(const MotionProblem& problem, std::size_t count, const ExpectedMotion& expected,
                           const OdometrySettings& settings, std::mt19937_64& random) {
   const Pose& initial = expected.T_previous_current;

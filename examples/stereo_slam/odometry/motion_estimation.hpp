@@ -17,21 +17,21 @@ namespace stereo_slam {
 struct StereoCorrespondence {
   StereoPoint previous;
   StereoPoint current;
-  std::optional<Matrix3<double>> R = {};  ///< pixel noise of either measurement; the settings' if not given
+  std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else by the settings
 };
 
 /// What a motion is estimated from.
 struct MotionCorrespondences {
-  std::span<const StereoCorrespondence> points;  ///< the estimate rests on them
+  std::span<const StereoCorrespondence> points;  ///< the motion is fitted to the inliers among them
   std::span<const StereoCorrespondence>
       static_points{};  ///< known to be static; they vote on the inliers and have no other weight
 };
 
-/// What a motion is expected from.
+/// How reliable an expected motion is.
 enum class Expectation {
-  kSteady,    ///< the motions before it were alike
+  kSteady,    ///< no jerk for some frames
   kNoMotion,  ///< no motion was measured before it
-  kDoubtful,  ///< there was a jerk before it: the motion since then may be that of a vehicle
+  kDoubtful,  ///< there was a jerk a few frames ago: the motion since then may be that relative to a vehicle
 };
 
 /// The motion that is expected between two frames.
@@ -47,12 +47,13 @@ struct ExpectedMotion {
 struct MotionEstimate {
   bool valid = false;  ///< enough inliers and a well-posed solution
   PoseGaussian T_previous_current;
-  std::vector<std::uint8_t> inlier;  ///< one flag a point
+  std::vector<std::uint8_t> inlier;  ///< one flag per point
   int inliers = 0;
   bool jerk = false;  ///< the motion does not continue the expected one
 };
 
-/// Whether a motion may be the `expected` one, without a jerk that no vehicle or hand makes.
+/// Whether a motion continues the `expected` one. A larger change is a jerk, which no vehicle or hand makes
+/// from one frame to the next.
 [[nodiscard]] bool continues(const Pose& motion, const Pose& expected);
 
 /// Relative pose of two stereo frames.
@@ -60,9 +61,9 @@ struct MotionEstimate {
 /// Both measurements of a point carry pixel noise, so the estimate is a two-view bundle adjustment:
 /// each Gauss-Newton step solves for the pose with the points eliminated, then updates the points in (u, v,
 /// d), where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences finds
-/// the inliers to start from, which agree within settings.pixel_sigma_px whatever their own noise; Cauchy
-/// weights limit the remaining outliers. The covariance is the sandwich estimate of the weighted problem,
-/// which follows the scale of the residuals.
+/// the inliers, with the noise settings.pixel_sigma_px for all points; Cauchy weights limit the remaining
+/// outliers. The covariance is the sandwich estimate of the weighted problem, which follows the scale of the
+/// residuals.
 ///
 /// Without static points the largest consistent set may be that of a moving lorry. A set that contradicts the
 /// expected motion therefore needs four times the points of one that continues it, not counting those that

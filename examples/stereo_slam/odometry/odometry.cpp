@@ -101,7 +101,7 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
 OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
                                     const StereoView& view, const ExpectedMotion& expected,
                                     const Settings& settings) {
-  constexpr std::size_t kStaticVotes = 3;  // and its own: a lorry may show more points than the street
+  constexpr std::size_t kStaticVotes = 3;  // besides its own: a lorry may have more points than the street
   tracks.follow(pyramids, view, expected.T_previous_current, settings.odometry);
   const auto matches = correspondences(tracks.points());
   std::vector<StereoCorrespondence> static_matches;

@@ -17,14 +17,14 @@ namespace stereo_slam {
 struct OdometryResult {
   bool valid = false;
   PoseGaussian T_previous_current;
-  std::vector<Vector2<double>> inliers_px;  ///< where the inliers are in the current left image
-  bool jerk = false;                        ///< the motion does not continue the one predicted
+  std::vector<Vector2<double>> inliers_px;  ///< positions of the inliers in the current left image
+  bool jerk = false;                        ///< the motion does not continue the expected one
 };
 
 /// Points of the previous frame, as measured there, that circular matching starts from.
 struct OdometryPoints {
   std::vector<StereoPoint> points;         ///< the motion is estimated from them
-  std::vector<StereoPoint> static_points;  ///< landmarks matched there; they help to find the inliers only
+  std::vector<StereoPoint> static_points;  ///< landmarks matched there; they only help to find the inliers
 };
 
 /// Points from which circular matching starts in the next frame: features of this frame with a stereo match,
@@ -37,9 +37,9 @@ struct OdometryPoints {
 /// Motion of the camera from the previous frame to the current one, `view`, by the paper's circular matching
 /// (sec. IV-B): it follows the points from the previous left image to the current left, the current right,
 /// the previous right and back to the previous left image. Points that return to where they started give the
-/// motion. The static points decide with them which points are inliers, so that a large moving object does
-/// not win; they have no other weight. `expected` starts the search. The random numbers depend on
-/// settings.seed and the frame's index only.
+/// motion. The static points vote on which points are inliers, so that a large moving object does not win;
+/// they have no other weight. The search starts from `expected`. The random numbers depend on settings.seed
+/// and the frame's index only.
 [[nodiscard]] OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids,
                                                   const OdometryPoints& points, const StereoView& view,
                                                   const ExpectedMotion& expected, const Settings& settings);

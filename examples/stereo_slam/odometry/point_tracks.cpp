@@ -26,7 +26,7 @@ struct PointMeasurement {
   const cv::Mat& previous_left;
   const StereoView& view;
   const OdometrySettings& settings;
-  double previous_texture, texture;  // that a patch of the two left images must have
+  double previous_texture, texture;  // least texture of a patch of the previous and of the current left image
 
   PointMeasurement(const cv::Mat& previous, const StereoView& current, const OdometrySettings& rules)
       : previous_left(previous),

@@ -18,9 +18,9 @@ namespace stereo_slam {
 struct TrackedPoint {
   StereoPoint z;                                              ///< in the last frame
   Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
-  std::optional<Matrix3<double>> R;     ///< pixel noise of z, once the point was followed
-  std::optional<StereoPoint> previous;  ///< in the frame before it; nothing for a new point
-  bool is_static = false;               ///< it moved with the landmarks of the map between these frames
+  std::optional<Matrix3<double>> R;     ///< covariance of z, px^2; nothing for a new point
+  std::optional<StereoPoint> previous;  ///< z in the frame before; nothing for a new point
+  bool is_static = false;               ///< it moved like the landmarks of the map between these frames
 };
 
 /// The points that the odometry measures the motion from. Each is followed for as long as it is seen.
@@ -28,7 +28,7 @@ class PointTracks {
  public:
   [[nodiscard]] const std::vector<TrackedPoint>& points() const noexcept { return points_; }
 
-  /// Where the points are in the last left image.
+  /// Positions of the points in the last left image, px.
   [[nodiscard]] std::vector<Vector2<double>> positions() const;
 
   /// Follows the points into the current frame, `view`, and drops those that are lost. Optical flow finds a
@@ -38,15 +38,16 @@ class PointTracks {
   void follow(const ConsecutivePyramids& pyramids, const StereoView& view,
               const Pose& predicted_T_previous_current, const OdometrySettings& settings);
 
-  /// Drops the points whose flag is zero, one flag a point.
+  /// Drops the points whose flag is zero; one flag per point.
   void keep(const std::vector<std::uint8_t>& flags);
 
-  /// Finds out which points are static: those that moved as the camera did, T_previous_current. Without a
-  /// motion none is.
+  /// Marks the static points: those whose two measurements agree with the camera's motion
+  /// `T_previous_current`, up to a pixel noise of `pixel_sigma_px`. Without a motion no point is static.
   void compare_with(const std::optional<Pose>& T_previous_current, const StereoCamera& camera,
                     double pixel_sigma_px);
 
-  /// Measures the points again after the rectification has been refined.
+  /// Converts the last measurements from the rectification `before` to `after`, and drops points whose
+  /// disparity is then not positive.
   void remeasure(const RectificationResidual& before, const RectificationResidual& after);
 
   /// Drops the points that are nearer than settings.odometry.exclusion_px to `reserved_px`. If few are left,
@@ -58,7 +59,7 @@ class PointTracks {
   std::vector<TrackedPoint> points_;
 };
 
-/// The two measurements of the points, one entry a point; all points must have two.
+/// The two measurements of the points, one entry per point; all points must have two.
 [[nodiscard]] std::vector<StereoCorrespondence> correspondences(const std::vector<TrackedPoint>& points);
 
 }  // namespace stereo_slam

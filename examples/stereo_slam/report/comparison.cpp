@@ -22,7 +22,7 @@ using nlohmann::json;
 constexpr std::size_t kMostFramesInAll = 8000;  // of all runs together
 constexpr std::size_t kFewestFrames = 200;      // of each
 
-/// The value below which a share of the finite values lies; NaN of none.
+/// The quantile of the finite values, `share` in [0, 1]; NaN if there are none.
 [[nodiscard]] double quantile(std::vector<double> values, double share) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   if (values.empty()) return kNaN;
@@ -32,7 +32,7 @@ constexpr std::size_t kFewestFrames = 200;      // of each
   return *at;
 }
 
-/// Scores of a run, and what its chart and the view show of them.
+/// Scores of a run, and its errors for the chart and the view.
 struct Errors {
   json scores = nullptr;
   std::vector<double> error_m;           ///< after SE(3) alignment, one a frame
@@ -53,7 +53,7 @@ struct Errors {
 /// Throws std::runtime_error if too few poses match.
 [[nodiscard]] Errors errors_of(const RunFolder& run, const ComparisonTruth& truth) {
   Trajectory estimate = run.trajectory;
-  if (truth.trajectory.stamps_ns.empty()) estimate.stamps_ns.clear();  // matched by index
+  if (truth.trajectory.stamps_ns.empty()) estimate.stamps_ns.clear();  // match by index, not by stamp
   Errors errors{.scores = scores_of(evaluate(truth.trajectory, estimate, truth.max_difference_s)),
                 .error_m = std::vector<double>(estimate.poses.size(), kNaN),
                 .truth_m = {}};
@@ -71,7 +71,7 @@ struct Errors {
   return errors;
 }
 
-/// Every few of the elements.
+/// An array of every `step`-th element.
 template <class Value, class Function>
 [[nodiscard]] json thinned(const std::vector<Value>& values, std::size_t step, const Function& append) {
   json array = json::array();
@@ -114,7 +114,7 @@ void append_position(json& array, const Vector3<double>& position) {
   return data;
 }
 
-/// What the page calls the runs: their folders without the path, or with it where that is not unique.
+/// Names of the runs on the page: the last part of the folder, or the whole path if these are not unique.
 [[nodiscard]] std::vector<std::string> names_of(const std::vector<RunFolder>& runs) {
   std::vector<std::string> names;
   names.reserve(runs.size());

@@ -19,7 +19,7 @@ namespace {
 constexpr std::string_view kOpen = "{{";
 constexpr std::string_view kClose = "}}";
 
-/// Scripts that page.html names itself; the other ones are modules.
+/// Scripts that page.html includes by name; the other scripts are modules.
 constexpr std::array<std::string_view, 2> kClassicScripts = {"loader.js", "uPlot.iife.min.js"};
 
 [[nodiscard]] std::string_view content_of(std::string_view name) {

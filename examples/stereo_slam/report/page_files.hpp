@@ -6,13 +6,13 @@
 
 namespace stereo_slam::report {
 
-/// A file of page/ or vendor/, as it was when the program was built.
+/// A file of page/ or vendor/, embedded when the program was built.
 struct PageFile {
   std::string_view name;  ///< without folders
   std::string_view content;
 };
 
-/// All of them. embed_files.cmake writes the definition.
+/// All embedded files. embed_files.cmake generates the definition.
 [[nodiscard]] std::span<const PageFile> page_files();
 
 }  // namespace stereo_slam::report

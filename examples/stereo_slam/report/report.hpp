@@ -21,8 +21,8 @@ struct RunInfo {
 };
 
 /// Writes a self-contained HTML page about a run: key figures, the path and the map in three dimensions,
-/// charts over time, images, loops. The record has poses of the camera; it may have no frames. At most 5000
-/// frames are shown: of a longer run, the worst tracked of every few consecutive ones.
+/// charts over time, images, loops. The poses of the record must be those of the camera; the record may be
+/// empty. At most 5000 frames are shown; see shown_frames() for longer runs.
 void write_report(std::ostream& stream, const RunRecord& record, const RunInfo& info);
 
 }  // namespace stereo_slam::report

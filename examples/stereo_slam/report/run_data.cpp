@@ -36,7 +36,7 @@ template <class Function>
   return array;
 }
 
-/// Elements of one vector after those of another, as they are or with few digits.
+/// Appends the elements of a vector, rounded to `decimals` decimal places.
 template <class Vector>
 void append_decimals(json& array, const Vector& values, int decimals) {
   for (Eigen::Index i = 0; i < values.size(); ++i) array.push_back(to_decimals(values[i], decimals));
@@ -145,7 +145,7 @@ void add_costs(json& frames, const RunRecord& record, const Rows& rows) {
   return ellipsoids;
 }
 
-/// The map, thinned out evenly; points far outside the path are left out, for the view shows none there.
+/// The map, thinned out evenly. Points far from the path, which the view does not show, are left out.
 [[nodiscard]] json map_json(const RunRecord& record) {
   Eigen::AlignedBox3d box;
   for (const auto& estimate : record.trajectory) {
@@ -181,8 +181,8 @@ void add_costs(json& frames, const RunRecord& record, const Rows& rows) {
   return array;
 }
 
-/// Positions without loop closure; null if no loop was accepted, or one with a loaded map, whose world is
-/// another.
+/// Positions without loop closure. Null if no loop was accepted, and if there is a loop with a loaded map,
+/// because the poses are in the world of that map then.
 [[nodiscard]] json without_loops_json(const RunRecord& record, const Rows& rows) {
   const auto& loops = record.loops;
   if (std::none_of(loops.begin(), loops.end(), [](auto& loop) { return loop.accepted; }) ||
@@ -248,7 +248,7 @@ void add_figures(json& data, const RunRecord& record, const RunInfo& info) {
   data["loop_counts"] = loop_counts(record.loops);
 }
 
-/// How bad it is that a frame has a status.
+/// Orders the statuses: the larger, the worse.
 [[nodiscard]] int severity(TrackingStatus status) {
   switch (status) {
     case TrackingStatus::kLost:

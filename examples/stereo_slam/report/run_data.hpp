@@ -13,12 +13,13 @@
 
 namespace stereo_slam::report {
 
-/// What page/run.js shows. `frames` has one array for each quantity, with an element (or three, or four) for
-/// each shown frame; numbers that do not exist are null.
+/// The data that page/run.js shows. `frames` has one array for each quantity, with an element (or three, or
+/// four) for each shown frame; numbers that do not exist are null.
 [[nodiscard]] nlohmann::json run_data(const RunRecord& record, const RunInfo& info);
 
-/// Indices of at most `most` frames to show: of equally many consecutive ones the worst tracked, the first
-/// of equals, and the last frame.
+/// Indices of at most `most` frames to show. The run is divided into groups of equally many consecutive
+/// frames; of each group, the frame with the worst status is shown (the first, if several have it). The last
+/// frame of the run is always shown.
 [[nodiscard]] std::vector<std::size_t> shown_frames(std::span<const TrackingStatus> statuses,
                                                     std::size_t most);
 

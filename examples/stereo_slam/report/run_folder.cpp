@@ -48,7 +48,8 @@ using Table = std::map<std::string, std::vector<std::string>, std::less<>>;
   return table;
 }
 
-/// Throws unless a table has one row for each pose: else they are of different runs, or one was cut off.
+/// Throws std::runtime_error unless a table has one row for each pose. Otherwise the files are of different
+/// runs, or one was cut off.
 void require_rows(const fs::path& file, const Table& table, std::size_t poses) {
   const std::size_t rows = table.begin()->second.size();
   if (rows == poses) return;

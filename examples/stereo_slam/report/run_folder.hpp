@@ -11,7 +11,7 @@
 
 namespace stereo_slam::report {
 
-/// What the result files of a run say, one element a frame. Missing values are NaN.
+/// The result files of a run. Vectors have one element a frame; missing values are NaN.
 struct RunFolder {
   std::filesystem::path folder;
   /// run.yaml as text: "state", "host.processor", "settings.features.count" ...
@@ -27,7 +27,7 @@ struct RunFolder {
 
   /// An entry of run.yaml; empty if there is none.
   [[nodiscard]] std::string entry(const std::string& key) const;
-  /// As a number; NaN if it is none.
+  /// An entry of run.yaml as a number; NaN if it is not a number.
   [[nodiscard]] double number(const std::string& key) const;
 };
 

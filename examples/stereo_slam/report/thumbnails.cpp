@@ -14,7 +14,7 @@
 namespace stereo_slam::report {
 namespace {
 
-/// libjpeg, which leaves by longjmp when it fails.
+/// Encodes with libjpeg, whose errors end in a longjmp.
 class JpegEncoder {
  public:
   JpegEncoder() {

@@ -46,6 +46,7 @@ class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
 
+  /// Number of bytes not read yet.
   [[nodiscard]] std::size_t left() const noexcept { return bytes_.size(); }
 
   template <PlainNumber Number>

@@ -12,8 +12,9 @@ namespace stereo_slam {
 /// Whether a file that begins like this is a map.
 [[nodiscard]] bool is_map(std::string_view beginning);
 
-/// Writes the map completely or not at all; until then an earlier `file` stays. Throws std::runtime_error
-/// when it cannot be written and std::invalid_argument for a map that load_map() would refuse.
+/// Writes the map completely or not at all; an earlier `file` stays until the new one is complete. Throws
+/// std::runtime_error when it cannot be written and std::invalid_argument for a map that load_map() would
+/// refuse.
 void save_map(const std::filesystem::path& file, const SavedMap& map);
 
 /// Reads a map as save_map() wrote it, bit for bit. Throws std::runtime_error with one line that names file,

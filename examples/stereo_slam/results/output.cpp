@@ -109,8 +109,8 @@ void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
   yaml << YAML::EndMap;
 }
 
-/// The pose of a frame that was dropped before the processed frame `next`: where the path was at its stamp,
-/// and the first pose before that one.
+/// The pose of a frame with this stamp that was dropped before the processed frame `next`: interpolated, or
+/// the first pose if `next` is 0.
 Pose pose_between(const RunRecord& record, std::size_t next, std::int64_t stamp_ns) {
   const auto& trajectory = record.trajectory;
   const auto& results = record.results;

@@ -16,30 +16,30 @@
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
-/// The result files at the end of a run: each whole or not at all. Until then see result_streams.hpp.
+/// Writes the result files at the end of a run, each completely or not at all. result_streams.hpp writes
+/// files during the run.
 namespace stereo_slam {
 
 /// What `run --realtime` records of a frame that it processed.
 struct RealtimeFrame {
-  double latency_ms = 0.0;  ///< from the time the frame was offered to its result
-  std::vector<std::int64_t>
-      dropped_ns;  ///< stamps of the frames dropped since the one before; none before the first
+  double latency_ms = 0.0;               ///< from the time the frame was offered to its result
+  std::vector<std::int64_t> dropped_ns;  ///< stamps of the frames dropped since the previous processed one
 };
 
 /// A run at the pace of the recording's stamps.
 struct RealtimeRecord {
   std::vector<RealtimeFrame> frames;  ///< one a processed frame
-  double reading_delay_s = 0.0;       ///< by how much the last frame was offered late, waiting for images
+  double reading_delay_s = 0.0;       ///< by how much the last frame was offered late because of slow reading
 };
 
 /// Results of the frames processed so far.
 struct RunRecord {
-  std::vector<FrameResult> results;      ///< as known when each frame was processed
+  std::vector<FrameResult> results;      ///< of each frame, as known when it was processed
   std::vector<double> total_ms;          ///< of processing each frame
   std::vector<double> cpu_ms;            ///< CPU time of the whole process since the frame before
   std::vector<double> read_cpu_ms;       ///< CPU time of reading each frame, ahead of its turn
   std::vector<double> resident_mb;       ///< memory of the process after each frame; NaN where unknown
-  std::vector<PoseGaussian> trajectory;  ///< as known at the end, one a frame
+  std::vector<PoseGaussian> trajectory;  ///< final T_world_camera, one a frame
   std::vector<MapPoint> map_points;
   std::vector<LoopEvent> loops;
   std::optional<RealtimeRecord> realtime = std::nullopt;
@@ -49,8 +49,8 @@ struct RunRecord {
 [[nodiscard]] std::size_t count_frames(const RunRecord& record,
                                        const std::function<bool(const FrameResult&)>& property);
 
-/// What a frame costs. Times are those of processing, without reading the images; CPU times are those of all
-/// threads of the process, as means.
+/// Cost per frame. median, p95 and max are of the processing time without reading the images; CPU times are
+/// means over the frames, of all threads of the process.
 struct FrameCost {
   double median_ms = 0.0;
   double p95_ms = 0.0;
@@ -71,12 +71,12 @@ struct RealtimeSummary {
   double reading_delay_s = 0.0;
 };
 
-/// Nothing for a run that was not at the pace of the stamps.
+/// Nothing for a run without --realtime.
 [[nodiscard]] std::optional<RealtimeSummary> realtime_summary(const RunRecord& record);
 
-/// The final poses of all frames up to the last processed one. Those of dropped frames are interpolated
-/// between the processed frames around them, by their stamps, with constant velocity along the screw motion;
-/// those dropped before the first processed frame have its pose.
+/// The final poses of all frames up to the last processed one. The pose of a dropped frame is interpolated by
+/// its stamp between the processed frames before and after, with constant velocity along the screw motion
+/// (ScLERP); frames dropped before the first processed frame have the pose of that frame.
 [[nodiscard]] std::vector<Pose> poses_of_all_frames(const RunRecord& record);
 
 /// What run.yaml contains besides the settings.
@@ -94,8 +94,8 @@ struct RunHeader {
 
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,
 /// loops.csv and map.ply. trajectory_kitti.txt has poses_of_all_frames, as that format has no stamps; the
-/// others have processed frames only. A file that cannot be written does not prevent the others; then throws
-/// std::runtime_error with the first failure.
+/// others have processed frames only. If a file cannot be written, the others are still written; then
+/// std::runtime_error is thrown with the first failure.
 void write_results(const std::filesystem::path& folder, const RunRecord& record);
 
 /// Writes run.yaml: version, state, dataset, host and all settings. load_settings reads it.
@@ -123,9 +123,8 @@ void write_covariances_row(std::ostream& stream, const FrameResult& result,
 /// Writes one line per frame: milliseconds of every stage (columns in the order of stage_names) and in total;
 /// CPU milliseconds of the whole process since the line before, which include the thread that reads later
 /// frames; CPU milliseconds that reading this frame took; and megabytes of resident memory, empty where
-/// unknown. In a run at the pace of the stamps, also
-/// milliseconds from the time the frame was offered to its result, and the number of frames dropped before
-/// it.
+/// unknown. With --realtime also the latency, in milliseconds from the time the frame was offered to its
+/// result, and the number of frames dropped before it.
 void write_timing(std::ostream& stream, const RunRecord& record);
 /// The line of frame `k` of the record.
 void write_timing_row(std::ostream& stream, const RunRecord& record, std::size_t k,

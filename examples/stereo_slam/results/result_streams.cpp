@@ -44,7 +44,7 @@ void ResultStreams::begin() {
   covariances_.replace(text_of(write_covariances_header));
   timing_.replace(text_of([](std::ostream& out) { write_timing(out, {}); }));
   loops_.replace(text_of(write_loops_header));
-  // What is left of a killed run is replaced at the end only.
+  // These are written at the end of the run; until then, files of a killed run must not stay here.
   for (const char* name : {"trajectory_kitti.txt", "trajectory_tum.txt", "map.ply", "report.html"})
     fs::remove(folder_ / name);
   begun_ = true;
@@ -72,7 +72,7 @@ void ResultStreams::append_timing(const RunRecord& record) {
     timing_.append(text_of([&](std::ostream& out) { write_timing_row(out, record, last, stages_); }));
     return;
   }
-  stages_ = stage_names(record);  // a stage's first frame adds a column to all rows
+  stages_ = stage_names(record);  // a new stage adds a column, so the file is written again
   timing_.replace(text_of([&](std::ostream& out) { write_timing(out, record); }));
 }
 

@@ -15,26 +15,28 @@
 
 namespace stereo_slam {
 
-/// The results that are written frame by frame, so that every finished frame survives a kill:
+/// The results that are written frame by frame, so that no finished frame is lost when the program is killed:
 /// trajectory_online.txt, covariances.csv (as known at the time of each frame), timing.csv and loops.csv.
-/// All functions throw std::runtime_error when a file cannot be written.
+/// All functions except sync() throw std::runtime_error when a file cannot be written.
 class ResultStreams {
  public:
-  /// Begins the files, in a folder that holds results only once there is a frame to replace them with.
-  /// T_body_camera: write poses of the body.
+  /// Creates the files in `folder`; if it holds earlier results, only when the first frame is appended, which
+  /// replaces them. With `T_body_camera` the poses written are those of the body.
   ResultStreams(std::filesystem::path folder, std::optional<Eigen::Isometry3d> T_body_camera);
 
-  /// Whether the files of this run are there; before its first frame they may be those of another one.
+  /// Whether the files of this run exist; before the first frame, the folder may hold those of an earlier
+  /// run.
   [[nodiscard]] bool begun() const { return begun_; }
 
   /// Appends the last frame of the record.
   void append_frame(const RunRecord& record);
 
-  /// Appends the loops that were not appended yet, of all loops so far; nothing if these are fewer.
+  /// Takes all loops so far and appends those that were not appended yet. Appends nothing if `loops` has
+  /// fewer than were appended, as Slam::known_loop_events() gives none while the loop thread works.
   void append_loops(std::span<const LoopEvent> loops);
 
-  /// Returns once the poses, covariances and loops appended so far are on the disk. Needs a frame; may run
-  /// beside the other functions.
+  /// Returns once the poses, covariances and loops appended so far are on the disk. Call it after the first
+  /// append_frame(); it may run concurrently with the other functions.
   void sync() noexcept;
 
  private:

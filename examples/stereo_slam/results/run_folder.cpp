@@ -27,11 +27,11 @@ constexpr auto kRunFile = "run.yaml";
 
 [[nodiscard]] bool present(const fs::path& file) { return fs::exists(fs::symlink_status(file)); }
 
-/// What a folder holds of an earlier run.
+/// Which results of an earlier run a folder holds.
 enum class Contents { kNothing, kKilledRun, kEndedRun };
 
-/// Throws for names of results that belong to something else: folders, links, devices, and files without the
-/// run.yaml of a run.
+/// Throws std::runtime_error if something other than a result has the name of a result: a folder, link or
+/// device, or a file without the run.yaml of a run.
 [[nodiscard]] Contents contents_of(const fs::path& folder) {
   std::string found;
   for (const auto* name : result_files()) {
@@ -80,13 +80,13 @@ void move_results(const fs::path& from, const fs::path& to) {
   move(kRunFile);
   std::error_code unreadable;
   for (const auto& file : fs::directory_iterator(from, unreadable)) {
-    if (is_partial(file.path())) remove_file(file.path());  // of a run that was killed
+    if (is_partial(file.path())) remove_file(file.path());  // left by a run that was killed
   }
   std::error_code not_empty;
   fs::remove(from, not_empty);
 }
 
-/// Ends what a killed run began: moving its results to the place of an earlier run's, whose run.yaml is gone.
+/// Completes the publish() of a run that was killed in it, which the missing run.yaml in the folder shows.
 void complete_publication(const fs::path& folder) {
   const fs::path unfinished = folder / RunFolder::kUnfinished;
   if (present(folder / kRunFile) || !fs::is_directory(fs::symlink_status(unfinished)) ||
@@ -148,7 +148,7 @@ void RunFolder::publish() const {
   for (const auto* name : result_files()) {
     if (!present(working_ / name)) remove_file(folder_ / name);
   }
-  // Without its run.yaml the earlier run counts as replaced; from here on the next run would go on.
+  // Once the earlier run's run.yaml is gone, a next run would complete the move if this one were killed.
   remove_file(folder_ / kRunFile);
   move_results(working_, folder_);
 }
@@ -159,7 +159,7 @@ void require_writable_besides_results(const fs::path& file, const fs::path& fold
   const auto is_place_of = [&](const char* name) { return place == results / name; };
   if (is_place_of(kRunFile) || std::any_of(result_files().begin(), result_files().end(), is_place_of))
     fail(file, "is the name of a result file in --output; name another file");
-  if (place.parent_path() != results) require_writable(file);  // else --output is checked itself
+  if (place.parent_path() != results) require_writable(file);  // in --output itself, which RunFolder checks
 }
 
 }  // namespace stereo_slam

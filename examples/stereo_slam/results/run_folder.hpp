@@ -5,17 +5,17 @@
 
 namespace stereo_slam {
 
-/// The folder that a run writes to. No other run can use it while the object exists, and results of an
-/// earlier run stay in it until this one replaces them: a run that ended (run.yaml says finished, interrupted
-/// or failed) when this one ends, a run that was killed with the first frame of this one.
+/// The folder that a run writes to. No other run can use it while the object exists. The results of an
+/// earlier run that ended (run.yaml says finished, interrupted or failed) are replaced when this run ends;
+/// those of a run that was killed are replaced at the first frame of this run.
 class RunFolder {
  public:
-  /// Subfolder for the files of a run until it replaces another one's.
+  /// Subfolder for the files of this run until they replace those of an earlier run.
   static constexpr const char* kUnfinished = "unfinished";
 
-  /// Creates the folder. If a run was killed in publish(), the rest is done first. Throws std::runtime_error
-  /// when the folder cannot be used, another run uses it, it holds results and `overwrite` is false, or it
-  /// holds files with the names of results that no run wrote.
+  /// Creates the folder. If an earlier run was killed in publish(), that is completed first. Throws
+  /// std::runtime_error when the folder cannot be used, another run uses it, it holds results and `overwrite`
+  /// is false, or it holds files with the names of results that no run wrote.
   RunFolder(std::filesystem::path folder, bool overwrite);
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;
@@ -35,8 +35,8 @@ class RunFolder {
   int lock_ = -1;
 };
 
-/// Throws std::runtime_error unless a run into `folder`, which need not exist yet, can write another file
-/// besides its results: one that it can create, and not in the place of a result.
+/// Throws std::runtime_error unless a run into `folder`, which need not exist yet, can also write `file`: it
+/// must be possible to create it, and it must not have the path of a result.
 void require_writable_besides_results(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 }  // namespace stereo_slam

@@ -8,8 +8,8 @@
 #include "stereo_slam/settings/settings.hpp"
 
 /// Presets: named sets of values to start from.
-///   default   what measures best
-///   fast      nearly as accurate in 60 % of the time
+///   default   the best measured accuracy
+///   fast      nearly as accurate in 60 % of the time of default
 ///   paper     the DQV-SLAM paper's algorithm as published
 ///   odometry  the stereo odometry alone, as a baseline
 namespace stereo_slam {

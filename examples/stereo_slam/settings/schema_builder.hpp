@@ -15,7 +15,7 @@
 
 #include "stereo_slam/settings/schema.hpp"
 
-/// Builds the table of settings: from one description of a field follow how it is read, checked and printed.
+/// Builds the table of settings. One description of a field determines how it is read, checked and printed.
 namespace stereo_slam {
 
 /// Closed interval of allowed values.
@@ -51,7 +51,8 @@ auto& follow(Object& object, Member member, Members... members) {
 }  // namespace detail
 
 /// Collects the fields of one nested struct of Settings under one key: `SettingsGroup(table,
-/// "features", &Settings::features)`. For deeper structs the key has dots and the path several members.
+/// "features", &Settings::features)`. For a struct nested deeper, the key has dots and the path several
+/// members.
 template <class... Path>
 class SettingsGroup {
  public:

@@ -4,8 +4,9 @@
 #include <cstdint>
 #include <string>
 
-/// Every setting of the SLAM and its default. Meaning, unit and range of each stand in schema.cpp only: the
-/// YAML reader checks against them, and `stereo_slam --print-settings` prints them.
+/// Every setting of the SLAM and its default. The meaning, unit and range of each setting are in schema.cpp
+/// only; the YAML reader checks values against the range, and `stereo_slam --print-settings` prints all
+/// three.
 namespace stereo_slam {
 
 /// Preparation of the images.
@@ -33,8 +34,8 @@ struct StereoMatchingSettings {
   double min_correlation = 0.85;
 };
 
-/// Errors of the calibration that are the same in every frame. The covariances contain them; nothing
-/// estimates them.
+/// Errors of the calibration that are the same in every frame. They are not estimated, but the covariances
+/// contain them.
 struct CalibrationSettings {
   double scale_sigma = 0.0;
   double principal_point_sigma_px = 0.0;
@@ -43,7 +44,7 @@ struct CalibrationSettings {
   double principal_point_per_px = 1.0;
 };
 
-/// Estimate, while driving, of the errors that rectification leaves.
+/// Online estimation of the rectification errors that the calibration leaves.
 struct OnlineRectificationSettings {
   bool enabled = true;
   double row_sigma_px = 2.0;
@@ -182,7 +183,7 @@ struct LoopClosureSettings {
 };
 
 struct Settings {
-  std::string preset = "default";  ///< that the values started from
+  std::string preset = "default";  ///< the preset that the other values started from
   std::uint64_t seed = 1;
   ImageSettings images;
   FeatureSettings features;

@@ -64,7 +64,7 @@ std::set<std::string> group_keys() {
   return groups;
 }
 
-/// The present groups and those of renamed keys.
+/// The current groups and those of renamed keys.
 std::set<std::string> readable_groups() {
   std::set<std::string> groups = group_keys();
   for (const auto& renamed : renamed_keys()) insert_groups(renamed.old_key, groups);

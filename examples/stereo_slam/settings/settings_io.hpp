@@ -12,8 +12,9 @@
 namespace stereo_slam {
 
 /// Reads settings from YAML: those of the preset (`preset` if given, else the file's `preset:`, else
-/// default), overlaid with the file's values. The run.yaml of a run is read too: its `settings:` are taken.
-/// Throws std::runtime_error with one line that names file, line, key and value, and says what is allowed.
+/// default), overlaid with the file's values. The run.yaml of a run is accepted, too; its `settings:` are
+/// read. Throws std::runtime_error with one line that names file, line, key and value, and says what is
+/// allowed.
 [[nodiscard]] Settings load_settings(const std::filesystem::path& file,
                                      std::optional<std::string_view> preset = std::nullopt);
 
@@ -21,8 +22,8 @@ namespace stereo_slam {
 /// value, and says what is allowed.
 void set_setting(Settings& settings, const std::string& key, const std::string& value);
 
-/// Writes all settings as YAML that load_settings reads. A comment gives each setting's meaning and range,
-/// and the default where the value differs from it. Every line starts with `indent` spaces.
+/// Writes all settings as YAML that load_settings reads. A comment at each setting gives its meaning and
+/// range, and its default if the value differs from it. Every line starts with `indent` spaces.
 void write_settings(std::ostream& stream, const Settings& settings, int indent = 0);
 
 }  // namespace stereo_slam

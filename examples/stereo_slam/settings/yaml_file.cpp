@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr auto kOpenQuote = "a quote is opened and not closed; add the second one, or remove the first";
 
-/// What is wrong and what to do, instead of the words of yaml-cpp.
+/// An error message that says what is wrong and what to do, in place of yaml-cpp's message.
 [[nodiscard]] std::string in_words(const std::string& message) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kWords = {{
       {"EOF in scalar", kOpenQuote},
@@ -42,7 +42,7 @@ constexpr auto kOpenQuote = "a quote is opened and not closed; add the second on
   return message;
 }
 
-/// Refuses what a document tree cannot be walked safely with.
+/// Refuses aliases, deep nesting and unclosed quotes, before a document tree is built.
 class Guard : public YAML::EventHandler {
  public:
   Guard(const fs::path& file, std::string_view text) : file_(file), text_(text) {}
@@ -94,7 +94,7 @@ void check_keys(const fs::path& file, const YAML::Node& node) {
   }
 }
 
-/// The file's text; OpenCV's first line, %YAML:1.0, which is not valid YAML, becomes empty.
+/// The file's text. The first line of OpenCV's files, %YAML:1.0, is not valid YAML and becomes empty.
 [[nodiscard]] std::string text_of(const fs::path& file) {
   std::string text = read_file(file, kMostYamlBytes);
   if (text.starts_with("%YAML:")) text.erase(0, text.find('\n'));

@@ -12,9 +12,9 @@ namespace stereo_slam {
 /// Largest size of a YAML file that is read.
 constexpr std::size_t kMostYamlBytes = std::size_t{1} << 20;
 
-/// Reads the one document of a YAML file. An empty one is null. Throws std::runtime_error, with file and
+/// Reads a YAML file of one document; an empty document is null. Throws std::runtime_error, with file and
 /// line, when the file cannot be read, is larger than kMostYamlBytes or not valid, holds several documents,
-/// gives a key twice, or refers to its own parts (`&a`, `*a`).
+/// gives a key twice, contains an alias (`*a`), or is nested more than 16 levels deep.
 [[nodiscard]] YAML::Node load_yaml_file(const std::filesystem::path& file);
 
 }  // namespace stereo_slam

@@ -9,7 +9,7 @@ namespace stereo_slam {
 bool PreviousFrame::repeated_by(const StereoFrame& frame) const {
   const auto same = [](const cv::Mat& a, const cv::Mat& b) {
     if (a.size() != b.size()) return false;
-    // Most images differ in their first row.
+    // Row by row: images that differ mostly differ in their first row.
     for (int row = 0; row < a.rows; ++row) {
       if (!std::equal(a.ptr(row), a.ptr(row) + a.cols, b.ptr(row))) return false;
     }

@@ -10,24 +10,24 @@
 
 namespace stereo_slam {
 
-/// What the next frame is tracked from.
+/// The data of the previous frame that the next frame is tracked from.
 struct PreviousFrame {
   StereoPyramid pyramids;
-  StereoPyramid before;  ///< pyramids of the frame before it, whose memory the next frame takes
+  StereoPyramid before;  ///< pyramids of the frame before, whose memory the next frame reuses
   cv::Mat right;         ///< right image
   Pose T_keyframe_camera = Pose::identity();
   std::size_t position = 0;                  ///< in the trajectory
   std::vector<StereoPoint> odometry_points;  ///< where circular matching starts
   std::vector<StereoPoint> static_points;    ///< landmarks matched in it: they do not move in the world
 
-  /// Whether a frame has the same images, bit by bit, as a camera that hangs delivers them.
+  /// Whether a frame has bit-identical images, such as a camera that hangs delivers.
   [[nodiscard]] bool repeated_by(const StereoFrame& frame) const;
 
-  /// Takes the images of the next frame.
+  /// Replaces the images by those of `frame`, whose pyramids are `next`.
   void replace_images(const StereoFrame& frame, StereoPyramid next);
 };
 
-/// A frame with what is extracted from its images once and used by all stages. Refers to the frame.
+/// A frame with the data that is extracted from its images once and used by all stages. Refers to the frame.
 struct FrameImages {
   const StereoFrame& frame;
   StereoPyramid pyramids;
@@ -35,6 +35,7 @@ struct FrameImages {
   StereoFeatures features = {};  ///< of the whole images, if landmarks are matched by descriptors
 };
 
+/// Builds the pyramids of a frame, in the memory of previous.before. `features` stays empty.
 [[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides,
                                          PreviousFrame& previous);
 

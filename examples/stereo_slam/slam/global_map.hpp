@@ -23,14 +23,14 @@ class GlobalMap {
   /// Starts with the landmarks of an earlier run.
   explicit GlobalMap(const SavedMap& loaded);
 
-  /// Takes the poses of the loaded map's keyframes and the landmarks that loops have shown to be one.
+  /// Takes over the corrected poses of the loaded map's keyframes, and which landmarks loops have united.
   void correct(const LoopCorrection& correction);
 
   /// Archived landmarks; those of the loaded map too, if `with_loaded`.
   [[nodiscard]] const std::vector<MapPoint>& archived(const LocalMap& local_map,
                                                       const KeyframeTrajectory& trajectory, bool with_loaded);
 
-  /// The same, with the landmarks that are still in the local map.
+  /// The archived landmarks and those that are still in the local map.
   [[nodiscard]] std::vector<MapPoint> all(const LocalMap& local_map, const KeyframeTrajectory& trajectory,
                                           bool with_loaded) const;
 
@@ -41,10 +41,10 @@ class GlobalMap {
   MapExtent loaded_;
   LoadedLandmarks loaded_landmarks_;
   LandmarkIdentity identity_;
-  MergedLandmarks merged_;    // of what archived() returned last
-  std::size_t archived_ = 0;  // how much of the archive is in it
-  bool with_loaded_ = false;
-  bool current_ = false;  // no correction has come since
+  MergedLandmarks merged_;    // the last result of archived()
+  std::size_t archived_ = 0;  // number of points of the archive that merged_ contains
+  bool with_loaded_ = false;  // whether merged_ contains the loaded map
+  bool current_ = false;      // there was no correction since merged_ was computed
 };
 
 }  // namespace stereo_slam

@@ -42,7 +42,7 @@ void KeyframeTrajectory::correct(const std::vector<DriftingPose>& T_world_keyfra
 
 std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const RectificationEstimator& rectification) {
   const RectificationResidual now = rectification.current();
-  // The error is one of length: frames on the way to the next keyframe have a part of it.
+  // The correction grows with the length of the motion: a frame between two keyframes gets its share of it.
   for (auto& frame : frames_) {
     if (frame.keyframe == reference()) continue;
     const KeyframePose& next = keyframes_[frame.keyframe + 1];

@@ -28,8 +28,9 @@ class KeyframeTrajectory {
   /// predicted pose.
   void append(const PoseGaussian& T_keyframe_camera, bool measured);
 
-  /// Makes the last frame the reference keyframe, at its pose relative to the one before, whose covariance
-  /// contains that of the `effect` of the rectification.
+  /// Makes the last frame, input frame `frame`, the reference keyframe. `T_previous_keyframe` is its pose
+  /// relative to the last keyframe; the covariance includes that of `effect`, the rectification's effect on
+  /// it.
   void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
                     const RectificationEffect& effect = {});
 
@@ -39,12 +40,15 @@ class KeyframeTrajectory {
   /// Sets the poses of the first keyframes; the others keep their poses relative to those before them.
   void correct(const std::vector<DriftingPose>& T_world_keyframe);
 
-  /// Corrects what was measured with an earlier estimate of the rectification to what the present one would
-  /// have given, to first order, and the covariances to what is not known of it now. The poses in the world
-  /// follow, without loops. Returns the keyframes that moved relative to those before them, in order.
+  /// Corrects, to first order, all motions that were measured with earlier estimates of the rectification to
+  /// what its present estimate would have given. Their covariances get the uncertainty of that estimate. The
+  /// poses in the world are composed anew from the relative poses, without loop corrections. Returns the
+  /// keyframes whose pose relative to the keyframe before changed, in order.
   std::vector<KeyframeLink> remeasure(const RectificationEstimator& rectification);
 
-  /// Lets the odometry's path, which no loop corrects, go on from `expected` when the filter says `found`.
+  /// Keeps the path in the odometry frame, which no loop corrects, continuous over a relocalisation: the path
+  /// goes on from the predicted pose `expected`, not from the measured one, `found`. Both are
+  /// T_keyframe_camera.
   void continue_odometry(const Pose& expected, const Pose& found);
 
   [[nodiscard]] std::size_t frames() const noexcept { return frames_.size(); }
@@ -61,7 +65,7 @@ class KeyframeTrajectory {
 
   /// T_world_camera of the last frame, which is at this pose relative to the reference keyframe.
   [[nodiscard]] DriftingPose in_world(const PoseGaussian& T_keyframe_camera) const;
-  /// The same on the odometry's path, which never jumps.
+  /// T_odometry_camera of the same frame, on the path that never jumps.
   [[nodiscard]] Pose in_odometry_frame(const Pose& T_keyframe_camera) const;
 
   /// Covariance of every frame relative to its keyframe, or of a keyframe's own frame relative to the

@@ -9,11 +9,11 @@
 namespace stereo_slam {
 namespace {
 
-/// One in so many of the landmarks that should be in view has to be found there.
+/// At least one in this many of the landmarks that should be in view has to be found.
 constexpr std::size_t kMinFoundShare = 3;
 
-/// The rough pose comes from points that the update uses, too: it says where to look, and hardly counts as
-/// information.
+/// Factor on the covariance of the rough pose. The pose comes from points that the update uses again: it says
+/// where to look, and must hardly count as information.
 constexpr double kPriorScale = 9.0;
 
 }  // namespace

@@ -16,14 +16,15 @@ namespace stereo_slam {
 
 /// The keyframe that pose and landmarks are relative to.
 struct ReferenceKeyframe {
-  Keyframe keyframe;            ///< points, and what loop closure was given
+  Keyframe keyframe;            ///< points and pose, as loop closure got them
   cv::Mat left;                 ///< left image
   std::size_t landmarks = 0;    ///< number of landmarks when the keyframe was created
-  bool repeats_itself = false;  ///< so does its image: the camera may be elsewhere
+  bool repeats_itself = false;  ///< its image looks the same after a shift: relative poses are ambiguous
 };
 
-/// T_keyframe_camera from the images and their `points` alone, without a prior. It is measured as a loop is,
-/// and accepted if enough of the keyframe's landmarks are found where it predicts them.
+/// T_keyframe_camera from the images and their `points` alone, without a prior; nothing if the keyframe is
+/// not recognised. A rough pose is measured like a loop. It is accepted if enough of the keyframe's landmarks
+/// are found where it predicts them, and is then refined with these landmarks.
 [[nodiscard]] std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe,
                                                             const PatchSource& source, const StereoView& view,
                                                             const StereoPoints& points,

@@ -296,7 +296,8 @@ bool Slam::tracks_correlation() const {
   return anchored() && settings_.map.track_correlation && !settings_.map.update_landmarks;
 }
 
-/// The errors of the calibration that no image shows are as large as those that the rows show.
+/// Calibration errors that no image shows are assumed to be proportional to the row offset, which images
+/// show.
 CalibrationError Slam::calibration_error() const {
   const auto& allowed = settings_.calibration;
   const double seen_px = rectification_.current().rms_offset_px().y();
@@ -310,7 +311,7 @@ CalibrationError Slam::calibration_error() const {
           .drift_sigma_rad = drift_sigma_rad(allowed.drift_px, camera_)};
 }
 
-/// T_world_camera of the last frame with the uncertainty by the errors that all frames share.
+/// T_world_camera of the last frame, including the uncertainty due to the errors that all frames share.
 PoseGaussian Slam::in_world(const PoseGaussian& T_keyframe_camera, const CalibrationError& error) const {
   const DriftingPose T_world_camera = trajectory_.in_world(T_keyframe_camera);
   return with_calibration_error(T_world_camera.with_drift(error.drift_sigma_rad), error);

@@ -35,9 +35,9 @@ struct AssociationTrace;
 
 /// The stereo SLAM of the DQV-SLAM paper's Fig. 2.
 ///
-/// The state of the filter is the pose of the camera relative to a reference keyframe; landmarks are relative
-/// to it too. Frames go in one by one, in order. Reads and writes no files. Works on the threads of OpenCV
-/// and on one for the loops; they change no result.
+/// The state of the filter is the pose of the camera relative to a reference keyframe. Landmarks are relative
+/// to this keyframe too. Frames go in one by one, in order. Reads and writes no files. Runs on OpenCV's
+/// threads and on one for loop closing; the results do not depend on the threads.
 class Slam {
  public:
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread = LoopThread::kNone);
@@ -60,8 +60,7 @@ class Slam {
   /// T_world_camera of every frame so far. A loop closure may have moved earlier ones.
   [[nodiscard]] std::vector<PoseGaussian> trajectory() const;
 
-  /// Covariance of every frame so far relative to its keyframe, as FrameResult has it at the time, as known
-  /// now: finish() changes it.
+  /// FrameResult::relative_covariance of every frame so far, as known now: finish() changes it.
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const {
     return trajectory_.relative_covariances();
   }
@@ -90,7 +89,7 @@ class Slam {
   /// The same without waiting: loops that the loop-closing thread is about to find may be missing.
   [[nodiscard]] std::span<const LoopEvent> known_loop_events() const;
 
-  /// Memory that loop closure uses for keyframes; zero without it.
+  /// Memory that loop closure uses for keyframes and place recognition, bytes; zero without loop closure.
   [[nodiscard]] std::size_t keyframe_memory_bytes() const;
 
  private:
@@ -163,7 +162,7 @@ class Slam {
   PointTracks tracks_;  // what the odometry follows
   std::optional<AsyncLoopCloser> loops_;
   bool started_ = false;  // there is a map
-  bool lost_ = false;     // the last frame
+  bool lost_ = false;     // the last frame was lost
   int frames_since_jerk_ = kDoubtfulFrames;
 };
 

@@ -40,8 +40,8 @@ bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
          frame >= trajectory_.reference_frame() + static_cast<std::size_t>(rule.max_frames);
 }
 
-/// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The frame that
-/// the odometry started from was not measured either; it is known relative to this one.
+/// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The pose of the
+/// previous frame was a guess too; the odometry now measures it relative to this frame.
 void Slam::begin_segment(const FrameImages& images, const OdometryResult& odometry) {
   segment_.begin_next();
   change_keyframe(images, {});
@@ -98,8 +98,8 @@ std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
   return keyframe_points(points, ids);
 }
 
-/// Refines the rectification by the landmarks of the ending keyframe, matched in this frame. Returns how the
-/// frame's pose depends on it.
+/// Refines the rectification by the landmarks of the last keyframe that were matched in this frame. Returns
+/// how the frame's pose depends on the rectification.
 RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches) {
   if (!settings_.online_rectification.enabled || !settings_.refinement.enabled) return {};
   const RectificationResidual before = rectification_.current();

@@ -30,7 +30,7 @@ struct TrackedPose {
 
   [[nodiscard]] bool measured() const noexcept { return basis != PoseBasis::kNothing; }
 
-  /// Takes the pose relative to the recognised reference keyframe, if it was recognised.
+  /// Takes the pose relative to the reference keyframe as the posterior, if the keyframe was recognised.
   void use_keyframe(const std::optional<PoseDensity>& recognised) {
     if (!recognised) return;
     posterior = *recognised;

@@ -13,41 +13,41 @@
 
 namespace stereo_slam {
 
-/// Motion of a landmark's image from the previous left image to the current one.
+/// Motion of a landmark from the previous left image to the current one.
 struct LandmarkFlow {
   Vector2<double> from_px;  ///< its projection into the previous image
   Vector2<double> to_px;    ///< where optical flow finds it
 };
 
-/// Data association of one frame (sec. IV-C). The first three lists have one entry a predicted landmark.
+/// Data association of one frame (sec. IV-C). The first three lists have one entry per predicted landmark.
 struct Association {
   std::vector<PredictedLandmark> predicted;       ///< landmarks expected in view
-  std::vector<std::optional<LandmarkFlow>> flow;  ///< nothing where the flow was lost
+  std::vector<std::optional<LandmarkFlow>> flow;  ///< nothing where the flow was lost; empty if not computed
   std::vector<std::optional<Vector2<double>>>
-      static_px;  ///< where to look for it in the left image: where it is predicted, or the end of
-                  ///< the flow, if it is that of a static point
-  std::vector<Match> matches;  ///< by index of the landmark
+      static_px;  ///< where the search in the left image starts: the predicted position if the flow was not
+                  ///< computed; else the end of the flow if it is that of a static point, and else nothing
+  std::vector<Match> matches;  ///< ordered by index of the landmark
 };
 
-/// Observed flow of each predicted landmark; nothing where it was lost. `T_reference_previous` is the last
-/// posterior.
+/// Observed flow of each predicted landmark; nothing if the flow was lost. `T_reference_previous` is the mean
+/// of the last posterior.
 [[nodiscard]] std::vector<std::optional<LandmarkFlow>> observe_flow(
     const std::vector<PredictedLandmark>& predicted, const MapView& map, const Pose& T_reference_previous,
     const ConsecutivePyramids& pyramids, const AssociationSettings& settings);
 
-/// End, in the current left image, of each flow that agrees with the predicted one in length and direction;
-/// nothing where it does not, as on moving objects (sec. IV-C, Fig. 4 a).
+/// End, in the current left image, of each flow that agrees with the predicted one in length and direction.
+/// Nothing for flows that do not agree, such as those of moving objects (sec. IV-C, Fig. 4 a).
 [[nodiscard]] std::vector<std::optional<Vector2<double>>> gate_by_flow(
     const std::vector<PredictedLandmark>& predicted, const std::vector<std::optional<LandmarkFlow>>& flow,
     const AssociationSettings& settings);
 
-/// Covariance S of the innovation of a detected feature: landmark, pose and corner noise.
+/// Covariance S of the innovation of a detected feature, px^2: landmark, pose and feature noise.
 [[nodiscard]] Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,
                                                     const AssociationSettings& settings);
 
 /// Matches landmarks that passed the flow gate with features of both images, by Mahalanobis and descriptor
 /// distance and the epipolar constraint (sec. IV-C). Each left feature goes to one landmark, the most
-/// similar. `static_px` has one entry a predicted landmark.
+/// similar. `static_px` has one entry per predicted landmark.
 [[nodiscard]] std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
                                            const std::vector<std::optional<Vector2<double>>>& static_px,
                                            const MapView& map, const StereoFeatures& features,

@@ -14,8 +14,8 @@ namespace stereo_slam {
 /// Data association of one landmark that should be in view. All positions are in the left image.
 struct TracedLandmark {
   Vector2<double> predicted_px;
-  std::optional<LandmarkFlow> flow;       ///< absent when it was lost
-  bool static_flow = false;               ///< passed the flow gate
+  std::optional<LandmarkFlow> flow;       ///< nothing if it was lost
+  bool static_flow = false;               ///< the flow passed the gate
   Matrix2<double> search_covariance_px2;  ///< features are searched in its 99 % ellipse
   std::optional<Vector2<double>> matched_px;
 };

@@ -10,21 +10,21 @@
 
 namespace stereo_slam {
 
-/// Four matched landmarks side by side, one a lane, as vector instructions take them. A lane without a
-/// landmark has zeros, but for the weight of the point, and costs nothing.
+/// Four matched landmarks, one per lane of a vector register. A lane without a landmark is zero except for
+/// its weight, and adds nothing to the sums.
 struct alignas(32) LandmarkBlock {
   static constexpr std::size_t kLanes = 4;
   using Lanes = std::array<double, kLanes>;
 
-  std::array<Lanes, 3> point = {};         ///< homogeneous with the weight, reference frame
-  Lanes weight = {1.0, 1.0, 1.0, 1.0};     ///< inverse depth, 0 at infinity
+  std::array<Lanes, 3> point = {};         ///< weight times the position in the reference frame
+  Lanes weight = {1.0, 1.0, 1.0, 1.0};     ///< w of HomogeneousPoint: 1, or an inverse depth (0 at infinity)
   std::array<Lanes, 3> measurement = {};   ///< (u, v, d), px
   std::array<Lanes, 6> whitening = {};     ///< U, upper triangle by rows: S^-1 = U' U
   std::array<Lanes, 18> correlation = {};  ///< U V by rows; see PoseLikelihood
-  Lanes cap = {};                          ///< cost of a landmark that is too far off or behind the camera
+  Lanes cap = {};  ///< cost of a landmark whose error exceeds the cap or that is behind the camera
 };
 
-/// The camera at a pose, and what a landmark may cost there.
+/// The camera at a pose, and the largest cost of a landmark.
 struct CameraAtPose {
   Matrix3<double> R_camera_reference;
   Vector3<double> t_camera_reference;
@@ -42,7 +42,7 @@ struct ErrorSums {
 [[nodiscard]] ErrorSums sum_independent_errors(std::span<const LandmarkBlock> blocks,
                                                const CameraAtPose& view);
 
-/// The sums after V_j y was taken from every error.
+/// The sums over correlated landmarks: V_j y is subtracted from every error e_j first.
 [[nodiscard]] ErrorSums sum_correlated_errors(std::span<const LandmarkBlock> blocks, const CameraAtPose& view,
                                               const Vector6<double>& y);
 

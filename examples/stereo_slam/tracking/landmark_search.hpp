@@ -12,17 +12,17 @@
 namespace stereo_slam {
 
 /// Search for the landmarks of the local map in one frame: by aligning their patches, or by features as in
-/// the paper. Refers to what it is given.
+/// the paper. Keeps references to the constructor's arguments.
 class LandmarkSearch {
  public:
-  /// `T_reference_previous` is the last posterior.
+  /// `T_reference_previous` is the mean of the last posterior.
   LandmarkSearch(const MapView& map, const ConsecutivePyramids& pyramids, const Pose& T_reference_previous,
                  const Settings& settings)
       : map_(map), pyramids_(pyramids), T_reference_previous_(T_reference_previous), settings_(settings) {}
 
-  /// Aligns the patches of the keyframe's left image, `keyframe_left`, where the landmarks are predicted at
-  /// `T_reference_camera`. If the motion is not known, or the prediction is not good to a pixel or two,
-  /// optical flow comes first.
+  /// Aligns the patches of the keyframe's left image, `keyframe_left`, starting where the landmarks are
+  /// predicted at `T_reference_camera`. If the motion is not known, or the predicted pose is uncertain by
+  /// more than 1.5 px, the alignment starts where optical flow finds the landmarks.
   [[nodiscard]] Association align_patches(const PoseGaussian& T_reference_camera,
                                           const cv::Mat& keyframe_left, const StereoView& view,
                                           bool motion_known) const;
@@ -31,7 +31,7 @@ class LandmarkSearch {
   [[nodiscard]] Association match_features(const PoseGaussian& T_reference_camera,
                                            const StereoFeatures& features) const;
 
-  /// Replaces the association's flow, and its start positions, by those that optical flow observes.
+  /// Computes the optical flow, and replaces the association's `flow` and `static_px` by its results.
   void observe(Association& association) const;
 
  private:

@@ -27,7 +27,7 @@ struct PatchMeasurement {
   const StereoView& view;
   const Pose& T_keyframe_camera;
   const RefinementSettings& settings;
-  double texture;  // that a patch of `source` must have
+  double texture;  // least texture of a patch of `source`
 
   /// Sub-pixel stereo measurement of a landmark, starting in the left image at `start_px`.
   [[nodiscard]] std::optional<RectificationResidual::Measurement> measure(

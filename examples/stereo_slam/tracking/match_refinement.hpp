@@ -12,7 +12,7 @@
 
 namespace stereo_slam {
 
-/// The reference keyframe, as far as patches are taken from it.
+/// The data of the reference keyframe that patches are taken from.
 struct PatchSource {
   const std::vector<Landmark>& landmarks;
   const cv::Mat& left;  ///< its left image
@@ -20,10 +20,10 @@ struct PatchSource {
 
 /// Matches of the reference keyframe's landmarks with sub-pixel measurements.
 ///
-/// The patch around a landmark in the keyframe, warped as its plane is seen at `T_keyframe_camera`, is
-/// aligned in both images of `view`, starting at static_px. Every frame is compared with the same keyframe,
-/// so no drift accumulates. Alignments that do not correlate, violate the epipolar constraint or contradict
-/// the prediction are dropped.
+/// The patch around a landmark in the keyframe is warped to look as from the camera at `T_keyframe_camera`,
+/// and aligned in both images of `view`, starting at association.static_px. Every frame is compared with the
+/// same keyframe, so no drift accumulates. Alignments that do not correlate, violate the epipolar constraint
+/// or contradict the prediction are dropped.
 [[nodiscard]] std::vector<Match> refine_matches(const Association& association, const PatchSource& source,
                                                 const StereoView& view, const Pose& T_keyframe_camera,
                                                 const RefinementSettings& settings);

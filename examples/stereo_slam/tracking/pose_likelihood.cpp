@@ -68,7 +68,8 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& ma
       block.correlation[static_cast<std::size_t>(k)][i % LandmarkBlock::kLanes] = UV(k / 6, k % 6);
     }
   }
-  // Not positive definite by rounding, or where first order is not enough: independence is the safer model.
+  // The matrix may not be positive definite by rounding, or because the model is of first order. The safer
+  // model is then that of independent errors.
   const Eigen::LLT<Matrix6<double>> factor(remaining);
   correlated_ = factor.info() == Eigen::Success;
   if (correlated_) shared_ = factor.solve(Matrix6<double>::Identity());

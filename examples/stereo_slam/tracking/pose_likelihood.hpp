@@ -19,20 +19,24 @@ namespace stereo_slam {
 ///
 ///   l(x) = -1/2 sum_j min( e_j' S_j^-1 e_j, cap ),   e_j = z_j - h(x, l_j)
 ///
-/// Every pose projects every landmark anew; S_j (landmark and pixel noise) is frozen at the prior mean. A
-/// landmark behind a sampled camera costs `cap`. It keeps its own copy of what it needs.
+/// Every pose projects every landmark anew; S_j (landmark and pixel noise) is that of the match and does not
+/// depend on x. A landmark behind a sampled camera costs `cap`. The object keeps no references to its
+/// arguments.
 ///
-/// If the landmarks' errors are correlated with the prior's, C_j = Cov(l_j, xi), their expected errors at the
-/// pose x = prior exp(xi) are C_j P^-1 xi. The remaining errors are correlated with each other:
+/// Let the landmarks' errors be correlated with the prior's, C_j = Cov(l_j, xi), where the prior has the
+/// covariance P. At the pose x = prior exp(xi) their expected errors are C_j P^-1 xi. The remaining errors
+/// are correlated with each other:
 ///
 ///   l(x) = -1/2 (sum_j e_j' S_j^-1 e_j + w' (I - sum_j V_j' S_j^-1 V_j)^-1 w),   w = sum_j V_j' S_j^-1 e_j,
 ///
-/// with e_j = z_j - h(x, l_j) - V_j y, y = L^-1 xi, V_j = J_j C_j L^-T, P = L L'.
+/// with e_j = z_j - h(x, l_j) - V_j y, y = L^-1 xi, V_j = J_j C_j L^-T, P = L L', J_j = dh / dl_j at the
+/// prior mean. The cap applies as above; w sums over the landmarks below it.
 class PoseLikelihood {
  public:
+  /// For landmarks whose errors are independent of the prior's.
   PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap);
 
-  /// With the correlation of the landmarks' errors and the prior's.
+  /// For landmarks whose errors are correlated with the prior's, by Landmark::pose_cross_covariance.
   PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap, const PoseGaussian& prior);
 
   /// Batched over the columns [q; p] of `poses` (T_reference_camera).
@@ -47,10 +51,11 @@ class PoseLikelihood {
     return -2.0 * evaluate(T_reference_camera.coeffs());
   }
 
+  /// Number of scalar measurements.
   [[nodiscard]] int dimension() const noexcept { return 3 * static_cast<int>(count_); }
 
  private:
-  /// U of a landmark.
+  /// U of a match: S^-1 = U' U.
   [[nodiscard]] Matrix3<double> whitening(std::size_t landmark) const;
   [[nodiscard]] double evaluate(const antipode::Vector8<double>& pose) const;
 

@@ -19,7 +19,8 @@ namespace {
     return Matrix6<double>(variance.asDiagonal());
   };
   if (!odometry_valid) {
-    // The unknown motion has a velocity: its standard deviation grows with the steps, not with their root.
+    // The unknown translation has a constant velocity: its standard deviation grows with the number of steps.
+    // That of the rotation grows with the square root.
     const double growth = std::sqrt(unseen.now * (2.0 * unseen.before + unseen.now));
     return diagonal(std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad,
                     growth * settings.lost_translation_sigma_m);

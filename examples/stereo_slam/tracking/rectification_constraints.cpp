@@ -11,7 +11,7 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kDisparitySigma_px = 0.06;  // of the keyframe
+constexpr double kDisparitySigma_px = 0.06;  // of a disparity measured in the keyframe
 constexpr double kMinDisparity_px = 0.1;
 // Factor on the variance of a match. Errors that many patches have in common, such as those of wrong slopes,
 // do not average out, and would pass for an error of the rectification.
@@ -34,9 +34,9 @@ struct Prediction {
 }
 
 /// The constraint of a point measured as `first` in the keyframe and by `match` in the camera at
-/// `T_keyframe_camera`. The disparity's error in the keyframe is in its prediction for the second camera and
-/// in the derivatives alike. Linearised at the measured value, the constraints are biased (errors in
-/// variables); therefore they are linearised at the disparity that both measurements together make likely.
+/// `T_keyframe_camera`. The error of the disparity in the keyframe affects both the prediction for the second
+/// camera and the derivatives. Linearised at the measured disparity, the constraints would be biased (errors
+/// in variables); therefore they are linearised at the most likely disparity given both measurements.
 [[nodiscard]] std::optional<BiasConstraint> constraint_of(const StereoPoint& first, const Match& match,
                                                           const Pose& T_keyframe_camera,
                                                           const StereoCamera& camera) {

@@ -17,8 +17,8 @@
 namespace stereo_slam {
 namespace {
 
-/// Order in which consecutive subsets are each spread over the image: round-robin over matches sorted by
-/// column.
+/// The matches in an order in which every consecutive subset is spread over the image: round-robin over the
+/// matches sorted by column.
 [[nodiscard]] std::vector<Match> interleaved(const std::vector<Match>& matches, int max_subset) {
   std::vector<std::size_t> by_column(matches.size());
   std::iota(by_column.begin(), by_column.end(), std::size_t{0});
@@ -34,7 +34,8 @@ namespace {
   return result;
 }
 
-/// The capped likelihood need not be Gaussian over the posterior; what follows judges the matches themselves.
+/// Whether the steps of an update settled. A posterior that is not Gaussian is accepted: the cap of the
+/// likelihood can cause that, and update_pose() checks the matches themselves.
 [[nodiscard]] bool is_settled(antipode::UpdateStatus status) {
   return status == antipode::UpdateStatus::kConverged || status == antipode::UpdateStatus::kNotGaussian;
 }
@@ -66,15 +67,15 @@ namespace {
 }
 
 [[nodiscard]] PoseUpdate update_quadratically(const PoseDensity& prior, const PoseLikelihood& likelihood) {
-  // Many landmarks leave one mode; the outliers among them are judged by what follows.
+  // With many landmarks the posterior has one mode; update_pose() removes the outliers among the matches.
   const auto result =
       antipode::quadratic_update(antipode::to_pose_gaussian(prior), likelihood, {.check_modes = false});
   return {.posterior = antipode::to_bingham_gaussian(result.posterior),
           .converged = is_settled(result.status)};
 }
 
-/// One update with the method of the settings. Matches count no further than a squared Mahalanobis distance
-/// of `cap`.
+/// One update with the method of the settings. The squared Mahalanobis distance of each match is limited to
+/// `cap`.
 [[nodiscard]] PoseUpdate update_once(const PoseDensity& prior, const std::vector<Match>& matches,
                                      const MapView& map, double cap, const UpdateSettings& settings) {
   if (settings.method == PoseUpdateMethod::kPaper) {

@@ -15,9 +15,8 @@ namespace stereo_slam {
 struct PoseUpdate {
   PoseDensity posterior;
   bool converged = false;
-  double nis =
-      0.0;  ///< normalised innovation squared, chi-square with `nis_dof` degrees if all noise is as assumed
-  int nis_dof = 0;
+  double nis = 0.0;  ///< normalised innovation squared: chi-square distributed if all noise is as assumed
+  int nis_dof = 0;   ///< its degrees of freedom
   std::vector<Match> used{};  ///< matches that the posterior rests on
 };
 

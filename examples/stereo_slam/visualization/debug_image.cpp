@@ -63,7 +63,7 @@ void draw_landmark(cv::Mat& canvas, const TracedLandmark& landmark) {
 }  // namespace
 
 cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result, const AssociationTrace& trace) {
-  constexpr double kDimmed = 0.7;  // for the contrast of the colours
+  constexpr double kDimmed = 0.7;  // so that the colours stand out
   cv::Mat canvas;
   cv::cvtColor(frame.left, canvas, cv::COLOR_GRAY2BGR);
   canvas *= kDimmed;

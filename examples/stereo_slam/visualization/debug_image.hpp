@@ -21,11 +21,11 @@ namespace stereo_slam {
 [[nodiscard]] cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result,
                                        const AssociationTrace& trace);
 
-/// Folder of such images, one per frame: debug_000000.png, debug_000001.png, ...
+/// Writes draw_debug_image() of each frame into a folder: debug_000000.png, debug_000001.png, ...
 class DebugImages {
  public:
   /// Creates the folder; with `overwrite` it removes the images of an earlier run from it. Throws
-  /// std::runtime_error when that fails, or there are some and `overwrite` is false.
+  /// std::runtime_error when that fails, or when the folder holds such images and `overwrite` is false.
   DebugImages(std::filesystem::path folder, bool overwrite);
 
   /// Throws std::runtime_error when the image cannot be written.

@@ -8,8 +8,8 @@
 
 #include "stereo_slam/core/types.hpp"
 
-/// What the images for people have in common. Positions in pixels, colours in OpenCV's order: blue, green,
-/// red.
+/// Drawing functions shared by the debug images and the live view. Positions are in pixels, colours in
+/// OpenCV's order: blue, green, red.
 namespace stereo_slam {
 
 inline const cv::Scalar kOrange(0, 140, 255);
@@ -27,13 +27,13 @@ inline const cv::Scalar kBackground(24, 24, 24);
 
 inline constexpr int kSubpixelBits = 4;
 
-/// Position in OpenCV's fixed-point drawing coordinates of kSubpixelBits.
+/// Pixel position in OpenCV's fixed-point drawing coordinates, with kSubpixelBits fractional bits.
 [[nodiscard]] cv::Point subpixel(const Vector2<double>& p);
 
-/// A dot of this radius.
+/// Draws a filled dot.
 void draw_dot(cv::Mat& canvas, const Vector2<double>& centre_px, double radius_px, const cv::Scalar& colour);
 
-/// Outline of the ellipse x' C^-1 x = chi2.
+/// Draws the outline of the ellipse x' C^-1 x = chi2 around the centre; C is the covariance.
 void draw_ellipse(cv::Mat& canvas, const Vector2<double>& centre_px, const Matrix2<double>& covariance_px2,
                   double chi2, const cv::Scalar& colour);
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kChi2_2_95 = 5.991;
 
-/// From the world's x and z, metres, to pixels of a square image with z up.
+/// Maps the world's x and z, in metres, to pixels of a square image with z up.
 class GroundPlane {
  public:
   GroundPlane(std::span<const PoseGaussian> path, double least_m, int side_px) : side_px_(side_px) {
@@ -90,7 +90,8 @@ void draw_path(cv::Mat& canvas, const ViewScene& scene, const GroundPlane& plane
   }
 }
 
-/// The camera as a triangle, and the ellipse of its position. Returns by how much the ellipse is enlarged.
+/// Draws the camera as a triangle, and the ellipse of its position. Returns the factor by which the ellipse
+/// is enlarged.
 double draw_camera(cv::Mat& canvas, const PoseGaussian& T_world_camera, const GroundPlane& plane) {
   constexpr double kSize_px = 9.0;
   constexpr double kSmallest_px = 8.0;
@@ -106,7 +107,7 @@ double draw_camera(cv::Mat& canvas, const PoseGaussian& T_world_camera, const Gr
 
   const Matrix3<double> P = R * T_world_camera.covariance.bottomRightCorner<3, 3>() * R.transpose();
   Matrix2<double> ground;
-  ground << P(0, 0), -P(0, 2), -P(2, 0), P(2, 2);  // z is up in the image, whose second axis is down
+  ground << P(0, 0), -P(0, 2), -P(2, 0), P(2, 2);  // the sign of z changes: z points up, image rows down
   ground *= plane.px_per_m() * plane.px_per_m();
   const double largest_px = std::sqrt(kChi2_2_95 * ground.trace());
   if (!(largest_px > 0.0) || !std::isfinite(largest_px)) return 1.0;
@@ -120,7 +121,7 @@ double draw_camera(cv::Mat& canvas, const PoseGaussian& T_world_camera, const Gr
   return enlarged;
 }
 
-/// A bar of 1, 2 or 5 times a power of ten metres.
+/// Draws a scale bar of 1, 2 or 5 times a power of ten metres.
 void draw_scale(cv::Mat& canvas, const GroundPlane& plane) {
   const double longest_m = canvas.cols / 4.0 / plane.px_per_m();
   const double power_m = std::pow(10.0, std::floor(std::log10(longest_m)));

@@ -15,8 +15,8 @@ class Viewer {
   void show(const cv::Mat& image);
 
  private:
-  [[maybe_unused]] bool sized_ =
-      false;  ///< the window has the size of the first image, until the user changes it
+  /// Whether the window was given the size of the first image; the user may change it afterwards.
+  [[maybe_unused]] bool sized_ = false;
 };
 
 }  // namespace stereo_slam

@@ -11,13 +11,13 @@
 
 namespace stereo_slam {
 
-/// What a frame was: colours its place on the path.
+/// Status of a frame, for drawing its position on the path.
 struct PathMark {
   TrackingStatus status = TrackingStatus::kInitializing;
   bool is_keyframe = false;
 };
 
-/// What --view shows. Refers to what the caller keeps.
+/// What --view shows. The caller keeps the objects that are referred to.
 struct ViewScene {
   const StereoCamera& camera;
   const StereoFrame& frame;

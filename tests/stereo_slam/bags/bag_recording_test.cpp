@@ -79,6 +79,7 @@ TEST_CASE("A bag with camera_info is a recording, whatever its compression and e
   }
   CHECK(scan_bag(*folder / "stereo.bag", {}).sequence.rectifier);
   CHECK_FALSE(scan_bag(*folder / "rgb.bag", {}).sequence.rectifier);  // its topics are image_rect
+  CHECK(scan_bag(*folder / "direct.bag", {}).sequence.rectifier);
 }
 
 TEST_CASE("EuRoC's topics are recognised, other ones named; the calibration is a file", "[bags]") {
@@ -159,6 +160,8 @@ TEST_CASE("Topics are chosen by name, and only pairs of images", "[bags]") {
   CHECK(chosen({"/cam0/image_raw", "/cam1/image_raw", "/cam2/image_raw"}) == "/cam1/image_raw");
   CHECK(chosen({"/camera/infra1/image_rect_raw", "/camera/infra2/image_rect_raw"}) ==
         "/camera/infra2/image_rect_raw");
+  CHECK(chosen({"/left_rig/left/image", "/left_rig/right/image"}) == "/left_rig/right/image");
+  CHECK(chosen({"/left/image_left", "/right/image_right"}) == "/right/image_right");
   const auto refused = [&](const std::vector<std::string>& names, const BagOptions& options) {
     return message_of([&] { (void)choose_topics(topics(names), options); });
   };

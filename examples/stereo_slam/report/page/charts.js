@@ -3,8 +3,8 @@ import {fixed, number} from './format.js';
 
 const kHeight_px = 142;
 
-/// Charts over one time axis with one cursor. A chart is
-///   {title, unit, note, series: [{name, values, colour, digits, dash}], and of these what it needs:
+/// Charts over a common time axis with a common cursor. A chart is
+///   {title, unit, note, series: [{name, values, colour, digits, dash}], and optionally
 ///    stack: true (series on top of each other; the first is at the bottom), band: values (half width around the first series),
 ///    log: true, level: {value, name}, marks: {name, times}, rows: [names] (categories 0, 1 ... instead of numbers), from_zero: false}
 export class ChartGroup {
@@ -152,7 +152,7 @@ export class ChartGroup {
     context.restore();
   }
 
-  /// The pointer has moved over a chart: tells it, unless the move is one of setRow.
+  /// Called when the cursor of a chart has moved. Calls onHover, unless setRow moved the cursor.
   follow(plot) {
     if (this.placing || plot.cursor.idx == null || plot.cursor.left < 0) return;
     this.onHover(plot.cursor.idx);

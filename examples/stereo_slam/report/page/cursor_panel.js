@@ -2,7 +2,7 @@ import {el} from './dom.js';
 import {fixed, number, sigmaMetres} from './format.js';
 import {kStatuses} from './status.js';
 
-/// What is known of the frame at the cursor: slider, image, status, pose and its standard deviations.
+/// Shows the frame at the cursor: slider, image, status, pose and its standard deviations.
 export class CursorPanel {
   constructor(parent, data, onRow) {
     this.data = data;

@@ -1,5 +1,5 @@
-/// How the page shows each tracking status. `row` is its place in the chart of the status, `mark` the sign in the view: a status
-/// is never told by its colour alone.
+/// How the page shows each tracking status. `row` is its place in the chart of the status, `mark` its sign in the view:
+/// a status is never shown by its colour alone.
 export const kStatuses = [
   {name: 'INITIALIZING', text: 'initialising', colour: 'slate', mark: '', row: 2, width: 2.5,
     meaning: 'no map yet, or the frame that starts it'},

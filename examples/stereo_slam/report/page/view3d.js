@@ -15,8 +15,8 @@ const kDirections = {
   side: new THREE.Vector3(-1, 0.06, 0),
 };
 
-/// A view in three dimensions of paths and what belongs to them. It turns, zooms and pans, is drawn only when something has
-/// changed, and reports the place on a path under the pointer. The scene is
+/// A three-dimensional view of paths, map points, ellipsoids and loops. The user can turn, zoom and pan it. It is drawn only
+/// when something has changed, and it reports the place on a path under the pointer. The scene is
 ///   paths: [{name, layer, colour, positions: [x, y, z, ...], width, dashed, statuses, pickable, order,
 ///     background}], a higher order on top; the view need not show all of a background
 ///   points: {positions, intensity}, ellipsoids: [{centre, rotation, half_axes}], ellipsoid_scale,
