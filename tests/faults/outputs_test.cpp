@@ -96,6 +96,21 @@ TEST_CASE("What the program wrote is replaced by the same command", "[faults]") 
   }
 }
 
+TEST_CASE("A file that takes the place of the map during the run is kept, and so is the map", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", 300);
+  const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out",
+                                        "--save-map", folder / "street.map"});
+  program.wait_for_output("frame 1/");
+  write_text(folder / "street.map", "of the user");
+  const auto result = program.wait();
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Catch::Contains("street.map: exists, and is not a file of this kind") &&
+                             Catch::Contains("; the map is in " + (folder / "street-2.map").string()));
+  CHECK(read_text(folder / "street.map") == "of the user");
+  CHECK(fs::file_size(folder / "street-2.map") > 0);
+}
+
 TEST_CASE("A map can be saved into the folder of the results, which is not there yet", "[faults]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 3);
@@ -147,6 +162,8 @@ TEST_CASE("Standard streams that are closed, full or unread do not end a run wit
     CHECK(call({"run"}, [&] { damage(STDERR_FILENO); }).status == 2);
     CHECK(call({"info", "--dataset", "nowhere"}, [&] { damage(STDERR_FILENO); }).status == 1);
     check_one_line_failure(call(run, [&] { damage(STDOUT_FILENO); }), "standard output cannot be written");
+    check_one_line_failure(call({"--help"}, [&] { damage(STDOUT_FILENO); }),
+                           "standard output cannot be written");
     CHECK(split_lines(read_text(out + "/trajectory_kitti.txt")).size() == 4);
     CHECK(call(run, [&] {
             for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) damage(descriptor);

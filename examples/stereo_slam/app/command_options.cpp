@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <charconv>
+#include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -40,6 +41,10 @@ SequenceScan scan(const DatasetOptions& dataset) {
     return scan_bag(dataset.folder, {.left_topic = dataset.left_topic,
                                      .right_topic = dataset.right_topic,
                                      .calibration = dataset.calibration});
+  }
+  if (!dataset.left_topic.empty() || !dataset.right_topic.empty()) {
+    throw std::runtime_error(fmt::format("{}: is no bag; --left-topic and --right-topic are for bags (.bag)",
+                                         dataset.folder.string()));
   }
   return scan_sequence(dataset.folder, dataset.format, dataset.calibration);
 }

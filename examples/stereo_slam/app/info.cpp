@@ -159,10 +159,16 @@ void print_inspection(std::ostream& stream, const Inspection& inspection) {
         images_read, scan.sequence.frames.size());
   }
   print_problems(stream, scan.problems);
-  const auto errors = std::count_if(scan.problems.begin(), scan.problems.end(), is_error);
+  const auto errors =
+      static_cast<std::size_t>(std::count_if(scan.problems.begin(), scan.problems.end(), is_error));
+  const std::size_t warnings = scan.problems.size() - errors;
+  const auto count = [](std::size_t n, const char* what) {
+    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+  };
   fmt::print(stream, "verdict       {}\n",
-             errors == 0 ? "usable"
-                         : fmt::format("not usable as a whole ({} error{})", errors, errors == 1 ? "" : "s"));
+             errors > 0     ? fmt::format("not usable as a whole ({})", count(errors, "error"))
+             : warnings > 0 ? fmt::format("usable, but see the {} above", count(warnings, "warning"))
+                            : "usable");
 }
 
 }  // namespace stereo_slam

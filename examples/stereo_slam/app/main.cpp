@@ -37,7 +37,7 @@ int execute(const Command& command) {
 
 /// Prints what is wrong with the command line, or the help that it asks for. Returns the exit status.
 int answer(const CLI::App& app, const CLI::ParseError& error) {
-  if (error.get_exit_code() == 0) return app.exit(error);
+  if (error.get_exit_code() == 0) return execute([&] { return app.exit(error); });
   print_message(fmt::format("{}; --help describes the options", error.what()));
   return kWrongUsage;
 }

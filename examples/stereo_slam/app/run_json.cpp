@@ -35,6 +35,7 @@ void check_run_json(const fs::path& file, std::span<const fs::path> inputs, cons
   require_replaceable(
       file, std::vector<fs::path>(inputs.begin(), inputs.end()),
       [](std::string_view beginning) { return beginning.find(kFirstMember) != std::string_view::npos; });
+  if (options.debug_images) require_no_folder_of(file, *options.debug_images);
   require_writable_besides_results(file, options.output);
   const auto place_of = [](const fs::path& any) { return fs::weakly_canonical(fs::absolute(any)); };
   if (options.save_map && place_of(file) == place_of(*options.save_map))

@@ -208,7 +208,30 @@ void check_save_map(const RunOptions& options) {
     }
     return is_map(beginning);
   });
+  if (options.debug_images) require_no_folder_of(file, *options.debug_images);
   require_writable_besides_results(file, options.output);
+}
+
+/// A file beside `file` that does not exist: street-2.map, street-3.map ...
+fs::path free_name_beside(const fs::path& file) {
+  for (int n = 2;; ++n) {
+    fs::path name = file;
+    name.replace_filename(fmt::format("{}-{}{}", file.stem().string(), n, file.extension().string()));
+    if (!fs::exists(fs::symlink_status(name))) return name;
+  }
+}
+
+/// Writes the map of --save-map. If its place was taken by another file during the run, writes it beside that
+/// file and throws std::runtime_error, which names both.
+void write_map(const RunOptions& options, const SavedMap& map) {
+  try {
+    check_save_map(options);
+  } catch (const std::runtime_error& error) {
+    const fs::path other = free_name_beside(*options.save_map);
+    save_map(other, map);
+    throw std::runtime_error(fmt::format("{}; the map is in {}", error.what(), other.string()));
+  }
+  save_map(*options.save_map, map);
 }
 
 /// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
@@ -353,7 +376,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   header.seconds = seconds_since(start);
   const bool interrupted = SignalGuard::stop_requested() && !sequence.live;  // a live run ends by a signal
   add_final_results(slam, record);
-  if (options.save_map) (void)attempt(header, [&] { save_map(*options.save_map, slam.saved_map()); });
+  if (options.save_map) (void)attempt(header, [&] { write_map(options, slam.saved_map()); });
   header.frames_processed = record.results.size();
   header.frame_cost = frame_cost(record);
   header.realtime = realtime_summary(record);

@@ -2,9 +2,9 @@
 #include "stereo_slam/dataset/own_camera.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <map>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +12,7 @@
 
 #include "stereo_slam/dataset/calibration_file.hpp"
 #include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/image_folders.hpp"
 #include "stereo_slam/dataset/live_camera.hpp"
 #include "stereo_slam/dataset/times_file.hpp"
 #include "stereo_slam/dataset/video.hpp"
@@ -26,89 +27,6 @@ namespace fs = std::filesystem;
 constexpr auto kError = Problem::Severity::kError;
 constexpr auto kWarning = Problem::Severity::kWarning;
 
-/// Natural order: digits compare as numbers, img9 before img10.
-bool natural_less(const std::string& a, const std::string& b) {
-  const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!is_digit(a[i]) || !is_digit(b[j])) {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i;
-      ++j;
-      continue;
-    }
-    const auto number = [&](const std::string& text, std::size_t& at) {
-      while (at < text.size() && text[at] == '0') ++at;
-      const std::size_t begin = at;
-      while (at < text.size() && is_digit(text[at])) ++at;
-      return text.substr(begin, at - begin);
-    };
-    const std::string x = number(a, i);
-    const std::string y = number(b, j);
-    if (x.size() != y.size()) return x.size() < y.size();
-    if (x != y) return x < y;
-  }
-  if (i < a.size() || j < b.size()) return j < b.size();
-  return a < b;
-}
-
-std::vector<fs::path> list_images(const fs::path& folder) {
-  if (!fs::is_directory(folder)) fail(folder, "no such folder; it must contain the images of one camera");
-  std::vector<fs::path> images;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && has_image_name(entry.path())) images.push_back(entry.path());
-  }
-  if (images.empty()) fail(folder, "contains no images (png, jpg, pgm, bmp, tif)");
-  std::sort(images.begin(), images.end(), [](const auto& a, const auto& b) {
-    return natural_less(a.filename().string(), b.filename().string());
-  });
-  return images;
-}
-
-/// The images by their names without extension; throws if two have the same.
-std::map<std::string, fs::path> by_name(const std::vector<fs::path>& images) {
-  std::map<std::string, fs::path> named;
-  for (const auto& image : images) {
-    const auto [other, is_new] = named.emplace(image.stem().string(), image);
-    if (!is_new) {
-      fail(image, fmt::format("has the name of {}; one image of a name must remain in the folder",
-                              other->second.filename().string()));
-    }
-  }
-  return named;
-}
-
-/// Pairs the images of both folders and fills the frames.
-void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>& right, SequenceScan& scan) {
-  auto& frames = scan.sequence.frames;
-  const auto right_by_name = by_name(right);
-  (void)by_name(left);
-  for (const auto& image : left) {
-    const auto partner = right_by_name.find(image.stem().string());
-    if (partner != right_by_name.end()) frames.push_back({0, image, partner->second});
-  }
-  if (!frames.empty()) {
-    const std::size_t alone = left.size() + right.size() - 2 * frames.size();
-    if (alone > 0) {
-      scan.problems.push_back(
-          {kWarning,
-           fmt::format("{}: {} images have no partner of the same name in the other folder; they are left "
-                       "out",
-                       scan.sequence.folder.string(), alone)});
-    }
-    return;
-  }
-  if (left.size() != right.size()) {
-    fail(left.front().parent_path(),
-         fmt::format(
-             "holds {} images and {} holds {}, without a name in common; give the images of a pair one "
-             "name",
-             left.size(), right.front().parent_path().string(), right.size()));
-  }
-  for (std::size_t i = 0; i < left.size(); ++i) frames.push_back({0, left[i], right[i]});
-}
-
 /// A name of 13 digits or more is a stamp in nanoseconds.
 std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
   const std::string name = image.stem().string();
@@ -117,20 +35,22 @@ std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
   return name.size() >= kMinDigits && stamp_ns && *stamp_ns >= 0 ? stamp_ns : std::nullopt;
 }
 
-void set_times(const fs::path& file, std::vector<StereoFiles>& frames) {
+void set_times(const fs::path& file, const Positions& positions, std::vector<StereoFiles>& frames) {
   if (!fs::exists(file)) fail(file, "missing; it must contain one time in seconds per frame");
   const auto stamps_ns = read_times(file);
-  if (stamps_ns.size() != frames.size()) {
+  const bool of_all = stamps_ns.size() == positions.count;
+  if (!of_all && stamps_ns.size() != frames.size()) {
     fail(file, fmt::format("has {} times for {} frames; there must be one for each", stamps_ns.size(),
                            frames.size()));
   }
-  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].stamp_ns = stamps_ns[i];
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    frames[i].stamp_ns = stamps_ns[of_all ? positions.of_frame[i] : i];
 }
 
 /// Stamps from the file of times, else from the names, else from the frame rate.
 void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_rate_hz,
-                std::vector<StereoFiles>& frames) {
-  if (own.times) return set_times(calibration.parent_path() / *own.times, frames);
+                const Positions& positions, std::vector<StereoFiles>& frames) {
+  if (own.times) return set_times(calibration.parent_path() / *own.times, positions, frames);
   const fs::path usual_times = frames.front().left.parent_path().parent_path() / "times.txt";
   const bool named = video_rate_hz == 0.0 && std::all_of(frames.begin(), frames.end(), [](const auto& frame) {
                        return stamp_in_name(frame.left).has_value();
@@ -143,7 +63,7 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_
     return;
   }
   const double rate_hz = own.frame_rate_hz.value_or(video_rate_hz);
-  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return set_times(usual_times, frames);
+  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return set_times(usual_times, positions, frames);
   if (!(rate_hz > 0.0)) {
     fail(calibration,
          "has no times; add frame_rate_hz, or times: FILE with one time in seconds per frame, or put "
@@ -151,7 +71,7 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_
          "beside the folders of the images");
   }
   for (std::size_t i = 0; i < frames.size(); ++i)
-    frames[i].stamp_ns = std::llround(1e9 * static_cast<double>(i) / rate_hz);
+    frames[i].stamp_ns = std::llround(1e9 * static_cast<double>(positions.of_frame[i]) / rate_hz);
 }
 
 /// The path of a source. A name without extension is a folder or else the only video of that name.
@@ -203,13 +123,24 @@ void check_sources(const Sources& sources, const OwnCameraFiles& files) {
 void open_folders(const Sources& sources, const OwnCamera& own, const fs::path& calibration,
                   SequenceScan& scan) {
   auto& sequence = scan.sequence;
+  auto images = list_images(sources.left);
   if (sources.side_by_side()) {
-    for (const auto& image : list_images(sources.left)) sequence.frames.push_back({0, image, image});
+    for (const auto& image : images) sequence.frames.push_back({0, image, image});
     sequence.side_by_side = true;
   } else {
-    pair_images(list_images(sources.left), list_images(sources.right), scan);
+    const auto right = list_images(sources.right);
+    pair_images(images, right, scan);
+    const auto& first = sequence.frames.front();
+    if (first.left.stem() == first.right.stem()) images.insert(images.end(), right.begin(), right.end());
   }
-  set_stamps(own, calibration, 0.0, sequence.frames);
+  const Positions positions = positions_of(sequence.frames, images);
+  if (positions.missing > 0) {
+    scan.problems.push_back(
+        {kWarning, fmt::format("{}: {} numbers are missing among the names of the images; the stamps leave "
+                               "time for them",
+                               sources.left.string(), positions.missing)});
+  }
+  set_stamps(own, calibration, 0.0, positions, sequence.frames);
 }
 
 void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& calibration,
@@ -226,7 +157,8 @@ void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& c
                      "must have been taken together",
                      sources.left.string(), left_count, sources.right.string(), right_count)});
   }
-  set_stamps(own, calibration, video->rate_hz(), sequence.frames);
+  set_stamps(own, calibration, video->rate_hz(), Positions::without_gaps(sequence.frames.size()),
+             sequence.frames);
   sequence.source = std::move(video);
 }
 

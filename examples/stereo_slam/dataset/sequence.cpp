@@ -2,6 +2,8 @@
 #include "stereo_slam/dataset/sequence.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -107,6 +109,51 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
           name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
 }
 
+/// Warns about a field of view that no lens has after rectification, and about a principal point far from the
+/// middle of the image.
+void check_view(SequenceScan& scan) {
+  constexpr double kNarrowest_deg = 5.0;
+  constexpr double kWidest_deg = 150.0;
+  constexpr double kMostOffCentre = 0.25;  // of the image
+  const auto& camera = scan.sequence.camera;
+  if (!(camera.fx > 0.0) || camera.width_px <= 0 || camera.height_px <= 0) return;
+  const std::string name = scan.sequence.folder.string();
+  const double view_deg = 360.0 / std::numbers::pi * std::atan(0.5 * camera.width_px / camera.fx);
+  if (view_deg < kNarrowest_deg || view_deg > kWidest_deg) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format(
+             "{}: the calibration gives a focal length of {:.4g} px for images {} px wide, a field of "
+             "view of {:.3g} degrees; check that it is of this camera and in pixels",
+             name, camera.fx, camera.width_px, view_deg)});
+  }
+  const auto off = [](double centre, int size) { return std::abs(centre / size - 0.5) > kMostOffCentre; };
+  if (off(camera.cx, camera.width_px) || off(camera.cy, camera.height_px)) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format("{}: the calibration gives the principal point ({:.4g}, {:.4g}) for images of {}x{} px, "
+                     "far from their middle; check that it is of this camera, in the order cx, cy",
+                     name, camera.cx, camera.cy, camera.width_px, camera.height_px)});
+  }
+}
+
+/// Warns about more frames per second than cameras take.
+void check_frame_rate(SequenceScan& scan) {
+  constexpr double kFastest_hz = 1000.0;
+  const auto& frames = scan.sequence.frames;
+  if (scan.sequence.live || frames.size() < 2) return;
+  const double duration_s =
+      1e-9 * (static_cast<double>(frames.back().stamp_ns) - static_cast<double>(frames.front().stamp_ns));
+  const double rate_hz = static_cast<double>(frames.size() - 1) / duration_s;
+  if (!(duration_s > 0.0) || rate_hz <= kFastest_hz) return;
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format(
+           "{}: its stamps are {:.3g} s apart, {:.4g} frames per second; stamps in file names must be "
+           "in nanoseconds, those in times.txt in seconds",
+           scan.sequence.folder.string(), 1.0 / rate_hz, rate_hz)});
+}
+
 }  // namespace
 
 void check_camera(SequenceScan& scan) {
@@ -135,6 +182,7 @@ void check_camera(SequenceScan& scan) {
              "one of the two is wrong",
              scan.sequence.folder.string(), camera.fx, camera.fy)});
   }
+  check_view(scan);
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
   scan.problems.push_back(
       {Problem::Severity::kWarning,
@@ -156,6 +204,7 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format, cons
     return unusable(folder, file_error_text(error));
   }
   check_camera(scan);
+  check_frame_rate(scan);
   return scan;
 }
 

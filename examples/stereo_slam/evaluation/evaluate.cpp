@@ -41,8 +41,10 @@ Eigen::Matrix3Xd positions(PoseSpan poses) {
 
 /// Whether all positions are the same, to the rounding of their mean.
 bool stands_still(const Eigen::Matrix3Xd& points) {
+  constexpr double kLeast_m = 1e-100;  // squares of smaller numbers may underflow
   const double spread = (points.colwise() - points.rowwise().mean()).cwiseAbs().maxCoeff();
-  return spread <= 1e-14 * static_cast<double>(points.cols()) * points.cwiseAbs().maxCoeff();
+  return spread <=
+         std::max(kLeast_m, 1e-14 * static_cast<double>(points.cols()) * points.cwiseAbs().maxCoeff());
 }
 
 template <class Range>

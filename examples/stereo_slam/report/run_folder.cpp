@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <stdexcept>
 #include <string_view>
 
@@ -48,6 +49,16 @@ using Table = std::map<std::string, std::vector<std::string>, std::less<>>;
   return table;
 }
 
+/// Throws std::runtime_error unless a table has these columns.
+void require_columns(const fs::path& file, const Table& table,
+                     std::initializer_list<std::string_view> names) {
+  for (const auto name : names) {
+    if (table.contains(name)) continue;
+    throw std::runtime_error(
+        fmt::format("{}: has no column '{}'; copy the folder of the run again", file.string(), name));
+  }
+}
+
 /// Throws std::runtime_error unless a table has one row for each pose. Otherwise the files are of different
 /// runs, or one was cut off.
 void require_rows(const fs::path& file, const Table& table, std::size_t poses) {
@@ -63,13 +74,18 @@ void require_rows(const fs::path& file, const Table& table, std::size_t poses) {
   return numbers && numbers->size() == 1 ? numbers->front() : kNaN;
 }
 
-/// A column as `count` numbers; all NaN if there is no such column.
-[[nodiscard]] std::vector<double> column(const Table& table, std::string_view name, std::size_t count) {
+/// A column as numbers, NaN for empty fields. Throws std::runtime_error for other text.
+[[nodiscard]] std::vector<double> column(const fs::path& file, const Table& table, std::string_view name) {
+  const auto& texts = table.find(name)->second;
   std::vector<double> values;
-  if (const auto found = table.find(name); found != table.end()) {
-    for (const auto& text : found->second) values.push_back(to_number(text));
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    values.push_back(to_number(texts[i]));
+    if (!std::isnan(values.back()) || texts[i].empty() || texts[i] == "nan") continue;
+    throw std::runtime_error(
+        fmt::format("{}: '{}' in the column '{}' of row {} is no number; copy the folder "
+                    "of the run again",
+                    file.string(), texts[i], name, i + 1));
   }
-  values.resize(count, kNaN);
   return values;
 }
 
@@ -91,18 +107,33 @@ void collect(const YAML::Node& node, const std::string& path, std::map<std::stri
   return entries;
 }
 
-void add_covariances(const Table& table, RunFolder& run) {
-  const std::size_t count = run.trajectory.poses.size();
-  const auto x = column(table, "tx_tx_m2", count), y = column(table, "ty_ty_m2", count),
-             z = column(table, "tz_tz_m2", count);
-  const auto nis = column(table, "nis", count), dof = column(table, "nis_dof", count);
-  for (std::size_t k = 0; k < count; ++k) {
+void add_covariances(const fs::path& file, RunFolder& run) {
+  const Table table = read_table(file);
+  require_columns(file, table, {"status", "tx_tx_m2", "ty_ty_m2", "tz_tz_m2", "nis", "nis_dof"});
+  require_rows(file, table, run.trajectory.poses.size());
+  const auto x = column(file, table, "tx_tx_m2"), y = column(file, table, "ty_ty_m2"),
+             z = column(file, table, "tz_tz_m2");
+  const auto nis = column(file, table, "nis"), dof = column(file, table, "nis_dof");
+  for (std::size_t k = 0; k < x.size(); ++k) {
     run.sigma_m.push_back(std::sqrt(x[k] + y[k] + z[k]));
     run.nis_per_dof.push_back(dof[k] > 0.0 ? nis[k] / dof[k] : kNaN);
   }
-  const auto status = table.find("status");
-  if (status == table.end()) return;
-  run.lost = static_cast<std::size_t>(std::count(status->second.begin(), status->second.end(), "LOST"));
+  run.lost = static_cast<std::size_t>(std::ranges::count(table.find("status")->second, "LOST"));
+}
+
+void add_timing(const fs::path& file, RunFolder& run) {
+  const Table table = read_table(file);
+  require_columns(file, table, {"total_ms", "rss_mb"});
+  require_rows(file, table, run.trajectory.poses.size());
+  run.total_ms = column(file, table, "total_ms");
+  run.resident_mb = column(file, table, "rss_mb");
+}
+
+void add_loops(const fs::path& file, RunFolder& run) {
+  const Table table = read_table(file);
+  require_columns(file, table, {"verdict"});
+  run.accepted_loops =
+      static_cast<std::size_t>(std::ranges::count(table.find("verdict")->second, "accepted"));
 }
 
 }  // namespace
@@ -119,26 +150,23 @@ RunFolder read_run_folder(const fs::path& folder) {
   run.folder = folder;
   run.entries = read_run_yaml(folder / "run.yaml");
   run.problem = run.entry("error");
+  const bool running = run.entry("state") == "running";
   for (const auto* name : {"trajectory_tum.txt", "covariances.csv", "timing.csv", "loops.csv"}) {
     if (fs::is_regular_file(folder / name)) continue;
-    if (run.problem.empty()) run.problem = fmt::format("has no {}; the run has not ended", name);
+    if (run.problem.empty()) {
+      run.problem = fmt::format("has no {}; {}", name,
+                                running ? "the run has not ended" : "copy the folder of the run again");
+    }
     return run;
   }
-  if (fs::file_size(folder / "trajectory_tum.txt") == 0) return run;
-  run.trajectory = read_trajectory(folder / "trajectory_tum.txt", TrajectoryFormat::kTum);
-  const std::size_t count = run.trajectory.poses.size();
-  const Table covariances = read_table(folder / "covariances.csv");
-  require_rows(folder / "covariances.csv", covariances, count);
-  add_covariances(covariances, run);
-  const Table timing = read_table(folder / "timing.csv");
-  require_rows(folder / "timing.csv", timing, count);
-  run.total_ms = column(timing, "total_ms", count);
-  run.resident_mb = column(timing, "rss_mb", count);
-  const Table loops = read_table(folder / "loops.csv");
-  if (const auto verdict = loops.find("verdict"); verdict != loops.end()) {
-    run.accepted_loops =
-        static_cast<std::size_t>(std::count(verdict->second.begin(), verdict->second.end(), "accepted"));
+  if (fs::file_size(folder / "trajectory_tum.txt") == 0) {
+    if (run.problem.empty() && !running) run.problem = "trajectory_tum.txt is empty: no frame was processed";
+    return run;
   }
+  run.trajectory = read_trajectory(folder / "trajectory_tum.txt", TrajectoryFormat::kTum);
+  add_covariances(folder / "covariances.csv", run);
+  add_timing(folder / "timing.csv", run);
+  add_loops(folder / "loops.csv", run);
   return run;
 }
 

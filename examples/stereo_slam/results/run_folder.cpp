@@ -25,6 +25,12 @@ namespace fs = std::filesystem;
 
 constexpr auto kRunFile = "run.yaml";
 
+/// The absolute path, without symbolic links, and without a slash at its end.
+[[nodiscard]] fs::path place_of(const fs::path& path) {
+  const fs::path place = fs::weakly_canonical(fs::absolute(path));
+  return place.has_filename() ? place : place.parent_path();
+}
+
 [[nodiscard]] bool present(const fs::path& file) { return fs::exists(fs::symlink_status(file)); }
 
 /// Which results of an earlier run a folder holds.
@@ -153,9 +159,18 @@ void RunFolder::publish() const {
   move_results(working_, folder_);
 }
 
+void require_no_folder_of(const fs::path& file, const fs::path& folder) {
+  const fs::path place = place_of(file);
+  for (fs::path above = place_of(folder);; above = above.parent_path()) {
+    if (above == place) fail(file, fmt::format("will be a folder, for {}; name a file", folder.string()));
+    if (above == above.parent_path()) return;
+  }
+}
+
 void require_writable_besides_results(const fs::path& file, const fs::path& folder) {
-  const fs::path place = fs::weakly_canonical(fs::absolute(file));
-  const fs::path results = fs::weakly_canonical(fs::absolute(folder));
+  require_no_folder_of(file, folder);
+  const fs::path place = place_of(file);
+  const fs::path results = place_of(folder);
   const auto is_place_of = [&](const char* name) { return place == results / name; };
   if (is_place_of(kRunFile) || std::any_of(result_files().begin(), result_files().end(), is_place_of))
     fail(file, "is the name of a result file in --output; name another file");

@@ -35,6 +35,9 @@ class RunFolder {
   int lock_ = -1;
 };
 
+/// Throws std::runtime_error if `file` is `folder`, which need not exist yet, or a folder above it.
+void require_no_folder_of(const std::filesystem::path& file, const std::filesystem::path& folder);
+
 /// Throws std::runtime_error unless a run into `folder`, which need not exist yet, can also write `file`: it
 /// must be possible to create it, and it must not have the path of a result.
 void require_writable_besides_results(const std::filesystem::path& file, const std::filesystem::path& folder);

@@ -160,7 +160,8 @@ TEST_CASE("A map saved by one run is loaded by the next", "[cli]") {
   write_text(folder / "cut.map", content.substr(0, content.size() / 2));
   check_one_line_failure(run({"--load-map", folder / "cut.map"}), "cut.map");
   check_one_line_failure(run({"--load-map", file, "--no-loop-closure"}), "loop closure");
-  for (const auto& place : std::vector<std::string>{folder / "nowhere/x.map", folder.path().string()}) {
+  for (const auto& place : std::vector<std::string>{folder / "nowhere/x.map", folder.path().string(),
+                                                    folder / "out", folder / "out/"}) {
     fs::remove_all(folder / "out");
     const auto refused = run({"--save-map", place});
     check_one_line_failure(refused, place);
@@ -283,6 +284,18 @@ TEST_CASE("SIGINT, SIGTERM and SIGHUP end a run with status 130 and all finished
     CHECK(split_lines(read_text(folder / "out/timing.csv")).size() == poses + 1);
     CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: interrupted"));
   }
+}
+
+TEST_CASE("A signal that was ignored before the run, as by nohup, does not end it", "[cli]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", 300);
+  const Program program(folder.path(),
+                        {"run", "--dataset", folder / "in", "--output", folder / "out", "--overwrite"},
+                        [] { (void)std::signal(SIGHUP, SIG_IGN); });
+  program.wait_for_output("frame 1/");
+  program.signal(SIGHUP);
+  CHECK(program.wait().status == 0);
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: finished"));
 }
 
 TEST_CASE("SIGINT ends a rendering with status 130 and a shorter recording", "[cli]") {

@@ -123,6 +123,70 @@ TEST_CASE("Images are paired by name, else by natural order", "[folders]") {
   CHECK(scan.sequence.frames[10].right.filename() == "right10.png");
 }
 
+TEST_CASE("Stamps leave time for images that are missing", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 12);
+  fs::remove(folder / "right" / frame_name(4));
+  auto scan = scan_sequence(folder.path(), "auto");
+  REQUIRE(scan.sequence.frames.size() == 11);
+  CHECK(scan.sequence.frames[3].stamp_ns == 300'000'000);
+  CHECK(scan.sequence.frames[4].stamp_ns == 500'000'000);
+  fs::remove(folder / "left" / frame_name(4));
+  fs::remove(folder / "left" / frame_name(9));
+  fs::remove(folder / "right" / frame_name(9));
+  scan = scan_sequence(folder.path(), "auto");
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("left: 2 numbers are missing among the names"));
+  CHECK(scan.sequence.frames.back().stamp_ns == 1'100'000'000);
+
+  write_text(folder / "calibration.yaml", tiny_calibration("times: times.txt\n"));
+  std::string times;
+  for (int i = 0; i < 12; ++i) times += fmt::format("{}\n", 2 * i);
+  write_text(folder / "times.txt", times);
+  CHECK(open_sequence(folder.path(), "auto").frames[4].stamp_ns == 10'000'000'000);
+}
+
+TEST_CASE("Every second image of a recording has no gaps", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 4);
+  for (const auto* side : {"left", "right"}) {
+    for (int i = 3; i >= 0; --i)
+      fs::rename(folder / side / frame_name(i), folder / side / fmt::format("frame_{}.png", 10 + 2 * i));
+  }
+  const auto scan = scan_sequence(folder.path(), "auto");
+  CHECK(scan.problems.empty());
+  CHECK(scan.sequence.frames[3].stamp_ns == 300'000'000);
+}
+
+TEST_CASE("Stamps in another unit, and a calibration of another camera, give a warning", "[folders]") {
+  const auto warning_with = [](const std::string& calibration) {
+    const TemporaryFolder folder;
+    write_tiny_folders(folder.path(), 3);
+    write_text(folder / "calibration.yaml", calibration + "frame_rate_hz: 10\n");
+    const auto scan = scan_sequence(folder.path(), "auto");
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_FALSE(is_error(scan.problems[0]));
+    return scan.problems[0].text;
+  };
+  CHECK_THAT(warning_with("rectified: {fx: 20000, fy: 20000, cx: 160, cy: 60, baseline_m: 0.4}\n"),
+             Catch::Contains("a field of view of 0.917 degrees"));
+  CHECK_THAT(warning_with("rectified: {fx: 20, fy: 20, cx: 160, cy: 60, baseline_m: 0.4}\n"),
+             Catch::Contains("a field of view of 166 degrees"));
+  CHECK_THAT(
+      warning_with("rectified: {fx: 200, fy: 200, cx: 60, cy: 110, baseline_m: 0.4}\n"),
+      Catch::Contains("the principal point (60, 110) for images of 320x120 px, far from their middle"));
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  write_text(folder / "calibration.yaml", tiny_calibration(""));
+  for (const auto* side : {"left", "right"}) {
+    for (int i = 0; i < 3; ++i)  // in milliseconds
+      fs::rename(folder / side / frame_name(i), folder / side / fmt::format("16000000000{}0.png", i));
+  }
+  const auto scan = scan_sequence(folder.path(), "auto");
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("stamps in file names must be in nanoseconds"));
+}
+
 TEST_CASE("A wrong calibration of an own camera is refused with file and line", "[folders]") {
   const auto raw = [](const std::string& what, const std::string& by) {
     std::string text = kRawCalibration;

@@ -171,6 +171,9 @@ TEST_CASE("No similarity is found, and no ratio, where the camera stands still",
   CHECK_FALSE(align_with_scale(still, moving));
   CHECK_FALSE(align_with_scale(moving, still));
   CHECK_FALSE(align_with_scale(still, still));
+  auto tiny = moving;
+  for (auto& pose : tiny) pose.translation() *= 1e-300;  // its squares are zero
+  CHECK_FALSE(align_with_scale(tiny, tiny));
   const Poses one(moving.begin(), moving.begin() + 1);
   CHECK_FALSE(align_with_scale(one, one));
   CHECK_FALSE(path_ratio(still, moving));

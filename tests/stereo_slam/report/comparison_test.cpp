@@ -109,6 +109,19 @@ TEST_CASE("Folders that are no runs and damaged files are errors that name the f
   const TemporaryFolder folder;
   CHECK_THROWS_WITH(report::read_run_folder(folder / "none"), Catch::Contains("none/run.yaml: not found"));
   write_run(folder / "a", drive(5), "  preset: default\n");
+  const std::string loops = read_text(folder / "a/loops.csv");
+  write_text(folder / "a/loops.csv", "foo\n");
+  CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
+                    Catch::Contains("loops.csv: has no column 'verdict'"));
+  write_text(folder / "a/loops.csv", loops);
+  std::string timing = read_text(folder / "a/timing.csv");
+  const auto second_row = timing.find('\n', timing.find('\n') + 1) + 1;
+  for (auto i = second_row; timing[i] != '\n'; ++i) {
+    if (timing[i] >= '0' && timing[i] <= '9') timing[i] = 'x';
+  }
+  write_text(folder / "a/timing.csv", timing);
+  CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
+                    Catch::Contains("timing.csv: 'x") && Catch::Contains("of row 2 is no number"));
   write_text(folder / "a/timing.csv", "frame,total_ms\n0,1\n1\n");
   CHECK_THROWS_WITH(report::read_run_folder(folder / "a"), Catch::Contains("timing.csv:3: has 1 fields"));
   write_text(folder / "a/run.yaml", "version: [\n");

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include "stereo_slam/dataset/sequence.hpp"
+
+/// The images in the folders of a camera of one's own: which are pairs, and which are missing.
+namespace stereo_slam {
+
+/// The images in a folder, in natural order: img9 before img10. Throws std::runtime_error if there are none.
+[[nodiscard]] std::vector<std::filesystem::path> list_images(const std::filesystem::path& folder);
+
+/// Fills the frames with the pairs of images that have the same name, or with pairs by order if no names are
+/// the same. Adds a warning if images have no partner; throws std::runtime_error if the order pairs nothing.
+void pair_images(const std::vector<std::filesystem::path>& left,
+                 const std::vector<std::filesystem::path>& right, SequenceScan& scan);
+
+/// Where the frames were in the recording before images were lost.
+struct Positions {
+  std::vector<std::size_t> of_frame;
+  std::size_t count = 0;    ///< of all frames, also the lost ones
+  std::size_t missing = 0;  ///< frames of which neither image is there
+
+  /// Positions of so many frames, of which none was lost.
+  [[nodiscard]] static Positions without_gaps(std::size_t count);
+};
+
+/// Positions by the numbers in the names, or in the order of the names if these are no numbers. `images` are
+/// those of both cameras, of which `frames` are pairs.
+[[nodiscard]] Positions positions_of(const std::vector<StereoFiles>& frames,
+                                     const std::vector<std::filesystem::path>& images);
+
+}  // namespace stereo_slam
