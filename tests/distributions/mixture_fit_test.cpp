@@ -208,7 +208,7 @@ TEST_CASE("Samples that determine no mixture are refused", "[fit][error]") {
   CHECK(contains(message(Weights::Ones(10), 0), "a fit needs a component"));
   CHECK(contains(message(Weights::Ones(10), 11), "and a sample for each, components: 11"));
   CHECK(contains(message(Weights::Zero(10), 1), "positive sum"));
-  CHECK(contains(message(Weights::Ones(9), 1), "one weight a sample"));
+  CHECK(contains(message(Weights::Ones(9), 1), "one weight per sample"));
   CHECK(contains(message(Weights::Constant(10, std::numeric_limits<double>::quiet_NaN()), 1), "weights"));
-  CHECK(contains(message(Weights::Ones(10), 1, {.restarts = 0}), "needs restarts"));
+  CHECK(contains(message(Weights::Ones(10), 1, {.restarts = 0}), "restarts and iterations"));
 }

@@ -193,7 +193,7 @@ TEST_CASE("Samples that determine no density are refused", "[projected][conversi
   };
   CHECK(contains(message(Weights::Zero(10)), "positive sum"));
   CHECK(contains(message(-Weights::Ones(10)), "positive sum"));
-  CHECK(contains(message(Weights::Ones(9)), "one weight a sample"));
+  CHECK(contains(message(Weights::Ones(9)), "one weight per sample"));
   CHECK(contains(message(Weights::Constant(10, std::numeric_limits<double>::quiet_NaN())), "weights"));
   poses(2, 3) = std::numeric_limits<double>::quiet_NaN();
   CHECK(contains(message(Weights::Ones(10)), "not a unit dual quaternion"));
