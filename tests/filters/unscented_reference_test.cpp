@@ -17,7 +17,6 @@ using namespace antipode::test;
 namespace {
 
 using Pose = DualQuaternion<double>;
-using Landmark = Gaussian<double, 3>;
 using PoseModel = AnyPairModel<double>;
 
 /// Agreement with values of 17 digits, relative to the largest entry.
@@ -52,7 +51,7 @@ void check_reference_update(const Update& update, const nlohmann::json& entry) {
 [[nodiscard]] Pose pose_of(const nlohmann::json& entry) {
   return Pose::from_rotation_translation(to_vector<4>(entry.at("q")), to_vector<3>(entry.at("t")));
 }
-[[nodiscard]] Landmark landmark_of(const nlohmann::json& entry) {
+[[nodiscard]] Gaussian<double, 3> landmark_of(const nlohmann::json& entry) {
   return {to_vector<3>(entry.at("l")), to_matrix<3>(entry.at("P"))};
 }
 
@@ -62,7 +61,7 @@ struct LandmarkScore {
   double error;
   double variance_ratio;
 
-  LandmarkScore(const Landmark& estimate, const nlohmann::json& truth) {
+  LandmarkScore(const Gaussian<double, 3>& estimate, const nlohmann::json& truth) {
     const Matrix3<double> L = detail::cholesky_factor(to_matrix<3>(truth.at("P"))).value();
     const Vector3<double> e = estimate.mean() - to_vector<3>(truth.at("l_mean"));
     error = detail::solve_lower(L, e).norm();

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -77,6 +78,52 @@ struct NumberedName {
   }
 };
 
+/// Positions by the numbers in the names; nothing if these are no numbers of frames.
+std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames,
+                                        const std::vector<fs::path>& images) {
+  std::set<std::string> names;
+  std::set<std::string> texts;
+  std::set<std::uint64_t> numbers;
+  for (const auto& image : images) {
+    const NumberedName name(image);
+    if (!name.number) return std::nullopt;
+    names.insert(image.stem().string());
+    texts.insert(name.text);
+    numbers.insert(*name.number);
+  }
+  if (texts.size() != 1 || numbers.size() != names.size()) return std::nullopt;
+  const std::uint64_t first = *numbers.begin();
+  // Every n-th image of a recording has numbers that differ by multiples of n.
+  std::uint64_t step = 0;
+  for (const auto number : numbers) step = std::gcd(step, number - first);
+  constexpr std::uint64_t kMostGaps = 10;  // times the images; beyond it the names are no numbers of frames
+  if (step == 0 || (*numbers.rbegin() - first) / step >= kMostGaps * numbers.size()) return std::nullopt;
+
+  FramePositions result;
+  for (const auto& frame : frames) {
+    const auto number = NumberedName(frame.left).number.value();
+    result.of_frame.push_back(static_cast<std::size_t>((number - first) / step));
+  }
+  result.count = static_cast<std::size_t>((*numbers.rbegin() - first) / step) + 1;
+  result.missing = result.count - numbers.size();
+  return result;
+}
+
+/// Positions in the natural order of the names.
+FramePositions by_order(const std::vector<StereoFiles>& frames, const std::vector<fs::path>& images) {
+  std::vector<std::string> names;
+  for (const auto& image : images) names.push_back(image.stem().string());
+  std::sort(names.begin(), names.end(), natural_less);
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  FramePositions result;
+  for (const auto& frame : frames) {
+    const auto at = std::lower_bound(names.begin(), names.end(), frame.left.stem().string(), natural_less);
+    result.of_frame.push_back(static_cast<std::size_t>(at - names.begin()));
+  }
+  result.count = names.size();
+  return result;
+}
+
 }  // namespace
 
 std::vector<fs::path> list_images(const fs::path& folder) {
@@ -121,47 +168,15 @@ void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>&
   for (std::size_t i = 0; i < left.size(); ++i) frames.push_back({0, left[i], right[i]});
 }
 
-Positions Positions::without_gaps(std::size_t count) {
-  Positions result{.of_frame = std::vector<std::size_t>(count), .count = count};
+FramePositions FramePositions::without_gaps(std::size_t count) {
+  FramePositions result{.of_frame = std::vector<std::size_t>(count), .count = count};
   std::iota(result.of_frame.begin(), result.of_frame.end(), std::size_t{0});
   return result;
 }
 
-Positions positions_of(const std::vector<StereoFiles>& frames, const std::vector<fs::path>& images) {
-  std::set<std::uint64_t> numbers;
-  std::set<std::string> texts;
-  std::set<std::string> names;
-  for (const auto& image : images) {
-    const NumberedName name(image);
-    names.insert(image.stem().string());
-    texts.insert(name.text);
-    if (name.number) numbers.insert(*name.number);
-  }
-  // Every n-th image of a recording has numbers that differ by multiples of n.
-  std::uint64_t step = 0;
-  for (const auto number : numbers) step = std::gcd(step, number - *numbers.begin());
-  Positions result;
-  constexpr std::uint64_t kMostGaps = 10;  // times the images; beyond it the names are no frame numbers
-  const bool numbered = step > 0 && texts.size() == 1 && numbers.size() == names.size() &&
-                        (*numbers.rbegin() - *numbers.begin()) / step < kMostGaps * names.size();
-  if (!numbered) {
-    std::vector<std::string> in_order(names.begin(), names.end());
-    std::sort(in_order.begin(), in_order.end(), natural_less);
-    for (const auto& frame : frames) {
-      const auto at =
-          std::lower_bound(in_order.begin(), in_order.end(), frame.left.stem().string(), natural_less);
-      result.of_frame.push_back(static_cast<std::size_t>(at - in_order.begin()));
-    }
-    result.count = in_order.size();
-    return result;
-  }
-  for (const auto& frame : frames) {
-    const auto number = NumberedName(frame.left).number.value();
-    result.of_frame.push_back(static_cast<std::size_t>((number - *numbers.begin()) / step));
-  }
-  result.count = static_cast<std::size_t>((*numbers.rbegin() - *numbers.begin()) / step) + 1;
-  result.missing = result.count - numbers.size();
-  return result;
+FramePositions positions_of(const std::vector<StereoFiles>& frames, const std::vector<fs::path>& images) {
+  auto numbered = by_number(frames, images);
+  return numbered ? std::move(*numbered) : by_order(frames, images);
 }
 
 }  // namespace stereo_slam

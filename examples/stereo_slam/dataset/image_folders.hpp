@@ -19,18 +19,18 @@ void pair_images(const std::vector<std::filesystem::path>& left,
                  const std::vector<std::filesystem::path>& right, SequenceScan& scan);
 
 /// Where the frames were in the recording before images were lost.
-struct Positions {
+struct FramePositions {
   std::vector<std::size_t> of_frame;
   std::size_t count = 0;    ///< of all frames, also the lost ones
   std::size_t missing = 0;  ///< frames of which neither image is there
 
   /// Positions of so many frames, of which none was lost.
-  [[nodiscard]] static Positions without_gaps(std::size_t count);
+  [[nodiscard]] static FramePositions without_gaps(std::size_t count);
 };
 
 /// Positions by the numbers in the names, or in the order of the names if these are no numbers. `images` are
 /// those of both cameras, of which `frames` are pairs.
-[[nodiscard]] Positions positions_of(const std::vector<StereoFiles>& frames,
-                                     const std::vector<std::filesystem::path>& images);
+[[nodiscard]] FramePositions positions_of(const std::vector<StereoFiles>& frames,
+                                          const std::vector<std::filesystem::path>& images);
 
 }  // namespace stereo_slam

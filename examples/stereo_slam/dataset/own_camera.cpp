@@ -35,7 +35,7 @@ std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
   return name.size() >= kMinDigits && stamp_ns && *stamp_ns >= 0 ? stamp_ns : std::nullopt;
 }
 
-void set_times(const fs::path& file, const Positions& positions, std::vector<StereoFiles>& frames) {
+void set_times(const fs::path& file, const FramePositions& positions, std::vector<StereoFiles>& frames) {
   if (!fs::exists(file)) fail(file, "missing; it must contain one time in seconds per frame");
   const auto stamps_ns = read_times(file);
   const bool of_all = stamps_ns.size() == positions.count;
@@ -49,7 +49,7 @@ void set_times(const fs::path& file, const Positions& positions, std::vector<Ste
 
 /// Stamps from the file of times, else from the names, else from the frame rate.
 void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_rate_hz,
-                const Positions& positions, std::vector<StereoFiles>& frames) {
+                const FramePositions& positions, std::vector<StereoFiles>& frames) {
   if (own.times) return set_times(calibration.parent_path() / *own.times, positions, frames);
   const fs::path usual_times = frames.front().left.parent_path().parent_path() / "times.txt";
   const bool named = video_rate_hz == 0.0 && std::all_of(frames.begin(), frames.end(), [](const auto& frame) {
@@ -133,7 +133,7 @@ void open_folders(const Sources& sources, const OwnCamera& own, const fs::path& 
     const auto& first = sequence.frames.front();
     if (first.left.stem() == first.right.stem()) images.insert(images.end(), right.begin(), right.end());
   }
-  const Positions positions = positions_of(sequence.frames, images);
+  const FramePositions positions = positions_of(sequence.frames, images);
   if (positions.missing > 0) {
     scan.problems.push_back(
         {kWarning, fmt::format("{}: {} numbers are missing among the names of the images; the stamps leave "
@@ -157,7 +157,7 @@ void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& c
                      "must have been taken together",
                      sources.left.string(), left_count, sources.right.string(), right_count)});
   }
-  set_stamps(own, calibration, video->rate_hz(), Positions::without_gaps(sequence.frames.size()),
+  set_stamps(own, calibration, video->rate_hz(), FramePositions::without_gaps(sequence.frames.size()),
              sequence.frames);
   sequence.source = std::move(video);
 }

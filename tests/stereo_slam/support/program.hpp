@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <csignal>
 #include <cstdio>
 #include <functional>
 #include <string>
@@ -38,6 +39,9 @@ class Program {
     if (std::freopen(out_.c_str(), "w", stdout) == nullptr ||
         std::freopen(err_.c_str(), "w", stderr) == nullptr)
       _exit(99);
+    // A job in the background of a script ignores SIGINT, one below nohup SIGHUP: the tests may be such a
+    // job.
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) (void)std::signal(number, SIG_DFL);
     prepare();
     execv(argv[0], argv.data());
     _exit(98);
