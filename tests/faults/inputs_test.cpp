@@ -114,6 +114,7 @@ TEST_CASE("YAML that refers to itself, is nested deep, twice there or huge is re
       {"seed: [1, 2\n", "opened with [ and not closed"},
       {"seed: {a: 1\n", "opened with { and not closed"},
       {"seed: 1\n\tother: 2\n", "begins with a tab"},
+      {"odometry:\n\tmax_points: 5\n", ":2: not valid YAML: the line begins with a tab"},
   };
   for (const auto& [text, part] : cases) {
     const TemporaryFolder folder;

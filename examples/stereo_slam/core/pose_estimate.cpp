@@ -11,8 +11,7 @@ PoseDensity certain_pose() {
 }
 
 double drift_sigma_rad(double drift_px, const StereoCamera& camera) {
-  constexpr double kLargest = 0.5;
-  return std::min(drift_px / camera.fx, kLargest);
+  return std::min(drift_px / camera.fx, kLargestCalibrationError);
 }
 
 PoseGaussian DriftingPose::with_drift(double sigma_rad) const {

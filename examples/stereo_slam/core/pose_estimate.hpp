@@ -16,8 +16,11 @@ using PoseDensity = antipode::BinghamGaussian<double>;
 /// have a covariance of zero.
 [[nodiscard]] PoseDensity certain_pose();
 
+/// Limit of the relative errors and angles that a calibration may leave: more is no calibration.
+inline constexpr double kLargestCalibrationError = 0.5;
+
 /// Standard deviation of the rotation drift, rad per frame, if the image motion between two frames has a
-/// constant error of `drift_px`. Limited to 0.5.
+/// constant error of `drift_px`. At most kLargestCalibrationError.
 [[nodiscard]] double drift_sigma_rad(double drift_px, const StereoCamera& camera);
 
 /// A pose and its sensitivity to drift. The drift is an unknown constant rotation, in the camera's axes, that

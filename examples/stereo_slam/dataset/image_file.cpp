@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -70,6 +72,9 @@ void check_jpeg(const std::filesystem::path& file, std::span<const std::uint8_t>
   if (is_damaged_jpeg(bytes)) fail(file, "the JPEG is damaged; copy or download it again");
 }
 
+/// The orientation in the file is ignored: the calibration is of the sensor's pixels.
+constexpr int kGrey = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
+
 /// `flags` are cv::ImreadModes; for a plain grey PNG all give the same image.
 cv::Mat decode(const std::filesystem::path& file, int flags) {
   const std::string content = read_content(file);
@@ -107,9 +112,22 @@ ImageHeader check_image(const std::filesystem::path& file) {
   return {image.cols, image.rows, image.channels() > 1};
 }
 
-cv::Mat load_gray_image(const std::filesystem::path& file) {
-  // The orientation in the file is ignored: the calibration is of the sensor's pixels.
-  return decode(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+std::optional<int> bits_of_16(const std::filesystem::path& file) {
+  const cv::Mat image = decode(file, kGrey | cv::IMREAD_ANYDEPTH);
+  if (image.depth() != CV_16U) return std::nullopt;
+  double largest = 0.0;
+  cv::minMaxLoc(image, nullptr, &largest);
+  const int bits = std::bit_width(static_cast<std::uint16_t>(largest));
+  return std::max(8, bits + bits % 2);
+}
+
+cv::Mat load_gray_image(const std::filesystem::path& file, int bits) {
+  if (bits == 16) return decode(file, kGrey);
+  cv::Mat image = decode(file, kGrey | cv::IMREAD_ANYDEPTH);
+  if (image.depth() != CV_16U) return image;
+  cv::Mat bytes;
+  image.convertTo(bytes, CV_8U, std::ldexp(1.0, 8 - bits));
+  return bytes;
 }
 
 }  // namespace stereo_slam

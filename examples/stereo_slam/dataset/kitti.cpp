@@ -33,11 +33,16 @@ Projection read_projection(const fs::path& file, const std::vector<TextLine>& li
     if (first != nullptr)
       throw std::runtime_error(at_line(file, line.number, fmt::format("{} is given twice", key)));
     first = &line;
-    const auto numbers = parse_numbers(std::string_view(line.text).substr(key.size()));
-    if (!numbers || numbers->size() != 12) {
+    const auto fields = split_fields(std::string_view(line.text).substr(key.size()));
+    const auto no_number = std::find_if_not(fields.begin(), fields.end(), parse_numbers);
+    if (no_number != fields.end())
+      throw std::runtime_error(at_line(file, line.number, fmt::format("'{}' is not a number", *no_number)));
+    if (fields.size() != 12) {
       throw std::runtime_error(
-          at_line(file, line.number, fmt::format("{} needs 12 numbers after it, a 3x4 matrix", key)));
+          at_line(file, line.number,
+                  fmt::format("{} needs 12 numbers after it, a 3x4 matrix, and has {}", key, fields.size())));
     }
+    const auto numbers = parse_numbers(std::string_view(line.text).substr(key.size()));
     projection = Eigen::Map<const Projection>(numbers->data());
   }
   if (first != nullptr) return projection;

@@ -175,8 +175,8 @@ void open_sources(const Sources& sources, const OwnCamera& own, const fs::path& 
   if (sequence.format == "camera") return open_camera(sources, scan);
   (sequence.format == "video" ? open_videos : open_folders)(sources, own, calibration, scan);
   if (sequence.frames.size() < 2) {
-    fail(sources.left,
-         fmt::format("contains {} frames; a sequence needs at least two", sequence.frames.size()));
+    fail(sources.left, fmt::format("contains {}; a sequence needs at least two frames",
+                                   sequence.frames.empty() ? "no frame" : "one frame"));
   }
 }
 
@@ -246,6 +246,8 @@ bool is_calibration_file(const fs::path& file) {
 fs::path find_calibration(const fs::path& folder) {
   for (const char* name :
        {kCalibrationFile.data(), "calibration.yml", "calibration.xml", "camchain.yaml", "left.yaml"}) {
+    if (fs::is_directory(folder / name))
+      fail(folder / name, "is a folder with the name of a calibration file; rename it");
     if (fs::exists(folder / name)) return folder / name;
   }
   return {};

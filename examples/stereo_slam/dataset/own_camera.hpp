@@ -17,7 +17,7 @@ inline constexpr std::string_view kOwnCameraLayout =
 [[nodiscard]] bool is_calibration_file(const std::filesystem::path& file);
 
 /// The calibration in a folder: calibration.yaml, .yml or .xml, camchain.yaml, or left.yaml of ROS; empty if
-/// there is none.
+/// there is none. Throws std::runtime_error if a folder has one of these names.
 [[nodiscard]] std::filesystem::path find_calibration(const std::filesystem::path& folder);
 
 /// Sets the camera of a sequence, and its rectification. The image size is that of the first image. Throws

@@ -45,11 +45,12 @@ RawPair read_source(const StereoSequence& sequence, std::size_t index) {
 
 RawPair read_files(const StereoSequence& sequence, std::size_t left, std::size_t right) {
   const auto& files = sequence.frames;
+  const int bits = sequence.bits;
   if (!sequence.side_by_side)
-    return {load_gray_image(files.at(left).left), load_gray_image(files.at(right).right)};
+    return {load_gray_image(files.at(left).left, bits), load_gray_image(files.at(right).right, bits)};
   const auto read_both = [&](std::size_t index) {
     try {
-      return split(load_gray_image(files.at(index).left));
+      return split(load_gray_image(files.at(index).left, bits));
     } catch (const std::invalid_argument& error) {
       throw std::runtime_error(fmt::format("{}: {}", files.at(index).left.string(), error.what()));
     }
@@ -154,6 +155,32 @@ void check_frame_rate(SequenceScan& scan) {
            scan.sequence.folder.string(), 1.0 / rate_hz, rate_hz)});
 }
 
+/// Finds how many of 16 bits the image files use: a camera of 12 bits may leave the upper four empty. The
+/// first, middle and last image decide.
+void find_bits(SequenceScan& scan) {
+  auto& sequence = scan.sequence;
+  const auto& frames = sequence.frames;
+  if (sequence.source || frames.empty()) return;
+  int bits = 0;
+  try {
+    for (const std::size_t index : {std::size_t{0}, frames.size() / 2, frames.size() - 1}) {
+      const auto used = bits_of_16(frames[index].left);
+      if (!used) return;
+      bits = std::max(bits, *used);
+    }
+  } catch (const std::runtime_error&) {
+    return;  // an image that cannot be read is reported where it is loaded
+  }
+  sequence.bits = bits;
+  if (bits == 16) return;
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format(
+           "{}: the images have 16 bits a pixel, but no value is above {}; they are read as images of "
+           "{} bits",
+           sequence.folder.string(), (1 << bits) - 1, bits)});
+}
+
 }  // namespace
 
 void check_camera(SequenceScan& scan) {
@@ -205,6 +232,7 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format, cons
   }
   check_camera(scan);
   check_frame_rate(scan);
+  find_bits(scan);
   return scan;
 }
 

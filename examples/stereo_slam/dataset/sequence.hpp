@@ -41,6 +41,7 @@ struct StereoSequence {
   std::vector<StereoFiles> frames;  ///< stamps increase; empty for a live camera
   bool live = false;                ///< a live camera: frames without end, which bring their own stamps
   bool side_by_side = false;        ///< the left file of a frame shows both images
+  int bits = 16;                    ///< how many bits image files with 16 bits a pixel use
 
   std::shared_ptr<const Rectifier> rectifier;      ///< null for images that are rectified already
   std::string lenses;                              ///< distortion model before rectification, or empty

@@ -59,15 +59,15 @@ class CellRow {
   CellRow(const cv::Mat& image, const CornerGrid& grid, const CornerStrength& strength, int row,
           std::span<const int> wanted)
       : image_(image), grid_(grid), strength_(strength), wanted_(wanted), cells_(wanted.size()) {
-    const int top = std::max(row * grid.cell_px, kCornerBorder_px);
-    const int bottom = std::min((row + 1) * grid.cell_px, image.rows - kCornerBorder_px);
+    const int top = std::max(row * grid.cell_px, kDescriptorReach_px);
+    const int bottom = std::min((row + 1) * grid.cell_px, image.rows - kDescriptorReach_px);
     if (bottom <= top) return;
     for (std::size_t first = 0; first < wanted.size(); ++first) {
       if (wanted[first] <= 0) continue;
       std::size_t end = first + 1;
       while (end < wanted.size() && wanted[end] > 0) ++end;
-      const int left = std::max(static_cast<int>(first) * grid.cell_px, kCornerBorder_px);
-      const int right = std::min(static_cast<int>(end) * grid.cell_px, image.cols - kCornerBorder_px);
+      const int left = std::max(static_cast<int>(first) * grid.cell_px, kDescriptorReach_px);
+      const int right = std::min(static_cast<int>(end) * grid.cell_px, image.cols - kDescriptorReach_px);
       if (left < right) detect({{left, top}, cv::Point(right, bottom)});
       first = end;
     }
@@ -248,15 +248,15 @@ std::vector<Descriptor> describe_points(const cv::Mat& image, const std::vector<
   for (std::size_t i = 0; i < points_px.size(); ++i) {
     const cv::Point at(static_cast<int>(std::lround(points_px[i].x())),
                        static_cast<int>(std::lround(points_px[i].y())));
-    const bool inside = at.x >= kCornerBorder_px && at.y >= kCornerBorder_px &&
-                        at.x < image.cols - kCornerBorder_px && at.y < image.rows - kCornerBorder_px;
+    const bool inside = at.x >= kDescriptorReach_px && at.y >= kDescriptorReach_px &&
+                        at.x < image.cols - kDescriptorReach_px && at.y < image.rows - kDescriptorReach_px;
     if (!inside) continue;
     keypoints.emplace_back(static_cast<float>(at.x), static_cast<float>(at.y),
                            static_cast<float>(kOrbPatch_px), orientation(image, at), 0.0F, 0,
                            static_cast<int>(i));
   }
   if (keypoints.empty()) return descriptors;
-  const auto orb = cv::ORB::create(static_cast<int>(keypoints.size()), 2.0F, 1, kCornerBorder_px, 0, 2,
+  const auto orb = cv::ORB::create(static_cast<int>(keypoints.size()), 2.0F, 1, kDescriptorReach_px, 0, 2,
                                    cv::ORB::FAST_SCORE, kOrbPatch_px);
   cv::Mat bits;
   orb->compute(image, keypoints, bits);

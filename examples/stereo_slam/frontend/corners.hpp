@@ -10,9 +10,6 @@
 
 namespace stereo_slam {
 
-/// Reach of an ORB descriptor in any orientation: points nearer to the image border cannot be described.
-inline constexpr int kCornerBorder_px = 19;
-
 /// How corners are spread over an image.
 struct CornerGrid {
   int cell_px = 40;
@@ -28,15 +25,16 @@ struct CornerGrid {
 /// gets the corners with the largest response: the smaller eigenvalue of the structure tensor, grey levels^2
 /// (Shi and Tomasi 1994). Cells without a clear corner get weaker ones if fewer than grid.enough clear
 /// corners were found, or if grid.fill_empty_cells is set. If there are still not enough, weaker corners are
-/// taken in all of these cells. The corners have no descriptors. None is nearer than kCornerBorder_px to the
-/// image border, so that each can be described.
+/// taken in all of these cells. The corners have no descriptors. None is nearer than kDescriptorReach_px to
+/// the image border, so that each can be described.
 [[nodiscard]] std::vector<Feature> detect_corners(const cv::Mat& image,
                                                   const std::vector<Vector2<double>>& present_px,
                                                   const std::vector<Vector2<double>>& reserved_px,
                                                   const CornerGrid& grid);
 
 /// ORB descriptors of points of a grey image, one per point, at full resolution and along the orientation of
-/// the patch (Rublee et al. 2011). Descriptors of points nearer than kCornerBorder_px to the border are zero.
+/// the patch (Rublee et al. 2011). Descriptors of points nearer than kDescriptorReach_px to the border are
+/// zero.
 [[nodiscard]] std::vector<Descriptor> describe_points(const cv::Mat& image,
                                                       const std::vector<Vector2<double>>& points_px);
 

@@ -15,7 +15,6 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kPatchSize_px = 31;
-constexpr int kBorder_px = 19;  // reach of a descriptor in any orientation
 
 // The detector returns many more corners than are kept: the grid chooses among them.
 constexpr int kCandidatesPerFeature = 4;
@@ -24,13 +23,13 @@ constexpr int kCandidatesPerFeature = 4;
 [[nodiscard]] int usable_levels(const cv::Size& image, const FeatureSettings& settings) {
   double side_px = std::min(image.width, image.height);
   int levels = 1;
-  while (levels < settings.levels && (side_px /= settings.scale_factor) > 2 * kBorder_px) ++levels;
+  while (levels < settings.levels && (side_px /= settings.scale_factor) > 2 * kDescriptorReach_px) ++levels;
   return levels;
 }
 
 [[nodiscard]] cv::Ptr<cv::ORB> make_orb(const cv::Size& image, const FeatureSettings& settings) {
   return cv::ORB::create(kCandidatesPerFeature * settings.count, static_cast<float>(settings.scale_factor),
-                         usable_levels(image, settings), kBorder_px, 0, 2, cv::ORB::HARRIS_SCORE,
+                         usable_levels(image, settings), kDescriptorReach_px, 0, 2, cv::ORB::HARRIS_SCORE,
                          kPatchSize_px, settings.fast_threshold);
 }
 

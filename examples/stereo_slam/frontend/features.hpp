@@ -10,6 +10,10 @@
 
 namespace stereo_slam {
 
+/// How far an ORB descriptor reaches in any orientation: points nearer to the image border cannot be
+/// described.
+inline constexpr int kDescriptorReach_px = 19;
+
 /// Features of both images of a stereo pair.
 struct StereoFeatures {
   std::vector<Feature> left;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/io/text_file.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <stdexcept>
@@ -34,6 +36,12 @@ std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
   std::vector<TextLine> lines;
   std::string_view rest = content;
   if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
+  if (const auto zero = rest.find('\0'); zero != std::string_view::npos) {
+    const auto line = 1 + std::count(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(zero), '\n');
+    throw std::runtime_error(at_line(file, static_cast<int>(line),
+                                     "there is a zero byte, so it is no text file in UTF-8, or it is "
+                                     "damaged; check which file it is, or convert it"));
+  }
   for (int number = 1; !rest.empty(); ++number) {
     const auto end = rest.find('\n');
     const bool ended = end != std::string_view::npos;

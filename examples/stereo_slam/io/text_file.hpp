@@ -25,7 +25,7 @@ constexpr std::size_t kMostLineBytes = std::size_t{64} << 10;
 
 /// The lines of a file. Blank lines and comments (lines that start with '#') are left out; carriage returns
 /// at line ends and a byte order mark are removed. Throws std::runtime_error when the file cannot be read, as
-/// read_file() does, and for a longer file or line than the bounds above.
+/// read_file() does, for a longer file or line than the bounds above, and for a byte that is zero.
 [[nodiscard]] std::vector<TextLine> read_text_lines(const std::filesystem::path& file);
 
 /// All numbers of a line, separated by blanks or commas; nothing if any field is not a finite number.

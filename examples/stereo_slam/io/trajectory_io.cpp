@@ -52,13 +52,10 @@ std::size_t columns(TrajectoryFormat format) { return format == TrajectoryFormat
 
 TrajectoryFormat detect_format(const std::string& line) {
   const auto count = split_fields(line).size();
-  if (line.find(',') != std::string::npos) {
-    if (count >= 8) return TrajectoryFormat::kEuroc;
-  } else if (count == 12) {
-    return TrajectoryFormat::kKitti;
-  } else if (count == 8) {
-    return TrajectoryFormat::kTum;
-  }
+  const bool commas = line.find(',') != std::string::npos;
+  if (count == 12) return TrajectoryFormat::kKitti;
+  if (commas && count >= 8) return TrajectoryFormat::kEuroc;
+  if (count == 8) return TrajectoryFormat::kTum;
   throw std::runtime_error(
       fmt::format("{} fields are neither KITTI (12), TUM (8) nor EuRoC (8 or more, commas)", count));
 }

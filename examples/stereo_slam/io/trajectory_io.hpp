@@ -30,7 +30,8 @@ struct Trajectory {
 };
 
 /// Reads a trajectory. Without `format` the first line determines it: 12 numbers (KITTI), 8 separated by
-/// blanks (TUM), 8 or more with commas (EuRoC). Throws std::runtime_error that names file, line and error.
+/// blanks (TUM), otherwise 8 or more with commas (EuRoC). Throws std::runtime_error that names file, line and
+/// error.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file,
                                          std::optional<TrajectoryFormat> format = std::nullopt);
 

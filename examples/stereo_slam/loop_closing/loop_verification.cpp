@@ -192,17 +192,17 @@ Matrix6<double> drift_allowance(double length_m, const LoopVerificationSettings&
 std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasurement>& loop,
                                                   const KeyframeDatabase& keyframes) {
   if (!loop) {
-    row_.clear();
+    agreeing_.clear();
     return {};
   }
   const auto segment = [&](std::size_t id) { return keyframes[id].segment; };
-  if (!row_.empty() && (segment(row_.back().new_keyframe) != segment(loop->new_keyframe) ||
-                        segment(row_.back().old_keyframe) != segment(loop->old_keyframe))) {
-    row_.clear();
+  if (!agreeing_.empty() && (segment(agreeing_.back().new_keyframe) != segment(loop->new_keyframe) ||
+                             segment(agreeing_.back().old_keyframe) != segment(loop->old_keyframe))) {
+    agreeing_.clear();
   }
-  if (!row_.empty()) {
+  if (!agreeing_.empty()) {
     // Predict this loop from the last one, over the keyframes between their ends.
-    const LoopMeasurement& last = row_.back();
+    const LoopMeasurement& last = agreeing_.back();
     const auto relative = [&](std::size_t from, std::size_t to) {
       PoseGaussian T_from_to;
       for (std::size_t id = std::min(from, to) + 1; id <= std::max(from, to); ++id) {
@@ -214,12 +214,12 @@ std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasur
         compose(compose(relative(loop->old_keyframe, last.old_keyframe), last.T_old_new),
                 relative(last.new_keyframe, loop->new_keyframe));
     const double tolerated = settings_.gate_scale * settings_.max_chi2;
-    if (mahalanobis_squared(expected, loop->T_old_new) > tolerated) row_.clear();
+    if (mahalanobis_squared(expected, loop->T_old_new) > tolerated) agreeing_.clear();
   }
-  row_.push_back(*loop);
+  agreeing_.push_back(*loop);
   const auto needed = static_cast<std::size_t>(settings_.consecutive);
-  if (row_.size() < needed) return {};
-  if (row_.size() == needed) return row_;
+  if (agreeing_.size() < needed) return {};
+  if (agreeing_.size() == needed) return agreeing_;
   return {*loop};
 }
 

@@ -56,7 +56,7 @@ class LoopConsistency {
 
  private:
   LoopVerificationSettings settings_;
-  std::vector<LoopMeasurement> row_;
+  std::vector<LoopMeasurement> agreeing_;
 };
 
 /// Squared Mahalanobis distance of two independent estimates of one pose, six degrees of freedom.

@@ -9,8 +9,11 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <ios>
+#include <iterator>
 #include <numeric>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <sys/utsname.h>
 #include <system_error>
@@ -121,6 +124,20 @@ Pose pose_between(const RunRecord& record, std::size_t next, std::int64_t stamp_
                           static_cast<double>(stamp_ns - before_ns) / gap_ns);
 }
 
+/// Changes the state in a run.yaml from running to failed, in place, which needs no room on the disk.
+void mark_failed(const std::filesystem::path& run_yaml) {
+  constexpr std::string_view kRunning = "state: running";
+  constexpr std::string_view kFailed = "state: failed ";
+  static_assert(kRunning.size() == kFailed.size());
+  std::fstream file(run_yaml, std::ios::in | std::ios::out | std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto at = text.find(kRunning);
+  if (at == text.npos) return;
+  file.clear();
+  file.seekp(static_cast<std::streamoff>(at));
+  file << kFailed;
+}
+
 }  // namespace
 
 std::size_t count_frames(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
@@ -209,10 +226,15 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   emit_dataset(yaml, sequence);
   emit_host(yaml);
   yaml << YAML::EndMap;
-  write_file(folder / "run.yaml", [&](std::ostream& out) {
-    out << yaml.c_str() << "\nsettings:\n";
-    write_settings(out, settings, 2);
-  });
+  try {
+    write_file(folder / "run.yaml", [&](std::ostream& out) {
+      out << yaml.c_str() << "\nsettings:\n";
+      write_settings(out, settings, 2);
+    });
+  } catch (const std::runtime_error&) {
+    mark_failed(folder / "run.yaml");
+    throw;
+  }
 }
 
 void write_covariances_header(std::ostream& stream) {

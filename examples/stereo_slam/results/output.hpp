@@ -98,7 +98,9 @@ struct RunHeader {
 /// std::runtime_error is thrown with the first failure.
 void write_results(const std::filesystem::path& folder, const RunRecord& record);
 
-/// Writes run.yaml: version, state, dataset, host and all settings. load_settings reads it.
+/// Writes run.yaml: version, state, dataset, host and all settings. load_settings reads it. If it cannot be
+/// written, as on a full disk, the state in an earlier run.yaml is changed from running to failed, and
+/// std::runtime_error is thrown.
 void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header,
                     const StereoSequence& sequence, const Settings& settings);
 

@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
   throw std::runtime_error(at_line(file, std::max(mark.line + 1, 1), what));
 }
 
+constexpr auto kTab = "the line begins with a tab; indent with spaces";
 constexpr auto kOpenQuote = "a quote is opened and not closed; add the second one, or remove the first";
 
 /// An error message that says what is wrong and what to do, in place of yaml-cpp's message.
@@ -32,7 +33,7 @@ constexpr auto kOpenQuote = "a quote is opened and not closed; add the second on
       {"EOF in scalar", kOpenQuote},
       {"end of sequence flow", "a list is opened with [ and not closed; add the ]"},
       {"end of map flow", "a map is opened with { and not closed; add the }"},
-      {"illegal tab", "the line begins with a tab; indent with spaces"},
+      {"illegal tab", kTab},
       {"illegal map value",
        "the line is indented unlike the one before, or has two colons; write one `key: value` a line"},
   }};
@@ -40,6 +41,12 @@ constexpr auto kOpenQuote = "a quote is opened and not closed; add the second on
     if (message.find(part) != std::string::npos) return std::string(words);
   }
   return message;
+}
+
+/// Whether the first visible character of a line of the text comes after a tab; lines count from 0.
+[[nodiscard]] bool begins_with_tab(std::string_view text, int line) {
+  for (; line > 0; --line) text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  return text.substr(0, text.find_first_not_of(" \t")).find('\t') != text.npos;
 }
 
 /// Refuses aliases, deep nesting and unclosed quotes, before a document tree is built.
@@ -117,7 +124,8 @@ YAML::Node load_yaml_file(const fs::path& file) {
     check_keys(file, document);
     return document;
   } catch (const YAML::Exception& error) {
-    fail(file, error.mark, fmt::format("not valid YAML: {}", in_words(error.msg)));
+    const bool tab = begins_with_tab(text, error.mark.line);
+    fail(file, error.mark, fmt::format("not valid YAML: {}", tab ? kTab : in_words(error.msg)));
   }
 }
 

@@ -301,13 +301,12 @@ bool Slam::tracks_correlation() const {
 CalibrationError Slam::calibration_error() const {
   const auto& allowed = settings_.calibration;
   const double seen_px = rectification_.current().rms_offset_px().y();
-  constexpr double kLargest = 0.5;  // more is no calibration
   const double scale =
       std::hypot(allowed.scale_sigma, allowed.scale_sigma_per_px * seen_px, rectification_.scale_sigma());
   const double axes_px =
       std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px);
-  return {.scale_sigma = std::min(scale, kLargest),
-          .axes_sigma_rad = std::min(axes_px / camera_.fx, kLargest),
+  return {.scale_sigma = std::min(scale, kLargestCalibrationError),
+          .axes_sigma_rad = std::min(axes_px / camera_.fx, kLargestCalibrationError),
           .drift_sigma_rad = drift_sigma_rad(allowed.drift_px, camera_)};
 }
 

@@ -59,7 +59,7 @@ struct GaussNewtonOptions {
 namespace detail {
 
 template <class Scalar>
-void require_valid(const GaussNewtonOptions<Scalar>& options) {
+void check_options(const GaussNewtonOptions<Scalar>& options) {
   if (options.max_iterations < 1) [[unlikely]] {
     throw_invalid("max_iterations is not positive", options.max_iterations);
   }
@@ -271,7 +271,7 @@ template <ConcentratedDensity Density, IndexedMeasurements Measurements, class M
   static_assert(DifferentiableModel<Model, Density, Z::RowsAtCompileTime>,
                 "gauss_newton_update: the model must be callable as h(state, i, J), set the Jacobian J and "
                 "return the predicted vector or a std::optional of it");
-  detail::require_valid(options);
+  detail::check_options(options);
   return detail::GaussNewtonIteration<Density, Measurements, Model>(prior, measurements, h, options).run();
 }
 

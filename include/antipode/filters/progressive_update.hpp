@@ -90,7 +90,7 @@ struct ProgressiveResult {
 namespace detail {
 
 template <class Scalar>
-void require_valid(const ProgressiveOptions<Scalar>& options) {
+void check_options(const ProgressiveOptions<Scalar>& options) {
   if (!(options.tau > Scalar(0) && options.tau < Scalar(1))) [[unlikely]] {
     throw_invalid("tau is not inside (0, 1)", options.tau);
   }
@@ -265,7 +265,7 @@ template <std::floating_point Scalar, class L, PoseRule<BinghamGaussian<Scalar>>
   static_assert(LogLikelihood<L, Scalar, Rule::kCount>,
                 "progressive_update: the log-likelihood must be callable as Scalar(pose) or void(poses, "
                 "values); of GaussianMeasurements and RobustMeasurements the model as h(pose, i)");
-  detail::require_valid(options);
+  detail::check_options(options);
   Scalar tau = options.tau;
   for (ProgressiveResult<Scalar> result{.posterior = prior};; tau = sqrt(tau)) {
     const detail::ProgressionAttempt<Scalar> attempt{tau, result.restarts < options.max_restarts};
@@ -314,7 +314,7 @@ struct SubsetOptions {
 namespace detail {
 
 template <class Scalar>
-void require_valid(const SubsetOptions<Scalar>& options) {
+void check_options(const SubsetOptions<Scalar>& options) {
   if (options.max_size < 1) [[unlikely]] {
     throw_invalid("max_size of a subset is not positive", options.max_size);
   }
@@ -355,8 +355,8 @@ requires LogLikelihood<std::invoke_result_t<LikelihoodOf&, int, int>, Scalar, Ru
 [[nodiscard]] ProgressiveResult<Scalar> progressive_update_subsets(
     const BinghamGaussian<Scalar>& prior, int count, LikelihoodOf&& likelihood_of, const Rule& rule,
     const SubsetOptions<Scalar>& options = {}) {
-  detail::require_valid(options.progressive);
-  detail::require_valid(options);
+  detail::check_options(options.progressive);
+  detail::check_options(options);
   if (count < 0) [[unlikely]] {
     detail::throw_invalid("number of measurements is negative", count);
   }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/image_file.hpp"
 
+#include <cmath>
+
+#include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -130,4 +133,44 @@ TEST_CASE("Another file is reported as no PNG", "[image]") {
   CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "none.png"); }),
              Catch::Contains("none.png: missing"));
   CHECK_THAT(message_of([&] { (void)load_gray_image(folder.path()); }), Catch::Contains("cannot be read"));
+}
+
+TEST_CASE("Of an image with 16 bits a pixel, the bits that are used decide the grey level", "[image]") {
+  const TemporaryFolder folder;
+  const cv::Mat image = tiny_texture(64);
+  const fs::path file = folder / "a.png";
+  for (const int bits : {8, 10, 12, 14, 16}) {
+    CAPTURE(bits);
+    cv::Mat wide;
+    image.convertTo(wide, CV_16U, std::ldexp(1.0, bits - 8));
+    for (const auto* name : {"a.png", "a.pgm", "a.tiff"}) {
+      cv::imwrite((folder / name).string(), wide);
+      CHECK(bits_of_16(folder / name) == bits);
+      CHECK(cv::norm(load_gray_image(folder / name, bits), image, cv::NORM_INF) == 0.0);
+    }
+  }
+  cv::imwrite(file.string(), image);
+  CHECK_FALSE(bits_of_16(file));
+  CHECK(cv::norm(load_gray_image(file, 12), image, cv::NORM_INF) == 0.0);
+}
+
+TEST_CASE("A recording of a camera with 12 bits is read with its contrast, and a warning", "[image]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "8", 3);
+  fs::copy(folder / "8", folder / "12", fs::copy_options::recursive);
+  for (const auto& entry : fs::recursive_directory_iterator(folder / "12")) {
+    if (entry.path().extension() != ".png") continue;
+    cv::Mat image = cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE);
+    image.convertTo(image, CV_16U, 16.0);
+    cv::imwrite(entry.path().string(), image);
+  }
+  const SequenceScan scan = scan_sequence(folder / "12", "auto");
+  CHECK(scan.sequence.bits == 12);
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_FALSE(is_error(scan.problems[0]));
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("no value is above 4095; they are read as images of 12"));
+  const auto narrow = load_frame(open_sequence(folder / "8", "auto"), 1);
+  const auto wide = load_frame(scan.sequence, 1);
+  CHECK(cv::norm(narrow.left, wide.left, cv::NORM_INF) == 0.0);
+  CHECK(cv::norm(narrow.right, wide.right, cv::NORM_INF) == 0.0);
 }

@@ -100,9 +100,9 @@ TEST_CASE("A wrong calibration is refused", "[kitti]") {
              Catch::Contains("calib.txt: has no line 'P0: ...'"));
   CHECK_THAT(kitti_error_after(with_file("calib.txt", P0)), Catch::Contains("has no line 'P1: ...'"));
   CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + "P1: 1 2 3\n")),
-             Catch::Contains("calib.txt:2: P1: needs 12 numbers"));
+             Catch::Contains("calib.txt:2: P1: needs 12 numbers after it, a 3x4 matrix, and has 3"));
   CHECK_THAT(kitti_error_after(with_file("calib.txt", "P0: 200 0 160 x 0 200 60 0 0 0 1 0\n")),
-             Catch::Contains("calib.txt:1: P0: needs 12"));
+             Catch::Contains("calib.txt:1: 'x' is not a number"));
   CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + projection_line("P1", 0.0))),
              Catch::Contains("P1 gives a baseline of zero"));
   CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + projection_line("P1", 80.0))),

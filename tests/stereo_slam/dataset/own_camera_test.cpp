@@ -239,7 +239,7 @@ TEST_CASE("Missing image sources, and two of different kinds, are refused", "[fo
   CHECK_THAT(folder_error_after([](const fs::path& folder) {
                for (int i = 1; i < 4; ++i) fs::remove(folder / "left" / frame_name(i));
              }),
-             Catch::Contains("contains 1 frames; a sequence needs at least two"));
+             Catch::Contains("contains one frame; a sequence needs at least two frames"));
 }
 
 TEST_CASE("A truncated JPEG is refused", "[folders]") {

@@ -90,8 +90,8 @@ TEST_CASE("Images without corners, tiny ones and none at all give no corners", "
   for (const int side : {1, 7, 37, 40}) {
     const cv::Mat tiny = test::texture_image({side, side}, {0.0, 0.0});
     for (const auto& corner : detect_corners(tiny, {}, {}, {.enough = 10})) {
-      CHECK(corner.position_px.minCoeff() >= kCornerBorder_px);
-      CHECK(corner.position_px.maxCoeff() < side - kCornerBorder_px);
+      CHECK(corner.position_px.minCoeff() >= kDescriptorReach_px);
+      CHECK(corner.position_px.maxCoeff() < side - kDescriptorReach_px);
     }
   }
 }

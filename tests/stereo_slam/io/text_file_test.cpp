@@ -44,6 +44,14 @@ TEST_CASE("A zero byte does not end a message", "[text]") {
         "?' is no time");
 }
 
+TEST_CASE("A file with a zero byte is not taken as text", "[text]") {
+  using namespace std::string_literals;
+  const TemporaryFolder folder;
+  write_text(folder / "a.txt", "1 2\n3 \0"s);
+  CHECK_THAT(message_of([&] { (void)read_text_lines(folder / "a.txt"); }),
+             Catch::Contains("a.txt:2: there is a zero byte"));
+}
+
 TEST_CASE("A file that cannot be read is named", "[text]") {
   const TemporaryFolder folder;
   CHECK_THAT(message_of([&] { (void)read_text_lines(folder / "none.txt"); }),

@@ -97,6 +97,14 @@ TEST_CASE("An EuRoC ground truth is read with its scalar-first quaternion and sp
   CHECK(read.poses[0].translation() == Eigen::Vector3d(1, 2, 3));
 }
 
+TEST_CASE("The numbers of a KITTI trajectory may be separated by commas", "[trajectory]") {
+  const TemporaryFolder folder;
+  write_text(folder / "a.txt", "1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7\n");
+  const auto read = read_trajectory(folder / "a.txt");
+  CHECK(read.format == TrajectoryFormat::kKitti);
+  CHECK(read.poses.at(0).translation() == Eigen::Vector3d(5, 6, 7));
+}
+
 TEST_CASE("A broken trajectory is refused with file, line and reason", "[trajectory]") {
   const std::string kitti = "1 0 0 0 0 1 0 0 0 0 1 0\n";
   CHECK_THAT(read_error(""), Catch::EndsWith("t.txt: contains no poses"));

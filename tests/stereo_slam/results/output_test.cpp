@@ -4,6 +4,10 @@
 #include <cstring>
 #include <limits>
 #include <sstream>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -191,4 +195,22 @@ TEST_CASE("A result file that cannot be written does not prevent the others", "[
   CHECK_THAT(message_of([&] { write_results(folder.path(), two_frames()); }),
              Catch::Contains("trajectory_tum.txt: is a folder"));
   CHECK(split_lines(read_text(folder / "covariances.csv")).size() == 3);
+}
+
+TEST_CASE("A run.yaml that cannot be replaced still says that the run failed", "[output]") {
+  const TemporaryFolder folder;
+  StereoSequence sequence;
+  sequence.folder = folder.path();
+  write_run_yaml(folder.path(), {"running", ""}, sequence, {});
+  const std::string before = read_text(folder / "run.yaml");
+  for (int i = 0; i < 100; ++i)  // the names of temporary files that write_file() tries
+    write_text(folder / fmt::format("run.yaml.partial-{}-{}", ::getpid(), i), "");
+  CHECK_THAT(message_of([&] {
+               write_run_yaml(folder.path(), {"finished", ""}, sequence, {});
+             }),
+             Catch::Contains("run.yaml: cannot be written"));
+  const std::string after = read_text(folder / "run.yaml");
+  CHECK(after.size() == before.size());
+  CHECK_THAT(after, Catch::Contains("\nstate: failed \n"));
+  CHECK(YAML::Load(after)["state"].Scalar() == "failed");
 }
