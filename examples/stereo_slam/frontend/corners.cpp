@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/features2d.hpp>
 
 #include "stereo_slam/frontend/features.hpp"
@@ -31,26 +32,68 @@ constexpr CornerStrength kWeak{5, 900.0};  // hardly more than the alignment of 
 
 /// Smallest eigenvalue of the structure tensor around a pixel, grey levels^2.
 [[nodiscard]] double smallest_eigenvalue(const cv::Mat& image, cv::Point centre) {
-  int xx = 0;
-  int xy = 0;
-  int yy = 0;
+  static_assert(kTensorRadius_px == 3, "a row has seven pixels, one less than a register");
+  const cv::v_int16x8 in_row(-1, -1, -1, -1, -1, -1, -1, 0);
+  const auto pixels = [](const std::uint8_t* p) { return cv::v_reinterpret_as_s16(cv::v_load_expand(p)); };
+  cv::v_int32x4 xx = cv::v_setzero_s32();
+  cv::v_int32x4 xy = cv::v_setzero_s32();
+  cv::v_int32x4 yy = cv::v_setzero_s32();
   for (int row = centre.y - kTensorRadius_px; row <= centre.y + kTensorRadius_px; ++row) {
     const std::uint8_t* line = image.ptr<std::uint8_t>(row) + centre.x - kTensorRadius_px;
-    const std::uint8_t* above = line - image.step;
-    const std::uint8_t* below = line + image.step;
-    for (int i = 0; i <= 2 * kTensorRadius_px; ++i) {
-      const int dx = line[i + 1] - line[i - 1];
-      const int dy = below[i] - above[i];
-      xx += dx * dx;
-      xy += dx * dy;
-      yy += dy * dy;
-    }
+    const cv::v_int16x8 dx = (pixels(line + 1) - pixels(line - 1)) & in_row;
+    const cv::v_int16x8 dy = (pixels(line + image.step) - pixels(line - image.step)) & in_row;
+    xx = cv::v_dotprod(dx, dx, xx);
+    xy = cv::v_dotprod(dx, dy, xy);
+    yy = cv::v_dotprod(dy, dy, yy);
   }
-  const double half_trace = 0.125 * (xx + yy);  // dx and dy are twice the gradient: a factor of 1/4
-  const double half_difference = 0.125 * (xx - yy);
-  const double off_diagonal = 0.25 * xy;
-  return half_trace - std::hypot(half_difference, off_diagonal);
+  const double sum_xx = cv::v_reduce_sum(xx);
+  const double sum_yy = cv::v_reduce_sum(yy);
+  const double half_trace = 0.125 * (sum_xx + sum_yy);  // dx and dy are twice the gradient: a factor of 1/4
+  const double half_difference = 0.125 * (sum_xx - sum_yy);
+  const double off_diagonal = 0.25 * cv::v_reduce_sum(xy);
+  return half_trace - std::sqrt(half_difference * half_difference + off_diagonal * off_diagonal);
 }
+
+/// The part of the image where corners may be: away from its border. Empty for a small image.
+[[nodiscard]] cv::Rect inner_part(cv::Size image) {
+  return {kDescriptorReach_px, kDescriptorReach_px, std::max(0, image.width - 2 * kDescriptorReach_px),
+          std::max(0, image.height - 2 * kDescriptorReach_px)};
+}
+
+/// The FAST corners of a part of the image, row by row.
+[[nodiscard]] std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image, const cv::Rect& part,
+                                                     int threshold) {
+  // FAST skips a border of three pixels, and non-maximum suppression needs one more.
+  constexpr int kMargin_px = 4;
+  const cv::Point corner = part.tl() - cv::Point(kMargin_px, kMargin_px);
+  const cv::Rect with_margin(corner, part.size() + cv::Size(2 * kMargin_px, 2 * kMargin_px));
+  std::vector<cv::KeyPoint> keypoints;
+  cv::FAST(image(with_margin), keypoints, threshold, /*nonmaxSuppression=*/true);
+  for (auto& keypoint : keypoints) keypoint.pt += cv::Point2f(corner);
+  std::erase_if(keypoints, [&](const cv::KeyPoint& k) { return !part.contains(cv::Point(k.pt)); });
+  return keypoints;
+}
+
+/// The FAST corners of the whole image, row by row.
+[[nodiscard]] std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image, int threshold) {
+  constexpr int kStrip_px = 48;  // high enough for the margins not to count, and several for each thread
+  const cv::Rect inner = inner_part(image.size());
+  if (inner.empty()) return {};
+  std::vector<std::vector<cv::KeyPoint>> strips(
+      static_cast<std::size_t>((inner.height + kStrip_px - 1) / kStrip_px));
+  cv::parallel_for_(cv::Range(0, static_cast<int>(strips.size())), [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      const cv::Rect strip(inner.x, inner.y + i * kStrip_px, inner.width, kStrip_px);
+      strips[static_cast<std::size_t>(i)] = fast_corners(image, strip & inner, threshold);
+    }
+  });
+  std::vector<cv::KeyPoint> all;
+  for (const auto& strip : strips) all.insert(all.end(), strip.begin(), strip.end());
+  return all;
+}
+
+/// Corners of the whole image that were found already, row by row; null if none were.
+using KnownCorners = const std::vector<cv::KeyPoint>*;
 
 /// Search for corners in one row of cells. `wanted` is the number of corners to find in each cell; cells that
 /// want none are skipped.
@@ -58,17 +101,25 @@ class CellRow {
  public:
   CellRow(const cv::Mat& image, const CornerGrid& grid, const CornerStrength& strength, int row,
           std::span<const int> wanted)
-      : image_(image), grid_(grid), strength_(strength), wanted_(wanted), cells_(wanted.size()) {
-    const int top = std::max(row * grid.cell_px, kDescriptorReach_px);
-    const int bottom = std::min((row + 1) * grid.cell_px, image.rows - kDescriptorReach_px);
-    if (bottom <= top) return;
-    for (std::size_t first = 0; first < wanted.size(); ++first) {
-      if (wanted[first] <= 0) continue;
+      : image_(image),
+        grid_(grid),
+        strength_(strength),
+        wanted_(wanted),
+        cells_(wanted.size()),
+        part_(cv::Rect(0, row * grid.cell_px, image.cols, grid.cell_px) & inner_part(image.size())) {}
+
+  /// Finds the FAST corners of the cells, or takes the known ones.
+  void find(KnownCorners known) {
+    if (part_.empty()) return;
+    if (known != nullptr) return take(*known);
+    for (std::size_t first = 0; first < wanted_.size(); ++first) {
+      if (wanted_[first] <= 0) continue;
       std::size_t end = first + 1;
-      while (end < wanted.size() && wanted[end] > 0) ++end;
-      const int left = std::max(static_cast<int>(first) * grid.cell_px, kDescriptorReach_px);
-      const int right = std::min(static_cast<int>(end) * grid.cell_px, image.cols - kDescriptorReach_px);
-      if (left < right) detect({{left, top}, cv::Point(right, bottom)});
+      while (end < wanted_.size() && wanted_[end] > 0) ++end;
+      const cv::Rect cells(static_cast<int>(first) * grid_.cell_px, part_.y,
+                           static_cast<int>(end - first) * grid_.cell_px, part_.height);
+      const cv::Rect inside = cells & part_;
+      if (!inside.empty()) take(fast_corners(image_, inside, strength_.fast_threshold));
       first = end;
     }
   }
@@ -83,18 +134,14 @@ class CellRow {
   }
 
  private:
-  /// Finds the corners of a part of the image.
-  void detect(const cv::Rect& part) {
-    // FAST skips a border of three pixels, and non-maximum suppression needs one more.
-    constexpr int kMargin_px = 4;
-    const cv::Point corner = part.tl() - cv::Point(kMargin_px, kMargin_px);
-    const cv::Rect with_margin(corner, part.size() + cv::Size(2 * kMargin_px, 2 * kMargin_px));
-    std::vector<cv::KeyPoint> keypoints;
-    cv::FAST(image_(with_margin), keypoints, strength_.fast_threshold, /*nonmaxSuppression=*/true);
-    for (auto& keypoint : keypoints) {
-      keypoint.pt += cv::Point2f(corner);
-      const cv::Point at(keypoint.pt);
-      if (part.contains(at)) cells_[static_cast<std::size_t>(at.x / grid_.cell_px)].push_back(keypoint);
+  /// Puts the corners of this row into their cells. `corners` are ordered by rows.
+  void take(const std::vector<cv::KeyPoint>& corners) {
+    const auto above = [](const cv::KeyPoint& k, int y) { return k.pt.y < static_cast<float>(y); };
+    const auto first = std::lower_bound(corners.begin(), corners.end(), part_.y, above);
+    const auto end = std::lower_bound(first, corners.end(), part_.br().y, above);
+    for (auto corner = first; corner != end; ++corner) {
+      const auto cell = static_cast<std::size_t>(static_cast<int>(corner->pt.x) / grid_.cell_px);
+      if (wanted_[cell] > 0) cells_[cell].push_back(*corner);
     }
   }
 
@@ -135,6 +182,7 @@ class CellRow {
   const CornerStrength& strength_;
   std::span<const int> wanted_;
   std::vector<std::vector<cv::KeyPoint>> cells_;
+  cv::Rect part_;  // of the image, without its border
 };
 
 /// Number of corners to add to every cell, row by row: grid.per_cell less the points present, and zero in
@@ -197,13 +245,15 @@ class CellRow {
 /// Corners of at least this strength, as many as the cells have room for.
 [[nodiscard]] std::vector<Feature> search_cells(const cv::Mat& image, const SpatialIndex& used,
                                                 const CornerGrid& grid, std::span<const int> room,
-                                                const CornerStrength& strength) {
+                                                const CornerStrength& strength, KnownCorners known) {
   const auto columns = static_cast<std::size_t>((image.cols + grid.cell_px - 1) / grid.cell_px);
   std::vector<std::vector<Feature>> by_row(room.size() / columns);
   cv::parallel_for_(cv::Range(0, static_cast<int>(by_row.size())), [&](const cv::Range& range) {
     for (int row = range.start; row < range.end; ++row) {
       const auto wanted = room.subspan(static_cast<std::size_t>(row) * columns, columns);
-      by_row[static_cast<std::size_t>(row)] = CellRow(image, grid, strength, row, wanted).best(used);
+      CellRow cells(image, grid, strength, row, wanted);
+      cells.find(known);
+      by_row[static_cast<std::size_t>(row)] = cells.best(used);
     }
   });
   std::vector<Feature> corners;
@@ -213,16 +263,19 @@ class CellRow {
 
 }  // namespace
 
-std::vector<Feature> detect_corners(const cv::Mat& image, const std::vector<Vector2<double>>& present_px,
-                                    const std::vector<Vector2<double>>& reserved_px, const CornerGrid& grid) {
-  if (image.empty()) return {};
-  const cv::Size cells((image.cols + grid.cell_px - 1) / grid.cell_px,
-                       (image.rows + grid.cell_px - 1) / grid.cell_px);
+std::vector<Feature> CornerDetector::detect(const std::vector<Vector2<double>>& present_px,
+                                            const std::vector<Vector2<double>>& reserved_px,
+                                            const CornerGrid& grid) const {
+  if (image_.empty()) return {};
+  const cv::Size cells((image_.cols + grid.cell_px - 1) / grid.cell_px,
+                       (image_.rows + grid.cell_px - 1) / grid.cell_px);
   const auto room = room_by_cell(present_px, cells, grid);
   std::vector<Vector2<double>> used_px = present_px;
   used_px.insert(used_px.end(), reserved_px.begin(), reserved_px.end());
-  const SpatialIndex used(used_px, image.size());
-  auto corners = search_cells(image, used, grid, room, kClear);
+  const SpatialIndex used(used_px, image_.size());
+  const bool everywhere = std::all_of(room.begin(), room.end(), [](int n) { return n > 0; });
+  if (!clear_ && everywhere) clear_ = fast_corners(image_, kClear.fast_threshold);
+  auto corners = search_cells(image_, used, grid, room, kClear, clear_ ? &*clear_ : nullptr);
   if (!grid.fill_empty_cells && corners.size() >= grid.enough) return corners;
 
   // FAST takes longer the lower its threshold: at first it is lowered only in cells that remained empty.
@@ -235,11 +288,12 @@ std::vector<Feature> detect_corners(const cv::Mat& image, const std::vector<Vect
     }
     auto taken_px = used_px;
     taken_px.insert(taken_px.end(), found_px.begin(), found_px.end());
-    const auto more = search_cells(image, SpatialIndex(taken_px, image.size()), grid, empty, strength);
+    const auto more =
+        search_cells(image_, SpatialIndex(taken_px, image_.size()), grid, empty, strength, nullptr);
     corners.insert(corners.end(), more.begin(), more.end());
     if (corners.size() >= grid.enough) return corners;
   }
-  return search_cells(image, used, grid, room, kWeak);
+  return search_cells(image_, used, grid, room, kWeak, nullptr);
 }
 
 std::vector<Descriptor> describe_points(const cv::Mat& image, const std::vector<Vector2<double>>& points_px) {

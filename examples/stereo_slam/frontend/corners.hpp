@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -19,18 +21,29 @@ struct CornerGrid {
   bool fill_empty_cells = true;  ///< even if there are enough, take weaker ones in cells without a clear one
 };
 
-/// FAST corners of a grey image, away from each other and from the points `present_px` and `reserved_px`.
+/// Detects FAST corners of a grey image, away from each other and from points that are already there.
 ///
-/// New corners are searched in the cells that are less than half full with `present_px`. Each of these cells
-/// gets the corners with the largest response: the smaller eigenvalue of the structure tensor, grey levels^2
-/// (Shi and Tomasi 1994). Cells without a clear corner get weaker ones if fewer than grid.enough clear
-/// corners were found, or if grid.fill_empty_cells is set. If there are still not enough, weaker corners are
-/// taken in all of these cells. The corners have no descriptors. None is nearer than kDescriptorReach_px to
-/// the image border, so that each can be described.
-[[nodiscard]] std::vector<Feature> detect_corners(const cv::Mat& image,
-                                                  const std::vector<Vector2<double>>& present_px,
-                                                  const std::vector<Vector2<double>>& reserved_px,
-                                                  const CornerGrid& grid);
+/// New corners are searched in the cells that are less than half full with `present_px`, away from these
+/// points and from `reserved_px`. Each of these cells gets the corners with the largest response: the smaller
+/// eigenvalue of the structure tensor, grey levels^2 (Shi and Tomasi 1994). Cells without a clear corner get
+/// weaker ones if fewer than grid.enough clear corners were found, or if grid.fill_empty_cells is set. If
+/// there are still not enough, weaker corners are taken in all of these cells. The corners have no
+/// descriptors. None is nearer than kDescriptorReach_px to the image border, so that each can be described.
+///
+/// A search of all cells keeps the clear corners of the image for the searches after it, which are faster
+/// then, with the same result. Not safe for concurrent use. The pixels of the image are not copied.
+class CornerDetector {
+ public:
+  explicit CornerDetector(cv::Mat image) : image_(std::move(image)) {}
+
+  [[nodiscard]] std::vector<Feature> detect(const std::vector<Vector2<double>>& present_px,
+                                            const std::vector<Vector2<double>>& reserved_px,
+                                            const CornerGrid& grid) const;
+
+ private:
+  cv::Mat image_;
+  mutable std::optional<std::vector<cv::KeyPoint>> clear_;  ///< of the whole image, by rows
+};
 
 /// ORB descriptors of points of a grey image, one per point, at full resolution and along the orientation of
 /// the patch (Rublee et al. 2011). Descriptors of points nearer than kDescriptorReach_px to the border are

@@ -45,4 +45,11 @@ bool repeats_itself(const cv::Mat& image) {
   return best > kSameLooks;
 }
 
+bool SceneRepetition::repeats_itself(const cv::Mat& keyframe_image, std::size_t keyframe, std::size_t frame) {
+  constexpr std::size_t kFramesBetween = 5;
+  const bool due = !last_ || (keyframe != last_->keyframe && frame >= last_->frame + kFramesBetween);
+  if (due) last_ = {keyframe, frame, stereo_slam::repeats_itself(keyframe_image)};
+  return last_->repeats_itself;
+}
+
 }  // namespace stereo_slam

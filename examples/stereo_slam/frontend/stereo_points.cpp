@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 
 namespace stereo_slam {
@@ -12,17 +11,18 @@ namespace {
 constexpr int kMinCornersPerCell = 5;
 
 /// Corners for new landmarks, spread over the image.
-[[nodiscard]] std::vector<Feature> find_corners(const cv::Mat& left, const Settings& settings) {
+[[nodiscard]] std::vector<Feature> find_corners(const CornerDetector& corners_of_left, cv::Size image,
+                                                const Settings& settings) {
   const auto wanted = static_cast<std::size_t>(settings.map.max_new_landmarks);
   const int cell_px = settings.map.cell_px;
-  const int cells = ((left.cols + cell_px - 1) / cell_px) * ((left.rows + cell_px - 1) / cell_px);
+  const int cells = ((image.width + cell_px - 1) / cell_px) * ((image.height + cell_px - 1) / cell_px);
   const int share = 1 + settings.map.max_new_landmarks / std::max(cells, 1);
-  const auto corners = detect_corners(left, {}, {},
-                                      {.cell_px = settings.map.cell_px,
-                                       .per_cell = std::max(kMinCornersPerCell, share),
-                                       .min_distance_px = settings.odometry.exclusion_px,
-                                       .enough = wanted / 2});
-  return spread_features(corners, left.size(), settings.map.cell_px, wanted);
+  const auto corners = corners_of_left.detect({}, {},
+                                              {.cell_px = settings.map.cell_px,
+                                               .per_cell = std::max(kMinCornersPerCell, share),
+                                               .min_distance_px = settings.odometry.exclusion_px,
+                                               .enough = wanted / 2});
+  return spread_features(corners, image, settings.map.cell_px, wanted);
 }
 
 }  // namespace
@@ -44,8 +44,9 @@ StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Fea
   return points;
 }
 
-StereoPoints measure_stereo_corners(const StereoView& view, const Settings& settings) {
-  const auto corners = find_corners(view.frame.left, settings);
+StereoPoints measure_stereo_corners(const StereoView& view, const CornerDetector& corners_of_left,
+                                    const Settings& settings) {
+  const auto corners = find_corners(corners_of_left, view.frame.left.size(), settings);
   StereoPoints points;
   for (const auto& match : match_stereo(view, positions(corners), settings.stereo)) {
     if (match) points.measured.push_back(*match);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
@@ -26,6 +27,8 @@ struct StereoPoints {
 
 /// Stereo measurements of corners detected in the whole left image, without descriptors: spread over buckets
 /// of settings.map.cell_px, at most settings.map.max_new_landmarks.
-[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view, const Settings& settings);
+[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view,
+                                                  const CornerDetector& corners_of_left,
+                                                  const Settings& settings);
 
 }  // namespace stereo_slam

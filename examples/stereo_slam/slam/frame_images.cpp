@@ -27,7 +27,7 @@ FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides, Previou
   StereoPyramid pyramids = build_pyramids(frame, sides, std::move(previous.before));
   StereoPyramid equalised =
       previous.pyramids.left.empty() ? pyramids : as_bright_as(previous.pyramids, pyramids, frame);
-  return {frame, std::move(pyramids), std::move(equalised)};
+  return {frame, std::move(pyramids), std::move(equalised), CornerDetector(frame.left)};
 }
 
 }  // namespace stereo_slam

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 
@@ -32,6 +33,7 @@ struct FrameImages {
   const StereoFrame& frame;
   StereoPyramid pyramids;
   StereoPyramid equalised;       ///< the pyramids, as bright as the previous frame's: for optical flow
+  CornerDetector corners;        ///< of the left image
   StereoFeatures features = {};  ///< of the whole images, if landmarks are matched by descriptors
 };
 

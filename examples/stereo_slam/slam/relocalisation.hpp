@@ -16,10 +16,9 @@ namespace stereo_slam {
 
 /// The keyframe that pose and landmarks are relative to.
 struct ReferenceKeyframe {
-  Keyframe keyframe;            ///< points and pose, as loop closure got them
-  cv::Mat left;                 ///< left image
-  std::size_t landmarks = 0;    ///< number of landmarks when the keyframe was created
-  bool repeats_itself = false;  ///< its image looks the same after a shift: relative poses are ambiguous
+  Keyframe keyframe;          ///< points and pose, as loop closure got them
+  cv::Mat left;               ///< left image
+  std::size_t landmarks = 0;  ///< number of landmarks when the keyframe was created
 };
 
 /// T_keyframe_camera from the images and their `points` alone, without a prior; nothing if the keyframe is

@@ -176,7 +176,9 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
-  result.status = status_of(tracked.basis, lost_, reference_.repeats_itself);
+  const bool ambiguous =
+      anchored() && scene_.repeats_itself(reference_.left, reference_.keyframe.frame, images.frame.index);
+  result.status = status_of(tracked.basis, lost_, ambiguous);
   if (result.status == TrackingStatus::kRelocalised) {
     trajectory_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
   }
@@ -219,7 +221,7 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
   }
   const StereoView view = view_of(images.frame);
   if (aligns_patches()) {
-    tracks_.replenish(view, landmarks_px, settings_);
+    tracks_.replenish(view, images.corners, landmarks_px, settings_);
   } else {
     previous_.odometry_points = select_odometry_points(view, images.features.left, landmarks_px, settings_);
   }

@@ -12,6 +12,7 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/frontend/repetition.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/local_map/reobserved_landmarks.hpp"
@@ -153,6 +154,7 @@ class Slam {
   PoseDensity posterior_;          // T_keyframe_camera of the last frame: the state of the filter
   LocalMap local_map_;             // landmarks of the reference keyframe
   ReferenceKeyframe reference_;    // its image and points
+  SceneRepetition scene_;          // whether that image is ambiguous
   KeyframeTrajectory trajectory_;  // poses of keyframes and frames
   GlobalMap global_map_;           // landmarks in world coordinates
   SegmentState segment_;           // whether their place in the world is known

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "stereo_slam/frontend/repetition.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/rectification_constraints.hpp"
@@ -44,6 +43,7 @@ bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
 /// previous frame was a guess too; the odometry now measures it relative to this frame.
 void Slam::begin_segment(const FrameImages& images, const OdometryResult& odometry) {
   segment_.begin_next();
+  scene_ = {};
   change_keyframe(images, {});
   trajectory_.replace(previous_.position, antipode::inverse(odometry.T_previous_current));
 }
@@ -64,7 +64,6 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   const StereoFrame& frame = images.frame;
   reference_.left = frame.left.clone();
   reference_.landmarks = local_map_.landmarks().size();
-  reference_.repeats_itself = anchored() && repeats_itself(reference_.left);
   reference_.keyframe = {};
   reference_.keyframe.frame = frame.index;
   reference_.keyframe.stamp_ns = frame.stamp_ns;
@@ -78,7 +77,7 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
 StereoPoints Slam::measure_points(const FrameImages& images,
                                   const std::vector<Vector2<double>>& reserved_px) const {
   const StereoView view = view_of(images.frame);
-  if (aligns_patches()) return measure_stereo_corners(view, settings_);
+  if (aligns_patches()) return measure_stereo_corners(view, images.corners, settings_);
   return measure_stereo_points(view, images.features.left, reserved_px, settings_);
 }
 

@@ -50,5 +50,18 @@ TEST_CASE("Images that are too small to compare do not repeat themselves", "[ste
   CHECK_FALSE(repeats_itself(test::chessboard({2000, 9}, 4, 0.0)));
 }
 
+TEST_CASE("Of the keyframes of a scene, one in five frames is compared", "[stereo_slam][features]") {
+  const cv::Mat board = test::chessboard({640, 480}, 32, 0.0);
+  const cv::Mat street = test::texture_image({640, 480}, {});
+  SceneRepetition scene;
+  CHECK(scene.repeats_itself(board, 0, 1));
+  CHECK(scene.repeats_itself(street, 2, 3));  // too soon
+  CHECK(scene.repeats_itself(street, 2, 5));
+  CHECK_FALSE(scene.repeats_itself(street, 2, 6));
+  CHECK_FALSE(scene.repeats_itself(board, 10, 10));
+  CHECK(scene.repeats_itself(board, 10, 11));
+  CHECK(scene.repeats_itself(street, 10, 50));  // the keyframe was compared already
+}
+
 }  // namespace
 }  // namespace stereo_slam
