@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "stereo_slam/frontend/equal_brightness.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_tracks.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
@@ -63,8 +64,9 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
   segment_ = SegmentState::in_loaded_map();
 }
 
-FrameResult Slam::process(const StereoFrame& frame, AssociationTrace* trace) {
+FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) {
   StageClock clock;
+  const StereoFrame frame = with_equal_brightness(recorded);
   FrameResult result = begin_result(frame);
   if (loops_) clock.lap("loops");
   if (previous_.repeated_by(frame)) {

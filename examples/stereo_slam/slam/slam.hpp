@@ -52,7 +52,7 @@ class Slam {
 
   /// Tracks one rectified frame and updates the map. Every frame gets a pose; its status says what the pose
   /// was measured against. Fills `trace`, if there is one, with how landmarks were searched for.
-  FrameResult process(const StereoFrame& frame, AssociationTrace* trace = nullptr);
+  FrameResult process(const StereoFrame& recorded, AssociationTrace* trace = nullptr);
 
   /// Call after the last frame: applies the loop corrections that are still being computed, and corrects all
   /// measured motions to the last estimate of the rectification, to first order.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -165,6 +166,22 @@ TEST_CASE("The brightness of all images may be a half or a quarter of what it wa
           "[stereo_slam][invariance]") {
   check_all_tracked(darkened(0.5));
   check_all_tracked(darkened(0.25), 2.0 * kMaxError);  // with a quarter of the grey levels
+}
+
+TEST_CASE("One camera may be much darker or brighter than the other", "[stereo_slam][invariance]") {
+  for (const auto& [gain, offset] : {std::pair{0.5, 0.0}, {0.6, 90.0}}) {
+    CAPTURE(gain, offset);
+    Drive drive = street();
+    for (auto& frame : drive.frames) {
+      const cv::Mat recorded = frame.right;
+      frame.right = cv::Mat();
+      recorded.convertTo(frame.right, -1, gain, offset);
+    }
+    const std::vector<cv::Mat> before{drive.frames[0].right.clone(), drive.frames[9].right.clone()};
+    check_all_tracked(drive, 2.0 * kMaxError);  // with fewer grey levels
+    CHECK(cv::norm(drive.frames[0].right, before[0], cv::NORM_INF) == 0.0);
+    CHECK(cv::norm(drive.frames[9].right, before[1], cv::NORM_INF) == 0.0);
+  }
 }
 
 TEST_CASE(
