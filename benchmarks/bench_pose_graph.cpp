@@ -87,7 +87,9 @@ TEST_CASE("Pose graph", "[benchmark][pose_graph]") {
     BENCHMARK(of + "optimize") { return optimize(graph, settings).final_cost; };
     graph.poses = optimize(graph, settings).poses;
     const PoseGraphEdge loop = graph.loops.back();
-    BENCHMARK(of + "mahalanobis_squared") { return mahalanobis_squared(graph, loop, {}, settings); };
+    BENCHMARK(of + "mahalanobis_squared") {
+      return LoopPrediction(graph, settings).mahalanobis_squared(loop);
+    };
     BENCHMARK(of + "marginals, all") { return marginals(graph, settings).back().estimate.covariance(0, 0); };
     BENCHMARK(of + "baseline: ceres::Covariance, 64") { return covariances_of_64_by_ceres(graph); };
   }

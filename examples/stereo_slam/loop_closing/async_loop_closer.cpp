@@ -20,6 +20,7 @@ struct AsyncLoopCloser::State {
   LoopCloser closer;
   LoopThread thread;
   std::size_t latency_frames;
+  std::size_t keyframes;     // of this run and the known map
   std::deque<Task> tasks{};  // in order; each waits for the one before
 
   /// Waits until all tasks are done and returns the loop closer.
@@ -50,14 +51,17 @@ AsyncLoopCloser::AsyncLoopCloser(const StereoCamera& camera, const Settings& set
                                  const SavedMap& known, MapUse use)
     : state_(new State{.closer = LoopCloser(camera, settings, known, use),
                        .thread = thread,
-                       .latency_frames = static_cast<std::size_t>(settings.loop_closure.latency_frames)}) {}
+                       .latency_frames = static_cast<std::size_t>(settings.loop_closure.latency_frames),
+                       .keyframes = known.keyframes.size()}) {}
 AsyncLoopCloser::~AsyncLoopCloser() = default;
 AsyncLoopCloser::AsyncLoopCloser(AsyncLoopCloser&&) noexcept = default;
 AsyncLoopCloser& AsyncLoopCloser::operator=(AsyncLoopCloser&&) noexcept = default;
 
 void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left) {
   State& s = *state_;
-  const std::size_t due = keyframe.frame + s.latency_frames;
+  // The time to optimise a pose graph is proportional to its size.
+  constexpr std::size_t kKeyframesPerFrame = 50;
+  const std::size_t due = keyframe.frame + s.latency_frames + s.keyframes++ / kKeyframesPerFrame;
   const auto policy = s.thread == LoopThread::kOwn ? std::launch::async : std::launch::deferred;
   auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
   auto work = [&closer = s.closer, before = std::move(before), keyframe = std::move(keyframe),

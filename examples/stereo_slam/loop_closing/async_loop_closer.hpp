@@ -23,8 +23,9 @@ enum class LoopThread {
 
 /// A LoopCloser that runs in the background.
 ///
-/// It processes keyframes in order. The correction of a keyframe takes effect a fixed number of frames later;
-/// correction_due() waits for it if necessary. The results therefore do not depend on threads or their speed.
+/// It processes keyframes in order. The correction of a keyframe takes effect after a number of frames that
+/// depends only on the settings and the number of keyframes; correction_due() waits for it if necessary. The
+/// results therefore do not depend on threads or their speed.
 class AsyncLoopCloser {
  public:
   /// `known` is the map of an earlier run, or empty.

@@ -129,6 +129,7 @@ std::optional<LoopCorrection> LoopCloser::correct() {
   graph.poses = optimize(graph, settings_.pose_graph).poses;
   const auto poses = with_covariances(graph);
   std::vector<PoseGaussian> estimates;
+  estimates.reserve(poses.size());
   for (const auto& pose : poses) estimates.push_back(pose.estimate);
   keyframes_.correct(estimates);
   LoopCorrection correction;
@@ -226,40 +227,44 @@ std::optional<LoopMeasurement> LoopCloser::measure(const Keyframe& keyframe) con
   return best;
 }
 
-/// The gate: accepts loops that agree with the pose graph's prediction, and logs all.
+/// The gate: accepts loops that agree with the pose graph's prediction, whose covariance is increased by the
+/// allowance for drift, and logs all.
 void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
-  std::vector<PoseGraphEdge> accepted;
+  if (loops.empty()) return;
+  const auto& rule = settings_.loop_verification;
+  std::vector<PoseGraphEdge> edges;
   for (const auto& loop : loops) {
-    const PoseGraphEdge edge = edge_of(loop);
+    const PoseGraphEdge& edge = edges.emplace_back(edge_of(loop));
     if (!segments_.joined(segment_of(edge.from), segment_of(edge.to))) join(edge);
-    const double chi2 = contradiction(edge);
-    const bool good = chi2 <= settings_.loop_verification.max_chi2;
-    if (good) {
-      accepted.push_back(edge);
-      for (const auto& [old_landmark, new_landmark] : loop.same_landmarks) {
-        identity_.unite(old_landmark, new_landmark);
-      }
+  }
+  const LoopPrediction prediction(pose_graph(), settings_.pose_graph);
+  std::vector<PoseGraphEdge> accepted;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const PoseGraphEdge& edge = edges[i];
+    const double chi2 = prediction.mahalanobis_squared(
+        edge, {rule.gate_scale, drift_allowance(path_length_m(edge.from, edge.to), rule)});
+    log(edge, loops[i].inliers, chi2);
+    if (!events_.back().accepted) continue;
+    accepted.push_back(edge);
+    for (const auto& [old_landmark, new_landmark] : loops[i].same_landmarks) {
+      identity_.unite(old_landmark, new_landmark);
     }
-    const bool in_known = edge.from < known_.keyframes;
-    events_.push_back({.frame = keyframes_[edge.to].frame - known_.frames,
-                       .old_frame = keyframes_[edge.from].frame - (in_known ? 0 : known_.frames),
-                       .in_loaded_map = in_known,
-                       .inliers = loop.inliers,
-                       .chi2 = chi2,
-                       .accepted = good,
-                       .T_old_new = edge.T_from_to.pose});
   }
   loops_.insert(loops_.end(), accepted.begin(), accepted.end());
   waiting_loops_ += accepted.size();
 }
 
-/// Squared Mahalanobis distance of a loop from the pose graph's prediction, whose covariance is increased by
-/// the allowance for drift.
-double LoopCloser::contradiction(const PoseGraphEdge& edge) const {
-  const auto& rule = settings_.loop_verification;
-  return mahalanobis_squared(pose_graph(), edge,
-                             {rule.gate_scale, drift_allowance(path_length_m(edge.from, edge.to), rule)},
-                             settings_.pose_graph);
+/// Logs a loop with its squared Mahalanobis distance from the prediction, which decides whether it is
+/// accepted.
+void LoopCloser::log(const PoseGraphEdge& loop, int inliers, double chi2) {
+  const bool in_known = loop.from < known_.keyframes;
+  events_.push_back({.frame = keyframes_[loop.to].frame - known_.frames,
+                     .old_frame = keyframes_[loop.from].frame - (in_known ? 0 : known_.frames),
+                     .in_loaded_map = in_known,
+                     .inliers = inliers,
+                     .chi2 = chi2,
+                     .accepted = chi2 <= settings_.loop_verification.max_chi2,
+                     .T_old_new = loop.T_from_to.pose});
 }
 
 /// Length of the shortest path between two keyframes: along the trajectory, or over one loop.

@@ -193,11 +193,13 @@ namespace {
   return reached;
 }
 
+}  // namespace
+
 /// Information of the poses that may move, given the others: the decomposed Gauss-Newton matrix at the
 /// graph's poses, with six variables a node.
-class Information {
+class GraphInformation {
  public:
-  Information(const PoseGraph& graph, const PoseGraphSettings& settings) {
+  GraphInformation(const PoseGraph& graph, const PoseGraphSettings& settings) {
     Problem problem(graph);
     problem.set_loop_scale(settings.loop_scale);
     const auto connected = connected_to_gauge(graph);
@@ -293,10 +295,8 @@ class Information {
   Eigen::MatrixX3d drift_;  // of all variables
 };
 
-}  // namespace
-
 std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings) {
-  const Information information(graph, settings);
+  const GraphInformation information(graph, settings);
   for (std::size_t node = 0; node < graph.poses.size(); ++node) {
     if (!information.knows(node)) return {};
   }
@@ -309,22 +309,33 @@ std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSetti
   return result;
 }
 
-PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
-                                     const PoseGraphSettings& settings) {
-  const Information information(graph, settings);
+struct LoopPrediction::State {
+  std::vector<Pose> poses;
+  GraphInformation information;
+  double drift_sigma_rad;
+};
+
+LoopPrediction::LoopPrediction(const PoseGraph& graph, const PoseGraphSettings& settings)
+    : state_(new State{graph.poses, GraphInformation(graph, settings), graph.drift_sigma_rad}) {}
+LoopPrediction::~LoopPrediction() = default;
+LoopPrediction::LoopPrediction(LoopPrediction&&) noexcept = default;
+LoopPrediction& LoopPrediction::operator=(LoopPrediction&&) noexcept = default;
+
+PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) const {
+  const auto& [poses, information, drift_sigma_rad] = *state_;
   if (!information.knows(from) || !information.knows(to)) {
     throw std::runtime_error(fmt::format("nodes {} and {} of the pose graph are not connected", from, to));
   }
   const PoseGaussian relative = antipode::relative_pose<double>(
-      {graph.poses[from], information.covariance(from, from)},
-      {graph.poses[to], information.covariance(to, to)}, information.covariance(from, to));
+      {poses[from], information.covariance(from, from)}, {poses[to], information.covariance(to, to)},
+      information.covariance(from, to));
   const Matrix6x3 drift = information.drift(to) - relative.pose.inverse().adjoint() * information.drift(from);
-  return DriftingPose{relative, drift}.with_drift(graph.drift_sigma_rad);
+  return DriftingPose{relative, drift}.with_drift(drift_sigma_rad);
 }
 
-double mahalanobis_squared(const PoseGraph& graph, const PoseGraphEdge& edge,
-                           const CovarianceInflation& inflation, const PoseGraphSettings& settings) {
-  const PoseGaussian predicted = predicted_relative_pose(graph, edge.from, edge.to, settings);
+double LoopPrediction::mahalanobis_squared(const PoseGraphEdge& edge,
+                                           const CovarianceInflation& inflation) const {
+  const PoseGaussian predicted = relative_pose(edge.from, edge.to);
   const Vector6<double> e = edge.T_from_to.pose.boxminus(predicted.pose);
   const Matrix6<double> S =
       inflation.scale * (predicted.covariance + edge.T_from_to.covariance) + inflation.covariance;

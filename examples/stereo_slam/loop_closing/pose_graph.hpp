@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "stereo_slam/core/pose_estimate.hpp"
@@ -53,22 +54,35 @@ struct PoseGraphResult {
 /// covariances cannot be computed. The same input gives the same bits.
 [[nodiscard]] std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings);
 
-/// The relative pose of two nodes that the graph predicts; its covariance contains the drift, and accounts
-/// for the errors that both nodes share. Throws std::runtime_error if one of the nodes is not connected to
-/// the gauge, or if the covariances cannot be computed.
-[[nodiscard]] PoseGaussian predicted_relative_pose(const PoseGraph& graph, std::size_t from, std::size_t to,
-                                                   const PoseGraphSettings& settings);
-
 /// Inflation of a covariance P to scale * P + covariance, for errors that P does not contain.
 struct CovarianceInflation {
   double scale = 1.0;
   Matrix6<double> covariance = Matrix6<double>::Zero();
 };
 
-/// Squared Mahalanobis distance of an edge from the relative pose that the graph predicts, six degrees of
-/// freedom. Without inflation it is, to first order, what the edge would add to the sum of squares.
-[[nodiscard]] double mahalanobis_squared(const PoseGraph& graph, const PoseGraphEdge& edge,
-                                         const CovarianceInflation& inflation,
-                                         const PoseGraphSettings& settings);
+/// What a graph, linearised at its poses, predicts about loops that it does not contain. The graph is
+/// decomposed once, in the constructor.
+class LoopPrediction {
+ public:
+  LoopPrediction(const PoseGraph& graph, const PoseGraphSettings& settings);
+  ~LoopPrediction();
+  LoopPrediction(LoopPrediction&&) noexcept;
+  LoopPrediction& operator=(LoopPrediction&&) noexcept;
+
+  /// The relative pose of two nodes; its covariance contains the drift, and accounts for the errors that both
+  /// nodes share. Throws std::runtime_error if one of the nodes is not connected to the gauge, or if the
+  /// covariances cannot be computed.
+  [[nodiscard]] PoseGaussian relative_pose(std::size_t from, std::size_t to) const;
+
+  /// Squared Mahalanobis distance of an edge from the predicted relative pose, six degrees of freedom.
+  /// Without inflation it is, to first order, what the edge would add to the sum of squares. Throws as
+  /// relative_pose().
+  [[nodiscard]] double mahalanobis_squared(const PoseGraphEdge& edge,
+                                           const CovarianceInflation& inflation = {}) const;
+
+ private:
+  struct State;
+  std::unique_ptr<const State> state_;
+};
 
 }  // namespace stereo_slam

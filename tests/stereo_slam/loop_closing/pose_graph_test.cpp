@@ -147,14 +147,16 @@ TEST_CASE("The Mahalanobis distance reveals a false loop that no other loop cont
           "[stereo_slam][pose_graph]") {
   CAPTURE(kRingSeed);
   Drive d = drive();
-  CHECK(mahalanobis_squared(d.graph, d.measured(0, kRingLap, Drive::loop_covariance()), {}, kGraphSettings) <
-        kMaxChi2);
-  CHECK(mahalanobis_squared(d.graph, d.false_loop(0, kRingLap), {}, kGraphSettings) > kMaxChi2);
+  CHECK(LoopPrediction(d.graph, kGraphSettings)
+            .mahalanobis_squared(d.measured(0, kRingLap, Drive::loop_covariance())) < kMaxChi2);
+  CHECK(LoopPrediction(d.graph, kGraphSettings).mahalanobis_squared(d.false_loop(0, kRingLap)) > kMaxChi2);
   // With the odometry's share taken by an earlier loop, the next false one has nowhere to hide at all.
-  const double alone = mahalanobis_squared(d.graph, d.false_loop(4, kRingLap + 4), {}, kGraphSettings);
+  const double alone =
+      LoopPrediction(d.graph, kGraphSettings).mahalanobis_squared(d.false_loop(4, kRingLap + 4));
   d.add_loop(0, kRingLap);
   d.graph.poses = optimize(d.graph, kGraphSettings).poses;
-  CHECK(mahalanobis_squared(d.graph, d.false_loop(4, kRingLap + 4), {}, kGraphSettings) > 10.0 * alone);
+  CHECK(LoopPrediction(d.graph, kGraphSettings).mahalanobis_squared(d.false_loop(4, kRingLap + 4)) >
+        10.0 * alone);
 }
 
 TEST_CASE("The Mahalanobis distance of an edge is what it adds to the sum of squares",
@@ -162,9 +164,9 @@ TEST_CASE("The Mahalanobis distance of an edge is what it adds to the sum of squ
   CAPTURE(kRingSeed);
   Drive d = drive();
   const auto edge = d.measured(3, kRingLap + 5, Drive::loop_covariance());
-  const double expected = mahalanobis_squared(d.graph, edge, {}, kGraphSettings);
+  const double expected = LoopPrediction(d.graph, kGraphSettings).mahalanobis_squared(edge);
   const CovarianceInflation generous{4.0, Matrix6<double>::Identity()};
-  CHECK(mahalanobis_squared(d.graph, edge, generous, kGraphSettings) < 0.25 * expected);
+  CHECK(LoopPrediction(d.graph, kGraphSettings).mahalanobis_squared(edge, generous) < 0.25 * expected);
   d.graph.loops.push_back(edge);
   // The odometry alone fits itself exactly, so all of the cost is the edge's. To first order in the drift.
   CHECK(2.0 * optimize(d.graph, kGraphSettings).final_cost == Approx(expected).epsilon(0.05));
@@ -181,7 +183,7 @@ TEST_CASE("Marginal covariances are those of the composed odometry before a loop
   for (std::size_t k = 0; k < 50; ++k) composed = compose(composed, d.graph.odometry[k].T_from_to);
   CHECK((open[50] - composed.covariance).norm() < 1e-6 * composed.covariance.norm());
 
-  const auto relative = predicted_relative_pose(d.graph, 20, 50, kGraphSettings);
+  const auto relative = LoopPrediction(d.graph, kGraphSettings).relative_pose(20, 50);
   PoseGaussian chain;
   for (std::size_t k = 20; k < 50; ++k) chain = compose(chain, d.graph.odometry[k].T_from_to);
   CHECK(relative.pose.is_approx(chain.pose, 1e-12));
@@ -274,7 +276,7 @@ TEST_CASE("The effect of a drift adds up along the odometry, and shrinks with a 
   CHECK((open[50].drift - composed.drift).norm() < 1e-6 * composed.drift.norm());
 
   d.graph.drift_sigma_rad = kSigma_rad;
-  const auto relative = predicted_relative_pose(d.graph, 20, 50, kGraphSettings).covariance;
+  const auto relative = LoopPrediction(d.graph, kGraphSettings).relative_pose(20, 50).covariance;
   const auto expected = chain.with_drift(kSigma_rad).covariance;
   CHECK((relative - expected).norm() < 1e-6 * expected.norm());
 
@@ -365,7 +367,7 @@ TEST_CASE("Graphs without edges stay as they are; invalid edges are refused",
   CHECK(covariances_of(graph, kGraphSettings).empty());
   graph.odometry.push_back({2, 3, {Pose(), Matrix6<double>::Identity()}});
   CHECK(covariances_of(graph, kGraphSettings).empty());
-  CHECK_THROWS_AS(predicted_relative_pose(graph, 0, 2, kGraphSettings), std::runtime_error);
+  CHECK_THROWS_AS(LoopPrediction(graph, kGraphSettings).relative_pose(0, 2), std::runtime_error);
 }
 
 }  // namespace
