@@ -123,8 +123,8 @@ std::optional<int> bits_of_16(const std::filesystem::path& file) {
 
 cv::Mat load_gray_image(const std::filesystem::path& file, int bits) {
   if (bits == 16) return decode(file, kGrey);
-  cv::Mat image = decode(file, kGrey | cv::IMREAD_ANYDEPTH);
-  if (image.depth() != CV_16U) return image;
+  const cv::Mat image = decode(file, kGrey | cv::IMREAD_ANYDEPTH);
+  if (image.depth() != CV_16U) return decode(file, kGrey);
   cv::Mat bytes;
   image.convertTo(bytes, CV_8U, std::ldexp(1.0, 8 - bits));
   return bytes;

@@ -25,8 +25,8 @@ namespace stereo_slam {
 /// above 4095. Nothing for an image of 8 bits. Throws std::runtime_error like check_png.
 [[nodiscard]] std::optional<int> bits_of_16(const std::filesystem::path& file);
 
-/// The image as CV_8UC1. Colour is converted to grey; of 16 bits a pixel, `bits` are taken as used, of which
-/// the upper eight remain. Throws std::runtime_error like check_png.
+/// The image as CV_8UC1. Colour is converted to grey; of 16 bits a pixel, the lower `bits` are used, scaled
+/// to eight. Throws std::runtime_error like check_png.
 [[nodiscard]] cv::Mat load_gray_image(const std::filesystem::path& file, int bits = 16);
 
 }  // namespace stereo_slam

@@ -112,6 +112,7 @@ std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames,
 /// Positions in the natural order of the names.
 FramePositions by_order(const std::vector<StereoFiles>& frames, const std::vector<fs::path>& images) {
   std::vector<std::string> names;
+  names.reserve(images.size());
   for (const auto& image : images) names.push_back(image.stem().string());
   std::sort(names.begin(), names.end(), natural_less);
   names.erase(std::unique(names.begin(), names.end()), names.end());

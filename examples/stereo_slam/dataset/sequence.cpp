@@ -155,18 +155,23 @@ void check_frame_rate(SequenceScan& scan) {
            scan.sequence.folder.string(), 1.0 / rate_hz, rate_hz)});
 }
 
-/// Finds how many of 16 bits the image files use: a camera of 12 bits may leave the upper four empty. The
-/// first, middle and last image decide.
+/// Finds how many of 16 bits the image files use: a camera of 12 bits may leave the upper four empty. Up to
+/// sixteen pairs, spread over the recording, decide.
 void find_bits(SequenceScan& scan) {
+  constexpr std::size_t kMostPairs = 16;
   auto& sequence = scan.sequence;
   const auto& frames = sequence.frames;
   if (sequence.source || frames.empty()) return;
+  const std::size_t pairs = std::min(kMostPairs, frames.size());
   int bits = 0;
   try {
-    for (const std::size_t index : {std::size_t{0}, frames.size() / 2, frames.size() - 1}) {
-      const auto used = bits_of_16(frames[index].left);
-      if (!used) return;
-      bits = std::max(bits, *used);
+    for (std::size_t i = 0; i < pairs && bits < 16; ++i) {
+      const StereoFiles& files = frames[i * (frames.size() - 1) / std::max<std::size_t>(pairs - 1, 1)];
+      for (const auto& file : {files.left, files.right}) {
+        const auto used = bits_of_16(file);
+        if (!used) return;
+        bits = std::max(bits, *used);
+      }
     }
   } catch (const std::runtime_error&) {
     return;  // an image that cannot be read is reported where it is loaded
@@ -175,10 +180,9 @@ void find_bits(SequenceScan& scan) {
   if (bits == 16) return;
   scan.problems.push_back(
       {Problem::Severity::kWarning,
-       fmt::format(
-           "{}: the images have 16 bits a pixel, but no value is above {}; they are read as images of "
-           "{} bits",
-           sequence.folder.string(), (1 << bits) - 1, bits)});
+       fmt::format("{}: the images have 16 bits a pixel, but no value is above {} in the {} pairs examined; "
+                   "they are read as images of {} bits, and larger values as white",
+                   sequence.folder.string(), (1 << bits) - 1, pairs, bits)});
 }
 
 }  // namespace

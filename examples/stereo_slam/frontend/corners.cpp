@@ -33,18 +33,20 @@ constexpr CornerStrength kWeak{5, 900.0};  // hardly more than the alignment of 
 /// Smallest eigenvalue of the structure tensor around a pixel, grey levels^2.
 [[nodiscard]] double smallest_eigenvalue(const cv::Mat& image, cv::Point centre) {
   static_assert(kTensorRadius_px == 3, "a row has seven pixels, one less than a register");
-  const cv::v_int16x8 in_row(-1, -1, -1, -1, -1, -1, -1, 0);
+  const cv::v_int16x8 in_row(1, 1, 1, 1, 1, 1, 1, 0);
   const auto pixels = [](const std::uint8_t* p) { return cv::v_reinterpret_as_s16(cv::v_load_expand(p)); };
   cv::v_int32x4 xx = cv::v_setzero_s32();
   cv::v_int32x4 xy = cv::v_setzero_s32();
   cv::v_int32x4 yy = cv::v_setzero_s32();
   for (int row = centre.y - kTensorRadius_px; row <= centre.y + kTensorRadius_px; ++row) {
     const std::uint8_t* line = image.ptr<std::uint8_t>(row) + centre.x - kTensorRadius_px;
-    const cv::v_int16x8 dx = (pixels(line + 1) - pixels(line - 1)) & in_row;
-    const cv::v_int16x8 dy = (pixels(line + image.step) - pixels(line - image.step)) & in_row;
-    xx = cv::v_dotprod(dx, dx, xx);
-    xy = cv::v_dotprod(dx, dy, xy);
-    yy = cv::v_dotprod(dy, dy, yy);
+    // Functions, not operators, which OpenCV 4.11 no longer has for these types.
+    const auto dx = cv::v_sub_wrap(pixels(line + 1), pixels(line - 1));
+    const auto dy = cv::v_sub_wrap(pixels(line + image.step), pixels(line - image.step));
+    const auto dx_in_row = cv::v_mul_wrap(dx, in_row);
+    xx = cv::v_dotprod(dx_in_row, dx, xx);
+    xy = cv::v_dotprod(dx_in_row, dy, xy);
+    yy = cv::v_dotprod(cv::v_mul_wrap(dy, in_row), dy, yy);
   }
   const double sum_xx = cv::v_reduce_sum(xx);
   const double sum_yy = cv::v_reduce_sum(yy);

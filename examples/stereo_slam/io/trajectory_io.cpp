@@ -53,7 +53,9 @@ std::size_t columns(TrajectoryFormat format) { return format == TrajectoryFormat
 TrajectoryFormat detect_format(const std::string& line) {
   const auto count = split_fields(line).size();
   const bool commas = line.find(',') != std::string::npos;
-  if (count == 12) return TrajectoryFormat::kKitti;
+  const auto numbers = parse_numbers(line);
+  const bool begins_with_stamp = commas && numbers && std::abs(numbers->front()) > 2.0;
+  if (count == 12 && !begins_with_stamp) return TrajectoryFormat::kKitti;
   if (commas && count >= 8) return TrajectoryFormat::kEuroc;
   if (count == 8) return TrajectoryFormat::kTum;
   throw std::runtime_error(

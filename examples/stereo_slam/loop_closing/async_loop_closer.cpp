@@ -20,7 +20,7 @@ struct AsyncLoopCloser::State {
   LoopCloser closer;
   LoopThread thread;
   std::size_t latency_frames;
-  std::size_t keyframes;     // of this run and the known map
+  std::size_t keyframes;     // of the pose graph that may move
   std::deque<Task> tasks{};  // in order; each waits for the one before
 
   /// Waits until all tasks are done and returns the loop closer.
@@ -52,7 +52,7 @@ AsyncLoopCloser::AsyncLoopCloser(const StereoCamera& camera, const Settings& set
     : state_(new State{.closer = LoopCloser(camera, settings, known, use),
                        .thread = thread,
                        .latency_frames = static_cast<std::size_t>(settings.loop_closure.latency_frames),
-                       .keyframes = known.keyframes.size()}) {}
+                       .keyframes = use == MapUse::kContinue ? known.keyframes.size() : 0}) {}
 AsyncLoopCloser::~AsyncLoopCloser() = default;
 AsyncLoopCloser::AsyncLoopCloser(AsyncLoopCloser&&) noexcept = default;
 AsyncLoopCloser& AsyncLoopCloser::operator=(AsyncLoopCloser&&) noexcept = default;

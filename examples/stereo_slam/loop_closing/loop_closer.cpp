@@ -243,8 +243,9 @@ void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
     const PoseGraphEdge& edge = edges[i];
     const double chi2 = prediction.mahalanobis_squared(
         edge, {rule.gate_scale, drift_allowance(path_length_m(edge.from, edge.to), rule)});
-    log(edge, loops[i].inliers, chi2);
-    if (!events_.back().accepted) continue;
+    const bool agrees = chi2 <= rule.max_chi2;
+    log(edge, loops[i].inliers, chi2, agrees);
+    if (!agrees) continue;
     accepted.push_back(edge);
     for (const auto& [old_landmark, new_landmark] : loops[i].same_landmarks) {
       identity_.unite(old_landmark, new_landmark);
@@ -254,16 +255,15 @@ void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
   waiting_loops_ += accepted.size();
 }
 
-/// Logs a loop with its squared Mahalanobis distance from the prediction, which decides whether it is
-/// accepted.
-void LoopCloser::log(const PoseGraphEdge& loop, int inliers, double chi2) {
+/// Logs a loop with its squared Mahalanobis distance from the prediction.
+void LoopCloser::log(const PoseGraphEdge& loop, int inliers, double chi2, bool accepted) {
   const bool in_known = loop.from < known_.keyframes;
   events_.push_back({.frame = keyframes_[loop.to].frame - known_.frames,
                      .old_frame = keyframes_[loop.from].frame - (in_known ? 0 : known_.frames),
                      .in_loaded_map = in_known,
                      .inliers = inliers,
                      .chi2 = chi2,
-                     .accepted = chi2 <= settings_.loop_verification.max_chi2,
+                     .accepted = accepted,
                      .T_old_new = loop.T_from_to.pose});
 }
 

@@ -72,7 +72,7 @@ class LoopCloser {
   [[nodiscard]] std::optional<LoopMeasurement> measure(const Keyframe& keyframe) const;
 
   void accept(const std::vector<LoopMeasurement>& loops);
-  void log(const PoseGraphEdge& loop, int inliers, double chi2);
+  void log(const PoseGraphEdge& loop, int inliers, double chi2, bool accepted);
   [[nodiscard]] double path_length_m(std::size_t from, std::size_t to) const;
   void join(const PoseGraphEdge& loop);
   void drop_guesses();

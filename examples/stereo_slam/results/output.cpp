@@ -126,8 +126,8 @@ Pose pose_between(const RunRecord& record, std::size_t next, std::int64_t stamp_
 
 /// Changes the state in a run.yaml from running to failed, in place, which needs no room on the disk.
 void mark_failed(const std::filesystem::path& run_yaml) {
-  constexpr std::string_view kRunning = "state: running";
-  constexpr std::string_view kFailed = "state: failed ";
+  constexpr std::string_view kRunning = "\nstate: running";
+  constexpr std::string_view kFailed = "\nstate: failed ";
   static_assert(kRunning.size() == kFailed.size());
   std::fstream file(run_yaml, std::ios::in | std::ios::out | std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};

@@ -66,9 +66,9 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
 
 FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) {
   StageClock clock;
-  const StereoFrame frame = with_equal_brightness(recorded);
-  FrameResult result = begin_result(frame);
+  FrameResult result = begin_result(recorded);
   if (loops_) clock.lap("loops");
+  const StereoFrame frame = with_equal_brightness(recorded);
   if (previous_.repeated_by(frame)) {
     pass_over(frame, result);
     result.times = clock.times();

@@ -27,6 +27,7 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
     local_map_.cull(images.frame.index);  // not before: the matches refer to the list of landmarks
     return false;
   }
+  if (recognised) scene_ = {};
   const bool against_landmarks = tracked.basis == PoseBasis::kLandmarks;
   change_keyframe(images, against_landmarks ? tracked.matches : std::vector<Match>{});
   return true;

@@ -73,11 +73,15 @@ TEST_CASE("A second search finds the same corners as a detector that is new", "[
   const CornerDetector detector(noise);
   const auto known = positions(detector.detect({}, {}, {.cell_px = 40, .per_cell = 5}));
   for (const int cell_px : {16, 23, 50}) {
-    const CornerGrid grid{.cell_px = cell_px, .per_cell = 2, .enough = 1000};
-    const std::vector<Vector2<double>> present_px(known.begin(), known.begin() + 30);
-    const auto again = positions(detector.detect(present_px, known, grid));
-    CHECK_FALSE(again.empty());
-    CHECK(again == positions(CornerDetector(noise).detect(present_px, known, grid)));
+    for (const bool fill : {false, true}) {
+      CAPTURE(cell_px, fill);
+      const CornerGrid grid{.cell_px = cell_px, .per_cell = 2, .fill_empty_cells = fill};
+      // With many points present some cells are full, so that a new detector does not search the whole image.
+      const std::vector<Vector2<double>> present_px(known.begin(), known.begin() + 60);
+      const auto again = positions(detector.detect(present_px, {}, grid));
+      CHECK_FALSE(again.empty());
+      CHECK(again == positions(CornerDetector(noise).detect(present_px, {}, grid)));
+    }
   }
 }
 

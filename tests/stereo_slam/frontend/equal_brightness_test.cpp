@@ -49,5 +49,30 @@ TEST_CASE("Images of similar brightness are not copied, nor are black or plain o
   }
 }
 
+TEST_CASE("What only one camera sees does not change the brightness", "[stereo_slam][features]") {
+  for (const int grey : {0, 255}) {
+    StereoFrame frame = pair_with(1.0, 0.0);
+    frame.right = frame.right.clone();
+    frame.right.colRange(400, 640).setTo(grey);
+    CHECK(with_equal_brightness(frame).right.data == frame.right.data);
+  }
+  StereoFrame frame = pair_with(1.6, 0.0);
+  frame.right.colRange(450, 640).setTo(255);
+  const StereoFrame equal = with_equal_brightness(frame);
+  CHECK(cv::norm(frame.left.colRange(0, 450), equal.right.colRange(0, 450), cv::NORM_INF) <= 2.0);
+}
+
+TEST_CASE("Parts of a larger image are adapted as whole images are", "[stereo_slam][features]") {
+  const StereoFrame whole = pair_with(0.6, 0.0);
+  cv::Mat both;
+  cv::hconcat(whole.left, whole.right, both);
+  StereoFrame halves;
+  halves.left = both.colRange(0, 640);
+  halves.right = both.colRange(640, 1280);
+  const cv::Mat adapted = with_equal_brightness(halves).right;
+  CHECK(cv::norm(adapted, with_equal_brightness(whole).right, cv::NORM_INF) == 0.0);
+  CHECK(cv::norm(both.colRange(640, 1280), whole.right, cv::NORM_INF) == 0.0);
+}
+
 }  // namespace
 }  // namespace stereo_slam
