@@ -11,8 +11,9 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kBits = 256;
-constexpr std::size_t kFullLeaf = 4;    // size limit of a leaf that cannot be split, times leaf_size
-constexpr double kWorstBalance = 0.2;   // least share of the smaller part for a split
+constexpr std::size_t kFullLeaf = 4;   // size limit of a leaf that cannot be split, times leaf_size
+constexpr double kWorstBalance = 0.2;  // least share of the smaller part for a split
+constexpr std::size_t kFetchedAhead = 8;
 constexpr std::size_t kNeighbours = 3;  // keyframes before and after that show the same place
 
 [[nodiscard]] std::size_t bit_of(const Descriptor& descriptor, int bit) {
@@ -104,7 +105,15 @@ PlaceQuery PlaceRecognition::query(std::span<const KeyframePoint> points, std::s
   for (const auto& point : points) {
     found.clear();
     for (const auto& tree : trees_) {
-      for (const std::uint32_t id : tree.leaf_of(point.descriptor)) {
+      const auto leaf = tree.leaf_of(point.descriptor);
+      // The descriptors of a leaf lie anywhere in memory; waiting for each would take most of the time.
+      const auto fetch = [&](std::size_t i) {
+        if (i < leaf.size()) __builtin_prefetch(descriptors_[leaf[i]].data());
+      };
+      for (std::size_t i = 0; i < kFetchedAhead; ++i) fetch(i);
+      for (std::size_t i = 0; i < leaf.size(); ++i) {
+        fetch(i + kFetchedAhead);
+        const std::uint32_t id = leaf[i];
         if (keyframe_of_[id] >= end) continue;
         ++result.comparisons;
         if (hamming_distance(descriptors_[id], point.descriptor) <= settings_.max_descriptor_distance) {
