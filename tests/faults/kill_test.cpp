@@ -141,6 +141,7 @@ TEST_CASE("A full disk ends the run with one line; the frames before it are whol
   };
   const auto result = call(run_into(folder, "out"), limit_files);
   check_one_line_failure(result, "cannot be written (File too large)");
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: failed"));
   const auto poses = read_trajectory(folder / "out/trajectory_online.txt").poses.size();
   CHECK(poses > 10);
   CHECK(read_covariances(folder / "out/covariances.csv").size() + 1 >= poses);

@@ -324,7 +324,9 @@ LoopPrediction& LoopPrediction::operator=(LoopPrediction&&) noexcept = default;
 PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) const {
   const auto& [poses, information, drift_sigma_rad] = *state_;
   if (!information.knows(from) || !information.knows(to)) {
-    throw std::runtime_error(fmt::format("nodes {} and {} of the pose graph are not connected", from, to));
+    throw std::runtime_error(fmt::format(
+        "nodes {} and {} of the pose graph are not connected, or their covariances cannot be computed", from,
+        to));
   }
   const PoseGaussian relative = antipode::relative_pose<double>(
       {poses[from], information.covariance(from, from)}, {poses[to], information.covariance(to, to)},
