@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
 # Installs everything antipode's library, examples, tests and benchmarks build with (Debian 12 or
-# newer, Ubuntu 24.04. Ubuntu 22.04 has Ceres 2.0, which is too old for the SLAM).
+# newer, Ubuntu 24.04. Ubuntu 22.04 has Ceres 2.0, which is too old for the SLAM), and the packages
+# that the arguments name.
 set -euo pipefail
 
 packages=(
   build-essential cmake ninja-build git
   libeigen3-dev libopencv-dev libceres-dev catch2 libgmock-dev
   libcli11-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev libjpeg-dev libdeflate-dev zlib1g-dev
+  "$@"
 )
 
 # Used where the distribution has them, and not missed where it does not: bags of ROS 1, and a test that writes some.

@@ -67,10 +67,12 @@ void draw_shape(cv::Mat1b& image, cv::Rect area, Rng& rng) {
   const int radius = uniform(rng, 6, 26);
   const cv::Scalar grey(uniform(rng, 10, 245));
   switch (uniform(rng, 0, 2)) {
-    case 0:
-      cv::ellipse(image, center, {radius, uniform(rng, 6, 26)}, uniform(rng, 0, 179), 0, 360, grey,
-                  cv::FILLED, cv::LINE_AA);
+    case 0: {
+      const int angle_deg = uniform(rng, 0, 179);
+      const cv::Size axes(radius, uniform(rng, 6, 26));
+      cv::ellipse(image, center, axes, angle_deg, 0, 360, grey, cv::FILLED, cv::LINE_AA);
       break;
+    }
     case 1:
       cv::circle(image, center, radius, grey, uniform(rng, 2, 5), cv::LINE_AA);
       break;
@@ -144,8 +146,10 @@ cv::Mat1b paint_wall(cv::Size size_px, Rng& rng) {
   for (int k = 0; k < 60; ++k) draw_shape(wall, all, rng);
   for (int k = 0; k < 12; ++k) {
     const cv::Point corner = random_point(all, rng);
-    draw_word(wall, {corner, cv::Size(uniform(rng, 60, 300), uniform(rng, 15, 50))}, uniform(rng, 20, 230),
-              rng);
+    const int grey = uniform(rng, 20, 230);
+    const int height = uniform(rng, 15, 50);
+    const int width = uniform(rng, 60, 300);
+    draw_word(wall, {corner, cv::Size(width, height)}, grey, rng);
   }
   cv::GaussianBlur(wall, wall, {}, 1.2);
   return wall;

@@ -79,9 +79,10 @@ struct StereoScene {
     StereoScene scene;
     for (int i = 0; i < count; ++i) {
       const Scalar disparity = scene.camera.fx * scene.camera.baseline / uniform<Scalar>(rng, 3.0, 40.0);
-      const Vector3<Scalar> z(uniform<Scalar>(rng, 0.0, 1241.0), uniform<Scalar>(rng, 0.0, 376.0), disparity);
-      const Vector3<Scalar> noise(static_cast<Scalar>(normal(rng)), static_cast<Scalar>(normal(rng)),
-                                  static_cast<Scalar>(normal(rng)));
+      const Scalar row = uniform<Scalar>(rng, 0.0, 376.0);
+      const Vector3<Scalar> z(uniform<Scalar>(rng, 0.0, 1241.0), row, disparity);
+      Vector3<Scalar> noise;
+      for (const int axis : {2, 1, 0}) noise[axis] = static_cast<Scalar>(normal(rng));
       scene.landmarks.push_back(scene.camera.back_project(T_world_camera, z));
       scene.measurements.push_back(z + scene.sigma.cwiseProduct(noise));
     }

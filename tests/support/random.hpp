@@ -9,7 +9,8 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
-/// Random arguments for property tests. Every test seeds its own generator and captures the seed.
+/// Random arguments for property tests. Every test seeds its own generator and captures the seed. No call
+/// here draws two of its arguments: compilers evaluate them in different orders.
 namespace antipode::test {
 
 using Rng = std::mt19937_64;
@@ -88,8 +89,8 @@ template <class Scalar>
 /// A uniform rotation of either sign; translation entries uniform in [-size, size].
 template <class Scalar>
 [[nodiscard]] DualQuaternion<Scalar> random_pose(Rng& rng, double size = 3.0) {
-  return DualQuaternion<Scalar>::from_rotation_translation(random_quaternion<Scalar>(rng),
-                                                           random_matrix<Scalar, 3, 1>(rng, size));
+  const Vector3<Scalar> translation = random_matrix<Scalar, 3, 1>(rng, size);
+  return DualQuaternion<Scalar>::from_rotation_translation(random_quaternion<Scalar>(rng), translation);
 }
 
 /// A twist that turns by exactly `angle` about a random axis; entries of rho uniform in [-size, size].

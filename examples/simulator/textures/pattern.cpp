@@ -82,6 +82,13 @@ void for_each_copy(const cv::Mat1f& tile, const cv::Rect& bounds, Draw draw) {
   return polygon;
 }
 
+/// Anywhere on the tile. The order of the two draws is fixed, as that of a function's arguments is not.
+[[nodiscard]] cv::Point2d random_point(const cv::Mat1f& tile, Random& random) {
+  const double y = random.uniform(0.0, tile.rows);
+  const double x = random.uniform(0.0, tile.cols);
+  return {x, y};
+}
+
 }  // namespace
 
 cv::Mat1f fractal_noise(Random& random, cv::Size size, int first_cells, int octaves, double persistence) {
@@ -111,7 +118,7 @@ void scatter(cv::Mat1f& tile, Random& random, const ScatterSettings& settings) {
   const double b = 1.0 / (settings.max_radius_px * settings.max_radius_px);
   for (int i = 0; i < settings.count; ++i) {
     const double radius = 1.0 / std::sqrt(random.uniform(b, a));  // inverse of the cumulative density
-    const cv::Point2d centre(random.uniform(0.0, tile.cols), random.uniform(0.0, tile.rows));
+    const cv::Point2d centre = random_point(tile, random);
     const double grey = random.uniform(settings.low, settings.high);
     Rim rim;
     if (settings.outline > 0.0) rim = {grey - settings.outline, 1 + static_cast<int>(radius / 20.0)};
@@ -123,7 +130,7 @@ void draw_cracks(cv::Mat1f& tile, Random& random, const CrackSettings& settings)
   cv::Mat1f layer = cv::Mat1f::zeros(tile.size());
   constexpr double kStep_px = 4.0;
   for (int i = 0; i < settings.count; ++i) {
-    cv::Point2d point(random.uniform(0.0, tile.cols), random.uniform(0.0, tile.rows));
+    cv::Point2d point = random_point(tile, random);
     double heading = random.uniform(0.0, kTurn);
     const double length = settings.length_px * random.uniform(0.3, 1.0);
     for (double walked = 0.0; walked < length; walked += kStep_px) {

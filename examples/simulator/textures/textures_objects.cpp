@@ -53,10 +53,9 @@ void draw_pane(cv::Mat1f& tile, Random& random, const cv::Rect& pane) {
   }
   if (random.chance(0.35)) {  // something on the sill
     const int radius = std::max(2, pane.width / 6);
-    cv::circle(tile,
-               {pane.x + random.integer(radius, std::max(radius, pane.width - radius)),
-                pane.y + pane.height - radius - 1},
-               radius, cv::Scalar(random.uniform(0.2, 0.8)), cv::FILLED);
+    const double grey = random.uniform(0.2, 0.8);
+    const int x = pane.x + random.integer(radius, std::max(radius, pane.width - radius));
+    cv::circle(tile, {x, pane.y + pane.height - radius - 1}, radius, cv::Scalar(grey), cv::FILLED);
   }
 }
 

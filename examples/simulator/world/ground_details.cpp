@@ -73,8 +73,10 @@ class Marker {
 
   void mended_trench(const Route::Station& station) {
     const double x = random_.uniform(-3.5, 2.0);
-    lay(strip(station, 0.0, random_.uniform(1.0, 5.0), x, x + random_.uniform(0.5, 1.6)), station,
-        {site_.palette.asphalt, 7.3, random_.uniform(0.5, 0.95), 0.006});
+    const double shade = random_.uniform(0.5, 0.95);
+    const double width = random_.uniform(0.5, 1.6);
+    const double length = random_.uniform(1.0, 5.0);
+    lay(strip(station, 0.0, length, x, x + width), station, {site_.palette.asphalt, 7.3, shade, 0.006});
   }
 
   void patch_beside(const Route::Station& station) {

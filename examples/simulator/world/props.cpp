@@ -84,14 +84,16 @@ void add_boundary(Mesh& mesh, Random& random, const Palette& palette, double len
   const double v = random.uniform(0.0, 64.0);
   const double half = 0.5 * length_m;
   switch (random.integer(0, 2)) {
-    case 0:
-      mesh.box({-half, kFoot_m, -0.7}, {half, random.uniform(0.9, 1.8), 0.0},
-               {palette.hedge, random.uniform(0.55, 0.8), false, u, v});
+    case 0: {
+      const Paint hedge{palette.hedge, random.uniform(0.55, 0.8), false, u, v};
+      mesh.box({-half, kFoot_m, -0.7}, {half, random.uniform(0.9, 1.8), 0.0}, hedge);
       break;
-    case 1:
-      mesh.box({-half, kFoot_m, -0.25}, {half, random.uniform(0.6, 1.5), 0.0},
-               {random.pick(palette.walls), random.uniform(0.7, 1.3), false, u, v});
+    }
+    case 1: {
+      const Paint wall{random.pick(palette.walls), random.uniform(0.7, 1.3), false, u, v};
+      mesh.box({-half, kFoot_m, -0.25}, {half, random.uniform(0.6, 1.5), 0.0}, wall);
       break;
+    }
     default:
       mesh.rectangle({-half, 0.0, 0.0}, Vector3d::UnitX() * length_m, Vector3d::UnitY() * 1.28,
                      {palette.fence, random.uniform(0.5, 1.5), false, u, 0.0});

@@ -45,8 +45,9 @@ void add_woods(Yard& yard) {
   const GroundPoint high = yard.site.route.high() + GroundPoint::Constant(kMargin_m);
   const int trees = static_cast<int>(std::min<double>((high - low).prod() / kArea_m2, kMost));
   for (int i = 0; i < trees; ++i) {
-    const GroundPoint position(yard.random.uniform(low.x(), high.x()),
-                               yard.random.uniform(low.y(), high.y()));
+    const double y = yard.random.uniform(low.y(), high.y());
+    const double x = yard.random.uniform(low.x(), high.x());
+    const GroundPoint position(x, y);
     const GroundBox box{position, GroundPoint::UnitX(), 2.0, 2.0};
     if (!yard.plan.take(box, 30.0)) continue;
     yard.mesh.place(stand(position, GroundPoint::UnitX(), yard.site.terrain.height(position)));
