@@ -2,6 +2,8 @@
 #include "stereo_slam/loop_closing/place_recognition.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <random>
 
 #include "support/catch.hpp"
@@ -42,10 +44,12 @@ class RandomTown {
     return descriptor;
   }
   [[nodiscard]] Descriptor worn(Descriptor descriptor, double share) {
-    std::bernoulli_distribution flipped(share);
+    // Not std::bernoulli_distribution, which takes two logarithms with Clang.
+    const auto limit = static_cast<std::uint32_t>(share * std::numeric_limits<std::uint32_t>::max());
     for (auto& byte : descriptor) {
       for (int bit = 0; bit < 8; ++bit) {
-        if (flipped(random_)) byte = static_cast<std::uint8_t>(byte ^ (1U << bit));
+        const bool flipped = static_cast<std::uint32_t>(random_()) < limit;
+        if (flipped) byte = static_cast<std::uint8_t>(byte ^ (1U << bit));
       }
     }
     return descriptor;
