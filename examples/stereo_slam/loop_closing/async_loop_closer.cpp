@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <future>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -35,10 +37,13 @@ struct AsyncLoopCloser::State {
     return !tasks.empty() && tasks.back().correction.wait_for(0s) == std::future_status::timeout;
   }
 
-  /// Waits for the tasks that are due. A correction contains any earlier one.
+  /// Waits for the tasks that are due, and takes those before them, too. A correction contains any earlier
+  /// one.
   [[nodiscard]] std::optional<LoopCorrection> collect(std::size_t frame) {
+    const auto last_due =
+        std::find_if(tasks.rbegin(), tasks.rend(), [&](const Task& task) { return task.due <= frame; });
     std::optional<LoopCorrection> latest;
-    while (!tasks.empty() && tasks.front().due <= frame) {
+    for (auto count = std::distance(last_due, tasks.rend()); count > 0; --count) {
       auto correction = tasks.front().correction.get();
       if (correction) latest = std::move(correction);
       tasks.pop_front();
@@ -57,11 +62,15 @@ AsyncLoopCloser::~AsyncLoopCloser() = default;
 AsyncLoopCloser::AsyncLoopCloser(AsyncLoopCloser&&) noexcept = default;
 AsyncLoopCloser& AsyncLoopCloser::operator=(AsyncLoopCloser&&) noexcept = default;
 
-void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left) {
+void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left, CorrectionDelay delay) {
   State& s = *state_;
   // The time to optimise a pose graph is proportional to its size.
   constexpr std::size_t kKeyframesPerFrame = 50;
-  const std::size_t due = keyframe.frame + s.latency_frames + s.keyframes++ / kKeyframesPerFrame;
+  constexpr std::size_t kShortDelay_frames = 3;
+  const std::size_t usual_delay = s.latency_frames + s.keyframes++ / kKeyframesPerFrame;
+  const std::size_t due =
+      keyframe.frame +
+      (delay == CorrectionDelay::kUsual ? usual_delay : std::min(usual_delay, kShortDelay_frames));
   const auto policy = s.thread == LoopThread::kOwn ? std::launch::async : std::launch::deferred;
   auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
   auto work = [&closer = s.closer, before = std::move(before), keyframe = std::move(keyframe),

@@ -21,11 +21,17 @@ enum class LoopThread {
   kOwn,   ///< one of its own
 };
 
+/// When the correction of a keyframe takes effect.
+enum class CorrectionDelay {
+  kUsual,  ///< after loop_closure.latency_frames, and one more frame for each 50 keyframes
+  kShort,  ///< after three frames: the camera's pose in the map is not known without it
+};
+
 /// A LoopCloser that runs in the background.
 ///
 /// It processes keyframes in order. The correction of a keyframe takes effect after a number of frames that
-/// depends only on the settings and the number of keyframes; correction_due() waits for it if necessary. The
-/// results therefore do not depend on threads or their speed.
+/// depends only on the settings, the delay and the number of keyframes; correction_due() waits for it if
+/// necessary. The results therefore do not depend on threads or their speed.
 class AsyncLoopCloser {
  public:
   /// `known` is the map of an earlier run, or empty.
@@ -37,7 +43,7 @@ class AsyncLoopCloser {
 
   /// Adds a keyframe with its points and its pose relative to the keyframe before. If its points are not
   /// described yet, `left` is the image to describe them by, on the loop-closing thread.
-  void add_keyframe(Keyframe keyframe, cv::Mat left = {});
+  void add_keyframe(Keyframe keyframe, cv::Mat left = {}, CorrectionDelay delay = CorrectionDelay::kUsual);
 
   /// The correction that takes effect before `frame`, if any. The caller corrects its keyframes.
   [[nodiscard]] std::optional<LoopCorrection> correction_due(std::size_t frame);

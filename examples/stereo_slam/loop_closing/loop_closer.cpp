@@ -93,15 +93,17 @@ void LoopCloser::save(SavedMap& map) const {
 std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
   follow_known_map(keyframe);
   const std::size_t id = add_keyframe(std::move(keyframe));
+  const bool was_localised = segments_.localised(segment_of(id));
   std::vector<LoopMeasurement> confirmed;
   if (!follows_last_loop(keyframes_[id])) {
-    confirmed = consistency_.add(measure(keyframes_[id]), keyframes_);
+    confirmed = confirm(measure(keyframes_[id]));
     accept(confirmed);
   }
   places_.add(id, keyframes_[id].points);
+  const bool newly_localised = !was_localised && segments_.localised(segment_of(id));
   const bool first_of_row = confirmed.size() > 1 && waiting_loops_ > 0;
   const std::size_t enough = std::max(kFewestLoops, keyframes_.size() / kKeyframesPerLoop);
-  if (!first_of_row && waiting_loops_ < enough) return std::nullopt;
+  if (!newly_localised && !first_of_row && waiting_loops_ < enough) return std::nullopt;
   return correct();
 }
 
@@ -225,6 +227,17 @@ std::optional<LoopMeasurement> LoopCloser::measure(const Keyframe& keyframe) con
     if (!best || verified.loop.inliers > best->inliers) best = verified.loop;
   }
   return best;
+}
+
+/// The loops that are certain by now: those that consecutive keyframes agree on, and at once one that finds
+/// the place of a segment with many inliers, because the camera waits for it.
+std::vector<LoopMeasurement> LoopCloser::confirm(const std::optional<LoopMeasurement>& loop) {
+  const auto& rule = settings_.loop_verification;
+  const bool finds_place =
+      loop && !segments_.joined(segment_of(loop->old_keyframe), segment_of(loop->new_keyframe));
+  if (!finds_place || loop->inliers < rule.relocalisation_inliers) return consistency_.add(loop, keyframes_);
+  consistency_ = LoopConsistency(rule);
+  return {*loop};
 }
 
 /// The gate: accepts loops that agree with the pose graph's prediction, whose covariance is increased by the

@@ -34,7 +34,7 @@ struct LoopCorrection {
 ///
 /// A loss of tracking begins a segment, whose pose relative to the one before is a guess. The first loop
 /// between two segments is not compared with the guess but replaces it: the later segment moves as a whole to
-/// where the loop measures it.
+/// where the loop measures it. If that loop has many inliers, it need not wait for consecutive keyframes.
 class LoopCloser {
  public:
   /// `known` is the map of an earlier run, or empty. Its keyframes, segments and landmarks precede those of
@@ -71,6 +71,7 @@ class LoopCloser {
   [[nodiscard]] std::vector<std::size_t> candidates(const Keyframe& keyframe) const;
   [[nodiscard]] std::optional<LoopMeasurement> measure(const Keyframe& keyframe) const;
 
+  [[nodiscard]] std::vector<LoopMeasurement> confirm(const std::optional<LoopMeasurement>& loop);
   void accept(const std::vector<LoopMeasurement>& loops);
   void log(const PoseGraphEdge& loop, int inliers, double chi2, bool accepted);
   [[nodiscard]] double path_length_m(std::size_t from, std::size_t to) const;

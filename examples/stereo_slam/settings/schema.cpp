@@ -259,6 +259,8 @@ void add_loop_verification(Table& table) {
            "smallest number of inliers of a loop")
       .add("consecutive", &LoopVerificationSettings::consecutive, {1, 100}, "",
            "number of consecutive keyframes whose loops must agree")
+      .add("relocalisation_inliers", &LoopVerificationSettings::relocalisation_inliers, {6, 10000}, "",
+           "smallest number of inliers of a loop that alone gives a lost camera its place in the map")
       .add("max_chi2", &LoopVerificationSettings::max_chi2, {1.0, 1e6}, "",
            "largest squared Mahalanobis distance to the other loops and to the prediction; 22.458 is the "
            "99.9 % quantile of chi-square with 6 degrees of freedom")

@@ -162,6 +162,7 @@ struct LoopVerificationSettings {
   double pixel_sigma_px = 1.0;
   int min_inliers = 25;
   int consecutive = 3;
+  int relocalisation_inliers = 60;
   double max_chi2 = 22.458;
   double gate_scale = 1.0;
   double drift_m_per_m = 0.003;

@@ -71,7 +71,9 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   reference_.keyframe.segment = segment_.current();
   reference_.keyframe.points = std::move(points);
   reference_.keyframe.T_previous_keyframe = trajectory_.T_previous_reference();
-  if (loops_) loops_->add_keyframe(reference_.keyframe, aligns_patches() ? reference_.left : cv::Mat());
+  if (!loops_) return;
+  loops_->add_keyframe(reference_.keyframe, aligns_patches() ? reference_.left : cv::Mat(),
+                       segment_.localised() ? CorrectionDelay::kUsual : CorrectionDelay::kShort);
 }
 
 /// Points of the frame with a disparity, for landmarks and keyframes, away from `reserved_px`.

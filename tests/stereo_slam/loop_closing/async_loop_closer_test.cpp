@@ -128,6 +128,7 @@ struct Circumstances {
   std::size_t keyframes = kKeyframes;
   std::vector<KeyframeLink> known_better{};  // at the end
   double spacing_m = 0.0;                    // of the loops
+  int relocalisation_inliers = LoopVerificationSettings{}.relocalisation_inliers;
 };
 
 Outcome drive(
@@ -136,6 +137,7 @@ Outcome drive(
   Settings settings;
   settings.place_recognition.min_gap_frames = 30 * kFramesApart;
   settings.loop_closure.spacing_m = circumstances.spacing_m;
+  settings.loop_verification.relocalisation_inliers = circumstances.relocalisation_inliers;
   SquareTown town;
   Outcome outcome;
   AsyncLoopCloser loops(test::kitti_camera(), settings, thread, circumstances.known, circumstances.use);
@@ -164,7 +166,8 @@ Outcome drive(
     steps.push_back(keyframe.T_previous_keyframe);
     outcome.open.push_back(k == 0 ? PoseGaussian{} : compose(outcome.open.back(), steps.back()));
     outcome.closed.push_back(k == 0 ? PoseGaussian{} : compose(outcome.closed.back(), steps.back()));
-    loops.add_keyframe(std::move(keyframe));
+    const bool lost = keyframe.segment > 0 && outcome.segment_localised.size() < 2;
+    loops.add_keyframe(std::move(keyframe), {}, lost ? CorrectionDelay::kShort : CorrectionDelay::kUsual);
   }
   apply(loops.finish(circumstances.known_better));
   outcome.events = loops.events();
@@ -327,8 +330,14 @@ TEST_CASE("A segment that begins at an earlier place moves there as a whole", "[
   CAPTURE(kSeed);
   constexpr std::size_t kCut = 60;
   const Eyes carried_back = [](std::size_t k) { return k < kCut ? k : k - 50; };
-  const Outcome outcome = drive(LoopThread::kNone, carried_back, {.lost_before = kCut, .keyframes = 100});
+  const bool single = GENERATE(true, false);
+  Circumstances circumstances{.lost_before = kCut, .keyframes = 100};
+  if (!single) circumstances.relocalisation_inliers = 1000;
+  const Outcome outcome = drive(LoopThread::kNone, carried_back, circumstances);
   CHECK(outcome.segment_localised == std::vector<bool>{true, true});
+  // By its first keyframe if that has inliers enough, else by three; each takes effect three frames later.
+  REQUIRE_FALSE(outcome.corrected_at.empty());
+  CHECK(outcome.corrected_at.front() == (kCut + (single ? 0 : 2)) * kFramesApart + 3);
   CHECK(worst_error_m(outcome.open, carried_back) > 20.0);
   CHECK(worst_error_m(outcome.closed, carried_back) < 1.5);
   // The guess is gone: the place is as certain as the loops make it.

@@ -167,7 +167,7 @@ TEST_CASE("A camera carried to an earlier street is relocalised", "[stereo_slam]
   CAPTURE(outcome.letters(), outcome.errors_m[129], outcome.errors_m[150], outcome.errors_m.back());
   CHECK(outcome.statuses[130] == TrackingStatus::kLost);
   const std::size_t found = outcome.first(TrackingStatus::kRelocalised);
-  CHECK(found < 170);
+  CHECK(found < 140);
   for (std::size_t i = 131; i < found; ++i) CHECK(outcome.statuses[i] == TrackingStatus::kWeak);
   for (std::size_t i = found + 1; i < outcome.statuses.size(); ++i) {
     CHECK(outcome.statuses[i] == TrackingStatus::kOk);
@@ -222,7 +222,7 @@ TEST_CASE("A second lap from another start is localised in a saved map", "[stere
   Slam localising(recording().camera, Settings{}, LoopThread::kNone, known, MapUse::kLocalise);
   const auto outcome = run({second_lap}, localising, 0);
   CAPTURE(outcome.letters(), outcome.errors_m);
-  CHECK(outcome.first(TrackingStatus::kRelocalised) < 40);
+  CHECK(outcome.first(TrackingStatus::kRelocalised) < 10);
   CHECK(outcome.count(TrackingStatus::kOk) ==
         second_lap.size() - 1 - outcome.first(TrackingStatus::kRelocalised));
   const auto near =
