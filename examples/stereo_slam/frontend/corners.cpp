@@ -244,17 +244,23 @@ class CellRow {
   return kept;
 }
 
-/// Corners of at least this strength, as many as the cells have room for.
+/// What to search for.
+struct Wanted {
+  CornerStrength strength;
+  std::span<const int> room;     ///< of each cell
+  KnownCorners known = nullptr;  ///< of this strength
+};
+
+/// The wanted corners, as many as the cells have room for.
 [[nodiscard]] std::vector<Feature> search_cells(const cv::Mat& image, const SpatialIndex& used,
-                                                const CornerGrid& grid, std::span<const int> room,
-                                                const CornerStrength& strength, KnownCorners known) {
+                                                const CornerGrid& grid, const Wanted& wanted) {
   const auto columns = static_cast<std::size_t>((image.cols + grid.cell_px - 1) / grid.cell_px);
-  std::vector<std::vector<Feature>> by_row(room.size() / columns);
+  std::vector<std::vector<Feature>> by_row(wanted.room.size() / columns);
   cv::parallel_for_(cv::Range(0, static_cast<int>(by_row.size())), [&](const cv::Range& range) {
     for (int row = range.start; row < range.end; ++row) {
-      const auto wanted = room.subspan(static_cast<std::size_t>(row) * columns, columns);
-      CellRow cells(image, grid, strength, row, wanted);
-      cells.find(known);
+      const auto room = wanted.room.subspan(static_cast<std::size_t>(row) * columns, columns);
+      CellRow cells(image, grid, wanted.strength, row, room);
+      cells.find(wanted.known);
       by_row[static_cast<std::size_t>(row)] = cells.best(used);
     }
   });
@@ -277,7 +283,7 @@ std::vector<Feature> CornerDetector::detect(const std::vector<Vector2<double>>& 
   const SpatialIndex used(used_px, image_.size());
   const bool everywhere = std::all_of(room.begin(), room.end(), [](int n) { return n > 0; });
   if (!clear_ && everywhere) clear_ = fast_corners(image_, kClear.fast_threshold);
-  auto corners = search_cells(image_, used, grid, room, kClear, clear_ ? &*clear_ : nullptr);
+  auto corners = search_cells(image_, used, grid, {kClear, room, clear_ ? &*clear_ : nullptr});
   if (!grid.fill_empty_cells && corners.size() >= grid.enough) return corners;
 
   // FAST takes longer the lower its threshold: at first it is lowered only in cells that remained empty.
@@ -290,12 +296,11 @@ std::vector<Feature> CornerDetector::detect(const std::vector<Vector2<double>>& 
     }
     auto taken_px = used_px;
     taken_px.insert(taken_px.end(), found_px.begin(), found_px.end());
-    const auto more =
-        search_cells(image_, SpatialIndex(taken_px, image_.size()), grid, empty, strength, nullptr);
+    const auto more = search_cells(image_, SpatialIndex(taken_px, image_.size()), grid, {strength, empty});
     corners.insert(corners.end(), more.begin(), more.end());
     if (corners.size() >= grid.enough) return corners;
   }
-  return search_cells(image_, used, grid, room, kWeak, nullptr);
+  return search_cells(image_, used, grid, {kWeak, room});
 }
 
 std::vector<Descriptor> describe_points(const cv::Mat& image, const std::vector<Vector2<double>>& points_px) {

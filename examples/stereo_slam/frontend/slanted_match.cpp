@@ -187,19 +187,25 @@ class SlantedTemplate {
   return best;
 }
 
+/// Where the right image is searched: at start_px plus the first two parameters.
+struct RightPlace {
+  const cv::Mat& image;
+  Eigen::Vector2f start_px;
+};
+
 /// Iterates from `parameters` until a step moves no pixel by more than `settled_px`, or for kMaxSteps. False
 /// if the window leaves the image, does not correlate, or moves or slopes too far.
-[[nodiscard]] bool settle(const SlantedTemplate& patch, const cv::Mat& right, const Eigen::Vector2f& start_px,
-                          const SlopePrior& prior, float settled_px, Parameters& parameters) {
+[[nodiscard]] bool settle(const SlantedTemplate& patch, const RightPlace& right, const SlopePrior& prior,
+                          float settled_px, Parameters& parameters) {
   const Eigen::Matrix4f inverse_hessian = patch.inverse_hessian(prior);
   for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
-    const Eigen::Vector2f centre = start_px + parameters.head<2>();
+    const Eigen::Vector2f centre = right.start_px + parameters.head<2>();
     const Eigen::Vector2f slope = parameters.tail<2>();
     const double reach_px = kWindowRadius_px * (1.0 + static_cast<double>(slope.cwiseAbs().sum()));
-    if (!inside(right, static_cast<double>(centre.x()), static_cast<double>(centre.y()), reach_px)) {
+    if (!inside(right.image, static_cast<double>(centre.x()), static_cast<double>(centre.y()), reach_px)) {
       return false;
     }
-    const auto error_gradient = patch.error_gradient(sample_slanted(right, centre, slope));
+    const auto error_gradient = patch.error_gradient(sample_slanted(right.image, centre, slope));
     if (!error_gradient) return false;
     Parameters from_prior = parameters;
     from_prior.tail<2>() -= prior.mean;
@@ -222,15 +228,15 @@ SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px,
   SlantedMatch unchanged{right_px};
   if (!inside(left, left_px.x(), left_px.y(), kWindowRadius_px + 1)) return unchanged;
   const SlantedTemplate patch(left, left_px.cast<float>());
-  const Eigen::Vector2f start = right_px.cast<float>();
+  const RightPlace place{right, right_px.cast<float>()};
   Parameters parameters = Parameters::Zero();
   SlopePrior prior;
-  if (!settle(patch, right, start, prior, kRoughly_px, parameters)) return unchanged;
+  if (!settle(patch, place, prior, kRoughly_px, parameters)) return unchanged;
   if (const auto covariance = patch.slope_covariance()) {
     prior = likely_surface(parameters.tail<2>(), *covariance, likely_slopes).value_or(prior);
   }
-  if (!settle(patch, right, start, prior, kSettled_px, parameters)) return unchanged;
-  return {(start + parameters.head<2>()).cast<double>(), parameters.tail<2>().cast<double>()};
+  if (!settle(patch, place, prior, kSettled_px, parameters)) return unchanged;
+  return {(place.start_px + parameters.head<2>()).cast<double>(), parameters.tail<2>().cast<double>()};
 }
 
 }  // namespace stereo_slam
