@@ -23,7 +23,7 @@ cv::Mat to_grey(const cv::Mat& image) {
   return grey;
 }
 
-void equalise(StereoFrame& frame, const ImageSettings& settings) {
+void equalise_contrast(StereoFrame& frame, const ImageSettings& settings) {
   if (!settings.clahe) return;
   const auto clahe = cv::createCLAHE(settings.clahe_clip_limit, {settings.clahe_tiles, settings.clahe_tiles});
   for (cv::Mat* image : {&frame.left, &frame.right}) {

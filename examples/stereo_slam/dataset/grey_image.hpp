@@ -14,6 +14,6 @@ namespace stereo_slam {
 [[nodiscard]] cv::Mat to_grey(const cv::Mat& image);
 
 /// Equalises the contrast of both images locally (CLAHE), if the settings want it.
-void equalise(StereoFrame& frame, const ImageSettings& settings);
+void equalise_contrast(StereoFrame& frame, const ImageSettings& settings);
 
 }  // namespace stereo_slam

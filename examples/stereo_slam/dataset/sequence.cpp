@@ -288,7 +288,7 @@ StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice) 
 
 StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {
   StereoFrame frame = load_pair(sequence, {.left = index, .right = index});
-  equalise(frame, settings);
+  equalise_contrast(frame, settings);
   return frame;
 }
 

@@ -160,7 +160,7 @@ FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::
     frame.left = state.rectifier->left(frame.left);
     frame.right = state.rectifier->right(frame.right);
   }
-  equalise(frame, state.settings.images);
+  equalise_contrast(frame, state.settings.images);
   FrameResult result = state.slam->process(frame);
   state.frames.push_back({frame.index, stamp_ns, result.status, {}});
   if (result.is_keyframe) state.keyframes.push_back(frame.index);

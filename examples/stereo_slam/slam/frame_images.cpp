@@ -25,9 +25,9 @@ void PreviousFrame::replace_images(const StereoFrame& frame, StereoPyramid next)
 
 FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides, PreviousFrame& previous) {
   StereoPyramid pyramids = build_pyramids(frame, sides, std::move(previous.before));
-  StereoPyramid equalised =
+  StereoPyramid flow_pyramids =
       previous.pyramids.left.empty() ? pyramids : as_bright_as(previous.pyramids, pyramids, frame);
-  return {frame, std::move(pyramids), std::move(equalised), CornerDetector(frame.left)};
+  return {frame, std::move(pyramids), std::move(flow_pyramids), CornerDetector(frame.left)};
 }
 
 }  // namespace stereo_slam

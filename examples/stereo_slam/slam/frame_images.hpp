@@ -32,7 +32,7 @@ struct PreviousFrame {
 struct FrameImages {
   const StereoFrame& frame;
   StereoPyramid pyramids;
-  StereoPyramid equalised;       ///< the pyramids, as bright as the previous frame's: for optical flow
+  StereoPyramid flow_pyramids;   ///< of images as bright as the previous ones: for optical flow
   CornerDetector corners;        ///< of the left image
   StereoFeatures features = {};  ///< of the whole images, if landmarks are matched by descriptors
 };

@@ -123,7 +123,7 @@ bool Slam::apply(const std::optional<LoopCorrection>& correction) {
 }
 
 OdometryResult Slam::measure_motion(const FrameImages& images) {
-  const ConsecutivePyramids pyramids{previous_.pyramids, images.equalised};
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const bool steady = frames_since_jerk_ == kDoubtfulFrames;
   const ExpectedMotion expected(velocity_.motion_until(images.frame.stamp_ns),
                                 !velocity_.known() ? Expectation::kNoMotion
@@ -145,7 +145,7 @@ std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDen
                                         const OdometryResult& odometry, AssociationTrace* trace) const {
   const PoseGaussian expected = to_pose_gaussian(prior);
   const MapView map = local_map_.view();
-  const ConsecutivePyramids pyramids{previous_.pyramids, images.equalised};
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_reference_previous = posterior_.pose();
   const LandmarkSearch search(map, pyramids, T_reference_previous, settings_);
   Association association;
