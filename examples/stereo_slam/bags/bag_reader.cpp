@@ -59,13 +59,13 @@ class Message {
   ros::serialization::IStream stream_{bytes_.data(), static_cast<std::uint32_t>(bytes_.size())};
 };
 
-cv::Mat read_image(const rosbag::MessageInstance& recorded) {
-  Message message(recorded);
+bool is_compressed(const rosbag::MessageInstance& recorded) {
+  return recorded.getDataType() == "sensor_msgs/CompressedImage";
+}
+
+/// Reads a sensor_msgs/Image. The pixels belong to the message.
+ImageMessage next_image(Message& message) {
   (void)message.header_stamp_ns();
-  if (recorded.getDataType() == "sensor_msgs/CompressedImage") {
-    (void)message.next<std::string>();  // format
-    return decode_grey(message.bytes());
-  }
   ImageMessage image;
   image.height = message.next<std::uint32_t>();
   image.width = message.next<std::uint32_t>();
@@ -73,7 +73,21 @@ cv::Mat read_image(const rosbag::MessageInstance& recorded) {
   image.big_endian = message.next<std::uint8_t>() != 0;
   image.step = message.next<std::uint32_t>();
   image.data = message.bytes();
-  return to_grey(image);
+  return image;
+}
+
+cv::Mat read_image(const rosbag::MessageInstance& recorded, int bits) {
+  Message message(recorded);
+  if (!is_compressed(recorded)) return to_grey(next_image(message), bits);
+  (void)message.header_stamp_ns();
+  (void)message.next<std::string>();  // format
+  return decode_grey(message.bytes());
+}
+
+std::optional<int> read_bits(const rosbag::MessageInstance& recorded) {
+  if (is_compressed(recorded)) return std::nullopt;
+  Message message(recorded);
+  return bits_of_16(next_image(message));
 }
 
 CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
@@ -134,6 +148,17 @@ struct BagReader::Bag {
     }
   }
 
+  /// Calls `read_message` with image `i` of an indexed topic, and adds the names of both to its errors.
+  void read(const std::string& topic, std::size_t i,
+            const std::function<void(const rosbag::MessageInstance&)>& read_message) {
+    const std::lock_guard lock(mutex);
+    try {
+      read_message(images.at(topic).at(i));
+    } catch (const std::exception& error) {
+      fail(file, fmt::format("image {} of {}: {}", i, topic, with_advice(error)));
+    }
+  }
+
   /// Calls `visit_message` with each message of a topic, until it returns false.
   void visit(const std::string& topic,
              const std::function<bool(const rosbag::MessageInstance&)>& visit_message) {
@@ -176,15 +201,16 @@ std::vector<std::int64_t> BagReader::index_images(const std::string& topic) {
   return stamps_ns;
 }
 
-cv::Mat BagReader::image(const std::string& topic, std::size_t i) {
-  const std::lock_guard lock(bag_->mutex);
+cv::Mat BagReader::image(const std::string& topic, std::size_t i, int bits) {
   cv::Mat image;
-  try {
-    image = read_image(bag_->images.at(topic).at(i));
-  } catch (const std::exception& error) {
-    fail(bag_->file, fmt::format("image {} of {}: {}", i, topic, with_advice(error)));
-  }
+  bag_->read(topic, i, [&](const rosbag::MessageInstance& message) { image = read_image(message, bits); });
   return image;
+}
+
+std::optional<int> BagReader::bits_of_16(const std::string& topic, std::size_t i) {
+  std::optional<int> bits;
+  bag_->read(topic, i, [&](const rosbag::MessageInstance& message) { bits = read_bits(message); });
+  return bits;
 }
 
 CameraInfo BagReader::camera_info(const std::string& topic) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,8 +30,11 @@ class BagReader {
   /// Indexes the images of a topic. Returns the stamps in their headers, ns, in order of recording.
   [[nodiscard]] std::vector<std::int64_t> index_images(const std::string& topic);
 
-  /// Image `i`, from 0, of an indexed topic, as CV_8UC1.
-  [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i);
+  /// Image `i`, from 0, of an indexed topic, as CV_8UC1. Of 16 bits a pixel, the lower `bits` are used.
+  [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i, int bits = 16);
+
+  /// used_bits() of that image if it has 16 bits a pixel and is not compressed.
+  [[nodiscard]] std::optional<int> bits_of_16(const std::string& topic, std::size_t i);
 
   /// The first message of a topic of sensor_msgs/CameraInfo.
   [[nodiscard]] CameraInfo camera_info(const std::string& topic);

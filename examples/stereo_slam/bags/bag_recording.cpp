@@ -68,12 +68,22 @@ class BagImages : public PairSource {
 
   [[nodiscard]] std::optional<RawPair> read(std::size_t index) override {
     const auto [left, right] = frames_.at(index);
-    return RawPair{reader_->image(topics_.left, left), reader_->image(topics_.right, right)};
+    return RawPair{reader_->image(topics_.left, left, bits_), reader_->image(topics_.right, right, bits_)};
   }
+
+  [[nodiscard]] std::optional<int> bits_of_16(std::size_t index) override {
+    const auto [left, right] = frames_.at(index);
+    const auto of_left = reader_->bits_of_16(topics_.left, left);
+    const auto of_right = of_left ? reader_->bits_of_16(topics_.right, right) : std::nullopt;
+    return of_right ? std::optional(std::max(*of_left, *of_right)) : std::nullopt;
+  }
+
+  void use_bits(int bits) override { bits_ = bits; }
 
  private:
   std::shared_ptr<BagReader> reader_;
   TopicPair topics_;
+  int bits_ = 16;
   std::vector<std::pair<std::size_t, std::size_t>> frames_;
 };
 
@@ -224,6 +234,7 @@ SequenceScan scan_bag(const fs::path& file, const BagOptions& options) {
     set_camera(own, options.calibration.empty() ? file : options.calibration, sequence);
   });
   check_camera(scan);
+  find_bits(scan);
   return scan;
 }
 

@@ -73,9 +73,36 @@ void check_size(const ImageMessage& message, std::size_t pixel_bytes) {
     throw std::invalid_argument("the image is truncated; record it again");
 }
 
+/// The upper and the lower byte of each pixel of a checked image with 16 bits a pixel.
+std::array<cv::Mat, 2> bytes_of_16(const ImageMessage& message) {
+  auto* data = const_cast<std::uint8_t*>(message.data.data());  // only read
+  const cv::Mat pixels(static_cast<int>(message.height), static_cast<int>(message.width), CV_8UC2, data,
+                       message.step);
+  std::array<cv::Mat, 2> bytes;
+  cv::split(pixels, bytes.data());
+  if (!message.big_endian) std::swap(bytes[0], bytes[1]);
+  return bytes;
+}
+
+/// A checked image with 16 bits a pixel as CV_16UC1.
+cv::Mat values_of_16(const ImageMessage& message) {
+  const auto [upper, lower] = bytes_of_16(message);
+  cv::Mat values;
+  upper.convertTo(values, CV_16U, 256.0);
+  cv::add(values, lower, values, cv::noArray(), CV_16U);
+  return values;
+}
+
 }  // namespace
 
-cv::Mat to_grey(const ImageMessage& message) {
+std::optional<int> bits_of_16(const ImageMessage& message) {
+  const Encoding& encoding = encoding_of(message);
+  if (encoding.type != CV_16UC1) return std::nullopt;
+  check_size(message, CV_ELEM_SIZE(encoding.type));
+  return used_bits(values_of_16(message));
+}
+
+cv::Mat to_grey(const ImageMessage& message, int bits) {
   const Encoding& encoding = encoding_of(message);
   check_size(message, CV_ELEM_SIZE(encoding.type));
   // cv::Mat needs a pointer to non-const data; the image is only read.
@@ -88,9 +115,7 @@ cv::Mat to_grey(const ImageMessage& message) {
     return grey;
   }
   if (encoding.type == CV_8UC1) return image.clone();
-  std::vector<cv::Mat> bytes;  // of each pixel; the upper one is the result
-  cv::split(cv::Mat(image.rows, image.cols, CV_8UC2, data, message.step), bytes);
-  return bytes[message.big_endian ? 0 : 1];
+  return bits == 16 ? bytes_of_16(message)[0] : bytes_of_bits(values_of_16(message), bits);
 }
 
 cv::Mat decode_grey(std::span<const std::uint8_t> data) {

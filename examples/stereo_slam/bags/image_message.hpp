@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,8 +24,12 @@ struct ImageMessage {
 };
 
 /// The image as CV_8UC1. Throws std::invalid_argument for encodings other than mono8, mono16, 8UC1, 16UC1,
-/// bgr8, rgb8, bgra8, rgba8, bayer_*8, yuv422 and yuv422_yuy2, and for sizes that do not fit together.
-[[nodiscard]] cv::Mat to_grey(const ImageMessage& message);
+/// bgr8, rgb8, bgra8, rgba8, bayer_*8, yuv422 and yuv422_yuy2, and for sizes that do not fit together. Of 16
+/// bits a pixel, the lower `bits` are used.
+[[nodiscard]] cv::Mat to_grey(const ImageMessage& message, int bits = 16);
+
+/// used_bits() of an image of 16 bits a pixel; nothing for another encoding. Throws like to_grey().
+[[nodiscard]] std::optional<int> bits_of_16(const ImageMessage& message);
 
 /// The image of a sensor_msgs/CompressedImage: JPEG, PNG or another format that OpenCV decodes. Throws
 /// std::invalid_argument for one that is damaged or too large.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/grey_image.hpp"
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -21,6 +25,19 @@ cv::Mat to_grey(const cv::Mat& image) {
   cv::Mat grey;
   cv::cvtColor(bytes, grey, channels == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   return grey;
+}
+
+int used_bits(const cv::Mat& image) {
+  double largest = 0.0;
+  cv::minMaxLoc(image, nullptr, &largest);
+  const int bits = std::bit_width(static_cast<std::uint16_t>(largest));
+  return std::max(8, bits + bits % 2);
+}
+
+cv::Mat bytes_of_bits(const cv::Mat& image, int bits) {
+  cv::Mat bytes;
+  image.convertTo(bytes, CV_8U, std::ldexp(1.0, 8 - bits));
+  return bytes;
 }
 
 void equalise_contrast(StereoFrame& frame, const ImageSettings& settings) {

@@ -115,19 +115,13 @@ ImageHeader check_image(const std::filesystem::path& file) {
 std::optional<int> bits_of_16(const std::filesystem::path& file) {
   const cv::Mat image = decode(file, kGrey | cv::IMREAD_ANYDEPTH);
   if (image.depth() != CV_16U) return std::nullopt;
-  double largest = 0.0;
-  cv::minMaxLoc(image, nullptr, &largest);
-  const int bits = std::bit_width(static_cast<std::uint16_t>(largest));
-  return std::max(8, bits + bits % 2);
+  return used_bits(image);
 }
 
 cv::Mat load_gray_image(const std::filesystem::path& file, int bits) {
   if (bits == 16) return decode(file, kGrey);
   const cv::Mat image = decode(file, kGrey | cv::IMREAD_ANYDEPTH);
-  if (image.depth() != CV_16U) return decode(file, kGrey);
-  cv::Mat bytes;
-  image.convertTo(bytes, CV_8U, std::ldexp(1.0, 8 - bits));
-  return bytes;
+  return image.depth() == CV_16U ? bytes_of_bits(image, bits) : decode(file, kGrey);
 }
 
 }  // namespace stereo_slam

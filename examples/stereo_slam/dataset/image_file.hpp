@@ -21,8 +21,8 @@ namespace stereo_slam {
 /// Like check_png for any image format. Formats other than PNG are decoded.
 [[nodiscard]] ImageHeader check_image(const std::filesystem::path& file);
 
-/// The number of bits that an image of 16 bits a pixel needs, rounded up to an even number: 12 if no value is
-/// above 4095. Nothing for an image of 8 bits. Throws std::runtime_error like check_png.
+/// used_bits() of an image of 16 bits a pixel; nothing for one of 8 bits. Throws std::runtime_error like
+/// check_png.
 [[nodiscard]] std::optional<int> bits_of_16(const std::filesystem::path& file);
 
 /// The image as CV_8UC1. Colour is converted to grey; of 16 bits a pixel, the lower `bits` are used, scaled

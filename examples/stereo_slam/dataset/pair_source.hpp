@@ -29,6 +29,13 @@ class PairSource {
   /// index. Throws std::runtime_error that names the source when they cannot be read.
   [[nodiscard]] virtual std::optional<RawPair> read(std::size_t index) = 0;
 
+  /// used_bits() of a frame's images if they have 16 bits a pixel and may use fewer; nothing otherwise.
+  /// Throws like read().
+  [[nodiscard]] virtual std::optional<int> bits_of_16(std::size_t /*index*/) { return std::nullopt; }
+
+  /// Reads images of 16 bits a pixel as images of `bits` from now on.
+  virtual void use_bits(int /*bits*/) {}
+
   /// A warning for the user about the frames read so far, such as an end before the number of frames in a
   /// header. Empty if there is none.
   [[nodiscard]] virtual std::string warning() { return {}; }

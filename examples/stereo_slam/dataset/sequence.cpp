@@ -155,37 +155,41 @@ void check_frame_rate(SequenceScan& scan) {
            scan.sequence.folder.string(), 1.0 / rate_hz, rate_hz)});
 }
 
-/// Finds how many of 16 bits the image files use: a camera of 12 bits may leave the upper four empty. Up to
-/// sixteen pairs, spread over the recording, decide.
+/// used_bits() of a pair with 16 bits a pixel; nothing if either image has 8.
+[[nodiscard]] std::optional<int> bits_of_pair(const StereoSequence& sequence, std::size_t index) {
+  if (sequence.source) return sequence.source->bits_of_16(index);
+  const auto left = bits_of_16(sequence.frames[index].left);
+  if (!left) return std::nullopt;
+  const auto right = bits_of_16(sequence.frames[index].right);
+  return right ? std::optional(std::max(*left, *right)) : std::nullopt;
+}
+
+}  // namespace
+
 void find_bits(SequenceScan& scan) {
   constexpr std::size_t kMostPairs = 16;
   auto& sequence = scan.sequence;
-  const auto& frames = sequence.frames;
-  if (sequence.source || frames.empty()) return;
-  const std::size_t pairs = std::min(kMostPairs, frames.size());
+  const std::size_t frames = sequence.frames.size();
+  const std::size_t pairs = std::min(kMostPairs, frames);
   int bits = 0;
   try {
     for (std::size_t i = 0; i < pairs && bits < 16; ++i) {
-      const StereoFiles& files = frames[i * (frames.size() - 1) / std::max<std::size_t>(pairs - 1, 1)];
-      for (const auto& file : {files.left, files.right}) {
-        const auto used = bits_of_16(file);
-        if (!used) return;
-        bits = std::max(bits, *used);
-      }
+      const auto used = bits_of_pair(sequence, i * (frames - 1) / std::max<std::size_t>(pairs - 1, 1));
+      if (!used) return;
+      bits = std::max(bits, *used);
     }
   } catch (const std::runtime_error&) {
     return;  // an image that cannot be read is reported where it is loaded
   }
+  if (bits == 0 || bits == 16) return;
   sequence.bits = bits;
-  if (bits == 16) return;
+  if (sequence.source) sequence.source->use_bits(bits);
   scan.problems.push_back(
       {Problem::Severity::kWarning,
        fmt::format("{}: the images have 16 bits a pixel, but no value is above {} in the {} pairs examined; "
                    "they are read as images of {} bits, and larger values as white",
                    sequence.folder.string(), (1 << bits) - 1, pairs, bits)});
 }
-
-}  // namespace
 
 void check_camera(SequenceScan& scan) {
   constexpr double kShortest_m = 0.005;

@@ -41,7 +41,7 @@ struct StereoSequence {
   std::vector<StereoFiles> frames;  ///< stamps increase; empty for a live camera
   bool live = false;                ///< a live camera: frames without end, which bring their own stamps
   bool side_by_side = false;        ///< the left file of a frame shows both images
-  int bits = 16;                    ///< how many bits image files with 16 bits a pixel use
+  int bits = 16;                    ///< how many bits images with 16 bits a pixel use
 
   std::shared_ptr<const Rectifier> rectifier;      ///< null for images that are rectified already
   std::string lenses;                              ///< distortion model before rectification, or empty
@@ -87,6 +87,10 @@ struct EndOfRecording : std::runtime_error {
 /// Adds an error if focal lengths or baseline are out of bounds; a warning if the focal lengths differ by
 /// more than a factor of 2, or the baseline does not seem to be in metres.
 void check_camera(SequenceScan& scan);
+
+/// Finds how many of 16 bits a pixel the images use: a camera of 12 bits may leave the upper four empty. Up
+/// to sixteen pairs, spread over the recording, decide. Adds a warning if it is fewer than 16.
+void find_bits(SequenceScan& scan);
 
 /// The sequence of scan_sequence. Throws std::runtime_error with the first error.
 [[nodiscard]] StereoSequence open_sequence(const std::filesystem::path& folder, std::string_view format);

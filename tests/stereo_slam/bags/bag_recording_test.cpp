@@ -82,6 +82,16 @@ TEST_CASE("A bag with camera_info is a recording, whatever its compression and e
   CHECK(scan_bag(*folder / "direct.bag", {}).sequence.rectifier);
 }
 
+TEST_CASE("Images of 12 bits in mono16 keep their contrast, with a warning", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  SequenceScan scan = scan_bag(*folder / "dark.bag", {});
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("no value is above 4095"));
+  scan.problems.clear();
+  check_images(scan, *folder);
+}
+
 TEST_CASE("EuRoC's topics are recognised, other ones named; the calibration is a file", "[bags]") {
   const auto folder = bags();
   if (!folder) return;
@@ -186,6 +196,9 @@ TEST_CASE("Images of messages are checked against their size", "[bags]") {
   CHECK(to_grey(message).at<std::uint8_t>(1, 2) == 21);
   message.big_endian = true;
   CHECK(to_grey(message).at<std::uint8_t>(1, 2) == 20);
+  CHECK(bits_of_16(message) == 14);  // the largest value is 0x3E3F
+  CHECK(to_grey(message, 14).at<std::uint8_t>(1, 2) == 80);
+  CHECK_FALSE(bits_of_16(good));
   message.encoding = "bgr8";
   CHECK_THAT(message_of([&] { (void)to_grey(message); }), Catch::Contains("truncated"));
   message = good;

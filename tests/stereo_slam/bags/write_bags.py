@@ -40,6 +40,10 @@ def image(path, when, encoding="mono8"):
     if encoding == "mono16":
         pixels = b"".join(bytes([7, value]) for value in pixels)
         message.step = 640
+    elif encoding == "12 bits":
+        pixels = b"".join((16 * value + 7).to_bytes(2, "little") for value in pixels)
+        message.encoding = "mono16"
+        message.step = 640
     elif encoding == "rgb8":
         pixels = b"".join(bytes([value] * 3) for value in pixels)
         message.step = 960
@@ -82,6 +86,7 @@ stereo = {"left": "/stereo/left/image_raw", "right": "/stereo/right/image_raw"}
 write("stereo.bag", stereo)
 write("compressed.bag", {side: topic + "/compressed" for side, topic in stereo.items()}, compressed, compression="bz2")
 write("lz4.bag", stereo, lambda path, when: image(path, when, "mono16"), compression="lz4")
+write("dark.bag", stereo, lambda path, when: image(path, when, "12 bits"))
 write("rgb.bag", {"left": "/a/left/image_rect", "right": "/a/right/image_rect"}, lambda path, when: image(path, when, "rgb8"))
 write("direct.bag", {"left": "/direct/left/image_raw", "right": "/direct/right/image_raw"})
 write("euroc.bag", {"left": "/cam0/image_raw", "right": "/cam1/image_raw"}, info=False)
