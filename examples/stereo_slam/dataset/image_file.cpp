@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cctype>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -16,6 +14,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "stereo_slam/codecs/codecs.hpp"
+#include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/jpeg_data.hpp"
 #include "stereo_slam/dataset/png_data.hpp"
 #include "stereo_slam/io/file_error.hpp"
