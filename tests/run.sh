@@ -3,13 +3,14 @@
 # alone is left to other builds (ANTIPODE_CHECK_HEADERS): it takes minutes, and each has a test that includes it first. Large
 # headers are precompiled and sources compiled sixteen at a time (a unity build), which hides missing includes; other builds and
 # tests/tidy.sh parse each source alone. Clang compiles all this in two thirds of GCC's time, so it is used unless CXX in the
-# environment names another compiler: CXX=g++ tests/run.sh. With WARNINGS_AS_ERRORS=ON in the environment a warning ends the build.
+# environment names another compiler: CXX=g++ tests/run.sh, without an older build/release. With WARNINGS_AS_ERRORS=ON in the
+# environment a warning ends the build.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build/release
 
 export CXX=${CXX:-clang++}
-if [ "$CXX" = clang++ ]; then "$root/cmake/install-dependencies.sh" clang; else "$root/cmake/install-dependencies.sh"; fi
+if command -v "$CXX" >/dev/null; then "$root/cmake/install-dependencies.sh"; else "$root/cmake/install-dependencies.sh" clang; fi
 linker="" # LLVM's and gold, which is part of GNU's binutils, take a tenth of the time of the usual one
 for name in gold lld; do
   if command -v "ld.$name" >/dev/null; then linker=-fuse-ld=$name; fi

@@ -24,7 +24,7 @@ enum class LoopThread {
 /// When the correction of a keyframe takes effect.
 enum class CorrectionDelay {
   kUsual,  ///< after loop_closure.latency_frames, and one more frame for each 50 keyframes
-  kShort,  ///< after three frames: the camera's pose in the map is not known without it
+  kShort,  ///< after at most three frames: the camera's pose in the map is not known without it
 };
 
 /// A LoopCloser that runs in the background.

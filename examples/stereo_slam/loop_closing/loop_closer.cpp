@@ -229,12 +229,12 @@ std::optional<LoopMeasurement> LoopCloser::measure(const Keyframe& keyframe) con
   return best;
 }
 
-/// The loops that are certain by now: those that consecutive keyframes agree on, and at once one that finds
-/// the place of a segment with many inliers, because the camera waits for it.
+/// The loops that are certain by now: those that consecutive keyframes agree on. While the camera's place is
+/// not known, one that finds it with many inliers is enough, because the camera waits for it.
 std::vector<LoopMeasurement> LoopCloser::confirm(const std::optional<LoopMeasurement>& loop) {
   const auto& rule = settings_.loop_verification;
-  const bool finds_place =
-      loop && !segments_.joined(segment_of(loop->old_keyframe), segment_of(loop->new_keyframe));
+  const bool finds_place = loop && segments_.localised(segment_of(loop->old_keyframe)) &&
+                           !segments_.localised(segment_of(loop->new_keyframe));
   if (!finds_place || loop->inliers < rule.relocalisation_inliers) return consistency_.add(loop, keyframes_);
   consistency_ = LoopConsistency(rule);
   return {*loop};
@@ -254,8 +254,11 @@ void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
   std::vector<PoseGraphEdge> accepted;
   for (std::size_t i = 0; i < loops.size(); ++i) {
     const PoseGraphEdge& edge = edges[i];
-    const double chi2 = prediction.mahalanobis_squared(
-        edge, {rule.gate_scale, drift_allowance(path_length_m(edge.from, edge.to), rule)});
+    const CovarianceInflation inflation{rule.gate_scale,
+                                        drift_allowance(path_length_m(edge.from, edge.to), rule)};
+    // Where nothing is predicted, every measurement is as likely as any other.
+    const bool predicted = prediction.knows(edge.from, edge.to);
+    const double chi2 = predicted ? prediction.mahalanobis_squared(edge, inflation) : 0.0;
     const bool agrees = chi2 <= rule.max_chi2;
     log(edge, loops[i].inliers, chi2, agrees);
     if (!agrees) continue;

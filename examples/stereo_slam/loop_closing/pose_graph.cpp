@@ -321,9 +321,13 @@ LoopPrediction::~LoopPrediction() = default;
 LoopPrediction::LoopPrediction(LoopPrediction&&) noexcept = default;
 LoopPrediction& LoopPrediction::operator=(LoopPrediction&&) noexcept = default;
 
+bool LoopPrediction::knows(std::size_t from, std::size_t to) const {
+  return state_->information.knows(from) && state_->information.knows(to);
+}
+
 PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) const {
   const auto& [poses, information, drift_sigma_rad] = *state_;
-  if (!information.knows(from) || !information.knows(to)) {
+  if (!knows(from, to)) {
     throw std::runtime_error(fmt::format(
         "nodes {} and {} of the pose graph are not connected, or their covariances cannot be computed", from,
         to));

@@ -70,9 +70,12 @@ class LoopPrediction {
   LoopPrediction& operator=(LoopPrediction&&) noexcept;
 
   /// The relative pose of two nodes; its covariance contains the drift, and accounts for the errors that both
-  /// nodes share. Throws std::runtime_error if one of the nodes is not connected to the gauge, or if the
-  /// covariances cannot be computed.
+  /// nodes share. Throws std::runtime_error unless knows().
   [[nodiscard]] PoseGaussian relative_pose(std::size_t from, std::size_t to) const;
+
+  /// Whether the graph predicts the relative pose of two nodes: both are connected to the gauge, and the
+  /// covariances can be computed. They cannot where parts of the graph are held by guesses alone.
+  [[nodiscard]] bool knows(std::size_t from, std::size_t to) const;
 
   /// Squared Mahalanobis distance of an edge from the predicted relative pose, six degrees of freedom.
   /// Without inflation it is, to first order, what the edge would add to the sum of squares. Throws as
