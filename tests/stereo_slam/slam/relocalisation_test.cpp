@@ -276,6 +276,25 @@ TEST_CASE("The map of a run that ends in an unlocalised segment has all landmark
   CHECK(load_map(folder / "streets.map").points.size() == slam.map_points().size());
 }
 
+TEST_CASE("A map of two unconnected segments is extended from the second, and connected",
+          "[stereo_slam][relocalisation]") {
+  auto seen = range(0, 50);
+  for (const std::size_t i : range(96, 145)) seen.push_back(i);  // another street, after four black frames
+  Slam first(recording().camera, Settings{});
+  static_cast<void>(run({seen,
+                         [](std::size_t step, StereoFrame& frame) {
+                           if (step >= 50 && step < 54) blacken(frame);
+                         }},
+                        first, 0));
+  auto backwards = range(5, 145);
+  std::reverse(backwards.begin(), backwards.end());
+  Slam extending(recording().camera, Settings{}, LoopThread::kNone, first.saved_map(), MapUse::kContinue);
+  const auto outcome = run({backwards}, extending, 0);
+  CAPTURE(outcome.letters(), outcome.errors_m);
+  CHECK(outcome.statuses.back() == TrackingStatus::kOk);
+  CHECK(outcome.errors_m.back() < 0.2);
+}
+
 TEST_CASE("A map of another camera is refused, and so are settings that cannot use one",
           "[stereo_slam][relocalisation]") {
   SavedMap known = test::map_of(3, 20);
