@@ -9,8 +9,11 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build/release
 
-export CXX=${CXX:-clang++}
-if command -v "$CXX" >/dev/null; then "$root/cmake/install-dependencies.sh"; else "$root/cmake/install-dependencies.sh" clang; fi
+"$root/cmake/install-dependencies.sh"
+if [ -z "${CXX:-}" ]; then
+  command -v clang++ >/dev/null || "$root/cmake/install-dependencies.sh" clang || echo "Clang is not to be had here; the build takes longer"
+  if command -v clang++ >/dev/null; then export CXX=clang++; fi
+fi
 linker="" # LLVM's and gold, which is part of GNU's binutils, take a tenth of the time of the usual one
 for name in gold lld; do
   if command -v "ld.$name" >/dev/null; then linker=-fuse-ld=$name; fi

@@ -34,7 +34,8 @@ struct LoopCorrection {
 ///
 /// A loss of tracking begins a segment, whose pose relative to the one before is a guess. The first loop
 /// between two segments is not compared with the guess but replaces it: the later segment moves as a whole to
-/// where the loop measures it. If that loop has many inliers, it need not wait for consecutive keyframes.
+/// where the loop measures it. While the camera's place is not known, one loop with many inliers is
+/// enough for that.
 class LoopCloser {
  public:
   /// `known` is the map of an earlier run, or empty. Its keyframes, segments and landmarks precede those of
