@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 
 #include <antipode/detail/products.hpp>
 #include <antipode/detail/symmetric_eigen.hpp>
@@ -55,6 +56,24 @@ TEST_CASE("Small eigenvalues of a graded positive matrix are relatively accurate
     for (int i = 0; i < 4; ++i) {
       // The condition of the scaled matrix is 10; values down to 1e-15 of the largest.
       CHECK(std::abs(eigen.values[i] / static_cast<double>(oracle.values[i]) - 1.0) <= 1e-13);
+    }
+  }
+}
+
+TEST_CASE("A very small or very large matrix is decomposed as accurately as any other", "[eigen][law]") {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    CAPTURE(seed);
+    Rng rng(seed);
+    const Vector4<double> scale(1e-4, 1e-3, 1e-2, 1.0);
+    const Matrix4<double> A =
+        scale.asDiagonal() * random_covariance<double, 4>(rng, 0.1) * scale.asDiagonal();
+    const auto eigen = detail::symmetric_eigen<double, 4>(0.5 * (A + A.transpose()));
+    for (const int exponent : {-960, 1020}) {
+      CAPTURE(exponent);
+      const Matrix4<double> extreme = A.unaryExpr([&](double entry) { return std::ldexp(entry, exponent); });
+      const auto scaled = detail::symmetric_eigen<double, 4>(0.5 * extreme + 0.5 * extreme.transpose());
+      CHECK(scaled.vectors == eigen.vectors);
+      for (int i = 0; i < 4; ++i) CHECK(scaled.values[i] == std::ldexp(eigen.values[i], exponent));
     }
   }
 }

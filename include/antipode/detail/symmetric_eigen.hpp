@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,6 +19,23 @@ struct SymmetricEigen {
   Matrix<Scalar, N> vectors;
 };
 
+/// The n with 2^(n-1) <= |entry| < 2^n for the largest entry of A, if that is too small or too large for
+/// products of entries; otherwise 0.
+template <class Scalar, int N>
+[[nodiscard]] int exponent_out_of_range(const Matrix<Scalar, N>& A) {
+  using std::abs;
+  using std::sqrt;
+  Scalar largest(0);
+  for (int j = 0; j < N; ++j) {
+    for (int i = 0; i < N; ++i) largest = std::max(largest, abs(A(i, j)));
+  }
+  const bool in_range = largest > sqrt(std::numeric_limits<Scalar>::min()) &&
+                        largest < sqrt(std::numeric_limits<Scalar>::max());
+  int exponent = 0;
+  if (!in_range && std::isfinite(largest)) std::frexp(largest, &exponent);
+  return exponent;
+}
+
 /// The eigenvalues and eigenvectors of a small symmetric matrix, by cyclic Jacobi rotations.
 ///
 /// For positive definite matrices this keeps the small eigenvalues that a reduction to tridiagonal form
@@ -30,6 +48,12 @@ template <class Scalar, int N>
   using std::sqrt;
   constexpr int kMaxSweeps = 30;  // it converges quadratically, in 4 to 8 sweeps
   constexpr Scalar kEpsilon = std::numeric_limits<Scalar>::epsilon();
+  const int exponent = exponent_out_of_range<Scalar, N>(A);
+  if (exponent != 0) {  // Eigen's rotation takes subnormal numbers as zero
+    for (int j = 0; j < N; ++j) {
+      for (int i = 0; i < N; ++i) A(i, j) = std::ldexp(A(i, j), -exponent);
+    }
+  }
   SymmetricEigen<Scalar, N> eigen;
   Matrix<Scalar, N>& V = eigen.vectors;
   V.setIdentity();
@@ -49,7 +73,7 @@ template <class Scalar, int N>
       }
     }
   }
-  for (int i = 0; i < N; ++i) eigen.values[i] = A(i, i);
+  for (int i = 0; i < N; ++i) eigen.values[i] = exponent == 0 ? A(i, i) : std::ldexp(A(i, i), exponent);
   for (int i = 0; i < N; ++i) {
     int least = i;
     for (int k = i + 1; k < N; ++k) {
