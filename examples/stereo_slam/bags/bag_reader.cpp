@@ -6,6 +6,7 @@
 #include <mutex>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -76,18 +77,22 @@ ImageMessage next_image(Message& message) {
   return image;
 }
 
-cv::Mat read_image(const rosbag::MessageInstance& recorded, int bits) {
-  Message message(recorded);
-  if (!is_compressed(recorded)) return to_grey(next_image(message), bits);
+/// Reads a sensor_msgs/CompressedImage. The bytes belong to the message.
+std::span<const std::uint8_t> next_compressed(Message& message) {
   (void)message.header_stamp_ns();
   (void)message.next<std::string>();  // format
-  return decode_grey(message.bytes());
+  return message.bytes();
+}
+
+cv::Mat read_image(const rosbag::MessageInstance& recorded, int bits) {
+  Message message(recorded);
+  return is_compressed(recorded) ? decode_grey(next_compressed(message), bits)
+                                 : to_grey(next_image(message), bits);
 }
 
 std::optional<int> read_bits(const rosbag::MessageInstance& recorded) {
-  if (is_compressed(recorded)) return std::nullopt;
   Message message(recorded);
-  return bits_of_16(next_image(message));
+  return is_compressed(recorded) ? bits_of_16(next_compressed(message)) : bits_of_16(next_image(message));
 }
 
 CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {

@@ -33,7 +33,7 @@ class BagReader {
   /// Image `i`, from 0, of an indexed topic, as CV_8UC1. Of 16 bits a pixel, the lower `bits` are used.
   [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i, int bits = 16);
 
-  /// used_bits() of that image if it has 16 bits a pixel and is not compressed.
+  /// used_bits() of that image if it has 16 bits a pixel.
   [[nodiscard]] std::optional<int> bits_of_16(const std::string& topic, std::size_t i);
 
   /// The first message of a topic of sensor_msgs/CameraInfo.

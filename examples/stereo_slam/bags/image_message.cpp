@@ -94,6 +94,27 @@ cv::Mat values_of_16(const ImageMessage& message) {
   return values;
 }
 
+bool is_jpeg(std::span<const std::uint8_t> data) {
+  return data.size() > 2 && data[0] == 0xFF && data[1] == 0xD8;
+}
+
+/// The orientation in the image is ignored: the calibration is of the sensor's pixels.
+constexpr int kGrey = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
+
+/// `flags` are cv::ImreadModes.
+cv::Mat decode(std::span<const std::uint8_t> data, int flags) {
+  const auto size = image_size(data);
+  if (!size) throw std::invalid_argument("the compressed image cannot be decoded");
+  require_pixels(*size);
+  if (is_compressed_bmp(data))
+    throw std::invalid_argument("the BMP is compressed, which is not decoded reliably; record PNG or JPEG");
+  if (is_jpeg(data) && is_damaged_jpeg(data))
+    throw std::invalid_argument("the JPEG is damaged; copy or download the bag again");
+  cv::Mat image = opencv_codecs().decode(data, flags);
+  if (image.empty()) throw std::invalid_argument("the compressed image cannot be decoded");
+  return image;
+}
+
 }  // namespace
 
 std::optional<int> bits_of_16(const ImageMessage& message) {
@@ -119,18 +140,17 @@ cv::Mat to_grey(const ImageMessage& message, int bits) {
   return bits == 16 ? bytes_of_16(message)[0] : bytes_of_bits(values_of_16(message), bits);
 }
 
-cv::Mat decode_grey(std::span<const std::uint8_t> data) {
-  const auto size = image_size(data);
-  if (!size) throw std::invalid_argument("the compressed image cannot be decoded");
-  require_pixels(*size);
-  if (is_compressed_bmp(data))
-    throw std::invalid_argument("the BMP is compressed, which is not decoded reliably; record PNG or JPEG");
-  const bool is_jpeg = data.size() > 2 && data[0] == 0xFF && data[1] == 0xD8;
-  if (is_jpeg && is_damaged_jpeg(data))
-    throw std::invalid_argument("the JPEG is damaged; copy or download the bag again");
-  cv::Mat image = opencv_codecs().decode(data, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  if (image.empty()) throw std::invalid_argument("the compressed image cannot be decoded");
-  return image;
+std::optional<int> bits_of_16(std::span<const std::uint8_t> compressed) {
+  if (is_jpeg(compressed)) return std::nullopt;  // eight bits, without decoding it
+  const cv::Mat image = decode(compressed, kGrey | cv::IMREAD_ANYDEPTH);
+  if (image.depth() != CV_16U) return std::nullopt;
+  return used_bits(image);
+}
+
+cv::Mat decode_grey(std::span<const std::uint8_t> compressed, int bits) {
+  if (bits == 16) return decode(compressed, kGrey);
+  const cv::Mat image = decode(compressed, kGrey | cv::IMREAD_ANYDEPTH);
+  return image.depth() == CV_16U ? bytes_of_bits(image, bits) : image;
 }
 
 }  // namespace stereo_slam

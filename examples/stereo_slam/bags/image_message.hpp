@@ -31,8 +31,12 @@ struct ImageMessage {
 /// used_bits() of an image of 16 bits a pixel; nothing for another encoding. Throws like to_grey().
 [[nodiscard]] std::optional<int> bits_of_16(const ImageMessage& message);
 
-/// The image of a sensor_msgs/CompressedImage: JPEG, PNG or another format that OpenCV decodes. Throws
-/// std::invalid_argument for one that is damaged or too large.
-[[nodiscard]] cv::Mat decode_grey(std::span<const std::uint8_t> data);
+/// The image of a sensor_msgs/CompressedImage as CV_8UC1: JPEG, PNG or another format that OpenCV decodes.
+/// Throws std::invalid_argument for one that is damaged or too large. Of 16 bits a pixel, the lower `bits`
+/// are used.
+[[nodiscard]] cv::Mat decode_grey(std::span<const std::uint8_t> compressed, int bits = 16);
+
+/// used_bits() of such an image if it has 16 bits a pixel; nothing for one of 8. Throws like decode_grey().
+[[nodiscard]] std::optional<int> bits_of_16(std::span<const std::uint8_t> compressed);
 
 }  // namespace stereo_slam

@@ -86,6 +86,10 @@ cv::Mat decode(const std::filesystem::path& file, int flags) {
   if (!size) fail(file, "the image cannot be decoded; convert or download it again");
   if (is_compressed_bmp(bytes))
     fail(file, "the BMP is compressed, which is not decoded reliably; store it uncompressed or as PNG");
+  if (is_shifted_pnm(bytes))
+    fail(
+        file,
+        "the header ends with CR LF, which shifts the pixels; write it in binary mode, or convert it to PNG");
   cv::Mat image = plain_grey_png ? decode_plain_grey_png(bytes) : cv::Mat();
   if (image.empty()) image = opencv_codecs().decode(bytes, flags);
   if (image.empty()) fail(file, "the image cannot be decoded; convert or download it again");

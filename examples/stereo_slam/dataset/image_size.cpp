@@ -66,22 +66,36 @@ class Header {
   return std::nullopt;
 }
 
-/// "P5 width height most", with comments from # to the end of a line.
-[[nodiscard]] std::optional<ImageSize> pnm_size(std::span<const std::uint8_t> bytes) {
-  std::string_view text(reinterpret_cast<const char*>(bytes.data()),
-                        std::min(bytes.size(), std::size_t{4096}));
-  text.remove_prefix(2);
-  const auto number = [&]() -> std::uint64_t {
-    while (!text.empty() && (std::string_view(" \t\r\n").find(text[0]) != text.npos || text[0] == '#'))
-      text.remove_prefix(text[0] == '#' ? std::min(text.find('\n'), text.size()) : 1);
+/// The header of a PNM image: "P5 width height most", with comments from # to the end of a line.
+class PnmHeader {
+ public:
+  explicit PnmHeader(std::span<const std::uint8_t> bytes)
+      : text_(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), std::size_t{4096})) {
+    text_.remove_prefix(2);
+  }
+
+  [[nodiscard]] std::uint64_t next_number() {
+    while (!text_.empty() && (std::string_view(" \t\r\n").find(text_[0]) != text_.npos || text_[0] == '#'))
+      text_.remove_prefix(text_[0] == '#' ? std::min(text_.find('\n'), text_.size()) : 1);
     std::uint64_t value = 0;
-    for (; !text.empty() && text[0] >= '0' && text[0] <= '9' && value < kMostPixels; text.remove_prefix(1))
-      value = 10 * value + static_cast<std::uint64_t>(text[0] - '0');
+    for (; !text_.empty() && text_[0] >= '0' && text_[0] <= '9' && value < kMostPixels;
+         text_.remove_prefix(1))
+      value = 10 * value + static_cast<std::uint64_t>(text_[0] - '0');
     return value;
-  };
-  const auto width_px = number();
-  const auto height_px = number();
-  if (text.empty()) return std::nullopt;
+  }
+
+  /// What follows the last number: after the header's last one, a white space and the pixels.
+  [[nodiscard]] std::string_view rest() const { return text_; }
+
+ private:
+  std::string_view text_;
+};
+
+[[nodiscard]] std::optional<ImageSize> pnm_size(std::span<const std::uint8_t> bytes) {
+  PnmHeader header(bytes);
+  const auto width_px = header.next_number();
+  const auto height_px = header.next_number();
+  if (header.rest().empty()) return std::nullopt;
   return ImageSize{width_px, height_px};
 }
 
@@ -118,6 +132,13 @@ class Header {
 bool is_supported(const ImageSize& size) {
   return size.width_px > 0 && size.height_px > 0 && size.width_px <= kMostPixels &&
          size.height_px <= kMostPixels / size.width_px;
+}
+
+bool is_shifted_pnm(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < 2 || bytes[0] != 'P' || (bytes[1] != '5' && bytes[1] != '6')) return false;
+  PnmHeader header(bytes);
+  for (int i = 0; i < 3; ++i) (void)header.next_number();
+  return header.rest().starts_with("\r\n");
 }
 
 bool is_compressed_bmp(std::span<const std::uint8_t> bytes) {

@@ -30,6 +30,10 @@ constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 24;
 /// Nothing for another format, and for a file that ends within its header.
 [[nodiscard]] std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes);
 
+/// Whether the header of a binary PGM or PPM ends with CR LF, as text does on Windows. Decoders take the LF
+/// for the first pixel, and shift the image by one.
+[[nodiscard]] bool is_shifted_pnm(std::span<const std::uint8_t> bytes);
+
 /// Whether the pixels of a BMP are compressed. OpenCV decodes run-length encoding wrongly, without an error.
 [[nodiscard]] bool is_compressed_bmp(std::span<const std::uint8_t> bytes);
 

@@ -82,14 +82,17 @@ TEST_CASE("A bag with camera_info is a recording, whatever its compression and e
   CHECK(scan_bag(*folder / "direct.bag", {}).sequence.rectifier);
 }
 
-TEST_CASE("Images of 12 bits in mono16 keep their contrast, with a warning", "[bags]") {
+TEST_CASE("Images of 12 bits in mono16 or a PNG of 16 bits keep their contrast, with a warning", "[bags]") {
   const auto folder = bags();
   if (!folder) return;
-  SequenceScan scan = scan_bag(*folder / "dark.bag", {});
-  REQUIRE(scan.problems.size() == 1);
-  CHECK_THAT(scan.problems[0].text, Catch::Contains("no value is above 4095"));
-  scan.problems.clear();
-  check_images(scan, *folder);
+  for (const char* name : {"dark.bag", "dark_png.bag"}) {
+    CAPTURE(name);
+    SequenceScan scan = scan_bag(*folder / name, {});
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_THAT(scan.problems[0].text, Catch::Contains("no value is above 4095"));
+    scan.problems.clear();
+    check_images(scan, *folder);
+  }
 }
 
 TEST_CASE("EuRoC's topics are recognised, other ones named; the calibration is a file", "[bags]") {

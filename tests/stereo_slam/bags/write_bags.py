@@ -4,7 +4,9 @@ The images are those of FOLDER/left and FOLDER/right: PNGs of the tiny recording
 Status 77 if ROS is not installed.
 """
 import glob
+import struct
 import sys
+import zlib
 
 try:
     import genpy
@@ -59,6 +61,20 @@ def compressed(path, when):
     return message
 
 
+def compressed_12_bits(path, when):
+    """A grey PNG of 16 bits a pixel, as a camera of 12 bits fills it."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    pixels = b"".join((16 * value + 7).to_bytes(2, "big") for value in grey(path))
+    rows = b"".join(b"\0" + pixels[640 * row:640 * (row + 1)] for row in range(120))
+    header = struct.pack(">IIBBBBB", 320, 120, 16, 0, 0, 0, 0)
+    png = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    message = CompressedImage(format="16UC1; png compressed", data=png)
+    message.header.stamp = when
+    return message
+
+
 def camera_info(side, baseline=0.4):
     message = CameraInfo(width=320, height=120, distortion_model="plumb_bob", D=[0.0] * 5)
     message.K = [200.0, 0, 160, 0, 200, 60, 0, 0, 1]
@@ -87,6 +103,7 @@ write("stereo.bag", stereo)
 write("compressed.bag", {side: topic + "/compressed" for side, topic in stereo.items()}, compressed, compression="bz2")
 write("lz4.bag", stereo, lambda path, when: image(path, when, "mono16"), compression="lz4")
 write("dark.bag", stereo, lambda path, when: image(path, when, "12 bits"))
+write("dark_png.bag", {side: topic + "/compressed" for side, topic in stereo.items()}, compressed_12_bits)
 write("rgb.bag", {"left": "/a/left/image_rect", "right": "/a/right/image_rect"}, lambda path, when: image(path, when, "rgb8"))
 write("direct.bag", {"left": "/direct/left/image_raw", "right": "/direct/right/image_raw"})
 write("euroc.bag", {"left": "/cam0/image_raw", "right": "/cam1/image_raw"}, info=False)

@@ -122,6 +122,15 @@ TEST_CASE("An image without pixels is called empty", "[image]") {
              Catch::Contains("a.pgm: is 0 x 370 pixels, an empty image; "));
 }
 
+TEST_CASE("A PGM whose header ends with CR LF is refused, as its pixels would be shifted", "[image]") {
+  const TemporaryFolder folder;
+  write_text(folder / "a.pgm", "P5\r\n# by hand\r\n4 1\r\n255\r\nabcd");
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "a.pgm"); }),
+             Catch::Contains("a.pgm: the header ends with CR LF"));
+  write_text(folder / "b.pgm", "P5\r\n4 1\r\n255\nabcd");
+  CHECK(load_gray_image(folder / "b.pgm").at<unsigned char>(0, 0) == 'a');
+}
+
 TEST_CASE("Another file is reported as no PNG", "[image]") {
   const TemporaryFolder folder;
   write_text(folder / "text.png", "hello, I am not an image");
