@@ -6,7 +6,10 @@
 #include <span>
 #include <string_view>
 
-#include "stereo_slam/app/runner.hpp"
+#include "stereo_slam/app/run_options.hpp"
+#include "stereo_slam/app/run_summary.hpp"
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
 

@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -20,11 +18,11 @@
 #include "stereo_slam/app/process_usage.hpp"
 #include "stereo_slam/app/progress.hpp"
 #include "stereo_slam/app/realtime_reader.hpp"
+#include "stereo_slam/app/run_map.hpp"
 #include "stereo_slam/app/signals.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/report/report.hpp"
 #include "stereo_slam/report/thumbnails.hpp"
-#include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/results/output.hpp"
 #include "stereo_slam/results/result_streams.hpp"
 #include "stereo_slam/results/run_folder.hpp"
@@ -188,70 +186,6 @@ void require_pace(const RunInput& input) {
   }
 }
 
-/// Throws std::runtime_error unless the run keeps keyframes, of which saved maps consist: only loop closure
-/// in the anchored layout keeps them.
-void require_keyframes(const Settings& settings) {
-  if (settings.loop_closure.enabled && settings.map.layout == MapLayout::kAnchored) return;
-  throw std::runtime_error(
-      "--save-map and --load-map need loop closure and the anchored layout; use the default preset");
-}
-
-/// Throws unless --save-map can be written at the end of the run, and replaces nothing but an earlier map.
-void check_save_map(const RunOptions& options) {
-  const fs::path& file = *options.save_map;
-  std::vector<fs::path> inputs;
-  if (options.load_map) inputs.push_back(*options.load_map);
-  require_replaceable(file, inputs, [&](std::string_view beginning) {
-    if (is_map(beginning) && !options.overwrite) {
-      throw std::runtime_error(fmt::format(
-          "{}: holds an earlier map; name another file, or replace it with --overwrite", file.string()));
-    }
-    return is_map(beginning);
-  });
-  if (options.debug_images) require_no_folder_of(file, *options.debug_images);
-  require_writable_besides_results(file, options.output);
-}
-
-/// A file beside `file` that does not exist: street-2.map, street-3.map ...
-fs::path free_name_beside(const fs::path& file) {
-  for (int n = 2;; ++n) {
-    fs::path name = file;
-    name.replace_filename(fmt::format("{}-{}{}", file.stem().string(), n, file.extension().string()));
-    if (!fs::exists(fs::symlink_status(name))) return name;
-  }
-}
-
-/// Writes the map of --save-map. If its place was taken by another file during the run, writes it beside that
-/// file and throws std::runtime_error, which names both.
-void write_map(const RunOptions& options, const SavedMap& map) {
-  try {
-    check_save_map(options);
-  } catch (const std::runtime_error& error) {
-    const fs::path other = free_name_beside(*options.save_map);
-    save_map(other, map);
-    throw std::runtime_error(fmt::format("{}; the map is in {}", error.what(), other.string()));
-  }
-  save_map(*options.save_map, map);
-}
-
-/// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
-Slam make_slam(const RunInput& input, const RunOptions& options) {
-  const auto thread = options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn;
-  if (!options.load_map) return Slam(input.sequence.camera, input.settings, thread);
-  require_keyframes(input.settings);
-  const SavedMap known = load_map(*options.load_map);
-  if (known.keyframes.empty()) {
-    throw std::runtime_error(
-        fmt::format("{}: the map is empty; load a map of a longer run", options.load_map->string()));
-  }
-  try {
-    return Slam(input.sequence.camera, input.settings, thread, known,
-                options.save_map ? MapUse::kContinue : MapUse::kLocalise);
-  } catch (const std::invalid_argument& error) {
-    throw std::runtime_error(fmt::format("{}: {}", options.load_map->string(), error.what()));
-  }
-}
-
 /// T_body_camera if poses of the body are wanted. Throws std::runtime_error when the calibration does not
 /// contain it.
 std::optional<Eigen::Isometry3d> body_of(const StereoSequence& sequence, const RunOptions& options) {
@@ -270,34 +204,6 @@ void add_final_results(const Slam& slam, RunRecord& record) {
   }
   record.map_points = slam.map_points();
   record.loops = slam.loop_events();
-}
-
-RunSummary summary_of(const RunRecord& record) {
-  RunSummary summary;
-  summary.frames = record.results.size();
-  summary.lost = count_frames(record, [](const FrameResult& result) {
-    const bool began_the_map = result.is_keyframe;
-    return result.status == TrackingStatus::kLost ||
-           (result.status == TrackingStatus::kInitializing && !began_the_map);
-  });
-  for (const auto& result : record.results) ++summary.frames_by_status[to_string(result.status)];
-  summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
-  summary.landmarks = record.map_points.size();
-  for (const auto& loop : record.loops) ++(loop.accepted ? summary.loops_accepted : summary.loops_refused);
-  for (std::size_t i = 1; i < record.trajectory.size(); ++i) {
-    summary.path_m +=
-        (record.trajectory[i].pose.translation() - record.trajectory[i - 1].pose.translation()).norm();
-  }
-  if (!record.trajectory.empty()) {
-    const auto& covariance = record.trajectory.back().covariance;
-    constexpr double kDegrees = 180.0 / std::numbers::pi;
-    summary.last_sigma_deg = kDegrees * std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3.0);
-    summary.last_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3.0);
-  }
-  summary.peak_mb = peak_resident_memory_mb();
-  summary.frame_cost = frame_cost(record);
-  summary.realtime = realtime_summary(record);
-  return summary;
 }
 
 std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
@@ -359,7 +265,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
     check_save_map(options);
   }
   if (options.threads) cv::setNumThreads(*options.threads);
-  Slam slam = make_slam(input, options);
+  Slam slam = make_slam(sequence, settings, options);
   FrameDisplay display(options, sequence.camera);
   const SignalGuard signals;
   const RunFolder folder(options.output, options.overwrite);

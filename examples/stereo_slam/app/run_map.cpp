@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/run_map.hpp"
+
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "stereo_slam/io/output_file.hpp"
+#include "stereo_slam/results/run_folder.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A file beside `file` that does not exist: street-2.map, street-3.map ...
+fs::path free_name_beside(const fs::path& file) {
+  for (int n = 2;; ++n) {
+    fs::path name = file;
+    name.replace_filename(fmt::format("{}-{}{}", file.stem().string(), n, file.extension().string()));
+    if (!fs::exists(fs::symlink_status(name))) return name;
+  }
+}
+
+}  // namespace
+
+void require_keyframes(const Settings& settings) {
+  if (settings.loop_closure.enabled && settings.map.layout == MapLayout::kAnchored) return;
+  throw std::runtime_error(
+      "--save-map and --load-map need loop closure and the anchored layout; use the default preset");
+}
+
+void check_save_map(const RunOptions& options) {
+  const fs::path& file = *options.save_map;
+  std::vector<fs::path> inputs;
+  if (options.load_map) inputs.push_back(*options.load_map);
+  require_replaceable(file, inputs, [&](std::string_view beginning) {
+    if (is_map(beginning) && !options.overwrite) {
+      throw std::runtime_error(fmt::format(
+          "{}: holds an earlier map; name another file, or replace it with --overwrite", file.string()));
+    }
+    return is_map(beginning);
+  });
+  if (options.debug_images) require_no_folder_of(file, *options.debug_images);
+  require_writable_besides_results(file, options.output);
+}
+
+void write_map(const RunOptions& options, const SavedMap& map) {
+  try {
+    check_save_map(options);
+  } catch (const std::runtime_error& error) {
+    const fs::path other = free_name_beside(*options.save_map);
+    save_map(other, map);
+    throw std::runtime_error(fmt::format("{}; the map is in {}", error.what(), other.string()));
+  }
+  save_map(*options.save_map, map);
+}
+
+Slam make_slam(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {
+  const auto thread = options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn;
+  if (!options.load_map) return Slam(sequence.camera, settings, thread);
+  require_keyframes(settings);
+  const SavedMap known = load_map(*options.load_map);
+  if (known.keyframes.empty()) {
+    throw std::runtime_error(
+        fmt::format("{}: the map is empty; load a map of a longer run", options.load_map->string()));
+  }
+  try {
+    return Slam(sequence.camera, settings, thread, known,
+                options.save_map ? MapUse::kContinue : MapUse::kLocalise);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(fmt::format("{}: {}", options.load_map->string(), error.what()));
+  }
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+
+#include "stereo_slam/results/pose_frame.hpp"
+
+namespace stereo_slam {
+
+struct RunOptions {
+  std::filesystem::path output;
+  std::optional<std::size_t> max_frames;
+  std::optional<int> threads;  ///< nothing: OpenCV's choice; 1: loop closing has no thread, either
+  bool quiet = false;
+  bool view = false;
+  bool realtime = false;   ///< offer frames at the pace of their stamps; drop those not taken in time
+  bool overwrite = false;  ///< replace the results of an earlier run
+  std::optional<std::filesystem::path> load_map = std::nullopt;  ///< to localise in; with save_map, to extend
+  std::optional<std::filesystem::path> save_map = std::nullopt;
+  std::optional<std::filesystem::path> debug_images = std::nullopt;  ///< folder
+  PoseFrame pose_frame = PoseFrame::kCamera;
+};
+
+}  // namespace stereo_slam

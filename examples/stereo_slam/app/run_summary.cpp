@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/app/run_summary.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "stereo_slam/app/process_usage.hpp"
+
+namespace stereo_slam {
+
+RunSummary summary_of(const RunRecord& record) {
+  RunSummary summary;
+  summary.frames = record.results.size();
+  summary.lost = count_frames(record, [](const FrameResult& result) {
+    const bool began_the_map = result.is_keyframe;
+    return result.status == TrackingStatus::kLost ||
+           (result.status == TrackingStatus::kInitializing && !began_the_map);
+  });
+  for (const auto& result : record.results) ++summary.frames_by_status[to_string(result.status)];
+  summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
+  summary.landmarks = record.map_points.size();
+  for (const auto& loop : record.loops) ++(loop.accepted ? summary.loops_accepted : summary.loops_refused);
+  for (std::size_t i = 1; i < record.trajectory.size(); ++i) {
+    summary.path_m +=
+        (record.trajectory[i].pose.translation() - record.trajectory[i - 1].pose.translation()).norm();
+  }
+  if (!record.trajectory.empty()) {
+    const auto& covariance = record.trajectory.back().covariance;
+    constexpr double kDegrees = 180.0 / std::numbers::pi;
+    summary.last_sigma_deg = kDegrees * std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3.0);
+    summary.last_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3.0);
+  }
+  summary.peak_mb = peak_resident_memory_mb();
+  summary.frame_cost = frame_cost(record);
+  summary.realtime = realtime_summary(record);
+  return summary;
+}
+
+}  // namespace stereo_slam

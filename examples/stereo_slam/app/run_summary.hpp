@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "stereo_slam/results/output.hpp"
+
+namespace stereo_slam {
+
+/// How a run ended.
+struct RunSummary {
+  std::size_t frames = 0;
+  std::size_t lost = 0;  ///< frames without odometry and landmarks, and those before the map began
+  std::map<std::string, std::size_t> frames_by_status;
+  std::size_t keyframes = 0;
+  std::size_t landmarks = 0;
+  std::size_t loops_accepted = 0;
+  std::size_t loops_refused = 0;
+  double path_m = 0.0;        ///< length of the final trajectory
+  double last_sigma_m = 0.0;  ///< standard deviation of the last pose: root mean square of the axes
+  double last_sigma_deg = 0.0;
+  double peak_mb = 0.0;  ///< memory of the process; NaN where unknown
+  double seconds = 0.0;
+  FrameCost frame_cost{};
+  std::optional<RealtimeSummary> realtime = std::nullopt;
+  bool interrupted = false;
+  std::string error;  ///< what stopped the run; empty if nothing did
+};
+
+/// What the record says. How the run ended (`seconds`, `interrupted`, `error`) is left to the caller.
+[[nodiscard]] RunSummary summary_of(const RunRecord& record);
+
+}  // namespace stereo_slam
