@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "stereo_slam/app/run_options.hpp"
-#include "stereo_slam/app/run_summary.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/results/run_summary.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

@@ -293,6 +293,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (saved && !record.results.empty()) folder.publish();
 
   RunSummary summary = summary_of(record);
+  summary.peak_mb = peak_resident_memory_mb();
   summary.seconds = header.seconds;
   summary.interrupted = interrupted;
   summary.error = header.error;

@@ -20,6 +20,13 @@ template <class Scalar>
 inline constexpr Scalar kSymmetryTolerance = std::max(Scalar(1e-9),
                                                       Scalar(32) * std::numeric_limits<Scalar>::epsilon());
 
+/// The size of a matrix that its rounding errors are compared with: `size`, but not less than the smallest
+/// normal number. The entries of smaller matrices are rounded to multiples of a fixed number.
+template <class Scalar>
+[[nodiscard]] Scalar rounding_scale(Scalar size) {
+  return std::max(size, std::numeric_limits<Scalar>::min());
+}
+
 /// (A + A^T)/2. Throws unless A is finite and symmetric within kSymmetryTolerance.
 template <class Scalar, int N>
 [[nodiscard]] Matrix<Scalar, N> checked_symmetric(std::string_view what, const Matrix<Scalar, N>& A) {
@@ -34,7 +41,7 @@ template <class Scalar, int N>
       largest = std::max(largest, abs(symmetric(i, j)));
     }
   }
-  if (!all_finite(A) || !(asymmetry <= kSymmetryTolerance<Scalar> * largest)) [[unlikely]] {
+  if (!all_finite(A) || !(asymmetry <= kSymmetryTolerance<Scalar> * rounding_scale(largest))) [[unlikely]] {
     throw_invalid(what, A);
   }
   return symmetric;
@@ -61,8 +68,9 @@ template <class Scalar, int N>
   // rounding error.
   const Scalar smallest_variance = A.diagonal().minCoeff();
   constexpr Scalar kRounding = Scalar(32) * std::numeric_limits<Scalar>::epsilon();
-  if (!(eigen.values[0] >= -kSymmetryTolerance<Scalar> * A.trace()) ||
-      smallest_variance < -kRounding * A.trace()) [[unlikely]] {
+  const Scalar scale = rounding_scale(A.trace());
+  if (!(eigen.values[0] >= -kSymmetryTolerance<Scalar> * scale) || smallest_variance < -kRounding * scale)
+      [[unlikely]] {
     throw_invalid(what, A);
   }
   Matrix<Scalar, N> root = eigen.vectors;

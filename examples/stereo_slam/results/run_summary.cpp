@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/app/run_summary.hpp"
+#include "stereo_slam/results/run_summary.hpp"
 
 #include <cmath>
 #include <numbers>
-
-#include "stereo_slam/app/process_usage.hpp"
 
 namespace stereo_slam {
 
@@ -30,7 +28,6 @@ RunSummary summary_of(const RunRecord& record) {
     summary.last_sigma_deg = kDegrees * std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3.0);
     summary.last_sigma_m = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3.0);
   }
-  summary.peak_mb = peak_resident_memory_mb();
   summary.frame_cost = frame_cost(record);
   summary.realtime = realtime_summary(record);
   return summary;

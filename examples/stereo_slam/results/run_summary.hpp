@@ -30,7 +30,7 @@ struct RunSummary {
   std::string error;  ///< what stopped the run; empty if nothing did
 };
 
-/// What the record says. How the run ended (`seconds`, `interrupted`, `error`) is left to the caller.
+/// What the record says. `peak_mb`, `seconds`, `interrupted` and `error` are left to the caller.
 [[nodiscard]] RunSummary summary_of(const RunRecord& record);
 
 }  // namespace stereo_slam
