@@ -2,7 +2,7 @@
 # Installs what is missing, builds all but the benchmarks and runs all tests. Arguments go to ctest. That every header compiles
 # alone is left to other builds (ANTIPODE_CHECK_HEADERS): it takes minutes, and each has a test that includes it first. Large
 # headers are precompiled and sources compiled sixteen at a time (a unity build), which hides missing includes; other builds and
-# tests/tidy.sh parse each source alone. Clang compiles all this in two thirds of GCC's time, so it is used unless CXX in the
+# tests/tidy.sh parse each source alone. Clang compiles all this in less than two thirds of GCC's time, so it is used unless CXX in the
 # environment names another compiler: CXX=g++ tests/run.sh, without an older build/release. With WARNINGS_AS_ERRORS=ON in the
 # environment a warning ends the build.
 set -euo pipefail

@@ -28,10 +28,7 @@ void make_root(const fs::path& folder) {
   if (error)
     throw std::runtime_error(
         fmt::format("{}: cannot be used for output ({})", folder.string(), error.message()));
-  if (!fs::is_empty(folder)) {
-    throw std::runtime_error(
-        fmt::format("{}: not empty; choose another output folder, or remove it", folder.string()));
-  }
+  require_no_content(folder);
 }
 
 fs::path make_folder(const fs::path& folder) {
@@ -49,6 +46,13 @@ void write_png(const cv::Mat1b& image, const fs::path& file) {
 }
 
 }  // namespace
+
+void require_no_content(const fs::path& output) {
+  std::error_code error;  // what cannot be read is reported by RecordingFolder
+  if (!fs::is_directory(output, error) || fs::is_empty(output, error) || error) return;
+  throw std::runtime_error(
+      fmt::format("{}: not empty; choose another output folder, or remove it", output.string()));
+}
 
 RecordingFolder::RecordingFolder(const SimulationSettings& settings, const fs::path& output)
     : settings_(settings), root_(output) {

@@ -137,8 +137,7 @@ CameraPath camera_path(const SimulationSettings& settings) {
 
 void simulate(const SimulationSettings& settings, const fs::path& output, const Progress& progress) {
   CameraPath path = camera_path(settings);
-  const StereoViews views = stereo_views(settings);
-  const RecordingFolder folder(settings, output);  // before the world, which may take minutes to build
+  require_no_content(output);  // before the world, which may take minutes to build
   const World world(path, {.scenery = settings.scenery,
                            .seed = settings.seed,
                            .camera_height_m = settings.camera_height_m,
@@ -146,6 +145,8 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
                            .street = {}});
   const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
 
+  const StereoViews views = stereo_views(settings);
+  const RecordingFolder folder(settings, output);
   folder.write_cameras();
   folder.write_times_and_poses(path);
 

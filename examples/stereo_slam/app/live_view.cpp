@@ -8,8 +8,7 @@ namespace stereo_slam {
 void LiveView::show(const StereoFrame& frame, const FrameResult& result, Slam& slam) {
   using Clock = std::chrono::steady_clock;
   marks_.push_back({result.status, result.is_keyframe});
-  const auto known_loops = slam.known_loop_events();
-  if (known_loops.size() > loops_.size()) loops_.assign(known_loops.begin(), known_loops.end());
+  if (const auto loops = slam.loop_events_if_idle()) loops_.assign(loops->begin(), loops->end());
   const auto begin = Clock::now();
   if (!duty_cycle_.is_due(begin)) return;
   const auto tracks = slam.landmark_tracks();

@@ -89,7 +89,7 @@ class LiveResults {
   /// Writes the last frame of the record. After a keyframe, another thread flushes the files to the disk.
   void append(const RunRecord& record, const Slam& slam) {
     streams_.append_frame(record);
-    streams_.append_loops(slam.known_loop_events());
+    if (const auto loops = slam.loop_events_if_idle()) streams_.append_loops(*loops);
     if (record.results.back().is_keyframe) sync_.request();
   }
 

@@ -104,8 +104,9 @@ struct FrameResult {
   bool loop_corrected = false;  ///< a loop moved the keyframes before this frame was tracked
   std::size_t segment = 0;      ///< map segment: a loss begins a new one if nothing is recognised
   std::size_t keyframe = 0;     ///< frame of the reference keyframe; for a new keyframe, of the one before it
-  Matrix6<double> relative_covariance = Matrix6<double>::Zero();  ///< of the pose relative to the keyframe,
-                                                                  ///< without the errors of `calibration`
+  /// Of the pose relative to the keyframe. Of the errors of `calibration` it contains only the uncertainty of
+  /// the disparity offset.
+  Matrix6<double> relative_covariance = Matrix6<double>::Zero();
   CalibrationError calibration;  ///< errors that the covariance of T_world_camera includes
   PoseGaussian odometry;         ///< T_previous_current, the system input u_k
   int features = 0;   ///< points that the odometry follows; with `--preset paper`, features of the left image

@@ -71,7 +71,7 @@ constexpr int kBorderedSide_px = kWindowSide_px + 2;
 using BorderedPixels = Eigen::Array<float, kBorderedSide_px, kBorderedSide_px, Eigen::RowMajor>;
 
 /// Axis-aligned window around a point, with a border of one pixel.
-[[nodiscard]] BorderedPixels sample_bordered(const cv::Mat& image, const Eigen::Vector2f& centre) {
+[[nodiscard]] BorderedPixels sample_bordered_window(const cv::Mat& image, const Eigen::Vector2f& centre) {
   using Grey = Eigen::Array<std::uint8_t, kBorderedSide_px, kBorderedSide_px, Eigen::RowMajor>;
   const Eigen::Vector2f corner = centre.array() - static_cast<float>(kWindowRadius_px + 1);
   const auto column = static_cast<int>(corner.x());
@@ -92,7 +92,7 @@ using BorderedPixels = Eigen::Array<float, kBorderedSide_px, kBorderedSide_px, E
 class SlantedTemplate {
  public:
   SlantedTemplate(const cv::Mat& left, const Eigen::Vector2f& centre) {
-    const BorderedPixels bordered = sample_bordered(left, centre);
+    const BorderedPixels bordered = sample_bordered_window(left, centre);
     const auto window = [&](Eigen::Index row, Eigen::Index column) {
       return bordered.block<kWindowSide_px, kWindowSide_px>(row, column).reshaped<Eigen::RowMajor>();
     };

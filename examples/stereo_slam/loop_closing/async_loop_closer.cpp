@@ -98,8 +98,9 @@ std::optional<LoopCorrection> AsyncLoopCloser::finish(const std::vector<Keyframe
 
 std::vector<LoopEvent> AsyncLoopCloser::events() const { return state_->at_rest().events(); }
 
-std::span<const LoopEvent> AsyncLoopCloser::known_events() const {
-  return state_->is_working() ? std::span<const LoopEvent>{} : state_->closer.events();
+std::optional<std::span<const LoopEvent>> AsyncLoopCloser::events_if_idle() const {
+  if (state_->is_working()) return std::nullopt;
+  return state_->closer.events();
 }
 
 void AsyncLoopCloser::save(SavedMap& map) const { state_->at_rest().save(map); }

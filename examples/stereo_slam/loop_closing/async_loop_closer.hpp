@@ -55,8 +55,8 @@ class AsyncLoopCloser {
   /// Loops found so far, accepted and refused, in order. Waits for the thread; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> events() const;
 
-  /// The same without waiting: nothing while the thread is at work. Valid until the next keyframe is added.
-  [[nodiscard]] std::span<const LoopEvent> known_events() const;
+  /// The same without waiting: nothing while the thread works. Valid until the next keyframe is added.
+  [[nodiscard]] std::optional<std::span<const LoopEvent>> events_if_idle() const;
 
   /// Sets the keyframes and the loops of `map`; those of the known map come first. Waits for the thread.
   void save(SavedMap& map) const;

@@ -258,8 +258,8 @@ struct Hypothesis {
 }
 
 /// Pose with the smallest sum of truncated distances over random minimal sets; the expected one competes too.
-/// Ends when the inliers of the best pose make a better one improbable, after settings.ransac_iterations at
-/// the latest.
+/// Ends early if a better pose is improbable and the best one continues the expected motion, otherwise after
+/// settings.ransac_iterations.
 ///
 /// The points of a moving object that fills half of the image, such as a lorry ahead, agree on one motion as
 /// well as those of the street. A motion that does not continue the expected one therefore has to outvote the

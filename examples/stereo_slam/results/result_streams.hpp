@@ -31,8 +31,7 @@ class ResultStreams {
   /// Appends the last frame of the record.
   void append_frame(const RunRecord& record);
 
-  /// Takes all loops so far and appends those that were not appended yet. Appends nothing if `loops` has
-  /// fewer than were appended, as Slam::known_loop_events() gives none while the loop thread works.
+  /// Takes all loops so far and appends those that were not appended yet.
   void append_loops(std::span<const LoopEvent> loops);
 
   /// Returns once the poses, covariances and loops appended so far are on the disk. Call it after the first

@@ -172,7 +172,7 @@ void add_update(Table& table) {
       .add("regularizer_forgetting", &UpdateSettings::regularizer_forgetting, {0.0, 1e-3}, "",
            "relative increase of the orientation uncertainty between subsets (method paper)")
       .add("robust_cap", &UpdateSettings::robust_cap, {1.0, 1e6}, "",
-           "squared Mahalanobis distance at which the likelihood of a match is capped")
+           "squared Mahalanobis distance beyond which a match is removed after the first update")
       .add("min_matches", &UpdateSettings::min_matches, {3, 100000}, "",
            "smallest number of matches; with fewer the pose is only predicted");
 }

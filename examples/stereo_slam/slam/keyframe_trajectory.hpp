@@ -14,8 +14,8 @@ namespace stereo_slam {
 /// Poses of all frames: keyframes in the world, every frame relative to its keyframe.
 ///
 /// The last keyframe is the reference of the filter's state. A loop correction moves keyframes, and their
-/// frames with them. Poses relative to keyframes change at the end only, when the rectification is known
-/// best.
+/// frames with them. Poses relative to keyframes change in two cases: a new map segment takes the last frame
+/// as its own, and at the end the best estimate of the rectification is applied.
 class KeyframeTrajectory {
  public:
   /// Makes `frame` the first keyframe, whose camera is the world's frame.
@@ -34,7 +34,8 @@ class KeyframeTrajectory {
   void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
                     const RectificationEffect& effect = {});
 
-  /// Replaces the pose of an earlier frame by one relative to the reference keyframe.
+  /// Replaces the pose of an earlier frame by one relative to the reference keyframe. The frame counts as
+  /// measured then.
   void replace(std::size_t position, const PoseGaussian& T_keyframe_camera);
 
   /// Sets the poses of the first keyframes; the others keep their poses relative to those before them.

@@ -33,7 +33,8 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
   Association association;
   association.predicted =
       project_landmarks(map, antipode::to_pose_gaussian(prior), settings.map.max_baselines);
-  for (const auto& landmark : association.predicted) association.static_px.emplace_back(landmark.z.head<2>());
+  for (const auto& landmark : association.predicted)
+    association.search_start_px.emplace_back(landmark.z.head<2>());
   const auto matches = refine_matches(association, source, view, rough.pose, settings.refinement);
   if (matches.size() < static_cast<std::size_t>(rule.min_inliers) ||
       kMinFoundShare * matches.size() < association.predicted.size()) {

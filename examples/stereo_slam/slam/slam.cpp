@@ -32,6 +32,13 @@ namespace {
   return TrackingStatus::kLost;
 }
 
+[[nodiscard]] FrameResult empty_result(const StereoFrame& frame) {
+  FrameResult result;
+  result.index = frame.index;
+  result.stamp_ns = frame.stamp_ns;
+  return result;
+}
+
 [[nodiscard]] std::vector<StereoPoint> measurements(const std::vector<Match>& matches) {
   std::vector<StereoPoint> result;
   result.reserve(matches.size());
@@ -66,12 +73,12 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
 
 FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) {
   StageClock clock;
-  FrameResult result = begin_result(recorded);
+  FrameResult result = empty_result(recorded);
+  if (loops_) result.loop_corrected = apply(loops_->correction_due(recorded.index));
   if (loops_) clock.lap("loops");
   const StereoFrame frame = with_equal_brightness(recorded);
   if (previous_.repeated_by(frame)) {
-    pass_over(frame, result);
-    result.times = clock.times();
+    pass_over(frame, result, clock);
     return result;
   }
   FrameImages images =
@@ -102,14 +109,6 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   prepare_next(images, matches);
   clock.lap("stereo");
   result.times = clock.times();
-  return result;
-}
-
-FrameResult Slam::begin_result(const StereoFrame& frame) {
-  FrameResult result;
-  result.index = frame.index;
-  result.stamp_ns = frame.stamp_ns;
-  if (loops_) result.loop_corrected = apply(loops_->correction_due(frame.index));
   return result;
 }
 
@@ -233,13 +232,14 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
 }
 
 /// A repeated image measures nothing: the pose is predicted, and the filter waits for the next image.
-void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
+void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageClock& clock) {
   const bool first = previous_.position + 1 == trajectory_.frames();
   result.status = started_ && first && !lost_ ? TrackingStatus::kWeak : TrackingStatus::kLost;
   PoseGaussian motion;
   motion.pose = velocity_.motion_until(frame.stamp_ns);
   record(predict_pose(posterior_, motion, false, settings_, velocity_.unseen_until(frame.stamp_ns)), false,
          result);
+  result.times = clock.times();
 }
 
 /// Begins the map, if the image shows enough for one.
@@ -360,8 +360,8 @@ std::vector<LoopEvent> Slam::loop_events() const {
   return loops_ ? loops_->events() : std::vector<LoopEvent>{};
 }
 
-std::span<const LoopEvent> Slam::known_loop_events() const {
-  return loops_ ? loops_->known_events() : std::span<const LoopEvent>{};
+std::optional<std::span<const LoopEvent>> Slam::loop_events_if_idle() const {
+  return loops_ ? loops_->events_if_idle() : std::span<const LoopEvent>{};
 }
 
 std::size_t Slam::keyframe_memory_bytes() const { return loops_ ? loops_->memory_bytes() : 0; }

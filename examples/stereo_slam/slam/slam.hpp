@@ -87,8 +87,8 @@ class Slam {
   /// Loops so far, accepted and refused; complete after finish().
   [[nodiscard]] std::vector<LoopEvent> loop_events() const;
 
-  /// The same without waiting: loops that the loop-closing thread is about to find may be missing.
-  [[nodiscard]] std::span<const LoopEvent> known_loop_events() const;
+  /// The same without waiting: nothing while the loop-closing thread works.
+  [[nodiscard]] std::optional<std::span<const LoopEvent>> loop_events_if_idle() const;
 
   /// Memory that loop closure uses for keyframes and place recognition, bytes; zero without loop closure.
   [[nodiscard]] std::size_t keyframe_memory_bytes() const;
@@ -105,7 +105,6 @@ class Slam {
     return {frame, camera_, rectification_.current()};
   }
 
-  [[nodiscard]] FrameResult begin_result(const StereoFrame& frame);
   bool apply(const std::optional<LoopCorrection>& correction);
 
   // The stages of process(), in its order.
@@ -123,7 +122,7 @@ class Slam {
   void prepare_next(const FrameImages& images, const std::vector<Match>& matches);
 
   // The unusual cases: a repeated image, and no map yet.
-  void pass_over(const StereoFrame& frame, FrameResult& result);
+  void pass_over(const StereoFrame& frame, FrameResult& result, const StageClock& clock);
   void initialise(const FrameImages& images, FrameResult& result);
 
   void record(const PoseDensity& T_keyframe_camera, bool measured, FrameResult& result);

@@ -154,7 +154,7 @@ std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<Predicte
 std::vector<std::optional<Vector2<double>>> gate_by_flow(const std::vector<PredictedLandmark>& predicted,
                                                          const std::vector<std::optional<LandmarkFlow>>& flow,
                                                          const AssociationSettings& settings) {
-  std::vector<std::optional<Vector2<double>>> static_px(predicted.size());
+  std::vector<std::optional<Vector2<double>>> search_start_px(predicted.size());
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     if (!flow[i]) continue;
     const auto& [from_px, to_px] = *flow[i];
@@ -162,10 +162,10 @@ std::vector<std::optional<Vector2<double>>> gate_by_flow(const std::vector<Predi
     const double spread_px = std::sqrt(kChi2_2_99 * p.pose_part.topLeftCorner<2, 2>().trace());
     if (flow_agrees(to_px - from_px, p.z.head<2>() - from_px, settings.flow_tolerance_px + spread_px,
                     settings.flow_relative_tolerance)) {
-      static_px[i] = to_px;
+      search_start_px[i] = to_px;
     }
   }
-  return static_px;
+  return search_start_px;
 }
 
 Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,
@@ -174,12 +174,13 @@ Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,
 }
 
 std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
-                             const std::vector<std::optional<Vector2<double>>>& static_px, const MapView& map,
-                             const StereoFeatures& features, const AssociationSettings& settings) {
+                             const std::vector<std::optional<Vector2<double>>>& search_start_px,
+                             const MapView& map, const StereoFeatures& features,
+                             const AssociationSettings& settings) {
   const FeatureSearch search(features, {map.camera.width_px, map.camera.height_px}, settings);
   std::unordered_map<std::size_t, FeatureMatch> by_feature;  // left feature -> its most similar landmark
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    if (!static_px[i]) continue;
+    if (!search_start_px[i]) continue;
     const auto found = search.match(predicted[i], map.landmarks[predicted[i].index].descriptor);
     if (!found) continue;
     const auto [known, is_new] = by_feature.try_emplace(*found->match.left_feature, *found);

@@ -24,8 +24,7 @@ struct Association {
   std::vector<PredictedLandmark> predicted;       ///< landmarks expected in view
   std::vector<std::optional<LandmarkFlow>> flow;  ///< nothing where the flow was lost; empty if not computed
   std::vector<std::optional<Vector2<double>>>
-      static_px;  ///< where the search in the left image starts: the predicted position if the flow was not
-                  ///< computed; else the end of the flow if it is that of a static point, and else nothing
+      search_start_px;  ///< where the left image is searched; nothing: the landmark's flow failed the gate
   std::vector<Match> matches;  ///< ordered by index of the landmark
 };
 
@@ -47,9 +46,9 @@ struct Association {
 
 /// Matches landmarks that passed the flow gate with features of both images, by Mahalanobis and descriptor
 /// distance and the epipolar constraint (sec. IV-C). Each left feature goes to one landmark, the most
-/// similar. `static_px` has one entry per predicted landmark.
+/// similar. `search_start_px` has one entry per predicted landmark.
 [[nodiscard]] std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
-                                           const std::vector<std::optional<Vector2<double>>>& static_px,
+                                           const std::vector<std::optional<Vector2<double>>>& search_start_px,
                                            const MapView& map, const StereoFeatures& features,
                                            const AssociationSettings& settings);
 

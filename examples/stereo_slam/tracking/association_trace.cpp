@@ -18,7 +18,7 @@ AssociationTrace trace_association(const Association& association,
     const PredictedLandmark& predicted = association.predicted[i];
     landmark.predicted_px = predicted.z.head<2>();
     landmark.flow = association.flow[i];
-    landmark.static_flow = association.static_px[i].has_value();
+    landmark.static_flow = association.search_start_px[i].has_value();
     landmark.search_covariance_px2 = innovation_covariance(predicted, settings).topLeftCorner<2, 2>();
     const auto match = matched_px.find(predicted.index);
     if (match != matched_px.end()) landmark.matched_px = match->second;

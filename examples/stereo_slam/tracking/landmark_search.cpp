@@ -29,7 +29,7 @@ Association LandmarkSearch::predict(const PoseGaussian& T_reference_camera) cons
 void LandmarkSearch::observe(Association& association) const {
   association.flow =
       observe_flow(association.predicted, map_, T_reference_previous_, pyramids_, settings_.association);
-  association.static_px = gate_by_flow(association.predicted, association.flow, settings_.association);
+  association.search_start_px = gate_by_flow(association.predicted, association.flow, settings_.association);
 }
 
 Association LandmarkSearch::align_patches(const PoseGaussian& T_reference_camera,
@@ -38,7 +38,7 @@ Association LandmarkSearch::align_patches(const PoseGaussian& T_reference_camera
   Association association = predict(T_reference_camera);
   if (motion_known && is_precise(association.predicted)) {
     for (const auto& landmark : association.predicted) {
-      association.static_px.emplace_back(landmark.z.head<2>());
+      association.search_start_px.emplace_back(landmark.z.head<2>());
     }
   } else {
     observe(association);
@@ -53,7 +53,7 @@ Association LandmarkSearch::match_features(const PoseGaussian& T_reference_camer
   Association association = predict(T_reference_camera);
   observe(association);
   association.matches =
-      associate(association.predicted, association.static_px, map_, features, settings_.association);
+      associate(association.predicted, association.search_start_px, map_, features, settings_.association);
   return association;
 }
 

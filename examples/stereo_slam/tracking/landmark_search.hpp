@@ -31,7 +31,7 @@ class LandmarkSearch {
   [[nodiscard]] Association match_features(const PoseGaussian& T_reference_camera,
                                            const StereoFeatures& features) const;
 
-  /// Computes the optical flow, and replaces the association's `flow` and `static_px` by its results.
+  /// Computes the optical flow, and replaces the association's `flow` and `search_start_px` by its results.
   void observe(Association& association) const;
 
  private:

@@ -78,7 +78,7 @@ std::vector<Match> refine_matches(const Association& association, const PatchSou
   std::vector<std::optional<Match>> refined(predicted.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(predicted.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      const auto& start_px = association.static_px[i];
+      const auto& start_px = association.search_start_px[i];
       if (start_px) refined[i] = measurement.match(predicted[i], *start_px);
     }
   });

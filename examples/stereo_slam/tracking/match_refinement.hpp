@@ -21,9 +21,9 @@ struct PatchSource {
 /// Matches of the reference keyframe's landmarks with sub-pixel measurements.
 ///
 /// The patch around a landmark in the keyframe is warped to look as from the camera at `T_keyframe_camera`,
-/// and aligned in both images of `view`, starting at association.static_px. Every frame is compared with the
-/// same keyframe, so no drift accumulates. Alignments that do not correlate, violate the epipolar constraint
-/// or contradict the prediction are dropped.
+/// and aligned in both images of `view`, starting at association.search_start_px. Every frame is compared
+/// with the same keyframe, so no drift accumulates. Alignments that do not correlate, violate the epipolar
+/// constraint or contradict the prediction are dropped.
 [[nodiscard]] std::vector<Match> refine_matches(const Association& association, const PatchSource& source,
                                                 const StereoView& view, const Pose& T_keyframe_camera,
                                                 const RefinementSettings& settings);

@@ -11,7 +11,8 @@
 
 namespace stereo_slam {
 
-/// Result of a pose update. Without convergence or enough matches the posterior is the prior.
+/// Result of a pose update. Without convergence or enough matches the posterior is the prior; with
+/// PoseUpdateMethod::kNone it is the prior, and counts as converged.
 struct PoseUpdate {
   PoseDensity posterior;
   bool converged = false;

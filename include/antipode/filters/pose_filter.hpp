@@ -57,11 +57,11 @@ struct ProgressiveReweighting {
   }
 };
 
-/// ProgressiveReweighting with the constants of DQV-SLAM: small steps, no coupling of orientation and
-/// translation, and no limit of the residual.
+/// ProgressiveReweighting as in DQV-SLAM: small steps, no coupling of orientation and translation, and no
+/// limit of the residual.
 template <std::floating_point Scalar>
 struct PaperReweighting : ProgressiveReweighting<Scalar> {
-  /// tau = 0.02, no coupling, no limit of the residual.
+  /// tau = 0.02, of which the paper gives no value.
   constexpr PaperReweighting()
       : ProgressiveReweighting<Scalar>{{.tau = Scalar(0.02),
                                         .keep_coupling = false,

@@ -25,7 +25,7 @@ struct FeatureScene {
   StereoCamera camera = test::kitti_camera();
   std::vector<Landmark> landmarks;
   std::vector<PredictedLandmark> predicted;
-  std::vector<std::optional<Vector2<double>>> static_px;
+  std::vector<std::optional<Vector2<double>>> search_start_px;
   StereoFeatures features;
 
   MapView map() const { return {landmarks, camera}; }
@@ -45,14 +45,14 @@ FeatureScene make_scene(std::mt19937_64& random, int count) {
   PoseGaussian pose;
   pose.covariance = 1e-6 * Matrix6<double>::Identity();
   scene.predicted = project_landmarks(scene.map(), pose, 140.0);
-  for (const auto& p : scene.predicted) scene.static_px.emplace_back(p.z.head<2>());
+  for (const auto& p : scene.predicted) scene.search_start_px.emplace_back(p.z.head<2>());
   return scene;
 }
 
 TEST_CASE("Landmarks find their features in both images", "[stereo_slam][association]") {
   std::mt19937_64 random(1);
   const FeatureScene scene = make_scene(random, 100);
-  const auto matches = associate(scene.predicted, scene.static_px, scene.map(), scene.features, {});
+  const auto matches = associate(scene.predicted, scene.search_start_px, scene.map(), scene.features, {});
   REQUIRE(matches.size() >= 98);  // random neighbours may compete
   for (const auto& match : matches) {
     REQUIRE(match.left_feature);
@@ -65,16 +65,16 @@ TEST_CASE("Without flow, with another descriptor, or outside the ellipse, nothin
           "[stereo_slam][association]") {
   std::mt19937_64 random(2);
   FeatureScene scene = make_scene(random, 30);
-  for (auto& end_px : scene.static_px) end_px.reset();
-  CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, {}).empty());
+  for (auto& end_px : scene.search_start_px) end_px.reset();
+  CHECK(associate(scene.predicted, scene.search_start_px, scene.map(), scene.features, {}).empty());
 
   scene = make_scene(random, 30);
   for (auto& landmark : scene.landmarks) landmark.descriptor = random_descriptor(random);
-  CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, {}).empty());
+  CHECK(associate(scene.predicted, scene.search_start_px, scene.map(), scene.features, {}).empty());
 
   scene = make_scene(random, 30);
   for (auto& feature : scene.features.left) feature.position_px.y() += 15.0;
-  CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, {}).empty());
+  CHECK(associate(scene.predicted, scene.search_start_px, scene.map(), scene.features, {}).empty());
 
   CHECK(associate({}, {}, FeatureScene{}.map(), {}, {}).empty());
 }
@@ -86,7 +86,7 @@ TEST_CASE("Pairs that break the epipolar constraint are dropped", "[stereo_slam]
   for (auto& feature : scene.features.right) feature.position_px.y() -= 1.5;
   AssociationSettings settings;
   settings.max_row_error_px = 2.0;
-  CHECK(associate(scene.predicted, scene.static_px, scene.map(), scene.features, settings).empty());
+  CHECK(associate(scene.predicted, scene.search_start_px, scene.map(), scene.features, settings).empty());
 }
 
 TEST_CASE("A feature serves the landmark that is most similar to it", "[stereo_slam][association]") {
@@ -97,8 +97,8 @@ TEST_CASE("A feature serves the landmark that is most similar to it", "[stereo_s
   PredictedLandmark twin = scene.predicted.front();
   twin.index = 1;
   scene.predicted.push_back(twin);
-  scene.static_px.push_back(scene.static_px.front());
-  const auto matches = associate(scene.predicted, scene.static_px, scene.map(), scene.features, {});
+  scene.search_start_px.push_back(scene.search_start_px.front());
+  const auto matches = associate(scene.predicted, scene.search_start_px, scene.map(), scene.features, {});
   REQUIRE(matches.size() == 1);
   CHECK(matches.front().landmark == 1);
 }
@@ -120,16 +120,16 @@ TEST_CASE("The flow gate keeps static points and drops what moves on its own", "
   REQUIRE(predicted.size() == 1);
   AssociationSettings settings;
   settings.flow_tolerance_px = 1.0;
-  const auto static_px = [&](const StereoPyramid& current) {
+  const auto search_start_px = [&](const StereoPyramid& current) {
     const auto flow = observe_flow(predicted, map, Pose::identity(), {previous, current}, settings);
     return gate_by_flow(predicted, flow, settings);
   };
-  const auto end_px = static_px(pyramids_of({3.0, 0.0}));
+  const auto end_px = search_start_px(pyramids_of({3.0, 0.0}));
   REQUIRE(end_px.size() == 1);
   REQUIRE(end_px[0]);
   CHECK((*end_px[0] - Vector2<double>(103.0, 60.0)).norm() < 0.1);
 
-  CHECK_FALSE(static_px(pyramids_of({3.0, 4.0}))[0]);  // the object moves 4 px down, too
+  CHECK_FALSE(search_start_px(pyramids_of({3.0, 4.0}))[0]);  // the object moves 4 px down, too
 }
 
 }  // namespace
