@@ -25,6 +25,12 @@ void check_decomposition(const Matrix<Scalar, N>& A) {
   CHECK(std::is_sorted(eigen.values.begin(), eigen.values.end()));
 }
 
+/// A positive definite matrix whose rows and columns have the sizes of `scale`, exactly symmetric.
+Matrix4<double> graded_covariance(Rng& rng, const Vector4<double>& scale) {
+  const Matrix4<double> A = scale.asDiagonal() * random_covariance<double, 4>(rng, 0.1) * scale.asDiagonal();
+  return 0.5 * (A + A.transpose());
+}
+
 }  // namespace
 
 TEMPLATE_TEST_CASE_SIG("A symmetric matrix is put together again from its eigenvectors", "[eigen][law]",
@@ -47,12 +53,9 @@ TEST_CASE("Small eigenvalues of a graded positive matrix are relatively accurate
   for (unsigned seed = 0; seed < 100; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
-    const Vector4<double> scale(1e-7, 1e-4, 1e-2, 1.0);
-    const Matrix4<double> A =
-        scale.asDiagonal() * random_covariance<double, 4>(rng, 0.1) * scale.asDiagonal();
-    const Matrix4<long double> exact = Matrix4<double>(0.5 * (A + A.transpose())).cast<long double>();
-    const auto eigen = detail::symmetric_eigen<double, 4>(exact.cast<double>());
-    const auto oracle = detail::symmetric_eigen(exact);
+    const Matrix4<double> A = graded_covariance(rng, {1e-7, 1e-4, 1e-2, 1.0});
+    const auto eigen = detail::symmetric_eigen<double, 4>(A);
+    const auto oracle = detail::symmetric_eigen<long double, 4>(A.cast<long double>());
     for (int i = 0; i < 4; ++i) {
       // The condition of the scaled matrix is 10; values down to 1e-15 of the largest.
       CHECK(std::abs(eigen.values[i] / static_cast<double>(oracle.values[i]) - 1.0) <= 1e-13);
@@ -64,14 +67,12 @@ TEST_CASE("A very small or very large matrix is decomposed as accurately as any 
   for (unsigned seed = 0; seed < 100; ++seed) {
     CAPTURE(seed);
     Rng rng(seed);
-    const Vector4<double> scale(1e-4, 1e-3, 1e-2, 1.0);
-    const Matrix4<double> A =
-        scale.asDiagonal() * random_covariance<double, 4>(rng, 0.1) * scale.asDiagonal();
-    const auto eigen = detail::symmetric_eigen<double, 4>(0.5 * (A + A.transpose()));
+    const Matrix4<double> A = graded_covariance(rng, {1e-4, 1e-3, 1e-2, 1.0});
+    const auto eigen = detail::symmetric_eigen<double, 4>(A);
     for (const int exponent : {-960, 1020}) {
       CAPTURE(exponent);
       const Matrix4<double> extreme = A.unaryExpr([&](double entry) { return std::ldexp(entry, exponent); });
-      const auto scaled = detail::symmetric_eigen<double, 4>(0.5 * extreme + 0.5 * extreme.transpose());
+      const auto scaled = detail::symmetric_eigen<double, 4>(extreme);
       CHECK(scaled.vectors == eigen.vectors);
       for (int i = 0; i < 4; ++i) CHECK(scaled.values[i] == std::ldexp(eigen.values[i], exponent));
     }

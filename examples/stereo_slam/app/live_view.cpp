@@ -8,7 +8,8 @@ namespace stereo_slam {
 void LiveView::show(const StereoFrame& frame, const FrameResult& result, Slam& slam) {
   using Clock = std::chrono::steady_clock;
   marks_.push_back({result.status, result.is_keyframe});
-  if (const auto loops = slam.loop_events_if_idle()) loops_.assign(loops->begin(), loops->end());
+  const auto loops = slam.loop_events_if_idle();
+  if (loops && loops->size() > loops_.size()) loops_.assign(loops->begin(), loops->end());
   const auto begin = Clock::now();
   if (!duty_cycle_.is_due(begin)) return;
   const auto tracks = slam.landmark_tracks();

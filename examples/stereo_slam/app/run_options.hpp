@@ -9,6 +9,7 @@
 
 namespace stereo_slam {
 
+/// What the command line says about a run, besides the settings.
 struct RunOptions {
   std::filesystem::path output;
   std::optional<std::size_t> max_frames;

@@ -95,8 +95,14 @@ class ModeSearch {
         step[i] = where(1, k) * directions_(i, line);
         whitened[i] = mean_[i] + step[i];
       }
-      tangents.col(k) = prior_root_ * step;
+      Vector<Scalar, N> tangent = prior_root_ * step;
       from_prior[k] = whitened.squaredNorm();
+      if (!std::isfinite(
+              tangent.squaredNorm())) {  // no chart reaches so far, and the prior has no weight there
+        tangent.setZero();
+        from_prior[k] = std::numeric_limits<Scalar>::infinity();
+      }
+      tangents.col(k) = tangent;
     }
     evaluate_(tangents, values);
     for (int k = 0; k < Count; ++k) {
