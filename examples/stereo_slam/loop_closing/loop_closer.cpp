@@ -255,7 +255,7 @@ void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
   for (std::size_t i = 0; i < loops.size(); ++i) {
     const PoseGraphEdge& edge = edges[i];
     const CovarianceInflation inflation{rule.gate_scale,
-                                        drift_allowance(path_length_m(edge.from, edge.to), rule)};
+                                        gate_allowance(path_length_m(edge.from, edge.to), rule)};
     // Where nothing is predicted, every measurement is as likely as any other.
     const bool predicted = prediction.knows(edge.from, edge.to);
     const double chi2 = predicted ? prediction.mahalanobis_squared(edge, inflation) : 0.0;

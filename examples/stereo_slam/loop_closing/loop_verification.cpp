@@ -178,7 +178,7 @@ double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b) {
   return e.dot(Matrix6<double>(a.covariance + b.covariance).ldlt().solve(e));
 }
 
-Matrix6<double> drift_allowance(double length_m, const LoopVerificationSettings& settings) {
+Matrix6<double> gate_allowance(double length_m, const LoopVerificationSettings& settings) {
   const double rotation_rad = settings.drift_rad_per_m * length_m;
   // A path that returns to its start was nowhere farther from it than half its length.
   const double swing_m = rotation_rad * 0.5 * length_m;

@@ -62,9 +62,9 @@ class LoopConsistency {
 /// Squared Mahalanobis distance of two independent estimates of one pose, six degrees of freedom.
 [[nodiscard]] double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b);
 
-/// Covariance of systematic errors, which the estimates' covariances do not contain, over a path of
-/// `length_m`. The path is stretched in proportion to its length. It is also rotated in proportion to its
-/// length, which displaces its end.
-[[nodiscard]] Matrix6<double> drift_allowance(double length_m, const LoopVerificationSettings& settings);
+/// Covariance that the gate on loops adds for systematic errors over a path of `length_m`, which the
+/// covariances of the estimates do not contain. The path is stretched in proportion to its length. It is also
+/// rotated in proportion to its length, which displaces its end.
+[[nodiscard]] Matrix6<double> gate_allowance(double length_m, const LoopVerificationSettings& settings);
 
 }  // namespace stereo_slam
