@@ -53,11 +53,11 @@ struct AsyncLoopCloser::State {
 };
 
 AsyncLoopCloser::AsyncLoopCloser(const StereoCamera& camera, const Settings& settings, LoopThread thread,
-                                 const SavedMap& known, MapUse use)
-    : state_(new State{.closer = LoopCloser(camera, settings, known, use),
+                                 const SavedMap& loaded, MapUse use)
+    : state_(new State{.closer = LoopCloser(camera, settings, loaded, use),
                        .thread = thread,
                        .latency_frames = static_cast<std::size_t>(settings.loop_closure.latency_frames),
-                       .keyframes = use == MapUse::kContinue ? known.keyframes.size() : 0}) {}
+                       .keyframes = use == MapUse::kContinue ? loaded.keyframes.size() : 0}) {}
 AsyncLoopCloser::~AsyncLoopCloser() = default;
 AsyncLoopCloser::AsyncLoopCloser(AsyncLoopCloser&&) noexcept = default;
 AsyncLoopCloser& AsyncLoopCloser::operator=(AsyncLoopCloser&&) noexcept = default;

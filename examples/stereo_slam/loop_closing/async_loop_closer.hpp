@@ -34,9 +34,9 @@ enum class CorrectionDelay {
 /// necessary. The results therefore do not depend on threads or their speed.
 class AsyncLoopCloser {
  public:
-  /// `known` is the map of an earlier run, or empty.
+  /// `loaded` is the map of an earlier run, or empty.
   AsyncLoopCloser(const StereoCamera& camera, const Settings& settings, LoopThread thread,
-                  const SavedMap& known = {}, MapUse use = MapUse::kContinue);
+                  const SavedMap& loaded = {}, MapUse use = MapUse::kContinue);
   ~AsyncLoopCloser();
   AsyncLoopCloser(AsyncLoopCloser&&) noexcept;
   AsyncLoopCloser& operator=(AsyncLoopCloser&&) noexcept;
@@ -58,7 +58,7 @@ class AsyncLoopCloser {
   /// The same without waiting: nothing while the thread works. Valid until the next keyframe is added.
   [[nodiscard]] std::optional<std::span<const LoopEvent>> events_if_idle() const;
 
-  /// Sets the keyframes and the loops of `map`; those of the known map come first. Waits for the thread.
+  /// Sets the keyframes and the loops of `map`; those of the loaded map come first. Waits for the thread.
   void save(SavedMap& map) const;
 
   /// Memory of keyframes and place recognition, bytes. Waits for the thread.

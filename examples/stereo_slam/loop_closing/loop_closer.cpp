@@ -44,40 +44,40 @@ constexpr std::size_t kKeyframesPerLoop = 500;
 
 }  // namespace
 
-LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, const SavedMap& known,
+LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, const SavedMap& loaded,
                        MapUse use)
     : camera_(camera),
       settings_(settings),
       keyframes_(static_cast<std::size_t>(settings.loop_closure.max_points)),
       places_(settings.place_recognition),
       consistency_(settings.loop_verification) {
-  if (!known.keyframes.empty()) start_with(known, use);
+  if (!loaded.keyframes.empty()) start_with(loaded, use);
 }
 
-void LoopCloser::start_with(const SavedMap& known, MapUse use) {
+void LoopCloser::start_with(const SavedMap& loaded, MapUse use) {
   std::vector<PoseGaussian> poses;
-  for (const auto& keyframe : known.keyframes) {
+  for (const auto& keyframe : loaded.keyframes) {
     const std::size_t id = add_keyframe(keyframe);
     places_.add(id, keyframes_[id].points);
     poses.push_back(keyframe.T_world_keyframe);
   }
   keyframes_.correct(poses);
-  for (const auto& loop : known.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
+  for (const auto& loop : loaded.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
   drop_guesses();
-  loops_ = known.loops;
-  known_ = extent_of(known);
-  if (use == MapUse::kLocalise) fixed_keyframes_ = known_.keyframes;
+  loops_ = loaded.loops;
+  loaded_ = extent_of(loaded);
+  if (use == MapUse::kLocalise) fixed_keyframes_ = loaded_.keyframes;
 }
 
-/// Converts the ids of a keyframe of this run to those of the combined map, where the run follows the known
-/// map. The pose of the run's first keyframe relative to the known map is unknown.
-void LoopCloser::follow_known_map(Keyframe& keyframe) const {
-  keyframe.frame += known_.frames;
-  keyframe.segment += known_.segments;
+/// Converts the ids of a keyframe of this run to those of the combined map, where the run follows the loaded
+/// map. The pose of the run's first keyframe relative to the loaded map is unknown.
+void LoopCloser::follow_loaded_map(Keyframe& keyframe) const {
+  keyframe.frame += loaded_.frames;
+  keyframe.segment += loaded_.segments;
   for (auto& point : keyframe.points) {
-    if (point.landmark > 0) point.landmark += known_.landmarks;
+    if (point.landmark > 0) point.landmark += loaded_.landmarks;
   }
-  if (known_.keyframes > 0 && keyframes_.size() == known_.keyframes) {
+  if (loaded_.keyframes > 0 && keyframes_.size() == loaded_.keyframes) {
     keyframe.T_previous_keyframe = {keyframes_.back().T_world_keyframe.pose.inverse(), no_knowledge()};
   }
 }
@@ -91,7 +91,7 @@ void LoopCloser::save(SavedMap& map) const {
 }
 
 std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
-  follow_known_map(keyframe);
+  follow_loaded_map(keyframe);
   const std::size_t id = add_keyframe(std::move(keyframe));
   const bool was_localised = segments_.localised(segment_of(id));
   std::vector<LoopMeasurement> confirmed;
@@ -110,7 +110,7 @@ std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
 void LoopCloser::replace(std::vector<KeyframeLink> links) {
   if (links.empty()) return;
   for (auto& link : links) {
-    link.keyframe += known_.keyframes;
+    link.keyframe += loaded_.keyframes;
     odometry_[link.keyframe - 1].T_from_to = link.T_previous_keyframe;
   }
   keyframes_.replace(links);
@@ -135,10 +135,10 @@ std::optional<LoopCorrection> LoopCloser::correct() {
   for (const auto& pose : poses) estimates.push_back(pose.estimate);
   keyframes_.correct(estimates);
   LoopCorrection correction;
-  const auto first = static_cast<std::ptrdiff_t>(known_.keyframes);
+  const auto first = static_cast<std::ptrdiff_t>(loaded_.keyframes);
   correction.T_world_keyframe.assign(poses.begin() + first, poses.end());
-  correction.T_world_known_keyframe.assign(graph.poses.begin(), graph.poses.begin() + first);
-  for (std::size_t s = known_.segments; s < segments_.size(); ++s) {
+  correction.T_world_loaded_keyframe.assign(graph.poses.begin(), graph.poses.begin() + first);
+  for (std::size_t s = loaded_.segments; s < segments_.size(); ++s) {
     correction.segment_localised.push_back(segments_.localised(s));
   }
   correction.identity = identity_;
@@ -273,10 +273,10 @@ void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
 
 /// Logs a loop with its squared Mahalanobis distance from the prediction.
 void LoopCloser::log(const PoseGraphEdge& loop, int inliers, double chi2, bool accepted) {
-  const bool in_known = loop.from < known_.keyframes;
-  events_.push_back({.frame = keyframes_[loop.to].frame - known_.frames,
-                     .old_frame = keyframes_[loop.from].frame - (in_known ? 0 : known_.frames),
-                     .in_loaded_map = in_known,
+  const bool in_loaded = loop.from < loaded_.keyframes;
+  events_.push_back({.frame = keyframes_[loop.to].frame - loaded_.frames,
+                     .old_frame = keyframes_[loop.from].frame - (in_loaded ? 0 : loaded_.frames),
+                     .in_loaded_map = in_loaded,
                      .inliers = inliers,
                      .chi2 = chi2,
                      .accepted = accepted,

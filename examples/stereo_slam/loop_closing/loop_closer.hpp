@@ -22,7 +22,7 @@ namespace stereo_slam {
 struct LoopCorrection {
   std::vector<DriftingPose> T_world_keyframe;  ///< of the run's first keyframes; later ones keep their poses
                                                ///< relative to the last of them
-  std::vector<Pose> T_world_known_keyframe;    ///< of the loaded map's keyframes
+  std::vector<Pose> T_world_loaded_keyframe;   ///< of the loaded map's keyframes
   std::vector<bool> segment_localised;         ///< of each of the run's segments; see MapSegments
   LandmarkIdentity identity;                   ///< landmarks united by all loops so far, by their ids in the
                                                ///< saved map
@@ -38,10 +38,10 @@ struct LoopCorrection {
 /// enough for that.
 class LoopCloser {
  public:
-  /// `known` is the map of an earlier run, or empty. Its keyframes, segments and landmarks precede those of
+  /// `loaded` is the map of an earlier run, or empty. Its keyframes, segments and landmarks precede those of
   /// this run in all ids. Keyframes handed in and corrections returned use the ids of this run alone. The
-  /// run's first segment is localised when loops have joined it with the known map.
-  LoopCloser(const StereoCamera& camera, const Settings& settings, const SavedMap& known, MapUse use);
+  /// run's first segment is localised when loops have joined it with the loaded map.
+  LoopCloser(const StereoCamera& camera, const Settings& settings, const SavedMap& loaded, MapUse use);
 
   /// Adds the next keyframe. Returns a correction if enough loops were accepted since the last one.
   [[nodiscard]] std::optional<LoopCorrection> process(Keyframe keyframe);
@@ -57,12 +57,12 @@ class LoopCloser {
   /// Memory of keyframes and place recognition, bytes.
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  /// Sets the keyframes and the loops of `map`; those of the known map come first.
+  /// Sets the keyframes and the loops of `map`; those of the loaded map come first.
   void save(SavedMap& map) const;
 
  private:
-  void start_with(const SavedMap& known, MapUse use);
-  void follow_known_map(Keyframe& keyframe) const;
+  void start_with(const SavedMap& loaded, MapUse use);
+  void follow_loaded_map(Keyframe& keyframe) const;
   std::size_t add_keyframe(Keyframe keyframe);
   [[nodiscard]] std::size_t segment_of(std::size_t keyframe) const { return keyframes_[keyframe].segment; }
 
@@ -94,7 +94,7 @@ class LoopCloser {
   bool links_replaced_ = false;          // since the last correction
   std::size_t fixed_keyframes_ = 1;      // gauge of the pose graph
   std::vector<LoopEvent> events_;
-  MapExtent known_;
+  MapExtent loaded_;
   LandmarkIdentity identity_;
 };
 

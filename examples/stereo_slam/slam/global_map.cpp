@@ -8,7 +8,7 @@ namespace stereo_slam {
 GlobalMap::GlobalMap(const SavedMap& loaded) : loaded_(extent_of(loaded)), loaded_landmarks_(loaded) {}
 
 void GlobalMap::correct(const LoopCorrection& correction) {
-  loaded_landmarks_.correct(correction.T_world_known_keyframe);
+  loaded_landmarks_.correct(correction.T_world_loaded_keyframe);
   identity_ = correction.identity;
   current_ = false;
 }

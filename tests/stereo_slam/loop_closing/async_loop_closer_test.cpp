@@ -122,12 +122,12 @@ using Eyes = std::function<std::optional<std::size_t>(std::size_t)>;
 
 /// Map that a drive starts with, and where its tracking is lost.
 struct Circumstances {
-  SavedMap known{};
+  SavedMap loaded{};
   MapUse use = MapUse::kContinue;
   std::size_t lost_before = kKeyframes;  ///< keyframe that begins the second segment
   std::size_t keyframes = kKeyframes;
-  std::vector<KeyframeLink> known_better{};  // at the end
-  double spacing_m = 0.0;                    // of the loops
+  std::vector<KeyframeLink> remeasured{};  // at the end
+  double spacing_m = 0.0;                  // of the loops
   int relocalisation_inliers = LoopVerificationSettings{}.relocalisation_inliers;
 };
 
@@ -140,7 +140,7 @@ Outcome drive(
   settings.loop_verification.relocalisation_inliers = circumstances.relocalisation_inliers;
   SquareTown town;
   Outcome outcome;
-  AsyncLoopCloser loops(test::kitti_camera(), settings, thread, circumstances.known, circumstances.use);
+  AsyncLoopCloser loops(test::kitti_camera(), settings, thread, circumstances.loaded, circumstances.use);
   std::vector<PoseGaussian> steps;
   const auto apply = [&](const std::optional<LoopCorrection>& correction) {
     if (!correction) return;
@@ -169,7 +169,7 @@ Outcome drive(
     const bool lost = keyframe.segment > 0 && outcome.segment_localised.size() < 2;
     loops.add_keyframe(std::move(keyframe), {}, lost ? CorrectionDelay::kShort : CorrectionDelay::kUsual);
   }
-  apply(loops.finish(circumstances.known_better));
+  apply(loops.finish(circumstances.remeasured));
   outcome.events = loops.events();
   outcome.map.camera = test::kitti_camera();
   loops.save(outcome.map);
@@ -253,7 +253,7 @@ TEST_CASE("Keyframes whose motion is known better at the end move, with loops an
   half_a_metre[5] = 0.5;
   const PoseGaussian link{changed.T_previous_keyframe.pose.boxplus(half_a_metre).renormalized(),
                           changed.T_previous_keyframe.covariance};
-  circumstances.known_better = {{kChanged, link}};
+  circumstances.remeasured = {{kChanged, link}};
   const Outcome after = drive(LoopThread::kOwn, eyes, circumstances);
   const auto& keyframes = after.map.keyframes;
   CHECK(keyframes[kChanged].T_previous_keyframe.pose.coeffs() == link.pose.coeffs());
@@ -365,7 +365,7 @@ TEST_CASE("A drive is localised in the map of another", "[stereo_slam][loops]") 
   CHECK_NOTHROW(check(mapping.map));
   const Eyes ahead = [](std::size_t k) { return k + 25; };
   const Outcome outcome =
-      drive(LoopThread::kNone, ahead, {.known = mapping.map, .use = use, .keyframes = 30});
+      drive(LoopThread::kNone, ahead, {.loaded = mapping.map, .use = use, .keyframes = 30});
   CHECK(outcome.segment_localised == std::vector<bool>{true});
   CHECK(count_accepted(outcome) > 15);
   for (const auto& event : outcome.events) {
