@@ -5,13 +5,15 @@
 #include <optional>
 #include <vector>
 
+#include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/loop_closing/keyframe_graph.hpp"
 #include "stereo_slam/loop_closing/landmark_identity.hpp"
+#include "stereo_slam/loop_closing/loop_candidates.hpp"
 #include "stereo_slam/loop_closing/loop_verification.hpp"
-#include "stereo_slam/loop_closing/map_segments.hpp"
-#include "stereo_slam/loop_closing/place_recognition.hpp"
+#include "stereo_slam/loop_closing/map_ids.hpp"
 #include "stereo_slam/loop_closing/pose_graph.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -28,14 +30,13 @@ struct LoopCorrection {
                                                ///< saved map
 };
 
-/// Closes loops: takes keyframes one by one and returns corrections (sec. IV-F). The stages are place
-/// recognition, verification, consistency over consecutive keyframes, a gate on the pose graph's prediction,
+/// Closes loops: takes keyframes one by one and returns corrections (sec. IV-F). The stages are the choice of
+/// candidates, verification, consistency over consecutive keyframes, a gate on the pose graph's prediction,
 /// and pose-graph optimisation.
 ///
 /// A loss of tracking begins a segment, whose pose relative to the one before is a guess. The first loop
-/// between two segments is not compared with the guess but replaces it: the later segment moves as a whole to
-/// where the loop measures it. While the camera's place is not known, one loop with many inliers is
-/// enough for that.
+/// between two segments is not compared with the guess but replaces it (see KeyframeGraph). While the
+/// camera's place is not known, one loop with many inliers is enough for that.
 class LoopCloser {
  public:
   /// `loaded` is the map of an earlier run, or empty. Its keyframes, segments and landmarks precede those of
@@ -53,6 +54,7 @@ class LoopCloser {
   /// The correction for the accepted loops and replaced poses that still wait for one; nothing if none does.
   [[nodiscard]] std::optional<LoopCorrection> correct();
 
+  /// Loops found so far, accepted and refused, in order.
   [[nodiscard]] const std::vector<LoopEvent>& events() const noexcept { return events_; }
   /// Memory of keyframes and place recognition, bytes.
   [[nodiscard]] std::size_t memory_bytes() const;
@@ -61,41 +63,29 @@ class LoopCloser {
   void save(SavedMap& map) const;
 
  private:
-  void start_with(const SavedMap& loaded, MapUse use);
-  void follow_loaded_map(Keyframe& keyframe) const;
-  std::size_t add_keyframe(Keyframe keyframe);
-  [[nodiscard]] std::size_t segment_of(std::size_t keyframe) const { return keyframes_[keyframe].segment; }
-
+  const Keyframe& add_keyframe(Keyframe keyframe);
   [[nodiscard]] bool follows_last_loop(const Keyframe& keyframe) const;
-  [[nodiscard]] std::size_t comparable_keyframes(const Keyframe& keyframe) const;
-  [[nodiscard]] std::optional<std::size_t> most_in_view(const Keyframe& keyframe, std::size_t end) const;
-  [[nodiscard]] std::vector<std::size_t> candidates(const Keyframe& keyframe) const;
-  [[nodiscard]] std::optional<LoopMeasurement> measure(const Keyframe& keyframe) const;
-
+  [[nodiscard]] std::optional<LoopMeasurement> verify(const Keyframe& keyframe,
+                                                      const std::vector<std::size_t>& candidates) const;
   [[nodiscard]] std::vector<LoopMeasurement> confirm(const std::optional<LoopMeasurement>& loop);
+  [[nodiscard]] std::vector<LoopMeasurement> gate(const std::vector<LoopMeasurement>& loops);
+  [[nodiscard]] double gate_distance(const PoseGraphEdge& loop, const LoopPrediction& prediction) const;
+  void record_event(const LoopMeasurement& loop, double chi2, bool accepted);
   void accept(const std::vector<LoopMeasurement>& loops);
-  void log(const PoseGraphEdge& loop, int inliers, double chi2, bool accepted);
-  [[nodiscard]] double path_length_m(std::size_t from, std::size_t to) const;
-  void join(const PoseGraphEdge& loop);
-  void drop_guesses();
-
-  [[nodiscard]] PoseGraph pose_graph() const;
-  [[nodiscard]] std::vector<DriftingPose> with_covariances(const PoseGraph& graph) const;
+  [[nodiscard]] bool correction_needed(const std::vector<LoopMeasurement>& confirmed,
+                                       bool newly_localised) const;
+  [[nodiscard]] LoopCorrection correction_to(const std::vector<DriftingPose>& poses) const;
 
   StereoCamera camera_;
   Settings settings_;
-  KeyframeDatabase keyframes_;  // with their poses
-  MapSegments segments_;
-  PlaceRecognition places_;
+  MapIds ids_;
+  KeyframeGraph graph_;
+  LoopCandidates candidates_;
   LoopConsistency consistency_;
-  std::vector<PoseGraphEdge> odometry_;  // edge k leads from keyframe k to k + 1
-  std::vector<PoseGraphEdge> loops_;     // accepted
-  std::size_t waiting_loops_ = 0;        // number of accepted loops that no correction contains yet
-  bool links_replaced_ = false;          // since the last correction
-  std::size_t fixed_keyframes_ = 1;      // gauge of the pose graph
-  std::vector<LoopEvent> events_;
-  MapExtent loaded_;
   LandmarkIdentity identity_;
+  std::vector<LoopEvent> events_;
+  std::size_t waiting_loops_ = 0;  // number of accepted loops that no correction contains yet
+  bool links_replaced_ = false;    // since the last correction
 };
 
 }  // namespace stereo_slam

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/loop_closing/keyframe_graph.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stereo_slam {
+namespace {
+
+/// Covariance of an edge that keeps the graph connected with practically no information on the pose.
+[[nodiscard]] Matrix6<double> uninformative_covariance() {
+  constexpr double kRotation_rad = 1.0;
+  constexpr double kTranslation_m = 100.0;
+  Vector6<double> variance;
+  variance << Vector3<double>::Constant(kRotation_rad * kRotation_rad),
+      Vector3<double>::Constant(kTranslation_m * kTranslation_m);
+  return variance.asDiagonal();
+}
+
+}  // namespace
+
+KeyframeGraph::KeyframeGraph(std::size_t max_points, double drift_sigma_rad)
+    : keyframes_(max_points), drift_sigma_rad_(drift_sigma_rad) {}
+
+void KeyframeGraph::load(const SavedMap& map, MapUse use) {
+  std::vector<PoseGaussian> poses;
+  for (const auto& keyframe : map.keyframes) {
+    add(keyframe);
+    poses.push_back(keyframe.T_world_keyframe);
+  }
+  keyframes_.correct(poses);
+  for (const auto& loop : map.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
+  drop_guesses();
+  loops_ = map.loops;
+  if (use == MapUse::kLocalise) fixed_keyframes_ = map.keyframes.size();
+}
+
+std::size_t KeyframeGraph::add(Keyframe keyframe) {
+  const std::size_t id = keyframes_.add(std::move(keyframe));
+  const Keyframe& added = keyframes_[id];
+  if (added.segment >= segments_.size()) segments_.begin(id);
+  if (id > 0) {
+    odometry_.push_back({id - 1, id, added.T_previous_keyframe, added.frame - keyframes_[id - 1].frame});
+  }
+  return id;
+}
+
+PoseGaussian KeyframeGraph::unknown_link() const {
+  return {keyframes_.back().T_world_keyframe.pose.inverse(), uninformative_covariance()};
+}
+
+void KeyframeGraph::join_segments(const PoseGraphEdge& loop) {
+  if (segments_.joined(segment_of(loop.from), segment_of(loop.to))) return;
+  const auto motions = segment_motions(loop);
+  std::vector<PoseGaussian> poses;
+  for (const auto& keyframe : keyframes_.all()) {
+    poses.push_back(keyframe.T_world_keyframe);
+    const auto& motion = motions[keyframe.segment];
+    if (motion) poses.back().pose = (*motion * poses.back().pose).renormalized();
+  }
+  keyframes_.correct(poses);
+  segments_.join(segment_of(loop.from), segment_of(loop.to));
+  drop_guesses();
+}
+
+/// How each segment moves, in world coordinates, when a loop joins two of them; nothing if it stays. The
+/// later of the two, and those joined with it, move so that they satisfy the loop. A segment whose pose
+/// relative to the one before is a guess moves with the one before.
+std::vector<std::optional<Pose>> KeyframeGraph::segment_motions(const PoseGraphEdge& loop) const {
+  const std::size_t from = segments_.root(segment_of(loop.from));
+  const std::size_t to = segments_.root(segment_of(loop.to));
+  const Pose& T_world_from = keyframes_[loop.from].T_world_keyframe.pose;
+  const Pose& T_world_to = keyframes_[loop.to].T_world_keyframe.pose;
+  const Pose motion = to > from ? T_world_from * loop.T_from_to.pose * T_world_to.inverse()
+                                : T_world_to * loop.T_from_to.pose.inverse() * T_world_from.inverse();
+  std::vector<std::optional<Pose>> motions;
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    const std::size_t root = segments_.root(s);
+    if (root == std::max(from, to)) {
+      motions.emplace_back(motion);
+    } else if (root < s) {  // joined with an earlier segment
+      motions.push_back(motions[root]);
+    } else {
+      motions.push_back(s == 0 ? std::nullopt : motions[s - 1]);
+    }
+  }
+  return motions;
+}
+
+/// Replaces the guessed odometry edges between joined segments by edges with the present relative poses and
+/// practically no information.
+void KeyframeGraph::drop_guesses() {
+  for (std::size_t s = 1; s < segments_.size(); ++s) {
+    if (!segments_.joined(s - 1, s)) continue;
+    auto& guess = odometry_[segments_.first_keyframe(s) - 1];
+    const Pose& T_world_from = keyframes_[guess.from].T_world_keyframe.pose;
+    const Pose& T_world_to = keyframes_[guess.to].T_world_keyframe.pose;
+    guess.T_from_to = {(T_world_from.inverse() * T_world_to).renormalized(), uninformative_covariance()};
+    guess.frames = 0;
+  }
+}
+
+void KeyframeGraph::replace(const std::vector<KeyframeLink>& links) {
+  if (links.empty()) return;
+  keyframes_.replace(links);
+  for (const auto& link : links) odometry_[link.keyframe - 1].T_from_to = link.T_previous_keyframe;
+  if (!loops_.empty()) return;
+  std::vector<PoseGaussian> poses_before;
+  for (std::size_t id = 0; id < links.front().keyframe; ++id) {
+    poses_before.push_back(keyframes_[id].T_world_keyframe);
+  }
+  keyframes_.correct(poses_before);
+}
+
+double KeyframeGraph::path_length_m(std::size_t from, std::size_t to) const {
+  const auto along_trajectory_m = [&](std::size_t a, std::size_t b) {
+    return std::abs(keyframes_[a].path_length_m - keyframes_[b].path_length_m);
+  };
+  double shortest_m = along_trajectory_m(from, to);
+  for (const auto& loop : loops_) {
+    shortest_m = std::min(shortest_m, along_trajectory_m(from, loop.from) + along_trajectory_m(loop.to, to));
+  }
+  return shortest_m;
+}
+
+PoseGraph KeyframeGraph::pose_graph() const {
+  PoseGraph graph{.poses = {},
+                  .odometry = odometry_,
+                  .loops = loops_,
+                  .gauge = fixed_keyframes_,
+                  .drift_sigma_rad = drift_sigma_rad_};
+  for (const auto& keyframe : keyframes_.all()) graph.poses.push_back(keyframe.T_world_keyframe.pose);
+  return graph;
+}
+
+std::vector<DriftingPose> KeyframeGraph::optimize(const PoseGraphSettings& settings) {
+  PoseGraph graph = pose_graph();
+  graph.poses = stereo_slam::optimize(graph, settings).poses;
+  auto poses = with_covariances(graph, settings);
+  std::vector<PoseGaussian> estimates;
+  estimates.reserve(poses.size());
+  for (const auto& pose : poses) estimates.push_back(pose.estimate);
+  keyframes_.correct(estimates);
+  return poses;
+}
+
+/// Poses of an optimised graph with their marginal covariances. If these cannot be computed, each covariance
+/// is composed from that of the keyframe before and the odometry, without the information of the loops.
+std::vector<DriftingPose> KeyframeGraph::with_covariances(const PoseGraph& graph,
+                                                          const PoseGraphSettings& settings) const {
+  auto result = marginals(graph, settings);
+  const bool known = !result.empty();
+  result.resize(graph.poses.size());
+  for (std::size_t id = 0; id < result.size(); ++id) {
+    if (id < graph.gauge) {
+      result[id] = {{graph.poses[id], keyframes_[id].T_world_keyframe.covariance}};
+    } else if (!known) {
+      const Pose T_previous_keyframe = graph.poses[id - 1].inverse() * graph.poses[id];
+      result[id] = compose(result[id - 1],
+                           PoseGaussian{T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance},
+                           static_cast<double>(odometry_[id - 1].frames));
+      result[id].estimate.pose = graph.poses[id];
+    }
+  }
+  return result;
+}
+
+}  // namespace stereo_slam
