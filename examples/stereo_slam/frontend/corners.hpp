@@ -30,25 +30,23 @@ struct CornerGrid {
 /// there are still not enough, weaker corners are taken in all of these cells. The corners have no
 /// descriptors. None is nearer than kDescriptorReach_px to the image border, so that each can be described.
 ///
-/// A search of all cells keeps the clear corners of the image for the searches after it, which are faster
-/// then, with the same result. Not safe for concurrent use. The pixels of the image are not copied.
+/// The first search of all cells keeps the FAST corners that it finds, and later searches take the clear
+/// corners from them: the result is the same, in less time. Not safe for concurrent use for this reason. The
+/// pixels of the image are not copied.
 class CornerDetector {
  public:
+  /// For a grey image (CV_8UC1), or an empty one.
   explicit CornerDetector(cv::Mat image) : image_(std::move(image)) {}
 
+  /// Corners in cells that are less than half full with `present_px`, away from these points and from
+  /// `reserved_px`, all in px. Ordered by cell within each strength; empty for an empty image.
   [[nodiscard]] std::vector<Feature> detect(const std::vector<Vector2<double>>& present_px,
                                             const std::vector<Vector2<double>>& reserved_px,
                                             const CornerGrid& grid) const;
 
  private:
   cv::Mat image_;
-  mutable std::optional<std::vector<cv::KeyPoint>> clear_;  ///< of the whole image, by rows
+  mutable std::optional<std::vector<cv::KeyPoint>> clear_;  // FAST corners of the whole image, row by row
 };
-
-/// ORB descriptors of points of a grey image, one per point, at full resolution and along the orientation of
-/// the patch (Rublee et al. 2011). Descriptors of points nearer than kDescriptorReach_px to the border are
-/// zero.
-[[nodiscard]] std::vector<Descriptor> describe_points(const cv::Mat& image,
-                                                      const std::vector<Vector2<double>>& points_px);
 
 }  // namespace stereo_slam

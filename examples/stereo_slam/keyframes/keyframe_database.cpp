@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/core/pose_estimate.hpp"
-#include "stereo_slam/frontend/corners.hpp"
+#include "stereo_slam/frontend/orb_descriptors.hpp"
 
 namespace stereo_slam {
 
