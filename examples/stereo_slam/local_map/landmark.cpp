@@ -27,11 +27,11 @@ Eigen::Matrix<double, 4, 3> point_jacobian(const Landmark& landmark, const Stere
   return J;
 }
 
-std::optional<StereoPoint> project(const HomogeneousPoint& point, const Pose& T_reference_camera,
+std::optional<StereoPoint> project(const HomogeneousPoint& point, const Pose& T_keyframe_camera,
                                    const StereoCamera& camera) {
   const Vector3<double> h =
-      antipode::rotate(antipode::conjugate(T_reference_camera.rotation()),
-                       Vector3<double>(point.x - T_reference_camera.translation() * point.w));
+      antipode::rotate(antipode::conjugate(T_keyframe_camera.rotation()),
+                       Vector3<double>(point.x - T_keyframe_camera.translation() * point.w));
   if (!(h.z() > StereoCamera::kMinDepth_m * point.w) || !(h.z() > 0.0)) return std::nullopt;
   return StereoPoint(camera.fx * h.x() / h.z() + camera.cx, camera.fy * h.y() / h.z() + camera.cy,
                      camera.fx * camera.baseline_m * point.w / h.z());

@@ -54,7 +54,7 @@ struct MapView {
                                                          const StereoCamera& camera);
 
 /// Stereo measurement of a homogeneous point at a camera pose; nothing when it is not in front of the camera.
-[[nodiscard]] std::optional<StereoPoint> project(const HomogeneousPoint& point,
-                                                 const Pose& T_reference_camera, const StereoCamera& camera);
+[[nodiscard]] std::optional<StereoPoint> project(const HomogeneousPoint& point, const Pose& T_keyframe_camera,
+                                                 const StereoCamera& camera);
 
 }  // namespace stereo_slam

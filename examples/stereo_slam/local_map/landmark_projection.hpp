@@ -23,17 +23,17 @@ struct PredictedLandmark {
 /// baseline. The landmark's uncertainty is propagated by sigma points (Alg. 3), that of the pose by the
 /// Jacobian.
 [[nodiscard]] std::vector<PredictedLandmark> project_landmarks(const MapView& map,
-                                                               const PoseGaussian& T_reference_camera,
+                                                               const PoseGaussian& T_keyframe_camera,
                                                                double max_baselines);
 
 /// d z / d xi of a homogeneous point under the right perturbation xi = (rotation, translation) of the camera
 /// pose.
 [[nodiscard]] Eigen::Matrix<double, 3, 6> pose_jacobian(const HomogeneousPoint& point,
-                                                        const Pose& T_reference_camera,
+                                                        const Pose& T_keyframe_camera,
                                                         const StereoCamera& camera);
 
 /// d z / d l of a landmark at its mean.
-[[nodiscard]] Matrix3<double> landmark_jacobian(const Landmark& landmark, const Pose& T_reference_camera,
+[[nodiscard]] Matrix3<double> landmark_jacobian(const Landmark& landmark, const Pose& T_keyframe_camera,
                                                 const StereoCamera& camera);
 
 }  // namespace stereo_slam

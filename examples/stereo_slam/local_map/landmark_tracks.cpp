@@ -3,11 +3,11 @@
 
 namespace stereo_slam {
 
-std::vector<LandmarkTrack> tracks_in_view(const MapView& map, const Pose& T_reference_camera,
+std::vector<LandmarkTrack> tracks_in_view(const MapView& map, const Pose& T_keyframe_camera,
                                           std::size_t frame) {
   std::vector<LandmarkTrack> tracks;
   for (const Landmark& landmark : map.landmarks) {
-    const auto z = project(to_point(landmark, landmark.mean, map.camera), T_reference_camera, map.camera);
+    const auto z = project(to_point(landmark, landmark.mean, map.camera), T_keyframe_camera, map.camera);
     if (!z || !(z->z() > 0.0) || !map.camera.in_view(*z)) continue;
     const bool found = landmark.last_seen == frame;
     tracks.push_back({.id = landmark.id,

@@ -21,21 +21,21 @@ constexpr int kEstablished = 3;  // observations after which a landmark is kept 
 /// order. With the rotation matrix R of the pose, its perturbation (phi, rho) moves a point l_c, in camera
 /// coordinates, by R (rho - l_c x phi).
 [[nodiscard]] Matrix3<double> triangulation_covariance(const StereoPoint& z,
-                                                       const PoseGaussian& T_reference_camera,
+                                                       const PoseGaussian& T_keyframe_camera,
                                                        const Matrix3<double>& R, const StereoCamera& camera) {
-  const Matrix3<double> R_reference_camera = T_reference_camera.pose.rotation_matrix();
+  const Matrix3<double> R_reference_camera = T_keyframe_camera.pose.rotation_matrix();
   const Matrix3<double> J_z = R_reference_camera * camera.back_projection_jacobian(z);
   Eigen::Matrix<double, 3, 6> J_pose;
   J_pose << -R_reference_camera * antipode::skew(camera.back_project(z)), R_reference_camera;
-  return J_z * R * J_z.transpose() + J_pose * T_reference_camera.covariance * J_pose.transpose();
+  return J_z * R * J_z.transpose() + J_pose * T_keyframe_camera.covariance * J_pose.transpose();
 }
 
 /// Covariance of a new inverse-depth landmark, px^2.
 [[nodiscard]] Matrix3<double> inverse_depth_covariance(const Landmark& landmark,
-                                                       const PoseGaussian& T_reference_camera,
+                                                       const PoseGaussian& T_keyframe_camera,
                                                        const Matrix3<double>& R, const StereoCamera& camera) {
-  const auto J = pose_jacobian(to_point(landmark, landmark.mean, camera), T_reference_camera.pose, camera);
-  return R + J * T_reference_camera.covariance * J.transpose();
+  const auto J = pose_jacobian(to_point(landmark, landmark.mean, camera), T_keyframe_camera.pose, camera);
+  return R + J * T_keyframe_camera.covariance * J.transpose();
 }
 
 [[nodiscard]] std::uint8_t intensity_at(const cv::Mat& image, const Vector2<double>& px) {
@@ -47,7 +47,7 @@ constexpr int kEstablished = 3;  // observations after which a landmark is kept 
 }  // namespace
 
 void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
-                   const PoseGaussian& T_reference_camera, const StereoFrame& frame) {
+                   const PoseGaussian& T_keyframe_camera, const StereoFrame& frame) {
   const double far_disparity_px = camera_.fx / settings_.inverse_depth_beyond_baselines;
   const double min_disparity_px = camera_.fx / settings_.max_baselines;
   const Matrix3<double> least = stereo_pixel_covariance(settings_.pixel_sigma_px);
@@ -57,7 +57,7 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
     const Matrix3<double> R = least + points.measured[i].covariance_px2;
     Landmark landmark;
     landmark.id = ids[i];
-    landmark.T_reference_anchor = T_reference_camera.pose;
+    landmark.T_reference_anchor = T_keyframe_camera.pose;
     landmark.anchor_px = landmark.last_px = z.head<2>();
     landmark.disparity_slope = points.measured[i].disparity_slope;
     if (!points.descriptors.empty()) landmark.descriptor = points.descriptors[i];
@@ -66,10 +66,10 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
     if (z.z() < far_disparity_px) {
       landmark.form = LandmarkForm::kInverseDepth;
       landmark.mean = z;
-      landmark.covariance = inverse_depth_covariance(landmark, T_reference_camera, R, camera_);
+      landmark.covariance = inverse_depth_covariance(landmark, T_keyframe_camera, R, camera_);
     } else {
-      landmark.mean = T_reference_camera.pose * camera_.back_project(z);
-      landmark.covariance = triangulation_covariance(z, T_reference_camera, R, camera_);
+      landmark.mean = T_keyframe_camera.pose * camera_.back_project(z);
+      landmark.covariance = triangulation_covariance(z, T_keyframe_camera, R, camera_);
     }
     landmarks_.push_back(landmark);
   }
@@ -86,8 +86,8 @@ void LocalMap::record_observations(const std::vector<Match>& matches,
   }
 }
 
-void LocalMap::update(const std::vector<Match>& matches, const PoseDensity& T_reference_camera) {
-  const auto poses = antipode::sample(antipode::PaperPoseRule{}, T_reference_camera);
+void LocalMap::update(const std::vector<Match>& matches, const PoseDensity& T_keyframe_camera) {
+  const auto poses = antipode::sample(antipode::PaperPoseRule{}, T_keyframe_camera);
   for (const auto& match : matches) {
     Landmark& landmark = landmarks_[match.landmark];
     const auto measure = [&](const Pose& pose, const Vector3<double>& l) {

@@ -44,18 +44,18 @@ class LocalMap {
   [[nodiscard]] std::uint32_t new_id() noexcept { return next_id_++; }
 
   /// Adds a landmark for every point of `frame`; `ids` has one id per point. The camera was at
-  /// `T_reference_camera`, whose covariance becomes part of the landmarks'. Points nearer than
+  /// `T_keyframe_camera`, whose covariance becomes part of the landmarks'. Points nearer than
   /// settings.inverse_depth_beyond_baselines times the baseline are Euclidean, the others in inverse depth.
   /// Points beyond settings.max_baselines times the baseline are left out.
   void add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
-           const PoseGaussian& T_reference_camera, const StereoFrame& frame);
+           const PoseGaussian& T_keyframe_camera, const StereoFrame& frame);
 
   /// Records when and where the matched landmarks were observed.
   void record_observations(const std::vector<Match>& matches, const std::vector<Feature>& left_features,
                            std::size_t frame);
 
   /// Updates every matched landmark with its measurement, given the posterior of the pose (Alg. 4).
-  void update(const std::vector<Match>& matches, const PoseDensity& T_reference_camera);
+  void update(const std::vector<Match>& matches, const PoseDensity& T_keyframe_camera);
 
   /// Propagates the cross-covariances of pose and landmarks through a motion of the camera.
   void predict_correlation(const Pose& T_previous_current);

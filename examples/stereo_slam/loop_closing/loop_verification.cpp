@@ -157,16 +157,16 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   adjustment.min_inliers = settings.min_inliers;
   adjustment.pixel_sigma_px = settings.pixel_sigma_px;
   std::mt19937_64 random(seed);
-  const auto motion = estimate_motion({correspondences(old_keyframe, new_keyframe, guided)}, camera, *rough,
+  const auto motion = estimate_motion({correspondences(old_keyframe, new_keyframe, guided)}, camera, {*rough},
                                       adjustment, random);
-  result.loop.inliers = motion.inliers;
-  if (!motion.valid || motion.inliers < settings.min_inliers) return result;
+  result.loop.inliers = motion.inlier_count;
+  if (!motion.valid || motion.inlier_count < settings.min_inliers) return result;
   result.check = LoopCheck::kVerified;
   result.loop.T_old_new = motion.T_previous_current;
   for (std::size_t i = 0; i < guided.size(); ++i) {
     const auto old_landmark = old_keyframe.points[guided[i].old_point].landmark;
     const auto new_landmark = new_keyframe.points[guided[i].new_point].landmark;
-    if (motion.inlier[i] && old_landmark > 0 && new_landmark > 0) {
+    if (motion.is_inlier[i] && old_landmark > 0 && new_landmark > 0) {
       result.loop.same_landmarks.emplace_back(old_landmark, new_landmark);
     }
   }

@@ -2,23 +2,16 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <random>
 #include <span>
 #include <vector>
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/odometry/two_view_adjustment.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
-
-/// The same point measured in two stereo frames.
-struct StereoCorrespondence {
-  StereoPoint previous;
-  StereoPoint current;
-  std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else by the settings
-};
 
 /// What a motion is estimated from.
 struct MotionCorrespondences {
@@ -37,18 +30,15 @@ enum class Expectation {
 /// The motion that is expected between two frames.
 struct ExpectedMotion {
   Pose T_previous_current;
-  Expectation from = Expectation::kNoMotion;
-
-  ExpectedMotion(const Pose& pose, Expectation expectation = Expectation::kNoMotion)
-      : T_previous_current(pose), from(expectation) {}
+  Expectation expectation = Expectation::kNoMotion;
 };
 
 /// Motion between two stereo frames.
 struct MotionEstimate {
   bool valid = false;  ///< enough inliers and a well-posed solution
   PoseGaussian T_previous_current;
-  std::vector<std::uint8_t> inlier;  ///< one flag per point
-  int inliers = 0;
+  std::vector<std::uint8_t> is_inlier;  ///< one flag per point
+  int inlier_count = 0;
   bool jerk = false;  ///< the motion does not continue the expected one
 };
 
@@ -58,12 +48,8 @@ struct MotionEstimate {
 
 /// Relative pose of two stereo frames.
 ///
-/// Both measurements of a point carry pixel noise, so the estimate is a two-view bundle adjustment:
-/// each Gauss-Newton step solves for the pose with the points eliminated, then updates the points in (u, v,
-/// d), where their noise is Gaussian and far points stay unbiased. RANSAC over three correspondences finds
-/// the inliers, with the noise settings.pixel_sigma_px for all points; Cauchy weights limit the remaining
-/// outliers. The covariance is the sandwich estimate of the weighted problem, which follows the scale of the
-/// residuals.
+/// RANSAC over three correspondences finds the inliers, with the noise settings.pixel_sigma_px for all
+/// points. A two-view adjustment of the inliers, with each point's own noise, gives the motion.
 ///
 /// Without static points the largest consistent set may be that of a moving lorry. A set that contradicts the
 /// expected motion therefore needs four times the points of one that continues it, not counting those that

@@ -93,7 +93,7 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
       estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
   OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.jerk};
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (motion.inlier[i]) result.inliers_px.push_back(matches[i].current.head<2>());
+    if (motion.is_inlier[i]) result.inliers_px.push_back(matches[i].current.head<2>());
   }
   return result;
 }
@@ -111,7 +111,7 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
   std::mt19937_64 random(settings.seed + view.frame.index);
   const auto motion =
       estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
-  tracks.keep(motion.inlier);
+  tracks.keep(motion.is_inlier);
   return {motion.valid, motion.T_previous_current, tracks.positions(), motion.jerk};
 }
 

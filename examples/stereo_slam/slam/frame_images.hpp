@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/corners.hpp"
@@ -17,9 +16,8 @@ struct PreviousFrame {
   StereoPyramid before;  ///< pyramids of the frame before, whose memory the next frame reuses
   cv::Mat right;         ///< right image
   Pose T_keyframe_camera = Pose::identity();
-  std::size_t position = 0;                  ///< in the trajectory
-  std::vector<StereoPoint> odometry_points;  ///< where circular matching starts
-  std::vector<StereoPoint> static_points;    ///< landmarks matched in it: they do not move in the world
+  std::size_t position = 0;  ///< in the trajectory
+  bool lost = false;         ///< its pose was only predicted
 
   /// Whether a frame has bit-identical images, such as a camera that hangs delivers.
   [[nodiscard]] bool repeated_by(const StereoFrame& frame) const;

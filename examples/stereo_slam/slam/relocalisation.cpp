@@ -16,32 +16,50 @@ constexpr std::size_t kMinFoundShare = 3;
 /// where to look, and must hardly count as information.
 constexpr double kPriorScale = 9.0;
 
+/// The alignment finds few landmarks if the rough pose is off by more than its reach. These few correct the
+/// pose, so that the next round finds more.
+constexpr int kRounds = 3;
+
+/// Landmarks predicted at a pose, to be searched where they are predicted.
+[[nodiscard]] Association search_at(const PoseDensity& T_keyframe_camera, const MapView& map,
+                                    const MapSettings& settings) {
+  Association association;
+  association.predicted =
+      project_landmarks(map, antipode::to_pose_gaussian(T_keyframe_camera), settings.max_baselines);
+  for (const auto& landmark : association.predicted) {
+    association.search_start_px.emplace_back(landmark.z.head<2>());
+  }
+  return association;
+}
+
 }  // namespace
 
 std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const PatchSource& source,
                                               const StereoView& view, const StereoPoints& points,
                                               const Settings& settings) {
   const auto& rule = settings.loop_verification;
-  const MapView map{source.landmarks, view.camera};
   Keyframe seen;
   seen.points = keyframe_points(points, {});
   const auto verified = verify_loop(keyframe, seen, view.camera, rule, settings.seed + view.frame.index);
   if (verified.check != LoopCheck::kVerified) return std::nullopt;
 
+  const MapView map{source.landmarks, view.camera};
+  UpdateSettings update_settings = settings.update;
+  if (update_settings.method == PoseUpdateMethod::kNone)
+    update_settings.method = PoseUpdateMethod::kQuadratic;
   const PoseGaussian& rough = verified.loop.T_old_new;
   const auto prior = PoseDensity::from_pose_covariance(rough.pose, kPriorScale * rough.covariance);
-  Association association;
-  association.predicted =
-      project_landmarks(map, antipode::to_pose_gaussian(prior), settings.map.max_baselines);
-  for (const auto& landmark : association.predicted)
-    association.search_start_px.emplace_back(landmark.z.head<2>());
-  const auto matches = refine_matches(association, source, view, rough.pose, settings.refinement);
-  if (matches.size() < static_cast<std::size_t>(rule.min_inliers) ||
-      kMinFoundShare * matches.size() < association.predicted.size()) {
-    return std::nullopt;
+  PoseDensity posterior = prior;
+  for (int round = 0; round < kRounds; ++round) {
+    const Association association = search_at(posterior, map, settings.map);
+    const auto matches = align_landmarks(association, source, view, posterior.pose(), settings.refinement);
+    if (matches.size() < static_cast<std::size_t>(rule.min_inliers)) return std::nullopt;
+    const auto update = update_pose(prior, matches, map, update_settings);
+    if (!update.converged) return std::nullopt;
+    posterior = update.posterior;
+    if (kMinFoundShare * matches.size() >= association.predicted.size()) return posterior;
   }
-  const auto update = update_pose(prior, matches, map, settings.update);
-  return update.converged ? std::optional(update.posterior) : std::nullopt;
+  return std::nullopt;
 }
 
 /// The pose by the points of the last keyframe, if they are recognised. In the first frame that is not
@@ -52,10 +70,10 @@ std::optional<PoseDensity> Slam::relocalise(const FrameImages& images, const Pos
   const auto points =
       measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
   Keyframe keyframe = reference_.keyframe;
-  if (aligns_patches()) describe(keyframe.points, reference_.left);
+  if (!frontend_->describes_points()) describe(keyframe.points, reference_.left);
   auto found =
       recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
-  if (found && velocity_.known() && !lost_) {
+  if (found && velocity_.known() && !previous_.lost) {
     const Pose T_previous_keyframe = posterior_.pose().inverse();
     if (!continues(T_previous_keyframe * found->pose(), T_previous_keyframe * prior.pose()))
       return std::nullopt;

@@ -9,7 +9,7 @@
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/keyframes/keyframe_database.hpp"
 #include "stereo_slam/settings/settings.hpp"
-#include "stereo_slam/tracking/match_refinement.hpp"
+#include "stereo_slam/tracking/landmark_alignment.hpp"
 #include "stereo_slam/tracking/update.hpp"
 
 namespace stereo_slam {
@@ -22,8 +22,9 @@ struct ReferenceKeyframe {
 };
 
 /// T_keyframe_camera from the images and their `points` alone, without a prior; nothing if the keyframe is
-/// not recognised. A rough pose is measured like a loop. It is accepted if enough of the keyframe's landmarks
-/// are found where it predicts them, and is then refined with these landmarks.
+/// not recognised. A rough pose is measured like a loop. The landmarks of the keyframe are aligned where this
+/// pose predicts them, and the pose is updated with those that are found, some times if they are few. The
+/// pose is accepted once a third of the landmarks that should be in view are found.
 [[nodiscard]] std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe,
                                                             const PatchSource& source, const StereoView& view,
                                                             const StereoPoints& points,

@@ -17,15 +17,15 @@
 namespace stereo_slam {
 namespace {
 
-[[nodiscard]] TrackingStatus status_of(PoseBasis basis, bool was_lost, bool ambiguous) {
+/// Status of a frame in a scene that does not repeat itself, if the previous frame was not lost.
+[[nodiscard]] TrackingStatus status_of(PoseBasis basis, bool odometry_only) {
   switch (basis) {
     case PoseBasis::kNothing:
       return TrackingStatus::kLost;
     case PoseBasis::kOdometry:
-      return TrackingStatus::kWeak;
+      return odometry_only ? TrackingStatus::kOk : TrackingStatus::kWeak;
     case PoseBasis::kLandmarks:
-      if (was_lost) return TrackingStatus::kRelocalised;
-      return ambiguous ? TrackingStatus::kWeak : TrackingStatus::kOk;
+      return TrackingStatus::kOk;
     case PoseBasis::kKeyframe:
       return TrackingStatus::kRelocalised;
   }
@@ -39,35 +39,30 @@ namespace {
   return result;
 }
 
-[[nodiscard]] std::vector<StereoPoint> measurements(const std::vector<Match>& matches) {
-  std::vector<StereoPoint> result;
-  result.reserve(matches.size());
-  for (const auto& match : matches) result.push_back(match.z);
-  return result;
-}
-
 }  // namespace
 
 Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread)
     : Slam(camera, settings, loop_thread, SavedMap{}, MapUse::kContinue) {}
 
 Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread,
-           const SavedMap& known, MapUse use)
+           const SavedMap& loaded, MapUse use)
     : camera_(camera),
       settings_(settings),
+      frontend_(anchored() && settings.refinement.enabled ? make_patch_frontend(camera, settings)
+                                                          : make_feature_frontend(settings)),
       posterior_(certain_pose()),
       local_map_(camera, settings.map),
       rectification_(camera, settings.online_rectification) {
   // The global layout has one keyframe only, and so nothing that a loop could move.
-  if (settings.loop_closure.enabled && anchored()) loops_.emplace(camera, settings, loop_thread, known, use);
-  if (known.keyframes.empty()) return;
+  if (settings.loop_closure.enabled && anchored()) loops_.emplace(camera, settings, loop_thread, loaded, use);
+  if (loaded.keyframes.empty()) return;
   if (!loops_) {
     throw std::invalid_argument("a run is localised in a loaded map by loop closure; enable loop_closure");
   }
-  check_camera_of(known, camera);
+  check_camera_of(loaded, camera);
   rectification_ =
-      RectificationEstimator::resumed(camera, settings.online_rectification, known.rectification);
-  global_map_ = GlobalMap(known);
+      RectificationEstimator::resumed(camera, settings.online_rectification, loaded.rectification);
+  global_map_ = GlobalMap(loaded);
   segment_ = SegmentState::in_loaded_map();
 }
 
@@ -81,9 +76,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
     pass_over(frame, result, clock);
     return result;
   }
-  FrameImages images =
-      prepare_images(frame, aligns_patches() ? PyramidSides::kLeft : PyramidSides::kBoth, previous_);
-  if (!aligns_patches()) images.features = extract_features(frame, settings_.features);
+  const FrameImages images = frontend_->prepare(frame, previous_);
   clock.lap("images");
 
   std::vector<Match> matches;
@@ -96,7 +89,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
     clock.lap("associate");
     auto tracked = update(prior, odometry, matches);  // eq. 13, Alg. 2
     clock.lap("update");
-    if (anchored() && (lost_ || !tracked.measured())) {
+    if (anchored() && (previous_.lost || !tracked.measured())) {
       tracked.use_keyframe(relocalise(images, tracked.prior));
       clock.lap("recognise");
     }
@@ -106,7 +99,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   }
   complete(images, result);
   clock.lap("map");
-  prepare_next(images, matches);
+  prepare_next(images, matches, result);
   clock.lap("stereo");
   result.times = clock.times();
   return result;
@@ -123,15 +116,11 @@ bool Slam::apply(const std::optional<LoopCorrection>& correction) {
 
 OdometryResult Slam::measure_motion(const FrameImages& images) {
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
-  const bool steady = frames_since_jerk_ == kDoubtfulFrames;
-  const ExpectedMotion expected(velocity_.motion_until(images.frame.stamp_ns),
-                                !velocity_.known() ? Expectation::kNoMotion
-                                : steady           ? Expectation::kSteady
-                                                   : Expectation::kDoubtful);
-  const StereoView view = view_of(images.frame);
-  if (aligns_patches()) return odometry_from_tracks(tracks_, pyramids, view, expected, settings_);
-  return odometry_from_circle(pyramids, {previous_.odometry_points, previous_.static_points}, view, expected,
-                              settings_);
+  ExpectedMotion expected{velocity_.motion_until(images.frame.stamp_ns), Expectation::kNoMotion};
+  if (velocity_.known()) {
+    expected.expectation = jerks_.steady() ? Expectation::kSteady : Expectation::kDoubtful;
+  }
+  return frontend_->measure_motion(pyramids, view_of(images.frame), expected);
 }
 
 PoseDensity Slam::predict(const OdometryResult& odometry, std::int64_t stamp_ns) {
@@ -145,17 +134,10 @@ std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDen
   const PoseGaussian expected = to_pose_gaussian(prior);
   const MapView map = local_map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
-  const Pose T_reference_previous = posterior_.pose();
-  const LandmarkSearch search(map, pyramids, T_reference_previous, settings_);
-  Association association;
-  if (aligns_patches()) {
-    association = search.align_patches(expected, reference_.left, view_of(images.frame), odometry.valid);
-  } else {
-    const StereoFeatures usable{exclude_features(images.features.left, odometry.inliers_px,
-                                                 images.frame.left.size(), settings_.odometry.exclusion_px),
-                                images.features.right};
-    association = search.match_features(expected, usable);
-  }
+  const Pose T_keyframe_previous = posterior_.pose();
+  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous, settings_);
+  Association association =
+      frontend_->find_landmarks(search, expected, images, view_of(images.frame), odometry);
   if (trace) {
     if (association.flow.empty()) search.observe(association);
     *trace = trace_association(association, odometry.inliers_px, settings_.association);
@@ -169,17 +151,18 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
   if (tracks_correlation()) {
     local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used);
   }
-  const bool odometry_only = settings_.update.method == PoseUpdateMethod::kNone;
   PoseBasis basis = PoseBasis::kNothing;
   if (odometry.valid) basis = PoseBasis::kOdometry;
-  if (update.converged && (odometry.valid || !odometry_only)) basis = PoseBasis::kLandmarks;
+  if (update.converged) basis = PoseBasis::kLandmarks;
   return {prior, update.posterior, basis, odometry, std::move(matches), update.nis, update.nis_dof};
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
   const bool ambiguous =
       anchored() && scene_.repeats_itself(reference_.left, reference_.keyframe.frame, images.frame.index);
-  result.status = status_of(tracked.basis, lost_, ambiguous);
+  result.status = status_of(tracked.basis, odometry_only());
+  if (result.status == TrackingStatus::kOk && ambiguous) result.status = TrackingStatus::kWeak;
+  if (tracked.basis == PoseBasis::kLandmarks && previous_.lost) result.status = TrackingStatus::kRelocalised;
   if (result.status == TrackingStatus::kRelocalised) {
     trajectory_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
   }
@@ -198,43 +181,35 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   if (anchored()) record_keyframe(result);
 }
 
-/// Finds out which points move with the landmarks: they are known to be static in the next frame. After a
-/// jerk this is doubtful for a second or so: it may be that a vehicle was taken for the street, and its
-/// points must not outvote the street's.
+/// Finds out which points move with the landmarks: they are known to be static in the next frame. None is
+/// after a jerk, because the points of a vehicle must not outvote those of the street.
 void Slam::find_static_points(const TrackedPose& tracked) {
-  frames_since_jerk_ = tracked.odometry.jerk ? 0 : std::min(frames_since_jerk_ + 1, kDoubtfulFrames);
-  const bool against_landmarks =
-      tracked.basis == PoseBasis::kLandmarks && frames_since_jerk_ == kDoubtfulFrames;
-  if (!aligns_patches()) {
-    previous_.static_points = against_landmarks ? measurements(tracked.matches) : std::vector<StereoPoint>{};
-    return;
-  }
+  jerks_.add(tracked.odometry.jerk);
   std::optional<Pose> T_previous_current;
-  if (against_landmarks) T_previous_current = previous_.T_keyframe_camera.inverse() * posterior_.pose();
-  tracks_.compare_with(T_previous_current, camera_, settings_.odometry.pixel_sigma_px);
+  if (tracked.basis == PoseBasis::kLandmarks && jerks_.steady()) {
+    T_previous_current = previous_.T_keyframe_camera.inverse() * posterior_.pose();
+  }
+  frontend_->find_static_points(T_previous_current, tracked.matches);
 }
 
 /// Chooses the points that the odometry of the next frame starts from, away from the landmarks.
-void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& matches) {
+void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& matches,
+                        const FrameResult& result) {
   auto landmarks_px = positions(matches);
   for (const auto& landmark : local_map_.landmarks()) {
     if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
   }
-  const StereoView view = view_of(images.frame);
-  if (aligns_patches()) {
-    tracks_.replenish(view, images.corners, landmarks_px, settings_);
-  } else {
-    previous_.odometry_points = select_odometry_points(view, images.features.left, landmarks_px, settings_);
-  }
+  frontend_->choose_odometry_points(images, view_of(images.frame), landmarks_px);
   previous_.replace_images(images.frame, images.pyramids);
   previous_.T_keyframe_camera = posterior_.pose();
   previous_.position = trajectory_.frames() - 1;
+  previous_.lost = result.status == TrackingStatus::kLost;
 }
 
 /// A repeated image measures nothing: the pose is predicted, and the filter waits for the next image.
 void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageClock& clock) {
   const bool first = previous_.position + 1 == trajectory_.frames();
-  result.status = started_ && first && !lost_ ? TrackingStatus::kWeak : TrackingStatus::kLost;
+  result.status = started_ && first && !previous_.lost ? TrackingStatus::kWeak : TrackingStatus::kLost;
   PoseGaussian motion;
   motion.pose = velocity_.motion_until(frame.stamp_ns);
   record(predict_pose(posterior_, motion, false, settings_, velocity_.unseen_until(frame.stamp_ns)), false,
@@ -246,7 +221,7 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageC
 void Slam::initialise(const FrameImages& images, FrameResult& result) {
   trajectory_.begin(images.frame.index);
   local_map_.restart(0);
-  tracks_ = {};
+  frontend_->restart();
   auto points = add_landmarks(images, {});
   velocity_.found(images.frame.stamp_ns);
   started_ = points.size() >= static_cast<std::size_t>(settings_.update.min_matches);
@@ -275,19 +250,18 @@ void Slam::record_keyframe(FrameResult& result) const {
 
 /// Completes the result after the map update: the status takes into account whether the segment is localised.
 void Slam::complete(const FrameImages& images, FrameResult& result) {
-  lost_ = result.status == TrackingStatus::kLost;
-  if (started_ && !lost_ && !segment_.localised()) result.status = TrackingStatus::kWeak;
-  if (!lost_ && segment_.take_newly_localised()) result.status = TrackingStatus::kRelocalised;
+  const bool lost = result.status == TrackingStatus::kLost;
+  if (started_ && !lost && !segment_.localised()) result.status = TrackingStatus::kWeak;
+  if (!lost && segment_.take_newly_localised()) result.status = TrackingStatus::kRelocalised;
   result.segment = segment_.current();
-  result.features =
-      static_cast<int>(aligns_patches() ? tracks_.points().size() : images.features.left.size());
+  result.features = static_cast<int>(frontend_->count_features(images));
   result.landmarks = static_cast<int>(local_map_.landmarks().size());
 }
 
 void Slam::learn_velocity(const TrackedPose& tracked, std::int64_t stamp_ns) {
   if (!tracked.measured()) {
     velocity_.unmeasured(stamp_ns);
-  } else if (tracked.basis == PoseBasis::kLandmarks && !lost_) {
+  } else if (tracked.basis == PoseBasis::kLandmarks && !previous_.lost) {
     velocity_.measured(stamp_ns, posterior_.pose().inverse() * tracked.posterior.pose());
   } else if (tracked.odometry.valid) {
     velocity_.measured(stamp_ns, tracked.odometry.T_previous_current.pose);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,10 +20,11 @@
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/odometry/constant_velocity.hpp"
+#include "stereo_slam/odometry/jerk_monitor.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
-#include "stereo_slam/odometry/point_tracks.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
+#include "stereo_slam/slam/frontend.hpp"
 #include "stereo_slam/slam/global_map.hpp"
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
@@ -47,7 +49,7 @@ class Slam {
   /// run's first camera, with status kWeak; then they are relative to the map's world, from status
   /// kRelocalised on. Throws std::invalid_argument for settings without loop closure, and for the map of
   /// another camera.
-  Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& known,
+  Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& loaded,
        MapUse use);
 
   /// Tracks one rectified frame and updates the map. Every frame gets a pose; its status says what the pose
@@ -97,8 +99,8 @@ class Slam {
   [[nodiscard]] bool anchored() const { return settings_.map.layout == MapLayout::kAnchored; }
   [[nodiscard]] bool tracks_correlation() const;
 
-  /// Whether landmarks are measured by patches of the keyframe; the paper matches features.
-  [[nodiscard]] bool aligns_patches() const { return anchored() && settings_.refinement.enabled; }
+  /// Whether no landmarks correct the pose.
+  [[nodiscard]] bool odometry_only() const { return settings_.update.method == PoseUpdateMethod::kNone; }
 
   /// A frame as the camera and the rectification at hand measure it.
   [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
@@ -119,7 +121,7 @@ class Slam {
                                                       const PoseDensity& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
   void find_static_points(const TrackedPose& tracked);
-  void prepare_next(const FrameImages& images, const std::vector<Match>& matches);
+  void prepare_next(const FrameImages& images, const std::vector<Match>& matches, const FrameResult& result);
 
   // The unusual cases: a repeated image, and no map yet.
   void pass_over(const StereoFrame& frame, FrameResult& result, const StageClock& clock);
@@ -138,18 +140,15 @@ class Slam {
   void begin_segment(const FrameImages& images, const OdometryResult& odometry);
   void change_keyframe(const FrameImages& images, const std::vector<Match>& matches);
   void begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points);
-  [[nodiscard]] StereoPoints measure_points(const FrameImages& images,
-                                            const std::vector<Vector2<double>>& reserved_px) const;
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
                                                          const std::vector<Vector2<double>>& reserved_px,
                                                          const ReobservedLandmarks& reobserved = {});
   RectificationEffect refine_rectification(const std::vector<Match>& matches);
 
-  static constexpr int kDoubtfulFrames = 10;  // after a jerk
-
   StereoCamera camera_;
   Settings settings_;
 
+  std::unique_ptr<Frontend> frontend_;
   PoseDensity posterior_;          // T_keyframe_camera of the last frame: the state of the filter
   LocalMap local_map_;             // landmarks of the reference keyframe
   ReferenceKeyframe reference_;    // its image and points
@@ -159,12 +158,10 @@ class Slam {
   SegmentState segment_;           // whether their place in the world is known
   RectificationEstimator rectification_;
   ConstantVelocity velocity_;
+  JerkMonitor jerks_;
   PreviousFrame previous_;
-  PointTracks tracks_;  // what the odometry follows
   std::optional<AsyncLoopCloser> loops_;
   bool started_ = false;  // there is a map
-  bool lost_ = false;     // the last frame was lost
-  int frames_since_jerk_ = kDoubtfulFrames;
 };
 
 }  // namespace stereo_slam

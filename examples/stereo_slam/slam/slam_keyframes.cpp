@@ -18,7 +18,7 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
     (void)add_landmarks(images, positions(tracked.matches));
     return false;
   }
-  if (tracked.basis == PoseBasis::kOdometry && lost_) {
+  if (tracked.basis == PoseBasis::kOdometry && previous_.lost) {
     begin_segment(images, tracked.odometry);
     return true;
   }
@@ -28,8 +28,8 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
     return false;
   }
   if (recognised) scene_ = {};
-  const bool against_landmarks = tracked.basis == PoseBasis::kLandmarks;
-  change_keyframe(images, against_landmarks ? tracked.matches : std::vector<Match>{});
+  const bool agree = tracked.basis == PoseBasis::kLandmarks || odometry_only();
+  change_keyframe(images, agree ? tracked.matches : std::vector<Match>{});
   return true;
 }
 
@@ -72,16 +72,8 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   reference_.keyframe.points = std::move(points);
   reference_.keyframe.T_previous_keyframe = trajectory_.T_previous_reference();
   if (!loops_) return;
-  loops_->add_keyframe(reference_.keyframe, aligns_patches() ? reference_.left : cv::Mat(),
+  loops_->add_keyframe(reference_.keyframe, frontend_->describes_points() ? cv::Mat() : reference_.left,
                        segment_.localised() ? CorrectionDelay::kUsual : CorrectionDelay::kShort);
-}
-
-/// Points of the frame with a disparity, for landmarks and keyframes, away from `reserved_px`.
-StereoPoints Slam::measure_points(const FrameImages& images,
-                                  const std::vector<Vector2<double>>& reserved_px) const {
-  const StereoView view = view_of(images.frame);
-  if (aligns_patches()) return measure_stereo_corners(view, images.corners, settings_);
-  return measure_stereo_points(view, images.features.left, reserved_px, settings_);
 }
 
 /// Adds landmarks at features with a stereo match, away from `reserved_px`; a feature at a re-observed
@@ -90,7 +82,7 @@ std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
                                                const std::vector<Vector2<double>>& reserved_px,
                                                const ReobservedLandmarks& reobserved) {
   const StereoFrame& frame = images.frame;
-  const auto points = measure_points(images, reserved_px);
+  const auto points = frontend_->measure_points(images, view_of(frame), reserved_px);
   std::vector<std::uint32_t> ids;
   for (const auto& known : reobserved.ids_at(points, frame.left.size())) {
     ids.push_back(known ? *known : local_map_.new_id());
@@ -109,7 +101,7 @@ RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches
   RectificationEffect effect = rectification_.add_motion(
       bias_constraints(matches, local_map_.view(), T_keyframe_camera), T_keyframe_camera);
   rectification_.advance();
-  tracks_.remeasure(before, rectification_.current());
+  frontend_->change_rectification(before, rectification_.current());
   return effect;
 }
 

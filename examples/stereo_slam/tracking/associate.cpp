@@ -126,7 +126,7 @@ class FeatureSearch {
 }  // namespace
 
 std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<PredictedLandmark>& predicted,
-                                                      const MapView& map, const Pose& T_reference_previous,
+                                                      const MapView& map, const Pose& T_keyframe_previous,
                                                       const ConsecutivePyramids& pyramids,
                                                       const AssociationSettings& settings) {
   std::vector<std::optional<LandmarkFlow>> flow(predicted.size());
@@ -136,7 +136,7 @@ std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<Predicte
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     const Landmark& landmark = map.landmarks[predicted[i].index];
     const auto before =
-        project(to_point(landmark, landmark.mean, map.camera), T_reference_previous, map.camera);
+        project(to_point(landmark, landmark.mean, map.camera), T_keyframe_previous, map.camera);
     if (!before || !map.camera.in_view(*before)) continue;
     tracked.push_back(i);
     start.emplace_back(static_cast<float>(before->x()), static_cast<float>(before->y()));

@@ -28,10 +28,10 @@ struct Association {
   std::vector<Match> matches;  ///< ordered by index of the landmark
 };
 
-/// Observed flow of each predicted landmark; nothing if the flow was lost. `T_reference_previous` is the mean
+/// Observed flow of each predicted landmark; nothing if the flow was lost. `T_keyframe_previous` is the mean
 /// of the last posterior.
 [[nodiscard]] std::vector<std::optional<LandmarkFlow>> observe_flow(
-    const std::vector<PredictedLandmark>& predicted, const MapView& map, const Pose& T_reference_previous,
+    const std::vector<PredictedLandmark>& predicted, const MapView& map, const Pose& T_keyframe_previous,
     const ConsecutivePyramids& pyramids, const AssociationSettings& settings);
 
 /// End, in the current left image, of each flow that agrees with the predicted one in length and direction.

@@ -20,22 +20,21 @@ namespace {
 
 }  // namespace
 
-Association LandmarkSearch::predict(const PoseGaussian& T_reference_camera) const {
+Association LandmarkSearch::predict(const PoseGaussian& T_keyframe_camera) const {
   Association association;
-  association.predicted = project_landmarks(map_, T_reference_camera, settings_.map.max_baselines);
+  association.predicted = project_landmarks(map_, T_keyframe_camera, settings_.map.max_baselines);
   return association;
 }
 
 void LandmarkSearch::observe(Association& association) const {
   association.flow =
-      observe_flow(association.predicted, map_, T_reference_previous_, pyramids_, settings_.association);
+      observe_flow(association.predicted, map_, T_keyframe_previous_, pyramids_, settings_.association);
   association.search_start_px = gate_by_flow(association.predicted, association.flow, settings_.association);
 }
 
-Association LandmarkSearch::align_patches(const PoseGaussian& T_reference_camera,
-                                          const cv::Mat& keyframe_left, const StereoView& view,
+Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
                                           bool motion_known) const {
-  Association association = predict(T_reference_camera);
+  Association association = predict(T_keyframe_camera);
   if (motion_known && is_precise(association.predicted)) {
     for (const auto& landmark : association.predicted) {
       association.search_start_px.emplace_back(landmark.z.head<2>());
@@ -43,14 +42,14 @@ Association LandmarkSearch::align_patches(const PoseGaussian& T_reference_camera
   } else {
     observe(association);
   }
-  association.matches = refine_matches(association, {map_.landmarks, keyframe_left}, view,
-                                       T_reference_camera.pose, settings_.refinement);
+  association.matches = align_landmarks(association, {map_.landmarks, keyframe_left_}, view,
+                                        T_keyframe_camera.pose, settings_.refinement);
   return association;
 }
 
-Association LandmarkSearch::match_features(const PoseGaussian& T_reference_camera,
+Association LandmarkSearch::match_features(const PoseGaussian& T_keyframe_camera,
                                            const StereoFeatures& features) const {
-  Association association = predict(T_reference_camera);
+  Association association = predict(T_keyframe_camera);
   observe(association);
   association.matches =
       associate(association.predicted, association.search_start_px, map_, features, settings_.association);

@@ -7,7 +7,7 @@
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/tracking/associate.hpp"
-#include "stereo_slam/tracking/match_refinement.hpp"
+#include "stereo_slam/tracking/landmark_alignment.hpp"
 
 namespace stereo_slam {
 
@@ -15,31 +15,35 @@ namespace stereo_slam {
 /// the paper. Keeps references to the constructor's arguments.
 class LandmarkSearch {
  public:
-  /// `T_reference_previous` is the mean of the last posterior.
-  LandmarkSearch(const MapView& map, const ConsecutivePyramids& pyramids, const Pose& T_reference_previous,
-                 const Settings& settings)
-      : map_(map), pyramids_(pyramids), T_reference_previous_(T_reference_previous), settings_(settings) {}
+  /// `T_keyframe_previous` is the mean of the last posterior.
+  LandmarkSearch(const MapView& map, const cv::Mat& keyframe_left, const ConsecutivePyramids& pyramids,
+                 const Pose& T_keyframe_previous, const Settings& settings)
+      : map_(map),
+        keyframe_left_(keyframe_left),
+        pyramids_(pyramids),
+        T_keyframe_previous_(T_keyframe_previous),
+        settings_(settings) {}
 
-  /// Aligns the patches of the keyframe's left image, `keyframe_left`, starting where the landmarks are
-  /// predicted at `T_reference_camera`. If the motion is not known, or the predicted pose is uncertain by
+  /// Aligns the patches of the keyframe's left image, starting where the landmarks are predicted at
+  /// `T_keyframe_camera`. If the motion is not known, or the predicted pose is uncertain by
   /// more than 1.5 px, the alignment starts where optical flow finds the landmarks.
-  [[nodiscard]] Association align_patches(const PoseGaussian& T_reference_camera,
-                                          const cv::Mat& keyframe_left, const StereoView& view,
+  [[nodiscard]] Association align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
                                           bool motion_known) const;
 
   /// Matches the landmarks whose flow is that of a static point with the features of both images (sec. IV-C).
-  [[nodiscard]] Association match_features(const PoseGaussian& T_reference_camera,
+  [[nodiscard]] Association match_features(const PoseGaussian& T_keyframe_camera,
                                            const StereoFeatures& features) const;
 
   /// Computes the optical flow, and replaces the association's `flow` and `search_start_px` by its results.
   void observe(Association& association) const;
 
  private:
-  [[nodiscard]] Association predict(const PoseGaussian& T_reference_camera) const;
+  [[nodiscard]] Association predict(const PoseGaussian& T_keyframe_camera) const;
 
   const MapView& map_;
+  const cv::Mat& keyframe_left_;
   const ConsecutivePyramids& pyramids_;
-  const Pose& T_reference_previous_;
+  const Pose& T_keyframe_previous_;
   const Settings& settings_;
 };
 

@@ -39,7 +39,7 @@ class PoseLikelihood {
   /// For landmarks whose errors are correlated with the prior's, by Landmark::pose_cross_covariance.
   PoseLikelihood(std::span<const Match> matches, const MapView& map, double cap, const PoseGaussian& prior);
 
-  /// Batched over the columns [q; p] of `poses` (T_reference_camera).
+  /// Batched over the columns [q; p] of `poses` (T_keyframe_camera).
   template <int Count>
   void operator()(const antipode::Matrix<double, 8, Count>& poses,
                   antipode::Vector<double, Count>& values) const {
@@ -47,8 +47,8 @@ class PoseLikelihood {
   }
 
   /// Sum of the capped squared Mahalanobis distances at one pose.
-  [[nodiscard]] double squared_distance(const Pose& T_reference_camera) const {
-    return -2.0 * evaluate(T_reference_camera.coeffs());
+  [[nodiscard]] double squared_distance(const Pose& T_keyframe_camera) const {
+    return -2.0 * evaluate(T_keyframe_camera.coeffs());
   }
 
   /// Number of scalar measurements.

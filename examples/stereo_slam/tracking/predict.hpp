@@ -7,7 +7,7 @@
 
 namespace stereo_slam {
 
-/// Prior T_reference_camera of the current frame from the posterior of the last frame and the odometry (eq.
+/// Prior T_keyframe_camera of the current frame from the posterior of the last frame and the odometry (eq.
 /// 11). Without a valid odometry, T_previous_current is a guess and the noise grows with the unseen steps.
 /// The paper's independent model drops the correlation of orientation and translation.
 [[nodiscard]] PoseDensity predict_pose(const PoseDensity& posterior, const PoseGaussian& T_previous_current,

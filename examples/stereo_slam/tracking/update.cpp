@@ -99,16 +99,16 @@ namespace {
   return 1.0 + sum / static_cast<double>(matches.size());
 }
 
-/// Matches whose squared Mahalanobis distance at a pose is within `cap`, with the landmarks' part of their
-/// covariance taken at that pose.
-[[nodiscard]] std::vector<Match> agreeing(const std::vector<Match>& matches, const MapView& map,
-                                          const Pose& T_reference_camera, double cap) {
+/// The matches with the landmarks' part of their covariance linearised at a pose, without those whose squared
+/// Mahalanobis distance exceeds `cap` there.
+[[nodiscard]] std::vector<Match> relinearised_inliers(const std::vector<Match>& matches, const MapView& map,
+                                                      const Pose& T_keyframe_camera, double cap) {
   std::vector<Match> result;
   for (Match match : matches) {
     const Landmark& landmark = map.landmarks[match.landmark];
-    const auto z = project(to_point(landmark, landmark.mean, map.camera), T_reference_camera, map.camera);
+    const auto z = project(to_point(landmark, landmark.mean, map.camera), T_keyframe_camera, map.camera);
     if (!z) continue;
-    const Matrix3<double> J = landmark_jacobian(landmark, T_reference_camera, map.camera);
+    const Matrix3<double> J = landmark_jacobian(landmark, T_keyframe_camera, map.camera);
     match.predicted.landmark_part = J * landmark.covariance * J.transpose();
     const Vector3<double> e = match.z - *z;
     if (e.dot((match.predicted.landmark_part + match.R).llt().solve(e)) <= cap) result.push_back(match);
@@ -129,7 +129,7 @@ namespace {
 
 PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches, const MapView& map,
                        const UpdateSettings& settings) {
-  if (settings.method == PoseUpdateMethod::kNone) return {.posterior = prior, .converged = true};
+  if (settings.method == PoseUpdateMethod::kNone) return {.posterior = prior};
   if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
 
   // The innovations contain the prior's error: the wide cap allows for it. The second update starts from the
@@ -137,7 +137,7 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   const double wide_cap = settings.robust_cap * prior_spread(matches);
   const auto first = update_once(prior, matches, map, wide_cap, settings);
   if (!first.converged) return {.posterior = prior};
-  const auto kept = agreeing(matches, map, first.posterior.pose(), settings.robust_cap);
+  const auto kept = relinearised_inliers(matches, map, first.posterior.pose(), settings.robust_cap);
   if (kept.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
   PoseUpdate update = update_once(prior, kept, map, wide_cap, settings);
   if (!update.converged) return {.posterior = prior};

@@ -11,11 +11,11 @@
 
 namespace stereo_slam {
 
-/// Result of a pose update. Without convergence or enough matches the posterior is the prior; with
-/// PoseUpdateMethod::kNone it is the prior, and counts as converged.
+/// Result of a pose update. Without convergence or enough matches, and with PoseUpdateMethod::kNone, the
+/// posterior is the prior.
 struct PoseUpdate {
   PoseDensity posterior;
-  bool converged = false;
+  bool converged = false;  ///< the landmarks corrected the pose
   double nis = 0.0;  ///< normalised innovation squared: chi-square distributed if all noise is as assumed
   int nis_dof = 0;   ///< its degrees of freedom
   std::vector<Match> used{};  ///< matches that the posterior rests on

@@ -26,9 +26,9 @@ TEST_CASE("Tracks are the landmarks in view: where they were found, or else wher
                                         landmark_at(2, {0.0, 0.0, 22.0}, 4),
                                         landmark_at(3, {0.0, 0.0, 1.0}, 4),     // behind the camera now
                                         landmark_at(4, {90.0, 0.0, 12.0}, 4)};  // beside the image
-  const Pose T_reference_camera =
+  const Pose T_keyframe_camera =
       Pose::from_rotation_translation(antipode::Vector4<double>(1, 0, 0, 0), Vector3<double>(0, 0, 2));
-  const auto tracks = tracks_in_view({landmarks, camera}, T_reference_camera, 5);
+  const auto tracks = tracks_in_view({landmarks, camera}, T_keyframe_camera, 5);
   REQUIRE(tracks.size() == 2);
   CHECK(tracks[0].id == 1);
   CHECK(tracks[0].found);

@@ -48,7 +48,7 @@ Settings track_settings() {
 OdometryResult step(PointTracks& tracks, const StereoFrame& from, const StereoFrame& to) {
   const auto previous = build_pyramids(from);
   const auto current = build_pyramids(to);
-  return odometry_from_tracks(tracks, {previous, current}, view_of(to), Pose::identity(), track_settings());
+  return odometry_from_tracks(tracks, {previous, current}, view_of(to), {Pose::identity()}, track_settings());
 }
 
 TEST_CASE("Points are followed and give the motion", "[stereo_slam][odometry]") {

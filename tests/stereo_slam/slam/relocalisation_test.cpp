@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "stereo_slam/results/map_file.hpp"
+#include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/support/block_drive.hpp"
 #include "stereo_slam/support/random_map.hpp"
@@ -142,6 +143,39 @@ TEST_CASE("Over thirty black frames the covariance grows, and a loop joins the m
   CHECK(outcome.statuses.back() == TrackingStatus::kOk);
   CHECK(outcome.rms_error_m([&](std::size_t i) { return !black(i); }) <
         std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
+}
+
+TEST_CASE("Odometry alone is OK while it measures, and does not claim to know its place after a loss",
+          "[stereo_slam][relocalisation]") {
+  Slam slam(recording().camera, preset_settings("odometry"));
+  constexpr std::size_t kCarried = 20;  // to another street, while the images are black
+  auto seen = range(0, 30);
+  for (const std::size_t i : range(90, 110)) seen.push_back(i);
+  const auto outcome = run({seen,
+                            [](std::size_t step, StereoFrame& frame) {
+                              if (step >= kCarried && step < 30) blacken(frame);
+                            }},
+                           slam, 0);
+  CAPTURE(outcome.letters());
+  CHECK(outcome.letters().substr(0, 32) == "I" + std::string(kCarried - 1, 'O') + std::string(11, 'L') + "W");
+  for (std::size_t i = 32; i < seen.size(); ++i) CHECK(outcome.statuses[i] == TrackingStatus::kWeak);
+}
+
+TEST_CASE("The last keyframe is recognised after three black frames, by odometry alone too",
+          "[stereo_slam][relocalisation]") {
+  for (const char* preset : {"default", "odometry"}) {
+    Slam slam(recording().camera, preset_settings(preset));
+    const auto black = [](std::size_t step) { return step >= 20 && step < 23; };
+    const auto outcome = run({range(0, 40),
+                              [&](std::size_t step, StereoFrame& frame) {
+                                if (black(step)) blacken(frame);
+                              }},
+                             slam, 0);
+    CAPTURE(preset, outcome.letters(), outcome.errors_m);
+    CHECK(outcome.statuses[23] == TrackingStatus::kRelocalised);
+    for (std::size_t i = 24; i < 40; ++i) CHECK(outcome.statuses[i] == TrackingStatus::kOk);
+    CHECK(outcome.errors_m.back() < 0.1);
+  }
 }
 
 TEST_CASE("A camera that repeats its image for two seconds is noticed", "[stereo_slam][relocalisation]") {

@@ -61,6 +61,17 @@ UpdateSettings settings_for(PoseUpdateMethod method) {
   return settings;
 }
 
+TEST_CASE("Without a method the posterior is the prior, and nothing converged", "[stereo_slam][update]") {
+  std::mt19937_64 random(7);
+  const MatchedScene scene = make_scene(random, test::car_motion(), 60, 0.01, 0.1);
+  const auto update =
+      update_pose(scene.prior, scene.matches, scene.map(), settings_for(PoseUpdateMethod::kNone));
+  CHECK_FALSE(update.converged);
+  CHECK(update.used.empty());
+  CHECK(update.posterior.pose().coeffs() == scene.prior.pose().coeffs());
+  CHECK(update.posterior.covariance() == scene.prior.covariance());
+}
+
 TEST_CASE("The likelihood is highest at the true pose, and equal for a pose and its antipode",
           "[stereo_slam][update]") {
   std::mt19937_64 random(1);

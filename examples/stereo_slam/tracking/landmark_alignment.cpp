@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/tracking/match_refinement.hpp"
+#include "stereo_slam/tracking/landmark_alignment.hpp"
 
 #include <cmath>
 
@@ -69,9 +69,9 @@ struct PatchMeasurement {
 
 }  // namespace
 
-std::vector<Match> refine_matches(const Association& association, const PatchSource& source,
-                                  const StereoView& view, const Pose& T_keyframe_camera,
-                                  const RefinementSettings& settings) {
+std::vector<Match> align_landmarks(const Association& association, const PatchSource& source,
+                                   const StereoView& view, const Pose& T_keyframe_camera,
+                                   const RefinementSettings& settings) {
   const auto& predicted = association.predicted;
   const PatchMeasurement measurement{source, view, T_keyframe_camera, settings, min_texture(source.left)};
 

@@ -24,8 +24,8 @@ struct PatchSource {
 /// and aligned in both images of `view`, starting at association.search_start_px. Every frame is compared
 /// with the same keyframe, so no drift accumulates. Alignments that do not correlate, violate the epipolar
 /// constraint or contradict the prediction are dropped.
-[[nodiscard]] std::vector<Match> refine_matches(const Association& association, const PatchSource& source,
-                                                const StereoView& view, const Pose& T_keyframe_camera,
-                                                const RefinementSettings& settings);
+[[nodiscard]] std::vector<Match> align_landmarks(const Association& association, const PatchSource& source,
+                                                 const StereoView& view, const Pose& T_keyframe_camera,
+                                                 const RefinementSettings& settings);
 
 }  // namespace stereo_slam

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/odometry/two_view_adjustment.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <antipode/geometry/quaternion.hpp>
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
+constexpr int kMaxIterations = 15;
+constexpr double kConvergedStep = 1e-6;  // rad, m
+constexpr double kMinDisparity_px = 0.05;
+
+/// A correspondence linearised at a pose and a point.
+struct Linearization {
+  Vector3<double> innovation;          // of the current measurement, for the point at its first measurement
+  Eigen::Matrix<double, 3, 6> J_pose;  // d z_current / d xi, right perturbation (rotation, translation)
+  Matrix3<double> J_point;             // d z_current / d (u, v, d) of the point in the previous frame
+};
+
+/// Nothing when the point is not in front of the current camera.
+[[nodiscard]] std::optional<Linearization> linearize(const StereoCorrespondence& c, const StereoPoint& point,
+                                                     const Pose& T_current_previous,
+                                                     const StereoCamera& camera) {
+  const Vector3<double> p_previous = camera.back_project(point);
+  const Vector3<double> p_current = T_current_previous * p_previous;
+  const auto z = camera.project(p_current);
+  if (!z) return std::nullopt;
+  const Matrix3<double> J_projection = camera.projection_jacobian(p_current);
+  Linearization result;
+  result.J_pose.leftCols<3>() = J_projection * antipode::skew(p_current);
+  result.J_pose.rightCols<3>() = -J_projection;
+  result.J_point =
+      J_projection * T_current_previous.rotation_matrix() * camera.back_projection_jacobian(point);
+  result.innovation = c.current - *z + result.J_point * (point - c.previous);
+  return result;
+}
+
+/// Normal equations of the pose, for its right perturbation.
+struct NormalEquations {
+  Matrix6<double> information = Matrix6<double>::Zero();
+  Vector6<double> gradient = Vector6<double>::Zero();
+
+  void add(const Linearization& l, const Matrix3<double>& S_inverse, double weight) {
+    const Eigen::Matrix<double, 6, 3> JtW = weight * l.J_pose.transpose() * S_inverse;
+    information.noalias() += JtW * l.J_pose;
+    gradient.noalias() += JtW * l.innovation;
+  }
+
+  [[nodiscard]] std::optional<Vector6<double>> solve() const {
+    const Eigen::LDLT<Matrix6<double>> ldlt(information);
+    if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return std::nullopt;
+    const Vector6<double> step = ldlt.solve(gradient);
+    if (!step.allFinite()) return std::nullopt;
+    return step;
+  }
+};
+
+[[nodiscard]] double cauchy_weight(double distance2) { return 1.0 / (1.0 + distance2 / kCauchyScale2); }
+
+/// A correspondence as one step of the adjustment uses it.
+struct UsedCorrespondence {
+  std::size_t index = 0;
+  Linearization linearization;
+  double distance2 = 0.0;  // squared Mahalanobis distance of the innovation
+};
+
+/// Covariance A^-1 B A^-1 of an M-estimate: B is the variance of the weighted residuals as observed, A the
+/// mean slope of the influence function.
+[[nodiscard]] Matrix6<double> sandwich_covariance(const std::vector<UsedCorrespondence>& used,
+                                                  const std::vector<Matrix3<double>>& S_inverse) {
+  Matrix6<double> A = Matrix6<double>::Zero();
+  Matrix6<double> B = Matrix6<double>::Zero();
+  for (const auto& [i, l, distance2] : used) {
+    const Matrix6<double> information = l.J_pose.transpose() * S_inverse[i] * l.J_pose;
+    const double w = cauchy_weight(distance2);
+    A += (w - 2.0 / 3.0 * distance2 * w * w / kCauchyScale2) * information;
+    B += w * w * distance2 / 3.0 * information;
+  }
+  const Matrix6<double> A_inverse = A.ldlt().solve(Matrix6<double>::Identity());
+  const Matrix6<double> covariance = A_inverse * B * A_inverse.transpose();
+  return 0.5 * (covariance + covariance.transpose());
+}
+
+}  // namespace
+
+TwoViewAdjustment::TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences,
+                                     const StereoCamera& camera, const Pose& initial, const NoiseOf& noise)
+    : correspondences_(correspondences), camera_(camera) {
+  const Pose T_current_previous = initial.inverse();
+  R_.reserve(correspondences.size());
+  S_inverse_.reserve(correspondences.size());
+  for (const auto& c : correspondences) {
+    const Matrix3<double>& R = R_.emplace_back(noise(c));
+    const auto l = linearize(c, c.previous, T_current_previous, camera_);
+    const Matrix3<double> S = l ? Matrix3<double>(R + l->J_point * R * l->J_point.transpose()) : 2.0 * R;
+    S_inverse_.push_back(S.inverse());
+  }
+}
+
+std::optional<Pose> TwoViewAdjustment::minimal_solution(const std::array<std::size_t, 3>& sample,
+                                                        const Pose& initial) const {
+  constexpr int kMinimalIterations = 6;
+  constexpr double kMinimalStep = 1e-4;         // rad, m
+  constexpr double kLargestRotation_rad = 1.0;  // of one step; a larger one has left the basin
+  Pose pose = initial;
+  for (int iteration = 0; iteration < kMinimalIterations; ++iteration) {
+    NormalEquations equations;
+    const Pose T_current_previous = pose.inverse();
+    for (const std::size_t i : sample) {
+      const auto l =
+          linearize(correspondences_[i], correspondences_[i].previous, T_current_previous, camera_);
+      if (!l) return std::nullopt;
+      equations.add(*l, S_inverse_[i], 1.0);
+    }
+    const auto step = equations.solve();
+    if (!step || step->head<3>().norm() > kLargestRotation_rad) return std::nullopt;
+    pose = pose.boxplus(*step);
+    if (step->norm() < kMinimalStep) break;
+  }
+  return pose;
+}
+
+std::vector<double> TwoViewAdjustment::squared_distances(const Pose& T_previous_current) const {
+  const Pose T_current_previous = T_previous_current.inverse();
+  const Matrix3<double> R = T_current_previous.rotation_matrix();
+  const Vector3<double> t = T_current_previous.translation();
+  std::vector<double> result(correspondences_.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const auto z = camera_.project(R * camera_.back_project(correspondences_[i].previous) + t);
+    if (!z) continue;
+    const Vector3<double> e = correspondences_[i].current - *z;
+    result[i] = e.dot(S_inverse_[i] * e);
+  }
+  return result;
+}
+
+std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
+                                                     const std::vector<std::uint8_t>& is_used) const {
+  Pose pose = initial;
+  std::vector<StereoPoint> points;
+  points.reserve(correspondences_.size());
+  for (const auto& c : correspondences_) points.push_back(c.previous);
+
+  std::vector<UsedCorrespondence> used;
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    NormalEquations equations;
+    used.clear();
+    const Pose T_current_previous = pose.inverse();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!is_used[i]) continue;
+      const auto l = linearize(correspondences_[i], points[i], T_current_previous, camera_);
+      if (!l) continue;
+      const double distance2 = l->innovation.dot(S_inverse_[i] * l->innovation);
+      equations.add(*l, S_inverse_[i], cauchy_weight(distance2));
+      used.push_back({i, *l, distance2});
+    }
+    const auto step = equations.solve();
+    if (!step) return std::nullopt;
+    pose = pose.boxplus(*step).renormalized();
+    for (const auto& [i, l, distance2] : used) {
+      const Vector3<double> correction =
+          R_[i] * l.J_point.transpose() * S_inverse_[i] * (l.innovation - l.J_pose * *step);
+      points[i] = correspondences_[i].previous + correction;
+      points[i].z() = std::max(points[i].z(), kMinDisparity_px);
+    }
+    if (step->norm() < kConvergedStep) break;
+  }
+  if (used.empty()) return std::nullopt;
+  return PoseGaussian{pose, sandwich_covariance(used, S_inverse_)};
+}
+
+}  // namespace stereo_slam

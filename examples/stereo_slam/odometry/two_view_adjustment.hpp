@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// The same point measured in two stereo frames.
+struct StereoCorrespondence {
+  StereoPoint previous;
+  StereoPoint current;
+  std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else by the settings
+};
+
+/// Bundle adjustment of two stereo frames: the motion T_previous_current between them and the points they
+/// share.
+///
+/// Both measurements of a point carry noise. Each Gauss-Newton step solves for the pose with the points
+/// eliminated, and then updates the points in (u, v, d), where their noise is Gaussian and far points stay
+/// unbiased. The covariances of the innovations are those at the motion `initial`. Keeps references to the
+/// correspondences and the camera.
+class TwoViewAdjustment {
+ public:
+  /// Covariance of each of the two measurements of a point, px^2.
+  using NoiseOf = std::function<Matrix3<double>(const StereoCorrespondence&)>;
+
+  TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences, const StereoCamera& camera,
+                    const Pose& initial, const NoiseOf& noise);
+
+  /// The motion that three correspondences give, by Gauss-Newton steps from `initial`. The points are taken
+  /// as measured in the previous frame. Nothing if the three do not determine the motion.
+  [[nodiscard]] std::optional<Pose> minimal_solution(const std::array<std::size_t, 3>& sample,
+                                                     const Pose& initial) const;
+
+  /// Squared Mahalanobis distance of every correspondence at a motion, infinite for points behind the camera.
+  [[nodiscard]] std::vector<double> squared_distances(const Pose& T_previous_current) const;
+
+  /// The adjustment of the correspondences whose flag is set, with Cauchy weights, from `initial`. Nothing if
+  /// they do not determine the motion. The covariance is the sandwich estimate of the weighted problem (Huber
+  /// 1981), which follows the scale of the residuals.
+  [[nodiscard]] std::optional<PoseGaussian> solve(const Pose& initial,
+                                                  const std::vector<std::uint8_t>& is_used) const;
+
+ private:
+  std::span<const StereoCorrespondence> correspondences_;
+  const StereoCamera& camera_;
+  std::vector<Matrix3<double>> R_;
+  std::vector<Matrix3<double>> S_inverse_;
+};
+
+}  // namespace stereo_slam
