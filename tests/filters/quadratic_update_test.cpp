@@ -335,6 +335,8 @@ TEST_CASE("Invalid priors and options of the surrogate are refused with the valu
   CHECK(contains(message(broken, {}), "pose covariance has a negative eigenvalue"));
   broken.covariance(2, 2) = std::nan("");
   CHECK(contains(message(broken, {}), "pose covariance is not finite or not symmetric"));
+  broken.covariance(2, 2) = 1e308;
+  CHECK(contains(message(broken, {}), "pose covariance is too large: the square of a sample overflows"));
 }
 
 TEST_CASE("Conversion of a concentrated pose density and back is exact", "[quadratic]") {

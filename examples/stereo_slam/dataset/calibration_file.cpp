@@ -41,7 +41,7 @@ class OpenCvFile {
       storage_.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
     } catch (const std::exception&) {  // reported below
     }
-    if (!storage_.isOpened())
+    if (!storage_.isOpened() || !storage_.root().isMap())
       fail(file, "is neither YAML nor XML that OpenCV can read; write it by cv::FileStorage");
   }
 

@@ -193,6 +193,10 @@ TEST_CASE("Damaged calibrations of other programs are refused in one line", "[ca
   CHECK_THAT(error_of(folder / "a.xml"), Catch::Contains("a.xml: "));
   write_text(folder / "a.xml", "<?xml version=\"1.0\"?><opencv_storage><M1>7</M1></opencv_storage>");
   CHECK_THAT(error_of(folder / "a.xml"), Catch::Contains("M1 is not a matrix or a list of 9 finite numbers"));
+  write_text(folder / "nul.yaml",
+             std::string("%YAML:1.0\n--\0_size: 32\nM1: !!opencv-matrix\n   rows: 3\n", 54));
+  CHECK_THAT(error_of(folder / "nul.yaml"),
+             Catch::Contains("nul.yaml: is neither YAML nor XML that OpenCV can read"));
   write_opencv(folder / "b.yaml", cameras);
   std::string text = read_text(folder / "b.yaml");
   write_text(folder / "b.yaml", text.replace(text.find("-2."), 3, ".nan, -2."));

@@ -88,6 +88,9 @@ struct SqrtGaussian {
     return {mean, root.L, root.positive_definite};
   }
 
+  /// Whether the squares of all samples within ten standard deviations are finite.
+  [[nodiscard]] bool has_finite_samples() const { return std::isfinite(Scalar(100) * L.squaredNorm()); }
+
   /// The point with the whitened coordinates y.
   [[nodiscard]] typename Chart::Point at(const Tangent& y) const {
     const Tangent xi = L * y;
@@ -103,7 +106,7 @@ struct SqrtGaussian {
     if (!reachable || !std::isfinite(L_root.squaredNorm())) return std::nullopt;
     SqrtGaussian result{Chart::normalized(Chart::retract(mean, xi)), Chart::jacobian(xi) * L_root,
                         invertible};
-    if (!std::isfinite(result.L.squaredNorm())) return std::nullopt;
+    if (!result.has_finite_samples()) return std::nullopt;
     return result;
   }
 
