@@ -335,8 +335,15 @@ TEST_CASE("Invalid priors and options of the surrogate are refused with the valu
   CHECK(contains(message(broken, {}), "pose covariance has a negative eigenvalue"));
   broken.covariance(2, 2) = std::nan("");
   CHECK(contains(message(broken, {}), "pose covariance is not finite or not symmetric"));
-  broken.covariance(2, 2) = 1e308;
-  CHECK(contains(message(broken, {}), "pose covariance is too large: the square of a sample overflows"));
+}
+
+TEST_CASE("A prior whose samples overflow is returned, and the status says so", "[quadratic][status]") {
+  Rng rng(8);
+  PoseGaussian<double> prior = prior_at_random_pose(rng, 0.02, 0.2);
+  prior.covariance(2, 2) = 1e308;
+  const auto result = update(prior, [](const DualQuaternion<double>&) { return 0.0; }, {});
+  CHECK(result.status == UpdateStatus::kNotFinite);
+  CHECK(result.posterior.covariance == prior.covariance);
 }
 
 TEST_CASE("Conversion of a concentrated pose density and back is exact", "[quadratic]") {

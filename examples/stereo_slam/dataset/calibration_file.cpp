@@ -42,7 +42,7 @@ class OpenCvFile {
     } catch (const std::exception&) {  // reported below
     }
     if (!storage_.isOpened() || !storage_.root().isMap())
-      fail(file, "is neither YAML nor XML that OpenCV can read; write it by cv::FileStorage");
+      fail(file, "is no YAML or XML file of named values that OpenCV can read; write it by cv::FileStorage");
   }
 
   /// The name of the first key that is there; empty if none is.

@@ -35,7 +35,7 @@ class KeyframeGraph {
   std::size_t add(Keyframe keyframe);
 
   /// For a next keyframe whose pose relative to the last one is unknown: a relative pose that puts it at the
-  /// origin of the world, with practically no information.
+  /// origin of the world, with practically no information. The graph is not empty.
   [[nodiscard]] PoseGaussian unknown_link() const;
 
   /// Number of keyframes.
@@ -60,9 +60,9 @@ class KeyframeGraph {
   /// Adds an accepted loop as a constraint. Poses stay the same until optimize() is called.
   void add_loop(const PoseGraphEdge& loop) { loops_.push_back(loop); }
 
-  /// Replaces the odometry of keyframes; `links` are in order of keyframes. If there are loops, poses in the
-  /// world stay the same until optimize() is called. If there are none, they are composed anew. Throws
-  /// std::out_of_range if there is no such keyframe.
+  /// Replaces the odometry of keyframes; `links` are in order of keyframes, without the first one. If there
+  /// are loops, poses in the world stay the same until optimize() is called. If there are none, they are
+  /// composed anew. Throws std::out_of_range if there is no such keyframe.
   void replace(const std::vector<KeyframeLink>& links);
 
   /// Length of the shortest path between two keyframes, m: along the trajectory, or over one loop.

@@ -18,7 +18,7 @@ namespace stereo_slam {
 /// of the new one.
 class LoopCandidates {
  public:
-  /// Without keyframes. `camera` took all keyframes to come.
+  /// Starts empty. All keyframes are from `camera`.
   LoopCandidates(const StereoCamera& camera, const PlaceRecognitionSettings& settings);
 
   /// Adds a keyframe to those that place recognition finds. Keyframes come in order of their ids.

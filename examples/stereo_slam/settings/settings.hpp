@@ -100,7 +100,7 @@ enum class PoseUpdateMethod {
   kPaper,  ///< Alg. 2 with 7 x 7 points; orientation and translation independent; subsets of the matches
   kProgressive,  ///< Alg. 2 with degree-5 points; orientation and translation coupled
   kQuadratic,    ///< antipode::quadratic_update: quadratic fits of the log-likelihood
-  kNone,         ///< no correction: the odometry alone, as a baseline
+  kNone,         ///< no correction while tracking: the odometry alone, as a baseline
 };
 
 /// Pose update (sec. III-B and IV-D).

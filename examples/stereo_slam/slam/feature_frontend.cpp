@@ -37,7 +37,7 @@ class FeatureFrontend final : public Frontend {
     return search.match_features(T_keyframe_camera, usable);
   }
 
-  void find_static_points(const std::optional<Pose>& T_previous_current,
+  void note_static_points(const std::optional<Pose>& T_previous_current,
                           const std::vector<Match>& matches) override {
     points_.static_points = T_previous_current ? measurements(matches) : std::vector<StereoPoint>{};
   }

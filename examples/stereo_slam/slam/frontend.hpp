@@ -22,7 +22,8 @@ namespace stereo_slam {
 /// previous frame, the landmarks of the map, and points for new landmarks.
 ///
 /// The motion and the landmarks are measured with different points of the image, so that their errors are
-/// independent: one is the input of the filter, the other its measurement.
+/// independent: one is the input of the filter, the other its measurement. The functions of the folder
+/// `frontend/` do the work on the images.
 class Frontend {
  public:
   Frontend() = default;
@@ -45,9 +46,10 @@ class Frontend {
                                                    const FrameImages& images, const StereoView& view,
                                                    const OdometryResult& odometry) const = 0;
 
-  /// Learns which points are static, for the next call of measure_motion: those that agree with
-  /// `T_previous_current`, a motion relative to the landmarks `matches`. Without this motion none is.
-  virtual void find_static_points(const std::optional<Pose>& T_previous_current,
+  /// Notes which points are static, for the next call of measure_motion. `matches` are the landmarks found in
+  /// this frame, and `T_previous_current` is the motion relative to them. Static are, depending on the front
+  /// end, the points that agree with this motion, or the landmarks themselves. Without a motion no point is.
+  virtual void note_static_points(const std::optional<Pose>& T_previous_current,
                                   const std::vector<Match>& matches) = 0;
 
   /// Chooses the points of this frame that the next call of measure_motion starts from, away from
@@ -55,7 +57,8 @@ class Frontend {
   virtual void choose_odometry_points(const FrameImages& images, const StereoView& view,
                                       const std::vector<Vector2<double>>& landmarks_px) = 0;
 
-  /// Points with a disparity, for landmarks and keyframes, away from `reserved_px`.
+  /// Points with a disparity, for landmarks and keyframes. The feature front end leaves out those near
+  /// `reserved_px`; the patch front end is always called without any.
   [[nodiscard]] virtual StereoPoints measure_points(
       const FrameImages& images, const StereoView& view,
       const std::vector<Vector2<double>>& reserved_px) const = 0;

@@ -26,7 +26,7 @@ class PatchFrontend final : public Frontend {
     return search.align_patches(T_keyframe_camera, view, odometry.valid);
   }
 
-  void find_static_points(const std::optional<Pose>& T_previous_current,
+  void note_static_points(const std::optional<Pose>& T_previous_current,
                           const std::vector<Match>& /*matches*/) override {
     tracks_.compare_with(T_previous_current, camera_, settings_.odometry.pixel_sigma_px);
   }

@@ -9,7 +9,7 @@
 namespace stereo_slam {
 namespace {
 
-/// At least one in this many of the landmarks that should be in view has to be found.
+/// At least one in this many of the landmarks that should be in view has to agree with the pose.
 constexpr std::size_t kMinFoundShare = 3;
 
 /// Factor on the covariance of the rough pose. The pose comes from points that the update uses again: it says
@@ -21,11 +21,10 @@ constexpr double kPriorScale = 9.0;
 constexpr int kRounds = 3;
 
 /// Landmarks predicted at a pose, to be searched where they are predicted.
-[[nodiscard]] Association search_at(const PoseDensity& T_keyframe_camera, const MapView& map,
+[[nodiscard]] Association search_at(const PoseGaussian& T_keyframe_camera, const MapView& map,
                                     const MapSettings& settings) {
   Association association;
-  association.predicted =
-      project_landmarks(map, antipode::to_pose_gaussian(T_keyframe_camera), settings.max_baselines);
+  association.predicted = project_landmarks(map, T_keyframe_camera, settings.max_baselines);
   for (const auto& landmark : association.predicted) {
     association.search_start_px.emplace_back(landmark.z.head<2>());
   }
@@ -45,19 +44,24 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
 
   const MapView map{source.landmarks, view.camera};
   UpdateSettings update_settings = settings.update;
-  if (update_settings.method == PoseUpdateMethod::kNone)
+  if (update_settings.method == PoseUpdateMethod::kNone) {  // tracking needs no update, this does
     update_settings.method = PoseUpdateMethod::kQuadratic;
+  }
   const PoseGaussian& rough = verified.loop.T_old_new;
   const auto prior = PoseDensity::from_pose_covariance(rough.pose, kPriorScale * rough.covariance);
-  PoseDensity posterior = prior;
+  PoseGaussian expected = antipode::to_pose_gaussian(prior);
   for (int round = 0; round < kRounds; ++round) {
-    const Association association = search_at(posterior, map, settings.map);
-    const auto matches = align_landmarks(association, source, view, posterior.pose(), settings.refinement);
+    const Association association = search_at(expected, map, settings.map);
+    const auto matches = align_landmarks(association, source, view, expected.pose, settings.refinement);
     if (matches.size() < static_cast<std::size_t>(rule.min_inliers)) return std::nullopt;
     const auto update = update_pose(prior, matches, map, update_settings);
     if (!update.converged) return std::nullopt;
-    posterior = update.posterior;
-    if (kMinFoundShare * matches.size() >= association.predicted.size()) return posterior;
+    const std::size_t agreeing = update.used.size();
+    if (agreeing >= static_cast<std::size_t>(rule.min_inliers) &&
+        kMinFoundShare * agreeing >= association.predicted.size()) {
+      return update.posterior;
+    }
+    expected.pose = update.posterior.pose();  // the covariance stays that of the prior, where updates start
   }
   return std::nullopt;
 }

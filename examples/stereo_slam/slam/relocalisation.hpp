@@ -23,8 +23,9 @@ struct ReferenceKeyframe {
 
 /// T_keyframe_camera from the images and their `points` alone, without a prior; nothing if the keyframe is
 /// not recognised. A rough pose is measured like a loop. The landmarks of the keyframe are aligned where this
-/// pose predicts them, and the pose is updated with those that are found, some times if they are few. The
-/// pose is accepted once a third of the landmarks that should be in view are found.
+/// pose predicts them, and correct it. This is repeated from the corrected pose, up to three times in all,
+/// until a third of the landmarks that should be in view agree with it. Nothing if they never do, or if too
+/// few are found to correct the pose.
 [[nodiscard]] std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe,
                                                             const PatchSource& source, const StereoView& view,
                                                             const StereoPoints& points,

@@ -162,6 +162,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
       anchored() && scene_.repeats_itself(reference_.left, reference_.keyframe.frame, images.frame.index);
   result.status = status_of(tracked.basis, odometry_only());
   if (result.status == TrackingStatus::kOk && ambiguous) result.status = TrackingStatus::kWeak;
+  if (tracked.basis == PoseBasis::kOdometry && previous_.lost) result.status = TrackingStatus::kWeak;
   if (tracked.basis == PoseBasis::kLandmarks && previous_.lost) result.status = TrackingStatus::kRelocalised;
   if (result.status == TrackingStatus::kRelocalised) {
     trajectory_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
@@ -170,7 +171,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_);  // Alg. 4
-  find_static_points(tracked);
+  note_static_points(tracked);
   record(posterior_, tracked.measured(), result);
   result.odometry = tracked.odometry.T_previous_current;
   result.matches = static_cast<int>(tracked.matches.size());
@@ -181,15 +182,16 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   if (anchored()) record_keyframe(result);
 }
 
-/// Finds out which points move with the landmarks: they are known to be static in the next frame. None is
-/// after a jerk, because the points of a vehicle must not outvote those of the street.
-void Slam::find_static_points(const TrackedPose& tracked) {
+/// Notes which points are static, for the next frame: those that move with the landmarks. For some frames
+/// after a jerk no point is, because a vehicle may have been taken for the street, and its points must not
+/// outvote the street's.
+void Slam::note_static_points(const TrackedPose& tracked) {
   jerks_.add(tracked.odometry.jerk);
   std::optional<Pose> T_previous_current;
-  if (tracked.basis == PoseBasis::kLandmarks && jerks_.steady()) {
+  if (fits_landmarks(tracked) && jerks_.steady()) {
     T_previous_current = previous_.T_keyframe_camera.inverse() * posterior_.pose();
   }
-  frontend_->find_static_points(T_previous_current, tracked.matches);
+  frontend_->note_static_points(T_previous_current, tracked.matches);
 }
 
 /// Chooses the points that the odometry of the next frame starts from, away from the landmarks.

@@ -99,8 +99,14 @@ class Slam {
   [[nodiscard]] bool anchored() const { return settings_.map.layout == MapLayout::kAnchored; }
   [[nodiscard]] bool tracks_correlation() const;
 
-  /// Whether no landmarks correct the pose.
+  /// Whether tracking uses the odometry alone. Landmarks still measure the pose if a keyframe is recognised.
   [[nodiscard]] bool odometry_only() const { return settings_.update.method == PoseUpdateMethod::kNone; }
+
+  /// Whether the landmarks were searched where the pose is, so that those found fit it.
+  [[nodiscard]] bool fits_landmarks(const TrackedPose& tracked) const {
+    return tracked.basis == PoseBasis::kLandmarks ||
+           (odometry_only() && tracked.basis == PoseBasis::kOdometry);
+  }
 
   /// A frame as the camera and the rectification at hand measure it.
   [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
@@ -120,7 +126,7 @@ class Slam {
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images,
                                                       const PoseDensity& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
-  void find_static_points(const TrackedPose& tracked);
+  void note_static_points(const TrackedPose& tracked);
   void prepare_next(const FrameImages& images, const std::vector<Match>& matches, const FrameResult& result);
 
   // The unusual cases: a repeated image, and no map yet.

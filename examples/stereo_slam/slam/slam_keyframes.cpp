@@ -28,8 +28,8 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
     return false;
   }
   if (recognised) scene_ = {};
-  const bool agree = tracked.basis == PoseBasis::kLandmarks || odometry_only();
-  change_keyframe(images, agree ? tracked.matches : std::vector<Match>{});
+  // Not with a recognised keyframe: its matches were searched at the predicted pose.
+  change_keyframe(images, fits_landmarks(tracked) ? tracked.matches : std::vector<Match>{});
   return true;
 }
 

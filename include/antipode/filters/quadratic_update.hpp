@@ -110,17 +110,11 @@ class QuadraticIteration {
         options_(options),
         density_(origin_),
         last_{origin_},
-        result_{.posterior = prior} {
-    constexpr bool kPose = std::same_as<typename Density::Chart::Point, DualQuaternion<Scalar>>;
-    if (!origin_.has_finite_samples()) [[unlikely]] {
-      throw_invalid(kPose ? "pose covariance is too large: the square of a sample overflows"
-                          : "state covariance is too large: the square of a sample overflows",
-                    prior.covariance);
-    }
-  }
+        result_{.posterior = prior} {}
 
   [[nodiscard]] UpdateResult<Density> run() {
-    IterationState state = IterationState::kRunning;
+    IterationState state =
+        origin_.has_finite_samples() ? IterationState::kRunning : fail(UpdateStatus::kNotFinite);
     while (state == IterationState::kRunning) state = iterate();
     if (state == IterationState::kFailed) return result_;
     result_.posterior = density_.density();

@@ -196,7 +196,7 @@ TEST_CASE("Damaged calibrations of other programs are refused in one line", "[ca
   write_text(folder / "nul.yaml",
              std::string("%YAML:1.0\n--\0_size: 32\nM1: !!opencv-matrix\n   rows: 3\n", 54));
   CHECK_THAT(error_of(folder / "nul.yaml"),
-             Catch::Contains("nul.yaml: is neither YAML nor XML that OpenCV can read"));
+             Catch::Contains("nul.yaml: is no YAML or XML file of named values"));
   write_opencv(folder / "b.yaml", cameras);
   std::string text = read_text(folder / "b.yaml");
   write_text(folder / "b.yaml", text.replace(text.find("-2."), 3, ".nan, -2."));
