@@ -16,13 +16,13 @@ double drift_sigma_rad(double drift_px, const StereoCamera& camera) {
 
 PoseGaussian DriftingPose::with_drift(double sigma_rad) const {
   PoseGaussian result = estimate;
-  result.covariance += sigma_rad * sigma_rad * drift * drift.transpose();
+  result.covariance += sigma_rad * sigma_rad * J_drift * J_drift.transpose();
   return result;
 }
 
 DriftingPose compose(const DriftingPose& T_a_b, const PoseGaussian& T_b_c, double frames) {
-  DriftingPose T_a_c{compose(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.drift};
-  T_a_c.drift.topRows<3>().diagonal().array() += frames;
+  DriftingPose T_a_c{compose(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.J_drift};
+  T_a_c.J_drift.topRows<3>().diagonal().array() += frames;
   return T_a_c;
 }
 

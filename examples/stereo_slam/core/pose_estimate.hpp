@@ -29,8 +29,8 @@ inline constexpr double kLargestCalibrationError = 0.5;
 /// Approximation: the drift between two keyframes changes only the orientation. All rotations since the first
 /// keyframe are applied at the second one.
 struct DriftingPose {
-  PoseGaussian estimate;                ///< without the uncertainty due to drift
-  Matrix6x3 drift = Matrix6x3::Zero();  ///< d (right perturbation of the pose) / d (rotation per frame)
+  PoseGaussian estimate;                  ///< without the uncertainty due to drift
+  Matrix6x3 J_drift = Matrix6x3::Zero();  ///< d (right perturbation of the pose) / d (rotation per frame)
 
   /// The estimate including the uncertainty due to a drift with a standard deviation of `sigma_rad` per
   /// frame.

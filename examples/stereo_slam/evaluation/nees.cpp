@@ -43,14 +43,14 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
                                                                  const std::vector<Pose>& poses,
                                                                  std::size_t from, std::size_t to) {
   Matrix6<double> covariance = Matrix6<double>::Zero();
-  Matrix6x3 drift = Matrix6x3::Zero();
+  Matrix6x3 J_drift = Matrix6x3::Zero();
   for (std::size_t k = to; k != from; k = rows[k].keyframe) {
     if (k < from || rows[k].keyframe >= k) return std::nullopt;
     const Matrix6<double> A = (poses[to].inverse() * poses[k]).adjoint();
     covariance += A * rows[k].relative * A.transpose();
-    drift += static_cast<double>(k - rows[k].keyframe) * A.leftCols<3>();
+    J_drift += static_cast<double>(k - rows[k].keyframe) * A.leftCols<3>();
   }
-  const DriftingPose relative{{poses[from].inverse() * poses[to], covariance}, drift};
+  const DriftingPose relative{{poses[from].inverse() * poses[to], covariance}, J_drift};
   const CalibrationError& error = rows[to].calibration;
   return with_calibration_error(relative.with_drift(error.drift_sigma_rad), error).covariance;
 }

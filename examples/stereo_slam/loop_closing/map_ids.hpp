@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "stereo_slam/keyframes/keyframe_database.hpp"
@@ -14,6 +15,8 @@ namespace stereo_slam {
 /// map both ids are the same.
 class MapIds {
  public:
+  /// For a run that starts without a map.
+  MapIds() = default;
   /// For a run that starts with a map of this extent; an empty one stands for none.
   explicit MapIds(const MapExtent& loaded) : loaded_(loaded) {}
 
@@ -23,6 +26,13 @@ class MapIds {
   [[nodiscard]] std::size_t first_segment_of_run() const noexcept { return loaded_.segments; }
   /// Whether a keyframe of the map, by its id there, comes from the loaded map.
   [[nodiscard]] bool is_loaded(std::size_t keyframe) const noexcept { return keyframe < loaded_.keyframes; }
+
+  /// Id in the map of a keyframe of the run.
+  [[nodiscard]] std::size_t keyframe_in_map(std::size_t id) const noexcept { return loaded_.keyframes + id; }
+  /// Id in the map of a landmark of the run; 0, which stands for none, stays.
+  [[nodiscard]] std::uint32_t landmark_in_map(std::uint32_t id) const noexcept {
+    return id > 0 ? loaded_.landmarks + id : 0;
+  }
 
   /// A keyframe of the run with its frame, its segment and its landmarks as the map counts them.
   [[nodiscard]] Keyframe in_map(Keyframe keyframe) const;

@@ -228,7 +228,7 @@ class GraphInformation {
   }
 
   /// d (right perturbation of the node) / d drift; zero if the node is fixed.
-  [[nodiscard]] Matrix6x3 drift(std::size_t node) const {
+  [[nodiscard]] Matrix6x3 drift_jacobian(std::size_t node) const {
     const int row = first_variable_[node];
     return row < 0 ? Matrix6x3(Matrix6x3::Zero()) : Matrix6x3(drift_.middleRows<6>(row));
   }
@@ -303,8 +303,8 @@ std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSetti
   const auto covariances = information.marginals();
   std::vector<DriftingPose> result;
   for (std::size_t node = 0; node < graph.poses.size(); ++node) {
-    result.push_back({{graph.poses[node], covariances[node]}, information.drift(node)});
-    if (!covariances[node].allFinite() || !result.back().drift.allFinite()) return {};
+    result.push_back({{graph.poses[node], covariances[node]}, information.drift_jacobian(node)});
+    if (!covariances[node].allFinite() || !result.back().J_drift.allFinite()) return {};
   }
   return result;
 }
@@ -335,8 +335,9 @@ PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) con
   const PoseGaussian relative = antipode::relative_pose<double>(
       {poses[from], information.covariance(from, from)}, {poses[to], information.covariance(to, to)},
       information.covariance(from, to));
-  const Matrix6x3 drift = information.drift(to) - relative.pose.inverse().adjoint() * information.drift(from);
-  return DriftingPose{relative, drift}.with_drift(drift_sigma_rad);
+  const Matrix6x3 J_drift =
+      information.drift_jacobian(to) - relative.pose.inverse().adjoint() * information.drift_jacobian(from);
+  return DriftingPose{relative, J_drift}.with_drift(drift_sigma_rad);
 }
 
 double LoopPrediction::mahalanobis_squared(const PoseGraphEdge& edge,

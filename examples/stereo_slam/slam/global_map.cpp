@@ -5,7 +5,7 @@
 
 namespace stereo_slam {
 
-GlobalMap::GlobalMap(const SavedMap& loaded) : loaded_(extent_of(loaded)), loaded_landmarks_(loaded) {}
+GlobalMap::GlobalMap(const SavedMap& loaded) : ids_(extent_of(loaded)), loaded_landmarks_(loaded) {}
 
 void GlobalMap::correct(const LoopCorrection& correction) {
   loaded_landmarks_.correct(correction.T_world_loaded_keyframe);
@@ -45,7 +45,7 @@ MergedLandmarks GlobalMap::start(bool with_loaded) const {
 
 MapPoint GlobalMap::in_world(const ArchivedPoint& point, const KeyframeTrajectory& trajectory) const {
   return {trajectory.T_world_keyframe(point.keyframe) * point.position, point.intensity,
-          loaded_.keyframes + point.keyframe, identity_(loaded_.landmarks + point.landmark)};
+          ids_.keyframe_in_map(point.keyframe), identity_(ids_.landmark_in_map(point.landmark))};
 }
 
 }  // namespace stereo_slam

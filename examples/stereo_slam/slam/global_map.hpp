@@ -8,6 +8,7 @@
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/loop_closing/landmark_cloud.hpp"
 #include "stereo_slam/loop_closing/loop_closer.hpp"
+#include "stereo_slam/loop_closing/map_ids.hpp"
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
 
 namespace stereo_slam {
@@ -38,7 +39,7 @@ class GlobalMap {
   [[nodiscard]] MergedLandmarks start(bool with_loaded) const;
   [[nodiscard]] MapPoint in_world(const ArchivedPoint& point, const KeyframeTrajectory& trajectory) const;
 
-  MapExtent loaded_;
+  MapIds ids_;
   LoadedLandmarks loaded_landmarks_;
   LandmarkIdentity identity_;
   MergedLandmarks merged_;    // the last result of archived()

@@ -272,8 +272,8 @@ TEST_CASE("The effect of a drift adds up along the odometry, and shrinks with a 
     if (k >= 20) chain = compose(chain, d.graph.odometry[k].T_from_to, 3.0);
   }
   const auto open = marginals(d.graph, kGraphSettings);
-  CHECK(open[0].drift.isZero());
-  CHECK((open[50].drift - composed.drift).norm() < 1e-6 * composed.drift.norm());
+  CHECK(open[0].J_drift.isZero());
+  CHECK((open[50].J_drift - composed.J_drift).norm() < 1e-6 * composed.J_drift.norm());
 
   d.graph.drift_sigma_rad = kSigma_rad;
   const auto relative = LoopPrediction(d.graph, kGraphSettings).relative_pose(20, 50).covariance;
@@ -283,13 +283,13 @@ TEST_CASE("The effect of a drift adds up along the odometry, and shrinks with a 
   PoseGraph fixed = d.graph;  // up to node 20, as those of a loaded map are
   fixed.gauge = 21;
   const auto from_map = marginals(fixed, kGraphSettings);
-  CHECK(from_map[20].drift.isZero());
-  CHECK((from_map[50].drift - chain.drift).norm() < 1e-6 * chain.drift.norm());
+  CHECK(from_map[20].J_drift.isZero());
+  CHECK((from_map[50].J_drift - chain.J_drift).norm() < 1e-6 * chain.J_drift.norm());
 
   d.add_loop(0, kRingLap);
   d.graph.poses = optimize(d.graph, kGraphSettings).poses;
   const auto closed = marginals(d.graph, kGraphSettings);
-  CHECK(closed[kRingLap].drift.norm() < 0.1 * open[kRingLap].drift.norm());
+  CHECK(closed[kRingLap].J_drift.norm() < 0.1 * open[kRingLap].J_drift.norm());
 }
 
 TEST_CASE("Errors by a drift are as large as the covariances with it say", "[stereo_slam][pose_graph]") {

@@ -69,7 +69,7 @@ TEST_CASE("The drift counts from the first keyframe on, also where it is not the
 
   // The frame before a new segment, relative to the segment's first keyframe: one frame back.
   const DriftingPose before = compose(DriftingPose{}, antipode::inverse(step(1.0)), -1.0);
-  CHECK(before.drift.topRows<3>().isApprox(-Matrix3<double>::Identity()));
+  CHECK(before.J_drift.topRows<3>().isApprox(-Matrix3<double>::Identity()));
 }
 
 TEST_CASE("A correction moves frames with their keyframes and carries later keyframes along",

@@ -3,7 +3,7 @@
 export const kStatuses = [
   {name: 'INITIALIZING', text: 'initialising', colour: 'slate', mark: '', row: 2, width: 2.5,
     meaning: 'no map yet, or the frame that starts it'},
-  {name: 'OK', text: 'tracked', colour: 'blue', mark: '', row: 4, width: 3, 
+  {name: 'OK', text: 'tracked', colour: 'blue', mark: '', row: 4, width: 3,
     meaning: 'updated by landmarks, or by odometry if no more is asked for'},
   {name: 'WEAK', text: 'weak', colour: 'orange', mark: '!', row: 1, width: 5,
     meaning: 'odometry only, or position in the map uncertain'},

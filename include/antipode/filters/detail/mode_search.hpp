@@ -97,8 +97,8 @@ class ModeSearch {
       }
       Vector<Scalar, N> tangent = prior_root_ * step;
       from_prior[k] = whitened.squaredNorm();
-      if (!std::isfinite(
-              tangent.squaredNorm())) {  // no chart reaches so far, and the prior has no weight there
+      // No chart reaches beyond that, and the prior has no weight there.
+      if (!std::isfinite(tangent.squaredNorm())) {
         tangent.setZero();
         from_prior[k] = std::numeric_limits<Scalar>::infinity();
       }
