@@ -47,8 +47,8 @@ class Frontend {
                                                    const OdometryResult& odometry) const = 0;
 
   /// Notes which points are static, for the next call of measure_motion. `matches` are the landmarks found in
-  /// this frame, and `T_previous_current` is the motion relative to them. Static are, depending on the front
-  /// end, the points that agree with this motion, or the landmarks themselves. Without a motion no point is.
+  /// this frame, and `T_previous_current` is the motion relative to them. Depending on the front end, the
+  /// static points are those that agree with this motion, or the landmarks. Without a motion there are none.
   virtual void note_static_points(const std::optional<Pose>& T_previous_current,
                                   const std::vector<Match>& matches) = 0;
 

@@ -25,8 +25,8 @@ class LandmarkSearch {
         settings_(settings) {}
 
   /// Aligns the patches of the keyframe's left image, starting where the landmarks are predicted at
-  /// `T_keyframe_camera`. If the motion is not known, or the predicted pose is uncertain by
-  /// more than 1.5 px, the alignment starts where optical flow finds the landmarks.
+  /// `T_keyframe_camera`. If the motion is not known, or the predicted pose is uncertain by more than 1.5 px,
+  /// the alignment starts where optical flow finds the landmarks.
   [[nodiscard]] Association align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
                                           bool motion_known) const;
 
