@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <libdeflate.h>
 #include <memory>
 #include <optional>
@@ -62,48 +61,83 @@ std::optional<Chunk> take_chunk(std::span<const std::uint8_t>& rest) {
   return chunk;
 }
 
-/// The predictor of filter type 4 (PNG specification, section 9.4): the neighbour whose value is nearest to
-/// left + above - above_left.
-inline int paeth(int left, int above, int above_left) {
-  const int from_left = std::abs(above - above_left);
-  const int from_above = std::abs(left - above_left);
-  const int from_above_left = std::abs(left + above - 2 * above_left);
-  const int other = from_above <= from_above_left ? above : above_left;
-  return from_left <= from_above && from_left <= from_above_left ? left : other;
-}
+/// The predictors of filter types 1 to 4 (PNG specification, section 9).
+constexpr auto kSub = [](int left, int, int) { return left; };
+constexpr auto kUp = [](int, int above, int) { return above; };
+constexpr auto kAverage = [](int left, int above, int) { return (left + above) / 2; };
 
-/// Adds the prediction `predict(left, above, above_left)` to each byte of a row.
+/// The one of the three neighbours whose value is nearest to left + above - above_left. That is above_left if
+/// its value lies in the middle third between the other two, and else the one further from it. Written with
+/// two comparisons instead of three distances, because every pixel waits for the one before.
+constexpr auto kPaeth = [](int left, int above, int above_left) {
+  const int low = std::min(left, above);
+  const int high = std::max(left, above);
+  const int threshold = 3 * above_left - left - above;
+  const int not_high = high <= threshold ? low : above_left;
+  return threshold <= low ? high : not_high;
+};
+
+/// Undoes the filter of a row of one byte a pixel, from left to right.
 template <class Predict>
-void add_prediction(std::span<const std::uint8_t> filtered, const std::uint8_t* above, std::uint8_t* row,
-                    const Predict& predict) {
-  std::uint8_t left = 0;
-  std::uint8_t above_left = 0;
-  for (std::size_t i = 0; i < filtered.size(); ++i) {
-    left = static_cast<std::uint8_t>(filtered[i] + predict(left, above[i], above_left));
-    above_left = above[i];
-    row[i] = left;
+class RowDecoder {
+ public:
+  RowDecoder(const std::uint8_t* filtered, std::uint8_t* row, const Predict& predict)
+      : filtered_(filtered), row_(row), predict_(predict) {}
+
+  /// The next pixel, below one of value `above`.
+  std::uint8_t decode(std::uint8_t above) {
+    left_ = static_cast<std::uint8_t>(*filtered_++ + predict_(left_, above, above_left_));
+    above_left_ = above;
+    return *row_++ = left_;
   }
+
+ private:
+  const std::uint8_t* filtered_;
+  std::uint8_t* row_;
+  Predict predict_;
+  std::uint8_t left_ = 0;
+  std::uint8_t above_left_ = 0;
+};
+
+/// Decodes the rows of one or two filters of one kind. The second row follows one pixel behind the first: a
+/// processor computes them at the same time.
+template <class Predict>
+void decode_rows(const std::uint8_t* filtered, cv::Mat rows, const std::uint8_t* above,
+                 const Predict& predict) {
+  const int width = rows.cols;
+  RowDecoder first(filtered, rows.ptr(0), predict);
+  if (rows.rows == 1) {
+    for (int x = 0; x < width; ++x) first.decode(above[x]);
+    return;
+  }
+  RowDecoder second(filtered + width + 1, rows.ptr(1), predict);
+  std::uint8_t pixel = first.decode(above[0]);
+  for (int x = 1; x < width; ++x) {
+    const std::uint8_t above_second = pixel;
+    pixel = first.decode(above[x]);
+    second.decode(above_second);
+  }
+  second.decode(pixel);
 }
 
-/// Undoes the filter of a row of one byte a pixel. False for an unknown filter type.
-bool undo_filter(std::uint8_t type, std::span<const std::uint8_t> filtered, const std::uint8_t* above,
-                 std::uint8_t* row) {
+/// Undoes the filter of one or two rows. False for an unknown filter type.
+bool undo_filter(std::uint8_t type, const std::uint8_t* filtered, const cv::Mat& rows,
+                 const std::uint8_t* above) {
   switch (type) {
     case 0:
-      std::copy(filtered.begin(), filtered.end(), row);
+      decode_rows(filtered, rows, above, [](int, int, int) { return 0; });
       return true;
     case 1:
-      add_prediction(filtered, above, row, [](int left, int, int) { return left; });
+      decode_rows(filtered, rows, above, kSub);
       return true;
     case 2:
-      add_prediction(filtered, above, row, [](int, int up, int) { return up; });
+      decode_rows(filtered, rows, above, kUp);
       return true;
     case 3:
-      add_prediction(filtered, above, row, [](int left, int up, int) { return (left + up) / 2; });
+      decode_rows(filtered, rows, above, kAverage);
       return true;
     case 4:
-      add_prediction(filtered, above, row,
-                     [](int left, int up, int up_left) { return paeth(left, up, up_left); });
+      decode_rows(filtered, rows, above, kPaeth);
       return true;
     default:
       return false;
@@ -160,12 +194,14 @@ cv::Mat decode_plain_grey_png(std::span<const std::uint8_t> bytes) {
   std::vector<std::uint8_t> filtered(stride * size->height_px);
   if (!inflate(compressed_pixels(bytes), filtered)) return {};
   const std::vector<std::uint8_t> zeros(size->width_px);
-  const std::uint8_t* above = zeros.data();
   cv::Mat image(static_cast<int>(size->height_px), static_cast<int>(size->width_px), CV_8UC1);
-  for (int y = 0; y < image.rows; ++y) {
-    const auto row = std::span(filtered).subspan(static_cast<std::size_t>(y) * stride, stride);
-    if (!undo_filter(row[0], row.subspan(1), above, image.ptr(y))) return {};
-    above = image.ptr(y);
+  for (int y = 0; y < image.rows;) {
+    const std::uint8_t* row = filtered.data() + static_cast<std::size_t>(y) * stride;
+    const bool two = y + 1 < image.rows && row[0] == row[stride];
+    const int end = two ? y + 2 : y + 1;
+    const std::uint8_t* above = y == 0 ? zeros.data() : image.ptr(y - 1);
+    if (!undo_filter(row[0], row + 1, image.rowRange(y, end), above)) return {};
+    y = end;
   }
   return image;
 }
