@@ -138,6 +138,11 @@ TEST_CASE("Text without line ends, and files without end, are refused", "[faults
   write_text(folder / "long.txt", std::string(1 << 20, '7'));
   check_bounded_failure({"evaluate", "--groundtruth", folder / "long.txt", "--estimate", poses},
                         "long.txt:1: the line has 1048576 bytes");
+  std::string lines;
+  for (int i = 0; i < 20'000'000; ++i) lines += "a\n";
+  write_text(folder / "lines.txt", lines);
+  check_bounded_failure({"evaluate", "--groundtruth", folder / "lines.txt", "--estimate", poses},
+                        "lines.txt: has more than 1000000 lines");
   write_text(folder / "sparse.txt", "");
   fs::resize_file(folder / "sparse.txt", std::uintmax_t{1} << 40);
   check_bounded_failure({"evaluate", "--groundtruth", folder / "sparse.txt", "--estimate", poses},

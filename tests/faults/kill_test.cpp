@@ -71,12 +71,14 @@ TEST_CASE("Every frame that a run finished before it was killed is in its files"
   std::size_t most = 0;
   for (int i = 0; i < 20; ++i) {
     const auto output = fmt::format("out{}", i % 4);  // fresh ones, then those of killed runs
+    const bool replaces = fs::exists(folder / output / "run.yaml");
     const Program program(folder.path(), run_into(folder, output));
     usleep(std::uniform_int_distribution<unsigned>(1'000, longest_us)(random));
     program.signal(SIGKILL);
     const auto result = program.wait();
     CHECK(result.status == 1000 + SIGKILL);
-    most = std::max(most, check_killed_run(folder / output, frames_reported(result.out)));
+    const fs::path results = replaces ? folder / output / "unfinished" : folder / output;
+    most = std::max(most, check_killed_run(results, frames_reported(result.out)));
   }
   CHECK(most > 0);
 }
@@ -98,6 +100,41 @@ TEST_CASE("A killed run leaves the results that it was to replace", "[faults]") 
   CHECK(call({"run", "--dataset", folder / "short", "--output", folder / "out", "--quiet", "--overwrite"})
             .status == 0);
   CHECK_FALSE(fs::exists(folder / "out/unfinished"));
+}
+
+TEST_CASE("A run that is killed leaves the frames of a run that was killed before", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", kFrames);
+  const auto kill_at = [&](const char* line) {
+    const Program program(folder.path(), run_into(folder, "out"));
+    program.wait_for_output(line);
+    program.signal(SIGKILL);
+    return frames_reported(program.wait().out);
+  };
+  const auto finished = kill_at("frame 50/");
+  (void)kill_at("frame 1/");
+  CHECK(check_killed_run(folder / "out", finished) >= 50);
+}
+
+TEST_CASE("A run whose folder is moved or removed ends, and writes nothing into another one", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", kFrames);
+  const Program program(folder.path(), run_into(folder, "out"));
+  program.wait_for_output("frame 1/");
+  const bool removed = GENERATE(false, true);
+  if (removed) {
+    fs::remove_all(folder / "out");
+  } else {
+    fs::rename(folder / "out", folder / "moved");
+    fs::create_directories(folder / "out");
+  }
+  const auto result = program.wait();
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err,
+             Catch::Contains(removed ? "was removed during the run" : "was moved during the run"));
+  if (removed) return;
+  CHECK(fs::is_empty(folder / "out"));
+  CHECK(check_killed_run(folder / "moved", frames_reported(result.out)) >= 1);
 }
 
 TEST_CASE("Results of an earlier run are replaced with --overwrite only", "[faults]") {

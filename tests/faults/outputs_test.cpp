@@ -232,6 +232,16 @@ TEST_CASE("What libraries print about a damaged image does not reach the user", 
   CHECK(split_lines(result.err).size() <= 1);
 }
 
+TEST_CASE("Debug images are not written among the images of the recording", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 4);
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out",
+                               "--debug-images", folder / "in/image_1"}),
+                         "has the images of the recording");
+  CHECK_FALSE(fs::exists(folder / "in/image_1/debug_000000.png"));
+  CHECK_FALSE(fs::exists(folder / "out"));
+}
+
 TEST_CASE("demo.sh does not remove a folder that it did not write", "[faults]") {
   const TemporaryFolder folder;
   fs::create_directories(folder / "demo/sequence_4_0.2");

@@ -178,6 +178,7 @@ int run_command(const RunArguments& arguments) {
                      summary.realtime->reading_delay_s),
          quiet);
   }
+  if (!summary.folder_in_place) throw std::runtime_error(summary.error);
   if (!summary.error.empty()) {
     throw std::runtime_error(
         fmt::format("{} (the {} frames before it are saved)", summary.error, summary.frames));

@@ -81,19 +81,21 @@ class FrameDisplay {
 /// The results that are written while the run goes on.
 class LiveResults {
  public:
-  LiveResults(const fs::path& folder, const std::optional<Eigen::Isometry3d>& T_body_camera)
-      : streams_(folder, T_body_camera) {}
+  LiveResults(const RunFolder& folder, const std::optional<Eigen::Isometry3d>& T_body_camera)
+      : folder_(folder), streams_(folder.working(), T_body_camera) {}
 
   [[nodiscard]] bool begun() const { return streams_.begun(); }
 
   /// Writes the last frame of the record. After a keyframe, another thread flushes the files to the disk.
   void append(const RunRecord& record, const Slam& slam) {
+    folder_.require_in_place();
     streams_.append_frame(record);
     if (const auto loops = slam.loop_events_if_idle()) streams_.append_loops(*loops);
     if (record.results.back().is_keyframe) sync_.request();
   }
 
  private:
+  const RunFolder& folder_;
   ResultStreams streams_;
   BackgroundSync sync_{[this] { streams_.sync(); }};  // last: ends before what it uses
 };
@@ -186,6 +188,20 @@ void require_pace(const RunInput& input) {
   }
 }
 
+/// Throws std::runtime_error if debug images would be written into a folder of the recording, whose images
+/// they would be in the next run.
+void require_other_folder(const fs::path& debug_images, const StereoSequence& sequence) {
+  if (sequence.frames.empty()) return;
+  std::error_code error;
+  for (const auto& image : {sequence.frames.front().left, sequence.frames.front().right}) {
+    if (!fs::equivalent(debug_images, image.parent_path(), error) || error) continue;
+    throw std::runtime_error(
+        fmt::format("{}: has the images of the recording; choose another folder for "
+                    "--debug-images",
+                    debug_images.string()));
+  }
+}
+
 /// T_body_camera if poses of the body are wanted. Throws std::runtime_error when the calibration does not
 /// contain it.
 std::optional<Eigen::Isometry3d> body_of(const StereoSequence& sequence, const RunOptions& options) {
@@ -260,6 +276,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   RunHeader header{
       .state = "running", .error = "", .pose_frame = body_of(sequence, options) ? "body" : "camera"};
   if (options.realtime) require_pace(input);
+  if (options.debug_images) require_other_folder(*options.debug_images, sequence);
   if (options.save_map) {
     require_keyframes(settings);
     check_save_map(options);
@@ -270,7 +287,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   const SignalGuard signals;
   const RunFolder folder(options.output, options.overwrite);
   write_run_yaml(folder.working(), header, sequence, settings);
-  LiveResults results(folder.working(), body_of(sequence, options));
+  LiveResults results(folder, body_of(sequence, options));
 
   const auto start = Clock::now();
   RunRecord record;
@@ -288,15 +305,19 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
   if (header.state == "running") header.state = interrupted ? "interrupted" : "finished";
-  const bool saved = results.begun() && save(input, folder.working(), record, display.thumbnails(), header);
-  write_run_yaml(folder.working(), header, sequence, settings);
-  if (saved && !record.results.empty()) folder.publish();
+  const bool in_place = attempt(header, [&] { folder.require_in_place(); });
+  if (in_place) {
+    const bool saved = results.begun() && save(input, folder.working(), record, display.thumbnails(), header);
+    write_run_yaml(folder.working(), header, sequence, settings);
+    if (saved && !record.results.empty()) folder.publish();
+  }
 
   RunSummary summary = summary_of(record);
   summary.peak_mb = peak_resident_memory_mb();
   summary.seconds = header.seconds;
   summary.interrupted = interrupted;
   summary.error = header.error;
+  summary.folder_in_place = in_place;
   return summary;
 }
 

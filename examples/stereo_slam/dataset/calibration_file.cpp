@@ -197,6 +197,21 @@ OwnCamera read_ros_pair(const fs::path& left) {
   return own;
 }
 
+/// A YAML file of Kalibr, ROS or OpenCV; nothing if it is of none of them.
+[[nodiscard]] std::optional<OwnCamera> read_other_format(const fs::path& file) {
+  const YAML::Node document = load_yaml_file(file);
+  const auto has = [&](const char* key) { return document.IsMap() && document[key].IsDefined(); };
+  if (has("cam0")) {
+    OwnCamera own;
+    own.rig = read_camchain(file);
+    return own;
+  }
+  if (has("image_width") && has("projection_matrix")) return read_ros_pair(file);
+  const auto opencv_keys = {"M1", "K1", "cameraMatrix1", "camera_matrix_1"};
+  if (std::any_of(opencv_keys.begin(), opencv_keys.end(), has)) return read_opencv_stereo(file);
+  return std::nullopt;
+}
+
 }  // namespace
 
 StereoRig rig_of(const CameraInfo& left, const CameraInfo& right) {
@@ -216,20 +231,13 @@ StereoRig rig_of(const CameraInfo& left, const CameraInfo& right) {
 }
 
 OwnCamera read_calibration(const fs::path& path) {
-  if (fs::is_directory(path)) return read_ros_pair(path / "left.yaml");
+  if (fs::is_directory(path)) return read_calibration(path / "left.yaml");
   if (!fs::exists(path)) fail(path, "missing; it has to be the calibration of the camera");
   if (path.extension() == ".xml") return read_opencv_stereo(path);
-  const YAML::Node document = load_yaml_file(path);
-  const auto has = [&](const char* key) { return document.IsMap() && document[key].IsDefined(); };
-  if (has("cam0")) {
-    OwnCamera own;
-    own.rig = read_camchain(path);
-    return own;
-  }
-  if (has("image_width") && has("projection_matrix")) return read_ros_pair(path);
-  const auto opencv_keys = {"M1", "K1", "cameraMatrix1", "camera_matrix_1"};
-  if (std::any_of(opencv_keys.begin(), opencv_keys.end(), has)) return read_opencv_stereo(path);
-  return read_own_camera(path);
+  auto own = read_other_format(path);
+  if (!own) return read_own_camera(path);
+  read_times(path, *own);
+  return *own;
 }
 
 }  // namespace stereo_slam

@@ -5,6 +5,8 @@
 #include <cctype>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -16,6 +18,7 @@
 
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -47,6 +50,36 @@ bool natural_less(const std::string& a, const std::string& b) {
   }
   if (i < a.size() || j < b.size()) return j < b.size();
   return a < b;
+}
+
+/// Whether a name is a time in seconds since 1970 with decimals, as Python's time.time() is written.
+bool is_decimal_time(const std::string& name) {
+  constexpr std::size_t kMinDigits = 9;  // since 1973
+  constexpr const char* kDigits = "0123456789";
+  const auto point = name.find('.');
+  return point != std::string::npos && point >= kMinDigits && point + 1 < name.size() &&
+         name.find_first_not_of(kDigits) == point &&
+         name.find_first_not_of(kDigits, point + 1) == std::string::npos;
+}
+
+/// Order of decimal times: 5.25 before 5.5.
+bool decimal_less(const std::string& a, const std::string& b) {
+  const auto point_a = a.find('.');
+  const auto point_b = b.find('.');
+  return point_a != point_b ? point_a < point_b : a < b;
+}
+
+/// The order of these names, without extensions.
+using NameOrder = bool (*)(const std::string&, const std::string&);
+NameOrder order_of(const std::vector<std::string>& names) {
+  return std::all_of(names.begin(), names.end(), is_decimal_time) ? decimal_less : natural_less;
+}
+
+std::vector<std::string> names_of(const std::vector<fs::path>& images) {
+  std::vector<std::string> names;
+  names.reserve(images.size());
+  for (const auto& image : images) names.push_back(image.stem().string());
+  return names;
 }
 
 /// The images by their names without extension; throws if two have the same.
@@ -111,21 +144,83 @@ std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames,
 
 /// Positions in the natural order of the names.
 FramePositions by_order(const std::vector<StereoFiles>& frames, const std::vector<fs::path>& images) {
-  std::vector<std::string> names;
-  names.reserve(images.size());
-  for (const auto& image : images) names.push_back(image.stem().string());
-  std::sort(names.begin(), names.end(), natural_less);
+  std::vector<std::string> names = names_of(images);
+  const NameOrder less = order_of(names);
+  std::sort(names.begin(), names.end(), less);
   names.erase(std::unique(names.begin(), names.end()), names.end());
   FramePositions result;
   for (const auto& frame : frames) {
-    const auto at = std::lower_bound(names.begin(), names.end(), frame.left.stem().string(), natural_less);
+    const auto at = std::lower_bound(names.begin(), names.end(), frame.left.stem().string(), less);
     result.of_frame.push_back(static_cast<std::size_t>(at - names.begin()));
   }
   result.count = names.size();
   return result;
 }
 
+/// The images by the numbers of their frames; empty if their names are no text with such a number.
+std::map<std::uint64_t, fs::path> by_frame_number(const std::vector<fs::path>& images) {
+  std::map<std::uint64_t, fs::path> numbered;
+  const std::string text = NumberedName(images.front()).text;
+  for (const auto& image : images) {
+    const NumberedName name(image);
+    if (!name.number || name.text != text || !numbered.emplace(*name.number, image).second) return {};
+  }
+  return numbered;
+}
+
+/// Whether every number between the first and the last has an image.
+bool is_complete(const std::map<std::uint64_t, fs::path>& numbered) {
+  return numbered.rbegin()->first - numbered.begin()->first + 1 == numbered.size();
+}
+
+/// Fills the frames with pairs of the same number, if the names contain numbers and some are missing.
+void pair_by_number(const std::vector<fs::path>& left, const std::vector<fs::path>& right,
+                    std::vector<StereoFiles>& frames) {
+  const auto left_numbered = by_frame_number(left);
+  const auto right_numbered = by_frame_number(right);
+  if (left_numbered.empty() || right_numbered.empty()) return;
+  if (is_complete(left_numbered) && is_complete(right_numbered)) return;
+  for (const auto& [number, image] : left_numbered) {
+    const auto partner = right_numbered.find(number);
+    if (partner != right_numbered.end()) frames.push_back({0, image, partner->second});
+  }
+}
+
+/// Throws if the names are stamps and show that a pair was not taken at the same time.
+void require_same_times(const std::vector<StereoFiles>& pairs) {
+  constexpr double kMostOfInterval = 0.5;
+  std::vector<std::int64_t> left_ns;
+  std::vector<std::int64_t> right_ns;
+  for (const auto& pair : pairs) {
+    const auto left = stamp_in_name(pair.left);
+    const auto right = stamp_in_name(pair.right);
+    if (!left || !right) return;
+    left_ns.push_back(*left);
+    right_ns.push_back(*right);
+  }
+  std::int64_t interval_ns = std::numeric_limits<std::int64_t>::max();
+  for (std::size_t i = 1; i < pairs.size(); ++i)
+    interval_ns = std::min(interval_ns, left_ns[i] - left_ns[i - 1]);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto apart_ns = static_cast<double>(std::abs(left_ns[i] - right_ns[i]));
+    if (apart_ns <= kMostOfInterval * static_cast<double>(interval_ns)) continue;
+    fail(pairs[i].left,
+         fmt::format(
+             "would be a pair with {}, but their stamps are {:.3g} s apart; an image is missing before "
+             "them, so give the images of a pair one name",
+             pairs[i].right.filename().string(), 1e-9 * apart_ns));
+  }
+}
+
 }  // namespace
+
+std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
+  constexpr std::size_t kMinDigits = 13;
+  const std::string name = image.stem().string();
+  if (is_decimal_time(name)) return parse_seconds(name);
+  const auto stamp_ns = parse_nanoseconds(name);
+  return name.size() >= kMinDigits && stamp_ns && *stamp_ns >= 0 ? stamp_ns : std::nullopt;
+}
 
 std::vector<fs::path> list_images(const fs::path& folder) {
   if (!fs::is_directory(folder)) fail(folder, "no such folder; it must contain the images of one camera");
@@ -134,8 +229,9 @@ std::vector<fs::path> list_images(const fs::path& folder) {
     if (entry.is_regular_file() && has_image_name(entry.path())) images.push_back(entry.path());
   }
   if (images.empty()) fail(folder, "contains no images (png, jpg, pgm, bmp, tif)");
-  std::sort(images.begin(), images.end(), [](const auto& a, const auto& b) {
-    return natural_less(a.filename().string(), b.filename().string());
+  const NameOrder less = order_of(names_of(images));
+  std::sort(images.begin(), images.end(), [&](const auto& a, const auto& b) {
+    return a.stem() != b.stem() ? less(a.stem().string(), b.stem().string()) : a.extension() < b.extension();
   });
   return images;
 }
@@ -148,13 +244,14 @@ void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>&
     const auto partner = right_by_name.find(image.stem().string());
     if (partner != right_by_name.end()) frames.push_back({0, image, partner->second});
   }
+  if (frames.empty()) pair_by_number(left, right, frames);
   if (!frames.empty()) {
     const std::size_t alone = left.size() + right.size() - 2 * frames.size();
     if (alone > 0) {
       scan.problems.push_back(
           {Problem::Severity::kWarning,
-           fmt::format("{}: {} images have no partner of the same name in the other folder; they are left "
-                       "out",
+           fmt::format("{}: {} images have no partner of the same name or number in the other folder; they "
+                       "are left out",
                        scan.sequence.folder.string(), alone)});
     }
     return;
@@ -167,6 +264,7 @@ void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>&
              left.size(), right.front().parent_path().string(), right.size()));
   }
   for (std::size_t i = 0; i < left.size(); ++i) frames.push_back({0, left[i], right[i]});
+  require_same_times(frames);
 }
 
 FramePositions FramePositions::without_gaps(std::size_t count) {

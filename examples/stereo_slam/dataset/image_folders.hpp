@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "stereo_slam/dataset/sequence.hpp"
@@ -10,7 +12,12 @@
 /// The images in the folders of a camera of one's own: which are pairs, and which are missing.
 namespace stereo_slam {
 
-/// The images in a folder, in natural order: img9 before img10. Throws std::runtime_error if there are none.
+/// The stamp that is the name of an image: a number of 13 digits or more in nanoseconds, or a decimal number
+/// of seconds since 1970, 1700000000.25. Nothing for other names.
+[[nodiscard]] std::optional<std::int64_t> stamp_in_name(const std::filesystem::path& image);
+
+/// The images in a folder, in natural order: img9 before img10, and 1700000000.25 before 1700000000.5. Throws
+/// std::runtime_error if there are none.
 [[nodiscard]] std::vector<std::filesystem::path> list_images(const std::filesystem::path& folder);
 
 /// Fills the frames with the pairs of images that have the same name, or with pairs by order if no names are

@@ -27,14 +27,6 @@ namespace fs = std::filesystem;
 constexpr auto kError = Problem::Severity::kError;
 constexpr auto kWarning = Problem::Severity::kWarning;
 
-/// A name of 13 digits or more is a stamp in nanoseconds.
-std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
-  const std::string name = image.stem().string();
-  constexpr std::size_t kMinDigits = 13;
-  const auto stamp_ns = parse_nanoseconds(name);
-  return name.size() >= kMinDigits && stamp_ns && *stamp_ns >= 0 ? stamp_ns : std::nullopt;
-}
-
 void set_times(const fs::path& file, const FramePositions& positions, std::vector<StereoFiles>& frames) {
   if (!fs::exists(file)) fail(file, "missing; it must contain one time in seconds per frame");
   const auto stamps_ns = read_times(file);

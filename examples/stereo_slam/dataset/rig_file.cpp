@@ -120,6 +120,11 @@ double read_frame_rate(const YamlMap& map) {
   return rate_hz;
 }
 
+void set_times(const YamlMap& map, OwnCamera& own) {
+  if (map.has("frame_rate_hz")) own.frame_rate_hz = read_frame_rate(map);
+  if (map.has("times")) own.times = map.text({"times"});
+}
+
 StereoRig read_rig(const YamlMap& left, const YamlMap& right) {
   StereoRig rig{.left = read_lens(left), .right = read_lens(right), .T_right_left = {}, .T_body_left = {}};
   if (rig.left.width_px != rig.right.width_px || rig.left.height_px != rig.right.height_px) {
@@ -186,9 +191,10 @@ OwnCamera read_own_camera(const fs::path& file) {
                         .T_right_left = map.transform("T_right_left"),
                         .T_body_left = T_body_left};
   }
-  if (map.has("frame_rate_hz")) own.frame_rate_hz = read_frame_rate(map);
-  if (map.has("times")) own.times = map.text({"times"});
+  set_times(map, own);
   return own;
 }
+
+void read_times(const fs::path& file, OwnCamera& own) { set_times(load(file, "copy it again"), own); }
 
 }  // namespace stereo_slam

@@ -33,6 +33,9 @@ struct OwnCamera {
 };
 [[nodiscard]] OwnCamera read_own_camera(const std::filesystem::path& file);
 
+/// Reads `frame_rate_hz` and `times`, which may be added to the calibration of another program.
+void read_times(const std::filesystem::path& file, OwnCamera& own);
+
 /// The usual name of a model: "radtan".
 [[nodiscard]] std::string_view to_string(Distortion distortion) noexcept;
 

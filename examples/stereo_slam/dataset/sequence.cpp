@@ -138,15 +138,16 @@ void check_view(SequenceScan& scan) {
   }
 }
 
-/// Warns about more frames per second than cameras take.
+/// Warns about more frames per second than cameras take, and about so few that nothing could be tracked.
 void check_frame_rate(SequenceScan& scan) {
   constexpr double kFastest_hz = 1000.0;
+  constexpr double kSlowest_hz = 0.1;
   const auto& frames = scan.sequence.frames;
   if (scan.sequence.live || frames.size() < 2) return;
   const double duration_s =
       1e-9 * (static_cast<double>(frames.back().stamp_ns) - static_cast<double>(frames.front().stamp_ns));
   const double rate_hz = static_cast<double>(frames.size() - 1) / duration_s;
-  if (!(duration_s > 0.0) || rate_hz <= kFastest_hz) return;
+  if (!(duration_s > 0.0) || (rate_hz >= kSlowest_hz && rate_hz <= kFastest_hz)) return;
   scan.problems.push_back(
       {Problem::Severity::kWarning,
        fmt::format(

@@ -43,6 +43,9 @@ std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
                                      "damaged; check which file it is, or convert it"));
   }
   for (int number = 1; !rest.empty(); ++number) {
+    if (number > kMostLines) {
+      fail(file, fmt::format("has more than {} lines; check which file it is, or divide it", kMostLines));
+    }
     const auto end = rest.find('\n');
     const bool ended = end != std::string_view::npos;
     auto text = rest.substr(0, end);

@@ -19,9 +19,10 @@ struct TextLine {
   bool ended = true;  ///< false for a last line without a line end
 };
 
-/// Largest size of a text file and of one of its lines.
+/// Largest size of a text file and of one of its lines, and the largest number of lines.
 constexpr std::size_t kMostTextBytes = std::size_t{256} << 20;
 constexpr std::size_t kMostLineBytes = std::size_t{64} << 10;
+constexpr int kMostLines = 1'000'000;
 
 /// The lines of a file. Blank lines and comments (lines that start with '#') are left out; carriage returns
 /// at line ends and a byte order mark are removed. Throws std::runtime_error when the file cannot be read, as

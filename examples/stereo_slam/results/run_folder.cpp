@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -121,12 +122,10 @@ RunFolder::RunFolder(fs::path folder, bool overwrite) : folder_(std::move(folder
   lock();
   try {
     complete_publication(folder_);
-    const Contents contents = contents_of(folder_);
-    if (contents == Contents::kNothing) return;
+    if (contents_of(folder_) == Contents::kNothing) return;
     if (!overwrite)
       fail(folder_,
            "holds the results of an earlier run; choose another --output, or replace them with --overwrite");
-    if (contents == Contents::kKilledRun) return;
     working_ = folder_ / kUnfinished;
     if (fs::is_symlink(fs::symlink_status(working_)))
       fail(working_, "is a symbolic link, which no run made; remove it, or choose another --output");
@@ -147,6 +146,16 @@ void RunFolder::lock() {
     ::close(lock_);
     fail(folder_, "another run is writing to it; wait for its end, or choose another --output");
   }
+}
+
+void RunFolder::require_in_place() const {
+  struct stat opened = {};
+  struct stat named = {};
+  if (lock_ < 0 || ::fstat(lock_, &opened) != 0) return;
+  const bool there = ::stat(folder_.c_str(), &named) == 0;
+  if (there && opened.st_dev == named.st_dev && opened.st_ino == named.st_ino) return;
+  if (opened.st_nlink == 0) fail(folder_, "was removed during the run, with the frames in it");
+  fail(folder_, "was moved during the run, which ends here; the frames before are in the moved folder");
 }
 
 void RunFolder::publish() const {

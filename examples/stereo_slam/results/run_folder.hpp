@@ -6,8 +6,7 @@
 namespace stereo_slam {
 
 /// The folder that a run writes to. No other run can use it while the object exists. The results of an
-/// earlier run that ended (run.yaml says finished, interrupted or failed) are replaced when this run ends;
-/// those of a run that was killed are replaced at the first frame of this run.
+/// earlier run, which may have been killed, are replaced when this run ends.
 class RunFolder {
  public:
   /// Subfolder for the files of this run until they replace those of an earlier run.
@@ -23,6 +22,10 @@ class RunFolder {
 
   /// Where this run writes: the folder, or `unfinished` in it while an earlier run's results stay.
   [[nodiscard]] const std::filesystem::path& working() const { return working_; }
+
+  /// Throws std::runtime_error if the folder was moved or removed since: whatever has its name now belongs to
+  /// someone else.
+  void require_in_place() const;
 
   /// Moves the results from working() to the folder. Throws std::runtime_error when that fails.
   void publish() const;

@@ -27,10 +27,11 @@ struct RunSummary {
   FrameCost frame_cost{};
   std::optional<RealtimeSummary> realtime = std::nullopt;
   bool interrupted = false;
-  std::string error;  ///< what stopped the run; empty if nothing did
+  std::string error;            ///< what stopped the run; empty if nothing did
+  bool folder_in_place = true;  ///< false if the output folder was moved or removed during the run
 };
 
-/// What the record says. `peak_mb`, `seconds`, `interrupted` and `error` are left to the caller.
+/// What the record says. `peak_mb`, `seconds`, and what stopped the run are left to the caller.
 [[nodiscard]] RunSummary summary_of(const RunRecord& record);
 
 }  // namespace stereo_slam

@@ -115,6 +115,25 @@ TEST_CASE("One stereo camera is read from the files of OpenCV, Kalibr and ROS", 
   check_rig(read_calibration(folder.path()), cameras, 320);
 }
 
+TEST_CASE("The times of the images may be added to the calibration of another program", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  write_opencv(folder / "stereo.yaml", cameras);
+  write_text(folder / "camchain.yaml", camchain(cameras));
+  write_text(folder / "left.yaml", camera_info(cameras, true));
+  write_text(folder / "right.yaml", camera_info(cameras, false));
+  for (const char* name : {"stereo.yaml", "camchain.yaml", "left.yaml"}) {
+    CAPTURE(name);
+    const auto text = read_text(folder / name);
+    write_text(folder / name, text + "frame_rate_hz: 20\n");
+    CHECK(read_calibration(folder / name).frame_rate_hz == 20.0);
+    write_text(folder / name, text + "times: t.txt\n");
+    CHECK(read_calibration(folder / name).times == "t.txt");
+    write_text(folder / name, text + "frame_rate_hz: fast\n");
+    CHECK_THAT(error_of(folder / name), Catch::Contains("frame_rate_hz"));
+  }
+}
+
 TEST_CASE("OpenCV's intrinsics and extrinsics may be two files", "[calibration]") {
   const TemporaryFolder folder;
   const Cameras cameras;

@@ -185,6 +185,12 @@ TEST_CASE("Stamps in another unit, and a calibration of another camera, give a w
   const auto scan = scan_sequence(folder.path(), "auto");
   REQUIRE(scan.problems.size() == 1);
   CHECK_THAT(scan.problems[0].text, Catch::Contains("stamps in file names must be in nanoseconds"));
+  write_text(folder / "calibration.yaml", tiny_calibration("times: t.txt\n"));
+  write_text(folder / "t.txt", "0\n100\n200\n");  // in milliseconds
+  const auto slow = scan_sequence(folder.path(), "auto");
+  REQUIRE(slow.problems.size() == 1);
+  CHECK_THAT(slow.problems[0].text,
+             Catch::Contains("0.01 frames per second") && Catch::Contains("those in times.txt in seconds"));
 }
 
 TEST_CASE("A wrong calibration of an own camera is refused with file and line", "[folders]") {
@@ -232,8 +238,8 @@ TEST_CASE("Missing image sources, and two of different kinds, are refused", "[fo
              Catch::Contains("is the source of both cameras"));
   CHECK_THAT(folder_error_after([](const fs::path& folder) {
                for (int i = 0; i < 4; ++i)
-                 fs::rename(folder / "left" / frame_name(i), folder / fmt::format("left/l{}.png", i));
-               fs::remove(folder / "left/l2.png");
+                 fs::rename(folder / "left" / frame_name(i), folder / fmt::format("left/l{}.png", "abcd"[i]));
+               fs::remove(folder / "left/lc.png");
              }),
              Catch::Contains("holds 3 images and") && Catch::Contains("without a name in common"));
   CHECK_THAT(folder_error_after([](const fs::path& folder) {

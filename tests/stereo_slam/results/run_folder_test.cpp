@@ -113,19 +113,32 @@ TEST_CASE("Other output of a run has a place besides its results", "[run_folder]
              Catch::Contains("cannot be written"));
 }
 
-TEST_CASE("The frames of a killed run stay until the first frame of a run with overwrite", "[run_folder]") {
+TEST_CASE("The frames of a killed run stay until a run with overwrite has ended", "[run_folder]") {
   const TemporaryFolder folder;
   leave_run(folder.path(), "running", "old");
   const RunFolder run(folder.path(), true);
-  CHECK(run.working() == folder.path());
+  CHECK(run.working() == folder / "unfinished");
+  leave_run(run.working(), "finished", "new");
+  CHECK(read_text(folder / "trajectory_online.txt") == "old");
+  run.publish();
+  CHECK(read_text(folder / "trajectory_online.txt") == "new");
+}
+
+TEST_CASE("The frames of a run killed in unfinished/ stay until the first frame of the next",
+          "[run_folder]") {
+  const TemporaryFolder folder;
+  leave_run(folder.path(), "finished", "old");
+  fs::create_directories(folder / "unfinished");
+  leave_run(folder / "unfinished", "running", "killed");
+  const RunFolder run(folder.path(), true);
   ResultStreams streams(run.working(), std::nullopt);
   CHECK_FALSE(streams.begun());
-  CHECK(read_text(folder / "trajectory_online.txt") == "old");
+  CHECK(read_text(run.working() / "trajectory_online.txt") == "killed");
   RunRecord record;
   add_frame(record, "odometry");
   streams.append_frame(record);
-  CHECK(split_lines(read_text(folder / "trajectory_online.txt")).size() == 1);
-  CHECK_FALSE(fs::exists(folder / "trajectory_kitti.txt"));
+  CHECK(split_lines(read_text(run.working() / "trajectory_online.txt")).size() == 1);
+  CHECK_FALSE(fs::exists(run.working() / "trajectory_kitti.txt"));
 }
 
 TEST_CASE("Names of results that belong to something else are refused, with overwrite too", "[run_folder]") {

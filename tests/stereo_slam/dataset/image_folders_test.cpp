@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/image_folders.hpp"
+
+#include <vector>
+
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+/// A recording whose images have these names, without extension.
+class NamedRecording {
+ public:
+  NamedRecording(const std::vector<std::string>& left, const std::vector<std::string>& right) {
+    write_tiny_folders(folder_.path(), static_cast<int>(std::max(left.size(), right.size())));
+    rename("left", left);
+    rename("right", right);
+  }
+
+  [[nodiscard]] SequenceScan scan() const { return scan_sequence(folder_.path(), "auto"); }
+  [[nodiscard]] std::string error() const {
+    return message_of([&] { (void)open_sequence(folder_.path(), "auto"); });
+  }
+  void remove(const fs::path& image) const { fs::remove(folder_ / image); }
+
+ private:
+  void rename(const std::string& side, const std::vector<std::string>& names) const {
+    for (std::size_t i = 0; i < names.size(); ++i)
+      fs::rename(folder_ / side / frame_name(static_cast<int>(i)), folder_ / side / (names[i] + ".png"));
+  }
+
+  TemporaryFolder folder_;
+};
+
+std::vector<std::string> numbered(const std::string& text, int count) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) names.push_back(fmt::format("{}{:06}", text, i));
+  return names;
+}
+
+std::vector<std::string> stamps(int count, std::int64_t offset_ns) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i)
+    names.push_back(std::to_string(1'403'636'579'763'555'584 + i * std::int64_t{100'000'000} + offset_ns));
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("Names that are seconds with decimals are sorted as numbers and are the stamps", "[folders]") {
+  // Python writes 1700000000.30 without its last zero.
+  const std::vector<std::string> names = {"1700000000.1", "1700000000.25", "1700000000.3", "1700000001.05"};
+  const NamedRecording recording(names, names);
+  const auto frames = recording.scan().sequence.frames;
+  REQUIRE(frames.size() == names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    CHECK(frames[i].left.stem() == names[i]);
+    CHECK(frames[i].right.stem() == names[i]);
+  }
+  CHECK(frames[0].stamp_ns == 1'700'000'000'100'000'000);
+  CHECK(frames[3].stamp_ns == 1'700'000'001'050'000'000);
+}
+
+TEST_CASE("A stamp is the name of an image if it is long enough", "[folders]") {
+  CHECK(stamp_in_name("a/1403636579763555584.png") == 1'403'636'579'763'555'584);
+  CHECK(stamp_in_name("1700000000.5.jpg") == 1'700'000'000'500'000'000);
+  for (const auto* name : {"000012.png", "1.5.png", "v1700000000.5.png", "1700000000..png",
+                           "1700000000.5.1.png", "-1700000000.5.png", ".png", "1700000000.5e3.png"}) {
+    CAPTURE(name);
+    CHECK_FALSE(stamp_in_name(name));
+  }
+}
+
+TEST_CASE("Images whose names differ between the cameras are paired by their numbers", "[folders]") {
+  const NamedRecording recording(numbered("L_", 12), numbered("R_", 12));
+  CHECK(recording.scan().problems.empty());
+  recording.remove("left/L_000003.png");
+  recording.remove("right/R_000009.png");
+  const auto scan = recording.scan();
+  REQUIRE(scan.sequence.frames.size() == 10);
+  for (const auto& frame : scan.sequence.frames)
+    CHECK(frame.left.stem().string().substr(2) == frame.right.stem().string().substr(2));
+  REQUIRE(scan.problems.size() == 2);
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("2 images have no partner of the same name or number"));
+  CHECK_THAT(scan.problems[1].text, Catch::Contains("left: 1 numbers are missing among the names"));
+  CHECK(scan.sequence.frames[3].stamp_ns == 400'000'000);
+}
+
+TEST_CASE("Images are paired by order if the cameras count from different numbers", "[folders]") {
+  std::vector<std::string> later = numbered("R_", 13);
+  later.erase(later.begin());
+  const auto scan = NamedRecording(numbered("L_", 12), later).scan();
+  CHECK(scan.problems.empty());
+  REQUIRE(scan.sequence.frames.size() == 12);
+  CHECK(scan.sequence.frames[0].right.stem() == "R_000001");
+}
+
+TEST_CASE("Stamps in the names show when the order does not make pairs", "[folders]") {
+  const NamedRecording recording(stamps(12, 0), stamps(12, 300));
+  CHECK(recording.scan().sequence.frames.size() == 12);
+  recording.remove("left/" + stamps(12, 0)[3] + ".png");
+  recording.remove("right/" + stamps(12, 300)[9] + ".png");
+  CHECK_THAT(recording.error(),
+             Catch::Contains(stamps(12, 0)[4] + ".png: would be a pair with " + stamps(12, 300)[3] +
+                             ".png, but their stamps are 0.1 s apart"));
+}
