@@ -284,6 +284,34 @@ TEST_CASE("Files that do not fit together are all named, with their sizes", "[fa
                         "covariances.csv: has 1 rows for 5 poses in trajectory_tum.txt");
 }
 
+TEST_CASE("Covariances of another run with as many frames are refused by their stamps", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 5);
+  const auto run = [&](const std::string& times, const char* output) {
+    write_text(folder / "in/times.txt", times);
+    CHECK(call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / output}).status == 0);
+  };
+  run("1403715273.262142976\n1403715273.4\n1403715273.5\n1403715273.6\n1403715273.7\n", "out");
+  run("1403715273.262142976\n1403715273.4\n1403715273.5\n1403715273.61\n1403715273.71\n", "other");
+  const auto evaluate = [&](const char* estimate, const std::string& covariances) {
+    return call({"evaluate", "--groundtruth", folder / "out" / estimate, "--estimate",
+                 folder / "out" / estimate, "--covariances", covariances});
+  };
+  const std::string own = folder / "out/covariances.csv", other = folder / "other/covariances.csv";
+  CHECK(evaluate("trajectory_tum.txt", own).status == 0);
+  CHECK(evaluate("trajectory_kitti.txt", own).status == 0);
+  CHECK(evaluate("trajectory_kitti.txt", other).status == 0);  // without stamps, only the rows are counted
+  const auto refused = evaluate("trajectory_tum.txt", other);
+  check_one_line_failure(refused, fmt::format("{} (5 rows) and {} (5 poses): the stamp of frame 3 is", other,
+                                              (folder / "out/trajectory_tum.txt").string()));
+  CHECK_THAT(refused.err, Catch::Contains("1403715273.610000000") && Catch::Contains("of different runs"));
+
+  const std::vector<std::string> compare = {"compare", folder / "out", "--output", folder / "c.html"};
+  CHECK(call(compare).status == 0);
+  fs::copy_file(other, own, fs::copy_options::overwrite_existing);
+  check_bounded_failure(compare, "covariances.csv: the stamp of row 4 is '1403715273.610000000', and");
+}
+
 TEST_CASE("A run at the pace of the stamps does not wait for years", "[faults]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 3);

@@ -2,6 +2,7 @@
 #include "stereo_slam/evaluation/nees.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <numeric>
 #include <optional>
 #include <stdexcept>
@@ -115,7 +116,29 @@ void print_score(std::ostream& stream, std::string_view name, const NeesScore& s
                      score.mean, score.median, score.share_inside);
 }
 
+/// Throws std::runtime_error unless row i can belong to pose i, for every i.
+void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRow>& rows) {
+  if (rows.size() != estimate.poses.size()) {
+    throw std::runtime_error(fmt::format(
+        "{} rows of covariances for {} estimated poses; give both files of the same run, and of one with "
+        "--realtime trajectory_tum.txt",
+        rows.size(), estimate.poses.size()));
+  }
+  for (std::size_t i = 0; i < estimate.stamps_ns.size(); ++i) {
+    if (!rows[i].stamp_ns || is_same_stamp(*rows[i].stamp_ns, estimate.stamps_ns[i])) continue;
+    throw std::runtime_error(
+        fmt::format("the stamp of frame {} is {} s in the one and {} s in the other: they are of different "
+                    "runs; give both files of the same run",
+                    i, format_seconds(*rows[i].stamp_ns), format_seconds(estimate.stamps_ns[i])));
+  }
+}
+
 }  // namespace
+
+bool is_same_stamp(std::int64_t a_ns, std::int64_t b_ns) {
+  constexpr std::int64_t kMost_ns = 1000;
+  return std::abs(a_ns - b_ns) <= kMost_ns;
+}
 
 std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
   std::vector<CovarianceRow> rows;
@@ -132,7 +155,8 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
         fields.size() == kColumns
             ? parse_numbers(fmt::format("{}", fmt::join(fields.begin() + 2, fields.end(), ",")))
             : std::nullopt;
-    if (!numbers) {
+    const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
+    if (!stamp_ns) {
       throw std::runtime_error(
           at_line(file, number, fmt::format("expected stamp, status and {} numbers", kColumns - 2)));
     }
@@ -151,7 +175,8 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
                     tail[1],
                     static_cast<int>(tail[2]),
                     {tail[3], tail[4], tail[5]},
-                    from_triangle(numbers->data())});
+                    from_triangle(numbers->data()),
+                    stamp_ns});
   }
   return rows;
 }
@@ -186,12 +211,7 @@ std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise&
 
 NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
                              const std::vector<CovarianceRow>& rows, const GroundTruthNoise& noise) {
-  if (rows.size() != estimate.poses.size()) {
-    throw std::runtime_error(fmt::format(
-        "{} rows of covariances for {} estimated poses; give both files of the same run, and of one with "
-        "--realtime trajectory_tum.txt",
-        rows.size(), estimate.poses.size()));
-  }
+  require_same_run(estimate, rows);
   TrackedRun run{.rows = rows, .poses = dual_quaternions(estimate.poses), .true_poses = {}};
   run.true_poses.resize(run.poses.size());
   for (const auto& [i, j] : pairs) run.true_poses[j] = Pose::from_isometry(truth.poses[i]);

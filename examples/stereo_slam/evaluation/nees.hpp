@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <ostream>
@@ -22,8 +23,13 @@ struct CovarianceRow {
   double nis = 0.0;          ///< normalised innovation squared of the pose update
   int nis_dof = 0;           ///< its degrees of freedom; 0: no update
   CalibrationError calibration{};
-  Matrix6<double> in_world = Matrix6<double>::Zero();  ///< covariance of T_world_frame; zero: not known
+  Matrix6<double> in_world = Matrix6<double>::Zero();   ///< covariance of T_world_frame; zero: not known
+  std::optional<std::int64_t> stamp_ns = std::nullopt;  ///< nothing: not known
 };
+
+/// Whether two stamps can be of the same frame: they differ by at most a microsecond, since other programs
+/// write stamps as floating-point numbers.
+[[nodiscard]] bool is_same_stamp(std::int64_t a_ns, std::int64_t b_ns);
 
 /// Reads covariances.csv, one row a frame. Throws std::runtime_error naming file, line and what was wrong.
 [[nodiscard]] std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file);
@@ -83,7 +89,7 @@ struct NeesReport {
 
 /// Scores the covariances. `pairs` are (truth, estimate) indices of matched poses, in order; row i belongs to
 /// estimate i. Each relative pose starts at a keyframe; its covariance is composed over the keyframes up to
-/// its last frame. Throws std::runtime_error when rows and estimate differ in number.
+/// its last frame. Throws std::runtime_error when rows and estimate differ in number, or in a stamp.
 [[nodiscard]] NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate,
                                            const FramePairs& pairs, const std::vector<CovarianceRow>& rows,
                                            const GroundTruthNoise& noise);

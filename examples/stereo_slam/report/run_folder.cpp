@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/evaluation/nees.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/rounding.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
@@ -69,6 +70,19 @@ void require_rows(const fs::path& file, const Table& table, std::size_t poses) {
                   file.string(), rows, poses));
 }
 
+/// Throws std::runtime_error unless the rows of a table have the stamps of the poses.
+void require_stamps(const fs::path& file, const Table& table, const Trajectory& trajectory) {
+  const auto& stamps = table.find("stamp_s")->second;
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    const auto stamp_ns = parse_seconds(stamps[i]);
+    if (stamp_ns && is_same_stamp(*stamp_ns, trajectory.stamps_ns[i])) continue;
+    throw std::runtime_error(
+        fmt::format("{}: the stamp of row {} is '{}', and {} in trajectory_tum.txt: they are of different "
+                    "runs; copy the folder of the run again",
+                    file.string(), i + 1, stamps[i], format_seconds(trajectory.stamps_ns[i])));
+  }
+}
+
 [[nodiscard]] double to_number(const std::string& text) {
   const auto numbers = parse_numbers(text);
   return numbers && numbers->size() == 1 ? numbers->front() : kNaN;
@@ -109,8 +123,9 @@ void collect(const YAML::Node& node, const std::string& path, std::map<std::stri
 
 void add_covariances(const fs::path& file, RunFolder& run) {
   const Table table = read_table(file);
-  require_columns(file, table, {"status", "tx_tx_m2", "ty_ty_m2", "tz_tz_m2", "nis", "nis_dof"});
+  require_columns(file, table, {"stamp_s", "status", "tx_tx_m2", "ty_ty_m2", "tz_tz_m2", "nis", "nis_dof"});
   require_rows(file, table, run.trajectory.poses.size());
+  require_stamps(file, table, run.trajectory);
   const auto x = column(file, table, "tx_tx_m2"), y = column(file, table, "ty_ty_m2"),
              z = column(file, table, "tz_tz_m2");
   const auto nis = column(file, table, "nis"), dof = column(file, table, "nis_dof");

@@ -218,6 +218,23 @@ TEST_CASE("evaluate reads covariances.csv as run writes it", "[nees]") {
   }
 }
 
+TEST_CASE("Stamps of the same frame differ by a microsecond at most", "[nees]") {
+  CHECK(is_same_stamp(1'403'715'273'262'142'976, 1'403'715'273'262'143'976));
+  CHECK_FALSE(is_same_stamp(1'403'715'273'262'143'977, 1'403'715'273'262'142'976));
+  CHECK_FALSE(is_same_stamp(4'000'000'000'000'000'000, -4'000'000'000'000'000'000));
+  HonestRun run(3);
+  for (std::int64_t k = 0; k < 3; ++k) run.estimate.stamps_ns.push_back(k * 100'000'000);
+  const auto refusal = [&] {
+    return message_of([&] { (void)score_covariances(run.truth, run.estimate, run.pairs, run.rows, {}); });
+  };
+  CHECK(refusal().empty());  // rows without stamps
+  for (std::size_t k = 0; k < 3; ++k) run.rows[k].stamp_ns = run.estimate.stamps_ns[k] + 400;
+  CHECK(refusal().empty());
+  run.rows[2].stamp_ns = 0;
+  CHECK_THAT(refusal(),
+             Catch::Contains("the stamp of frame 2 is 0.000000000 s in the one and 0.200000000 s"));
+}
+
 TEST_CASE("Impossible values are refused with their line", "[nees]") {
   const TemporaryFolder folder;
   const auto refusal = [&](const FrameResult& result) {
