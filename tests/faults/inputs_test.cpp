@@ -312,6 +312,24 @@ TEST_CASE("Covariances of another run with as many frames are refused by their s
   check_bounded_failure(compare, "covariances.csv: the stamp of row 4 is '1403715273.610000000', and");
 }
 
+TEST_CASE("compare refuses a run.yaml that is not of a run, or was cut off", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  CHECK(call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out"}).status == 0);
+  const auto compare_with = [&](const std::string& text, const char* part) {
+    write_text(folder / "out/run.yaml", text);
+    check_bounded_failure({"compare", folder / "out", "--output", folder / "c.html"}, part);
+  };
+  for (const auto* text :
+       {"", "a: 1\n", "- 1\n", "version: 1\nsettings: {seed: 1}\n", "version: 1\nstate: x\n"})
+    compare_with(text, "run.yaml: is not of a run");
+  fs::remove_all(folder / "out");
+  CHECK(call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out"}).status == 0);
+  const std::string whole = read_text(folder / "out/run.yaml");
+  compare_with(whole.substr(0, whole.find("\nsettings:") + 1), "run.yaml: is not of a run");
+  compare_with(whole.substr(0, whole.size() / 2), "run.yaml:");
+}
+
 TEST_CASE("A run at the pace of the stamps does not wait for years", "[faults]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 3);

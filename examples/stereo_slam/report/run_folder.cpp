@@ -111,6 +111,19 @@ void collect(const YAML::Node& node, const std::string& path, std::map<std::stri
     collect(entry.second, path.empty() ? entry.first.Scalar() : path + "." + entry.first.Scalar(), entries);
 }
 
+/// Throws std::runtime_error unless the file has what every run.yaml has. `settings` is its last group, so a
+/// file that was cut off lacks it, or the end of the last line, unless it was cut between two settings.
+void require_entries_of_run(const fs::path& file, const std::map<std::string, std::string>& entries) {
+  const auto setting = entries.lower_bound("settings.");
+  const bool has_settings = setting != entries.end() && setting->first.starts_with("settings.");
+  if (!entries.contains("version") || !entries.contains("state") || !has_settings) {
+    throw std::runtime_error(
+        fmt::format("{}: is not of a run, or was cut off; give the --output folders of `stereo_slam run`",
+                    file.string()));
+  }
+  require_line_end(file, read_text_lines(file));
+}
+
 [[nodiscard]] std::map<std::string, std::string> read_run_yaml(const fs::path& file) {
   if (!fs::is_regular_file(file)) {
     throw std::runtime_error(
@@ -118,6 +131,7 @@ void collect(const YAML::Node& node, const std::string& path, std::map<std::stri
   }
   std::map<std::string, std::string> entries;
   collect(load_yaml_file(file), "", entries);
+  require_entries_of_run(file, entries);
   return entries;
 }
 
