@@ -137,6 +137,7 @@ class Overlay {
     } catch (const std::runtime_error& error) {
       fail(name, error.what());
     }
+    if (!given_.insert(key).second) fail(name, fmt::format("{} is given twice", key));
     if (!value.IsScalar() || !field->set(settings_, value.Scalar()))
       fail(name, refusal(*field, as_text(value)));
   }
@@ -144,6 +145,7 @@ class Overlay {
   const std::filesystem::path& file_;
   Settings& settings_;
   const std::set<std::string> groups_ = readable_groups();
+  std::set<std::string> given_;  // keys so far: `images.clahe: true` and `images: {clahe: true}` are one
 };
 
 /// Throws if the file of a run holds anything beside `settings:` that write_run_yaml does not write.

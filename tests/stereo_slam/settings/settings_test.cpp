@@ -150,6 +150,10 @@ TEST_CASE("The listing names the default of a setting only where the value diffe
 TEST_CASE("A file of the wrong shape is refused", "[settings]") {
   CHECK_THAT(load_error("features: 3"), Catch::Contains("features is a group of settings, not a value"));
   CHECK_THAT(load_error("seed: 1\nseed: 2\n"), Catch::Contains("s.yaml:2: seed is given twice"));
+  CHECK_THAT(load_error("images.clahe: true\nimages: {clahe: false}\n"),
+             Catch::EndsWith("s.yaml:2: images.clahe is given twice"));
+  CHECK_THAT(load_error("images:\n  clahe: true\nimages.clahe: true\n"),
+             Catch::EndsWith("s.yaml:3: images.clahe is given twice"));
   CHECK_THAT(load_error("- 1\n- 2\n"),
              Catch::Contains("s.yaml:1: not a settings file; write one `key: value` a line"));
   CHECK_THAT(load_error("seed: [1\n"), Catch::Contains("not valid YAML"));
