@@ -47,7 +47,7 @@ struct DatasetOptions {
 [[nodiscard]] SequenceScan scan(const DatasetOptions& dataset);
 
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset);
-void add_pose_frame_option(CLI::App& app, PoseFrame& frame);
+CLI::Option* add_pose_frame_option(CLI::App& app, PoseFrame& frame);
 
 /// Restricts an option to the given values. The user gives their names, which --help lists.
 template <class Value>

@@ -63,12 +63,13 @@ Command add_compare(CLI::App& parent) {
       ->required()
       ->check(require_name)
       ->type_name("FILE.html");
-  app.add_option("--groundtruth", arguments->ground_truth,
-                 "ground-truth trajectory that all runs are compared with")
-      ->check(require_name)
-      ->type_name("FILE");
+  auto* ground_truth = app.add_option("--groundtruth", arguments->ground_truth,
+                                      "ground-truth trajectory that all runs are compared with")
+                           ->check(require_name)
+                           ->type_name("FILE");
   app.add_option("--max-time-difference", arguments->max_difference_s,
                  "largest time difference of matched poses, in seconds")
+      ->needs(ground_truth)
       ->check(number_between(0.0, 1e6))
       ->capture_default_str()
       ->type_name("S");

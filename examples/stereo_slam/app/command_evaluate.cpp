@@ -64,27 +64,32 @@ void add_trajectory_options(CLI::App& app, EvaluateArguments& arguments) {
 }
 
 void add_covariance_options(CLI::App& app, EvaluateArguments& arguments) {
-  app.add_option("--covariances", arguments.covariances,
-                 "covariances.csv of the run: compare its covariances with the errors (NEES)")
-      ->check(require_name)
-      ->type_name("FILE");
+  auto* covariances =
+      app.add_option("--covariances", arguments.covariances,
+                     "covariances.csv of the run: compare its covariances with the errors (NEES)")
+          ->check(require_name)
+          ->type_name("FILE");
   app.add_option("--truth-sigma-m", arguments.truth_sigma_m,
                  "standard deviation of relative positions of the ground truth, per axis, in m")
+      ->needs(covariances)
       ->check(number_between(0.0, 1e6))
       ->capture_default_str();
   app.add_option("--truth-sigma-deg", arguments.truth_sigma_deg,
                  "standard deviation of relative rotations of the ground truth, per axis, in degrees")
+      ->needs(covariances)
       ->check(number_between(0.0, 1e6))
       ->capture_default_str();
 }
 
 void add_loop_options(CLI::App& app, EvaluateArguments& arguments) {
-  app.add_option("--loops", arguments.loops, "loops.csv of the run: report loop-closure precision and recall")
-      ->check(require_name)
-      ->type_name("FILE");
+  auto* loops = app.add_option("--loops", arguments.loops,
+                               "loops.csv of the run: report loop-closure precision and recall")
+                    ->check(require_name)
+                    ->type_name("FILE");
   app.add_option("--min-gap-frames", arguments.revisits.min_gap_frames,
                  "smallest number of frames between two visits of a place; the same as the setting "
                  "place_recognition.min_gap_frames")
+      ->needs(loops)
       ->check(whole_number_between(1, 1'000'000))
       ->capture_default_str()
       ->type_name("N");

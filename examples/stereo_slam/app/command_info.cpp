@@ -57,11 +57,11 @@ Command add_info(CLI::App& parent) {
   auto arguments = std::make_shared<InfoArguments>();
   auto& app = *parent.add_subcommand("info", "check a recording and print its contents");
   add_dataset_options(app, arguments->dataset);
-  app.add_option("--write-groundtruth", arguments->ground_truth,
-                 "write the ground truth to this file, in TUM format")
-      ->check(require_name)
-      ->type_name("FILE");
-  add_pose_frame_option(app, arguments->pose_frame);
+  auto* ground_truth = app.add_option("--write-groundtruth", arguments->ground_truth,
+                                      "write the ground truth to this file, in TUM format")
+                           ->check(require_name)
+                           ->type_name("FILE");
+  add_pose_frame_option(app, arguments->pose_frame)->needs(ground_truth);
   app.footer(
       "Examples:\n"
       "  stereo_slam info --dataset euroc/MH_01_easy\n"

@@ -49,13 +49,13 @@ SequenceScan scan(const DatasetOptions& dataset) {
   return scan_sequence(dataset.folder, dataset.format, dataset.calibration);
 }
 
-void add_pose_frame_option(CLI::App& app, PoseFrame& frame) {
-  let_be_one_of<PoseFrame>(
-      app.add_option(
-          "--pose-frame", frame,
-          "frame whose poses are written: camera (the rectified left one) or body (EuRoC: the IMU); "
-          "default: camera"),
-      {{"camera", PoseFrame::kCamera}, {"body", PoseFrame::kBody}});
+CLI::Option* add_pose_frame_option(CLI::App& app, PoseFrame& frame) {
+  auto* option = app.add_option(
+      "--pose-frame", frame,
+      "frame whose poses are written: camera (the rectified left one) or body (EuRoC: the IMU); "
+      "default: camera");
+  let_be_one_of<PoseFrame>(option, {{"camera", PoseFrame::kCamera}, {"body", PoseFrame::kBody}});
+  return option;
 }
 
 void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names) {

@@ -28,11 +28,11 @@ TEST_CASE("Wrong usage has status 2", "[cli]") {
       {"evaluate", "--groundtruth", "x"},
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--format", "csv"},
       {"evaluate", "--groundtruth", "x", "--estimate", "y", "--max-time-difference", "nan"},
-      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--truth-sigma-m", "-1"},
-      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--min-gap-frames", "0"},
+      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--covariances", "c", "--truth-sigma-m", "-1"},
+      {"evaluate", "--groundtruth", "x", "--estimate", "y", "--loops", "l", "--min-gap-frames", "0"},
       {"compare", "--output", "x.html"},
       {"compare", "x"},
-      {"compare", "x", "--output", "y.html", "--max-time-difference", "nan"},
+      {"compare", "x", "--output", "y.html", "--groundtruth", "t", "--max-time-difference", "nan"},
       {"simulate"},
       {"simulate", "--output", "x", "--frames", "many"},
       {"simulate", "--output", "x", "--scene", "bogus"},
@@ -44,6 +44,29 @@ TEST_CASE("Wrong usage has status 2", "[cli]") {
     const auto result = call(arguments);
     CHECK(result.status == 2);
     CHECK_FALSE(result.err.empty());
+  }
+}
+
+TEST_CASE("An option that has no effect without another one is wrong usage", "[cli]") {
+  const std::vector<std::string> evaluate = {"evaluate", "--groundtruth", "x", "--estimate", "y"};
+  const std::vector<std::string> info = {"info", "--dataset", "x"};
+  const std::vector<std::string> compare = {"compare", "x", "--output", "y.html"};
+  struct Case {
+    std::vector<std::string> command;
+    std::string option, value, needed;
+  };
+  const std::vector<Case> cases = {{evaluate, "--truth-sigma-m", "0.03", "--covariances"},
+                                   {evaluate, "--truth-sigma-deg", "0.1", "--covariances"},
+                                   {evaluate, "--min-gap-frames", "50", "--loops"},
+                                   {info, "--pose-frame", "body", "--write-groundtruth"},
+                                   {compare, "--max-time-difference", "0.1", "--groundtruth"}};
+  for (auto [command, option, value, needed] : cases) {
+    CAPTURE(option);
+    command.insert(command.end(), {option, value});
+    const auto result = call(command);
+    CHECK(result.status == 2);
+    CHECK(split_lines(result.err).size() == 1);
+    CHECK_THAT(result.err, Catch::StartsWith("stereo_slam: " + option + " requires " + needed));
   }
 }
 
