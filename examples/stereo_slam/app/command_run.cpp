@@ -112,10 +112,19 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
   require_usable(problems_of(check_stereo_agreement(frames), sequence, frames), quiet);
 }
 
+/// The settings of the preset, the file and the command line. Throws std::runtime_error if --loop-closure is
+/// given and the map has a layout in which no loop can be closed.
 [[nodiscard]] Settings settings_of(const RunArguments& arguments) {
   Settings settings = arguments.config ? load_settings(*arguments.config, arguments.preset)
                                        : preset_settings(arguments.preset.value_or("default"));
-  if (arguments.loop_closure_flag->count() > 0) settings.loop_closure.enabled = arguments.loop_closure;
+  if (arguments.loop_closure_flag->count() > 0) {
+    if (arguments.loop_closure && settings.map.layout != MapLayout::kAnchored) {
+      throw std::runtime_error(
+          "no loop can be closed with map.layout: global, which the preset paper has; leave out "
+          "--loop-closure, or use another preset or layout");
+    }
+    settings.loop_closure.enabled = arguments.loop_closure;
+  }
   settings.images.clahe = settings.images.clahe || arguments.clahe;
   return settings;
 }

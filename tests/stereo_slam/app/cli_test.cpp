@@ -162,6 +162,24 @@ TEST_CASE("The command line overrides whether the settings close loops", "[cli]"
   CHECK(read_text(folder / "out/loops.csv") == kLoopsHeader);
 }
 
+TEST_CASE("--loop-closure is refused before the run if no loop can be closed", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  write_text(folder / "global.yaml", "map: {layout: global}\n");
+  const auto run = [&](std::vector<std::string> options) {
+    std::vector<std::string> arguments = {"run",      "--dataset",    folder / "in",
+                                          "--output", folder / "out", "--quiet"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return call(arguments);
+  };
+  for (const auto& options : std::vector<std::vector<std::string>>{
+           {"--preset", "paper", "--loop-closure"}, {"--config", folder / "global.yaml", "--loop-closure"}}) {
+    check_one_line_failure(run(options), "no loop can be closed with map.layout: global");
+    CHECK_FALSE(fs::exists(folder / "out"));
+  }
+  CHECK(run({"--preset", "paper", "--no-loop-closure"}).status == 0);
+}
+
 TEST_CASE("A map saved by one run is loaded by the next", "[cli]") {
   const TemporaryFolder folder;
   CHECK(call({"simulate", "--output", folder / "s", "--frames", "5", "--scale", "0.4", "--quiet"}).status ==
