@@ -175,8 +175,9 @@ void rig_file(Bytes bytes) {
 
 /// OpenCV's and ROS's files, and all others by their contents. The same is read for both cameras.
 void calibration(Bytes bytes) {
+  const bool xml = !bytes.empty() && bytes.front() == '<';
   (void)folder().write("either/right.yaml", bytes);
-  const fs::path file = folder().write("either/left.yaml", bytes);
+  const fs::path file = folder().write(xml ? "either/left.xml" : "either/left.yaml", bytes);
   attempt_to_read([&] { use(read_calibration(file)); });
 }
 

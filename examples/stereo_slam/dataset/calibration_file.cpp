@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -32,23 +33,60 @@ Eigen::Matrix3d rotation_of(const RowMajor3& R, const fs::path& file, std::strin
   return Eigen::Quaterniond(Eigen::Matrix3d(R)).normalized().toRotationMatrix();
 }
 
-/// A file of OpenCV's FileStorage.
+/// Whether the elements of an XML file are nested deeper than those of a calibration. OpenCV's parser calls
+/// itself for every level.
+[[nodiscard]] bool is_deep_xml(std::string_view text) {
+  constexpr int kDeepest = 16;
+  int depth = 0;
+  for (auto at = text.find('<'); at != std::string_view::npos; at = text.find('<', at + 1)) {
+    depth += text.substr(at + 1).starts_with('/') ? -1 : 1;
+    if (depth > kDeepest) return true;
+  }
+  return false;
+}
+
+/// A node of cv::FileStorage as one of YAML.
+[[nodiscard]] YAML::Node to_yaml(const cv::FileNode& node) {
+  YAML::Node result;
+  if (node.isMap()) {
+    for (const auto& part : node) result[part.name()] = to_yaml(part);
+  } else if (node.isSeq()) {
+    for (const auto& part : node) result.push_back(to_yaml(part));
+  } else if (node.isString()) {
+    result = node.string();
+  } else if (node.isReal() || node.isInt()) {
+    result = node.real();
+  }
+  return result;
+}
+
+/// The content of an XML file that cv::FileStorage wrote.
+[[nodiscard]] YAML::Node load_opencv_xml(const fs::path& file) {
+  constexpr auto kUnreadable =
+      "is no XML file of named values that OpenCV can read; write it by cv::FileStorage";
+  const std::string text = read_file(file, kMostYamlBytes);
+  if (is_deep_xml(text)) fail(file, kUnreadable);
+  try {
+    const cv::FileStorage storage(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
+    if (storage.isOpened() && storage.root().isMap()) return to_yaml(storage.root());
+  } catch (const std::exception&) {  // reported below
+  }
+  fail(file, kUnreadable);
+}
+
+/// A file of OpenCV's FileStorage. YAML is read with yaml-cpp, because OpenCV's parser never ends for some
+/// damaged files.
 class OpenCvFile {
  public:
-  explicit OpenCvFile(const fs::path& file) : file_(file) {
-    const std::string text = read_file(file, kMostYamlBytes);
-    try {
-      storage_.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-    } catch (const std::exception&) {  // reported below
-    }
-    if (!storage_.isOpened() || !storage_.root().isMap())
-      fail(file, "is no YAML or XML file of named values that OpenCV can read; write it by cv::FileStorage");
+  explicit OpenCvFile(const fs::path& file)
+      : file_(file), root_(file.extension() == ".xml" ? load_opencv_xml(file) : load_yaml_file(file)) {
+    if (!root_.IsMap()) fail(file, "is no file of named values; write it by cv::FileStorage");
   }
 
   /// The name of the first key that is there; empty if none is.
   [[nodiscard]] std::string find(std::initializer_list<const char*> keys) const {
     for (const char* key : keys) {
-      if (!storage_[key].empty()) return key;
+      if (root_[key].IsDefined() && !root_[key].IsNull()) return key;
     }
     return "";
   }
@@ -59,13 +97,9 @@ class OpenCvFile {
     const std::string key = find(keys);
     if (key.empty())
       fail(file_, fmt::format("has no {}; write it by cv::FileStorage", fmt::join(keys, " or ")));
+    const YAML::Node node = root_[key];
     std::vector<double> values;
-    try {
-      const cv::FileNode node = storage_[key];
-      append(node.isMap() ? node["data"] : node, most, values);
-    } catch (const cv::Exception&) {
-      values.clear();
-    }
+    append(node.IsMap() ? node["data"] : node, most, values);
     const bool finite = std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
     if (values.size() < least || values.size() > most || !finite)
       fail(file_, fmt::format("{} is not a matrix or a list of {} finite numbers", key, least));
@@ -73,16 +107,17 @@ class OpenCvFile {
   }
 
   [[nodiscard]] std::string text(const char* key) const {
-    const cv::FileNode node = storage_[key];
-    return node.isString() ? node.string() : std::string();
+    const YAML::Node node = root_[key];
+    return node.IsDefined() && node.IsScalar() ? node.Scalar() : std::string();
   }
 
   [[nodiscard]] const fs::path& path() const { return file_; }
 
  private:
-  static void append(const cv::FileNode& node, std::size_t most, std::vector<double>& values) {
-    if (node.isReal() || node.isInt()) values.push_back(node.real());
-    if (!node.isSeq()) return;
+  static void append(const YAML::Node& node, std::size_t most, std::vector<double>& values) {
+    if (!node.IsDefined()) return;
+    if (node.IsScalar()) values.push_back(node.as<double>(std::numeric_limits<double>::quiet_NaN()));
+    if (!node.IsSequence()) return;
     for (const auto& part : node) {
       if (values.size() > most) return;
       append(part, most, values);
@@ -90,7 +125,7 @@ class OpenCvFile {
   }
 
   fs::path file_;
-  cv::FileStorage storage_;
+  YAML::Node root_;
 };
 
 void read_opencv_size(const OpenCvFile& file, Lens& lens) {

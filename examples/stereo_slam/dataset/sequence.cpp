@@ -138,22 +138,31 @@ void check_view(SequenceScan& scan) {
   }
 }
 
+/// The median time between two frames, s. A pause of the recording does not change it.
+[[nodiscard]] double usual_interval_s(const std::vector<StereoFiles>& frames) {
+  std::vector<double> intervals_s;
+  for (std::size_t i = 1; i < frames.size(); ++i)
+    intervals_s.push_back(
+        1e-9 * (static_cast<double>(frames[i].stamp_ns) - static_cast<double>(frames[i - 1].stamp_ns)));
+  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>((intervals_s.size() - 1) / 2);
+  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
+  return *middle;
+}
+
 /// Warns about more frames per second than cameras take, and about so few that nothing could be tracked.
 void check_frame_rate(SequenceScan& scan) {
   constexpr double kFastest_hz = 1000.0;
   constexpr double kSlowest_hz = 0.1;
   const auto& frames = scan.sequence.frames;
   if (scan.sequence.live || frames.size() < 2) return;
-  const double duration_s =
-      1e-9 * (static_cast<double>(frames.back().stamp_ns) - static_cast<double>(frames.front().stamp_ns));
-  const double rate_hz = static_cast<double>(frames.size() - 1) / duration_s;
-  if (!(duration_s > 0.0) || (rate_hz >= kSlowest_hz && rate_hz <= kFastest_hz)) return;
+  const double interval_s = usual_interval_s(frames);
+  if (!(interval_s > 0.0) || (interval_s >= 1.0 / kFastest_hz && interval_s <= 1.0 / kSlowest_hz)) return;
   scan.problems.push_back(
       {Problem::Severity::kWarning,
        fmt::format(
            "{}: its stamps are {:.3g} s apart, {:.4g} frames per second; stamps in file names must be "
            "in nanoseconds, those in times.txt in seconds",
-           scan.sequence.folder.string(), 1.0 / rate_hz, rate_hz)});
+           scan.sequence.folder.string(), interval_s, 1.0 / interval_s)});
 }
 
 /// used_bits() of a pair with 16 bits a pixel; nothing if either image has 8.

@@ -215,7 +215,13 @@ TEST_CASE("Damaged calibrations of other programs are refused in one line", "[ca
   write_text(folder / "nul.yaml",
              std::string("%YAML:1.0\n--\0_size: 32\nM1: !!opencv-matrix\n   rows: 3\n", 54));
   CHECK_THAT(error_of(folder / "nul.yaml"),
-             Catch::Contains("nul.yaml: is no YAML or XML file of named values"));
+             Catch::Contains("nul.yaml: M1 is not a matrix or a list of 9 finite numbers"));
+  write_text(folder / "endless.yaml", "%YAML:1.0\n---t: M132\nM1:\n-\n");  // OpenCV's parser does not end
+  CHECK_THAT(error_of(folder / "endless.yaml"), Catch::Contains("M1 is not a matrix"));
+  std::string deep = "<?xml version=\"1.0\"?><opencv_storage>";
+  for (int i = 0; i < 100'000; ++i) deep += "<a>";
+  write_text(folder / "deep.xml", deep);
+  CHECK_THAT(error_of(folder / "deep.xml"), Catch::Contains("deep.xml: is no XML file of named values"));
   write_opencv(folder / "b.yaml", cameras);
   std::string text = read_text(folder / "b.yaml");
   write_text(folder / "b.yaml", text.replace(text.find("-2."), 3, ".nan, -2."));
