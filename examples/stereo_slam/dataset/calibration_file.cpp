@@ -11,12 +11,11 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/core.hpp>
 
 #include "stereo_slam/dataset/lens_values.hpp"
+#include "stereo_slam/dataset/opencv_xml.hpp"
 #include "stereo_slam/dataset/yaml_map.hpp"
 #include "stereo_slam/io/file_error.hpp"
-#include "stereo_slam/io/input_file.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam {
@@ -33,48 +32,7 @@ Eigen::Matrix3d rotation_of(const RowMajor3& R, const fs::path& file, std::strin
   return Eigen::Quaterniond(Eigen::Matrix3d(R)).normalized().toRotationMatrix();
 }
 
-/// Whether the elements of an XML file are nested deeper than those of a calibration. OpenCV's parser calls
-/// itself for every level.
-[[nodiscard]] bool is_deep_xml(std::string_view text) {
-  constexpr int kDeepest = 16;
-  int depth = 0;
-  for (auto at = text.find('<'); at != std::string_view::npos; at = text.find('<', at + 1)) {
-    depth += text.substr(at + 1).starts_with('/') ? -1 : 1;
-    if (depth > kDeepest) return true;
-  }
-  return false;
-}
-
-/// A node of cv::FileStorage as one of YAML.
-[[nodiscard]] YAML::Node to_yaml(const cv::FileNode& node) {
-  YAML::Node result;
-  if (node.isMap()) {
-    for (const auto& part : node) result[part.name()] = to_yaml(part);
-  } else if (node.isSeq()) {
-    for (const auto& part : node) result.push_back(to_yaml(part));
-  } else if (node.isString()) {
-    result = node.string();
-  } else if (node.isReal() || node.isInt()) {
-    result = node.real();
-  }
-  return result;
-}
-
-/// The content of an XML file that cv::FileStorage wrote.
-[[nodiscard]] YAML::Node load_opencv_xml(const fs::path& file) {
-  constexpr auto kUnreadable =
-      "is no XML file of named values that OpenCV can read; write it by cv::FileStorage";
-  const std::string text = read_file(file, kMostYamlBytes);
-  if (is_deep_xml(text)) fail(file, kUnreadable);
-  try {
-    const cv::FileStorage storage(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-    if (storage.isOpened() && storage.root().isMap()) return to_yaml(storage.root());
-  } catch (const std::exception&) {  // reported below
-  }
-  fail(file, kUnreadable);
-}
-
-/// A file of OpenCV's FileStorage. YAML is read with yaml-cpp, because OpenCV's parser never ends for some
+/// A file of OpenCV's FileStorage. It is not read by OpenCV, whose parsers crash or do not end for some
 /// damaged files.
 class OpenCvFile {
  public:
