@@ -173,13 +173,14 @@ bool is_complete(const std::map<std::uint64_t, fs::path>& numbered) {
   return numbered.rbegin()->first - numbered.begin()->first + 1 == numbered.size();
 }
 
-/// Fills the frames with pairs of the same number, if the names contain numbers and some are missing.
+/// Fills the frames with pairs of the same number, if the names contain numbers and images are missing.
 void pair_by_number(const std::vector<fs::path>& left, const std::vector<fs::path>& right,
                     std::vector<StereoFiles>& frames) {
   const auto left_numbered = by_frame_number(left);
   const auto right_numbered = by_frame_number(right);
   if (left_numbered.empty() || right_numbered.empty()) return;
-  if (is_complete(left_numbered) && is_complete(right_numbered)) return;
+  const bool as_many = left.size() == right.size();
+  if (as_many && is_complete(left_numbered) && is_complete(right_numbered)) return;
   for (const auto& [number, image] : left_numbered) {
     const auto partner = right_numbered.find(number);
     if (partner != right_numbered.end()) frames.push_back({0, image, partner->second});
@@ -207,7 +208,7 @@ void require_same_times(const std::vector<StereoFiles>& pairs) {
     fail(pairs[i].left,
          fmt::format(
              "would be a pair with {}, but their stamps are {:.3g} s apart; an image is missing before "
-             "them, so give the images of a pair one name",
+             "them, or each camera has a clock of its own; give the images of a pair one name",
              pairs[i].right.filename().string(), 1e-9 * apart_ns));
   }
 }

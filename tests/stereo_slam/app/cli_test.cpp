@@ -6,7 +6,20 @@
 
 using namespace stereo_slam::test;
 
+namespace {
+
+/// Runs the SLAM on a recording with these options in addition. The results are in `folder`/out.
+Result run_on(const fs::path& recording, const TemporaryFolder& folder,
+              const std::vector<std::string>& options) {
+  std::vector<std::string> arguments = {"run",          "--dataset", recording,    "--output",
+                                        folder / "out", "--quiet",   "--overwrite"};
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  return call(arguments);
+}
+
 constexpr auto kLoopsHeader = "frame,old_frame,inliers,chi2,verdict,old_map,tx,ty,tz,qx,qy,qz,qw\n";
+
+}  // namespace
 
 TEST_CASE("--help and --version have status 0", "[cli]") {
   CHECK_THAT(call({"--help"}).out, Catch::Contains("simulate"));
@@ -146,11 +159,8 @@ TEST_CASE("The command line overrides whether the settings close loops", "[cli]"
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);
   write_text(folder / "off.yaml", "loop_closure: {enabled: false}\n");
-  const auto enabled = [&](std::vector<std::string> options) {
-    std::vector<std::string> arguments = {"run",      "--dataset",    folder / "in",
-                                          "--output", folder / "out", "--overwrite"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    CHECK(call(arguments).status == 0);
+  const auto enabled = [&](const std::vector<std::string>& options) {
+    CHECK(run_on(folder / "in", folder, options).status == 0);
     const auto yaml = read_text(folder / "out/run.yaml");
     return yaml.find("enabled: true", yaml.find("loop_closure:")) ==
            yaml.find("enabled: ", yaml.find("loop_closure:"));
@@ -166,11 +176,8 @@ TEST_CASE("--loop-closure is refused before the run if no loop can be closed", "
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);
   write_text(folder / "global.yaml", "map: {layout: global}\n");
-  const auto run = [&](std::vector<std::string> options) {
-    std::vector<std::string> arguments = {"run",      "--dataset",    folder / "in",
-                                          "--output", folder / "out", "--quiet"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    return call(arguments);
+  const auto run = [&](const std::vector<std::string>& options) {
+    return run_on(folder / "in", folder, options);
   };
   for (const auto& options : std::vector<std::vector<std::string>>{
            {"--preset", "paper", "--loop-closure"}, {"--config", folder / "global.yaml", "--loop-closure"}}) {
@@ -184,11 +191,8 @@ TEST_CASE("A map saved by one run is loaded by the next", "[cli]") {
   const TemporaryFolder folder;
   CHECK(call({"simulate", "--output", folder / "s", "--frames", "5", "--scale", "0.4", "--quiet"}).status ==
         0);
-  const auto run = [&](std::vector<std::string> options) {
-    std::vector<std::string> arguments = {"run",          "--dataset", folder / "s", "--output",
-                                          folder / "out", "--quiet",   "--overwrite"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    return call(arguments);
+  const auto run = [&](const std::vector<std::string>& options) {
+    return run_on(folder / "s", folder, options);
   };
   const std::string file = folder / "streets.map";
   CHECK(run({"--save-map", file}).status == 0);

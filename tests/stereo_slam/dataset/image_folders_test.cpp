@@ -89,6 +89,12 @@ TEST_CASE("Images whose names differ between the cameras are paired by their num
   CHECK(scan.sequence.frames[3].stamp_ns == 400'000'000);
 }
 
+TEST_CASE("The last image of one camera may be missing, whatever the images are called", "[folders]") {
+  const NamedRecording recording(numbered("L_", 12), numbered("R_", 12));
+  recording.remove("right/R_000011.png");
+  CHECK(recording.scan().sequence.frames.size() == 11);
+}
+
 TEST_CASE("Images are paired by order if the cameras count from different numbers", "[folders]") {
   std::vector<std::string> later = numbered("R_", 13);
   later.erase(later.begin());
