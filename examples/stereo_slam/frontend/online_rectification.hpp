@@ -42,6 +42,7 @@ class RectificationResidual {
     double row_error_px = 0.0;                                  ///< left minus right row, corrected
     Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
     Matrix3<double> covariance_px2 = Matrix3<double>::Zero();   ///< of z, if measured by patches; else zero
+    double correlation = 0.0;                                   ///< of the two patches, if by match_stereo()
   };
 
   /// Root mean square, over the image, of the offset in u and of that in v, px.

@@ -119,6 +119,12 @@ class SlantedTemplate {
     return hessian.ldlt().solve(Eigen::Matrix4f::Identity());
   }
 
+  /// Correlation of the window with the sampled pixels of the right image; 0 if one of them is uniform.
+  [[nodiscard]] double correlation(const Pixels& right) const {
+    const float energy = energy_ * (right - right.mean()).square().sum();
+    return energy > 0.0F ? static_cast<double>(product(right, value_) / std::sqrt(energy)) : 0.0;
+  }
+
   /// Gradient, with respect to the parameters, of half the squared error of the grey values. `right` are the
   /// sampled pixels of the right image; nothing if they do not correlate with the window.
   [[nodiscard]] std::optional<Parameters> error_gradient(const Pixels& right) const {
@@ -193,32 +199,36 @@ struct RightPlace {
   Eigen::Vector2f start_px;
 };
 
-/// Iterates from `parameters` until a step moves no pixel by more than `settled_px`, or for kMaxSteps. False
-/// if the window leaves the image, does not correlate, or moves or slopes too far.
-[[nodiscard]] bool settle(const SlantedTemplate& patch, const RightPlace& right, const SlopePrior& prior,
-                          float settled_px, Parameters& parameters) {
+/// Iterates from `parameters` until a step moves no pixel by more than `settled_px`, or for kMaxSteps.
+/// Returns the correlation of the windows before the last step; nothing if the window leaves the image, does
+/// not correlate, or moves or slopes too far.
+[[nodiscard]] std::optional<double> settle(const SlantedTemplate& patch, const RightPlace& right,
+                                           const SlopePrior& prior, float settled_px,
+                                           Parameters& parameters) {
   const Eigen::Matrix4f inverse_hessian = patch.inverse_hessian(prior);
+  Pixels pixels;
   for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
     const Eigen::Vector2f centre = right.start_px + parameters.head<2>();
     const Eigen::Vector2f slope = parameters.tail<2>();
     const double reach_px = kWindowRadius_px * (1.0 + static_cast<double>(slope.cwiseAbs().sum()));
     if (!inside(right.image, static_cast<double>(centre.x()), static_cast<double>(centre.y()), reach_px)) {
-      return false;
+      return std::nullopt;
     }
-    const auto error_gradient = patch.error_gradient(sample_slanted(right.image, centre, slope));
-    if (!error_gradient) return false;
+    pixels = sample_slanted(right.image, centre, slope);
+    const auto error_gradient = patch.error_gradient(pixels);
+    if (!error_gradient) return std::nullopt;
     Parameters from_prior = parameters;
     from_prior.tail<2>() -= prior.mean;
     const Parameters change = inverse_hessian * (*error_gradient + prior.information() * from_prior);
     parameters -= change;
     if (!(parameters.head<2>().norm() <= kMaxDrift_px) ||
         !(parameters.tail<2>().cwiseAbs().maxCoeff() <= kMaxSlope)) {
-      return false;
+      return std::nullopt;
     }
     const float moved_px = change.head<2>().norm() + kWindowRadius_px * change.tail<2>().norm();
     if (moved_px < settled_px) break;
   }
-  return true;
+  return patch.correlation(pixels);
 }
 
 }  // namespace
@@ -235,8 +245,10 @@ SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px,
   if (const auto covariance = patch.slope_covariance()) {
     prior = likely_surface(parameters.tail<2>(), *covariance, likely_slopes).value_or(prior);
   }
-  if (!settle(patch, place, prior, kSettled_px, parameters)) return unchanged;
-  return {(place.start_px + parameters.head<2>()).cast<double>(), parameters.tail<2>().cast<double>()};
+  const auto correlation = settle(patch, place, prior, kSettled_px, parameters);
+  if (!correlation) return unchanged;
+  return {(place.start_px + parameters.head<2>()).cast<double>(), parameters.tail<2>().cast<double>(),
+          *correlation};
 }
 
 }  // namespace stereo_slam

@@ -12,6 +12,7 @@ namespace stereo_slam {
 struct SlantedMatch {
   Eigen::Vector2d right_px;                                   ///< of the patch's centre, in the right image
   Eigen::Vector2d disparity_slope = Eigen::Vector2d::Zero();  ///< d disparity / d (u, v)
+  double correlation = 0.0;                                   ///< of the two patches; 0 if not refined
 };
 
 /// Refines a stereo match that was aligned as if the disparity of the patch were constant, in 8-bit images.

@@ -146,6 +146,7 @@ class LikelySlopes {
   const auto slanted = refine_slanted(left, point_px, right, found->position_px, likely.all());
   auto measured = view.rectification.measure(point_px, slanted.right_px);
   measured.disparity_slope = slanted.disparity_slope;
+  measured.correlation = std::max(found->correlation, slanted.correlation);
   // The left position was not aligned. The noise of the left patch counts as much as that of the right one.
   measured.covariance_px2 = stereo_patch_covariance(found->covariance_px2, found->covariance_px2);
   if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 
 #include <Eigen/Cholesky>
 
@@ -38,6 +40,17 @@ constexpr int kEstablished = 3;  // observations after which a landmark is kept 
   return R + J * T_keyframe_camera.covariance * J.transpose();
 }
 
+/// The smallest correlation of the patches that a new landmark needs.
+[[nodiscard]] double required_correlation(const StereoPoints& points, const MapSettings& settings) {
+  const auto enough = static_cast<std::size_t>(settings.max_new_landmarks / 2);
+  std::vector<double> correlations;
+  for (const auto& measured : points.measured) correlations.push_back(measured.correlation);
+  if (correlations.size() <= enough) return -1.0;
+  const auto last = correlations.begin() + static_cast<std::ptrdiff_t>(enough);
+  std::nth_element(correlations.begin(), last, correlations.end(), std::greater<>());
+  return std::min(*last, settings.clear_correlation);
+}
+
 [[nodiscard]] std::uint8_t intensity_at(const cv::Mat& image, const Vector2<double>& px) {
   const int x = std::clamp(static_cast<int>(std::lround(px.x())), 0, image.cols - 1);
   const int y = std::clamp(static_cast<int>(std::lround(px.y())), 0, image.rows - 1);
@@ -51,9 +64,10 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
   const double far_disparity_px = camera_.fx / settings_.inverse_depth_beyond_baselines;
   const double min_disparity_px = camera_.fx / settings_.max_baselines;
   const Matrix3<double> least = stereo_pixel_covariance(settings_.pixel_sigma_px);
+  const double min_correlation = required_correlation(points, settings_);
   for (std::size_t i = 0; i < points.measured.size(); ++i) {
     const StereoPoint& z = points.measured[i].z;
-    if (z.z() < min_disparity_px) continue;
+    if (z.z() < min_disparity_px || points.measured[i].correlation < min_correlation) continue;
     const Matrix3<double> R = least + points.measured[i].covariance_px2;
     Landmark landmark;
     landmark.id = ids[i];

@@ -46,7 +46,9 @@ class LocalMap {
   /// Adds a landmark for every point of `frame`; `ids` has one id per point. The camera was at
   /// `T_keyframe_camera`, whose covariance becomes part of the landmarks'. Points nearer than
   /// settings.inverse_depth_beyond_baselines times the baseline are Euclidean, the others in inverse depth.
-  /// Points beyond settings.max_baselines times the baseline are left out.
+  /// Points beyond settings.max_baselines times the baseline are left out, and so are those whose patches
+  /// correlate by less than settings.clear_correlation, unless fewer than half of settings.max_new_landmarks
+  /// are clearer: their patches contain an edge of a surface, a reflection, or something that moves.
   void add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
            const PoseGaussian& T_keyframe_camera, const StereoFrame& frame);
 

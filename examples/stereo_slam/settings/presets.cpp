@@ -24,6 +24,7 @@ void apply_paper(Settings& settings) {
   settings.update.tau = 0.05;
   settings.map.layout = MapLayout::kGlobal;
   settings.map.update_landmarks = true;
+  settings.map.clear_correlation = -1.0;
   settings.map.pixel_sigma_px = settings.association.feature_sigma_px;
   settings.loop_closure.enabled = false;
 }
@@ -40,6 +41,7 @@ void apply_fast(Settings& settings) {
   settings.odometry.cell_px = 80;
   settings.map.max_new_landmarks = 200;
   settings.map.cell_px = 60;
+  settings.map.clear_correlation = -1.0;
   settings.keyframes.min_match_ratio = 0.5;
   settings.keyframes.min_matches = 40;
 }

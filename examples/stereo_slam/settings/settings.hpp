@@ -127,6 +127,7 @@ struct MapSettings {
   int cell_px = 40;
   double inverse_depth_beyond_baselines = 40.0;
   double max_baselines = 140.0;
+  double clear_correlation = 0.95;
   double pixel_sigma_px = 0.075;
   bool update_landmarks = false;
   bool track_correlation = true;

@@ -41,6 +41,25 @@ TEST_CASE("Near points become Euclidean landmarks, far ones inverse depth, too f
   CHECK(map.landmarks()[0].intensity == 80);
 }
 
+TEST_CASE("Landmarks whose patches agree less in the two images are added only where clear ones are few",
+          "[stereo_slam][map]") {
+  MapSettings settings;
+  settings.max_new_landmarks = 10;
+  const auto added = [&](const std::vector<double>& correlations) {
+    StereoPoints points = test::points_at(std::vector<StereoPoint>(correlations.size(), at_depth(10.0)));
+    for (std::size_t i = 0; i < correlations.size(); ++i) points.measured[i].correlation = correlations[i];
+    LocalMap map(test::kitti_camera(), settings);
+    map.add(points, std::vector<std::uint32_t>(correlations.size(), 1), PoseGaussian{}, grey_frame(0));
+    return map.landmarks().size();
+  };
+  CHECK(added({0.99, 0.9, 0.98, 0.97, 0.96, 0.99, 0.86, 0.99}) == 6);
+  CHECK(added({0.99, 0.9, 0.86, 0.87, 0.88, 0.89, 0.91}) == 6);  // only .99 is clear: the best, too
+  CHECK(added({0.5, 0.6, 0.7}) == 3);
+  CHECK(added({}) == 0);
+  settings.clear_correlation = -1.0;
+  CHECK(added({0.99, 0.9, 0.98, 0.97, 0.96, 0.99, 0.86, 0.99}) == 8);
+}
+
 TEST_CASE("A new landmark is as uncertain as its pixels and its pose", "[stereo_slam][map]") {
   constexpr int kSamples = 20000;
   std::mt19937_64 random(1);
