@@ -255,3 +255,11 @@ TEST_CASE("demo.sh does not remove a folder that it did not write", "[faults]") 
   fs::remove(folder / "demo/sequence_4_0.2/image_0/000002.png");
   CHECK(std::system(command.c_str()) == 0);
 }
+
+TEST_CASE("A recording whose name is not UTF-8 leaves a run.yaml that is", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "caf\xe9", 2);
+  REQUIRE(call({"run", "--dataset", folder / "caf\xe9", "--output", folder / "out", "--quiet"}).status == 0);
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("/caf\xef\xbf\xbd\"\n"));
+  CHECK(call({"compare", folder / "out", "--output", folder / "page.html"}).status == 0);
+}

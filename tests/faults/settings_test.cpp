@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Settings at the ends of their ranges.
+// Settings at the ends of their ranges, and limits of the process.
 #include <random>
 #include <sstream>
+#include <sys/resource.h>
 
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/schema.hpp"
@@ -60,4 +61,25 @@ TEST_CASE("Settings at the ends of their ranges run", "[faults]") {
       CHECK(run.status == 0);
     }
   }
+}
+
+TEST_CASE("Loops that a global map cannot have are named", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  write_text(folder / "s.yaml", "map: {layout: global}\n");
+  const std::vector<std::string> run = {"run",          "--dataset",   folder / "in", "--output",
+                                        folder / "out", "--overwrite", "--config",    folder / "s.yaml"};
+  const auto result = call(run);
+  CHECK(result.status == 0);
+  CHECK(result.err == "stereo_slam: warning: no loop is closed, because map.layout is global\n");
+  write_text(folder / "s.yaml", "map: {layout: global}\nloop_closure: {enabled: false}\n");
+  CHECK(call(run).err.empty());
+}
+
+TEST_CASE("A stack that is too small is named", "[faults]") {
+  const auto result = call({"info", "--dataset", "x"}, [] {
+    constexpr rlimit kBytes = {256 * 1024, 256 * 1024};
+    setrlimit(RLIMIT_STACK, &kBytes);
+  });
+  check_one_line_failure(result, "the stack is limited to 256 kB");
 }

@@ -122,7 +122,12 @@ CameraPath camera_path(const SimulationSettings& settings) {
                                               : highway_drive(frames, settings.fps, settings.highway);
   }
   CameraPath path = read_camera_path(settings.trajectory);
-  if (settings.frames > 0) path.resize(std::min(path.size(), static_cast<std::size_t>(settings.frames)));
+  const auto frames = static_cast<std::size_t>(settings.frames);
+  if (frames > path.size()) {
+    throw std::runtime_error(fmt::format("{}: has {} poses, fewer than the {} frames asked for",
+                                         settings.trajectory.string(), path.size(), frames));
+  }
+  if (frames > 0) path.resize(frames);
   constexpr double kLargestTown_m = 20e3;  // the world around the path must fit into memory
   for (const auto& pose : path) {
     const double distance_m = (pose.translation() - path.front().translation()).norm();

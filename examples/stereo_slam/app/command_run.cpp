@@ -159,6 +159,8 @@ void print_summary(const RunSummary& summary, const fs::path& output) {
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   const Settings settings = settings_of(arguments);
+  if (settings.loop_closure.enabled && settings.map.layout != MapLayout::kAnchored)
+    warn("no loop is closed, because map.layout is global", quiet);
   SequenceScan found = scan(arguments.dataset);
   require_usable(found.problems, quiet);
   const StereoSequence sequence = std::move(found.sequence);

@@ -36,7 +36,8 @@ void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
                      "scene along the path: town, or highway, where most points are far; default: town"),
       {{"town", simulator::Scenery::kTown}, {"highway", simulator::Scenery::kHighway}});
   app.add_option("--frames", settings.frames,
-                 fmt::format("number of frames; default: all of --trajectory, or {} without it",
+                 fmt::format("number of frames, the first ones of --trajectory; default: all of "
+                             "--trajectory, or {} without it",
                              settings.kDefaultFrames))
       ->check(whole_number_between(2, 1'000'000))
       ->type_name("N");

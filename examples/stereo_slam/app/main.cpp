@@ -23,6 +23,7 @@ using namespace stereo_slam;
 int execute(const Command& command) {
   silence_libraries();
   try {
+    require_stack();
     const int status = command();
     std::cout.flush();
     if (!std::cout || std::fflush(stdout) != 0) throw std::runtime_error("standard output cannot be written");
@@ -68,8 +69,11 @@ int main(int argc, char** argv) {
                                                    {"info", add_info(app)}};
   try {
     app.parse(argc, argv);
-    if (app.get_subcommands().empty() && print_settings->count() == 0)
+    const bool has_command = !app.get_subcommands().empty();
+    if (!has_command && print_settings->count() == 0)
       throw CLI::RequiredError("one of the commands run, evaluate, compare, simulate, info");
+    if (has_command && print_settings->count() > 0)
+      throw CLI::ExcludesError("--print-settings", app.get_subcommands().front()->get_name());
   } catch (const CLI::ParseError& error) {
     return answer(app, error);
   }

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <new>
+#include <stdexcept>
+#include <sys/resource.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -41,6 +43,15 @@ void prepare_streams() {
   }
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void require_stack() {
+  constexpr rlim_t kNeeded_kB = 512;
+  rlimit stack{};
+  if (::getrlimit(RLIMIT_STACK, &stack) != 0 || stack.rlim_cur >= kNeeded_kB * 1024) return;
+  throw std::runtime_error(
+      fmt::format("the stack is limited to {} kB, but must have at least {} kB; raise it with ulimit -s {}",
+                  stack.rlim_cur / 1024, kNeeded_kB, kNeeded_kB));
 }
 
 void silence_libraries() {

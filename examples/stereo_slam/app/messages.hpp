@@ -13,6 +13,9 @@ namespace stereo_slam {
 /// place, and turns writing to a closed pipe, or beyond a file's largest size, from a signal into an error.
 void prepare_streams();
 
+/// Throws std::runtime_error if the stacks of this program's threads are limited to less than it needs.
+void require_stack();
+
 /// Keeps the output of OpenCV and of the image and video decoders from standard error, where only
 /// print_message() writes from then on: the program reports the same errors itself, in one line. If the
 /// environment variable OPENCV_LOG_LEVEL is set, only FFmpeg is silenced, unless OPENCV_FFMPEG_LOGLEVEL is

@@ -76,7 +76,8 @@ void emit_host(YAML::Emitter& yaml) {
 
 void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
   yaml << YAML::Key << "dataset" << YAML::Value << YAML::BeginMap;
-  yaml << YAML::Key << "folder" << YAML::Value << full_name(sequence);
+  // Quoted strings are always UTF-8: bytes of the name that are not are replaced.
+  yaml << YAML::Key << "folder" << YAML::Value << YAML::DoubleQuoted << full_name(sequence);
   yaml << YAML::Key << "format" << YAML::Value << sequence.format;
   if (!sequence.live) yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
   yaml << YAML::EndMap;

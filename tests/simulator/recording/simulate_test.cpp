@@ -169,7 +169,9 @@ TEST_CASE("A sequence along a pose file has as many frames and orthonormal rotat
   CHECK(camera_path(settings).size() == 6);
   settings.frames = 3;
   CHECK(camera_path(settings).size() == 3);
-  settings.frames = 30;
+  settings.frames = 7;
+  CHECK_THROWS_WITH(camera_path(settings), Catch::Contains("has 6 poses, fewer than the 7 frames"));
+  settings.frames = 6;
   const auto path = camera_path(settings);
   REQUIRE(path.size() == 6);
   for (const auto& pose : path) {
@@ -193,6 +195,7 @@ TEST_CASE("Faulty pose files are rejected with file and line", "[simulate]") {
   CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }),
              Catch::Contains("empty.txt"));
   write_text(folder / "far.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1e6 0 1 0 0 0 0 1 0\n");
+  settings.frames = 2;
   settings.trajectory = folder / "far.txt";
   CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }),
              Catch::Contains("far.txt: leads 1e+06 m away from its start"));

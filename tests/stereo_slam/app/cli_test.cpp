@@ -50,6 +50,7 @@ TEST_CASE("Wrong usage has status 2", "[cli]") {
       {"simulate", "--output", "x", "--frames", "many"},
       {"simulate", "--output", "x", "--scene", "bogus"},
       {"simulate", "--output", "x", "--distortion", "radtan"},
+      {"--print-settings", "paper", "info", "--dataset", "x"},
       {"run", "--dataset", "x", "--output", "y", "--pose-frame", "world"},
       {"info", "--dataset", "x", "--bogus"}};
   for (const auto& arguments : wrong) {
