@@ -385,10 +385,16 @@ TEST_CASE("A run that could track nothing says so and fails; its results are the
         cv::imwrite((folder / "in" / camera / frame_name(i)).string(), image);
       }
     }
-    const auto run =
-        call({"run", "--dataset", folder / "in", "--output", folder / "out", "--quiet", "--overwrite"});
+    fs::remove_all(folder / "out");
+    const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out", "--quiet", "--json",
+                           folder / "run.json"});
     CHECK(run.status == 1);
-    CHECK_THAT(run.err, Catch::Contains("tracked 0 of 5 frames"));
+    CHECK_THAT(run.err, Catch::Contains("tracked 0 of 5 frames") &&
+                            Catch::Contains("(the results are in " + (folder.path() / "out)").string()));
     CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == kFrames);
+    CHECK_THAT(read_text(folder / "out/run.yaml"),
+               Catch::Contains("state: failed\nerror: \"tracked 0 of 5 frames: hardly"));
+    CHECK_THAT(read_text(folder / "run.json"), Catch::Contains("\"state\": \"failed\"") &&
+                                                   Catch::Contains("\"error\": \"tracked 0 of 5 frames"));
   }
 }

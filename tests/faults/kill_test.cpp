@@ -156,6 +156,76 @@ TEST_CASE("A run that fails before its first frame leaves the results that it wa
   CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == 3);
 }
 
+TEST_CASE("Earlier results and an earlier map are replaced only by a run that finishes", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  write_tiny_sequence(folder / "broken", 8);
+  truncate_file(folder / "broken/image_1/000002.png", 0.5);
+  write_tiny_sequence(folder / "same", 8);
+  for (int i = 0; i < 8; ++i) {
+    fs::copy_file(folder / "same/image_0" / frame_name(i), folder / "same/image_1" / frame_name(i),
+                  fs::copy_options::overwrite_existing);
+  }
+  const auto run = [&](const std::string& input) {
+    return call({"run", "--dataset", folder / input, "--output", folder / "out", "--save-map",
+                 folder / "street.map", "--json", folder / "run.json", "--overwrite", "--quiet"});
+  };
+  REQUIRE(run("in").status == 0);
+  const auto poses = read_text(folder / "out/trajectory_kitti.txt");
+  const auto map = read_text(folder / "street.map");
+  const std::string out = folder / "out", unfinished = folder / "out/unfinished";
+  const std::string first_map = folder / "street.map", second_map = folder / "street-2.map";
+  const std::string kept = "in " + unfinished + "; " + out + " has the results of the earlier run";
+  const auto check_kept = [&](std::size_t frames) {
+    CHECK(read_text(folder / "out/trajectory_kitti.txt") == poses);
+    CHECK(read_text(folder / "street.map") == map);
+    CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: finished"));
+    CHECK(split_lines(read_text(folder / "out/unfinished/trajectory_kitti.txt")).size() == frames);
+    CHECK_THAT(read_text(folder / "out/unfinished/run.yaml"),
+               Catch::Contains("state: failed") && Catch::Contains("error: "));
+    CHECK_THAT(read_text(folder / "run.json"),
+               Catch::Contains("\"state\": \"failed\"") && Catch::Contains("\"output\": \"" + unfinished));
+  };
+  const auto broken = run("broken");
+  check_one_line_failure(broken, "(the 2 frames before it are " + kept);
+  CHECK_THAT(broken.err,
+             Catch::Contains("; the map is in " + second_map + ", " + first_map + " is the earlier one)"));
+  CHECK(fs::exists(second_map));
+  check_kept(2);
+  const auto limit_files = [] {
+    constexpr rlimit kBytes = {1'000, 1'000};  // less than run.yaml has
+    setrlimit(RLIMIT_FSIZE, &kBytes);
+  };
+  check_one_line_failure(
+      call(run_into(folder, "out"), limit_files),
+      "(it ended the run before its first frame; " + out + " has the results of the earlier run)");
+  check_kept(2);  // those of the run before
+  const auto same = run("same");
+  check_one_line_failure(same, "of 8 frames: hardly any corner");
+  CHECK_THAT(same.err, Catch::Contains("(the results are " + kept));
+  check_kept(8);
+  CHECK(run("in").status == 0);
+  CHECK_FALSE(fs::exists(folder / "out/unfinished"));
+}
+
+TEST_CASE("Ctrl-C leaves the results that the run was to replace, and says where its own are", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "short", 3);
+  CHECK(call({"run", "--dataset", folder / "short", "--output", folder / "out", "--quiet"}).status == 0);
+  write_long_sequence(folder / "in", kFrames);
+  const Program program(folder.path(), run_into(folder, "out"));
+  program.wait_for_output("frame 50/");
+  program.signal(SIGINT);
+  const auto result = program.wait();
+  CHECK(result.status == 130);
+  const std::string out = folder / "out";
+  CHECK_THAT(result.out, Catch::Contains("results in " + out + "/unfinished; " + out +
+                                         " has the results of the earlier run\n"));
+  CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == 3);
+  CHECK(split_lines(read_text(folder / "out/unfinished/trajectory_kitti.txt")).size() >= 50);
+  CHECK_THAT(read_text(folder / "out/unfinished/run.yaml"), Catch::Contains("state: interrupted"));
+}
+
 TEST_CASE("Two runs cannot write to one folder; the lock of a killed run is gone", "[faults]") {
   const TemporaryFolder folder;
   write_long_sequence(folder / "in", kFrames);

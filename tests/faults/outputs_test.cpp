@@ -111,6 +111,16 @@ TEST_CASE("A file that takes the place of the map during the run is kept, and so
   CHECK(fs::file_size(folder / "street-2.map") > 0);
 }
 
+TEST_CASE("A read-only file is not replaced", "[faults]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  fs::permissions(folder / "street.map", fs::perms::owner_read);
+  const auto result = call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out2",
+                            "--save-map", folder / "street.map", "--overwrite"});
+  check_one_line_failure(result, "street.map: is read-only; name another file");
+  CHECK_FALSE(fs::exists(folder / "out2"));
+}
+
 TEST_CASE("A map can be saved into the folder of the results, which is not there yet", "[faults]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 3);

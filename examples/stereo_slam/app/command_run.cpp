@@ -56,7 +56,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       ->type_name("DIR");
   app.add_flag(
       "--overwrite", options.overwrite,
-      "replace the results of an earlier run in --output when this run has ended; allow --save-map and "
+      "replace the results of an earlier run in --output when this run has finished; allow --save-map and "
       "--debug-images to replace files of an earlier run");
   app.add_option("--max-frames", options.max_frames, "stop after N frames")
       ->check(whole_number_between(1, 1'000'000'000))
@@ -129,11 +129,44 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
   return settings;
 }
 
-void print_summary(const RunSummary& summary, const fs::path& output) {
+[[nodiscard]] std::string place_of_map(const RunSummary& summary, const RunOptions& options) {
+  if (!summary.map) return "";
+  return fmt::format("; the map is in {}, {} is the earlier one", summary.map->string(),
+                     options.save_map->string());
+}
+
+/// Where the results are, if they did not replace those of an earlier run, and where the map is; or
+/// `otherwise`.
+[[nodiscard]] std::string places_of(const RunSummary& summary, const RunOptions& options,
+                                    const std::string& otherwise) {
+  std::string places = otherwise;
+  if (summary.folder != options.output)
+    places = fmt::format("in {}; {} has the results of the earlier run", summary.folder.string(),
+                         options.output.string());
+  return places + place_of_map(summary, options);
+}
+
+/// The error that ended the run, and what is kept of it.
+[[nodiscard]] std::string failure_of(const RunSummary& summary, const RunOptions& options) {
+  const std::string output = options.output.string();
+  if (!summary.folder_in_place) return summary.error + place_of_map(summary, options);
+  if (summary.all_frames)
+    return fmt::format("{} (the results are {})", summary.error, places_of(summary, options, "in " + output));
+  if (summary.saved == 0) {
+    const bool earlier = summary.folder != options.output;
+    return fmt::format("{} (it ended the run before its first frame{})", summary.error,
+                       earlier ? fmt::format("; {} has the results of the earlier run", output) : "");
+  }
+  const std::string frames =
+      summary.saved == 1 ? "frame before it is" : fmt::format("{} frames before it are", summary.saved);
+  return fmt::format("{} (the {} {})", summary.error, frames, places_of(summary, options, "saved"));
+}
+
+void print_summary(const RunSummary& summary, const RunOptions& options) {
   const FrameCost& cost = summary.frame_cost;
-  fmt::print("{} frames in {:.1f} s, {:.1f} frames per second, {} landmarks; results in {}\n", summary.frames,
+  fmt::print("{} frames in {:.1f} s, {:.1f} frames per second, {} landmarks; results {}\n", summary.frames,
              summary.seconds, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9),
-             summary.landmarks, output.string());
+             summary.landmarks, places_of(summary, options, "in " + options.output.string()));
   fmt::print(
       "time per frame: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms; CPU {:.1f} ms, and {:.1f} "
       "ms to read its images\n",
@@ -168,14 +201,12 @@ int run_command(const RunArguments& arguments) {
   if (arguments.json) check_run_json(*arguments.json, inputs_of(arguments), arguments.run);
   const RunSummary summary = run(sequence, settings, arguments.run);
   if (arguments.json) {
-    write_file(*arguments.json,
-               [&](std::ostream& out) { write_run_json(out, summary, sequence, settings, arguments.run); });
+    write_file(*arguments.json, [&](std::ostream& out) { write_run_json(out, summary, sequence, settings); });
   }
-  if (!quiet) print_summary(summary, arguments.run.output);
+  if (!quiet) print_summary(summary, arguments.run);
   const std::string early_end = sequence.source ? sequence.source->warning() : "";
   if (!early_end.empty()) warn(early_end, quiet);
-  const bool tracked_none = summary.frames > 1 && summary.lost + 1 >= summary.frames;
-  if (summary.lost > 0 && !tracked_none) {
+  if (summary.lost > 0 && summary.error.empty()) {
     warn(fmt::format(
              "{} of {} frames could not be tracked; their poses are predictions, see the column status of "
              "covariances.csv",
@@ -189,20 +220,8 @@ int run_command(const RunArguments& arguments) {
                      summary.realtime->reading_delay_s),
          quiet);
   }
-  if (!summary.folder_in_place) throw std::runtime_error(summary.error);
-  if (!summary.error.empty()) {
-    throw std::runtime_error(
-        fmt::format("{} (the {} frames before it are saved)", summary.error, summary.frames));
-  }
-  if (summary.interrupted) return kInterrupted;
-  if (tracked_none) {
-    throw std::runtime_error(fmt::format(
-        "tracked {} of {} frames: hardly any corner was matched between left and right and to the next "
-        "frame; check for black, blurred or repeated images, swapped cameras, the calibration of another "
-        "camera, a low frame rate, and settings that allow too few points (the results are in {})",
-        summary.frames - summary.lost, summary.frames, arguments.run.output.string()));
-  }
-  return kDone;
+  if (!summary.error.empty()) throw std::runtime_error(failure_of(summary, arguments.run));
+  return summary.interrupted ? kInterrupted : kDone;
 }
 
 }  // namespace

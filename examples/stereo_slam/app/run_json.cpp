@@ -43,7 +43,7 @@ void check_run_json(const fs::path& file, std::span<const fs::path> inputs, cons
 }
 
 void write_run_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,
-                    const Settings& settings, const RunOptions& options) {
+                    const Settings& settings) {
   Json json;
   json["stereo_slam"] = STEREO_SLAM_VERSION;
   json["state"] = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
@@ -51,7 +51,7 @@ void write_run_json(std::ostream& stream, const RunSummary& summary, const Stere
   json["dataset"] = full_name(sequence);
   json["format"] = sequence.format;
   json["preset"] = settings.preset;
-  json["output"] = fs::absolute(options.output).string();
+  json["output"] = fs::absolute(summary.folder).string();
   json["frames"] = summary.frames;
   json["frames_lost"] = summary.lost;
   json["frames_by_status"] = summary.frames_by_status;

@@ -20,6 +20,6 @@ void check_run_json(const std::filesystem::path& file, std::span<const std::file
 
 /// Writes how a run went as one JSON object; docs/datasets.md lists its members.
 void write_run_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,
-                    const Settings& settings, const RunOptions& options);
+                    const Settings& settings);
 
 }  // namespace stereo_slam

@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -47,7 +48,7 @@ void check_save_map(const RunOptions& options) {
   require_writable_besides_results(file, options.output);
 }
 
-void write_map(const RunOptions& options, const SavedMap& map) {
+std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map, bool finished) {
   try {
     check_save_map(options);
   } catch (const std::runtime_error& error) {
@@ -55,7 +56,17 @@ void write_map(const RunOptions& options, const SavedMap& map) {
     save_map(other, map);
     throw std::runtime_error(fmt::format("{}; the map is in {}", error.what(), other.string()));
   }
-  save_map(*options.save_map, map);
+  std::error_code absent;
+  const fs::path& file = *options.save_map;
+  const bool earlier = fs::is_regular_file(file) && fs::file_size(file, absent) > 0;
+  if (finished || !earlier) {
+    save_map(file, map);
+    return std::nullopt;
+  }
+  if (map.keyframes.empty()) return std::nullopt;
+  const fs::path other = free_name_beside(file);
+  save_map(other, map);
+  return other;
 }
 
 Slam make_slam(const StereoSequence& sequence, const Settings& settings, const RunOptions& options) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
+#include <optional>
+
 #include "stereo_slam/app/run_options.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/results/map_file.hpp"
@@ -17,9 +20,11 @@ void require_keyframes(const Settings& settings);
 /// Throws unless --save-map can be written at the end of the run, and replaces nothing but an earlier map.
 void check_save_map(const RunOptions& options);
 
-/// Writes the map of --save-map. If its place was taken by another file during the run, writes it beside that
-/// file and throws std::runtime_error, which names both.
-void write_map(const RunOptions& options, const SavedMap& map);
+/// Writes the map of --save-map. An earlier map is replaced only if the run has `finished`; otherwise the new
+/// one is written beside it, unless it is empty, and the name of its file is returned. If another file took
+/// the place of the map during the run, the map is written beside that, and std::runtime_error names both.
+[[nodiscard]] std::optional<std::filesystem::path> write_map(const RunOptions& options, const SavedMap& map,
+                                                             bool finished);
 
 /// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
 [[nodiscard]] Slam make_slam(const StereoSequence& sequence, const Settings& settings,

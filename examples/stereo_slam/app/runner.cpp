@@ -78,17 +78,19 @@ class FrameDisplay {
   report::Thumbnails thumbnails_;
 };
 
-/// The results that are written while the run goes on.
+/// The results that are written while the run goes on. `begin` is called before those of the first frame.
 class LiveResults {
  public:
-  LiveResults(const RunFolder& folder, const std::optional<Eigen::Isometry3d>& T_body_camera)
-      : folder_(folder), streams_(folder.working(), T_body_camera) {}
+  LiveResults(const RunFolder& folder, const std::optional<Eigen::Isometry3d>& T_body_camera,
+              std::function<void()> begin)
+      : folder_(folder), begin_(std::move(begin)), streams_(folder.working(), T_body_camera) {}
 
   [[nodiscard]] bool begun() const { return streams_.begun(); }
 
   /// Writes the last frame of the record. After a keyframe, another thread flushes the files to the disk.
   void append(const RunRecord& record, const Slam& slam) {
     folder_.require_in_place();
+    if (record.results.size() == 1) begin_();
     streams_.append_frame(record);
     if (const auto loops = slam.loop_events_if_idle()) streams_.append_loops(*loops);
     if (record.results.back().is_keyframe) sync_.request();
@@ -96,6 +98,7 @@ class LiveResults {
 
  private:
   const RunFolder& folder_;
+  std::function<void()> begin_;
   ResultStreams streams_;
   BackgroundSync sync_{[this] { streams_.sync(); }};  // last: ends before what it uses
 };
@@ -262,6 +265,17 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
   return written && reported;
 }
 
+/// Writes the results of a run that has ended, and replaces those of an earlier run if it finished. Returns
+/// the folder in which the results are then.
+[[nodiscard]] fs::path store(const RunInput& input, const RunFolder& folder, const RunRecord& record,
+                             const std::vector<report::Thumbnail>& thumbnails, RunHeader& header) {
+  const bool saved = save(input, folder.working(), record, thumbnails, header);
+  write_run_yaml(folder.working(), header, input.sequence, input.settings);
+  if (!saved || header.state != "finished" || record.results.empty()) return folder.working();
+  folder.publish();
+  return input.options.output;
+}
+
 /// The largest number of frames that the run can process.
 [[nodiscard]] std::size_t frames_of(const StereoSequence& sequence, const RunOptions& options) {
   const std::size_t there = sequence.live ? std::numeric_limits<std::size_t>::max() : sequence.frames.size();
@@ -286,38 +300,42 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   FrameDisplay display(options, sequence.camera);
   const SignalGuard signals;
   const RunFolder folder(options.output, options.overwrite);
-  write_run_yaml(folder.working(), header, sequence, settings);
-  LiveResults results(folder, body_of(sequence, options));
+  const auto write_header = [&] { write_run_yaml(folder.working(), header, sequence, settings); };
+  // That of an earlier run that did not finish stays with its frames, until this run has one.
+  if (!fs::exists(folder.working() / "run.yaml")) write_header();
+  LiveResults results(folder, body_of(sequence, options), write_header);
 
   const auto start = Clock::now();
   RunRecord record;
   if (options.realtime || sequence.live) record.realtime.emplace();
-  (void)attempt(header, [&] {
+  const bool all_frames = attempt(header, [&] {
     Progress progress(options.quiet);
     process_recording(input, slam, {display, progress, results, record});
   });
   header.seconds = seconds_since(start);
-  const bool interrupted = SignalGuard::stop_requested() && !sequence.live;  // a live run ends by a signal
   add_final_results(slam, record);
-  if (options.save_map) (void)attempt(header, [&] { write_map(options, slam.saved_map()); });
+  RunSummary summary = summary_of(record);
+  summary.all_frames = all_frames;
+  summary.interrupted = SignalGuard::stop_requested() && !sequence.live;  // a live run ends by a signal
+  if (!summary.interrupted) (void)attempt(header, [&] { require_tracked(summary); });
+  if (header.state == "running") header.state = summary.interrupted ? "interrupted" : "finished";
+  if (options.save_map) {
+    (void)attempt(header,
+                  [&] { summary.map = write_map(options, slam.saved_map(), header.state == "finished"); });
+  }
   header.frames_processed = record.results.size();
   header.frame_cost = frame_cost(record);
   header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);
-  if (header.state == "running") header.state = interrupted ? "interrupted" : "finished";
-  const bool in_place = attempt(header, [&] { folder.require_in_place(); });
-  if (in_place) {
-    const bool saved = results.begun() && save(input, folder.working(), record, display.thumbnails(), header);
-    write_run_yaml(folder.working(), header, sequence, settings);
-    if (saved && !record.results.empty()) folder.publish();
-  }
+  summary.folder = folder.working();
+  summary.saved = results.begun() ? summary.frames : 0;
+  summary.folder_in_place = attempt(header, [&] { folder.require_in_place(); });
+  if (summary.folder_in_place && results.begun())
+    summary.folder = store(input, folder, record, display.thumbnails(), header);
 
-  RunSummary summary = summary_of(record);
   summary.peak_mb = peak_resident_memory_mb();
   summary.seconds = header.seconds;
-  summary.interrupted = interrupted;
   summary.error = header.error;
-  summary.folder_in_place = in_place;
   return summary;
 }
 

@@ -202,7 +202,15 @@ void require_replaceable(const fs::path& file, std::span<const fs::path> inputs,
     throw std::runtime_error(fmt::format("{}: is to be read, too ({}); name another file to write",
                                          file.string(), input.string()));
   }
-  if (!fs::is_regular_file(fs::status(file, error)) || fs::file_size(file, error) == 0) return;
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::is_regular_file(status)) return;
+  constexpr fs::perms kWrite = fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
+  // The system lets root write any file, and anyone replace a file whose folder is writable.
+  if ((status.permissions() & kWrite) == fs::perms::none || ::access(file.c_str(), W_OK) != 0) {
+    throw std::runtime_error(fmt::format(
+        "{}: is read-only; name another file to write, or allow that with chmod u+w", file.string()));
+  }
+  if (fs::file_size(file, error) == 0) return;
   std::ifstream stream(file, std::ios::binary);
   std::string beginning(512, '\0');
   stream.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));

@@ -23,8 +23,9 @@ void write_file(const std::filesystem::path& file, const std::function<void(std:
 /// Throws std::runtime_error if write_file() would fail for `file`, as far as this can be checked beforehand.
 void require_writable(const std::filesystem::path& file);
 
-/// Throws std::runtime_error if writing `file` would replace one of `inputs`, or a regular file that is not
-/// empty and that the program did not write: `is_ours` returns false for its first 512 bytes.
+/// Throws std::runtime_error if writing `file` would replace one of `inputs`, a read-only file, or a regular
+/// file that is not empty and that the program did not write: `is_ours` returns false for its first 512
+/// bytes.
 void require_replaceable(const std::filesystem::path& file, std::span<const std::filesystem::path> inputs,
                          const std::function<bool(std::string_view)>& is_ours);
 

@@ -35,7 +35,7 @@ constexpr auto kRunFile = "run.yaml";
 [[nodiscard]] bool present(const fs::path& file) { return fs::exists(fs::symlink_status(file)); }
 
 /// Which results of an earlier run a folder holds.
-enum class Contents { kNothing, kKilledRun, kEndedRun };
+enum class Contents { kNothing, kUnfinishedRun, kFinishedRun };
 
 /// Throws std::runtime_error if something other than a result has the name of a result: a folder, link or
 /// device, or a file without the run.yaml of a run.
@@ -63,7 +63,7 @@ enum class Contents { kNothing, kKilledRun, kEndedRun };
     if (line.text.starts_with(kState)) state = line.text.substr(kState.size());
   }
   if (!has_version || state.empty()) fail(header, "is not of a run; choose another --output");
-  return state == "running" ? Contents::kKilledRun : Contents::kEndedRun;
+  return state == "finished" ? Contents::kFinishedRun : Contents::kUnfinishedRun;
 }
 
 void remove_file(const fs::path& file) {
@@ -100,7 +100,7 @@ void complete_publication(const fs::path& folder) {
       !present(unfinished / kRunFile)) {
     return;
   }
-  if (contents_of(unfinished) == Contents::kEndedRun) move_results(unfinished, folder);
+  if (contents_of(unfinished) == Contents::kFinishedRun) move_results(unfinished, folder);
 }
 
 void create(const fs::path& folder) {

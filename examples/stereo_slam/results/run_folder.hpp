@@ -6,7 +6,7 @@
 namespace stereo_slam {
 
 /// The folder that a run writes to. No other run can use it while the object exists. The results of an
-/// earlier run, which may have been killed, are replaced when this run ends.
+/// earlier run, which may have been killed, stay until this run has finished.
 class RunFolder {
  public:
   /// Subfolder for the files of this run until they replace those of an earlier run.
@@ -27,7 +27,8 @@ class RunFolder {
   /// someone else.
   void require_in_place() const;
 
-  /// Moves the results from working() to the folder. Throws std::runtime_error when that fails.
+  /// Moves the results of a finished run from working() to the folder. Throws std::runtime_error when that
+  /// fails.
   void publish() const;
 
  private:

@@ -3,6 +3,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 namespace stereo_slam {
 
@@ -31,6 +34,15 @@ RunSummary summary_of(const RunRecord& record) {
   summary.frame_cost = frame_cost(record);
   summary.realtime = realtime_summary(record);
   return summary;
+}
+
+void require_tracked(const RunSummary& summary) {
+  if (summary.frames <= 1 || summary.lost + 1 < summary.frames) return;
+  throw std::runtime_error(fmt::format(
+      "tracked {} of {} frames: hardly any corner was matched between left and right and to the next frame; "
+      "check for black, blurred or repeated images, swapped cameras, the calibration of another camera, a "
+      "low frame rate, and settings that allow too few points",
+      summary.frames - summary.lost, summary.frames));
 }
 
 }  // namespace stereo_slam

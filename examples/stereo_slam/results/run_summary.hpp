@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -27,11 +28,18 @@ struct RunSummary {
   FrameCost frame_cost{};
   std::optional<RealtimeSummary> realtime = std::nullopt;
   bool interrupted = false;
-  std::string error;            ///< what stopped the run; empty if nothing did
-  bool folder_in_place = true;  ///< false if the output folder was moved or removed during the run
+  std::string error;               ///< what stopped the run; empty if nothing did
+  bool folder_in_place = true;     ///< false if the output folder was moved or removed during the run
+  std::size_t saved = 0;           ///< frames in the results
+  bool all_frames = false;         ///< false if an error ended the run before its last frame
+  std::filesystem::path folder{};  ///< of the results: that of --output, or `unfinished` in it
+  std::optional<std::filesystem::path> map = std::nullopt;  ///< where the map is, if beside an earlier one
 };
 
 /// What the record says. `peak_mb`, `seconds`, and what stopped the run are left to the caller.
 [[nodiscard]] RunSummary summary_of(const RunRecord& record);
+
+/// Throws std::runtime_error, which says what to check, if no frame of several was tracked.
+void require_tracked(const RunSummary& summary);
 
 }  // namespace stereo_slam

@@ -316,8 +316,8 @@ TEST_CASE("SIGINT, SIGTERM and SIGHUP end a run with status 130 and all finished
   const TemporaryFolder folder;
   write_long_sequence(folder / "in", kFrames);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    const Program program(folder.path(),
-                          {"run", "--dataset", folder / "in", "--output", folder / "out", "--overwrite"});
+    fs::remove_all(folder / "out");
+    const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out"});
     program.wait_for_output("frame 1/");
     program.signal(number);
     const auto result = program.wait();

@@ -99,6 +99,15 @@ TEST_CASE("A run that was killed while it replaced results is completed by the n
   CHECK(fs::exists(folder / "run.yaml"));
 }
 
+TEST_CASE("Results that did not finish never take the place of earlier ones, even without run.yaml",
+          "[run_folder]") {
+  const TemporaryFolder folder;
+  leave_run(folder / "unfinished", GENERATE("failed", "interrupted", "running"), "new");
+  const RunFolder next(folder.path(), true);
+  CHECK(next.working() == folder.path());
+  CHECK(read_text(folder / "unfinished/map.ply") == "new");
+}
+
 TEST_CASE("Other output of a run has a place besides its results", "[run_folder]") {
   const TemporaryFolder folder;
   const fs::path out = folder / "out";
@@ -113,7 +122,7 @@ TEST_CASE("Other output of a run has a place besides its results", "[run_folder]
              Catch::Contains("cannot be written"));
 }
 
-TEST_CASE("The frames of a killed run stay until a run with overwrite has ended", "[run_folder]") {
+TEST_CASE("The frames of a killed run stay until a run with overwrite has finished", "[run_folder]") {
   const TemporaryFolder folder;
   leave_run(folder.path(), "running", "old");
   const RunFolder run(folder.path(), true);
