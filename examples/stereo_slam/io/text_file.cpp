@@ -23,9 +23,14 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8, as som
 std::optional<double> parse_number(std::string_view field) {
   if (field.starts_with('+')) field.remove_prefix(1);
   double value = 0.0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error != std::errc{} || end != field.data() + field.size() || !std::isfinite(value))
-    return std::nullopt;
+  const char* const field_end = field.data() + field.size();
+  auto [end, error] = std::from_chars(field.data(), field_end, value);
+  if (error == std::errc::result_out_of_range) {  // also of 1e-400, which is zero
+    long double wide = 0.0L;
+    error = std::from_chars(field.data(), field_end, wide).ec;
+    value = static_cast<double>(wide);
+  }
+  if (error != std::errc{} || end != field_end || !std::isfinite(value)) return std::nullopt;
   return value;
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/io/trajectory_io.hpp"
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -71,7 +73,50 @@ std::int64_t parse_stamp(TrajectoryFormat format, std::string_view field) {
   throw std::runtime_error(fmt::format("'{}' is not a stamp in whole nanoseconds", field));
 }
 
+/// Whether numbers of a line have decimal commas: there are commas between digits, and blanks without a comma
+/// between fields.
+bool has_decimal_commas(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t";
+  constexpr std::string_view kDigits = "0123456789";
+  const auto is_one_of = [&](std::size_t at, std::string_view characters) {
+    return at < text.size() && characters.find(text[at]) != std::string_view::npos;
+  };
+  bool comma = false;
+  bool blank = false;
+  for (std::size_t i = 1; i < text.size(); ++i) {
+    const bool after_digit = is_one_of(i - 1, kDigits);
+    comma = comma || (text[i] == ',' && after_digit && is_one_of(i + 1, kDigits));
+    if (!after_digit || !is_one_of(i, kBlanks)) continue;
+    const auto next = text.find_first_not_of(kBlanks, i);
+    blank = blank || (next != std::string_view::npos && text[next] != ',' && text[next] != '\r');
+  }
+  return comma && blank;
+}
+
+/// The numbers of a line. Throws std::runtime_error if a field is none.
+std::vector<double> numbers_of(const std::string& text) {
+  if (auto numbers = parse_numbers(text)) return std::move(*numbers);
+  const auto fields = split_fields(text);
+  const auto wrong =
+      std::find_if(fields.begin(), fields.end(), [](auto field) { return !parse_numbers(field); });
+  throw std::runtime_error(fmt::format("'{}' is not a finite number", *wrong));
+}
+
+/// Throws std::runtime_error if a stamp is earlier than that of the last pose, or the same with another pose.
+void require_order(const Trajectory& trajectory, std::int64_t stamp_ns, const Eigen::Isometry3d& pose,
+                   std::string_view field) {
+  if (trajectory.stamps_ns.empty() || stamp_ns > trajectory.stamps_ns.back()) return;
+  if (stamp_ns < trajectory.stamps_ns.back())
+    throw std::runtime_error(fmt::format("stamp {} is earlier than the one before", field));
+  constexpr double kSame = 1e-6;  // m, and of the entries of the rotation
+  if ((pose.matrix() - trajectory.poses.back().matrix()).cwiseAbs().maxCoeff() <= kSame) return;
+  throw std::runtime_error(
+      fmt::format("stamp {} is that of the line before, with another pose; remove one of them", field));
+}
+
 void append_line(Trajectory& trajectory, const std::string& text) {
+  if (has_decimal_commas(text))
+    throw std::runtime_error("its numbers have decimal commas; write them with decimal points");
   const auto fields = split_fields(text);
   const auto wanted = columns(trajectory.format);
   const bool more_may_follow = trajectory.format == TrajectoryFormat::kEuroc;
@@ -79,21 +124,18 @@ void append_line(Trajectory& trajectory, const std::string& text) {
     throw std::runtime_error(
         fmt::format("{} fields, but {} has {}", fields.size(), to_string(trajectory.format), wanted));
   }
-  const auto numbers = parse_numbers(text);
-  if (!numbers) throw std::runtime_error("a field is not a finite number");
-  const auto& n = *numbers;
+  const std::vector<double> n = numbers_of(text);
   if (trajectory.format == TrajectoryFormat::kKitti) {
     trajectory.poses.push_back(pose_from_matrix(n));
     return;
   }
   const auto stamp_ns = parse_stamp(trajectory.format, fields[0]);
-  if (!trajectory.stamps_ns.empty() && stamp_ns < trajectory.stamps_ns.back()) {
-    throw std::runtime_error(fmt::format("stamp {} is earlier than the one before", fields[0]));
-  }
   const bool scalar_first = trajectory.format == TrajectoryFormat::kEuroc;
   const auto q =
       scalar_first ? Eigen::Quaterniond(n[4], n[5], n[6], n[7]) : Eigen::Quaterniond(n[7], n[4], n[5], n[6]);
-  trajectory.poses.push_back(pose_from_quaternion(q, {n[1], n[2], n[3]}));
+  const Eigen::Isometry3d pose = pose_from_quaternion(q, {n[1], n[2], n[3]});
+  require_order(trajectory, stamp_ns, pose, fields[0]);
+  trajectory.poses.push_back(pose);
   trajectory.stamps_ns.push_back(stamp_ns);
 }
 

@@ -189,6 +189,8 @@ RunFolder read_run_folder(const fs::path& folder) {
     return run;
   }
   if (fs::file_size(folder / "trajectory_tum.txt") == 0) {
+    const fs::path covariances = folder / "covariances.csv";
+    require_rows(covariances, read_table(covariances), 0);
     if (run.problem.empty() && !running) run.problem = "trajectory_tum.txt is empty: no frame was processed";
     return run;
   }

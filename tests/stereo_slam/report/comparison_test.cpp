@@ -122,6 +122,11 @@ TEST_CASE("Folders that are no runs and damaged files are errors that name the f
   write_text(folder / "a/timing.csv", timing);
   CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
                     Catch::Contains("timing.csv: 'x") && Catch::Contains("of row 2 is no number"));
+  const std::string poses = read_text(folder / "a/trajectory_tum.txt");
+  write_text(folder / "a/trajectory_tum.txt", "");
+  CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
+                    Catch::Contains("covariances.csv: has 5 rows for 0 poses in trajectory_tum.txt"));
+  write_text(folder / "a/trajectory_tum.txt", poses);
   write_text(folder / "a/timing.csv", "frame,total_ms\n0,1\n1\n");
   CHECK_THROWS_WITH(report::read_run_folder(folder / "a"), Catch::Contains("timing.csv:3: has 1 fields"));
   write_text(folder / "a/run.yaml", "version: [\n");
