@@ -213,6 +213,37 @@ void require_same_times(const std::vector<StereoFiles>& pairs) {
   }
 }
 
+/// What is before the number at the end of an image's name; nothing without a number. A stamp is a number.
+std::optional<std::string> text_before_number(const fs::path& image) {
+  std::string name = image.stem().string();
+  if (is_decimal_time(name)) return "";
+  const auto last_letter = name.find_last_not_of("0123456789");
+  if (last_letter == std::string::npos) return "";
+  if (last_letter + 1 == name.size()) return std::nullopt;
+  return name.substr(0, last_letter + 1);
+}
+
+/// Throws if most images are named by a number, alone or after one text, and another has no number at its
+/// end, or letters before it while the others have none: 000004 (1), 000004 - Copy, mask. Recordings joined
+/// of several, with a text each, pass.
+void require_one_pattern(const std::vector<fs::path>& images) {
+  std::map<std::string, std::size_t> counts;
+  for (const auto& image : images) {
+    if (const auto text = text_before_number(image)) ++counts[*text];
+  }
+  const auto most = std::max_element(counts.begin(), counts.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most == counts.end() || 2 * most->second <= images.size()) return;
+  for (const auto& image : images) {
+    const auto text = text_before_number(image);
+    if (text && (*text == most->first || !most->first.empty())) continue;
+    const std::string pattern = most->first.empty() ? "digits only" : "'" + most->first + "' and a number";
+    fail(image, fmt::format("its name is not {}, as those of {} of the {} images are; remove it if it is a "
+                            "copy or no image of the recording, or rename it",
+                            pattern, most->second, images.size()));
+  }
+}
+
 }  // namespace
 
 std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
@@ -227,9 +258,11 @@ std::vector<fs::path> list_images(const fs::path& folder) {
   if (!fs::is_directory(folder)) fail(folder, "no such folder; it must contain the images of one camera");
   std::vector<fs::path> images;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && has_image_name(entry.path())) images.push_back(entry.path());
+    const bool hidden = entry.path().filename().string().starts_with('.');  // as macOS's ._000000.png
+    if (!hidden && entry.is_regular_file() && has_image_name(entry.path())) images.push_back(entry.path());
   }
   if (images.empty()) fail(folder, "contains no images (png, jpg, pgm, bmp, tif)");
+  require_one_pattern(images);
   const NameOrder less = order_of(names_of(images));
   std::sort(images.begin(), images.end(), [&](const auto& a, const auto& b) {
     return a.stem() != b.stem() ? less(a.stem().string(), b.stem().string()) : a.extension() < b.extension();

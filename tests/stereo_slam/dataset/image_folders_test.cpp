@@ -74,6 +74,31 @@ TEST_CASE("A stamp is the name of an image if it is long enough", "[folders]") {
   }
 }
 
+TEST_CASE("Hidden files among the images are left out", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  for (int i = 0; i < 3; ++i) write_text(folder / "left" / ("._" + frame_name(i)), "of macOS");
+  CHECK(open_sequence(folder.path(), "auto").frames.size() == 3);
+}
+
+TEST_CASE("An image without a number among numbered ones is refused; texts before the numbers may differ",
+          "[folders]") {
+  const auto error_with = [](const std::string& text, const std::string& odd) {
+    auto names = numbered(text, 5);
+    names.push_back(odd);
+    return NamedRecording(names, names).error();
+  };
+  CHECK_THAT(
+      error_with("", "000004 (1)"),
+      Catch::Contains("000004 (1).png: its name is not digits only, as those of 5 of the 6 images are"));
+  for (const auto* odd : {"000004 - Copy", "000004_1", "mask", "000004 copy 2"})
+    CHECK_THAT(error_with("", odd), Catch::Contains(std::string(odd) + ".png: its name is not digits only"));
+  CHECK_THAT(error_with("frame_", "frame_000004 (1)"),
+             Catch::Contains(".png: its name is not 'frame_' and a number"));
+  CHECK(error_with("first_", "second_000000").empty());
+  CHECK(error_with("", "1403636579763555584").empty());
+}
+
 TEST_CASE("Images whose names differ between the cameras are paired by their numbers", "[folders]") {
   const NamedRecording recording(numbered("L_", 12), numbered("R_", 12));
   CHECK(recording.scan().problems.empty());
