@@ -110,6 +110,22 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
           name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
 }
 
+/// What to do if the principal point is where it would be in images of twice or half the size; empty if it is
+/// not.
+[[nodiscard]] std::string other_size_advice(const StereoCamera& camera) {
+  constexpr double kTolerance = 0.15;
+  for (const double factor : {2.0, 0.5}) {
+    const auto fits = [&](double centre, int size) {
+      return std::abs(2.0 * centre / size / factor - 1.0) < kTolerance;
+    };
+    if (!fits(camera.cx, camera.width_px) || !fits(camera.cy, camera.height_px)) continue;
+    return fmt::format(
+        "it may be of images {} times as wide and high: use these, or multiply its values in pixels by {}",
+        factor, 1.0 / factor);
+  }
+  return "";
+}
+
 /// Warns about a field of view that no lens has after rectification, and about a principal point far from the
 /// middle of the image.
 void check_view(SequenceScan& scan) {
@@ -129,12 +145,16 @@ void check_view(SequenceScan& scan) {
              name, camera.fx, camera.width_px, view_deg)});
   }
   const auto off = [](double centre, int size) { return std::abs(centre / size - 0.5) > kMostOffCentre; };
-  if (off(camera.cx, camera.width_px) || off(camera.cy, camera.height_px)) {
+  const std::string size_advice = other_size_advice(camera);
+  if (off(camera.cx, camera.width_px) || off(camera.cy, camera.height_px) || !size_advice.empty()) {
     scan.problems.push_back(
         {Problem::Severity::kWarning,
          fmt::format("{}: the calibration gives the principal point ({:.4g}, {:.4g}) for images of {}x{} px, "
-                     "far from their middle; check that it is of this camera, in the order cx, cy",
-                     name, camera.cx, camera.cy, camera.width_px, camera.height_px)});
+                     "far from their middle; {}",
+                     name, camera.cx, camera.cy, camera.width_px, camera.height_px,
+                     size_advice.empty()
+                         ? "check that it is of this camera, of images of this size, and in the order cx, cy"
+                         : size_advice)});
   }
 }
 

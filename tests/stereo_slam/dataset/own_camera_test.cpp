@@ -175,6 +175,12 @@ TEST_CASE("Stamps in another unit, and a calibration of another camera, give a w
   CHECK_THAT(
       warning_with("rectified: {fx: 200, fy: 200, cx: 60, cy: 110, baseline_m: 0.4}\n"),
       Catch::Contains("the principal point (60, 110) for images of 320x120 px, far from their middle"));
+  CHECK_THAT(
+      warning_with("rectified: {fx: 400, fy: 400, cx: 310, cy: 118, baseline_m: 0.4}\n"),
+      Catch::Contains("of images 2 times as wide and high: use these, or multiply its values in pixels "
+                      "by 0.5"));
+  CHECK_THAT(warning_with("rectified: {fx: 100, fy: 100, cx: 80, cy: 30, baseline_m: 0.4}\n"),
+             Catch::Contains("of images 0.5 times as wide and high"));
   const TemporaryFolder folder;
   write_tiny_folders(folder.path(), 3);
   write_text(folder / "calibration.yaml", tiny_calibration(""));
