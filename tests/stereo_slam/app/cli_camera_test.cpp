@@ -90,8 +90,12 @@ std::vector<std::string> run_arguments(const TemporaryFolder& folder) {
 
 TEST_CASE("Ctrl-C ends a run with a live camera, with status 0 and all results", "[cli][camera]") {
   const TemporaryFolder folder;
+  write_tiny_sequence(folder / "earlier", 2);
+  REQUIRE(call({"run", "--dataset", folder / "earlier", "--output", folder / "out"}).status == 0);
   const FakeCamera camera(folder / "camera.mjpeg");
-  const Program program(folder.path(), run_arguments(folder));
+  auto arguments = run_arguments(folder);
+  arguments.emplace_back("--overwrite");
+  const Program program(folder.path(), arguments);
   program.wait_for_output("  OK");
   program.signal(SIGINT);
   const Result result = program.wait();
@@ -104,6 +108,7 @@ TEST_CASE("Ctrl-C ends a run with a live camera, with status 0 and all results",
   CHECK_THAT(read_text(folder / "out/run.yaml"),
              Catch::Contains("state: finished") && Catch::Contains("format: camera"));
   CHECK(fs::exists(folder / "out/report.html"));
+  CHECK_FALSE(fs::exists(folder / "out/unfinished"));  // a finished run replaces earlier results
 }
 
 TEST_CASE("A live camera that ends, or --max-frames, ends the run", "[cli][camera]") {
