@@ -52,7 +52,7 @@ using StereoPoint = Vector3<double>;
 
 /// How far the pose of a frame can be trusted.
 enum class TrackingStatus {
-  kInitializing,  ///< no map yet, or the frame that starts the map and defines the world frame
+  kInitializing,  ///< the frame that starts the map and defines the world frame
   kOk,            ///< updated by landmarks, or by the odometry if the settings ask for no more
   kWeak,  ///< from the odometry alone, from a repeated image, in front of a repetitive scene, or in a map
           ///< segment whose place is not known yet

@@ -200,11 +200,17 @@ std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
 
 std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise& noise) {
   constexpr double kCertain = 1e-6;  // rad^2 and m^2
+  constexpr double kUnknown = 1e4;
+  const auto origin = std::find_if(run.rows.begin(), run.rows.end(), [](const CovarianceRow& row) {
+    return row.in_world.trace() < kUnknown;
+  });
+  const auto first = static_cast<std::size_t>(origin - run.rows.begin());
   std::vector<FrameNees> nees;
-  if (run.rows.empty() || !run.true_poses[0] || run.rows[0].in_world.trace() > kCertain) return nees;
-  for (std::size_t i = 1; i < run.rows.size(); ++i) {
+  if (origin == run.rows.end() || !run.true_poses[first] || origin->in_world.trace() > kCertain) return nees;
+  for (std::size_t i = first + 1; i < run.rows.size(); ++i) {
     const auto& covariance = run.rows[i].in_world;
-    if (run.true_poses[i] && !covariance.isZero(0.0)) nees.push_back(nees_of(run, 0, i, covariance, noise));
+    if (run.true_poses[i] && !covariance.isZero(0.0))
+      nees.push_back(nees_of(run, first, i, covariance, noise));
   }
   return nees;
 }

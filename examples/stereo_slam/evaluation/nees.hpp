@@ -60,9 +60,9 @@ struct FrameNees {
 [[nodiscard]] std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
                                                    const GroundTruthNoise& noise);
 
-/// The NEES of the poses in the world, in order: of the final poses, with loop closure, relative to the first
-/// frame. Empty if the first frame has no ground truth, or if it is not the origin of the world because the
-/// run continues in a loaded map.
+/// The NEES of the poses in the world, in order: of the final poses, with loop closure, relative to the frame
+/// that began the map, which usually is the first one. Empty if that frame has no ground truth, or if it is
+/// not the origin of the world because the run continues in a loaded map.
 [[nodiscard]] std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise& noise);
 
 /// Scores of the NEES of some poses.

@@ -12,11 +12,8 @@ namespace stereo_slam {
 RunSummary summary_of(const RunRecord& record) {
   RunSummary summary;
   summary.frames = record.results.size();
-  summary.lost = count_frames(record, [](const FrameResult& result) {
-    const bool began_the_map = result.is_keyframe;
-    return result.status == TrackingStatus::kLost ||
-           (result.status == TrackingStatus::kInitializing && !began_the_map);
-  });
+  summary.lost = count_frames(
+      record, [](const FrameResult& result) { return result.status == TrackingStatus::kLost; });
   for (const auto& result : record.results) ++summary.frames_by_status[to_string(result.status)];
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
   summary.landmarks = record.map_points.size();

@@ -210,8 +210,13 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
 
 /// A repeated image measures nothing: the pose is predicted, and the filter waits for the next image.
 void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageClock& clock) {
+  if (!started_) {
+    record_unknown(result);
+    result.times = clock.times();
+    return;
+  }
   const bool first = previous_.position + 1 == trajectory_.frames();
-  result.status = started_ && first && !previous_.lost ? TrackingStatus::kWeak : TrackingStatus::kLost;
+  result.status = first && !previous_.lost ? TrackingStatus::kWeak : TrackingStatus::kLost;
   PoseGaussian motion;
   motion.pose = velocity_.motion_until(frame.stamp_ns);
   record(predict_pose(posterior_, motion, false, settings_, velocity_.unseen_until(frame.stamp_ns)), false,
@@ -225,11 +230,23 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   local_map_.restart(0);
   frontend_->restart();
   auto points = add_landmarks(images, {});
-  velocity_.found(images.frame.stamp_ns);
   started_ = points.size() >= static_cast<std::size_t>(settings_.update.min_matches);
-  if (started_) begin_keyframe(images, std::move(points));
+  if (!started_) return record_unknown(result);
+  velocity_.found(images.frame.stamp_ns);
+  begin_keyframe(images, std::move(points));
   record(posterior_, true, result);
-  result.is_keyframe = started_;
+  result.is_keyframe = true;
+}
+
+/// Before the map begins, nothing is known of the pose relative to the frame that will begin it.
+void Slam::record_unknown(FrameResult& result) {
+  constexpr double kRotation_rad = 1.0;
+  constexpr double kTranslation_m = 100.0;
+  Vector6<double> sigma;
+  sigma << Vector3<double>::Constant(kRotation_rad), Vector3<double>::Constant(kTranslation_m);
+  const Matrix6<double> covariance = sigma.cwiseAbs2().asDiagonal();
+  result.status = TrackingStatus::kLost;
+  record(PoseDensity::from_pose_covariance(Pose::identity(), covariance), false, result);
 }
 
 /// Appends the pose of the frame to the trajectory and writes it into the result.

@@ -132,6 +132,7 @@ class Slam {
   // The unusual cases: a repeated image, and no map yet.
   void pass_over(const StereoFrame& frame, FrameResult& result, const StageClock& clock);
   void initialise(const FrameImages& images, FrameResult& result);
+  void record_unknown(FrameResult& result);
 
   void record(const PoseDensity& T_keyframe_camera, bool measured, FrameResult& result);
   [[nodiscard]] PoseGaussian in_world(const PoseGaussian& T_keyframe_camera,
