@@ -57,8 +57,9 @@ concept MeasurementModelOver = requires(const Model& h, const typename Density::
 /// Weights protect the estimate from a few outliers among many measurements, but the covariance is NOT right
 /// with them, and no status reports this. Huber's is overconfident wherever there are outliers (ANEES 28 to
 /// 1e6 instead of 6), Cauchy's with fewer than a hundred measurements under a wide prior (up to 6e4). For
-/// outliers use RobustMeasurements (robust_likelihood.hpp) with quadratic_update, whose covariance is right;
-/// docs/results/consistency.md compares them.
+/// outliers use RobustMeasurements (robust_likelihood.hpp) with quadratic_update. Its covariance is right
+/// with ten measurements or more; docs/results/consistency.md compares them. With a single one under a prior
+/// a few times as wide as its noise, the posterior has heavy tails itself: see robust_likelihood.hpp.
 enum class RobustWeight {
   kNone,    ///< 1
   kHuber,   ///< scale/d beyond the scale: limits the influence of an outlier, does not remove it

@@ -12,6 +12,7 @@
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/mode_search.hpp>
+#include <antipode/filters/detail/model_misfit.hpp>
 #include <antipode/filters/detail/progression.hpp>
 #include <antipode/filters/detail/quadratic_fit.hpp>
 #include <antipode/filters/detail/quadratic_step.hpp>
@@ -36,8 +37,13 @@
 /// fitted to; how informative the measurement is does not matter. If the log-likelihood after a step is far
 /// below what the model predicted, the step is taken back and repeated with a part of its length. Every fit
 /// conditions the original prior, so that the errors of the first, wide fits do not add up. The last fit is
-/// to the posterior itself: a fixed point, as in variational inference. A linear model with Gaussian noise
-/// takes one fit, which is the Kalman update.
+/// to the posterior itself: a fixed point, as in variational inference. A model that is exact over the prior
+/// needs no second fit: a linear model with Gaussian noise takes one, which is the Kalman update.
+///
+/// The points of a fit are the centre and others at one distance from it, where every function of the
+/// distance looks quadratic. Therefore the last model is checked over the posterior at two other distances
+/// (17 poses). If a model that was exact over the prior is not confirmed, the fits go on; what the check of
+/// the last model finds counts as residual.
 ///
 /// No derivatives are needed. The likelihood may be robust or otherwise non-Gaussian as long as the posterior
 /// has one mode that the prior reaches: a capped likelihood that is constant over most of the prior leaves no
@@ -136,8 +142,11 @@ class QuadraticIteration {
       result_.evaluations += Count;
       const bool usable = fit.range.valid && fit.range.supported() && std::isfinite(fit.residual) &&
                           std::isfinite(fit.dropped);
-      result_.residual =
-          usable ? std::hypot(fit.residual, fit.dropped) : std::numeric_limits<Scalar>::infinity();
+      const ConditionedGaussian<Scalar, N> itself{Vector<Scalar, N>::Zero(), Matrix<Scalar, N>::Identity(), 0,
+                                                  0};
+      result_.residual = usable ? std::max({std::hypot(fit.residual, fit.dropped), left_by_last_model_,
+                                            check(density_, itself, fit).radial})
+                                : std::numeric_limits<Scalar>::infinity();
     }
     if (result_.status != UpdateStatus::kConverged) return;
     if (result_.log_likelihood < options_.min_log_likelihood) {
@@ -145,6 +154,13 @@ class QuadraticIteration {
     } else if (result_.residual > options_.max_final_residual || is_ambiguous()) {
       result_.status = UpdateStatus::kNotGaussian;
     }
+  }
+
+  /// What the model of a fit to `density` leaves unexplained over y, at other radii than that of the fit.
+  [[nodiscard]] Misfit<Scalar> check(const SqrtGaussian<Density>& density,
+                                     const ConditionedGaussian<Scalar, N>& y, const Fit& fit) {
+    result_.evaluations += CheckPoints<N>::kCount;
+    return misfit<Count>(density, y, fit.model, log_likelihood_);
   }
 
   [[nodiscard]] bool is_ambiguous() {
@@ -173,7 +189,7 @@ class QuadraticIteration {
     result_.residual = std::hypot(fit.residual, fit.dropped);
     condition_on(fit);
     if (!last_.y.finite() || !std::isfinite(last_.y.log_evidence)) return fail(UpdateStatus::kNotFinite);
-    const bool settled = has_settled(fit);
+    const bool settled = settles(fit);
     if (!settled) halve_step();
     return move(settled);
   }
@@ -237,14 +253,26 @@ class QuadraticIteration {
                                          fit.model.scaled(next_ - power_));
   }
 
-  /// Whether the density after this step is the posterior. A model that is exact over the prior is exact over
-  /// the posterior; so is one that is exact over a density that the posterior lies within.
-  [[nodiscard]] bool has_settled(const Fit& fit) const {
+  /// Whether the density after this step is the posterior. A model that is exact over the prior, or over a
+  /// density that the posterior lies within, is exact over the posterior if it holds at other radii as well.
+  [[nodiscard]] bool settles(const Fit& fit) {
     constexpr Scalar kExactFit = Scalar(0.01);  // residual at which a fit needs no repetition
+    if (next_ != Scalar(1) || retries_ > 0) return false;
+    const bool fixed = is_settled(last_.y, options_.tolerance);
     const bool exact = spread_ == Scalar(1) && fit.residual <= kExactFit &&
                        (result_.steps == 0 || is_within(last_.y, options_.tolerance));
-    return next_ == Scalar(1) && retries_ == 0 &&
-           (exact || is_settled(last_.y, options_.tolerance) || !origin_.invertible);
+    if (!fixed && !exact && origin_.invertible) return false;
+    const Misfit<Scalar> left = check(last_.density, last_.y, fit);
+    if (origin_.invertible && !fixed && left.total > options_.tolerance) {
+      bent_ = true;
+      return false;
+    }
+    if (origin_.invertible && spread_ == Scalar(1)) {
+      result_.residual = std::max(result_.residual, left.radial);
+    } else {
+      left_by_last_model_ = (next_ - (origin_.invertible ? Scalar(0) : power_)) * left.total;
+    }
+    return true;
   }
 
   /// Halves the step where whole steps may oscillate or went too far.
@@ -299,7 +327,8 @@ class QuadraticIteration {
   int retries_ = kMostRetries;  ///< of the last step
   bool fit_of_posterior_ = false;
   bool bent_ = false;  ///< the log-likelihood is not quadratic over the prior, or a density on the way
-  int repeats_ = 0;    ///< fits in succession that did not allow a larger power
+  Scalar left_by_last_model_ = Scalar(0);  ///< over the posterior, if a fit of its own has another model
+  int repeats_ = 0;                        ///< fits in succession that did not allow a larger power
   UpdateResult<Density> result_;
 };
 
