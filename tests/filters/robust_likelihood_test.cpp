@@ -216,6 +216,75 @@ TEST_CASE("A landmark that cannot be seen is an outlier, not the end", "[robust]
   CHECK(nees(update.posterior, s.truth) < 22.5);  // exceeded once in a thousand
 }
 
+TEST_CASE("One measurement of a whole pose has the right covariance, or the status says that it has not",
+          "[robust][status]") {
+  // Rotation and position of the same whitened distance: the posterior is that of a radius in six dimensions.
+  static constexpr double kRotation = 0.02, kPosition = 0.06;
+  const auto check = [&](const auto& noise, double width) {
+    CAPTURE(width);
+    PoseGaussian<double> prior{Pose::identity(),
+                               pose_covariance<double>(width * kRotation, width * kPosition)};
+    const auto squared = [](const Pose& x) {
+      const Vector6<double> e = x.log();
+      return e.head<3>().squaredNorm() / (kRotation * kRotation) +
+             e.tail<3>().squaredNorm() / (kPosition * kPosition);
+    };
+    const auto result = quadratic_update(
+        prior, AnyLogLikelihood<double>([&](const Pose& x) { return noise.log_density(squared(x), 6); }));
+    double mass = 0.0, second = 0.0;
+    for (double r = 0.0005; r < 10.0 * width; r += 0.001) {
+      const double density =
+          std::pow(r, 5) * std::exp(noise.log_density(r * r, 6) - 0.5 * r * r / (width * width));
+      mass += density;
+      second += density * r * r / 6.0;
+    }
+    const double sigma = kRotation * std::sqrt(second / mass);
+    const double ratio = std::sqrt(result.posterior.covariance(0, 0)) / sigma;
+    CHECK((result.status != UpdateStatus::kConverged || std::abs(ratio - 1.0) <= 0.1));
+    return result.status;
+  };
+  for (const double width : {0.3, 1.0}) CHECK(check(StudentT<double>{}, width) == UpdateStatus::kConverged);
+  for (const double width : {3.0, 10.0}) CHECK(check(StudentT<double>{}, width) != UpdateStatus::kConverged);
+  for (const double width : {0.3, 1.0, 3.0}) {
+    CHECK(check(Contamination<double>{}, width) == UpdateStatus::kConverged);
+  }
+}
+
+TEMPLATE_TEST_CASE("One measurement beyond all measure does not disable the others", "[robust]", float,
+                   double) {
+  constexpr TestType kLargest = std::numeric_limits<TestType>::max();
+  constexpr TestType kInfinity = std::numeric_limits<TestType>::infinity();
+  using TestPose = DualQuaternion<TestType>;
+  CHECK(std::isfinite(StudentT<TestType>{TestType(0.01)}.log_density(kLargest, 3)));
+  const auto survives = [&](const auto& noise) {
+    for (const TestType squared : {kLargest, kInfinity}) CHECK(std::isfinite(noise.log_density(squared, 3)));
+    for (const TestType z : {TestType(100), std::sqrt(kLargest) * 10, kLargest, -kLargest}) {
+      CAPTURE(z);
+      std::vector<NoisyMeasurement<TestType, 3>> measured;
+      measured.reserve(8);
+      for (int i = 0; i < 8; ++i) {
+        measured.push_back({Vector3<TestType>(TestType(i % 3), TestType(i % 2), TestType(5 + i)),
+                            TestType(1e-4) * Matrix3<TestType>::Identity()});
+      }
+      const auto points = measured;
+      measured[3].z = Vector3<TestType>(z, -z, z);
+      const auto h = [&](const TestPose& x, std::size_t i) -> Vector3<TestType> {
+        return x.inverse() * points[i].z;
+      };
+      const PoseGaussian<TestType> prior{TestPose::identity(),
+                                         TestType(0.01) * Matrix6<TestType>::Identity()};
+      const RobustMeasurements likelihood(measured, h, noise);
+      CHECK(std::isfinite(likelihood(prior.pose)));
+      const auto result = quadratic_update(prior, AnyLogLikelihood<TestType>(likelihood));
+      CHECK(result.status == UpdateStatus::kConverged);
+      CHECK(result.posterior.pose.boxminus(prior.pose).norm() <= TestType(0.01));
+      CHECK(result.posterior.covariance(3, 3) < TestType(0.001));
+    }
+  };
+  survives(StudentT<TestType>{});
+  survives(Contamination<TestType>{});
+}
+
 TEST_CASE("Parameters and measurements that make no sense are refused", "[robust][error]") {
   const LandmarkModel h = [](const Pose&, std::size_t) { return Vector3<double>(0, 0, 0); };
   const Measurements one = {{Vector3<double>(0, 0, 0), Matrix3<double>::Identity()}};
