@@ -172,6 +172,19 @@ TEST_CASE("A prediction with an impossible noise is refused", "[filter]") {
   CHECK(filter.belief().covariance == start.covariance);
 }
 
+TEMPLATE_TEST_CASE("A prediction that overflows is refused, and the belief stays", "[filter][error]",
+                   QuadraticPoseFilter<double>, SplitPoseFilter<double>, RichPoseFilter<double>) {
+  const Matrix6<double> narrow = 0.01 * Matrix6<double>::Identity();
+  TestType filter(PoseGaussian<double>{Pose::identity(), narrow});
+  const auto before = filter.belief();
+  const auto far = Pose::from_rotation_translation(Vector4<double>(1, 0, 0, 0), Vector3<double>(1e200, 0, 0));
+  const PoseGaussian<double> noise{Pose::identity(), narrow};
+  CHECK(contains(error_message([&] { filter.predict(far, noise); }), "is not finite"));
+  CHECK(contains(error_message([&] { filter.predict(far, to_bingham_gaussian(noise)); }), "is not finite"));
+  CHECK(filter.belief().covariance == before.covariance);
+  CHECK(filter.belief().pose.coeffs() == before.pose.coeffs());
+}
+
 TEST_CASE("A linearised filter may start from a certain pose", "[filter]") {
   Rng rng(4);
   const auto pose = random_pose<double>(rng);

@@ -195,24 +195,25 @@ class PoseFilter {
 
   /// x <- x u v with the measured motion u = T_before_now and its noise v, {identity, covariance},
   /// independent of x. In closed form for a PoseGaussian, through the samples of the rule for a
-  /// BinghamGaussian. Throws if the motion is not finite or the covariance of the noise not positive
-  /// semidefinite; the belief then stays as it was.
+  /// BinghamGaussian. Throws if the motion is not finite, the covariance of the noise not positive
+  /// semidefinite or the result not finite; the belief then stays as it was.
   void predict(const Pose& T_before_now,
                const PoseGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
     (void)checked(noise);
     if constexpr (std::same_as<Density, Belief>) {
-      density_ = predict_closed_form(density_, T_before_now, noise);
+      density_ = finite(predict_closed_form(density_, T_before_now, noise));
     } else {
       predict_with(T_before_now, detail::converted_to<Density>(noise));
     }
   }
-  /// x <- x u v with a noise v that has a BinghamGaussian density. Throws if the motion is not finite.
+  /// x <- x u v with a noise v that has a BinghamGaussian density. Throws if the motion or the result is not
+  /// finite; the belief then stays as it was.
   void predict(const Pose& T_before_now,
                const BinghamGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
     if constexpr (std::same_as<Density, Belief>) {
-      density_ = predict_closed_form(density_, T_before_now, to_pose_gaussian(noise));
+      density_ = finite(predict_closed_form(density_, T_before_now, to_pose_gaussian(noise)));
     } else {
       predict_with(T_before_now, noise);
     }
@@ -253,6 +254,12 @@ class PoseFilter {
   [[nodiscard]] static const D& checked(const D& density) {
     (void)detail::SqrtGaussian<D>::of(density);
     return density;
+  }
+  [[nodiscard]] static const Density& finite(const Density& prediction) {
+    const auto& [mean, covariance] = prediction;
+    Density::Chart::require_finite(mean);
+    detail::require_finite("covariance of the prediction is not finite", covariance);
+    return prediction;
   }
   [[nodiscard]] const State& mean() const {
     const auto& [mean, covariance] = density_;
