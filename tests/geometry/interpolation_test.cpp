@@ -120,6 +120,17 @@ TEST_CASE("The mean of one pose is that pose, with any number of poses of weight
   CHECK(mean(poses, Vector3<double>(0, 1, 0)).pose.is_approx(x, 1e-14));
 }
 
+TEST_CASE("Weights whose sum overflows have the mean of their ratios", "[interpolation]") {
+  Rng rng(5);
+  Matrix<double, 8, 2> poses;
+  const auto a = random_pose<double>(rng), b = a.boxplus(Vector6<double>(0.2, 0.1, -0.3, 1.0, 0.0, 2.0));
+  poses << a.coeffs(), b.coeffs();
+  const auto expected = mean(poses, Vector2<double>(1.0, 0.5));
+  const auto huge = mean(poses, Vector2<double>(1.7e308, 0.85e308));
+  CHECK(huge.converged);
+  CHECK(huge.pose.is_approx(expected.pose, 1e-13));
+}
+
 TEST_CASE("A mean that does not converge is reported", "[interpolation]") {
   Rng rng(kScrewSeed);
   const Cloud cloud = random_cloud(rng, random_pose<double>(rng), 0.5);

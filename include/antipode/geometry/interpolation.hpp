@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 #include <antipode/detail/check.hpp>
@@ -42,7 +43,7 @@ struct PoseMean {
 };
 
 /// The group mean m of weighted poses (columns [q; p]): sum_k w_k log(m^-1 x_k) = 0. The weights need not be
-/// normalised.
+/// normalised; their sum may overflow.
 ///
 /// A change of the parent or of the child frame changes the mean in the same way. This does not hold for a
 /// mean of the translations beside a mean of the rotations. Starts from the principal axis of sum w q q^T and
@@ -57,21 +58,27 @@ requires(Poses::RowsAtCompileTime == 8 && Weights::ColsAtCompileTime == 1)
                             const PoseMeanOptions& options = {}) {
   using Scalar = typename Poses::Scalar;
   using Pose = DualQuaternion<Scalar>;
-  const Scalar total = weights.sum();
-  bool valid = weights.size() == poses.cols() && total > Scalar(0);
+  bool valid = weights.size() == poses.cols();
+  Scalar largest(0);
   for (Eigen::Index k = 0; k < weights.size(); ++k) {
     valid &= detail::is_finite(weights[k]) && weights[k] >= Scalar(0);
+    largest = std::max<Scalar>(largest, weights[k]);
   }
-  if (!valid) [[unlikely]] {
+  if (!valid || !(largest > Scalar(0))) [[unlikely]] {
     detail::throw_invalid("mean of " + std::to_string(poses.cols()) + " poses with invalid weights",
                           weights.transpose().eval());
+  }
+  Scalar total = weights.sum(), unit(1);  // of the weights
+  if (!detail::is_finite(total)) [[unlikely]] {
+    unit = largest;
+    total = (weights / unit).sum();
   }
 
   Matrix4<Scalar> scatter = Matrix4<Scalar>::Zero();
   Vector3<Scalar> translation = Vector3<Scalar>::Zero();
   for (Eigen::Index k = 0; k < poses.cols(); ++k) {
     const Pose x = Pose::from_coefficients(poses.col(k));
-    const Scalar share = weights[k] / total;
+    const Scalar share = weights[k] / unit / total;
     detail::add_outer_product<Scalar, 4, 4>(share, x.real(), x.real(), scatter);
     translation += share * x.translation();
   }
@@ -83,7 +90,7 @@ requires(Poses::RowsAtCompileTime == 8 && Weights::ColsAtCompileTime == 1)
   while (!result.converged && result.iterations < options.max_iterations) {
     Vector6<Scalar> step = Vector6<Scalar>::Zero();
     for (Eigen::Index k = 0; k < poses.cols(); ++k) {
-      step += weights[k] / total * Pose::unchecked(poses.col(k)).boxminus(result.pose);
+      step += weights[k] / unit / total * Pose::unchecked(poses.col(k)).boxminus(result.pose);
     }
     result.pose = result.pose.boxplus(step).renormalized();
     result.converged = step.norm() <= small;
