@@ -108,6 +108,12 @@ TEST_CASE("The product is Bayes' rule", "[bingham][law]") {
   }
 }
 
+TEST_CASE("A product that is too concentrated is refused", "[bingham][error]") {
+  const auto narrow = Bingham<double, 4>::from_parameters(Matrix4<double>::Identity(),
+                                                          Vector4<double>(-9e14, -9e14, -9e14, 0));
+  CHECK(contains(error_message([&] { (void)narrow.product(narrow); }), "more than 1e15 apart"));
+}
+
 TEMPLATE_TEST_CASE("The uniform density is neutral in products", "[bingham][law]", float, double) {
   Rng rng(5);
   const auto b = random_bingham<TestType, 4>(rng, -1.0, 2.0);

@@ -332,6 +332,17 @@ TEST_CASE("Mixtures of the tightest and the widest components stay finite", "[mi
   }
 }
 
+TEST_CASE("The density at a pose that is not a number is none", "[mixture]") {
+  Rng rng(7);
+  const auto mixture = random_mixture(rng, 3, random_pose<double>(rng));
+  Vector<double, 8> coefficients = random_pose<double>(rng).coeffs();
+  for (const int i : {1, 6}) {  // rotation, translation
+    Vector<double, 8> broken = coefficients;
+    broken[i] = std::nan("");
+    CHECK(std::isnan(mixture.log_density(DualQuaternion<double>::unchecked(broken))));
+  }
+}
+
 TEST_CASE("Invalid mixtures are refused", "[mixture][error]") {
   Rng rng(8);
   const auto x = random_density_at(rng, random_pose<double>(rng), 0.1, 0.1);

@@ -142,6 +142,18 @@ TEST_CASE("A measurement of something else leaves the belief as it was", "[filte
   CHECK(filter.belief()[1].density.covariance() == start[1].density.covariance());
 }
 
+TEST_CASE("A measurement so far away that the mass underflows is no support", "[filter]") {
+  const Filter::Component near(Vector4<double>(1, 0, 0, 0), Vector6<double>::Zero(),
+                               0.01 * Matrix6<double>::Identity());
+  const Filter::Component far(Vector4<double>(1, 0, 0, 0), Vector6<double>(0, 0, 0, 1e154, 0, 0),
+                              0.01 * Matrix6<double>::Identity());
+  Filter filter{Filter::Belief(near)};
+  const auto step = filter.update(far);
+  CHECK(step.status == UpdateStatus::kNoSupport);
+  CHECK(step.rejected_weight == 1.0);
+  CHECK(filter.belief()[0].density.covariance() == near.covariance());
+}
+
 TEST_CASE("The belief keeps to its number of components, and the filter reports the bound of the error",
           "[filter]") {
   Rng rng(4);

@@ -146,7 +146,8 @@ requires(Dim >= 2 && Dim <= 8) class Bingham {
     return std::max(Scalar(0), cross_entropy - entropy());
   }
 
-  /// The normalised product of the two densities: Bayes' rule. Exact, the parameter matrices add.
+  /// The normalised product of the two densities: Bayes' rule. Exact, the parameter matrices add. Throws if
+  /// the concentrations of the product are more than 1e15 apart.
   [[nodiscard]] Bingham product(const Bingham& other) const {
     return from_matrix(parameter_matrix() + other.parameter_matrix());
   }

@@ -71,7 +71,7 @@ class Mixture {
                              [](const Element& a, const Element& b) { return a.weight < b.weight; });
   }
 
-  /// log sum_i pi_i p_i(x).
+  /// log sum_i pi_i p_i(x). NaN if the density of a component with weight is.
   template <class Point>
   requires requires(const Component& density, const Point& x) { density.log_density(x); }
   [[nodiscard]] Scalar log_density(const Point& x) const {
@@ -85,8 +85,8 @@ class Mixture {
       if (value > largest) {
         sum = sum * exp(largest - value) + Scalar(1);
         largest = value;
-      } else if (value > -kInfinity) {
-        sum += exp(value - largest);
+      } else if (!(value == -kInfinity)) {
+        sum += exp(value - largest);  // NaN stays NaN
       }
     }
     return largest + log(sum);
@@ -198,7 +198,8 @@ inline constexpr bool kIsMixture<Mixture<Component>> = true;
 
 }  // namespace detail
 
-/// fuse(), but nothing if no pair of components is compatible.
+/// fuse(), but nothing if no pair of components is compatible: the gate rejects all, or the mass of their
+/// products underflows (means 1e150 m apart).
 template <class Component>
 [[nodiscard]] std::optional<MixtureFusion<Component>> try_fuse(
     const Mixture<Component>& a, const Mixture<Component>& b,
@@ -245,14 +246,15 @@ template <class Component>
 }
 
 /// The fusion of two independent estimates of one pose: all pairs of components fused, with the weights
-/// pi_1i pi_2j alpha_ij lambda_ij normalised (MPG Eqs. 19-20). Throws if no pair is compatible.
+/// pi_1i pi_2j alpha_ij lambda_ij normalised (MPG Eqs. 19-20). Throws if no pair is compatible (see
+/// try_fuse).
 template <class Component>
 [[nodiscard]] MixtureFusion<Component> fuse(
     const Mixture<Component>& a, const Mixture<Component>& b,
     const MixtureFusionOptions<typename Component::Scalar>& options = {}) {
   auto fused = try_fuse(a, b, options);
   if (!fused) [[unlikely]] {
-    detail::throw_invalid("incompatible mixtures: the gate rejects every pair of components, pairs",
+    detail::throw_invalid("incompatible mixtures: no pair of components has a product, pairs",
                           a.size() * b.size());
   }
   return *std::move(fused);

@@ -136,15 +136,16 @@ class BasicProjectedGaussian {
     return y;
   }
 
-  /// log p(q, t); -infinity where the rotation is a half-turn away. Throws std::domain_error if Sigma is
-  /// singular.
+  /// log p(q, t); -infinity where the rotation is a half-turn away, NaN at a pose that is NaN. Throws
+  /// std::domain_error if Sigma is singular.
   [[nodiscard]] Scalar log_density(const Pose& pose) const {
     using std::log1p;
     if (!root_.positive_definite) [[unlikely]] {
       throw std::domain_error("a projected Gaussian with a singular covariance has no density");
     }
     const auto u = detail::tangent_coordinates(tangent_point_, pose.rotation());
-    if (!u) return -std::numeric_limits<Scalar>::infinity();
+    using Limits = std::numeric_limits<Scalar>;
+    if (!u) return pose.rotation().hasNaN() ? Limits::quiet_NaN() : -Limits::infinity();
     Vector6<Scalar> y;
     y << *u, pose.translation();
     const Vector6<Scalar> whitened = detail::solve_lower<Scalar, 6, 1>(root_.L, y - mean_);

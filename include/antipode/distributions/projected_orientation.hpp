@@ -43,7 +43,8 @@ class ProjectedOrientation {
   [[nodiscard]] Scalar log_density(const Vector4<Scalar>& q) const {
     using std::log1p;
     const auto u = detail::tangent_coordinates(tangent_point_, q);
-    if (!u) return -std::numeric_limits<Scalar>::infinity();
+    using Limits = std::numeric_limits<Scalar>;
+    if (!u) return q.hasNaN() ? Limits::quiet_NaN() : -Limits::infinity();
     const Scalar value = u_.log_density(*u) - log_normalizer_;
     return kProjection == Projection::kRenormalized ? value : value + Scalar(2) * log1p(u->squaredNorm());
   }

@@ -26,11 +26,12 @@ struct MixtureFilterOptions {
 /// What a prediction or an update of a MixtureFilter did.
 template <std::floating_point Scalar>
 struct MixtureFilterStep {
-  /// kNoSupport: the gate rejected every pair of a component of the belief and one of the measurement. The
-  /// belief stays as it was.
+  /// kNoSupport: no pair of a component of the belief and one of the measurement is compatible. The gate
+  /// rejected all, or the components are so far apart that the mass of their products underflows. The belief
+  /// stays as it was.
   UpdateStatus status = UpdateStatus::kConverged;
   Scalar log_evidence = 0;         ///< of an update: log of the integral of belief times measurement
-  Scalar rejected_weight = 0;      ///< of the pairs that the plausibility gate rejected
+  Scalar rejected_weight = 0;      ///< of the pairs that the plausibility gate rejected; 1 with kNoSupport
   Scalar linearization_bound = 0;  ///< see Fusion
   Scalar reduction_bound = 0;      ///< the reduction changes no probability by more
 };
