@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Settings at the ends of their ranges, and limits of the process.
+// Settings at the ends of their ranges, limits of the process, and inputs that are accepted with a warning.
 #include <random>
 #include <sstream>
 #include <sys/resource.h>
@@ -82,4 +82,20 @@ TEST_CASE("A stack that is too small is named", "[faults]") {
     setrlimit(RLIMIT_STACK, &kBytes);
   });
   check_one_line_failure(result, "the stack is limited to 256 kB");
+}
+
+TEST_CASE("Two poses of one stamp are named if they are far apart", "[faults]") {
+  const TemporaryFolder folder;
+  const std::string poses = "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 0 0 0 0 0 1\n";
+  write_text(folder / "truth.txt", poses);
+  const auto error_with = [&](const std::string& last) {
+    write_text(folder / "tum.txt", poses + last);
+    const auto result =
+        call({"evaluate", "--groundtruth", folder / "truth.txt", "--estimate", folder / "tum.txt"});
+    CHECK(result.status == 0);
+    return result.err;
+  };
+  CHECK(error_with("3 2.01 0 0 0 0 0 1\n").empty());
+  CHECK_THAT(error_with("3 99 0 0 0 0 0 1\n"),
+             Catch::Contains("tum.txt: 1 pose has the stamp of the pose before"));
 }

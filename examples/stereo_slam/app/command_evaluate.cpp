@@ -133,6 +133,21 @@ void warn_of_lengths(const EvaluateArguments& arguments, const Trajectory& truth
                   arguments.estimate.string()));
 }
 
+/// Other programs write a stamp twice now and then, with two poses that differ little.
+void warn_of_repeated_stamps(const std::filesystem::path& file, const Trajectory& trajectory) {
+  constexpr double kAlike_m = 0.05;
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < trajectory.stamps_ns.size(); ++i) {
+    const double apart_m = (trajectory.poses[i].translation() - trajectory.poses[i - 1].translation()).norm();
+    if (trajectory.stamps_ns[i] == trajectory.stamps_ns[i - 1] && !(apart_m <= kAlike_m)) ++count;
+  }
+  if (count == 0) return;
+  print_message(
+      fmt::format("warning: {}: {} {} the stamp of the pose before, more than {} m away; one of the "
+                  "two is not used",
+                  file.string(), count, count == 1 ? "pose has" : "poses have", kAlike_m));
+}
+
 /// Prints the score of the covariances; returns it as a member of the JSON file.
 [[nodiscard]] std::string evaluate_covariances(const EvaluateArguments& arguments, const Trajectory& truth,
                                                const Trajectory& estimate, const FramePairs& pairs) {
@@ -166,6 +181,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
   const Trajectory truth = read_trajectory(arguments.ground_truth, arguments.format);
   const Trajectory estimate = read_trajectory(arguments.estimate, arguments.format);
   warn_of_lengths(arguments, truth, estimate);
+  warn_of_repeated_stamps(arguments.ground_truth, truth);
+  warn_of_repeated_stamps(arguments.estimate, estimate);
   const auto [evaluation, pairs] =
       compare_files(named(arguments.ground_truth, truth.poses.size(), "poses"),
                     named(arguments.estimate, estimate.poses.size(), "poses"), [&] {

@@ -201,9 +201,8 @@ std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
 std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise& noise) {
   constexpr double kCertain = 1e-6;  // rad^2 and m^2
   constexpr double kUnknown = 1e4;
-  const auto origin = std::find_if(run.rows.begin(), run.rows.end(), [](const CovarianceRow& row) {
-    return row.in_world.trace() < kUnknown;
-  });
+  const auto origin = std::find_if(run.rows.begin(), run.rows.end(),
+                                   [](const CovarianceRow& row) { return row.in_world.trace() < kUnknown; });
   const auto first = static_cast<std::size_t>(origin - run.rows.begin());
   std::vector<FrameNees> nees;
   if (origin == run.rows.end() || !run.true_poses[first] || origin->in_world.trace() > kCertain) return nees;

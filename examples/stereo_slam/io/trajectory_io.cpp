@@ -102,18 +102,6 @@ std::vector<double> numbers_of(const std::string& text) {
   throw std::runtime_error(fmt::format("'{}' is not a finite number", *wrong));
 }
 
-/// Throws std::runtime_error if a stamp is earlier than that of the last pose, or the same with another pose.
-void require_order(const Trajectory& trajectory, std::int64_t stamp_ns, const Eigen::Isometry3d& pose,
-                   std::string_view field) {
-  if (trajectory.stamps_ns.empty() || stamp_ns > trajectory.stamps_ns.back()) return;
-  if (stamp_ns < trajectory.stamps_ns.back())
-    throw std::runtime_error(fmt::format("stamp {} is earlier than the one before", field));
-  constexpr double kSame = 1e-6;  // m, and of the entries of the rotation
-  if ((pose.matrix() - trajectory.poses.back().matrix()).cwiseAbs().maxCoeff() <= kSame) return;
-  throw std::runtime_error(
-      fmt::format("stamp {} is that of the line before, with another pose; remove one of them", field));
-}
-
 void append_line(Trajectory& trajectory, const std::string& text) {
   if (has_decimal_commas(text))
     throw std::runtime_error("its numbers have decimal commas; write them with decimal points");
@@ -130,12 +118,13 @@ void append_line(Trajectory& trajectory, const std::string& text) {
     return;
   }
   const auto stamp_ns = parse_stamp(trajectory.format, fields[0]);
+  if (!trajectory.stamps_ns.empty() && stamp_ns < trajectory.stamps_ns.back()) {
+    throw std::runtime_error(fmt::format("stamp {} is earlier than the one before", fields[0]));
+  }
   const bool scalar_first = trajectory.format == TrajectoryFormat::kEuroc;
   const auto q =
       scalar_first ? Eigen::Quaterniond(n[4], n[5], n[6], n[7]) : Eigen::Quaterniond(n[7], n[4], n[5], n[6]);
-  const Eigen::Isometry3d pose = pose_from_quaternion(q, {n[1], n[2], n[3]});
-  require_order(trajectory, stamp_ns, pose, fields[0]);
-  trajectory.poses.push_back(pose);
+  trajectory.poses.push_back(pose_from_quaternion(q, {n[1], n[2], n[3]}));
   trajectory.stamps_ns.push_back(stamp_ns);
 }
 

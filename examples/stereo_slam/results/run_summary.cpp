@@ -12,8 +12,8 @@ namespace stereo_slam {
 RunSummary summary_of(const RunRecord& record) {
   RunSummary summary;
   summary.frames = record.results.size();
-  summary.lost = count_frames(
-      record, [](const FrameResult& result) { return result.status == TrackingStatus::kLost; });
+  summary.lost =
+      count_frames(record, [](const FrameResult& result) { return result.status == TrackingStatus::kLost; });
   for (const auto& result : record.results) ++summary.frames_by_status[to_string(result.status)];
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
   summary.landmarks = record.map_points.size();

@@ -164,6 +164,30 @@ TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[ste
   CHECK(slam.process(straight_recording().frames[1]).status == TrackingStatus::kOk);
 }
 
+TEST_CASE("Before the map begins nothing is claimed of the pose", "[stereo_slam][slam]") {
+  constexpr std::size_t kDark = 4;
+  const auto darken = [](cv::Mat& image, double factor) {
+    cv::Mat dark;
+    image.convertTo(dark, -1, factor);
+    image = dark;
+  };
+  Slam slam(straight_recording().camera, Settings{});
+  std::string letters;
+  for (std::size_t i = 0; i < kDark + 2; ++i) {
+    StereoFrame frame = straight_recording().frames[i];
+    if (i < kDark) darken(frame.left, 0.02 + 0.01 * static_cast<double>(i));  // no two are identical
+    if (i < kDark) darken(frame.right, 0.02);
+    const auto result = slam.process(frame);
+    letters += *to_string(result.status);
+    const double sigma_m = std::sqrt(result.T_world_camera.covariance(5, 5));
+    CHECK(sigma_m == Approx(i < kDark ? 100.0 : 0.0).margin(1.0));
+  }
+  CHECK(letters == "LLLLIO");
+  const auto trajectory = slam.trajectory();
+  CHECK(std::sqrt(trajectory[kDark - 1].covariance(5, 5)) == Approx(100.0).epsilon(0.01));
+  CHECK(std::sqrt(trajectory[kDark].covariance(5, 5)) < 1e-4);
+}
+
 TEST_CASE("Images without features do no harm", "[stereo_slam][slam]") {
   Slam slam(straight_recording().camera, Settings{});
   StereoFrame frame = straight_recording().frames.front();
