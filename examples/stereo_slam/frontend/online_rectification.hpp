@@ -42,7 +42,9 @@ class RectificationResidual {
     double row_error_px = 0.0;                                  ///< left minus right row, corrected
     Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
     Matrix3<double> covariance_px2 = Matrix3<double>::Zero();   ///< of z, if measured by patches; else zero
-    double correlation = 0.0;                                   ///< of the two patches, if by match_stereo()
+    // Of the two patches, if measured by match_stereo():
+    double correlation = 0.0;
+    bool on_common_surface = false;  ///< the slope is that of a road, a wall, or a surface facing the camera
   };
 
   /// Root mean square, over the image, of the offset in u and of that in v, px.

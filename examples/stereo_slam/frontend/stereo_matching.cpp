@@ -120,6 +120,15 @@ class LikelySlopes {
 
   [[nodiscard]] std::span<const Vector2<double>> all() const { return {slopes_.data(), count_}; }
 
+  /// Whether a slope is one of these, up to the noise of the measurement.
+  [[nodiscard]] bool contain(const Vector2<double>& slope) const {
+    constexpr double kAlike = 0.05;
+    const auto surfaces = all();
+    return std::any_of(surfaces.begin(), surfaces.end(), [&](const Vector2<double>& likely) {
+      return (slope - likely).cwiseAbs().maxCoeff() < kAlike;
+    });
+  }
+
  private:
   void add(const Vector2<double>& slope) { slopes_[count_++] = slope; }
 
@@ -147,6 +156,7 @@ class LikelySlopes {
   auto measured = view.rectification.measure(point_px, slanted.right_px);
   measured.disparity_slope = slanted.disparity_slope;
   measured.correlation = std::max(found->correlation, slanted.correlation);
+  measured.on_common_surface = likely.contain(slanted.disparity_slope);
   // The left position was not aligned. The noise of the left patch counts as much as that of the right one.
   measured.covariance_px2 = stereo_patch_covariance(found->covariance_px2, found->covariance_px2);
   if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;

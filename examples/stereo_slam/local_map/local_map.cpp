@@ -40,14 +40,25 @@ constexpr int kEstablished = 3;  // observations after which a landmark is kept 
   return R + J * T_keyframe_camera.covariance * J.transpose();
 }
 
-/// The smallest correlation of the patches that a new landmark needs.
-[[nodiscard]] double required_correlation(const StereoPoints& points, const MapSettings& settings) {
+/// How far a patch can be believed to show a single surface: the correlation, less one if the point is near
+/// and its disparity has the slope of no common surface. At a small depth another surface in the patch,
+/// behind the upper edge of a car say, soon moves by several tenths of a pixel relative to the point.
+[[nodiscard]] double clarity(const RectificationResidual::Measurement& measured, const StereoCamera& camera) {
+  constexpr double kNear_baselines = 60.0;
+  const bool near = measured.z.z() > camera.fx / kNear_baselines;
+  return measured.correlation - (near && !measured.on_common_surface ? 1.0 : 0.0);
+}
+
+/// The smallest clarity that a new landmark needs.
+[[nodiscard]] double required_clarity(const StereoPoints& points, const StereoCamera& camera,
+                                      const MapSettings& settings) {
+  constexpr double kNone = -2.0;
   const auto enough = static_cast<std::size_t>(settings.max_new_landmarks / 2);
-  std::vector<double> correlations;
-  for (const auto& measured : points.measured) correlations.push_back(measured.correlation);
-  if (correlations.size() <= enough) return -1.0;
-  const auto last = correlations.begin() + static_cast<std::ptrdiff_t>(enough);
-  std::nth_element(correlations.begin(), last, correlations.end(), std::greater<>());
+  if (points.measured.size() <= enough || settings.clear_correlation <= -1.0) return kNone;
+  std::vector<double> clarities;
+  for (const auto& measured : points.measured) clarities.push_back(clarity(measured, camera));
+  const auto last = clarities.begin() + static_cast<std::ptrdiff_t>(enough);
+  std::nth_element(clarities.begin(), last, clarities.end(), std::greater<>());
   return std::min(*last, settings.clear_correlation);
 }
 
@@ -64,10 +75,10 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
   const double far_disparity_px = camera_.fx / settings_.inverse_depth_beyond_baselines;
   const double min_disparity_px = camera_.fx / settings_.max_baselines;
   const Matrix3<double> least = stereo_pixel_covariance(settings_.pixel_sigma_px);
-  const double min_correlation = required_correlation(points, settings_);
+  const double min_clarity = required_clarity(points, camera_, settings_);
   for (std::size_t i = 0; i < points.measured.size(); ++i) {
     const StereoPoint& z = points.measured[i].z;
-    if (z.z() < min_disparity_px || points.measured[i].correlation < min_correlation) continue;
+    if (z.z() < min_disparity_px || clarity(points.measured[i], camera_) < min_clarity) continue;
     const Matrix3<double> R = least + points.measured[i].covariance_px2;
     Landmark landmark;
     landmark.id = ids[i];

@@ -47,8 +47,10 @@ class LocalMap {
   /// `T_keyframe_camera`, whose covariance becomes part of the landmarks'. Points nearer than
   /// settings.inverse_depth_beyond_baselines times the baseline are Euclidean, the others in inverse depth.
   /// Points beyond settings.max_baselines times the baseline are left out, and so are those whose patches
-  /// correlate by less than settings.clear_correlation, unless fewer than half of settings.max_new_landmarks
-  /// are clearer: their patches contain an edge of a surface, a reflection, or something that moves.
+  /// probably contain more than one surface, a reflection, or something that moves, unless fewer than half of
+  /// settings.max_new_landmarks are clearer: the patches correlate by less than settings.clear_correlation,
+  /// or the point is near and the slope of its disparity is not that of a road, a wall, or a surface that
+  /// faces the camera.
   void add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
            const PoseGaussian& T_keyframe_camera, const StereoFrame& frame);
 

@@ -190,8 +190,10 @@ void add_map(Table& table) {
       .add("max_baselines", &MapSettings::max_baselines, {1.0, 1e6}, "baselines",
            "depth beyond which landmarks are not used")
       .add("clear_correlation", &MapSettings::clear_correlation, {-1.0, 1.0}, "",
-           "landmarks whose patches correlate less in the two images are added only where there would be "
-           "fewer than half of max_new_landmarks without them")
+           "landmarks whose patches correlate less in the two images, or are near and on no common surface, "
+           "are "
+           "added only where there would be fewer than half of max_new_landmarks without them; -1: all are "
+           "added")
       .add("pixel_sigma_px", &MapSettings::pixel_sigma_px, {0.01, 10.0}, "px",
            "standard deviation of a new landmark's coordinates, added to the noise estimated from its patch")
       .add("update_landmarks", &MapSettings::update_landmarks,

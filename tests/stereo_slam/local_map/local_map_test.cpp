@@ -47,7 +47,10 @@ TEST_CASE("Landmarks whose patches agree less in the two images are added only w
   settings.max_new_landmarks = 10;
   const auto added = [&](const std::vector<double>& correlations) {
     StereoPoints points = test::points_at(std::vector<StereoPoint>(correlations.size(), at_depth(10.0)));
-    for (std::size_t i = 0; i < correlations.size(); ++i) points.measured[i].correlation = correlations[i];
+    for (std::size_t i = 0; i < correlations.size(); ++i) {
+      points.measured[i].correlation = std::abs(correlations[i]);
+      points.measured[i].on_common_surface = correlations[i] > 0.0;
+    }
     LocalMap map(test::kitti_camera(), settings);
     map.add(points, std::vector<std::uint32_t>(correlations.size(), 1), PoseGaussian{}, grey_frame(0));
     return map.landmarks().size();
@@ -56,6 +59,8 @@ TEST_CASE("Landmarks whose patches agree less in the two images are added only w
   CHECK(added({0.99, 0.9, 0.86, 0.87, 0.88, 0.89, 0.91}) == 6);  // only .99 is clear: the best, too
   CHECK(added({0.5, 0.6, 0.7}) == 3);
   CHECK(added({}) == 0);
+  CHECK(added({-0.99, 0.96, -0.98, 0.97, 0.96, 0.99, 0.86, 0.99}) == 6);  // negative: on no common surface
+  CHECK(added({-0.99, 0.96, -0.98, 0.97, 0.96, 0.99, -0.97, -0.96, -0.99}) == 6);
   settings.clear_correlation = -1.0;
   CHECK(added({0.99, 0.9, 0.98, 0.97, 0.96, 0.99, 0.86, 0.99}) == 8);
 }
