@@ -35,6 +35,20 @@ concept BatchedPoseLogLikelihood = requires(L& log_likelihood, const Matrix<Scal
 template <class L, class Scalar, int Count>
 concept LogLikelihood = PoseLogLikelihood<L, Scalar> || BatchedPoseLogLikelihood<L, Scalar, Count>;
 
+namespace detail {
+
+/// The log-likelihood at `count` poses [q; p], one call for each. A single function for any count, so that
+/// the compiler may inline the likelihood.
+template <class Scalar, class L>
+void evaluate_each(L& log_likelihood, const Scalar* poses, int count, Scalar* values) {
+  for (int k = 0; k < count; ++k) {
+    values[k] =
+        log_likelihood(DualQuaternion<Scalar>::unchecked(Eigen::Map<const Vector<Scalar, 8>>(poses + 8 * k)));
+  }
+}
+
+}  // namespace detail
+
 /// The log-likelihood of every column of `poses`, through whichever form the callable has.
 template <class Scalar, int Count, LogLikelihood<Scalar, Count> L>
 void evaluate_log_likelihood(L& log_likelihood, const Matrix<Scalar, 8, Count>& poses,
@@ -42,9 +56,7 @@ void evaluate_log_likelihood(L& log_likelihood, const Matrix<Scalar, 8, Count>& 
   if constexpr (BatchedPoseLogLikelihood<L, Scalar, Count>) {
     log_likelihood(poses, values);
   } else {
-    for (int k = 0; k < Count; ++k) {
-      values[k] = log_likelihood(DualQuaternion<Scalar>::unchecked(poses.col(k)));
-    }
+    detail::evaluate_each(log_likelihood, poses.data(), Count, values.data());
   }
 }
 

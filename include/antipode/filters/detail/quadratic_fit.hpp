@@ -27,16 +27,6 @@ struct QuadraticFit {
   LogRange<Scalar> range;  ///< the rest is set only if it is valid and supported
 };
 
-/// The log-likelihood at `count` poses [q; p], one call for each. A single function for any count, so that
-/// the compiler may inline the likelihood.
-template <class Scalar, class L>
-void evaluate_each(L& log_likelihood, const Scalar* poses, int count, Scalar* values) {
-  for (int k = 0; k < count; ++k) {
-    values[k] =
-        log_likelihood(DualQuaternion<Scalar>::unchecked(Eigen::Map<const Vector<Scalar, 8>>(poses + 8 * k)));
-  }
-}
-
 /// The log-likelihood at the whitened coordinates `points`, one per column.
 template <class Density, class L, int N, int Count>
 void evaluate_over(const SqrtGaussian<Density>& density, L& log_likelihood,
@@ -46,11 +36,7 @@ void evaluate_over(const SqrtGaussian<Density>& density, L& log_likelihood,
   if constexpr (std::same_as<typename Density::Chart::Point, DualQuaternion<Scalar>>) {
     Matrix<Scalar, 8, Count> poses;
     for (int k = 0; k < Count; ++k) poses.col(k) = density.at(points.col(k)).coeffs();
-    if constexpr (BatchedPoseLogLikelihood<L, Scalar, Count>) {
-      log_likelihood(poses, values);
-    } else {
-      evaluate_each(log_likelihood, poses.data(), Count, values.data());
-    }
+    evaluate_log_likelihood(log_likelihood, poses, values);
   } else {
     for (int k = 0; k < Count; ++k) values[k] = log_likelihood(density.at(points.col(k)));
   }
