@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Files that are not what they should be: each ends with one line, soon, and without much memory.
-#include <csignal>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include "stereo_slam/support/program.hpp"
@@ -9,13 +7,6 @@
 using namespace stereo_slam::test;
 
 namespace {
-
-/// What a program may use at most. The signal of the alarm ends one that hangs.
-void bound_time_and_memory() {
-  constexpr rlimit kBytes = {std::size_t{3} << 30, std::size_t{3} << 30};  // addresses, not memory in use
-  setrlimit(RLIMIT_AS, &kBytes);
-  alarm(30);
-}
 
 void check_bounded_failure(const std::vector<std::string>& arguments, const std::string& part) {
   CAPTURE(arguments);

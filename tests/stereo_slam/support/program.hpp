@@ -3,14 +3,20 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <string>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <utility>
 #include <vector>
 
 #include "stereo_slam/support/support.hpp"
+
+#ifndef __has_feature
+#define __has_feature(x) 0
+#endif
 
 /// The program stereo_slam as scripts see it: exit status, standard output, standard error.
 namespace stereo_slam::test {
@@ -72,6 +78,17 @@ inline Result call(
     std::vector<std::string> arguments, const std::function<void()>& prepare = [] {}) {
   const TemporaryFolder folder;
   return Program(folder.path(), std::move(arguments), prepare).wait();
+}
+
+/// What a program may use at most, for call(). The signal of the alarm ends one that hangs.
+inline void bound_time_and_memory() {
+#if defined(__SANITIZE_ADDRESS__) || __has_feature(address_sanitizer)
+  setenv("ASAN_OPTIONS", "hard_rss_limit_mb=3072", 1);  // this sanitizer reserves terabytes of addresses
+#else
+  constexpr rlimit kBytes = {std::size_t{3} << 30, std::size_t{3} << 30};  // addresses, not memory in use
+  setrlimit(RLIMIT_AS, &kBytes);
+#endif
+  alarm(30);
 }
 
 /// A failure is one line on standard error that begins with the program's name.
