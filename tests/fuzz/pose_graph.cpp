@@ -46,9 +46,9 @@ void pose_graph(Bytes bytes) {
             "a weight is not from 0 to 1");
     require(!result.converged || std::isfinite(result.final_cost), "converged to a cost that is no number");
     graph.poses = result.poses;
-    for (const auto& [estimate, drift] : marginals(graph, settings)) {
+    for (const auto& [estimate, J_common] : marginals(graph, settings)) {
       require(estimate.covariance.allFinite(), "a covariance is not finite");
-      require(drift.allFinite(), "the effect of a drift is not finite");
+      require(J_common.allFinite(), "the effect of the common error is not finite");
     }
   });
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/core/pose_estimate.hpp"
 
-#include <algorithm>
-
 namespace stereo_slam {
 
 PoseDensity certain_pose() {
@@ -10,19 +8,19 @@ PoseDensity certain_pose() {
   return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
 }
 
-double drift_sigma_rad(double drift_px, const StereoCamera& camera) {
-  return std::min(drift_px / camera.fx, kLargestCalibrationError);
+Vector6<double> standard_deviations(const Matrix6<double>& covariance) {
+  return covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
 }
 
-PoseGaussian DriftingPose::with_drift(double sigma_rad) const {
+PoseGaussian LinkedPose::with_common_error(double ratio) const {
   PoseGaussian result = estimate;
-  result.covariance += sigma_rad * sigma_rad * J_drift * J_drift.transpose();
+  result.covariance += ratio * ratio * J_common * J_common.transpose();
   return result;
 }
 
-DriftingPose compose(const DriftingPose& T_a_b, const PoseGaussian& T_b_c, double frames) {
-  DriftingPose T_a_c{compose(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.J_drift};
-  T_a_c.J_drift.topRows<3>().diagonal().array() += frames;
+LinkedPose compose(const LinkedPose& T_a_b, const PoseGaussian& T_b_c, bool measured) {
+  LinkedPose T_a_c{compose(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.J_common};
+  if (measured) T_a_c.J_common.diagonal() += standard_deviations(T_b_c.covariance);
   return T_a_c;
 }
 

@@ -19,26 +19,28 @@ using PoseDensity = antipode::BinghamGaussian<double>;
 /// Limit of the relative errors and angles that a calibration may leave: more is no calibration.
 inline constexpr double kLargestCalibrationError = 0.5;
 
-/// Standard deviation of the rotation drift, rad per frame, if the image motion between two frames has a
-/// constant error of `drift_px`. At most kLargestCalibrationError.
-[[nodiscard]] double drift_sigma_rad(double drift_px, const StereoCamera& camera);
+/// Standard deviations of the six components of an error with this covariance.
+[[nodiscard]] Vector6<double> standard_deviations(const Matrix6<double>& covariance);
 
-/// A pose and its sensitivity to drift. The drift is an unknown constant rotation, in the camera's axes, that
-/// is added to the motion from each frame to the next.
+/// A pose that is composed of links, and its sensitivity to the common error of the links.
 ///
-/// Approximation: the drift between two keyframes changes only the orientation. All rotations since the first
-/// keyframe are applied at the second one.
-struct DriftingPose {
-  PoseGaussian estimate;                  ///< without the uncertainty due to drift
-  Matrix6x3 J_drift = Matrix6x3::Zero();  ///< d (right perturbation of the pose) / d (rotation per frame)
+/// A link is a measured motion: from one keyframe to the next, or from a keyframe to a frame. Its error has a
+/// part of its own, and a part that all links have in common: each of its six components, in the camera's
+/// axes, is the same multiple of the link's own standard deviation in all links. These six multiples are
+/// unknown. Errors of single links add up with the square root of their number, the common error with the
+/// number itself.
+struct LinkedPose {
+  PoseGaussian estimate;                               ///< without the uncertainty due to the common error
+  Matrix6<double> J_common = Matrix6<double>::Zero();  ///< d (right perturbation) / d (the six multiples)
 
-  /// The estimate including the uncertainty due to a drift with a standard deviation of `sigma_rad` per
-  /// frame.
-  [[nodiscard]] PoseGaussian with_drift(double sigma_rad) const;
+  /// The estimate including the uncertainty due to the common error. `ratio` is the standard deviation of the
+  /// six multiples.
+  [[nodiscard]] PoseGaussian with_common_error(double ratio) const;
 };
 
-/// T_a_c from T_a_b and T_b_c. Frame c is `frames` frames after b, or before b if `frames` is negative.
-[[nodiscard]] DriftingPose compose(const DriftingPose& T_a_b, const PoseGaussian& T_b_c, double frames);
+/// T_a_c from T_a_b and the link T_b_c. A link that was not measured, only predicted, has no part in the
+/// common error.
+[[nodiscard]] LinkedPose compose(const LinkedPose& T_a_b, const PoseGaussian& T_b_c, bool measured = true);
 
 /// The estimate with the uncertainty of `error.scale_sigma` and `error.axes_sigma_rad` added. All frames
 /// share the calibration errors, and no measurement of the camera observes them. They are therefore no part

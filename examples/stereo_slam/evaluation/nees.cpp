@@ -44,16 +44,16 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
                                                                  const std::vector<Pose>& poses,
                                                                  std::size_t from, std::size_t to) {
   Matrix6<double> covariance = Matrix6<double>::Zero();
-  Matrix6x3 J_drift = Matrix6x3::Zero();
+  Matrix6<double> J_common = Matrix6<double>::Zero();
   for (std::size_t k = to; k != from; k = rows[k].keyframe) {
     if (k < from || rows[k].keyframe >= k) return std::nullopt;
     const Matrix6<double> A = (poses[to].inverse() * poses[k]).adjoint();
     covariance += A * rows[k].relative * A.transpose();
-    J_drift += static_cast<double>(k - rows[k].keyframe) * A.leftCols<3>();
+    J_common += A * standard_deviations(rows[k].relative).asDiagonal();
   }
-  const DriftingPose relative{{poses[from].inverse() * poses[to], covariance}, J_drift};
+  const LinkedPose relative{{poses[from].inverse() * poses[to], covariance}, J_common};
   const CalibrationError& error = rows[to].calibration;
-  return with_calibration_error(relative.with_drift(error.drift_sigma_rad), error).covariance;
+  return with_calibration_error(relative.with_common_error(error.common_error_ratio), error).covariance;
 }
 
 [[nodiscard]] std::vector<Pose> dual_quaternions(PoseSpan poses) {
@@ -146,6 +146,12 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
   if (lines.empty() || !lines.front().text.starts_with("stamp_s,status,")) {
     throw std::runtime_error(
         fmt::format("{}: not a covariances.csv: the header stamp_s,status,... is missing", file.string()));
+  }
+  if (lines.front().text.find(",common_error_ratio,") == std::string_view::npos) {
+    throw std::runtime_error(fmt::format(
+        "{}: the column common_error_ratio is missing, so another version of stereo_slam wrote it; "
+        "run this version on the recording",
+        file.string()));
   }
   require_line_end(file, lines);
   for (std::size_t i = 1; i < lines.size(); ++i) {

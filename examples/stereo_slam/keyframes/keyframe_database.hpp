@@ -27,7 +27,7 @@ struct Keyframe {
   std::size_t segment = 0;  ///< of the map; a loss begins a new one
   std::vector<KeyframePoint> points;
   PoseGaussian T_previous_keyframe;  ///< pose relative to the keyframe before; unused for the first keyframe
-  PoseGaussian T_world_keyframe;     ///< current estimate, without the drift's uncertainty; loops correct it
+  PoseGaussian T_world_keyframe;     ///< current estimate, without the common error; loops correct it
   double path_length_m = 0.0;        ///< from the first keyframe, along the keyframes
 };
 

@@ -20,8 +20,8 @@ namespace {
 
 }  // namespace
 
-KeyframeGraph::KeyframeGraph(std::size_t max_points, double drift_sigma_rad)
-    : keyframes_(max_points), drift_sigma_rad_(drift_sigma_rad) {}
+KeyframeGraph::KeyframeGraph(std::size_t max_points, double common_error_ratio)
+    : keyframes_(max_points), common_error_ratio_(common_error_ratio) {}
 
 void KeyframeGraph::load(const SavedMap& map, MapUse use) {
   std::vector<PoseGaussian> poses;
@@ -41,7 +41,7 @@ std::size_t KeyframeGraph::add(Keyframe keyframe) {
   const Keyframe& added = keyframes_[id];
   if (added.segment >= segments_.size()) segments_.begin(id);
   if (id > 0) {
-    odometry_.push_back({id - 1, id, added.T_previous_keyframe, added.frame - keyframes_[id - 1].frame});
+    odometry_.push_back({id - 1, id, added.T_previous_keyframe});
   }
   return id;
 }
@@ -97,7 +97,7 @@ void KeyframeGraph::drop_guesses() {
     const Pose& T_world_from = keyframes_[guess.from].T_world_keyframe.pose;
     const Pose& T_world_to = keyframes_[guess.to].T_world_keyframe.pose;
     guess.T_from_to = {(T_world_from.inverse() * T_world_to).renormalized(), uninformative_covariance()};
-    guess.frames = 0;
+    guess.measured = false;
   }
 }
 
@@ -129,12 +129,12 @@ PoseGraph KeyframeGraph::pose_graph() const {
                   .odometry = odometry_,
                   .loops = loops_,
                   .gauge = fixed_keyframes_,
-                  .drift_sigma_rad = drift_sigma_rad_};
+                  .common_error_ratio = common_error_ratio_};
   for (const auto& keyframe : keyframes_.all()) graph.poses.push_back(keyframe.T_world_keyframe.pose);
   return graph;
 }
 
-std::vector<DriftingPose> KeyframeGraph::optimize(const PoseGraphSettings& settings) {
+std::vector<LinkedPose> KeyframeGraph::optimize(const PoseGraphSettings& settings) {
   PoseGraph graph = pose_graph();
   graph.poses = stereo_slam::optimize(graph, settings).poses;
   auto poses = with_covariances(graph, settings);
@@ -147,8 +147,8 @@ std::vector<DriftingPose> KeyframeGraph::optimize(const PoseGraphSettings& setti
 
 /// Poses of an optimised graph with their marginal covariances. If these cannot be computed, each covariance
 /// is composed from that of the keyframe before and the odometry, without the information of the loops.
-std::vector<DriftingPose> KeyframeGraph::with_covariances(const PoseGraph& graph,
-                                                          const PoseGraphSettings& settings) const {
+std::vector<LinkedPose> KeyframeGraph::with_covariances(const PoseGraph& graph,
+                                                        const PoseGraphSettings& settings) const {
   auto result = marginals(graph, settings);
   const bool known = !result.empty();
   result.resize(graph.poses.size());
@@ -158,8 +158,7 @@ std::vector<DriftingPose> KeyframeGraph::with_covariances(const PoseGraph& graph
     } else if (!known) {
       const Pose T_previous_keyframe = graph.poses[id - 1].inverse() * graph.poses[id];
       result[id] = compose(result[id - 1],
-                           PoseGaussian{T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance},
-                           static_cast<double>(odometry_[id - 1].frames));
+                           PoseGaussian{T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance});
       result[id].estimate.pose = graph.poses[id];
     }
   }

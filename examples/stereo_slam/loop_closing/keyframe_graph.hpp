@@ -22,9 +22,9 @@ namespace stereo_slam {
 /// replaces it: the later segment moves as a whole to where the loop measures it.
 class KeyframeGraph {
  public:
-  /// At most `max_points` points of a keyframe are kept. `drift_sigma_rad` is the standard deviation of the
-  /// rotation drift per frame.
-  KeyframeGraph(std::size_t max_points, double drift_sigma_rad);
+  /// At most `max_points` points of a keyframe are kept. `common_error_ratio` is that of the odometry's
+  /// common error (LinkedPose).
+  KeyframeGraph(std::size_t max_points, double common_error_ratio);
 
   /// Adds the keyframes and the loops of a saved map to an empty graph. With MapUse::kLocalise the poses of
   /// these keyframes stay fixed.
@@ -72,21 +72,21 @@ class KeyframeGraph {
   [[nodiscard]] PoseGraph pose_graph() const;
 
   /// Moves the keyframes to the poses that fit the constraints best, and returns these poses.
-  std::vector<DriftingPose> optimize(const PoseGraphSettings& settings);
+  std::vector<LinkedPose> optimize(const PoseGraphSettings& settings);
 
  private:
   [[nodiscard]] std::size_t segment_of(std::size_t keyframe) const { return keyframes_[keyframe].segment; }
   [[nodiscard]] std::vector<std::optional<Pose>> segment_motions(const PoseGraphEdge& loop) const;
   void drop_guesses();
-  [[nodiscard]] std::vector<DriftingPose> with_covariances(const PoseGraph& graph,
-                                                           const PoseGraphSettings& settings) const;
+  [[nodiscard]] std::vector<LinkedPose> with_covariances(const PoseGraph& graph,
+                                                         const PoseGraphSettings& settings) const;
 
   KeyframeDatabase keyframes_;  // with their poses
   MapSegments segments_;
   std::vector<PoseGraphEdge> odometry_;  // edge k leads from keyframe k to k + 1
   std::vector<PoseGraphEdge> loops_;     // accepted
   std::size_t fixed_keyframes_ = 1;      // gauge of the pose graph
-  double drift_sigma_rad_;
+  double common_error_ratio_;
 };
 
 }  // namespace stereo_slam

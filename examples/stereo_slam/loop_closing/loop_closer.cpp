@@ -19,7 +19,7 @@ LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, con
       settings_(settings),
       ids_(extent_of(loaded)),
       graph_(static_cast<std::size_t>(settings.loop_closure.max_points),
-             drift_sigma_rad(settings.calibration.drift_px, camera)),
+             settings.calibration.common_error_ratio),
       candidates_(camera, settings.place_recognition),
       consistency_(settings.loop_verification) {
   if (loaded.keyframes.empty()) return;
@@ -171,7 +171,7 @@ std::optional<LoopCorrection> LoopCloser::correct() {
 }
 
 /// The correction that moves all keyframes to these poses, in ids of this run.
-LoopCorrection LoopCloser::correction_to(const std::vector<DriftingPose>& poses) const {
+LoopCorrection LoopCloser::correction_to(const std::vector<LinkedPose>& poses) const {
   LoopCorrection correction;
   for (std::size_t id = 0; id < poses.size(); ++id) {
     if (ids_.is_loaded(id)) {

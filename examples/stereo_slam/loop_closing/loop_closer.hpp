@@ -22,12 +22,12 @@ namespace stereo_slam {
 
 /// Effect of loops on the map. All values are of the time of the correction.
 struct LoopCorrection {
-  std::vector<DriftingPose> T_world_keyframe;  ///< of the run's first keyframes; later ones keep their poses
-                                               ///< relative to the last of them
-  std::vector<Pose> T_world_loaded_keyframe;   ///< of the loaded map's keyframes
-  std::vector<bool> segment_localised;         ///< of each of the run's segments; see MapSegments
-  LandmarkIdentity identity;                   ///< landmarks united by all loops so far, by their ids in the
-                                               ///< saved map
+  std::vector<LinkedPose> T_world_keyframe;   ///< of the run's first keyframes; later ones keep their poses
+                                              ///< relative to the last of them
+  std::vector<Pose> T_world_loaded_keyframe;  ///< of the loaded map's keyframes
+  std::vector<bool> segment_localised;        ///< of each of the run's segments; see MapSegments
+  LandmarkIdentity identity;                  ///< landmarks united by all loops so far, by their ids in the
+                                              ///< saved map
 };
 
 /// Closes loops: takes keyframes one by one and returns corrections (sec. IV-F). The stages are the choice of
@@ -74,7 +74,7 @@ class LoopCloser {
   void accept(const std::vector<LoopMeasurement>& loops);
   [[nodiscard]] bool correction_needed(const std::vector<LoopMeasurement>& confirmed,
                                        bool newly_localised) const;
-  [[nodiscard]] LoopCorrection correction_to(const std::vector<DriftingPose>& poses) const;
+  [[nodiscard]] LoopCorrection correction_to(const std::vector<LinkedPose>& poses) const;
 
   StereoCamera camera_;
   Settings settings_;

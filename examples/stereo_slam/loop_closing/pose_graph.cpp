@@ -227,10 +227,11 @@ class GraphInformation {
     return factor_.solve(unit).middleRows<6>(row);
   }
 
-  /// d (right perturbation of the node) / d drift; zero if the node is fixed.
-  [[nodiscard]] Matrix6x3 drift_jacobian(std::size_t node) const {
+  /// LinkedPose::J_common of the node; zero if the node is fixed.
+  [[nodiscard]] Matrix6<double> J_common(std::size_t node) const {
     const int row = first_variable_[node];
-    return row < 0 ? Matrix6x3(Matrix6x3::Zero()) : Matrix6x3(drift_.middleRows<6>(row));
+    if (row < 0) return Matrix6<double>::Zero();
+    return J_common_.middleRows<6>(row);
   }
 
   /// The covariances of all nodes.
@@ -250,6 +251,7 @@ class GraphInformation {
 
  private:
   using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  using MatrixX6 = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
   static constexpr int kFixed = -1;
   static constexpr int kUnknown = -2;
@@ -271,20 +273,22 @@ class GraphInformation {
       variables_ = 0;
       return;
     }
-    drift_ = factor_.solve(jacobian.transpose() * residual_drift(jacobian, odometry));
+    J_common_ = factor_.solve(jacobian.transpose() * common_residuals(jacobian, odometry));
   }
 
-  /// d residuals / d drift. The residuals of the odometry come first; those of loops do not drift. The drift
-  /// acts on an edge's residual like a rotation of its second node.
-  [[nodiscard]] Eigen::MatrixX3d residual_drift(const Eigen::Map<const RowMajor>& jacobian,
-                                                const std::vector<PoseGraphEdge>& odometry) const {
-    Eigen::MatrixX3d result = Eigen::MatrixX3d::Zero(jacobian.rows(), 3);
+  /// d residuals / d (multiples of the common error). The residuals of the odometry come first; those of
+  /// loops have no part in it. The error of an edge acts on its residual like a perturbation of its second
+  /// node.
+  [[nodiscard]] MatrixX6 common_residuals(const Eigen::Map<const RowMajor>& jacobian,
+                                          const std::vector<PoseGraphEdge>& odometry) const {
+    MatrixX6 result = MatrixX6::Zero(jacobian.rows(), 6);
     for (std::size_t k = 0; k < odometry.size(); ++k) {
-      const auto& [from, to, T_from_to, frames] = odometry[k];
+      const auto& [from, to, T_from_to, measured] = odometry[k];
       const int column = first_variable_[to];
-      if (column < 0) continue;
+      if (column < 0 || !measured) continue;
       const auto row = static_cast<Eigen::Index>(6 * k);
-      result.middleRows<6>(row) = static_cast<double>(frames) * jacobian.block(row, column, 6, 3).toDense();
+      result.middleRows<6>(row) = jacobian.block(row, column, 6, 6).toDense() *
+                                  standard_deviations(T_from_to.covariance).asDiagonal();
     }
     return result;
   }
@@ -292,19 +296,19 @@ class GraphInformation {
   std::vector<int> first_variable_;  // of each node
   int variables_ = 0;
   SparseFactor factor_;
-  Eigen::MatrixX3d drift_;  // of all variables
+  MatrixX6 J_common_;  // of all variables
 };
 
-std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings) {
+std::vector<LinkedPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings) {
   const GraphInformation information(graph, settings);
   for (std::size_t node = 0; node < graph.poses.size(); ++node) {
     if (!information.knows(node)) return {};
   }
   const auto covariances = information.marginals();
-  std::vector<DriftingPose> result;
+  std::vector<LinkedPose> result;
   for (std::size_t node = 0; node < graph.poses.size(); ++node) {
-    result.push_back({{graph.poses[node], covariances[node]}, information.drift_jacobian(node)});
-    if (!covariances[node].allFinite() || !result.back().J_drift.allFinite()) return {};
+    result.push_back({{graph.poses[node], covariances[node]}, information.J_common(node)});
+    if (!covariances[node].allFinite() || !result.back().J_common.allFinite()) return {};
   }
   return result;
 }
@@ -312,11 +316,11 @@ std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSetti
 struct LoopPrediction::State {
   std::vector<Pose> poses;
   GraphInformation information;
-  double drift_sigma_rad;
+  double common_error_ratio;
 };
 
 LoopPrediction::LoopPrediction(const PoseGraph& graph, const PoseGraphSettings& settings)
-    : state_(new State{graph.poses, GraphInformation(graph, settings), graph.drift_sigma_rad}) {}
+    : state_(new State{graph.poses, GraphInformation(graph, settings), graph.common_error_ratio}) {}
 LoopPrediction::~LoopPrediction() = default;
 LoopPrediction::LoopPrediction(LoopPrediction&&) noexcept = default;
 LoopPrediction& LoopPrediction::operator=(LoopPrediction&&) noexcept = default;
@@ -326,7 +330,7 @@ bool LoopPrediction::knows(std::size_t from, std::size_t to) const {
 }
 
 PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) const {
-  const auto& [poses, information, drift_sigma_rad] = *state_;
+  const auto& [poses, information, common_error_ratio] = *state_;
   if (!knows(from, to)) {
     throw std::runtime_error(fmt::format(
         "nodes {} and {} of the pose graph are not connected, or their covariances cannot be computed", from,
@@ -335,9 +339,9 @@ PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) con
   const PoseGaussian relative = antipode::relative_pose<double>(
       {poses[from], information.covariance(from, from)}, {poses[to], information.covariance(to, to)},
       information.covariance(from, to));
-  const Matrix6x3 J_drift =
-      information.drift_jacobian(to) - relative.pose.inverse().adjoint() * information.drift_jacobian(from);
-  return DriftingPose{relative, J_drift}.with_drift(drift_sigma_rad);
+  const Matrix6<double> J_common =
+      information.J_common(to) - relative.pose.inverse().adjoint() * information.J_common(from);
+  return LinkedPose{relative, J_common}.with_common_error(common_error_ratio);
 }
 
 double LoopPrediction::mahalanobis_squared(const PoseGraphEdge& edge,

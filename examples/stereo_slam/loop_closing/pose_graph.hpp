@@ -16,7 +16,7 @@ struct PoseGraphEdge {
   std::size_t from = 0;
   std::size_t to = 0;
   PoseGaussian T_from_to;
-  std::size_t frames = 0;  ///< number of frames over which the drift accumulates; 0: none, as for a loop
+  bool measured = true;  ///< false: T_from_to is a guess, which has no part in the common error
 };
 
 /// Poses and relative measurements between them. The first poses are fixed: they are the gauge.
@@ -25,7 +25,7 @@ struct PoseGraph {
   std::vector<PoseGraphEdge> odometry;  ///< without a robust loss
   std::vector<PoseGraphEdge> loops;     ///< may be outliers: they get a robust loss
   std::size_t gauge = 1;                ///< number of fixed poses, at least one
-  double drift_sigma_rad = 0.0;         ///< of the rotation error per frame that all odometry edges share
+  double common_error_ratio = 0.0;      ///< of the common error of the odometry (LinkedPose)
 };
 
 struct PoseGraphResult {
@@ -49,10 +49,10 @@ struct PoseGraphResult {
 [[nodiscard]] PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settings);
 
 /// Poses of the graph with the covariances of their right perturbations, given the gauge, and with their
-/// sensitivities to the drift. Loops reduce both; both are zero for the fixed poses. The graph is linearised
-/// at its poses, which should be the optimum. Empty if some node is not connected to the gauge, or if the
-/// covariances cannot be computed. The same input gives the same bits.
-[[nodiscard]] std::vector<DriftingPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings);
+/// sensitivities to the common error of the odometry. Loops reduce both; both are zero for the fixed poses.
+/// The graph is linearised at its poses, which should be the optimum. Empty if some node is not connected to
+/// the gauge, or if the covariances cannot be computed. The same input gives the same bits.
+[[nodiscard]] std::vector<LinkedPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings);
 
 /// Inflation of a covariance P to scale * P + covariance, for errors that P does not contain.
 struct CovarianceInflation {
@@ -69,8 +69,8 @@ class LoopPrediction {
   LoopPrediction(LoopPrediction&&) noexcept;
   LoopPrediction& operator=(LoopPrediction&&) noexcept;
 
-  /// The relative pose of two nodes; its covariance contains the drift, and accounts for the errors that both
-  /// nodes share. Throws std::runtime_error unless knows().
+  /// The relative pose of two nodes; its covariance contains the common error of the odometry, and accounts
+  /// for the errors that both nodes share. Throws std::runtime_error unless knows().
   [[nodiscard]] PoseGaussian relative_pose(std::size_t from, std::size_t to) const;
 
   /// Whether the graph predicts the relative pose of two nodes: both are connected to the gauge, and the

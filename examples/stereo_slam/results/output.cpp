@@ -249,7 +249,7 @@ void write_covariances_header(std::ostream& stream) {
   };
   stream << "stamp_s,status";
   print_names("");
-  stream << ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,drift_sigma_rad";
+  stream << ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,common_error_ratio";
   print_names("keyframe_");
   stream << '\n';
 }
@@ -265,7 +265,7 @@ void write_covariances_row(std::ostream& stream, const FrameResult& result,
   print_triangle(covariance);
   fmt::print(stream, ",{},{:.6g},{},{:.6g},{:.6g},{:.6g}", result.keyframe, result.nis, result.nis_dof,
              result.calibration.scale_sigma, result.calibration.axes_sigma_rad,
-             result.calibration.drift_sigma_rad);
+             result.calibration.common_error_ratio);
   print_triangle(result.relative_covariance);
   stream << '\n';
 }

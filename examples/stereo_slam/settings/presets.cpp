@@ -13,7 +13,7 @@ namespace {
 /// updated in every frame, 7 x 7 pose samples, no correlation, subsets of 30. The paper does not give tau.
 void apply_paper(Settings& settings) {
   settings.calibration = {.principal_point_sigma_px = 0.0,
-                          .drift_px = 0.0,
+                          .common_error_ratio = 0.0,
                           .scale_sigma_per_px = 0.0,
                           .principal_point_per_px = 0.0};
   settings.online_rectification.enabled = false;
@@ -22,6 +22,7 @@ void apply_paper(Settings& settings) {
   settings.refinement.enabled = false;
   settings.update.method = PoseUpdateMethod::kPaper;
   settings.update.tau = 0.05;
+  settings.update.noise_from_innovations = false;
   settings.map.layout = MapLayout::kGlobal;
   settings.map.update_landmarks = true;
   settings.map.clear_correlation = -1.0;

@@ -63,8 +63,8 @@ void add_calibration(Table& table) {
            "known relative standard deviation of the calibrated scale (baseline times focal length)")
       .add("principal_point_sigma_px", &CalibrationSettings::principal_point_sigma_px, {0.0, 50.0}, "px",
            "known standard deviation of the calibrated principal point")
-      .add("drift_px", &CalibrationSettings::drift_px, {0.0, 0.1}, "px",
-           "standard deviation of a constant error of the image motion per frame, which turns the camera")
+      .add("common_error_ratio", &CalibrationSettings::common_error_ratio, {0.0, 10.0}, "",
+           "standard deviation of the error that all motions between keyframes share, relative to their own")
       .add(
           "scale_sigma_per_px", &CalibrationSettings::scale_sigma_per_px, {0.0, 0.5}, "1/px",
           "relative standard deviation of the scale, per pixel of row offset that online_rectification finds")
@@ -174,7 +174,9 @@ void add_update(Table& table) {
       .add("robust_cap", &UpdateSettings::robust_cap, {1.0, 1e6}, "",
            "squared Mahalanobis distance beyond which a match is removed after the first update")
       .add("min_matches", &UpdateSettings::min_matches, {3, 100000}, "",
-           "smallest number of matches; with fewer the pose is only predicted");
+           "smallest number of matches; with fewer the pose is only predicted")
+      .add("noise_from_innovations", &UpdateSettings::noise_from_innovations,
+           "multiply the covariances by the mean normalised innovation squared of the last updates");
 }
 
 void add_map(Table& table) {
@@ -260,6 +262,8 @@ void add_loop_verification(Table& table) {
            "guided matching: search radius around a predicted point")
       .add("pixel_sigma_px", &LoopVerificationSettings::pixel_sigma_px, {0.05, 10.0}, "px",
            "standard deviation of a detected corner")
+      .add("covariance_scale", &LoopVerificationSettings::covariance_scale, {0.01, 1000.0}, "",
+           "factor on the covariance of a loop, for errors that its points have in common")
       .add("min_inliers", &LoopVerificationSettings::min_inliers, {6, 10000}, "",
            "smallest number of inliers of a loop")
       .add("consecutive", &LoopVerificationSettings::consecutive, {1, 100}, "",

@@ -39,7 +39,7 @@ struct StereoMatchingSettings {
 struct CalibrationSettings {
   double scale_sigma = 0.0;
   double principal_point_sigma_px = 0.0;
-  double drift_px = 0.004;
+  double common_error_ratio = 0.5;
   double scale_sigma_per_px = 0.01;
   double principal_point_per_px = 1.0;
 };
@@ -112,6 +112,7 @@ struct UpdateSettings {
   double regularizer_forgetting = 1e-3;
   double robust_cap = 16.0;
   int min_matches = 10;
+  bool noise_from_innovations = true;
 };
 
 /// In which frame the state is held (see docs/conventions.md).
@@ -161,6 +162,7 @@ struct LoopVerificationSettings {
   double max_reprojection_error_px = 4.0;
   double search_radius_px = 8.0;
   double pixel_sigma_px = 1.0;
+  double covariance_scale = 2.0;
   int min_inliers = 25;
   int consecutive = 3;
   int relocalisation_inliers = 60;

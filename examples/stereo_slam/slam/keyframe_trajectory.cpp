@@ -24,19 +24,12 @@ void KeyframeTrajectory::replace(std::size_t position, const PoseGaussian& T_key
   frames_[position] = {reference(), T_keyframe_camera};
 }
 
-DriftingPose KeyframeTrajectory::compose_with(const KeyframePose& keyframe,
-                                              const PoseGaussian& T_keyframe_camera, std::size_t position) {
-  const double frames = static_cast<double>(position) - static_cast<double>(keyframe.position);
-  return compose(keyframe.T_world_keyframe, T_keyframe_camera, frames);
-}
-
-void KeyframeTrajectory::correct(const std::vector<DriftingPose>& T_world_keyframe) {
+void KeyframeTrajectory::correct(const std::vector<LinkedPose>& T_world_keyframe) {
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     auto& keyframe = keyframes_[k];
-    keyframe.T_world_keyframe =
-        k < T_world_keyframe.size()
-            ? T_world_keyframe[k]
-            : compose_with(keyframes_[k - 1], keyframe.T_previous_keyframe, keyframe.position);
+    keyframe.T_world_keyframe = k < T_world_keyframe.size() ? T_world_keyframe[k]
+                                                            : compose(keyframes_[k - 1].T_world_keyframe,
+                                                                      keyframe.T_previous_keyframe);
   }
 }
 
@@ -71,8 +64,8 @@ void KeyframeTrajectory::continue_odometry(const Pose& expected, const Pose& fou
   T_odometry_keyframe_ = (T_odometry_keyframe_ * expected * found.inverse()).renormalized();
 }
 
-DriftingPose KeyframeTrajectory::in_world(const PoseGaussian& T_keyframe_camera) const {
-  return compose_with(keyframes_.back(), T_keyframe_camera, frames_.size() - 1);
+LinkedPose KeyframeTrajectory::in_world(const PoseGaussian& T_keyframe_camera) const {
+  return compose(keyframes_.back().T_world_keyframe, T_keyframe_camera, frames_.back().measured);
 }
 
 Pose KeyframeTrajectory::in_odometry_frame(const Pose& T_keyframe_camera) const {
@@ -88,13 +81,13 @@ std::vector<Matrix6<double>> KeyframeTrajectory::relative_covariances() const {
   return covariances;
 }
 
-std::vector<PoseGaussian> KeyframeTrajectory::poses(double drift_sigma_rad) const {
+std::vector<PoseGaussian> KeyframeTrajectory::poses(double common_error_ratio) const {
   std::vector<PoseGaussian> T_world_camera;
   std::vector<bool> measured;
-  for (std::size_t position = 0; position < frames_.size(); ++position) {
-    const FramePose& frame = frames_[position];
-    T_world_camera.push_back(compose_with(keyframes_[frame.keyframe], frame.T_keyframe_camera, position)
-                                 .with_drift(drift_sigma_rad));
+  for (const FramePose& frame : frames_) {
+    const LinkedPose& T_world_keyframe = keyframes_[frame.keyframe].T_world_keyframe;
+    T_world_camera.push_back(compose(T_world_keyframe, frame.T_keyframe_camera, frame.measured)
+                                 .with_common_error(common_error_ratio));
     measured.push_back(frame.measured);
   }
   bridge_untracked(T_world_camera, measured);

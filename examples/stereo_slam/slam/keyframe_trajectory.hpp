@@ -39,7 +39,7 @@ class KeyframeTrajectory {
   void replace(std::size_t position, const PoseGaussian& T_keyframe_camera);
 
   /// Sets the poses of the first keyframes; the others keep their poses relative to those before them.
-  void correct(const std::vector<DriftingPose>& T_world_keyframe);
+  void correct(const std::vector<LinkedPose>& T_world_keyframe);
 
   /// Corrects, to first order, all motions that were measured with earlier estimates of the rectification to
   /// what its present estimate would have given. Their covariances get the uncertainty of that estimate. The
@@ -65,7 +65,7 @@ class KeyframeTrajectory {
   }
 
   /// T_world_camera of the last frame, which is at this pose relative to the reference keyframe.
-  [[nodiscard]] DriftingPose in_world(const PoseGaussian& T_keyframe_camera) const;
+  [[nodiscard]] LinkedPose in_world(const PoseGaussian& T_keyframe_camera) const;
   /// T_odometry_camera of the same frame, on the path that never jumps.
   [[nodiscard]] Pose in_odometry_frame(const Pose& T_keyframe_camera) const;
 
@@ -74,14 +74,14 @@ class KeyframeTrajectory {
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const;
 
   /// T_world_camera of every frame as known now; predicted frames lie between their measured neighbours.
-  /// Their covariances contain a drift with this standard deviation a frame.
-  [[nodiscard]] std::vector<PoseGaussian> poses(double drift_sigma_rad) const;
+  /// Their covariances contain the common error of the links (LinkedPose).
+  [[nodiscard]] std::vector<PoseGaussian> poses(double common_error_ratio) const;
 
  private:
   struct KeyframePose {
     std::size_t frame = 0;
     PoseGaussian T_previous_keyframe;
-    DriftingPose T_world_keyframe;
+    LinkedPose T_world_keyframe;
     RectificationEffect effect;  ///< on T_previous_keyframe
     std::size_t position = 0;    ///< of its own frame in frames_
   };
@@ -90,10 +90,6 @@ class KeyframeTrajectory {
     PoseGaussian T_keyframe_camera;
     bool measured = true;
   };
-
-  /// T_world_camera of the frame at this position, which is at `T_keyframe_camera` relative to the keyframe.
-  [[nodiscard]] static DriftingPose compose_with(const KeyframePose& keyframe,
-                                                 const PoseGaussian& T_keyframe_camera, std::size_t position);
 
   std::vector<KeyframePose> keyframes_{1};
   std::vector<FramePose> frames_;

@@ -172,7 +172,8 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_);  // Alg. 4
   note_static_points(tracked);
-  record(posterior_, tracked.measured(), result);
+  if (tracked.basis == PoseBasis::kLandmarks) noise_.add(tracked.nis, tracked.nis_dof);
+  record(reported(tracked), tracked.measured(), result);
   result.odometry = tracked.odometry.T_previous_current;
   result.matches = static_cast<int>(tracked.matches.size());
   result.nis = tracked.nis;
@@ -219,8 +220,9 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageC
   result.status = first && !previous_.lost ? TrackingStatus::kWeak : TrackingStatus::kLost;
   PoseGaussian motion;
   motion.pose = velocity_.motion_until(frame.stamp_ns);
-  record(predict_pose(posterior_, motion, false, settings_, velocity_.unseen_until(frame.stamp_ns)), false,
-         result);
+  const PoseDensity predicted =
+      predict_pose(posterior_, motion, false, settings_, velocity_.unseen_until(frame.stamp_ns));
+  record(to_pose_gaussian(predicted), false, result);
   result.times = clock.times();
 }
 
@@ -234,7 +236,7 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   if (!started_) return record_unknown(result);
   velocity_.found(images.frame.stamp_ns);
   begin_keyframe(images, std::move(points));
-  record(posterior_, true, result);
+  record(to_pose_gaussian(posterior_), true, result);
   result.is_keyframe = true;
 }
 
@@ -244,21 +246,29 @@ void Slam::record_unknown(FrameResult& result) {
   constexpr double kTranslation_m = 100.0;
   Vector6<double> sigma;
   sigma << Vector3<double>::Constant(kRotation_rad), Vector3<double>::Constant(kTranslation_m);
-  const Matrix6<double> covariance = sigma.cwiseAbs2().asDiagonal();
   result.status = TrackingStatus::kLost;
-  record(PoseDensity::from_pose_covariance(Pose::identity(), covariance), false, result);
+  record({Pose::identity(), sigma.cwiseAbs2().asDiagonal()}, false, result);
+}
+
+/// The posterior with the covariance that is reported: if it was measured against landmarks, scaled to the
+/// noise that the innovations show. The filter itself goes on with the assumed noise.
+PoseGaussian Slam::reported(const TrackedPose& tracked) const {
+  PoseGaussian pose = to_pose_gaussian(tracked.posterior);
+  if (tracked.basis == PoseBasis::kLandmarks && settings_.update.noise_from_innovations) {
+    pose.covariance *= noise_.variance_ratio();
+  }
+  return pose;
 }
 
 /// Appends the pose of the frame to the trajectory and writes it into the result.
-void Slam::record(const PoseDensity& T_keyframe_camera, bool measured, FrameResult& result) {
-  const PoseGaussian pose = to_pose_gaussian(T_keyframe_camera);
-  trajectory_.append(pose, measured);
+void Slam::record(const PoseGaussian& T_keyframe_camera, bool measured, FrameResult& result) {
+  trajectory_.append(T_keyframe_camera, measured);
   result.keyframe = trajectory_.reference_frame();
   result.segment = segment_.current();
-  result.relative_covariance = pose.covariance;
+  result.relative_covariance = T_keyframe_camera.covariance;
   result.calibration = calibration_error();
-  result.T_world_camera = in_world(pose, result.calibration);
-  result.T_odometry_camera = trajectory_.in_odometry_frame(pose.pose);
+  result.T_world_camera = in_world(T_keyframe_camera, result.calibration);
+  result.T_odometry_camera = trajectory_.in_odometry_frame(T_keyframe_camera.pose);
 }
 
 /// Replaces the covariances in the result by those of the new keyframe, which contain the rectification's.
@@ -304,13 +314,13 @@ CalibrationError Slam::calibration_error() const {
       std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px);
   return {.scale_sigma = std::min(scale, kLargestCalibrationError),
           .axes_sigma_rad = std::min(axes_px / camera_.fx, kLargestCalibrationError),
-          .drift_sigma_rad = drift_sigma_rad(allowed.drift_px, camera_)};
+          .common_error_ratio = allowed.common_error_ratio};
 }
 
 /// T_world_camera of the last frame, including the uncertainty due to the errors that all frames share.
 PoseGaussian Slam::in_world(const PoseGaussian& T_keyframe_camera, const CalibrationError& error) const {
-  const DriftingPose T_world_camera = trajectory_.in_world(T_keyframe_camera);
-  return with_calibration_error(T_world_camera.with_drift(error.drift_sigma_rad), error);
+  const LinkedPose T_world_camera = trajectory_.in_world(T_keyframe_camera);
+  return with_calibration_error(T_world_camera.with_common_error(error.common_error_ratio), error);
 }
 
 void Slam::finish() {
@@ -321,7 +331,7 @@ void Slam::finish() {
 
 std::vector<PoseGaussian> Slam::trajectory() const {
   const CalibrationError error = calibration_error();
-  auto T_world_camera = trajectory_.poses(error.drift_sigma_rad);
+  auto T_world_camera = trajectory_.poses(error.common_error_ratio);
   for (auto& pose : T_world_camera) pose = with_calibration_error(pose, error);
   return T_world_camera;
 }

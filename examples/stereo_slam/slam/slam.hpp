@@ -27,6 +27,7 @@
 #include "stereo_slam/slam/frontend.hpp"
 #include "stereo_slam/slam/global_map.hpp"
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
+#include "stereo_slam/slam/noise_scale.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
 #include "stereo_slam/slam/segment_state.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
@@ -134,7 +135,8 @@ class Slam {
   void initialise(const FrameImages& images, FrameResult& result);
   void record_unknown(FrameResult& result);
 
-  void record(const PoseDensity& T_keyframe_camera, bool measured, FrameResult& result);
+  [[nodiscard]] PoseGaussian reported(const TrackedPose& tracked) const;
+  void record(const PoseGaussian& T_keyframe_camera, bool measured, FrameResult& result);
   [[nodiscard]] PoseGaussian in_world(const PoseGaussian& T_keyframe_camera,
                                       const CalibrationError& error) const;
   void record_keyframe(FrameResult& result) const;
@@ -144,8 +146,9 @@ class Slam {
   // The map and its keyframes.
   bool extend_map(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
-  void begin_segment(const FrameImages& images, const OdometryResult& odometry);
-  void change_keyframe(const FrameImages& images, const std::vector<Match>& matches);
+  void begin_segment(const FrameImages& images, const TrackedPose& tracked);
+  void change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
+                       const std::vector<Match>& matches);
   void begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points);
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
                                                          const std::vector<Vector2<double>>& reserved_px,
@@ -166,6 +169,7 @@ class Slam {
   RectificationEstimator rectification_;
   ConstantVelocity velocity_;
   JerkMonitor jerks_;
+  NoiseScale noise_;  // of the landmarks' measurements
   PreviousFrame previous_;
   std::optional<AsyncLoopCloser> loops_;
   bool started_ = false;  // there is a map

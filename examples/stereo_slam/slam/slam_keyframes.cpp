@@ -19,7 +19,7 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
     return false;
   }
   if (tracked.basis == PoseBasis::kOdometry && previous_.lost) {
-    begin_segment(images, tracked.odometry);
+    begin_segment(images, tracked);
     return true;
   }
   const bool recognised = tracked.basis == PoseBasis::kKeyframe;
@@ -29,7 +29,8 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
   }
   if (recognised) scene_ = {};
   // Not with a recognised keyframe: its matches were searched at the predicted pose.
-  change_keyframe(images, fits_landmarks(tracked) ? tracked.matches : std::vector<Match>{});
+  change_keyframe(images, reported(tracked),
+                  fits_landmarks(tracked) ? tracked.matches : std::vector<Match>{});
   return true;
 }
 
@@ -42,16 +43,16 @@ bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
 
 /// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The pose of the
 /// previous frame was a guess too; the odometry now measures it relative to this frame.
-void Slam::begin_segment(const FrameImages& images, const OdometryResult& odometry) {
+void Slam::begin_segment(const FrameImages& images, const TrackedPose& tracked) {
   segment_.begin_next();
   scene_ = {};
-  change_keyframe(images, {});
-  trajectory_.replace(previous_.position, antipode::inverse(odometry.T_previous_current));
+  change_keyframe(images, reported(tracked), {});
+  trajectory_.replace(previous_.position, antipode::inverse(tracked.odometry.T_previous_current));
 }
 
 /// Makes the current camera the reference of pose and landmarks.
-void Slam::change_keyframe(const FrameImages& images, const std::vector<Match>& matches) {
-  PoseGaussian T_previous_keyframe = to_pose_gaussian(posterior_);
+void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
+                           const std::vector<Match>& matches) {
   const RectificationEffect effect = refine_rectification(matches);
   T_previous_keyframe.covariance += effect.covariance;
   trajectory_.add_keyframe(images.frame.index, T_previous_keyframe, effect);

@@ -259,61 +259,64 @@ TEST_CASE("Errors after the loops are as large as the marginal covariances say",
   }
 }
 
-TEST_CASE("The effect of a drift adds up along the odometry, and shrinks with a loop",
-          "[stereo_slam][pose_graph]") {
+TEST_CASE("The common error adds up along the odometry, and loops reduce it", "[stereo_slam][pose_graph]") {
   CAPTURE(kRingSeed);
-  constexpr double kSigma_rad = 0.001;
+  constexpr double kRatio = 0.5;
   Drive d = drive();
-  for (auto& edge : d.graph.odometry) edge.frames = 3;
-  DriftingPose composed;
-  DriftingPose chain;
+  LinkedPose composed;
+  LinkedPose chain;
   for (std::size_t k = 0; k < 50; ++k) {
-    composed = compose(composed, d.graph.odometry[k].T_from_to, 3.0);
-    if (k >= 20) chain = compose(chain, d.graph.odometry[k].T_from_to, 3.0);
+    composed = compose(composed, d.graph.odometry[k].T_from_to);
+    if (k >= 20) chain = compose(chain, d.graph.odometry[k].T_from_to);
   }
   const auto open = marginals(d.graph, kGraphSettings);
-  CHECK(open[0].J_drift.isZero());
-  CHECK((open[50].J_drift - composed.J_drift).norm() < 1e-6 * composed.J_drift.norm());
+  CHECK(open[0].J_common.isZero());
+  CHECK((open[50].J_common - composed.J_common).norm() < 1e-6 * composed.J_common.norm());
 
-  d.graph.drift_sigma_rad = kSigma_rad;
+  d.graph.common_error_ratio = kRatio;
   const auto relative = LoopPrediction(d.graph, kGraphSettings).relative_pose(20, 50).covariance;
-  const auto expected = chain.with_drift(kSigma_rad).covariance;
+  const auto expected = chain.with_common_error(kRatio).covariance;
   CHECK((relative - expected).norm() < 1e-6 * expected.norm());
 
   PoseGraph fixed = d.graph;  // up to node 20, as those of a loaded map are
   fixed.gauge = 21;
   const auto from_map = marginals(fixed, kGraphSettings);
-  CHECK(from_map[20].J_drift.isZero());
-  CHECK((from_map[50].J_drift - chain.J_drift).norm() < 1e-6 * chain.J_drift.norm());
+  CHECK(from_map[20].J_common.isZero());
+  CHECK((from_map[50].J_common - chain.J_common).norm() < 1e-6 * chain.J_common.norm());
+
+  PoseGraph guessed = d.graph;
+  for (std::size_t k = 0; k < 20; ++k) guessed.odometry[k].measured = false;
+  const auto after_guesses = marginals(guessed, kGraphSettings);
+  CHECK(after_guesses[20].J_common.norm() < 1e-6 * chain.J_common.norm());
+  CHECK((after_guesses[50].J_common - chain.J_common).norm() < 1e-6 * chain.J_common.norm());
 
   d.add_loop(0, kRingLap);
   d.graph.poses = optimize(d.graph, kGraphSettings).poses;
   const auto closed = marginals(d.graph, kGraphSettings);
-  CHECK(closed[kRingLap].J_drift.norm() < 0.1 * open[kRingLap].J_drift.norm());
+  CHECK(closed[kRingLap].J_common.norm() < 0.1 * open[kRingLap].J_common.norm());
 }
 
-TEST_CASE("Errors by a drift are as large as the covariances with it say", "[stereo_slam][pose_graph]") {
+TEST_CASE("Errors that the odometry has in common are as large as the covariances with them say",
+          "[stereo_slam][pose_graph]") {
   constexpr int kRuns = 40;
-  constexpr double kSigma_rad =
-      0.001;  // as much as the noise after one edge, twelve times as much at the end
+  constexpr double kRatio = 0.5;
   const std::vector<std::size_t> nodes = {kRingLap / 2, kNodes - 1};
   std::vector<double> nees(nodes.size(), 0.0);
   std::vector<double> nees_without(nodes.size(), 0.0);
   for (unsigned run = 0; run < kRuns; ++run) {
     Drive d = drive(run);
-    Vector6<double> turn = Vector6<double>::Zero();
     std::normal_distribution<double> normal;
-    turn.head<3>() = kSigma_rad * Vector3<double>::NullaryExpr([&] { return normal(d.random); });
+    const Vector6<double> multiples = kRatio * Vector6<double>::NullaryExpr([&] { return normal(d.random); });
     for (auto& edge : d.graph.odometry) {
-      edge.T_from_to.pose = edge.T_from_to.pose.boxplus(turn);
-      edge.frames = 1;
+      const Vector6<double> error = multiples.cwiseProduct(standard_deviations(edge.T_from_to.covariance));
+      edge.T_from_to.pose = edge.T_from_to.pose.boxplus(error);
     }
     for (std::size_t k = kRingLap; k < kNodes; k += 30) d.add_loop(k - kRingLap, k);
     d.graph.poses = optimize(d.graph, kGraphSettings).poses;
     const auto P = marginals(d.graph, kGraphSettings);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const Vector6<double> e = d.truth[nodes[i]].boxminus(d.graph.poses[nodes[i]]);
-      const Matrix6<double> S = P[nodes[i]].with_drift(kSigma_rad).covariance;
+      const Matrix6<double> S = P[nodes[i]].with_common_error(kRatio).covariance;
       nees[i] += e.dot(S.ldlt().solve(e)) / kRuns;
       nees_without[i] += e.dot(P[nodes[i]].estimate.covariance.ldlt().solve(e)) / kRuns;
     }
