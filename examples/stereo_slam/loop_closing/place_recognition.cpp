@@ -101,6 +101,9 @@ PlaceQuery PlaceRecognition::query(std::span<const KeyframePoint> points, std::s
   std::vector<PlaceCandidate> all(end);
   for (std::size_t id = 0; id < end; ++id) all[id].keyframe = id;
   const double log_all = std::log(static_cast<double>(end) + 1.0);
+  // The ids of descriptors grow with those of keyframes: this is the first one that is too new.
+  const auto newer = std::lower_bound(keyframe_of_.begin(), keyframe_of_.end(), end);
+  const auto end_id = static_cast<std::uint32_t>(newer - keyframe_of_.begin());
   std::vector<std::uint32_t> found;
   for (const auto& point : points) {
     found.clear();
@@ -114,7 +117,7 @@ PlaceQuery PlaceRecognition::query(std::span<const KeyframePoint> points, std::s
       for (std::size_t i = 0; i < leaf.size(); ++i) {
         fetch(i + kFetchedAhead);
         const std::uint32_t id = leaf[i];
-        if (keyframe_of_[id] >= end) continue;
+        if (id >= end_id) break;  // the ids of a leaf grow
         ++result.comparisons;
         if (hamming_distance(descriptors_[id], point.descriptor) <= settings_.max_descriptor_distance) {
           found.push_back(keyframe_of_[id]);
