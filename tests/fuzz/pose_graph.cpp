@@ -22,7 +22,7 @@ using stereo_slam::PoseGraphEdge;
 }
 
 [[nodiscard]] PoseGraphEdge edge(HostileInput& input, std::size_t from, std::size_t to) {
-  return {from, to, {near_pose(input), input.covariance<6>()}, to};
+  return {from, to, {near_pose(input), input.covariance<6>()}, to % 4 != 3};
 }
 
 void pose_graph(Bytes bytes) {
