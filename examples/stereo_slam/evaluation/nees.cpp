@@ -147,10 +147,10 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
     throw std::runtime_error(
         fmt::format("{}: not a covariances.csv: the header stamp_s,status,... is missing", file.string()));
   }
-  if (lines.front().text.find(",common_error_ratio,") == std::string_view::npos) {
+  constexpr std::string_view kNames = ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,common_error_ratio,";
+  if (lines.front().text.find(kNames) == std::string_view::npos) {
     throw std::runtime_error(fmt::format(
-        "{}: the column common_error_ratio is missing, so another version of stereo_slam wrote it; "
-        "run this version on the recording",
+        "{}: its columns are not those of this version of stereo_slam; run this version on the recording",
         file.string()));
   }
   require_line_end(file, lines);

@@ -19,6 +19,7 @@ constexpr float kSettled_px = 0.01F;
 constexpr float kRoughly_px = 0.05F;  // settled enough to choose a prior
 constexpr float kMaxDrift_px = 2.0F;
 constexpr float kMaxSlope = 1.0F;
+constexpr double kRounding_px = 1e-3;  // of positions in single precision
 
 using Parameters = Eigen::Vector4f;  // shift in u and v, px; d disparity / d u and d disparity / d v
 
@@ -92,7 +93,8 @@ struct RightPlace {
   for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
     const Eigen::Vector2f centre = right.start_px + parameters.head<2>();
     const Eigen::Vector2f slope = parameters.tail<2>();
-    const double reach_px = kWindowRadius_px * (1.0 + static_cast<double>(slope.cwiseAbs().sum()));
+    const double reach_px =
+        kWindowRadius_px * (1.0 + static_cast<double>(slope.cwiseAbs().sum())) + kRounding_px;
     if (!inside(right.image, static_cast<double>(centre.x()), static_cast<double>(centre.y()), reach_px)) {
       return std::nullopt;
     }
@@ -119,7 +121,7 @@ struct RightPlace {
 SlantedMatch refine_slanted(const cv::Mat& left, const Eigen::Vector2d& left_px, const cv::Mat& right,
                             const Eigen::Vector2d& right_px, std::span<const Eigen::Vector2d> likely_slopes) {
   SlantedMatch unchanged{right_px};
-  if (!inside(left, left_px.x(), left_px.y(), kWindowRadius_px + 1)) return unchanged;
+  if (!inside(left, left_px.x(), left_px.y(), kWindowRadius_px + 1 + kRounding_px)) return unchanged;
   const SlantedTemplate patch(left, left_px.cast<float>());
   const RightPlace place{right, right_px.cast<float>()};
   Parameters parameters = Parameters::Zero();

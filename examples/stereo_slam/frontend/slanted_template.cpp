@@ -105,12 +105,12 @@ static_assert(kRows == 9, "a row is eight numbers and one more");
   }
 }
 
-constexpr int kBorderedSide = SlantedTemplate::kSide_px + 2;
-using BorderedPixels = Eigen::Array<float, kBorderedSide, kBorderedSide, Eigen::RowMajor>;
+constexpr int kSideWithBorder = SlantedTemplate::kSide_px + 2;
+using BorderedPixels = Eigen::Array<float, kSideWithBorder, kSideWithBorder, Eigen::RowMajor>;
 
 /// Axis-aligned window around a point, with a border of one pixel.
 [[nodiscard]] BorderedPixels sample_bordered(const cv::Mat& image, const Eigen::Vector2f& centre) {
-  using Grey = Eigen::Array<std::uint8_t, kBorderedSide, kBorderedSide, Eigen::RowMajor>;
+  using Grey = Eigen::Array<std::uint8_t, kSideWithBorder, kSideWithBorder, Eigen::RowMajor>;
   const Eigen::Vector2f corner = centre.array() - static_cast<float>(kRadius + 1);
   const auto column = static_cast<int>(corner.x());
   const auto row = static_cast<int>(corner.y());
@@ -140,9 +140,9 @@ struct Prepared {
   for (auto& gradient : t.gradient) gradient.back() = Eight{};
   for (std::size_t row = 0; row < kRows; ++row) {
     const auto y = static_cast<float>(static_cast<int>(row) - kRadius);
-    const float* here = bordered.data() + (row + 1) * kBorderedSide;
-    const float* above = here - kBorderedSide;
-    const float* below = here + kBorderedSide;
+    const float* here = bordered.data() + (row + 1) * kSideWithBorder;
+    const float* above = here - kSideWithBorder;
+    const float* below = here + kSideWithBorder;
     Eight centre, left, right, up, down;
     load(here + 1, centre);
     load(here, left);

@@ -17,7 +17,8 @@ namespace stereo_slam {
 /// with respect to the parameters are those of the left window. A gain and an offset of the grey values have
 /// no effect: values and gradients have zero mean, and the gradients are orthogonal to the values.
 ///
-/// On processors with AVX2 registers of eight numbers are used, with the same results to the last bit.
+/// On x86 processors with AVX2 registers of eight numbers are used. The order of the sums is the same
+/// without.
 class SlantedTemplate {
  public:
   /// The smallest window that shows slopes well. Larger ones contain other surfaces: with 11 x 11 pixels the

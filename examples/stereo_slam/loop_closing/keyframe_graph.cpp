@@ -39,10 +39,9 @@ void KeyframeGraph::load(const SavedMap& map, MapUse use) {
 std::size_t KeyframeGraph::add(Keyframe keyframe) {
   const std::size_t id = keyframes_.add(std::move(keyframe));
   const Keyframe& added = keyframes_[id];
-  if (added.segment >= segments_.size()) segments_.begin(id);
-  if (id > 0) {
-    odometry_.push_back({id - 1, id, added.T_previous_keyframe});
-  }
+  const bool begins_segment = added.segment >= segments_.size();
+  if (begins_segment) segments_.begin(id);
+  if (id > 0) odometry_.push_back({id - 1, id, added.T_previous_keyframe, !begins_segment});
   return id;
 }
 
@@ -158,7 +157,8 @@ std::vector<LinkedPose> KeyframeGraph::with_covariances(const PoseGraph& graph,
     } else if (!known) {
       const Pose T_previous_keyframe = graph.poses[id - 1].inverse() * graph.poses[id];
       result[id] = compose(result[id - 1],
-                           PoseGaussian{T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance});
+                           PoseGaussian{T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance},
+                           odometry_[id - 1].measured);
       result[id].estimate.pose = graph.poses[id];
     }
   }

@@ -7,8 +7,11 @@
 namespace stereo_slam {
 namespace {
 
-[[nodiscard]] PoseGraphEdge edge_of(const LoopMeasurement& loop) {
-  return {loop.old_keyframe, loop.new_keyframe, loop.T_old_new};
+/// The loop as an edge of the graph, with the covariance that accounts for what its points have in common.
+[[nodiscard]] PoseGraphEdge edge_of(const LoopMeasurement& loop, const LoopVerificationSettings& settings) {
+  PoseGraphEdge edge{loop.old_keyframe, loop.new_keyframe, loop.T_old_new};
+  edge.T_from_to.covariance *= settings.covariance_scale;
+  return edge;
 }
 
 }  // namespace
@@ -101,11 +104,11 @@ std::vector<LoopMeasurement> LoopCloser::confirm(const std::optional<LoopMeasure
 /// and records an event for every loop.
 std::vector<LoopMeasurement> LoopCloser::gate(const std::vector<LoopMeasurement>& loops) {
   if (loops.empty()) return {};
-  for (const auto& loop : loops) graph_.join_segments(edge_of(loop));
+  for (const auto& loop : loops) graph_.join_segments(edge_of(loop, settings_.loop_verification));
   const LoopPrediction prediction(graph_.pose_graph(), settings_.pose_graph);
   std::vector<LoopMeasurement> passed;
   for (const auto& loop : loops) {
-    const double chi2 = gate_distance(edge_of(loop), prediction);
+    const double chi2 = gate_distance(edge_of(loop, settings_.loop_verification), prediction);
     const bool passes = chi2 <= settings_.loop_verification.max_chi2;
     record_event(loop, chi2, passes);
     if (passes) passed.push_back(loop);
@@ -136,7 +139,7 @@ void LoopCloser::record_event(const LoopMeasurement& loop, double chi2, bool acc
 /// Makes loops constraints of the graph, and unites the landmarks that both of their keyframes observe.
 void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
   for (const auto& loop : loops) {
-    graph_.add_loop(edge_of(loop));
+    graph_.add_loop(edge_of(loop, settings_.loop_verification));
     for (const auto& [old_landmark, new_landmark] : loop.same_landmarks) {
       identity_.unite(old_landmark, new_landmark);
     }

@@ -163,7 +163,6 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   if (!motion.valid || motion.inlier_count < settings.min_inliers) return result;
   result.check = LoopCheck::kVerified;
   result.loop.T_old_new = motion.T_previous_current;
-  result.loop.T_old_new.covariance *= settings.covariance_scale;
   for (std::size_t i = 0; i < guided.size(); ++i) {
     const auto old_landmark = old_keyframe.points[guided[i].old_point].landmark;
     const auto new_landmark = new_keyframe.points[guided[i].new_point].landmark;

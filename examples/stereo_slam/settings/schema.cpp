@@ -175,8 +175,10 @@ void add_update(Table& table) {
            "squared Mahalanobis distance beyond which a match is removed after the first update")
       .add("min_matches", &UpdateSettings::min_matches, {3, 100000}, "",
            "smallest number of matches; with fewer the pose is only predicted")
-      .add("noise_from_innovations", &UpdateSettings::noise_from_innovations,
-           "multiply the covariances by the mean normalised innovation squared of the last updates");
+      .add(
+          "noise_from_innovations", &UpdateSettings::noise_from_innovations,
+          "multiply the covariances by the mean normalised innovation squared of the last updates; no effect "
+          "without refinement");
 }
 
 void add_map(Table& table) {
@@ -262,7 +264,7 @@ void add_loop_verification(Table& table) {
            "guided matching: search radius around a predicted point")
       .add("pixel_sigma_px", &LoopVerificationSettings::pixel_sigma_px, {0.05, 10.0}, "px",
            "standard deviation of a detected corner")
-      .add("covariance_scale", &LoopVerificationSettings::covariance_scale, {0.01, 1000.0}, "",
+      .add("covariance_scale", &LoopVerificationSettings::covariance_scale, {1.0, 1000.0}, "",
            "factor on the covariance of a loop, for errors that its points have in common")
       .add("min_inliers", &LoopVerificationSettings::min_inliers, {6, 10000}, "",
            "smallest number of inliers of a loop")

@@ -21,7 +21,8 @@ void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_p
 }
 
 void KeyframeTrajectory::replace(std::size_t position, const PoseGaussian& T_keyframe_camera) {
-  frames_[position] = {reference(), T_keyframe_camera};
+  auto& frame = frames_[position];
+  frame = {reference(), T_keyframe_camera, true, frame.recorded_covariance};
 }
 
 void KeyframeTrajectory::correct(const std::vector<LinkedPose>& T_world_keyframe) {
@@ -74,7 +75,7 @@ Pose KeyframeTrajectory::in_odometry_frame(const Pose& T_keyframe_camera) const 
 
 std::vector<Matrix6<double>> KeyframeTrajectory::relative_covariances() const {
   std::vector<Matrix6<double>> covariances;
-  for (const auto& frame : frames_) covariances.push_back(frame.T_keyframe_camera.covariance);
+  for (const auto& frame : frames_) covariances.push_back(frame.recorded_covariance);
   for (std::size_t id = 1; id < keyframes_.size(); ++id) {
     covariances[keyframes_[id].position] = keyframes_[id].T_previous_keyframe.covariance;
   }

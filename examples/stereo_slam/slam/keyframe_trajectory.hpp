@@ -89,6 +89,8 @@ class KeyframeTrajectory {
     std::size_t keyframe = 0;
     PoseGaussian T_keyframe_camera;
     bool measured = true;
+    /// Of the pose relative to the keyframe that was the reference when the frame was recorded.
+    Matrix6<double> recorded_covariance = T_keyframe_camera.covariance;
   };
 
   std::vector<KeyframePose> keyframes_{1};

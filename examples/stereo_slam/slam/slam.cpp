@@ -254,7 +254,8 @@ void Slam::record_unknown(FrameResult& result) {
 /// noise that the innovations show. The filter itself goes on with the assumed noise.
 PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = to_pose_gaussian(tracked.posterior);
-  if (tracked.basis == PoseBasis::kLandmarks && settings_.update.noise_from_innovations) {
+  const bool scaled = settings_.update.noise_from_innovations && settings_.refinement.enabled;
+  if (scaled && tracked.basis == PoseBasis::kLandmarks) {
     pose.covariance *= noise_.variance_ratio();
   }
   return pose;

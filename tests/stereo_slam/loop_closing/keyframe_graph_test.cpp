@@ -51,7 +51,9 @@ TEST_CASE("The first loop between two segments moves the later one, and guesses 
   CHECK(odometry[1].T_from_to.pose.is_approx(relative(graph, 1, 2), kTolerance));
   CHECK(odometry[1].T_from_to.covariance(5, 5) > 1e3);
   CHECK(odometry[3].T_from_to.covariance(5, 5) < 1.0);  // still a guess
+  CHECK(odometry[0].measured);
   CHECK_FALSE(odometry[1].measured);
+  CHECK_FALSE(odometry[3].measured);
 }
 
 TEST_CASE("A loop between joined segments does not move them", "[stereo_slam][loops]") {
