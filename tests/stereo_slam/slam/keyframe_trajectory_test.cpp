@@ -64,6 +64,19 @@ TEST_CASE("A predicted frame has no common error of its own", "[stereo_slam][sla
   CHECK(with[6].covariance(1, 1) - before[6].covariance(1, 1) == Approx(two_links * two_links).epsilon(1e-4));
 }
 
+TEST_CASE("A frame that a new segment takes over keeps its covariance relative to its own keyframe",
+          "[stereo_slam][slam]") {
+  KeyframeTrajectory trajectory = drive();
+  const PoseGaussian guess{test::car_motion(1.0), Matrix6<double>::Identity()};
+  trajectory.append(guess, false);  // frame 6, lost
+  trajectory.append(guess, true);
+  trajectory.add_keyframe(7, guess);
+  trajectory.replace(6, antipode::inverse(step(1.0)));
+  CHECK(trajectory.poses(0.0)[6].pose.is_approx(trajectory.T_world_keyframe(3) * step(1.0).pose.inverse(),
+                                                1e-12));
+  CHECK(trajectory.relative_covariances()[6] == guess.covariance);
+}
+
 TEST_CASE("A correction moves frames with their keyframes and carries later keyframes along",
           "[stereo_slam][slam]") {
   auto trajectory = drive();
