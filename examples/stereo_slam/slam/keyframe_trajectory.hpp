@@ -69,8 +69,8 @@ class KeyframeTrajectory {
   /// T_odometry_camera of the same frame, on the path that never jumps.
   [[nodiscard]] Pose in_odometry_frame(const Pose& T_keyframe_camera) const;
 
-  /// Covariance of every frame relative to its keyframe, or of a keyframe's own frame relative to the
-  /// keyframe before, as known now.
+  /// Covariance of every frame relative to the keyframe that it was recorded with, or of a keyframe's own
+  /// frame relative to the keyframe before, as known now.
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const;
 
   /// T_world_camera of every frame as known now; predicted frames lie between their measured neighbours.
