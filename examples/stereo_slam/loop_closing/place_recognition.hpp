@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -12,39 +13,59 @@
 
 namespace stereo_slam {
 
-/// A binary tree over descriptors. Inner nodes test one bit; leaves hold the ids of their descriptors. A full
-/// leaf is split by the bit that halves it best.
+/// Half of a descriptor, 128 bits: what one tree keeps of it.
+using HalfDescriptor = std::array<std::uint8_t, 16>;
+
+/// Half of the descriptor of a keyframe's point.
+struct TreeEntry {
+  HalfDescriptor half;
+  std::uint32_t keyframe;
+};
+
+/// A binary tree over halves of descriptors. Inner nodes test one bit; leaves hold the halves themselves,
+/// side by side in memory. A full leaf is split by the bit that halves it best.
 class DescriptorTree {
  public:
-  /// The tree tests bits first_bit, first_bit + bit_step, ... only: trees with different bits miss different
-  /// matches.
-  DescriptorTree(int first_bit, int bit_step, std::size_t leaf_size)
-      : first_bit_(first_bit), bit_step_(bit_step), leaf_size_(leaf_size), nodes_(1) {}
+  /// The tree keeps one half of each descriptor, the first (0) or the second (1), and tests bits first_bit,
+  /// first_bit + bit_step, ... of it only: trees with different bits miss different matches.
+  DescriptorTree(int half, int first_bit, int bit_step, std::size_t leaf_size)
+      : half_(half),
+        first_bit_(first_bit),
+        bit_step_(bit_step),
+        leaf_size_(leaf_size),
+        nodes_(1),
+        leaves_(1) {}
 
-  /// Inserts descriptors[id]. A leaf that no bit can split stops growing, and further descriptors that belong
-  /// to it are left out: descriptors that occur everywhere do not identify a place.
-  void insert(std::uint32_t id, std::span<const Descriptor> descriptors);
+  /// The half of a descriptor that the tree keeps.
+  [[nodiscard]] HalfDescriptor half_of(const Descriptor& descriptor) const;
 
-  /// Ids of the descriptors in the leaf of `descriptor`.
-  [[nodiscard]] std::span<const std::uint32_t> leaf_of(const Descriptor& descriptor) const;
+  /// Inserts a descriptor of a keyframe. A leaf that no bit can split stops growing, and further descriptors
+  /// that belong to it are left out: descriptors that occur everywhere do not identify a place.
+  void insert(const Descriptor& descriptor, std::uint32_t keyframe);
+
+  /// What is in the leaf of `half`, in the order of insertion.
+  [[nodiscard]] std::span<const TreeEntry> leaf_of(const HalfDescriptor& half) const;
 
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
+  /// An inner node, or a leaf. Small, so that the nodes of a large map stay in the cache.
   struct Node {
-    int bit = -1;                     // -1: a leaf
-    std::uint32_t child[2] = {0, 0};  // for bit 0 and bit 1
-    std::vector<std::uint32_t> entries{};
+    std::int32_t bit = -1;    // -1: a leaf
+    std::uint32_t index = 0;  // of the child for 0, which the child for 1 follows; of a leaf, in leaves_
   };
+  using Leaf = std::vector<TreeEntry>;
 
-  [[nodiscard]] std::size_t descend(const Descriptor& descriptor) const;
-  [[nodiscard]] int best_split(const Node& leaf, std::span<const Descriptor> descriptors) const;
-  void split(std::size_t leaf, int bit, std::span<const Descriptor> descriptors);
+  [[nodiscard]] std::size_t descend(const HalfDescriptor& half) const;
+  [[nodiscard]] int best_split(const Leaf& leaf) const;
+  void split(std::size_t node, int bit);
 
+  int half_;
   int first_bit_;
   int bit_step_;
   std::size_t leaf_size_;
   std::vector<Node> nodes_;
+  std::vector<Leaf> leaves_;
 };
 
 /// Keyframe that may show the place of the query.
@@ -56,18 +77,19 @@ struct PlaceCandidate {
 
 struct PlaceQuery {
   std::vector<PlaceCandidate> candidates;  ///< best first
-  std::size_t comparisons = 0;             ///< of two descriptors, a measure of the work
+  std::size_t comparisons = 0;             ///< of two halves of descriptors, a measure of the work
 };
 
 /// Finds earlier keyframes that look like the current one, by a forest of binary trees over their
 /// descriptors. No vocabulary has to be trained or loaded, and a query visits one leaf per point and tree,
 /// whatever the number of keyframes.
 ///
-/// Every point votes for the keyframes that have a descriptor within the Hamming bound in one of its leaves;
-/// its vote counts log((N + 1) / n) / log(N + 1) if it found n of N keyframes. Deterministic: order of
-/// insertion and bits decide, ties go to the lower id. References: D. Schlegel, G. Grisetti, "HBST: A Hamming
-/// Distance Embedding Binary Search Tree for Feature-Based Visual Place Recognition", RA-L 2018, for the
-/// tree; the forest, the split and the vote are our own.
+/// Every point votes for the keyframes that have a descriptor within the Hamming bound in one of its leaves,
+/// by the 128 bits that a tree keeps and half of the bound: reading all 256 bits, from elsewhere in memory,
+/// would take most of the time. Its vote counts log((N + 1) / n) / log(N + 1) if it found n of N keyframes.
+/// Deterministic: order of insertion and bits decide, ties go to the lower id. References: D. Schlegel, G.
+/// Grisetti, "HBST: A Hamming Distance Embedding Binary Search Tree for Feature-Based Visual Place
+/// Recognition", RA-L 2018, for the tree; the forest, the split and the vote are our own.
 class PlaceRecognition {
  public:
   explicit PlaceRecognition(const PlaceRecognitionSettings& settings);
@@ -82,10 +104,11 @@ class PlaceRecognition {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
+  std::size_t find_similar(const Descriptor& descriptor, std::size_t end,
+                           std::vector<std::uint32_t>& found) const;
+
   PlaceRecognitionSettings settings_;
   std::vector<DescriptorTree> trees_;
-  std::vector<Descriptor> descriptors_;
-  std::vector<std::uint32_t> keyframe_of_;  // of each descriptor
 };
 
 }  // namespace stereo_slam

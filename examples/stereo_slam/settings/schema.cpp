@@ -237,7 +237,7 @@ void add_place_recognition(Table& table) {
       .add("leaf_size", &PlaceRecognitionSettings::leaf_size, {4, 10000}, "",
            "number of descriptors at which a leaf is split")
       .add("max_descriptor_distance", &PlaceRecognitionSettings::max_descriptor_distance, {1, 256}, "bits",
-           "largest Hamming distance between views of one point, of 256 bits")
+           "largest Hamming distance between views of one point, of 256 bits; a tree has 128 and allows half")
       .add("min_gap_frames", &PlaceRecognitionSettings::min_gap_frames, {1, 1000000}, "frames",
            "smallest distance between the two keyframes of a loop")
       .add("candidates", &PlaceRecognitionSettings::candidates, {1, 100}, "",

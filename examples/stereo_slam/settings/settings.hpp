@@ -146,7 +146,7 @@ struct KeyframeSettings {
 struct PlaceRecognitionSettings {
   int trees = 4;
   int leaf_size = 48;
-  int max_descriptor_distance = 40;
+  int max_descriptor_distance = 32;
   int min_gap_frames = 60;
   int candidates = 3;
   double min_score = 0.01;
