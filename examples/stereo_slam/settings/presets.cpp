@@ -22,7 +22,7 @@ void apply_paper(Settings& settings) {
   settings.refinement.enabled = false;
   settings.update.method = PoseUpdateMethod::kPaper;
   settings.update.tau = 0.05;
-  settings.update.noise_from_innovations = false;
+  settings.update.noise_from_residuals = false;
   settings.map.layout = MapLayout::kGlobal;
   settings.map.update_landmarks = true;
   settings.map.clear_correlation = -1.0;

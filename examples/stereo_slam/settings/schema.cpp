@@ -176,9 +176,9 @@ void add_update(Table& table) {
       .add("min_matches", &UpdateSettings::min_matches, {3, 100000}, "",
            "smallest number of matches; with fewer the pose is only predicted")
       .add(
-          "noise_from_innovations", &UpdateSettings::noise_from_innovations,
-          "multiply the covariances by the mean normalised innovation squared of the last updates; no effect "
-          "without refinement");
+          "noise_from_residuals", &UpdateSettings::noise_from_residuals,
+          "scale the covariances to the residuals of the landmarks in the last updates, along and across the "
+          "rows; no effect without refinement");
 }
 
 void add_map(Table& table) {

@@ -39,7 +39,7 @@ struct StereoMatchingSettings {
 struct CalibrationSettings {
   double scale_sigma = 0.0;
   double principal_point_sigma_px = 0.0;
-  double common_error_ratio = 0.5;
+  double common_error_ratio = 0.45;
   double scale_sigma_per_px = 0.01;
   double principal_point_per_px = 1.0;
 };
@@ -112,7 +112,7 @@ struct UpdateSettings {
   double regularizer_forgetting = 1e-3;
   double robust_cap = 16.0;
   int min_matches = 10;
-  bool noise_from_innovations = true;
+  bool noise_from_residuals = true;
 };
 
 /// In which frame the state is held (see docs/conventions.md).

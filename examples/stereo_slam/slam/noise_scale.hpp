@@ -2,31 +2,41 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
+
+#include "stereo_slam/core/types.hpp"
 
 namespace stereo_slam {
 
-/// Variance of the measurement noise relative to the variance that the filter assumes: the mean normalised
-/// innovation squared (NIS) per degree of freedom over about the last hundred updates. Least squares calls it
-/// the variance of unit weight.
+/// Variance of the pixel noise relative to the variance that the filter assumes, along and across the rows of
+/// the image, over about the last hundred updates. Least squares calls it the variance of unit weight.
 class NoiseScale {
  public:
-  /// Adds the NIS of an update; nothing changes without degrees of freedom or for NaN.
-  void add(double nis, int degrees_of_freedom) {
-    if (degrees_of_freedom <= 0 || !std::isfinite(nis)) return;
+  /// Adds the variance ratios (u, v) of an update; nothing changes if they are not finite.
+  void add(const Vector2<double>& variance_ratio) {
+    if (!variance_ratio.allFinite()) return;
     updates_ = std::min(updates_ + 1, kWindow);
-    mean_ += (nis / degrees_of_freedom - mean_) / updates_;
+    mean_ += (variance_ratio - mean_) / updates_;
   }
 
   /// 1 before the first update; never below kLeast.
-  [[nodiscard]] double variance_ratio() const { return std::max(mean_, kLeast); }
+  [[nodiscard]] Vector2<double> variance_ratio() const { return mean_.cwiseMax(kLeast); }
+
+  /// The covariance of a pose with the noise that was seen. Rotations about x and z and the translation along
+  /// y move points across the rows and have the noise in v; the other components have the noise in u.
+  [[nodiscard]] Matrix6<double> scaled(const Matrix6<double>& covariance) const {
+    const Vector2<double> factor = variance_ratio().cwiseSqrt();
+    const double u = factor.x();
+    const double v = factor.y();
+    const Vector6<double> factors{{v, u, v, u, v, u}};
+    return covariance.cwiseProduct(factors * factors.transpose());
+  }
 
  private:
   static constexpr double kLeast = 0.2;  // images without noise still have errors of interpolation
   static constexpr int kWindow = 100;
   static constexpr int kPriorUpdates = 5;  // the first updates do not decide alone
 
-  double mean_ = 1.0;
+  Vector2<double> mean_ = Vector2<double>::Ones();
   int updates_ = kPriorUpdates;
 };
 

@@ -154,7 +154,8 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
   PoseBasis basis = PoseBasis::kNothing;
   if (odometry.valid) basis = PoseBasis::kOdometry;
   if (update.converged) basis = PoseBasis::kLandmarks;
-  return {prior, update.posterior, basis, odometry, std::move(matches), update.nis, update.nis_dof};
+  return {prior,          update.posterior,     basis, odometry, std::move(matches), update.nis,
+          update.nis_dof, update.variance_ratio};
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
@@ -172,7 +173,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_);  // Alg. 4
   note_static_points(tracked);
-  if (tracked.basis == PoseBasis::kLandmarks) noise_.add(tracked.nis, tracked.nis_dof);
+  if (tracked.basis == PoseBasis::kLandmarks) noise_.add(tracked.variance_ratio);
   record(reported(tracked), tracked.measured(), result);
   result.odometry = tracked.odometry.T_previous_current;
   result.matches = static_cast<int>(tracked.matches.size());
@@ -251,12 +252,12 @@ void Slam::record_unknown(FrameResult& result) {
 }
 
 /// The posterior with the covariance that is reported: if it was measured against landmarks, scaled to the
-/// noise that the innovations show. The filter itself goes on with the assumed noise.
+/// noise that the residuals show. The filter itself goes on with the assumed noise.
 PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = to_pose_gaussian(tracked.posterior);
-  const bool scaled = settings_.update.noise_from_innovations && settings_.refinement.enabled;
+  const bool scaled = settings_.update.noise_from_residuals && settings_.refinement.enabled;
   if (scaled && tracked.basis == PoseBasis::kLandmarks) {
-    pose.covariance *= noise_.variance_ratio();
+    pose.covariance = noise_.scaled(pose.covariance);
   }
   return pose;
 }

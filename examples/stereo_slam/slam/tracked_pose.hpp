@@ -27,6 +27,7 @@ struct TrackedPose {
   std::vector<Match> matches;  ///< landmarks found in this frame
   double nis = 0.0;            ///< normalised innovation squared of the update
   int nis_dof = 0;
+  Vector2<double> variance_ratio = Vector2<double>::Ones();  ///< see PoseUpdate
 
   [[nodiscard]] bool measured() const noexcept { return basis != PoseBasis::kNothing; }
 

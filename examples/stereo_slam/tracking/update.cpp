@@ -125,6 +125,22 @@ namespace {
          correction.dot(prior.covariance().ldlt().solve(correction));
 }
 
+/// Variance of the noise in u and v relative to that assumed: the mean squares of the residuals at the
+/// posterior in units of their variances, corrected for the six parameters that were fitted to the residuals.
+[[nodiscard]] Vector2<double> noise_variance_ratio(const std::vector<Match>& matches, const MapView& map,
+                                                   const Pose& T_keyframe_camera) {
+  Vector2<double> sum = Vector2<double>::Zero();
+  for (const auto& match : matches) {
+    const Landmark& landmark = map.landmarks[match.landmark];
+    const auto z = project(to_point(landmark, landmark.mean, map.camera), T_keyframe_camera, map.camera);
+    if (!z) continue;
+    const Matrix3<double> S = match.predicted.landmark_part + match.R;
+    sum += (match.z - *z).cwiseAbs2().cwiseQuotient(S.diagonal()).head<2>();
+  }
+  const double residuals = 3.0 * static_cast<double>(matches.size());
+  return sum * 3.0 / std::max(residuals - 6.0, 1.0);
+}
+
 }  // namespace
 
 PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches, const MapView& map,
@@ -144,6 +160,7 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   const PoseLikelihood likelihood(kept, map, wide_cap, antipode::to_pose_gaussian(prior));
   update.nis = normalised_innovation_squared(prior, update.posterior, likelihood);
   update.nis_dof = likelihood.dimension();
+  update.variance_ratio = noise_variance_ratio(kept, map, update.posterior.pose());
   update.used = kept;
   return update;
 }

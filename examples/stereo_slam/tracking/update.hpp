@@ -18,7 +18,8 @@ struct PoseUpdate {
   bool converged = false;  ///< the landmarks corrected the pose
   double nis = 0.0;  ///< normalised innovation squared: chi-square distributed if all noise is as assumed
   int nis_dof = 0;   ///< its degrees of freedom
-  std::vector<Match> used{};  ///< matches that the posterior rests on
+  Vector2<double> variance_ratio = Vector2<double>::Ones();  ///< of the noise in u and v to that assumed
+  std::vector<Match> used{};                                 ///< matches that the posterior rests on
 };
 
 /// Corrects the pose prior by the matched landmarks (eq. 13, Alg. 2, or the quadratic-surrogate progression).

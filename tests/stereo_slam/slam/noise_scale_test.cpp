@@ -4,37 +4,67 @@
 #include <limits>
 #include <random>
 
+#include <Eigen/Eigenvalues>
+
 #include "support/catch.hpp"
 
 namespace stereo_slam {
 namespace {
 
-TEST_CASE("The noise scale converges to the variance of the noise and follows it", "[stereo_slam][slam]") {
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST_CASE("The noise scale converges to the variances of the noise and follows them", "[stereo_slam][slam]") {
   NoiseScale noise;
-  CHECK(noise.variance_ratio() == 1.0);
+  CHECK(noise.variance_ratio() == Vector2<double>::Ones());
   std::mt19937_64 random(1);
-  constexpr int kDof = 300;
-  const auto add_updates = [&](double variance, int count) {
-    std::chi_squared_distribution<double> nis(kDof);
-    for (int i = 0; i < count; ++i) noise.add(variance * nis(random), kDof);
+  constexpr int kResiduals = 100;
+  const auto add_updates = [&](double u, double v, int count) {
+    std::chi_squared_distribution<double> squares(kResiduals);
+    for (int i = 0; i < count; ++i) {
+      noise.add({u * squares(random) / kResiduals, v * squares(random) / kResiduals});
+    }
   };
-  add_updates(0.4, 1);
-  CHECK(noise.variance_ratio() > 0.8);  // one update hardly counts
-  add_updates(0.4, 300);
-  CHECK(noise.variance_ratio() == Approx(0.4).epsilon(0.1));
-  add_updates(3.0, 300);
-  CHECK(noise.variance_ratio() == Approx(3.0).epsilon(0.1));
+  add_updates(0.4, 3.0, 1);
+  CHECK(noise.variance_ratio().x() > 0.8);  // one update hardly counts
+  CHECK(noise.variance_ratio().y() < 1.6);
+  add_updates(0.4, 3.0, 300);
+  CHECK(noise.variance_ratio().x() == Approx(0.4).epsilon(0.1));
+  CHECK(noise.variance_ratio().y() == Approx(3.0).epsilon(0.1));
+  add_updates(3.0, 0.4, 600);
+  CHECK(noise.variance_ratio().x() == Approx(3.0).epsilon(0.1));
+  CHECK(noise.variance_ratio().y() == Approx(0.4).epsilon(0.1));
 }
 
-TEST_CASE("The noise scale ignores updates without measurements, and stays above zero",
+TEST_CASE("The noise scale ignores what is not finite, and stays above zero", "[stereo_slam][slam]") {
+  NoiseScale noise;
+  noise.add({kNaN, 3.0});
+  noise.add({3.0, kInfinity});
+  CHECK(noise.variance_ratio() == Vector2<double>::Ones());
+  for (int i = 0; i < 1000; ++i) noise.add({0.0, 0.0});
+  CHECK(noise.variance_ratio().minCoeff() >= 0.1);
+}
+
+TEST_CASE("A covariance takes the noise of the image axis that its component moves points along",
           "[stereo_slam][slam]") {
   NoiseScale noise;
-  noise.add(5.0, 0);
-  noise.add(std::numeric_limits<double>::quiet_NaN(), 3);
-  noise.add(std::numeric_limits<double>::infinity(), 3);
-  CHECK(noise.variance_ratio() == 1.0);
-  for (int i = 0; i < 1000; ++i) noise.add(0.0, 300);
-  CHECK(noise.variance_ratio() >= 0.1);
+  for (int i = 0; i < 2000; ++i) noise.add({4.0, 9.0});
+  const Matrix6<double> root = Matrix6<double>::Random();
+  const Matrix6<double> before = root * root.transpose() + Matrix6<double>::Identity();
+  const Matrix6<double> after = noise.scaled(before);
+  for (const int component : {1, 3, 5}) {
+    CHECK(after(component, component) == Approx(4.0 * before(component, component)).epsilon(1e-6));
+  }
+  for (const int component : {0, 2, 4}) {
+    CHECK(after(component, component) == Approx(9.0 * before(component, component)).epsilon(1e-6));
+  }
+  CHECK(after == after.transpose());
+  CHECK(Eigen::SelfAdjointEigenSolver<Matrix6<double>>(after).eigenvalues().minCoeff() > 0.0);
+
+  // The same noise along both axes scales the covariance as a whole.
+  NoiseScale even;
+  for (int i = 0; i < 2000; ++i) even.add({2.5, 2.5});
+  CHECK(even.scaled(before).isApprox(2.5 * before, 1e-6));
 }
 
 }  // namespace

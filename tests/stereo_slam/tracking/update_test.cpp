@@ -161,6 +161,30 @@ TEST_CASE("The covariance and the innovation of the quadratic update are consist
   CHECK(std::abs(nis - 1.0) < 3.0 * std::sqrt(2.0 / (180.0 * kRuns)));
 }
 
+TEST_CASE("The variance ratio of an update is that of the noise along and across the rows",
+          "[stereo_slam][update]") {
+  constexpr int kRuns = 100;
+  std::mt19937_64 random(6);
+  const Pose truth = test::car_motion();
+  for (const int count : {16, 60}) {
+    Vector2<double> as_assumed = Vector2<double>::Zero();
+    Vector2<double> assumed_too_large = Vector2<double>::Zero();
+    for (int run = 0; run < kRuns; ++run) {
+      MatchedScene scene = make_scene(random, truth, count, 0.005, 0.1);
+      const auto settings = settings_for(PoseUpdateMethod::kQuadratic);
+      as_assumed += update_pose(scene.prior, scene.matches, scene.map(), settings).variance_ratio / kRuns;
+      for (auto& match : scene.matches) match.R(1, 1) *= 4.0;
+      assumed_too_large +=
+          update_pose(scene.prior, scene.matches, scene.map(), settings).variance_ratio / kRuns;
+    }
+    CAPTURE(count, as_assumed.transpose(), assumed_too_large.transpose());
+    CHECK(as_assumed.x() == Approx(1.0).epsilon(count > 16 ? 0.06 : 0.25));
+    CHECK(as_assumed.y() == Approx(1.0).epsilon(count > 16 ? 0.06 : 0.25));
+    CHECK(assumed_too_large.x() == Approx(as_assumed.x()).epsilon(0.25));
+    CHECK(assumed_too_large.y() < 0.8 * as_assumed.y());
+  }
+}
+
 TEST_CASE("Landmarks that share their error with the pose have the likelihood of the joint Gaussian",
           "[stereo_slam][update]") {
   std::mt19937_64 random(7);
