@@ -3,6 +3,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <fcntl.h>
 #include <new>
@@ -18,18 +19,25 @@
 
 #include "stereo_slam/io/file_error.hpp"
 
-namespace stereo_slam {
-namespace {
-
 #ifndef __has_feature
 #define __has_feature(x) 0
 #endif
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || __has_feature(address_sanitizer) || \
     __has_feature(thread_sanitizer)
-constexpr bool kSanitized = true;  // sanitizers report to standard error
-#else
-constexpr bool kSanitized = false;
+#define ANTIPODE_SANITIZED
+#include <sanitizer/common_interface_defs.h>
 #endif
+
+namespace stereo_slam {
+namespace {
+
+/// Lets the sanitizer that the program is built with, if any, write to a descriptor.
+void report_sanitizer_to([[maybe_unused]] int descriptor) {
+#ifdef ANTIPODE_SANITIZED
+  // The interface takes the number as a pointer.
+  __sanitizer_set_report_fd(reinterpret_cast<void*>(static_cast<std::intptr_t>(descriptor)));
+#endif
+}
 
 /// The descriptor of messages: standard error, or after silence_libraries() a copy of the original one.
 int message_descriptor = STDERR_FILENO;
@@ -58,10 +66,12 @@ void silence_libraries() {
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", /*overwrite=*/0);
   if (std::getenv("OPENCV_LOG_LEVEL") != nullptr) return;
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  if (kSanitized) return;
   const int copy = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   const int nobody = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (copy >= 0 && nobody >= 0 && ::dup2(nobody, STDERR_FILENO) >= 0) message_descriptor = copy;
+  if (copy >= 0 && nobody >= 0 && ::dup2(nobody, STDERR_FILENO) >= 0) {
+    message_descriptor = copy;
+    report_sanitizer_to(copy);
+  }
   if (nobody >= 0) ::close(nobody);
 }
 

@@ -19,7 +19,7 @@ void require_stack();
 /// Keeps the output of OpenCV and of the image and video decoders from standard error, where only
 /// print_message() writes from then on: the program reports the same errors itself, in one line. If the
 /// environment variable OPENCV_LOG_LEVEL is set, only FFmpeg is silenced, unless OPENCV_FFMPEG_LOGLEVEL is
-/// set, too. A program built with a sanitizer keeps standard error.
+/// set, too. Reports of a sanitizer are still written to standard error.
 void silence_libraries();
 
 /// Prints "stereo_slam: TEXT" as one line, shortened if necessary. Never fails.

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
+
+#include "stereo_slam/core/differing_bits.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -23,26 +24,17 @@ constexpr std::size_t kNeighbours = 3;  // keyframes before and after that show 
 /// How many of the entries have each bit set.
 [[nodiscard]] std::array<int, kBits> count_ones(std::span<const TreeEntry> entries) {
   // One count for each bit of each byte, in an order that lets the compiler add many bytes at a time.
-  std::array<std::array<std::uint16_t, kBytes>, 8> counts{};
+  std::array<std::array<std::uint32_t, kBytes>, 8> counts{};
   for (const TreeEntry& entry : entries) {
     for (std::size_t bit = 0; bit < 8; ++bit) {
       for (std::size_t byte = 0; byte < kBytes; ++byte) {
-        const unsigned one = (entry.half[byte] >> bit) & 1U;
-        counts[bit][byte] = static_cast<std::uint16_t>(counts[bit][byte] + one);
+        counts[bit][byte] += (entry.half[byte] >> bit) & 1U;
       }
     }
   }
   std::array<int, kBits> ones{};
-  for (std::size_t bit = 0; bit < ones.size(); ++bit) ones[bit] = counts[bit % 8][bit / 8];
+  for (std::size_t bit = 0; bit < ones.size(); ++bit) ones[bit] = static_cast<int>(counts[bit % 8][bit / 8]);
   return ones;
-}
-
-[[gnu::always_inline]] inline int differing_bits(const HalfDescriptor& a, const HalfDescriptor& b) {
-  std::array<std::uint64_t, 2> x{};
-  std::array<std::uint64_t, 2> y{};
-  std::memcpy(x.data(), a.data(), sizeof x);
-  std::memcpy(y.data(), b.data(), sizeof y);
-  return std::popcount(x[0] ^ y[0]) + std::popcount(x[1] ^ y[1]);
 }
 
 [[gnu::always_inline]] inline void append_similar_by(const HalfDescriptor& half,
@@ -76,8 +68,10 @@ void append_similar(const HalfDescriptor& half, std::span<const TreeEntry> entri
 /// most of the time.
 void prefetch(std::span<const TreeEntry> leaf) {
   constexpr std::size_t kCacheLine_bytes = 64;
+  constexpr std::size_t kMost_bytes = 1024;  // the processor fetches the rest by itself
   const auto bytes = std::as_bytes(leaf);
-  for (std::size_t i = 0; i < bytes.size(); i += kCacheLine_bytes) __builtin_prefetch(&bytes[i]);
+  const std::size_t end = std::min(bytes.size(), kMost_bytes);
+  for (std::size_t i = 0; i < end; i += kCacheLine_bytes) __builtin_prefetch(&bytes[i]);
 }
 
 /// The entries of keyframes below `end`: those of a leaf are in the order of their keyframes.
@@ -161,9 +155,10 @@ std::size_t DescriptorTree::memory_bytes() const {
 }
 
 PlaceRecognition::PlaceRecognition(const PlaceRecognitionSettings& settings) : settings_(settings) {
-  const int trees_of_a_half = (settings.trees + 1) / 2;
   for (int tree = 0; tree < settings.trees; ++tree) {
-    trees_.emplace_back(tree % 2, tree / 2, trees_of_a_half, static_cast<std::size_t>(settings.leaf_size));
+    const int half = tree % 2;
+    const int trees_of_this_half = (settings.trees + 1 - half) / 2;
+    trees_.emplace_back(half, tree / 2, trees_of_this_half, static_cast<std::size_t>(settings.leaf_size));
   }
 }
 

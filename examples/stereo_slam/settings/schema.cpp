@@ -233,11 +233,12 @@ void add_loop_closure(Table& table) {
 void add_place_recognition(Table& table) {
   SettingsGroup(table, "place_recognition", &Settings::place_recognition)
       .add("trees", &PlaceRecognitionSettings::trees, {1, 16}, "",
-           "number of binary trees over the descriptors; each splits by other bits")
+           "number of binary trees; they keep the first and the second half of each descriptor in turn")
       .add("leaf_size", &PlaceRecognitionSettings::leaf_size, {4, 10000}, "",
            "number of descriptors at which a leaf is split")
       .add("max_descriptor_distance", &PlaceRecognitionSettings::max_descriptor_distance, {1, 256}, "bits",
-           "largest Hamming distance between views of one point, of 256 bits; a tree has 128 and allows half")
+           "largest Hamming distance between views of one point, of 256 bits; a tree compares 128 bits and "
+           "allows half of this distance, rounded down")
       .add("min_gap_frames", &PlaceRecognitionSettings::min_gap_frames, {1, 1000000}, "frames",
            "smallest distance between the two keyframes of a loop")
       .add("candidates", &PlaceRecognitionSettings::candidates, {1, 100}, "",

@@ -22,7 +22,8 @@ class NoiseScale {
   [[nodiscard]] Vector2<double> variance_ratio() const { return mean_.cwiseMax(kLeast); }
 
   /// The covariance of a pose with the noise that was seen. Rotations about x and z and the translation along
-  /// y move points across the rows and have the noise in v; the other components have the noise in u.
+  /// y move points across the rows and have the noise in v; the other components have the noise in u. For the
+  /// rotation about z and the translation along z this holds in images that are much wider than high.
   [[nodiscard]] Matrix6<double> scaled(const Matrix6<double>& covariance) const {
     const Vector2<double> factor = variance_ratio().cwiseSqrt();
     const double u = factor.x();

@@ -126,19 +126,23 @@ namespace {
 }
 
 /// Variance of the noise in u and v relative to that assumed: the mean squares of the residuals at the
-/// posterior in units of their variances, corrected for the six parameters that were fitted to the residuals.
+/// posterior in units of their variances, corrected for the parameters that were fitted to the residuals:
+/// six, less what the prior knew of them.
 [[nodiscard]] Vector2<double> noise_variance_ratio(const std::vector<Match>& matches, const MapView& map,
-                                                   const Pose& T_keyframe_camera) {
+                                                   const PoseDensity& prior, const PoseDensity& posterior) {
   Vector2<double> sum = Vector2<double>::Zero();
+  int residuals = 0;
   for (const auto& match : matches) {
     const Landmark& landmark = map.landmarks[match.landmark];
-    const auto z = project(to_point(landmark, landmark.mean, map.camera), T_keyframe_camera, map.camera);
+    const auto z = project(to_point(landmark, landmark.mean, map.camera), posterior.pose(), map.camera);
     if (!z) continue;
+    residuals += 3;
     const Matrix3<double> S = match.predicted.landmark_part + match.R;
     sum += (match.z - *z).cwiseAbs2().cwiseQuotient(S.diagonal()).head<2>();
   }
-  const double residuals = 3.0 * static_cast<double>(matches.size());
-  return sum * 3.0 / std::max(residuals - 6.0, 1.0);
+  const double known = prior.covariance().ldlt().solve(posterior.covariance()).trace();
+  const double fitted = 6.0 - std::clamp(known, 0.0, 6.0);
+  return sum * 3.0 / std::max(residuals - fitted, 1.0);
 }
 
 }  // namespace
@@ -160,7 +164,7 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   const PoseLikelihood likelihood(kept, map, wide_cap, antipode::to_pose_gaussian(prior));
   update.nis = normalised_innovation_squared(prior, update.posterior, likelihood);
   update.nis_dof = likelihood.dimension();
-  update.variance_ratio = noise_variance_ratio(kept, map, update.posterior.pose());
+  update.variance_ratio = noise_variance_ratio(kept, map, prior, update.posterior);
   update.used = kept;
   return update;
 }

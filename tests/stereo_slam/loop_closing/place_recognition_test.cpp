@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <random>
+#include <tuple>
 
 #include "support/catch.hpp"
 
@@ -127,6 +128,51 @@ TEST_CASE("Equal descriptors neither split a leaf without end nor fill it", "[st
   for (std::size_t id = 0; id < 50; ++id) recognition.add(id, same);
   const auto query = recognition.query(same, 50);
   CHECK(query.comparisons <= kPlacePoints * 4 * 4 * 48);
+}
+
+TEST_CASE("The trees keep the first and the second half of the descriptors in turn",
+          "[stereo_slam][places]") {
+  CAPTURE(kTownSeed);
+  constexpr std::size_t kPlaces = 40;
+  constexpr std::size_t kHalf = 16;
+  for (const auto& [trees, half, found] :
+       {std::tuple{1, 0, true}, {1, 1, false}, {2, 0, true}, {2, 1, true}, {3, 1, true}, {16, 1, true}}) {
+    CAPTURE(trees, half);
+    RandomTown town(kTownSeed);
+    PlaceRecognitionSettings settings;
+    settings.trees = trees;
+    PlaceRecognition recognition(settings);
+    std::vector<std::vector<KeyframePoint>> places;
+    for (std::size_t id = 0; id < kPlaces; ++id) {
+      places.push_back(town.place());
+      recognition.add(id, places.back());
+    }
+    auto query = RandomTown(kTownSeed + 1).place();
+    const auto& place = places[kPlaces / 2];
+    for (std::size_t i = 0; i < query.size(); ++i) {
+      const auto begin = place[i].descriptor.begin() + (half == 0 ? 0 : kHalf);
+      std::copy_n(begin, kHalf, query[i].descriptor.begin() + (half == 0 ? 0 : kHalf));
+    }
+    const auto candidates = recognition.query(query, kPlaces).candidates;
+    CHECK((!candidates.empty() && candidates.front().keyframe == kPlaces / 2) == found);
+  }
+}
+
+TEST_CASE("Halves of descriptors match up to half of the largest distance", "[stereo_slam][places]") {
+  PlaceRecognitionSettings settings;
+  settings.trees = 1;
+  settings.max_descriptor_distance = 33;  // 16 bits of a half
+  for (const int flipped : {0, 15, 16, 17, 33}) {
+    CAPTURE(flipped);
+    PlaceRecognition recognition(settings);
+    recognition.add(0, std::vector<KeyframePoint>(1));
+    std::vector<KeyframePoint> query(1);
+    for (int bit = 0; bit < flipped; ++bit) {
+      auto& byte = query[0].descriptor[static_cast<std::size_t>(bit / 8)];
+      byte = static_cast<std::uint8_t>(byte ^ (1U << (bit % 8)));
+    }
+    CHECK(recognition.query(query, 1).candidates.empty() == (flipped > 16));
+  }
 }
 
 TEST_CASE("An empty query and an empty database give no candidates", "[stereo_slam][places]") {
