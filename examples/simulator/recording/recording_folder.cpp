@@ -20,17 +20,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Creates the folder of a recording; throws std::runtime_error when it exists and is not empty.
-void make_root(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (!error && !fs::is_directory(folder)) error = std::make_error_code(std::errc::not_a_directory);
-  if (error)
-    throw std::runtime_error(
-        fmt::format("{}: cannot be used for output ({})", folder.string(), error.message()));
-  require_no_content(folder);
-}
-
 fs::path make_folder(const fs::path& folder) {
   fs::create_directories(folder);
   return folder;
@@ -47,16 +36,21 @@ void write_png(const cv::Mat1b& image, const fs::path& file) {
 
 }  // namespace
 
-void require_no_content(const fs::path& output) {
-  std::error_code error;  // what cannot be read is reported by RecordingFolder
-  if (!fs::is_directory(output, error) || fs::is_empty(output, error) || error) return;
+void make_empty_folder(const fs::path& output) {
+  std::error_code error;
+  fs::create_directories(output, error);
+  if (!error && !fs::is_directory(output)) error = std::make_error_code(std::errc::not_a_directory);
+  if (error)
+    throw std::runtime_error(
+        fmt::format("{}: cannot be used for output ({})", output.string(), error.message()));
+  if (fs::is_empty(output, error) || error) return;  // what cannot be read is reported when it is written
   throw std::runtime_error(
       fmt::format("{}: not empty; choose another output folder, or remove it", output.string()));
 }
 
 RecordingFolder::RecordingFolder(const SimulationSettings& settings, const fs::path& output)
     : settings_(settings), root_(output) {
-  make_root(root_);
+  make_empty_folder(root_);
   if (settings.rig) root_ /= "mav0";
   images_ = settings.rig ? std::array{make_folder(root_ / "cam0/data"), make_folder(root_ / "cam1/data")}
                          : std::array{make_folder(root_ / "image_0"), make_folder(root_ / "image_1")};

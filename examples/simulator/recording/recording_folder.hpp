@@ -13,8 +13,8 @@
 
 namespace stereo_slam::simulator {
 
-/// Throws std::runtime_error when `output` is a folder that is not empty.
-void require_no_content(const std::filesystem::path& output);
+/// Creates a folder; throws std::runtime_error when that is impossible, or when it exists and is not empty.
+void make_empty_folder(const std::filesystem::path& output);
 
 /// The folder of a recording, in KITTI's layout or, with a rig, in EuRoC's. All functions throw
 /// std::runtime_error with the path where a file cannot be written.

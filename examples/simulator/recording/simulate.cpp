@@ -57,7 +57,8 @@ struct StereoViews {
 
 StereoViews stereo_views(const SimulationSettings& settings) {
   std::optional<StereoRig> rig = settings.rig;
-  if (settings.rectification_error_px > 0.0) {
+  constexpr double kNegligible_px = 1e-9;
+  if (settings.rectification_error_px > kNegligible_px) {
     rig = misrectified_rig(settings.camera, settings.baseline_m,
                            {settings.rectification_error_px, settings.seed});
   }
@@ -112,6 +113,26 @@ class Camera {
   std::vector<Renderer> renderers_;
 };
 
+/// The folder for a recording. It is removed again if nothing was written to it and it did not exist before.
+class NewFolder {
+ public:
+  explicit NewFolder(const fs::path& folder) : folder_(folder) {
+    std::error_code unreadable;  // reported by make_empty_folder()
+    existed_ = fs::exists(folder, unreadable);
+    make_empty_folder(folder);
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+  ~NewFolder() {
+    std::error_code not_empty;
+    if (!existed_) fs::remove(folder_, not_empty);
+  }
+
+ private:
+  fs::path folder_;
+  bool existed_ = false;
+};
+
 }  // namespace
 
 CameraPath camera_path(const SimulationSettings& settings) {
@@ -141,8 +162,9 @@ CameraPath camera_path(const SimulationSettings& settings) {
 }
 
 void simulate(const SimulationSettings& settings, const fs::path& output, const Progress& progress) {
+  validate(settings);
+  const NewFolder claimed(output);  // before the path and the world, which may take minutes to build
   CameraPath path = camera_path(settings);
-  require_no_content(output);  // before the world, which may take minutes to build
   const World world(path, {.scenery = settings.scenery,
                            .seed = settings.seed,
                            .camera_height_m = settings.camera_height_m,

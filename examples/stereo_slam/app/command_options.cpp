@@ -24,13 +24,16 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
          "YAML or XML of OpenCV, or left.yaml of ROS with right.yaml beside it")
       ->check(require_name)
       ->type_name("FILE");
-  app.add_option(
-         "--left-topic", dataset.left_topic,
-         "topic of the left images in a bag; needed if the bag has no pair of topics, or more than one, "
-         "called left and right, cam0 and cam1, camera0 and camera1, or infra1 and infra2")
-      ->type_name("TOPIC");
+  auto* left_topic =
+      app.add_option(
+             "--left-topic", dataset.left_topic,
+             "topic of the left images in a bag; needed if the bag has no pair of topics, or more than one, "
+             "called left and right, cam0 and cam1, camera0 and camera1, or infra1 and infra2")
+          ->type_name("TOPIC");
   app.add_option("--right-topic", dataset.right_topic, "topic of the right images in a bag")
-      ->type_name("TOPIC");
+      ->type_name("TOPIC")
+      ->needs(left_topic);
+  left_topic->needs("--right-topic");
   let_be_one_of(app.add_option("--format", dataset.format,
                                "layout of the folder; euroc includes TUM-VI; default: auto"),
                 {"kitti", "euroc", "folders", "video", "auto"});

@@ -39,7 +39,7 @@ void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
                  fmt::format("number of frames, the first ones of --trajectory; default: all of "
                              "--trajectory, or {} without it",
                              settings.kDefaultFrames))
-      ->check(whole_number_between(2, 1'000'000))
+      ->check(whole_number_between(2, 100'000))
       ->type_name("N");
   app.add_option("--seed", settings.seed, "seed of the scene, the traffic and the noise")
       ->check(whole_number_between(0, std::numeric_limits<std::uint64_t>::max()))

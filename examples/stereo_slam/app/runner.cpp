@@ -5,6 +5,7 @@
 #include <chrono>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -302,8 +303,14 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   const RunFolder folder(options.output, options.overwrite);
   const auto write_header = [&] { write_run_yaml(folder.working(), header, sequence, settings); };
   // That of an earlier run that did not finish stays with its frames, until this run has one.
-  if (!fs::exists(folder.working() / "run.yaml")) write_header();
-  LiveResults results(folder, body_of(sequence, options), write_header);
+  const bool is_new = !fs::exists(folder.working() / "run.yaml");
+  if (is_new) write_header();
+  std::optional<LiveResults> opened;
+  if (!attempt(header, [&] { opened.emplace(folder, body_of(sequence, options), write_header); })) {
+    if (is_new) (void)attempt(header, write_header);
+    throw std::runtime_error(header.error);
+  }
+  LiveResults& results = *opened;
 
   const auto start = Clock::now();
   RunRecord record;

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/bags/bag_lengths.hpp"
 #include "stereo_slam/bags/image_message.hpp"
 #include "stereo_slam/dataset/lens_values.hpp"
 #include "stereo_slam/io/file_error.hpp"
@@ -139,7 +140,10 @@ struct BagReader::Bag {
   explicit Bag(const fs::path& path) : file(path) {
     if (!fs::is_regular_file(file))
       fail(file, fs::exists(file) ? "it is not an ordinary file" : "no such file");
-    call([&] { bag.open(file.string(), rosbag::bagmode::Read); });
+    call([&] {
+      require_possible_lengths(file);
+      bag.open(file.string(), rosbag::bagmode::Read);
+    });
   }
 
   /// Calls a function that reads the bag, and adds the name of the bag to its errors.

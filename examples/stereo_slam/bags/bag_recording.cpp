@@ -16,6 +16,7 @@
 #include "stereo_slam/bags/bag_reader.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -87,18 +88,38 @@ class BagImages : public PairSource {
   std::vector<std::pair<std::size_t, std::size_t>> frames_;
 };
 
-/// Pairs images whose stamps differ by at most 1 ms.
+/// Refuses stamps that go back: either the clock or the order of the messages is wrong, and which of both
+/// cannot be known.
+void require_order(const std::vector<std::int64_t>& stamps_ns, const std::string& topic,
+                   const fs::path& file) {
+  for (std::size_t i = 1; i < stamps_ns.size(); ++i) {
+    if (stamps_ns[i] >= stamps_ns[i - 1]) continue;
+    fail(file,
+         fmt::format("image {} of {}: its stamp {} s is earlier than that of the image before, {} s; write "
+                     "the bag again with stamps in order",
+                     i, topic, format_seconds(stamps_ns[i]), format_seconds(stamps_ns[i - 1])));
+  }
+}
+
+/// Pairs images whose stamps differ by at most 1 ms. Of images with the same stamp, the first is used.
 void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, SequenceScan& scan) {
   constexpr std::int64_t kTolerance_ns = 1'000'000;
   const auto left = reader.index_images(topics.left);
   const auto right = reader.index_images(topics.right);
   const fs::path& file = scan.sequence.folder;
+  require_order(left, topics.left, file);
+  require_order(right, topics.right, file);
   auto& frames = scan.sequence.frames;
+  std::size_t repeated = 0;
   for (std::size_t i = 0, j = 0; i < left.size() && j < right.size();) {
     const std::int64_t later_ns = left[i] - right[j];
-    if (std::abs(later_ns) <= kTolerance_ns && (frames.empty() || left[i] > frames.back().stamp_ns)) {
-      frames.push_back({left[i], file, file});
-      images.add(i, j);
+    if (std::abs(later_ns) <= kTolerance_ns) {
+      if (frames.empty() || left[i] > frames.back().stamp_ns) {
+        frames.push_back({left[i], file, file});
+        images.add(i, j);
+      } else {
+        ++repeated;
+      }
     }
     if (later_ns <= kTolerance_ns) ++i;
     if (later_ns >= -kTolerance_ns) ++j;
@@ -109,7 +130,13 @@ void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, 
                    "synchronised",
                    frames.size(), left.size(), topics.left, right.size(), topics.right));
   }
-  const std::size_t alone = left.size() + right.size() - 2 * frames.size();
+  if (repeated > 0) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format("{}: {} pairs of {} and {} have the stamp of the pair before; they are left out",
+                     file.string(), repeated, topics.left, topics.right)});
+  }
+  const std::size_t alone = left.size() + right.size() - 2 * (frames.size() + repeated);
   if (alone > 0) {
     scan.problems.push_back(
         {Problem::Severity::kWarning,

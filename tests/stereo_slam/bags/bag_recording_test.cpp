@@ -142,6 +142,52 @@ TEST_CASE("Images without a partner are left out of a bag, with a warning", "[ba
   CHECK(cv::norm(load_frame(scan.sequence, 2).right, original(*folder, "right", 3), cv::NORM_INF) <= 1.0);
 }
 
+TEST_CASE("Images with the stamp of the image before are left out of a bag, with a warning", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  const auto scan = scan_bag(*folder / "repeated.bag", {});
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_FALSE(is_error(scan.problems[0]));
+  CHECK_THAT(scan.problems[0].text,
+             Catch::Contains("1 pairs of") && Catch::Contains("the stamp of the pair before"));
+  REQUIRE(scan.sequence.frames.size() == kFrames - 1);
+  CHECK(cv::norm(load_frame(scan.sequence, 1).left, original(*folder, "left", 1), cv::NORM_INF) <= 1.0);
+}
+
+TEST_CASE("A bag whose stamps go back is refused, and the image is named", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  CHECK_THAT(error_of(*folder / "back.bag"),
+             Catch::Contains("image 3 of /stereo/left/image_raw") && Catch::Contains("is earlier than") &&
+                 Catch::Contains("1500000000.1") && !Catch::Contains("reindex"));
+}
+
+TEST_CASE("Lengths in a bag that cannot be are refused before memory is allocated for them", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  // The data of a chunk, and what lz4 says it unpacks to.
+  for (const std::string_view name : {"stereo.bag", "lz4.bag"}) {
+    const std::string whole = read_text(*folder / name);
+    const std::size_t size = whole.find("size=");
+    REQUIRE(size != std::string::npos);
+    std::string changed = whole;
+    changed.replace(size + 5, 4, "\xff\xff\xff\xff");
+    write_text(*folder / "huge.bag", changed);
+    CHECK_THAT(error_of(*folder / "huge.bag"), Catch::Contains("more than 1 GB"));
+    // Every length in the last records, those of the index: as if the bag had another 2 GB.
+    const std::size_t index = whole.rfind("op=\x06");
+    REQUIRE(index != std::string::npos);
+    for (std::size_t at = index; at + 4 < whole.size(); at += 1) {
+      CAPTURE(name, at);
+      changed = whole;
+      changed[at + 3] = '\x7f';
+      write_text(*folder / "huge.bag", changed);
+      const auto scan = scan_bag(*folder / "huge.bag", {});  // must not end the program
+      for (const auto& problem : scan.problems) CHECK(problem.text.size() < 1000);
+    }
+  }
+}
+
 TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
   const auto folder = bags();
   if (!folder) return;

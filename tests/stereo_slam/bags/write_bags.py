@@ -83,8 +83,9 @@ def camera_info(side, baseline=0.4):
     return message
 
 
-def write(name, topics, make=image, info=True, compression="none", skip=None):
-    """`topics` by side; images are recorded later than they were taken, the right ones first."""
+def write(name, topics, make=image, info=True, compression="none", skip=None, taken=lambda frame: frame):
+    """`topics` by side; images are recorded later than they were taken, the right ones first. `taken` is the
+    frame whose stamp a frame has."""
     with rosbag.Bag(f"{folder}/{name}", "w", compression=compression) as bag:
         bag.write("/note", String("hello"), stamp(0))
         for frame, (left, right) in enumerate(zip(frames("left"), frames("right"))):
@@ -92,7 +93,7 @@ def write(name, topics, make=image, info=True, compression="none", skip=None):
                 if skip == (side, frame):
                     continue
                 offset_ns = 400_000 if side == "right" else 0
-                bag.write(topics[side], make(path, stamp(frame, offset_ns)), stamp(frame, 30_000_000))
+                bag.write(topics[side], make(path, stamp(taken(frame), offset_ns)), stamp(frame, 30_000_000))
                 if info:
                     base = topics[side].replace("/compressed", "").rsplit("/", 1)[0]
                     bag.write(base + "/camera_info", camera_info(side), stamp(frame, 30_000_000))
@@ -109,4 +110,6 @@ write("direct.bag", {"left": "/direct/left/image_raw", "right": "/direct/right/i
 write("euroc.bag", {"left": "/cam0/image_raw", "right": "/cam1/image_raw"}, info=False)
 write("odd.bag", {"left": "/front", "right": "/back"}, info=False)
 write("gap.bag", stereo, skip=("right", 2))
+write("back.bag", stereo, taken=lambda frame: frame if frame < 3 else frame - 2)
+write("repeated.bag", stereo, taken=lambda frame: 1 if frame == 2 else frame)
 write("strange.bag", stereo, lambda path, when: image(path, when, "32FC1"))
