@@ -107,8 +107,8 @@ void DescriptorTree::insert(const Descriptor& descriptor, std::uint32_t keyframe
   const std::size_t node = descend(half);
   Leaf& leaf = leaves_[nodes_[node].index];
   if (leaf.size() >= kFullLeaf * leaf_size_) return;
-  // By a quarter, not by doubling: leaves are most of the memory of a map.
-  if (leaf.size() == leaf.capacity()) leaf.reserve(leaf.size() + std::max<std::size_t>(leaf_size_ / 4, 1));
+  // In small steps, not by doubling: leaves are most of the memory of a map.
+  if (leaf.size() == leaf.capacity()) leaf.reserve(leaf.size() + std::max<std::size_t>(leaf_size_ / 8, 1));
   leaf.push_back({half, keyframe});
   if (leaf.size() % leaf_size_ != 0) return;
   const int bit = best_split(leaf);

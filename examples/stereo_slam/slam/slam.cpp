@@ -154,8 +154,14 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
   PoseBasis basis = PoseBasis::kNothing;
   if (odometry.valid) basis = PoseBasis::kOdometry;
   if (update.converged) basis = PoseBasis::kLandmarks;
-  return {prior,          update.posterior,     basis, odometry, std::move(matches), update.nis,
-          update.nis_dof, update.variance_ratio};
+  return {.prior = prior,
+          .posterior = update.posterior,
+          .basis = basis,
+          .odometry = odometry,
+          .matches = std::move(matches),
+          .nis = update.nis,
+          .nis_dof = update.nis_dof,
+          .variance_ratio = update.variance_ratio};
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {

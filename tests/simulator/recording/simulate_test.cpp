@@ -239,6 +239,24 @@ TEST_CASE("Settings out of range are rejected by name before anything is written
   }
 }
 
+TEST_CASE("The output folder is checked before the path is read or built", "[simulate]") {
+  SimulationSettings settings = small_settings();
+  settings.trajectory = "missing.txt";
+  CHECK_THAT(message_of([&] { simulator::simulate(settings, "/proc/seq"); }),
+             Catch::Contains("/proc/seq: cannot be used for output"));
+}
+
+TEST_CASE("A rectification error that no image can show is none", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  simulator::simulate(settings, folder / "exact");
+  settings.rectification_error_px = 1e-200;
+  simulator::simulate(settings, folder / "tiny");
+  for (const auto* file : {"image_1/000000.png", "calib.txt"}) {
+    CHECK(read_text(folder / "tiny" / file) == read_text(folder / "exact" / file));
+  }
+}
+
 TEST_CASE("A recording is never overwritten", "[simulate]") {
   const TemporaryFolder folder;
   simulator::simulate(small_settings(), folder / "seq");

@@ -73,6 +73,8 @@ TEST_CASE("An option that has no effect without another one is wrong usage", "[c
                                    {evaluate, "--truth-sigma-deg", "0.1", "--covariances"},
                                    {evaluate, "--min-gap-frames", "50", "--loops"},
                                    {info, "--pose-frame", "body", "--write-groundtruth"},
+                                   {info, "--left-topic", "/left", "--right-topic"},
+                                   {info, "--right-topic", "/right", "--left-topic"},
                                    {compare, "--max-time-difference", "0.1", "--groundtruth"}};
   for (auto [command, option, value, needed] : cases) {
     CAPTURE(option);

@@ -173,7 +173,7 @@ Outcome drive(
   outcome.events = loops.events();
   outcome.map.camera = test::kitti_camera();
   loops.save(outcome.map);
-  CHECK(loops.memory_bytes() < kKeyframes * kPoints * 160);
+  CHECK(loops.memory_bytes() < kKeyframes * kPoints * 150);
   return outcome;
 }
 
