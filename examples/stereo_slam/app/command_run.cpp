@@ -213,6 +213,12 @@ int run_command(const RunArguments& arguments) {
              summary.lost, summary.frames),
          quiet);
   }
+  if (const auto& misfits = summary.right_image_misfits; !misfits.empty() && summary.error.empty()) {
+    warn(fmt::format("in {} of {} frames, from {} to {}, the right image does not fit the left one: it is of "
+                     "another moment, or the camera was covered or moved; these frames are WEAK or LOST",
+                     misfits.size(), summary.frames, misfits.front(), misfits.back()),
+         quiet);
+  }
   constexpr double kNoticeable_s = 0.1;
   if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
     warn(fmt::format("images were not read in time, so the last frame was {:.1f} s late; use a faster disk, "

@@ -55,6 +55,7 @@ void write_run_json(std::ostream& stream, const RunSummary& summary, const Stere
   json["frames"] = summary.frames;
   json["frames_lost"] = summary.lost;
   json["frames_by_status"] = summary.frames_by_status;
+  json["right_image_misfits"] = summary.right_image_misfits;
   json["keyframes"] = summary.keyframes;
   json["landmarks"] = summary.landmarks;
   json["loops_accepted"] = summary.loops_accepted;

@@ -54,8 +54,8 @@ using StereoPoint = Vector3<double>;
 enum class TrackingStatus {
   kInitializing,  ///< the frame that starts the map and defines the world frame
   kOk,            ///< updated by landmarks, or by the odometry if the settings ask for no more
-  kWeak,  ///< from the odometry alone, from a repeated image, in front of a repetitive scene, or in a map
-          ///< segment whose place is not known yet
+  kWeak,  ///< from the odometry alone, from a repeated image, from images of the two cameras that do not fit
+          ///< together, in front of a repetitive scene, or in a map segment whose place is not known yet
   kLost,  ///< predicted only: the covariance grows
   kRelocalised,  ///< first frame after a loss whose place in the map is known again
 };
@@ -113,6 +113,7 @@ struct FrameResult {
   int landmarks = 0;  ///< in the local map, after the frame
   int matches = 0;    ///< landmarks that were found in the frame
   bool is_keyframe = false;      ///< whether the frame became a keyframe
+  bool right_image_fits = true;  ///< false: of another moment than the left one, or covered
   double nis = 0.0;              ///< normalised innovation squared of the pose update
   int nis_dof = 0;               ///< its degrees of freedom
   std::vector<StageTime> times;  ///< of the stages of this frame

@@ -13,6 +13,7 @@ struct StereoView {
   StereoFrame frame;
   StereoCamera camera;
   RectificationResidual rectification;  ///< as estimated before this frame
+  bool right_is_usable = true;          ///< false: the right image does not fit the left one
 };
 
 }  // namespace stereo_slam

@@ -91,7 +91,7 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
   std::mt19937_64 random(settings.seed + view.frame.index);
   const auto motion =
       estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
-  OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.jerk};
+  OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.jerk, {}};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (motion.is_inlier[i]) result.inliers_px.push_back(matches[i].current.head<2>());
   }
@@ -102,7 +102,7 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
                                     const StereoView& view, const ExpectedMotion& expected,
                                     const Settings& settings) {
   constexpr std::size_t kStaticVotes = 3;  // besides its own: a lorry may have more points than the street
-  tracks.follow(pyramids, view, expected.T_previous_current, settings.odometry);
+  const auto right_image = tracks.follow(pyramids, view, expected.T_previous_current, settings.odometry);
   const auto matches = correspondences(tracks.points());
   std::vector<StereoCorrespondence> static_matches;
   for (std::size_t i = 0; i < matches.size(); ++i) {
@@ -112,7 +112,7 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
   const auto motion =
       estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
   tracks.keep(motion.is_inlier);
-  return {motion.valid, motion.T_previous_current, tracks.positions(), motion.jerk};
+  return {motion.valid, motion.T_previous_current, tracks.positions(), motion.jerk, right_image};
 }
 
 }  // namespace stereo_slam

@@ -6,6 +6,7 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
+#include "stereo_slam/frontend/right_image_fit.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 #include "stereo_slam/odometry/point_tracks.hpp"
@@ -19,6 +20,7 @@ struct OdometryResult {
   PoseGaussian T_previous_current;
   std::vector<Vector2<double>> inliers_px;  ///< positions of the inliers in the current left image
   bool jerk = false;                        ///< the motion does not continue the expected one
+  RightImageFit right_image;  ///< of the points followed; without points if by circular matching
 };
 
 /// Points of the previous frame, as measured there, that circular matching starts from.

@@ -20,6 +20,12 @@ namespace {
 constexpr double kMinCorrelation = 0.8;   // of aligned patches
 constexpr double kLeastSigma_px = 0.025;  // of a coordinate, however sharp the patch
 
+/// A point as found in the current frame.
+struct MeasuredPoint {
+  PairSearch search;
+  std::optional<RectificationResidual::Measurement> measured;
+};
+
 /// Measures points of the previous left image in the current frame.
 struct PointMeasurement {
   const cv::Mat& previous_left;
@@ -34,27 +40,28 @@ struct PointMeasurement {
         previous_texture(min_texture(previous)),
         texture(min_texture(current.frame.left)) {}
 
-  /// Measurement of the point that was at `previous_px`; nothing if its patches do not agree.
-  [[nodiscard]] std::optional<RectificationResidual::Measurement> measure(const Vector2<double>& previous_px,
-                                                                          const PlaneView& expected) const {
+  /// Search for the point that was at `previous_px`; there is no measurement if its patches do not agree.
+  [[nodiscard]] MeasuredPoint measure(const Vector2<double>& previous_px, const PlaneView& expected) const {
+    MeasuredPoint result;
     const auto before = PatchTemplate::extract(previous_left, previous_px, expected.left, previous_texture);
-    if (!before) return std::nullopt;
+    if (!before) return result;
     const auto left = before->align(view.frame.left, expected.plane.z.head<2>());
-    if (!left || left->correlation < kMinCorrelation) return std::nullopt;
+    if (!left || left->correlation < kMinCorrelation) return result;
     const auto warp = right_warp(expected.plane.disparity_slope);
-    if (!warp) return std::nullopt;
+    if (!warp) return result;
     const auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp, texture);
-    if (!now) return std::nullopt;
+    if (!now) return result;
+    result.search.in_left = true;
     const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.plane.z.z());
     const auto right = now->align(view.frame.right, view.rectification.right_position(found));
-    if (!right || right->correlation < kMinCorrelation) return std::nullopt;
+    if (!right || right->correlation < kMinCorrelation) return result;
     auto measured = view.rectification.measure(left->position_px, right->position_px);
-    if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
-      return std::nullopt;
-    }
+    result.search.row_error_px = measured.row_error_px;
+    if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) return result;
     measured.covariance_px2 = stereo_patch_covariance(left->covariance_px2, right->covariance_px2) +
                               stereo_pixel_covariance(kLeastSigma_px);
-    return measured;
+    result.measured = measured;
+    return result;
   }
 };
 
@@ -67,8 +74,9 @@ std::vector<Vector2<double>> PointTracks::positions() const {
   return result;
 }
 
-void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& view,
-                         const Pose& predicted_T_previous_current, const OdometrySettings& settings) {
+RightImageFit PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& view,
+                                  const Pose& predicted_T_previous_current,
+                                  const OdometrySettings& settings) {
   std::vector<cv::Point2f> from;
   std::vector<cv::Point2f> guess;
   std::vector<PlaneView> expected;
@@ -82,13 +90,15 @@ void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& 
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
                                  {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
   const PointMeasurement measurement(pyramids.previous.left.image(), view, settings);
+  std::vector<PairSearch> searches(points_.size());
   std::vector<std::uint8_t> found(points_.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(points_.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
       if (!flow.found[i]) continue;
       TrackedPoint& point = points_[i];
       expected[i].plane.z.head<2>() = to_eigen(flow.points[i]);
-      const auto measured = measurement.measure(point.z.head<2>(), expected[i]);
+      const auto [search, measured] = measurement.measure(point.z.head<2>(), expected[i]);
+      searches[i] = search;
       if (!measured) continue;
       found[i] = 1;
       point.previous = point.z;
@@ -98,6 +108,7 @@ void PointTracks::follow(const ConsecutivePyramids& pyramids, const StereoView& 
     }
   });
   keep(found);
+  return fit_of(searches);
 }
 
 void PointTracks::keep(const std::vector<std::uint8_t>& flags) {

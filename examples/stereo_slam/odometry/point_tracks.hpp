@@ -9,6 +9,7 @@
 #include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
+#include "stereo_slam/frontend/right_image_fit.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -36,8 +37,8 @@ class PointTracks {
   /// point in the left image; there the patch of the previous left image is aligned, and then the patch of
   /// the current left image in the right one, near the disparity that `predicted_T_previous_current` gives.
   /// Patches that do not correlate or violate the epipolar constraint are lost.
-  void follow(const ConsecutivePyramids& pyramids, const StereoView& view,
-              const Pose& predicted_T_previous_current, const OdometrySettings& settings);
+  RightImageFit follow(const ConsecutivePyramids& pyramids, const StereoView& view,
+                       const Pose& predicted_T_previous_current, const OdometrySettings& settings);
 
   /// Drops the points whose flag is zero; one flag per point.
   void keep(const std::vector<std::uint8_t>& flags);

@@ -14,7 +14,10 @@ RunSummary summary_of(const RunRecord& record) {
   summary.frames = record.results.size();
   summary.lost =
       count_frames(record, [](const FrameResult& result) { return result.status == TrackingStatus::kLost; });
-  for (const auto& result : record.results) ++summary.frames_by_status[to_string(result.status)];
+  for (const auto& result : record.results) {
+    ++summary.frames_by_status[to_string(result.status)];
+    if (!result.right_image_fits) summary.right_image_misfits.push_back(result.index);
+  }
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
   summary.landmarks = record.map_points.size();
   for (const auto& loop : record.loops) ++(loop.accepted ? summary.loops_accepted : summary.loops_refused);

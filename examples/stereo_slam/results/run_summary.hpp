@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "stereo_slam/results/output.hpp"
 
@@ -16,6 +17,7 @@ struct RunSummary {
   std::size_t frames = 0;
   std::size_t lost = 0;  ///< frames without odometry and landmarks, and those before the map began
   std::map<std::string, std::size_t> frames_by_status;
+  std::vector<std::size_t> right_image_misfits;  ///< frames whose right image does not fit the left one
   std::size_t keyframes = 0;
   std::size_t landmarks = 0;
   std::size_t loops_accepted = 0;

@@ -7,20 +7,14 @@
 namespace stereo_slam {
 
 bool PreviousFrame::repeated_by(const StereoFrame& frame) const {
-  const auto same = [](const cv::Mat& a, const cv::Mat& b) {
-    if (a.size() != b.size()) return false;
-    // Row by row: images that differ mostly differ in their first row.
-    for (int row = 0; row < a.rows; ++row) {
-      if (!std::equal(a.ptr(row), a.ptr(row) + a.cols, b.ptr(row))) return false;
-    }
-    return true;
-  };
-  return !pyramids.left.empty() && same(pyramids.left.image(), frame.left) && same(right, frame.right);
-}
-
-void PreviousFrame::replace_images(const StereoFrame& frame, StereoPyramid next) {
-  before = std::exchange(pyramids, std::move(next));
-  frame.right.copyTo(right);
+  if (pyramids.left.empty()) return false;
+  const cv::Mat& left = pyramids.left.image();
+  if (left.size() != frame.left.size()) return false;
+  // Row by row: images that differ mostly differ in their first row.
+  for (int row = 0; row < left.rows; ++row) {
+    if (!std::equal(left.ptr(row), left.ptr(row) + left.cols, frame.left.ptr(row))) return false;
+  }
+  return true;
 }
 
 FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides, PreviousFrame& previous) {

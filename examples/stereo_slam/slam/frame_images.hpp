@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/corners.hpp"
@@ -14,16 +15,15 @@ namespace stereo_slam {
 struct PreviousFrame {
   StereoPyramid pyramids;
   StereoPyramid before;  ///< pyramids of the frame before, whose memory the next frame reuses
-  cv::Mat right;         ///< right image
   Pose T_keyframe_camera = Pose::identity();
   std::size_t position = 0;  ///< in the trajectory
   bool lost = false;         ///< its pose was only predicted
 
-  /// Whether a frame has bit-identical images, such as a camera that hangs delivers.
+  /// Whether a frame has a bit-identical left image, such as a camera that hangs delivers.
   [[nodiscard]] bool repeated_by(const StereoFrame& frame) const;
 
-  /// Replaces the images by those of `frame`, whose pyramids are `next`.
-  void replace_images(const StereoFrame& frame, StereoPyramid next);
+  /// Replaces the pyramids by `next`.
+  void replace_pyramids(StereoPyramid next) { before = std::exchange(pyramids, std::move(next)); }
 };
 
 /// A frame with the data that is extracted from its images once and used by all stages. Refers to the frame.

@@ -52,7 +52,8 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
   PoseGaussian expected = antipode::to_pose_gaussian(prior);
   for (int round = 0; round < kRounds; ++round) {
     const Association association = search_at(expected, map, settings.map);
-    const auto matches = align_landmarks(association, source, view, expected.pose, settings.refinement);
+    const auto matches =
+        align_landmarks(association, source, view, expected.pose, settings.refinement).matches;
     if (matches.size() < static_cast<std::size_t>(rule.min_inliers)) return std::nullopt;
     const auto update = update_pose(prior, matches, map, update_settings);
     if (!update.converged) return std::nullopt;

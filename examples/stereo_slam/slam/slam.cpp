@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/slam.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "stereo_slam/frontend/equal_brightness.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
-#include "stereo_slam/local_map/landmark_tracks.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/tracking/landmark_search.hpp"
 #include "stereo_slam/tracking/predict.hpp"
@@ -89,7 +86,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
     clock.lap("associate");
     auto tracked = update(prior, odometry, matches);  // eq. 13, Alg. 2
     clock.lap("update");
-    if (anchored() && (previous_.lost || !tracked.measured())) {
+    if (anchored() && !ignores_right_image() && (previous_.lost || !tracked.measured())) {
       tracked.use_keyframe(relocalise(images, tracked.prior));
       clock.lap("recognise");
     }
@@ -120,7 +117,13 @@ OdometryResult Slam::measure_motion(const FrameImages& images) {
   if (velocity_.known()) {
     expected.expectation = jerks_.steady() ? Expectation::kSteady : Expectation::kDoubtful;
   }
-  return frontend_->measure_motion(pyramids, view_of(images.frame), expected);
+  OdometryResult odometry = frontend_->measure_motion(pyramids, view_of(images.frame), expected);
+  right_image_.begin_frame();
+  right_image_.add(odometry.right_image);
+  if (!ignores_right_image()) return odometry;
+  OdometryResult unmeasured;
+  unmeasured.T_previous_current.pose = expected.T_previous_current;
+  return unmeasured;
 }
 
 PoseDensity Slam::predict(const OdometryResult& odometry, std::int64_t stamp_ns) {
@@ -130,14 +133,21 @@ PoseDensity Slam::predict(const OdometryResult& odometry, std::int64_t stamp_ns)
 }
 
 std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDensity& prior,
-                                        const OdometryResult& odometry, AssociationTrace* trace) const {
+                                        const OdometryResult& odometry, AssociationTrace* trace) {
   const PoseGaussian expected = to_pose_gaussian(prior);
   const MapView map = local_map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_keyframe_previous = posterior_.pose();
   const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous, settings_);
-  Association association =
-      frontend_->find_landmarks(search, expected, images, view_of(images.frame), odometry);
+  const auto find = [&] {
+    return frontend_->find_landmarks(search, expected, images, view_of(images.frame), odometry);
+  };
+  Association association = find();
+  if (!previous_.lost) {  // else the landmarks may be those of another place, which no image shows
+    right_image_.add(association.right_image);
+    const bool searched_right = association.right_image.in_left > 0;
+    if (searched_right && ignores_right_image()) association = find();
+  }
   if (trace) {
     if (association.flow.empty()) search.observe(association);
     *trace = trace_association(association, odometry.inliers_px, settings_.association);
@@ -148,6 +158,9 @@ std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDen
 TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometry,
                          std::vector<Match> matches) {
   auto update = update_pose(prior, matches, local_map_.view(), settings_.update);
+  if (ignores_right_image() && jumps(prior.pose(), update.posterior.pose())) {
+    update = {.posterior = prior};
+  }
   if (tracks_correlation()) {
     local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used);
   }
@@ -160,8 +173,14 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
           .odometry = odometry,
           .matches = std::move(matches),
           .nis = update.nis,
-          .nis_dof = update.nis_dof,
+          .nis_dof = update.nis_dof - (ignores_right_image() ? static_cast<int>(update.used.size()) : 0),
           .variance_ratio = update.variance_ratio};
+}
+
+/// Whether a measured position is half a baseline or more from the predicted one. If one camera's images are
+/// ignored, this may be because those of the two were swapped, or those of the other one are late.
+bool Slam::jumps(const Pose& predicted, const Pose& measured) const {
+  return (measured.translation() - predicted.translation()).norm() > 0.5 * camera_.baseline_m;
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
@@ -174,12 +193,15 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   if (result.status == TrackingStatus::kRelocalised) {
     trajectory_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
   }
+  if (tracked.measured() && right_image_.judgement() != RightImage::kFits)
+    result.status = TrackingStatus::kWeak;
+  result.right_image_fits = right_image_.fits();
   learn_velocity(tracked, images.frame.stamp_ns);
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_);  // Alg. 4
   note_static_points(tracked);
-  if (tracked.basis == PoseBasis::kLandmarks) noise_.add(tracked.variance_ratio);
+  if (tracked.basis == PoseBasis::kLandmarks && result.right_image_fits) noise_.add(tracked.variance_ratio);
   record(reported(tracked), tracked.measured(), result);
   result.odometry = tracked.odometry.T_previous_current;
   result.matches = static_cast<int>(tracked.matches.size());
@@ -209,8 +231,12 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
   for (const auto& landmark : local_map_.landmarks()) {
     if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
   }
-  frontend_->choose_odometry_points(images, view_of(images.frame), landmarks_px);
-  previous_.replace_images(images.frame, images.pyramids);
+  if (ignores_right_image()) {
+    frontend_->restart();  // no point has a disparity
+  } else {
+    frontend_->choose_odometry_points(images, view_of(images.frame), landmarks_px);
+  }
+  previous_.replace_pyramids(images.pyramids);
   previous_.T_keyframe_camera = posterior_.pose();
   previous_.position = trajectory_.frames() - 1;
   previous_.lost = result.status == TrackingStatus::kLost;
@@ -311,70 +337,10 @@ bool Slam::tracks_correlation() const {
   return anchored() && settings_.map.track_correlation && !settings_.map.update_landmarks;
 }
 
-/// Calibration errors that no image shows are assumed to be proportional to the row offset, which images
-/// show.
-CalibrationError Slam::calibration_error() const {
-  const auto& allowed = settings_.calibration;
-  const double seen_px = rectification_.current().rms_offset_px().y();
-  const double scale =
-      std::hypot(allowed.scale_sigma, allowed.scale_sigma_per_px * seen_px, rectification_.scale_sigma());
-  const double axes_px =
-      std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px);
-  return {.scale_sigma = std::min(scale, kLargestCalibrationError),
-          .axes_sigma_rad = std::min(axes_px / camera_.fx, kLargestCalibrationError),
-          .common_error_ratio = allowed.common_error_ratio};
-}
-
-/// T_world_camera of the last frame, including the uncertainty due to the errors that all frames share.
-PoseGaussian Slam::in_world(const PoseGaussian& T_keyframe_camera, const CalibrationError& error) const {
-  const LinkedPose T_world_camera = trajectory_.in_world(T_keyframe_camera);
-  return with_calibration_error(T_world_camera.with_common_error(error.common_error_ratio), error);
-}
-
 void Slam::finish() {
   std::vector<KeyframeLink> links;
   if (settings_.online_rectification.enabled) links = trajectory_.remeasure(rectification_);
   if (loops_) apply(loops_->finish(links));
 }
-
-std::vector<PoseGaussian> Slam::trajectory() const {
-  const CalibrationError error = calibration_error();
-  auto T_world_camera = trajectory_.poses(error.common_error_ratio);
-  for (auto& pose : T_world_camera) pose = with_calibration_error(pose, error);
-  return T_world_camera;
-}
-
-std::vector<MapPoint> Slam::map_points() const {
-  return global_map_.all(local_map_, trajectory_, segment_.any_localised());
-}
-
-const std::vector<MapPoint>& Slam::archived_map_points() {
-  return global_map_.archived(local_map_, trajectory_, segment_.any_localised());
-}
-
-std::vector<LandmarkTrack> Slam::landmark_tracks() const {
-  if (trajectory_.frames() == 0) return {};
-  return tracks_in_view(local_map_.view(), posterior_.pose(), trajectory_.frames() - 1);
-}
-
-SavedMap Slam::saved_map() const {
-  if (!loops_) throw std::logic_error("a map without loop closure has no keyframes to save");
-  SavedMap map;
-  map.camera = camera_;
-  map.rectification = rectification_.estimate();
-  map.points = global_map_.all(local_map_, trajectory_, /*with_loaded=*/true);
-  loops_->save(map);
-  return map;
-}
-
-std::vector<LoopEvent> Slam::loop_events() const {
-  return loops_ ? loops_->events() : std::vector<LoopEvent>{};
-}
-
-std::optional<std::span<const LoopEvent>> Slam::loop_events_if_idle() const {
-  return loops_ ? loops_->events_if_idle() : std::span<const LoopEvent>{};
-}
-
-std::size_t Slam::keyframe_memory_bytes() const { return loops_ ? loops_->memory_bytes() : 0; }
 
 }  // namespace stereo_slam

@@ -29,6 +29,7 @@
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
 #include "stereo_slam/slam/noise_scale.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
+#include "stereo_slam/slam/right_image_monitor.hpp"
 #include "stereo_slam/slam/segment_state.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
 #include "stereo_slam/slam/tracked_pose.hpp"
@@ -109,9 +110,12 @@ class Slam {
            (odometry_only() && tracked.basis == PoseBasis::kOdometry);
   }
 
+  /// Whether the right image of the frame is left out, as far as the frame was processed.
+  [[nodiscard]] bool ignores_right_image() const { return right_image_.judgement() == RightImage::kIgnored; }
+
   /// A frame as the camera and the rectification at hand measure it.
   [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
-    return {frame, camera_, rectification_.current()};
+    return {frame, camera_, rectification_.current(), !ignores_right_image()};
   }
 
   bool apply(const std::optional<LoopCorrection>& correction);
@@ -120,10 +124,10 @@ class Slam {
   [[nodiscard]] OdometryResult measure_motion(const FrameImages& images);
   [[nodiscard]] PoseDensity predict(const OdometryResult& odometry, std::int64_t stamp_ns);
   [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseDensity& prior,
-                                                  const OdometryResult& odometry,
-                                                  AssociationTrace* trace) const;
+                                                  const OdometryResult& odometry, AssociationTrace* trace);
   [[nodiscard]] TrackedPose update(const PoseDensity& prior, const OdometryResult& odometry,
                                    std::vector<Match> matches);
+  [[nodiscard]] bool jumps(const Pose& predicted, const Pose& measured) const;
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images,
                                                       const PoseDensity& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
@@ -170,6 +174,7 @@ class Slam {
   ConstantVelocity velocity_;
   JerkMonitor jerks_;
   NoiseScale noise_;  // of the landmarks' measurements
+  RightImageMonitor right_image_;
   PreviousFrame previous_;
   std::optional<AsyncLoopCloser> loops_;
   bool started_ = false;  // there is a map

@@ -18,6 +18,10 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
     (void)add_landmarks(images, positions(tracked.matches));
     return false;
   }
+  if (ignores_right_image()) {
+    local_map_.cull(images.frame.index);
+    return false;
+  }
   if (tracked.basis == PoseBasis::kOdometry && previous_.lost) {
     begin_segment(images, tracked);
     return true;

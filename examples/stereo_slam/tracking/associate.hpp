@@ -7,6 +7,7 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
+#include "stereo_slam/frontend/right_image_fit.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/local_map/match.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -26,6 +27,7 @@ struct Association {
   std::vector<std::optional<Vector2<double>>>
       search_start_px;  ///< where the left image is searched; nothing: the landmark's flow failed the gate
   std::vector<Match> matches;  ///< ordered by index of the landmark
+  RightImageFit right_image;   ///< without points unless patches were aligned in both images
 };
 
 /// Observed flow of each predicted landmark; nothing if the flow was lost. `T_keyframe_previous` is the mean

@@ -13,6 +13,8 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kUnknownDisparity_px = 100.0;  // standard deviation of a disparity that is not measured
+
 /// The landmark's plane in the keyframe, whose disparity has the slope that was measured there.
 [[nodiscard]] std::optional<PlaneView> view_landmark(const Landmark& landmark, const Pose& T_keyframe_camera,
                                                      const StereoCamera& camera) {
@@ -20,6 +22,12 @@ namespace {
   if (!z) return std::nullopt;
   return view_plane({*z, landmark.disparity_slope}, T_keyframe_camera, camera);
 }
+
+/// A landmark found in a stereo pair.
+struct PairMeasurement {
+  PairSearch search;
+  std::optional<Match> match;
+};
 
 /// Measures landmarks of a keyframe in one frame.
 struct PatchMeasurement {
@@ -29,63 +37,91 @@ struct PatchMeasurement {
   const RefinementSettings& settings;
   double texture;  // least texture of a patch of `source`
 
-  /// Sub-pixel stereo measurement of a landmark, starting in the left image at `start_px`.
-  [[nodiscard]] std::optional<RectificationResidual::Measurement> measure(
-      const PredictedLandmark& predicted, const Vector2<double>& start_px) const {
+  /// The landmark in the images of the view, searched in the left one from `start_px` on.
+  [[nodiscard]] PairMeasurement measure(const PredictedLandmark& predicted,
+                                        const Vector2<double>& start_px) const {
+    PairMeasurement result;
     const Landmark& landmark = source.landmarks[predicted.index];
     const auto seen = view_landmark(landmark, T_keyframe_camera, view.camera);
-    if (!seen) return std::nullopt;
-    const auto patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->left, texture);
-    if (!patch) return std::nullopt;
-    const auto left = patch->align(view.frame.left, start_px, settings.max_shift_px);
-    if (!left || left->correlation < settings.min_correlation) return std::nullopt;
+    if (!seen) return result;
+    const auto left = align(landmark, seen->left, view.frame.left, start_px);
+    if (!left) return result;
+    result.search.in_left = true;
     const StereoPoint expected(left->position_px.x(), left->position_px.y(), predicted.z.z());
-    const auto right_patch = PatchTemplate::extract(source.left, landmark.anchor_px, seen->right, texture);
-    if (!right_patch) return std::nullopt;
-    const auto right = right_patch->align(view.frame.right, view.rectification.right_position(expected),
-                                          settings.max_shift_px);
-    if (!right || right->correlation < settings.min_correlation) return std::nullopt;
-    auto measured = view.rectification.measure(left->position_px, right->position_px);
-    if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) {
-      return std::nullopt;
+    if (!view.right_is_usable) {
+      result.match = match(predicted, expected, without_disparity(*left));
+      return result;
     }
-    measured.covariance_px2 = stereo_patch_covariance(left->covariance_px2, right->covariance_px2) +
-                              stereo_pixel_covariance(settings.pixel_sigma_px);
-    return measured;
+    const auto right =
+        align(landmark, seen->right, view.frame.right, view.rectification.right_position(expected));
+    if (!right) return result;
+    const auto measured = view.rectification.measure(left->position_px, right->position_px);
+    result.search.row_error_px = measured.row_error_px;
+    if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) return result;
+    result.match = match(predicted, measured.z, covariance(*left, *right));
+    return result;
   }
 
-  /// Match of a landmark that agrees with its prediction.
-  [[nodiscard]] std::optional<Match> match(const PredictedLandmark& predicted,
-                                           const Vector2<double>& start_px) const {
-    const auto measured = measure(predicted, start_px);
-    if (!measured) return std::nullopt;
-    const Vector3<double> innovation = measured->z - predicted.z;
+ private:
+  /// Alignment of the landmark's patch, warped by `warp`, in one of the images; nothing if it does not agree.
+  [[nodiscard]] std::optional<PatchTemplate::Alignment> align(const Landmark& landmark, const PatchWarp& warp,
+                                                              const cv::Mat& image,
+                                                              const Vector2<double>& start_px) const {
+    const auto patch = PatchTemplate::extract(source.left, landmark.anchor_px, warp, texture);
+    if (!patch) return std::nullopt;
+    auto aligned = patch->align(image, start_px, settings.max_shift_px);
+    if (!aligned || aligned->correlation < settings.min_correlation) return std::nullopt;
+    return aligned;
+  }
+
+  /// The match with the measurement z, if that agrees with the prediction.
+  [[nodiscard]] std::optional<Match> match(const PredictedLandmark& predicted, const StereoPoint& z,
+                                           const Matrix3<double>& R) const {
+    const Vector3<double> innovation = z - predicted.z;
     const Matrix3<double> S =
         predicted.landmark_part + predicted.pose_part + stereo_pixel_covariance(settings.gate_sigma_px);
     if (innovation.dot(S.llt().solve(innovation)) > kChi2_3_99) return std::nullopt;
-    return Match{predicted.index, measured->z, measured->covariance_px2, predicted, std::nullopt};
+    return Match{predicted.index, z, R, predicted, std::nullopt};
+  }
+
+  [[nodiscard]] Matrix3<double> covariance(const PatchTemplate::Alignment& left,
+                                           const PatchTemplate::Alignment& right) const {
+    return stereo_patch_covariance(left.covariance_px2, right.covariance_px2) +
+           stereo_pixel_covariance(settings.pixel_sigma_px);
+  }
+
+  /// Covariance of a measurement in the left image alone.
+  [[nodiscard]] Matrix3<double> without_disparity(const PatchTemplate::Alignment& left) const {
+    Matrix3<double> R = covariance(left, left);
+    R.row(2).setZero();
+    R.col(2).setZero();
+    R(2, 2) = kUnknownDisparity_px * kUnknownDisparity_px;
+    return R;
   }
 };
 
 }  // namespace
 
-std::vector<Match> align_landmarks(const Association& association, const PatchSource& source,
-                                   const StereoView& view, const Pose& T_keyframe_camera,
-                                   const RefinementSettings& settings) {
+AlignedLandmarks align_landmarks(const Association& association, const PatchSource& source,
+                                 const StereoView& view, const Pose& T_keyframe_camera,
+                                 const RefinementSettings& settings) {
   const auto& predicted = association.predicted;
   const PatchMeasurement measurement{source, view, T_keyframe_camera, settings, min_texture(source.left)};
 
-  std::vector<std::optional<Match>> refined(predicted.size());
+  std::vector<PairMeasurement> measured(predicted.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(predicted.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
       const auto& start_px = association.search_start_px[i];
-      if (start_px) refined[i] = measurement.match(predicted[i], *start_px);
+      if (start_px) measured[i] = measurement.measure(predicted[i], *start_px);
     }
   });
-  std::vector<Match> result;
-  for (auto& match : refined) {
-    if (match) result.push_back(std::move(*match));
+  AlignedLandmarks result;
+  std::vector<PairSearch> searches;
+  for (auto& [search, match] : measured) {
+    if (view.right_is_usable) searches.push_back(search);
+    if (match) result.matches.push_back(std::move(*match));
   }
+  result.right_image = fit_of(searches);
   return result;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/tracking/landmark_search.hpp"
 
+#include <utility>
+
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 
@@ -42,8 +44,10 @@ Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera,
   } else {
     observe(association);
   }
-  association.matches = align_landmarks(association, {map_.landmarks, keyframe_left_}, view,
-                                        T_keyframe_camera.pose, settings_.refinement);
+  auto aligned = align_landmarks(association, {map_.landmarks, keyframe_left_}, view, T_keyframe_camera.pose,
+                                 settings_.refinement);
+  association.matches = std::move(aligned.matches);
+  association.right_image = aligned.right_image;
   return association;
 }
 

@@ -80,6 +80,18 @@ TEST_CASE("An image that cannot be read ends the run; the frames before it are s
   CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: failed"));
 }
 
+TEST_CASE("The frames whose right image does not fit the left one are counted", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  CHECK(run_quietly(folder / "in", folder / "good").right_image_misfits.empty());
+  const auto right = folder / "in" / "image_1" / frame_name(5);
+  cv::imwrite(right.string(),
+              cv::Mat::zeros(cv::imread(right.string(), cv::IMREAD_GRAYSCALE).size(), CV_8UC1));
+  const auto summary = run_quietly(folder / "in", folder / "out");
+  CHECK(summary.error.empty());
+  CHECK(summary.right_image_misfits == std::vector<std::size_t>{5});
+}
+
 TEST_CASE("The memory of a run is recorded for every frame and at its peak", "[runner]") {
   if (std::isnan(resident_memory_mb())) return;
   const TemporaryFolder folder;
