@@ -2,6 +2,7 @@
 #include "stereo_slam/evaluation/nees.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <numeric>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/io/covariance_columns.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
@@ -25,6 +27,13 @@ namespace {
 constexpr std::size_t kTriangle = 21;
 constexpr std::size_t kBetween = 6;  // columns between the covariances
 constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
+
+[[nodiscard]] bool is_status(std::string_view name) {
+  constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus::kOk, TrackingStatus::kWeak,
+                                    TrackingStatus::kLost, TrackingStatus::kRelocalised};
+  return std::any_of(kStatuses.begin(), kStatuses.end(),
+                     [name](TrackingStatus status) { return name == to_string(status); });
+}
 
 [[nodiscard]] double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -147,8 +156,7 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
     throw std::runtime_error(
         fmt::format("{}: not a covariances.csv: the header stamp_s,status,... is missing", file.string()));
   }
-  constexpr std::string_view kNames = ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,common_error_ratio,";
-  if (lines.front().text.find(kNames) == std::string_view::npos) {
+  if (lines.front().text != covariance_columns()) {
     throw std::runtime_error(fmt::format(
         "{}: its columns are not those of this version of stereo_slam; run this version on the recording",
         file.string()));
@@ -165,6 +173,9 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
     if (!stamp_ns) {
       throw std::runtime_error(
           at_line(file, number, fmt::format("expected stamp, status and {} numbers", kColumns - 2)));
+    }
+    if (!is_status(fields[1])) {
+      throw std::runtime_error(at_line(file, number, fmt::format("\"{}\" is not a status", fields[1])));
     }
     const double* tail = numbers->data() + kTriangle;
     constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error

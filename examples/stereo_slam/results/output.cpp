@@ -28,6 +28,7 @@
 #include <antipode/geometry/interpolation.hpp>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/io/covariance_columns.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
@@ -238,21 +239,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   }
 }
 
-void write_covariances_header(std::ostream& stream) {
-  constexpr std::array<std::string_view, 6> kAxes = {"rx", "ry", "rz", "tx", "ty", "tz"};
-  constexpr std::array<std::string_view, 3> kUnits = {"rad2", "rad_m", "m2"};
-  const auto print_names = [&](std::string_view prefix) {
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = i; j < 6; ++j)
-        fmt::print(stream, ",{}{}_{}_{}", prefix, kAxes[i], kAxes[j], kUnits[i / 3 + j / 3]);
-    }
-  };
-  stream << "stamp_s,status";
-  print_names("");
-  stream << ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,common_error_ratio";
-  print_names("keyframe_");
-  stream << '\n';
-}
+void write_covariances_header(std::ostream& stream) { stream << covariance_columns() << '\n'; }
 
 void write_covariances_row(std::ostream& stream, const FrameResult& result,
                            const Matrix6<double>& covariance) {

@@ -2,11 +2,14 @@
 #include "stereo_slam/evaluation/nees.hpp"
 
 #include <random>
+#include <regex>
 #include <sstream>
 
 #include <Eigen/Cholesky>
 
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/io/covariance_columns.hpp"
+#include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/results/output.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
@@ -247,6 +250,10 @@ TEST_CASE("Impossible values are refused with their line", "[nees]") {
     return message_of([&] { (void)read_covariances(folder / "covariances.csv"); });
   };
   CHECK(refusal({}).empty());
+  const std::string text = read_text(folder / "covariances.csv");
+  write_text(folder / "covariances.csv", std::regex_replace(text, std::regex("INITIALIZING"), "FINE"));
+  CHECK_THAT(message_of([&] { (void)read_covariances(folder / "covariances.csv"); }),
+             Catch::Contains("covariances.csv:2: \"FINE\" is not a status"));
   FrameResult odd;
   odd.calibration.axes_sigma_rad = 1e200;
   CHECK_THAT(refusal(odd), Catch::Contains("covariances.csv:2: degrees of freedom and standard deviations"));
@@ -261,10 +268,12 @@ TEST_CASE("Another file, or that of another run, is refused with its name", "[ne
   CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("covariances.csv"));
   write_text(file, "stamp_s,status,drift_sigma_rad,rest\n");  // as versions before this column wrote it
   CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("not those of this version"));
-  write_text(file,
-             "stamp_s,status,keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,common_error_ratio,rest\n0.0,OK,"
-             "1,2,nan\n");
+  std::string columns = covariance_columns();
+  write_text(file, columns + "\n0.0,OK,1,2,nan\n");
   CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("covariances.csv:2"));
+  columns.replace(columns.find("rx_ry_rad2"), 10, "rx_ry_deg2");
+  write_text(file, columns + "\n");
+  CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("not those of this version"));
   const HonestRun run(10);
   CHECK_THAT(message_of([&] {
                (void)score_covariances(run.truth, run.estimate, run.pairs, {run.rows[0], run.rows[1]}, {});
