@@ -43,7 +43,7 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
         if (header.width_px == (scan.sequence.side_by_side ? 2 : 1) * camera.width_px &&
             header.height_px == camera.height_px)
           continue;
-        scan.problems.push_back(wrong_size(file, header.width_px, header.height_px, camera));
+        scan.problems.push_back(wrong_size(file.string(), header.width_px, header.height_px, camera));
       } catch (const std::runtime_error& error) {
         scan.problems.push_back({Problem::Severity::kError, error.what()});
       }

@@ -225,7 +225,11 @@ std::optional<int> BagReader::bits_of_16(const std::string& topic, std::size_t i
 CameraInfo BagReader::camera_info(const std::string& topic) {
   CameraInfo info;
   bag_->visit(topic, [&](const rosbag::MessageInstance& message) {
-    info = read_camera_info(message);
+    try {
+      info = read_camera_info(message);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(fmt::format("{}: {}", topic, error.what()));
+    }
     return false;
   });
   return info;

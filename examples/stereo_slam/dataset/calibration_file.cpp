@@ -208,6 +208,11 @@ OwnCamera read_ros_pair(const fs::path& left) {
 }  // namespace
 
 StereoRig rig_of(const CameraInfo& left, const CameraInfo& right) {
+  if (right.P(0, 3) == 0.0 && left.P(0, 3) != 0.0) {
+    throw std::invalid_argument(
+        "the baseline is in the projection matrix of the left camera, not in that of the right one; the two "
+        "are swapped");
+  }
   if (!(right.P(0, 0) > 0.0) || right.P(0, 3) == 0.0) {
     throw std::invalid_argument(
         "the projection matrix has no baseline, P[3] = -fx * baseline; calibrate the two cameras as a stereo "

@@ -30,9 +30,16 @@ SequenceScan unusable(const fs::path& folder, std::string text) {
   return scan;
 }
 
-void check_size(const cv::Mat& image, const fs::path& file, const StereoCamera& camera) {
+void check_size(const cv::Mat& image, std::string_view name, const StereoCamera& camera) {
   if (image.cols == camera.width_px && image.rows == camera.height_px) return;
-  throw std::runtime_error(wrong_size(file, image.cols, image.rows, camera).text);
+  throw std::runtime_error(wrong_size(name, image.cols, image.rows, camera).text);
+}
+
+/// The file of an image; of a bag, video or live camera, its name and the frame.
+std::string image_name(const StereoSequence& sequence, std::size_t index, const fs::path& file,
+                       const std::string& camera) {
+  if (!sequence.source) return file.string();
+  return fmt::format("{}: frame {} of {}", sequence.folder.string(), index, camera);
 }
 
 RawPair read_source(const StereoSequence& sequence, std::size_t index) {
@@ -72,8 +79,9 @@ RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_
   const auto file = [&](std::size_t index) {
     return sequence.live ? StereoFiles{0, sequence.folder, sequence.folder} : sequence.frames.at(index);
   };
-  check_size(pair.left, file(left).left, sequence.camera);
-  check_size(pair.right, file(right).right, sequence.camera);
+  check_size(pair.left, image_name(sequence, left, file(left).left, sequence.left_name), sequence.camera);
+  check_size(pair.right, image_name(sequence, right, file(right).right, sequence.right_name),
+             sequence.camera);
   return pair;
 }
 
@@ -293,10 +301,10 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
   }
 }
 
-Problem wrong_size(const fs::path& file, int width_px, int height_px, const StereoCamera& camera) {
+Problem wrong_size(std::string_view image, int width_px, int height_px, const StereoCamera& camera) {
   return {Problem::Severity::kError,
           fmt::format("{}: is {}x{} pixels where the sequence has {}x{}; all images must have the same size",
-                      file.string(), width_px, height_px, camera.width_px, camera.height_px)};
+                      image, width_px, height_px, camera.width_px, camera.height_px)};
 }
 
 void set_rig(StereoSequence& sequence, const StereoRig& rig) {

@@ -98,8 +98,9 @@ void find_bits(SequenceScan& scan);
 /// Runs one step of a scan. A std::exception of the step becomes a problem of the given severity.
 void attempt(std::vector<Problem>& problems, Problem::Severity severity, const std::function<void()>& step);
 
-/// The problem that an image has another size than the sequence's camera.
-[[nodiscard]] Problem wrong_size(const std::filesystem::path& file, int width_px, int height_px,
+/// The problem that an image has another size than the sequence's camera. `image` is the name of its file, or
+/// another name by which it is found.
+[[nodiscard]] Problem wrong_size(std::string_view image, int width_px, int height_px,
                                  const StereoCamera& camera);
 
 /// Sets camera, rectifier, lenses and, if known, T_body_camera from a rig. Throws std::runtime_error as

@@ -193,6 +193,16 @@ TEST_CASE("Lengths in a bag that cannot be are refused before memory is allocate
   }
 }
 
+TEST_CASE("An image of another size in a bag is named", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  const auto scan = scan_bag(*folder / "wider.bag", {});
+  REQUIRE(scan.problems.empty());
+  CHECK(load_frame(scan.sequence, 2).right.cols == 320);
+  CHECK_THAT(message_of([&] { (void)load_frame(scan.sequence, 3); }),
+             Catch::Contains("wider.bag: frame 3 of /stereo/right/image_raw: is 321x120 pixels"));
+}
+
 TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
   const auto folder = bags();
   if (!folder) return;
@@ -203,6 +213,8 @@ TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
   CHECK_THAT(error_of(*folder / "strange.bag"),
              Catch::Contains("image 0 of /stereo/left/image_raw: the encoding 32FC1") &&
                  !Catch::Contains("reindex"));
+  CHECK_THAT(error_of(*folder / "swapped.bag"), Catch::Contains("the two are swapped"));
+  CHECK_THAT(error_of(*folder / "fisheye.bag"), Catch::Contains(": /stereo/right/camera_info: "));
   const std::string whole = read_text(*folder / "stereo.bag");
   for (const double share : {0.01, 0.3, 0.6, 0.99}) {
     CAPTURE(share);

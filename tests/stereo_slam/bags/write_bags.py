@@ -83,7 +83,23 @@ def camera_info(side, baseline=0.4):
     return message
 
 
-def write(name, topics, make=image, info=True, compression="none", skip=None, taken=lambda frame: frame):
+def strange_lens(side):
+    message = camera_info(side)
+    message.distortion_model = "unheard_of" if side == "right" else "plumb_bob"
+    return message
+
+
+def wider(path, when):
+    """An image with an empty column in addition."""
+    message = image(path, when)
+    pixels = bytes(message.data)
+    step = len(pixels) // message.height
+    message.data = b"".join(pixels[step * row:step * (row + 1)] + b"\0" for row in range(message.height))
+    message.width, message.step = message.width + 1, step + 1
+    return message
+
+
+def write(name, topics, make=image, info=camera_info, compression="none", skip=None, taken=lambda frame: frame):
     """`topics` by side; images are recorded later than they were taken, the right ones first. `taken` is the
     frame whose stamp a frame has."""
     with rosbag.Bag(f"{folder}/{name}", "w", compression=compression) as bag:
@@ -96,7 +112,7 @@ def write(name, topics, make=image, info=True, compression="none", skip=None, ta
                 bag.write(topics[side], make(path, stamp(taken(frame), offset_ns)), stamp(frame, 30_000_000))
                 if info:
                     base = topics[side].replace("/compressed", "").rsplit("/", 1)[0]
-                    bag.write(base + "/camera_info", camera_info(side), stamp(frame, 30_000_000))
+                    bag.write(base + "/camera_info", info(side), stamp(frame, 30_000_000))
 
 
 stereo = {"left": "/stereo/left/image_raw", "right": "/stereo/right/image_raw"}
@@ -107,9 +123,12 @@ write("dark.bag", stereo, lambda path, when: image(path, when, "12 bits"))
 write("dark_png.bag", {side: topic + "/compressed" for side, topic in stereo.items()}, compressed_12_bits)
 write("rgb.bag", {"left": "/a/left/image_rect", "right": "/a/right/image_rect"}, lambda path, when: image(path, when, "rgb8"))
 write("direct.bag", {"left": "/direct/left/image_raw", "right": "/direct/right/image_raw"})
-write("euroc.bag", {"left": "/cam0/image_raw", "right": "/cam1/image_raw"}, info=False)
-write("odd.bag", {"left": "/front", "right": "/back"}, info=False)
+write("euroc.bag", {"left": "/cam0/image_raw", "right": "/cam1/image_raw"}, info=None)
+write("odd.bag", {"left": "/front", "right": "/back"}, info=None)
 write("gap.bag", stereo, skip=("right", 2))
 write("back.bag", stereo, taken=lambda frame: frame if frame < 3 else frame - 2)
 write("repeated.bag", stereo, taken=lambda frame: 1 if frame == 2 else frame)
+write("swapped.bag", stereo, info=lambda side: camera_info("right" if side == "left" else "left"))
+write("fisheye.bag", stereo, info=strange_lens)
+write("wider.bag", stereo, lambda path, when: wider(path, when) if "right" in path and path.endswith("3.png") else image(path, when))
 write("strange.bag", stereo, lambda path, when: image(path, when, "32FC1"))
