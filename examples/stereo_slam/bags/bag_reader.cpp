@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/bags/bag_reader.hpp"
 
+#include <array>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -8,6 +10,7 @@
 #include <rosbag/view.h>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -129,6 +132,15 @@ std::string with_advice(const std::exception& error) {
   return fmt::format("{}; the bag is cut off or damaged, try `rosbag reindex`", error.what());
 }
 
+/// Whether a file begins as bags do, or is empty.
+bool begins_as_bag(const fs::path& file) {
+  constexpr std::string_view kBeginning = "#ROSBAG";
+  std::array<char, kBeginning.size()> bytes{};
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(bytes.data(), bytes.size());
+  return stream.gcount() == 0 || std::string_view(bytes.data(), bytes.size()) == kBeginning;
+}
+
 }  // namespace
 
 struct BagReader::Bag {
@@ -138,8 +150,10 @@ struct BagReader::Bag {
   std::mutex mutex;                                                    // rosbag::Bag is not thread-safe
 
   explicit Bag(const fs::path& path) : file(path) {
-    if (!fs::is_regular_file(file))
-      fail(file, fs::exists(file) ? "it is not an ordinary file" : "no such file");
+    if (!fs::exists(file)) fail(file, "no such file");
+    if (fs::is_directory(file)) fail(file, "is a folder with the name of a bag; rename it");
+    if (!fs::is_regular_file(file)) fail(file, "it is not an ordinary file; copy the bag to one");
+    if (!begins_as_bag(file)) fail(file, "is no bag of ROS 1");
     call([&] {
       require_possible_lengths(file);
       bag.open(file.string(), rosbag::bagmode::Read);

@@ -209,7 +209,10 @@ TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
   CHECK_THAT(error_of(*folder / "nowhere.bag"), Catch::Contains("no such file"));
   CHECK_THAT(error_of("/dev/null"), Catch::Contains("not an ordinary file"));
   write_text(*folder / "text.bag", "no bag");
-  CHECK_THAT(error_of(*folder / "text.bag"), Catch::Contains("the bag is cut off or damaged"));
+  CHECK_THAT(error_of(*folder / "text.bag"), Catch::Contains("is no bag of ROS 1"));
+  write_text(*folder / "empty.bag", "");
+  CHECK_THAT(error_of(*folder / "empty.bag"), Catch::Contains("the bag is cut off or damaged"));
+  CHECK_THAT(error_of(*folder), Catch::Contains("is a folder"));
   CHECK_THAT(error_of(*folder / "strange.bag"),
              Catch::Contains("image 0 of /stereo/left/image_raw: the encoding 32FC1") &&
                  !Catch::Contains("reindex"));
