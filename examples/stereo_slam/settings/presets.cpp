@@ -43,8 +43,8 @@ void apply_fast(Settings& settings) {
   settings.map.max_new_landmarks = 200;
   settings.map.cell_px = 60;
   settings.map.clear_correlation = -1.0;
-  settings.keyframes.min_match_ratio = 0.5;
-  settings.keyframes.min_matches = 40;
+  settings.keyframes.min_match_ratio = 0.45;
+  settings.keyframes.min_matches = 35;
 }
 
 struct Preset {
