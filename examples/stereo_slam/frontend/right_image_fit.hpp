@@ -17,11 +17,11 @@ struct PairSearch {
   std::optional<double> row_error_px;  ///< left minus right row, corrected; nothing if not in the right image
 };
 
-/// How well the right image fits the left one: whether it shows the same points, on the same rows.
+/// How well the right image fits the left one: whether it shows the same points, at the same heights.
 struct RightImageFit {
-  std::size_t in_left = 0;    ///< points found in the left image
-  std::size_t in_right = 0;   ///< those of them that were found in the right image, too
-  double row_error_px = 0.0;  ///< median absolute row error of the latter
+  std::size_t in_left = 0;     ///< points found in the left image
+  std::size_t in_right = 0;    ///< those of them that were found in the right image, too
+  double row_spread_px = 0.0;  ///< median absolute deviation of the latter's row errors from their median
 };
 
 [[nodiscard]] inline RightImageFit fit_of(const std::vector<PairSearch>& searches) {
@@ -30,10 +30,12 @@ struct RightImageFit {
   row_errors_px.reserve(searches.size());
   for (const auto& search : searches) {
     if (search.in_left) ++fit.in_left;
-    if (search.row_error_px) row_errors_px.push_back(std::abs(*search.row_error_px));
+    if (search.row_error_px) row_errors_px.push_back(*search.row_error_px);
   }
   fit.in_right = row_errors_px.size();
-  fit.row_error_px = median(std::move(row_errors_px));
+  const double middle_px = median(row_errors_px);
+  for (double& error : row_errors_px) error = std::abs(error - middle_px);
+  fit.row_spread_px = median(std::move(row_errors_px));
   return fit;
 }
 

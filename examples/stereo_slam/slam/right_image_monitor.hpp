@@ -19,8 +19,9 @@ enum class RightImage {
 };
 
 /// Notices right images that do not belong to the left ones, such as those of another moment or of a covered
-/// camera: hardly any point of the left image is found in them, or the points lie farther from their rows
-/// than usual.
+/// camera: hardly any point of the left image is found in them, or the row errors of the points scatter more
+/// than usual. Equal row errors of all points are no sign: then a camera was turned up or down, and the
+/// disparities are still right.
 class RightImageMonitor {
  public:
   /// Begins a frame, about which nothing is known yet.
@@ -33,8 +34,8 @@ class RightImageMonitor {
   void add(const RightImageFit& fit) {
     if (fit.in_left < kEnoughPoints) return;
     const bool seen = static_cast<double>(fit.in_right) >= kLeastShare * static_cast<double>(fit.in_left);
-    fits_ = fits() && seen && fit.row_error_px <= largest_row_error_px();
-    if (fits()) learn(fit.row_error_px);
+    fits_ = fits() && seen && fit.row_spread_px <= largest_row_spread_px();
+    if (fits()) learn(fit.row_spread_px);
   }
 
   /// Whether the points of this frame fit, or nothing is known.
@@ -49,31 +50,30 @@ class RightImageMonitor {
  private:
   static constexpr std::size_t kEnoughPoints = 30;
   // On KITTI, EuRoC and rendered drives at least 0.54 of the points are found, also at a quarter of the frame
-  // rate, and the median row error is at most twice the usual one. In right images of the frame before, less
-  // than 0.3 are found, or the row error is 8 times the usual one.
+  // rate, and the spread is at most twice the usual one. In right images of the frame before, less than 0.3
+  // are found, or the spread is four times the usual one or more.
   static constexpr double kLeastShare = 0.3;
-  static constexpr double kUnusual = 3.0;           // relative to the usual row error
-  static constexpr double kLeastRowError_px = 0.3;  // what is smaller is not unusual
-  static constexpr double kMaxRowError_px =
-      1.0;                                  // what is larger is; a poor calibration has up to 0.9 at first
+  static constexpr double kUnusual = 3.0;            // relative to the usual spread
+  static constexpr double kLeastRowSpread_px = 0.2;  // what is smaller is not unusual
+  static constexpr double kMaxRowSpread_px = 1.0;    // what is larger is
   static constexpr double kFallRate = 0.2;  // fast, because the online rectification reduces the error
   static constexpr double kRiseRate = 0.02;
   static constexpr int kPatience = 20;  // frames
 
-  [[nodiscard]] double largest_row_error_px() const {
-    if (!usual_row_error_px_) return kMaxRowError_px;
-    return std::clamp(kUnusual * *usual_row_error_px_, kLeastRowError_px, kMaxRowError_px);
+  [[nodiscard]] double largest_row_spread_px() const {
+    if (!usual_row_spread_px_) return kMaxRowSpread_px;
+    return std::clamp(kUnusual * *usual_row_spread_px_, kLeastRowSpread_px, kMaxRowSpread_px);
   }
 
-  void learn(double row_error_px) {
-    if (!usual_row_error_px_) usual_row_error_px_ = row_error_px;
-    const double change = row_error_px - *usual_row_error_px_;
-    *usual_row_error_px_ += (change < 0.0 ? kFallRate : kRiseRate) * change;
+  void learn(double row_spread_px) {
+    if (!usual_row_spread_px_) usual_row_spread_px_ = row_spread_px;
+    const double change = row_spread_px - *usual_row_spread_px_;
+    *usual_row_spread_px_ += (change < 0.0 ? kFallRate : kRiseRate) * change;
   }
 
   std::optional<bool> fits_;  // of this frame; nothing if too few points were searched
   int doubt_ = 0;             // counts earlier frames: up if they did not fit, down if they did
-  std::optional<double> usual_row_error_px_;  // nothing before the first frame
+  std::optional<double> usual_row_spread_px_;  // nothing before the first frame
 };
 
 }  // namespace stereo_slam

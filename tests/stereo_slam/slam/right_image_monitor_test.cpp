@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/right_image_monitor.hpp"
 
+#include <cmath>
+#include <optional>
+
 #include "support/catch.hpp"
 
 namespace stereo_slam {
 namespace {
 
-constexpr RightImageFit kGood{.in_left = 200, .in_right = 180, .row_error_px = 0.05};
-constexpr RightImageFit kElsewhere{.in_left = 200, .in_right = 20, .row_error_px = 0.05};
-constexpr RightImageFit kOffItsRows{.in_left = 200, .in_right = 180, .row_error_px = 0.4};
+constexpr RightImageFit kGood{.in_left = 200, .in_right = 180, .row_spread_px = 0.05};
+constexpr RightImageFit kElsewhere{.in_left = 200, .in_right = 20, .row_spread_px = 0.05};
+constexpr RightImageFit kScattered{.in_left = 200, .in_right = 180, .row_spread_px = 0.4};
 
 RightImage judge(RightImageMonitor& monitor, const RightImageFit& fit) {
   monitor.begin_frame();
@@ -16,11 +19,23 @@ RightImage judge(RightImageMonitor& monitor, const RightImageFit& fit) {
   return monitor.judgement();
 }
 
+TEST_CASE("The fit counts the points, and measures how their row errors scatter", "[stereo_slam][slam]") {
+  const RightImageFit nothing = fit_of({});
+  CHECK(nothing.in_left == 0);
+  CHECK(nothing.in_right == 0);
+  CHECK(nothing.row_spread_px == 0.0);
+  const RightImageFit fit =
+      fit_of({{true, 0.7}, {true, std::nullopt}, {true, 0.4}, {false, std::nullopt}, {true, 0.5}});
+  CHECK(fit.in_left == 4);
+  CHECK(fit.in_right == 3);
+  CHECK(std::abs(fit.row_spread_px - 0.1) < 1e-12);
+}
+
 TEST_CASE("Until points show something else, the right image fits", "[stereo_slam][slam]") {
   RightImageMonitor monitor;
   CHECK(monitor.judgement() == RightImage::kFits);
   CHECK(judge(monitor, {}) == RightImage::kFits);
-  CHECK(judge(monitor, {.in_left = 29, .in_right = 0, .row_error_px = 0.0}) == RightImage::kFits);
+  CHECK(judge(monitor, {.in_left = 29, .in_right = 0, .row_spread_px = 0.0}) == RightImage::kFits);
   CHECK(judge(monitor, kGood) == RightImage::kFits);
 }
 
@@ -34,29 +49,29 @@ TEST_CASE("A right image in which hardly any point is found is ignored, also the
   }
 }
 
-TEST_CASE("Row errors are judged by what is usual", "[stereo_slam][slam]") {
+TEST_CASE("Row errors that scatter are judged by what is usual", "[stereo_slam][slam]") {
   const auto judge_after = [](double usual_px, double then_px) {
     RightImageMonitor monitor;
     RightImageFit fit = kGood;
-    fit.row_error_px = usual_px;
+    fit.row_spread_px = usual_px;
     for (int i = 0; i < 30; ++i) CHECK(judge(monitor, fit) == RightImage::kFits);
-    fit.row_error_px = then_px;
+    fit.row_spread_px = then_px;
     return judge(monitor, fit);
   };
-  CHECK(judge_after(0.05, 0.29) == RightImage::kFits);  // small
-  CHECK(judge_after(0.05, 0.31) == RightImage::kIgnored);
-  CHECK(judge_after(0.2, 0.59) == RightImage::kFits);  // usual
-  CHECK(judge_after(0.2, 0.61) == RightImage::kIgnored);
+  CHECK(judge_after(0.05, 0.19) == RightImage::kFits);  // small
+  CHECK(judge_after(0.05, 0.21) == RightImage::kIgnored);
+  CHECK(judge_after(0.1, 0.29) == RightImage::kFits);  // usual
+  CHECK(judge_after(0.1, 0.31) == RightImage::kIgnored);
   CHECK(judge_after(0.5, 1.01) == RightImage::kIgnored);  // never usual
 }
 
-TEST_CASE("The usual row error follows the online rectification", "[stereo_slam][slam]") {
+TEST_CASE("The usual spread follows the online rectification", "[stereo_slam][slam]") {
   RightImageMonitor monitor;
   RightImageFit fit = kGood;
-  fit.row_error_px = 0.9;
+  fit.row_spread_px = 0.9;
   for (int i = 0; i < 3; ++i) CHECK(judge(monitor, fit) == RightImage::kFits);
   for (int i = 0; i < 20; ++i) CHECK(judge(monitor, kGood) == RightImage::kFits);
-  CHECK(judge(monitor, kOffItsRows) == RightImage::kIgnored);
+  CHECK(judge(monitor, kScattered) == RightImage::kIgnored);
 }
 
 TEST_CASE("Both kinds of points have to fit", "[stereo_slam][slam]") {
@@ -75,7 +90,7 @@ TEST_CASE("After frames that did not fit as many are doubtful, not counting thos
           "[stereo_slam][slam]") {
   RightImageMonitor monitor;
   CHECK(judge(monitor, kGood) == RightImage::kFits);
-  for (int i = 0; i < 3; ++i) CHECK(judge(monitor, kOffItsRows) == RightImage::kIgnored);
+  for (int i = 0; i < 3; ++i) CHECK(judge(monitor, kScattered) == RightImage::kIgnored);
   CHECK(judge(monitor, {}) == RightImage::kDoubtful);
   for (int i = 0; i < 3; ++i) {
     CHECK(judge(monitor, kGood) == RightImage::kDoubtful);
@@ -87,9 +102,9 @@ TEST_CASE("After frames that did not fit as many are doubtful, not counting thos
 TEST_CASE("Right images are measured in again if none has fitted for twenty frames", "[stereo_slam][slam]") {
   RightImageMonitor monitor;
   CHECK(judge(monitor, kGood) == RightImage::kFits);
-  for (int i = 0; i < 20; ++i) CHECK(judge(monitor, kOffItsRows) == RightImage::kIgnored);
+  for (int i = 0; i < 20; ++i) CHECK(judge(monitor, kScattered) == RightImage::kIgnored);
   for (int i = 0; i < 5; ++i) {
-    CHECK(judge(monitor, kOffItsRows) == RightImage::kDoubtful);
+    CHECK(judge(monitor, kScattered) == RightImage::kDoubtful);
     CHECK_FALSE(monitor.fits());
   }
   CHECK(judge(monitor, kGood) == RightImage::kDoubtful);
