@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
@@ -267,6 +268,19 @@ TEST_CASE("While the right image does not fit, the left one alone is tracked",
     }
     CHECK(outcome.errors_m.back() < 0.1);
   }
+}
+
+TEST_CASE("A right camera that turns up by half a pixel goes on being used",
+          "[stereo_slam][relocalisation]") {
+  const auto outcome = run({range(0, 60), [](std::size_t step, StereoFrame& frame) {
+                              if (step < 30) return;
+                              const cv::Matx23d up(1.0, 0.0, 0.0, 0.0, 1.0, 0.5);
+                              cv::warpAffine(frame.right.clone(), frame.right, up, frame.right.size(),
+                                             cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+                            }});
+  CAPTURE(outcome.letters(), outcome.errors_m);
+  CHECK(outcome.letters() == "I" + std::string(59, 'O'));
+  CHECK(outcome.errors_m.back() < 0.1);
 }
 
 TEST_CASE("A second lap from another start is localised in a saved map", "[stereo_slam][relocalisation]") {
