@@ -36,7 +36,8 @@ class PointTracks {
   /// Follows the points into the current frame, `view`, and drops those that are lost. Optical flow finds a
   /// point in the left image; there the patch of the previous left image is aligned, and then the patch of
   /// the current left image in the right one, near the disparity that `predicted_T_previous_current` gives.
-  /// Patches that do not correlate or violate the epipolar constraint are lost.
+  /// Patches that do not correlate or violate the epipolar constraint are lost. Returns how well the right
+  /// image fits the left one.
   RightImageFit follow(const ConsecutivePyramids& pyramids, const StereoView& view,
                        const Pose& predicted_T_previous_current, const OdometrySettings& settings);
 
