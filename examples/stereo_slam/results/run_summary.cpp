@@ -41,7 +41,7 @@ void require_tracked(const RunSummary& summary) {
   throw std::runtime_error(fmt::format(
       "tracked {} of {} frames: hardly any corner was matched between left and right and to the next frame; "
       "check for black, blurred or repeated images, swapped cameras, the calibration of another camera, a "
-      "low frame rate, and settings that allow too few points",
+      "low frame rate, and settings that allow too few points; --clahe helps with dark images",
       summary.frames - summary.lost, summary.frames));
 }
 
