@@ -153,7 +153,7 @@ struct BagReader::Bag {
     if (!fs::exists(file)) fail(file, "no such file");
     if (fs::is_directory(file)) fail(file, "is a folder with the name of a bag; rename it");
     if (!fs::is_regular_file(file)) fail(file, "it is not an ordinary file; copy the bag to one");
-    if (!begins_as_bag(file)) fail(file, "is no bag of ROS 1");
+    if (!begins_as_bag(file)) fail(file, "is no bag of ROS 1; check its name, or convert it to one");
     call([&] {
       require_possible_lengths(file);
       bag.open(file.string(), rosbag::bagmode::Read);

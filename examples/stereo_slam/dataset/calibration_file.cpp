@@ -211,7 +211,7 @@ StereoRig rig_of(const CameraInfo& left, const CameraInfo& right) {
   if (right.P(0, 3) == 0.0 && left.P(0, 3) != 0.0) {
     throw std::invalid_argument(
         "the baseline is in the projection matrix of the left camera, not in that of the right one; the two "
-        "are swapped");
+        "are swapped: name them the other way round");
   }
   if (!(right.P(0, 0) > 0.0) || right.P(0, 3) == 0.0) {
     throw std::invalid_argument(

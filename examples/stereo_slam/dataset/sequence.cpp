@@ -30,16 +30,21 @@ SequenceScan unusable(const fs::path& folder, std::string text) {
   return scan;
 }
 
-void check_size(const cv::Mat& image, std::string_view name, const StereoCamera& camera) {
-  if (image.cols == camera.width_px && image.rows == camera.height_px) return;
-  throw std::runtime_error(wrong_size(name, image.cols, image.rows, camera).text);
+/// The file of the left or right image of a frame; in a bag, video or live camera, its name and the frame.
+std::string image_name(const StereoSequence& sequence, std::size_t index, bool is_left) {
+  if (sequence.source) {
+    return fmt::format("{}: frame {} of {}", sequence.folder.string(), index,
+                       is_left ? sequence.left_name : sequence.right_name);
+  }
+  const StereoFiles& files = sequence.frames.at(index);
+  return (is_left ? files.left : files.right).string();
 }
 
-/// The file of an image; of a bag, video or live camera, its name and the frame.
-std::string image_name(const StereoSequence& sequence, std::size_t index, const fs::path& file,
-                       const std::string& camera) {
-  if (!sequence.source) return file.string();
-  return fmt::format("{}: frame {} of {}", sequence.folder.string(), index, camera);
+void check_size(const cv::Mat& image, const StereoSequence& sequence, std::size_t index, bool is_left) {
+  const StereoCamera& camera = sequence.camera;
+  if (image.cols == camera.width_px && image.rows == camera.height_px) return;
+  throw std::runtime_error(
+      wrong_size(image_name(sequence, index, is_left), image.cols, image.rows, camera).text);
 }
 
 RawPair read_source(const StereoSequence& sequence, std::size_t index) {
@@ -76,12 +81,8 @@ RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_
   } else {
     pair = read_files(sequence, left, right);
   }
-  const auto file = [&](std::size_t index) {
-    return sequence.live ? StereoFiles{0, sequence.folder, sequence.folder} : sequence.frames.at(index);
-  };
-  check_size(pair.left, image_name(sequence, left, file(left).left, sequence.left_name), sequence.camera);
-  check_size(pair.right, image_name(sequence, right, file(right).right, sequence.right_name),
-             sequence.camera);
+  check_size(pair.left, sequence, left, /*is_left=*/true);
+  check_size(pair.right, sequence, right, /*is_left=*/false);
   return pair;
 }
 

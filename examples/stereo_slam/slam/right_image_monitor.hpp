@@ -49,9 +49,9 @@ class RightImageMonitor {
 
  private:
   static constexpr std::size_t kEnoughPoints = 30;
-  // On KITTI, EuRoC and rendered drives at least 0.54 of the points are found, also at a quarter of the frame
-  // rate, and the spread is at most twice the usual one. In right images of the frame before, less than 0.3
-  // are found, or the spread is four times the usual one or more.
+  // On KITTI, EuRoC and rendered drives, also at a quarter of the frame rate, at least 0.52 of the points are
+  // found, and the spread is at most 2.3 times the usual one. In right images of the frame before, less than
+  // 0.3 are found, or the spread is four times the usual one or more.
   static constexpr double kLeastShare = 0.3;
   static constexpr double kUnusual = 3.0;            // relative to the usual spread
   static constexpr double kLeastRowSpread_px = 0.2;  // what is smaller is not unusual
