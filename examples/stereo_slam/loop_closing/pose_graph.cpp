@@ -121,6 +121,10 @@ class Problem {
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.num_threads = 1;
   options.max_num_iterations = settings.max_iterations;
+  // Practically no damping to begin with: it would slow just the long chains of keyframes, which a loop bends
+  // as a whole.
+  constexpr double kFirstRadius = 1e12;
+  options.initial_trust_region_radius = kFirstRadius;
   options.logging_type = ceres::SILENT;
   return options;
 }
@@ -151,11 +155,11 @@ PoseGraphResult optimize(const PoseGraph& graph, const PoseGraphSettings& settin
     const auto quadratic = problem.loop_distances();
     double phi = std::clamp(*std::max_element(quadratic.begin(), quadratic.end()), settings.loop_scale,
                             kWidest * settings.loop_scale);
-    do {
+    while (phi > settings.loop_scale) {
       phi = std::max(settings.loop_scale, phi / kNarrowing);
       problem.set_loop_scale(phi);
       solve(problem, settings, result);
-    } while (phi > settings.loop_scale);
+    }
     const auto robust = problem.loop_distances();
     std::transform(robust.begin(), robust.end(), result.loop_weights.begin(),
                    [&](double s) { return ScaledCovarianceLoss::weight(s, settings.loop_scale); });
