@@ -242,6 +242,15 @@ TEST_CASE("What libraries print about a damaged image does not reach the user", 
   CHECK(split_lines(result.err).size() <= 1);
 }
 
+TEST_CASE("Results are not written among the images of the recording", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 4);
+  check_one_line_failure(
+      call({"run", "--dataset", folder / "in", "--output", folder / "in/image_0/", "--overwrite"}),
+      "has the images of the recording; choose another folder for --output");
+  CHECK_FALSE(fs::exists(folder / "in/image_0/run.yaml"));
+}
+
 TEST_CASE("Debug images are not written among the images of the recording", "[faults]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 4);

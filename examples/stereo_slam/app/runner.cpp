@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -192,17 +193,15 @@ void require_pace(const RunInput& input) {
   }
 }
 
-/// Throws std::runtime_error if debug images would be written into a folder of the recording, whose images
-/// they would be in the next run.
-void require_other_folder(const fs::path& debug_images, const StereoSequence& sequence) {
-  if (sequence.frames.empty()) return;
+/// Throws std::runtime_error if the files of `option` would be written into a folder with images of the
+/// recording. Debug images would belong to it then.
+void require_other_folder(const fs::path& folder, std::string_view option, const StereoSequence& sequence) {
+  if (sequence.frames.empty() || sequence.source) return;
   std::error_code error;
   for (const auto& image : {sequence.frames.front().left, sequence.frames.front().right}) {
-    if (!fs::equivalent(debug_images, image.parent_path(), error) || error) continue;
-    throw std::runtime_error(
-        fmt::format("{}: has the images of the recording; choose another folder for "
-                    "--debug-images",
-                    debug_images.string()));
+    if (!fs::equivalent(folder, image.parent_path(), error) || error) continue;
+    throw std::runtime_error(fmt::format("{}: has the images of the recording; choose another folder for {}",
+                                         folder.string(), option));
   }
 }
 
@@ -291,7 +290,8 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   RunHeader header{
       .state = "running", .error = "", .pose_frame = body_of(sequence, options) ? "body" : "camera"};
   if (options.realtime) require_pace(input);
-  if (options.debug_images) require_other_folder(*options.debug_images, sequence);
+  require_other_folder(options.output, "--output", sequence);
+  if (options.debug_images) require_other_folder(*options.debug_images, "--debug-images", sequence);
   if (options.save_map) {
     require_keyframes(settings);
     check_save_map(options);
