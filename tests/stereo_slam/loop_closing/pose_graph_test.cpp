@@ -128,6 +128,15 @@ TEST_CASE("Loops remove the drift of drives", "[stereo_slam][pose_graph]") {
   CHECK(chi2 == Approx(dof).margin(4.0 * std::sqrt(2.0 * dof)));
 }
 
+TEST_CASE("Another loop bends an optimised drive within four iterations", "[stereo_slam][pose_graph]") {
+  Drive d = drive_with_loops();
+  d.graph.poses = optimize(d.graph, kGraphSettings).poses;
+  d.add_loop(kNodes - 1 - kRingLap, kNodes - 1);
+  PoseGraphSettings few_iterations = kGraphSettings;
+  few_iterations.max_iterations = 4;
+  CHECK(optimize(d.graph, few_iterations).converged);
+}
+
 TEST_CASE("A false loop of 20 m among true ones changes the drive's error by less than a tenth",
           "[stereo_slam][pose_graph]") {
   CAPTURE(kRingSeed);
