@@ -60,6 +60,29 @@ TEST_CASE("Fused pairs are consistent for wide rotations and with long levers", 
   }
 }
 
+TEST_CASE("Fusing in single precision settles at its rounding", "[fusion][random]") {
+  using Single = DualQuaternion<float>;
+  for (const float scale : {1.0F, 100.0F, 10000.0F}) {
+    CAPTURE(scale);
+    Rng rng(8);
+    Vector6<float> sigma;
+    sigma << 0.01F, 0.01F, 0.01F, 0.05F, 0.05F, 0.05F;
+    const PoseGaussian<float> noise{Single(), sigma.cwiseAbs2().asDiagonal()};
+    for (int k = 0; k < 200; ++k) {
+      const auto direction = random_pose<float>(rng);
+      const auto x = Single::from_rotation_translation(direction.rotation(),
+                                                       Vector3<float>(scale * direction.translation()));
+      const PoseGaussian<float> a{x * sample(noise, rng), noise.covariance};
+      const PoseGaussian<float> b{x * sample(noise, rng), noise.covariance};
+      CHECK(fuse(a, a).converged);
+      const auto fused = fuse(a, b);
+      REQUIRE(fused.converged);
+      CHECK(fused.iterations <= 6);
+      CHECK(fused.density.covariance(0, 0) == Approx(0.5F * 1e-4F).epsilon(1e-2));
+    }
+  }
+}
+
 TEST_CASE("Fusing concentrated estimates adds their information", "[fusion]") {
   for (unsigned seed = 0; seed < 20; ++seed) {
     CAPTURE(seed);

@@ -152,6 +152,8 @@ TEST_CASE("Invalid rotations are refused with their value", "[quaternion][error]
   CHECK_THROWS_AS(normalized_quaternion(Vector4<double>::Zero()), std::invalid_argument);
   CHECK_THROWS_AS(normalized_quaternion(Vector4<double>::Constant(nan)), std::invalid_argument);
   CHECK(contains(error_message([&] { return quaternion_exp(Vector3<double>(nan, 0, 0)); }), "nan"));
+  CHECK(contains(error_message([] { return quaternion_exp(Vector3<double>(0, 1e200, 0)); }),
+                 "its square overflows: [0; 1e+200; 0]"));
   CHECK_THROWS_AS(quaternion_exp(Vector3<double>(0, 0, std::numeric_limits<double>::infinity())),
                   std::invalid_argument);
 }

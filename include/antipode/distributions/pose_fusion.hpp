@@ -22,7 +22,8 @@ namespace antipode {
 /// When the iteration of a fusion ends.
 template <std::floating_point Scalar>
 struct PoseFusionOptions {
-  /// The iteration has converged when a step is shorter than this, in standard deviations.
+  /// The iteration has converged when every coordinate of a step is shorter than this, in standard
+  /// deviations, or is no more than rounding.
   Scalar tolerance = std::max(Scalar(1e-6), Scalar(10) * std::numeric_limits<Scalar>::epsilon());
   int max_iterations = 50;  ///< most steps; after them the fusion has not converged
 };
@@ -112,6 +113,22 @@ struct LinearizedEstimate {
   }
 };
 
+/// Whether a step is short: in standard deviations (rad and m where the variance is zero), or as rounding of
+/// the pose it leads to.
+template <class Scalar>
+[[nodiscard]] bool is_settled(const Vector6<Scalar>& step, const Matrix6<Scalar>& covariance,
+                              const DualQuaternion<Scalar>& pose, Scalar tolerance) {
+  const Scalar rounding = Scalar(8) * std::numeric_limits<Scalar>::epsilon();
+  const Scalar rounding_of_translation = rounding * (Scalar(1) + pose.translation().norm());
+  for (int i = 0; i < 6; ++i) {
+    const Scalar variance = covariance(i, i);
+    const Scalar sigma = variance > Scalar(0) ? std::sqrt(variance) : Scalar(1);
+    const Scalar limit = std::max(tolerance * sigma, i < 3 ? rounding : rounding_of_translation);
+    if (!(std::abs(step[i]) <= limit)) return false;
+  }
+  return true;
+}
+
 }  // namespace detail
 
 /// The density of a pose given two independent estimates of it, a and b. Information that both share would
@@ -125,7 +142,6 @@ template <std::floating_point Scalar, class Chart>
 [[nodiscard]] PoseFusion<PoseGaussian<Scalar, Chart>> fuse(const PoseGaussian<Scalar, Chart>& a,
                                                            const PoseGaussian<Scalar, Chart>& b,
                                                            const PoseFusionOptions<Scalar>& options = {}) {
-  using std::sqrt;
   for (const PoseGaussian<Scalar, Chart>* x : {&a, &b}) {
     (void)detail::root_of_covariance<Scalar, 6>(
         "pose covariance has a negative eigenvalue",
@@ -144,13 +160,8 @@ template <std::floating_point Scalar, class Chart>
     result.density.covariance = y.covariance;
     result.mahalanobis_squared = y.mahalanobis_squared;
     result.log_evidence = y.log_evidence;
-    Scalar step(0);  // in standard deviations; in rad or m where the variance is zero
-    for (int i = 0; i < 6; ++i) {
-      const Scalar variance = y.covariance(i, i);
-      const Scalar sigma = variance > Scalar(0) ? sqrt(variance) : Scalar(1);
-      step = std::max(step, std::abs(y.mean[i]) / sigma);
-    }
-    result.converged = step <= options.tolerance && std::isfinite(result.mahalanobis_squared);
+    result.converged = detail::is_settled<Scalar>(y.mean, y.covariance, x, options.tolerance) &&
+                       std::isfinite(result.mahalanobis_squared);
   }
   return result;
 }

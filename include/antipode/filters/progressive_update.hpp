@@ -76,8 +76,9 @@ struct ProgressiveResult {
   Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
   Scalar log_likelihood = 0;  ///< the best of the samples of the last step
-  /// Normalised innovation squared, as in UpdateResult, from the samples of the last step and so to a few
-  /// percent. 0, not assessed, if the prior's conditional covariance of the translation is singular.
+  /// Normalised innovation squared, as in UpdateResult, from the samples of the last step: of linear
+  /// measurements within about .1, so it may be slightly negative. 0, not assessed, if the conditional
+  /// covariance of the translation is singular before or after the update.
   Scalar nis = 0;
   /// Standard deviation over the posterior of log(prior likelihood / posterior): what the density leaves
   /// unexplained. Well below 1 if the density is the posterior. 0, not assessed, if the prior's conditional
@@ -131,21 +132,36 @@ template <class Scalar>
          (at_moment_floor(before, min_eigenvalue) && at_moment_floor(after, min_eigenvalue));
 }
 
-/// The normalised innovation squared from samples of the posterior. There the mean of the prior's squared
-/// distance minus twice the log-likelihood exceeds its least value by the dimension of the pose, 6.
+/// The normalised innovation squared from samples of the posterior: the prior's squared distance minus twice
+/// the log-likelihood, where the squared distance from the posterior is zero. Both are nearly proportional,
+/// also if the samples spread too little, so a straight line through them leads to that point.
 template <class Scalar, int Count>
 [[nodiscard]] Scalar innovation_squared(const BinghamGaussian<Scalar>& prior,
-                                        const WeightedSamples<Scalar, 8, Count>& posterior,
+                                        const BinghamGaussian<Scalar>& posterior,
+                                        const WeightedSamples<Scalar, 8, Count>& samples,
                                         const Vector<Scalar, Count>& log_likelihoods) {
-  if (!cholesky_factor(prior.conditional_covariance())) return Scalar(0);
-  const Scalar peak = prior.log_density(prior.pose());
-  Scalar mean(0);
-  for (int k = 0; k < Count; ++k) {
-    if (!(posterior.weights[k] > Scalar(0))) continue;
-    const Scalar fall = peak - prior.log_density(DualQuaternion<Scalar>::unchecked(posterior.points.col(k)));
-    mean += posterior.weights[k] * (fall - log_likelihoods[k]);
+  for (const auto* density : {&prior, &posterior}) {
+    if (!cholesky_factor(density->conditional_covariance())) return Scalar(0);
   }
-  return Scalar(2) * mean - Scalar(6);
+  const auto distance_squared = [](const BinghamGaussian<Scalar>& density, const auto& pose) {
+    return Scalar(2) * (density.log_density(density.pose()) - density.log_density(pose));
+  };
+  Scalar weights(0), mean_x(0), mean_y(0), xx(0), xy(0);  // sums over the samples so far
+  for (int k = 0; k < Count; ++k) {
+    const Scalar weight = samples.weights[k];
+    if (!(weight > Scalar(0))) continue;
+    const auto pose = DualQuaternion<Scalar>::unchecked(samples.points.col(k));
+    const Scalar x = distance_squared(posterior, pose);
+    const Scalar y = distance_squared(prior, pose) - Scalar(2) * log_likelihoods[k];
+    weights += weight;
+    const Scalar change_x = x - mean_x;
+    mean_x += change_x * weight / weights;
+    xy += weight * change_x * (y - mean_y);
+    mean_y += (y - mean_y) * weight / weights;
+    xx += weight * change_x * (x - mean_x);
+  }
+  const Scalar slope = xx > Scalar(0) ? xy / xx : Scalar(1);
+  return mean_y - slope * mean_x;
 }
 
 template <class Scalar>
@@ -192,7 +208,8 @@ template <class Scalar, class L, class Rule>
     result.effective_sample_size = std::min(result.effective_sample_size, change.effective_sample_size);
     result.log_likelihood = range.hi;
     result.step_floor_hit = result.step_floor_hit || step.floored;
-    if (remaining <= Scalar(kProgressionDone)) result.nis = innovation_squared(prior, samples, values);
+    if (remaining <= Scalar(kProgressionDone))
+      result.nis = innovation_squared(prior, density, samples, values);
   }
   if (!std::isfinite(result.log_evidence) || !std::isfinite(result.nis)) {  // they overflowed
     result.status = UpdateStatus::kNotFinite;

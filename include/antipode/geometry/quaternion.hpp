@@ -156,13 +156,18 @@ template <detail::MatrixExpression<3, 3> M>
   return canonical(q / q.norm());
 }
 
-/// The unit quaternion of the rotation by |phi| radians about phi. Throws unless phi is finite.
+/// The unit quaternion of the rotation by |phi| radians about phi. Throws unless phi and its square are
+/// finite.
 template <detail::MatrixExpression<3> V>
 [[nodiscard]] Vector4<typename V::Scalar> quaternion_exp(const V& rotation_vector) {
   using Scalar = typename V::Scalar;
   const Vector3<Scalar> phi = rotation_vector;
   detail::require_finite("rotation vector is not finite", phi);
-  const auto half = detail::half_angle<Scalar>(phi.squaredNorm());
+  const Scalar squared_angle = phi.squaredNorm();
+  if (!detail::is_finite(squared_angle)) [[unlikely]] {
+    detail::throw_invalid("rotation vector is too large: its square overflows", phi);
+  }
+  const auto half = detail::half_angle<Scalar>(squared_angle);
   return {half.cosine, half.sinc * phi[0], half.sinc * phi[1], half.sinc * phi[2]};
 }
 

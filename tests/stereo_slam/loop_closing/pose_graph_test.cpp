@@ -232,6 +232,7 @@ TEST_CASE("Marginal covariances are those of Ceres, whose rank-revealing decompo
   dense.algorithm_type = ceres::DENSE_SVD;
   ceres::Covariance expected(dense);
   std::vector<std::pair<const double*, const double*>> pairs;
+  pairs.reserve(blocks.size());
   for (const auto& block : blocks) pairs.emplace_back(block.data(), block.data());
   REQUIRE(expected.Compute(pairs, &problem));
 
