@@ -46,14 +46,21 @@ TEST_CASE("A function of the distance alone is quadratic on one sphere, and not 
         updated(prior, [=](const DualQuaternion<double>& x) { return -slope * x.log().norm(); });
     CHECK(result.status == UpdateStatus::kNotGaussian);
   }
-  // Directions that the prior is certain of leave no fixed point, only the check.
-  PoseGaussian<double> certain = prior;
+  // The same if the prior knows half of the axes, exactly or nearly.
+  PoseGaussian<double> certain = prior, nearly = prior;
   certain.covariance.topLeftCorner<3, 3>().setZero();
+  nearly.covariance.topLeftCorner<3, 3>() *= 1e-12;
+  for (const double sigma : {0.001, 0.01}) {
+    CAPTURE(sigma);
+    CHECK(updated(certain, dead_zone(0.2, sigma)).status != UpdateStatus::kConverged);
+  }
   for (const double slope : {30.0, 100.0, 1000.0}) {
     CAPTURE(slope);
-    const auto result =
-        updated(certain, [=](const DualQuaternion<double>& x) { return -slope * x.log().norm(); });
-    CHECK(result.status == UpdateStatus::kNotGaussian);
+    const auto cone = [=](const DualQuaternion<double>& x) { return -slope * x.log().norm(); };
+    const auto result = updated(certain, cone), expected = updated(nearly, cone);
+    CHECK(result.status == expected.status);
+    CHECK(result.residual == Approx(expected.residual).epsilon(1e-3));
+    CHECK(result.posterior.covariance(3, 3) == Approx(expected.posterior.covariance(3, 3)).epsilon(1e-3));
   }
 }
 

@@ -137,10 +137,11 @@ TEST_CASE("A second mode is found wherever it is on the axis, and one alone is n
   for (const double sigma : {1e-3, 1e-2, 0.05}) {
     for (const double second : {-1.5, -0.5, 1.2, 2.0}) {
       CAPTURE(sigma, second);
-      const auto posterior = detail::SqrtGaussian<SplitPoseGaussian<double>>::of(
-          {Pose::from_rotation_translation(Vector4<double>(1, 0, 0, 0), Vector3<double>(0.3, 0, 0)),
-           Vector6<double>(0.01, 0.01, 0.01, sigma * sigma, 1.0, 1.0).asDiagonal()});
       const auto origin = detail::SqrtGaussian<SplitPoseGaussian<double>>::of(prior);
+      const SplitPoseGaussian<double> first{
+          Pose::from_rotation_translation(Vector4<double>(1, 0, 0, 0), Vector3<double>(0.3, 0, 0)),
+          Vector6<double>(0.01, 0.01, 0.01, sigma * sigma, 1.0, 1.0).asDiagonal()};
+      const auto posterior = detail::SqrtGaussian<SplitPoseGaussian<double>>::of(first).seen_from(origin);
       const auto search = [&](double other) {
         return detail::has_second_mode<57>(
             origin, posterior, [&](const Matrix<double, 6, 57>& tangents, Vector<double, 57>& values) {

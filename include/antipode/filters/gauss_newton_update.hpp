@@ -147,8 +147,7 @@ class GaussNewtonIteration {
     ++result_.evaluations;
     if (!fit.finite) return fail(UpdateStatus::kNotFinite);
     if (fit.used == 0) return fail(UpdateStatus::kNoSupport);
-    const Vector<Scalar, N> from_prior = whitened_from_prior();
-    const Scalar log_posterior = fit.model.constant - Scalar(0.5) * from_prior.squaredNorm();
+    const Scalar log_posterior = fit.model.constant - Scalar(0.5) * density_.whitened_mean.squaredNorm();
     if (result_.steps > 0 && log_posterior < last_log_posterior_ - kWorse && share_ > kShortest) {
       share_ /= Scalar(2);
       return step_back();
@@ -156,21 +155,12 @@ class GaussNewtonIteration {
     share_ = Scalar(1);
     last_ = density_;
     last_log_posterior_ = log_posterior;
-    y_ = result_.steps == 0 || !origin_.invertible
-             ? condition<Scalar, N>(Vector<Scalar, N>::Zero(), Matrix<Scalar, N>::Identity(), fit.model)
-             : density_.condition_prior(origin_, fit.model);
+    y_ = density_.condition_prior(fit.model);
     if (!y_.finite() || !std::isfinite(y_.log_evidence)) return fail(UpdateStatus::kNotFinite);
     result_.log_likelihood = fit.model.constant;
     result_.log_evidence = y_.log_evidence;
     result_.nis = y_.nis;
     return move();
-  }
-
-  /// The displacement of the mean from the prior's mean, in standard deviations of the prior.
-  [[nodiscard]] Vector<Scalar, N> whitened_from_prior() const {
-    if (!origin_.invertible) return Vector<Scalar, N>::Zero();
-    const Vector<Scalar, N> a = Density::Chart::local(origin_.mean, density_.mean);
-    return solve_lower<Scalar, N, 1>(origin_.L, a);
   }
 
   [[nodiscard]] bool step_back() {
@@ -181,7 +171,7 @@ class GaussNewtonIteration {
   [[nodiscard]] bool move() {
     auto y = y_;
     y.mean *= share_;
-    const auto moved = density_.moved(y);
+    const auto moved = density_.moved(origin_, y);
     if (!moved) {
       if (share_ <= kShortest) return fail(UpdateStatus::kDiverged);
       share_ /= Scalar(2);
@@ -191,7 +181,7 @@ class GaussNewtonIteration {
     const Scalar step = solve<Scalar, N, 1>(y_.root, y.mean).norm();
     density_ = *moved;
     ++result_.steps;
-    const bool settled = step <= options_.tolerance || !origin_.invertible;
+    const bool settled = step <= options_.tolerance;
     if (!settled && result_.steps < options_.max_iterations) return true;
     result_.limit_hit = !settled;
     return finish();
@@ -224,7 +214,7 @@ class GaussNewtonIteration {
 
   template <class Values, class Standard>
   [[nodiscard]] bool is_ambiguous(const Values& h, const Standard& standard) {
-    if (!options_.check_modes || !origin_.invertible) return false;
+    if (!options_.check_modes) return false;
     result_.evaluations += Standard::kCount;
     const auto over_prior = linearize(origin_, measurements_, h, standard, {});
     return (over_prior.bent() || over_prior.used == 0) &&
@@ -258,8 +248,8 @@ class GaussNewtonIteration {
 /// its Jacobians: h(state, i, J), see DifferentiableModel. The Jacobian is with respect to the vector in the
 /// chart of the density: for a PoseGaussian in the screw chart, xi = (phi, rho) of x exp(xi).
 ///
-/// A measurement that cannot be predicted is left out of that iteration. If the covariance of the prior is
-/// singular, there is one iteration only. Throws on invalid options, on an invalid covariance of the prior,
+/// A measurement that cannot be predicted is left out of that iteration. The covariance of the prior may be
+/// singular. Throws on invalid options, on an invalid covariance of the prior,
 /// and if R, the prediction or J differs in length from z. The status is kNotFinite if a measurement is not
 /// finite or its R not positive definite, and kNoSupport if no measurement can be predicted; the posterior
 /// then is the prior.

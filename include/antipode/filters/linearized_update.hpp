@@ -215,39 +215,25 @@ class LinearizedIteration {
   [[nodiscard]] UpdateResult<Density> run(const Rule& rule) {
     if (measurements_.size() == 0) return result_;
     const auto standard = rule.template standard<Scalar>();
-    // Conditioning the prior again needs the inverse of its root.
-    const int max_iterations = origin_.invertible ? options_.max_iterations : 1;
     do {
       if (!iterate(standard)) return result_;
-    } while (result_.limit_hit && result_.steps < max_iterations);
-    if (!origin_.invertible) {  // the only linear models were those over the prior
-      const auto fit = linear_models(standard);
-      result_.residual =
-          fit.finite && fit.used > 0 ? std::sqrt(fit.residual) : std::numeric_limits<Scalar>::infinity();
-    }
+    } while (result_.limit_hit && result_.steps < options_.max_iterations);
     judge();
     result_.posterior = density_.density();
     return result_;
   }
 
  private:
-  template <class Standard>
-  [[nodiscard]] Linearization<Scalar, N> linear_models(const Standard& standard) {
-    result_.evaluations += Rule::kCount;
-    return linearize(density_, measurements_, h_, standard, options_);
-  }
-
   /// Whether the density was conditioned and moved. If not, the status says why.
   template <class Standard>
   [[nodiscard]] bool iterate(const Standard& standard) {
-    const auto fit = linear_models(standard);
+    const auto fit = linearize(density_, measurements_, h_, standard, options_);
+    result_.evaluations += Rule::kCount;
     if (!fit.finite) return fail(UpdateStatus::kNotFinite);
     if (fit.used == 0) return fail(UpdateStatus::kNoSupport);
-    const auto y = result_.steps == 0 ? condition<Scalar, N>(Vector<Scalar, N>::Zero(),
-                                                             Matrix<Scalar, N>::Identity(), fit.model)
-                                      : density_.condition_prior(origin_, fit.model);
+    const auto y = density_.condition_prior(fit.model);
     if (!y.finite() || !std::isfinite(y.log_evidence)) return fail(UpdateStatus::kNotFinite);
-    const auto moved = density_.moved(y);
+    const auto moved = density_.moved(origin_, y);
     if (!moved) return fail(UpdateStatus::kDiverged);
     density_ = *moved;
     bent_ = bent_ || fit.bent();
@@ -259,7 +245,7 @@ class LinearizedIteration {
     // A step is measured in standard deviations of the density that it started from. These are of the
     // posterior's size after the first step.
     last_step_ = result_.steps > 1 ? y.mean.norm() : std::numeric_limits<Scalar>::infinity();
-    result_.limit_hit = origin_.invertible && !(last_step_ <= options_.tolerance);
+    result_.limit_hit = !(last_step_ <= options_.tolerance);
     return true;
   }
 
@@ -314,8 +300,8 @@ void check_options(const LinearizedUpdateOptions<Scalar>& options) {
 /// The posterior of `prior` and independent measurements, a std::vector of NoisyMeasurement, say.
 ///
 /// h(pose, i) predicts the i-th measurement, as a vector or a std::optional of one. A measurement that cannot
-/// be predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. If the
-/// covariance of the prior is singular, there is one iteration only. With
+/// be predicted at some sigma point, a landmark behind the camera say, is left out of that iteration. The
+/// covariance of the prior may be singular: what it knows exactly, the posterior knows exactly. With
 /// NoisyMeasurement<Scalar, Eigen::Dynamic> the measurements may have different lengths.
 ///
 /// Throws on invalid options, on an invalid covariance of the prior, and if R or the prediction differs in

@@ -15,6 +15,7 @@
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/detail/mode_search.hpp>
+#include <antipode/filters/detail/posterior_samples.hpp>
 #include <antipode/filters/detail/progression.hpp>
 #include <antipode/filters/detail/quadratic_fit.hpp>
 #include <antipode/filters/detail/sqrt_gaussian.hpp>
@@ -51,7 +52,8 @@ struct ProgressiveOptions {
   Scalar min_step = Scalar(0);
   /// Whether the posterior may correlate orientation and translation; the paper's may not.
   bool keep_coupling = true;
-  /// Smallest second moment of the orientation: 1e-10 is a standard deviation of 0.0011 degrees.
+  /// Smallest second moment of the orientation: 1e-10 is a standard deviation of 0.0011 degrees. If the prior
+  /// has a smaller one, a tenth of that.
   Scalar min_eigenvalue = std::max(Scalar(1e-10), std::numeric_limits<Scalar>::epsilon());
   /// How often to start again with tau <- sqrt(tau) when the steps prove too long for the samples.
   int max_restarts = 3;
@@ -90,6 +92,8 @@ struct ProgressiveResult {
 
 namespace detail {
 
+constexpr double kLeastFloor = 1e-15;  // least ProgressiveOptions::min_eigenvalue
+
 template <class Scalar>
 void check_options(const ProgressiveOptions<Scalar>& options) {
   if (!(options.tau > Scalar(0) && options.tau < Scalar(1))) [[unlikely]] {
@@ -104,7 +108,8 @@ void check_options(const ProgressiveOptions<Scalar>& options) {
   if (options.max_restarts < 0) [[unlikely]] {
     throw_invalid("max_restarts is negative", options.max_restarts);
   }
-  if (!(options.min_eigenvalue >= Scalar(1e-15) && options.min_eigenvalue <= Scalar(0.25))) [[unlikely]] {
+  if (!(options.min_eigenvalue >= Scalar(kLeastFloor) && options.min_eigenvalue <= Scalar(0.25)))
+      [[unlikely]] {
     throw_invalid("min_eigenvalue is not in [1e-15, 1/4]", options.min_eigenvalue);
   }
   if (!(options.max_final_residual > Scalar(0))) [[unlikely]] {
@@ -115,53 +120,29 @@ void check_options(const ProgressiveOptions<Scalar>& options) {
   }
 }
 
+/// The smallest second moment that the orientation may have on the way from this prior. An axis that the
+/// prior knows, as of a planar robot, stays above it.
 template <class Scalar>
-[[nodiscard]] bool at_moment_floor(const BinghamGaussian<Scalar>& density, Scalar min_eigenvalue) {
-  return density.orientation().second_moments()[0] <= Scalar(1 + 1e-5) * min_eigenvalue;
+[[nodiscard]] Scalar moment_floor(const BinghamGaussian<Scalar>& prior, Scalar min_eigenvalue) {
+  const Scalar rounding = std::max(Scalar(kLeastFloor), std::numeric_limits<Scalar>::epsilon());
+  const Scalar below_prior = prior.orientation().second_moments()[0] / Scalar(10);
+  return std::min(min_eigenvalue, std::max(below_prior, rounding));
+}
+
+template <class Scalar>
+[[nodiscard]] bool at_floor(const BinghamGaussian<Scalar>& density, Scalar floor) {
+  return density.orientation().second_moments()[0] <= Scalar(1 + 1e-5) * floor;
 }
 
 /// Whether the step was too long for the samples: the orientation is at its floor for the second time, or one
 /// of its moments shrank a thousandfold at once.
 template <class Scalar>
 [[nodiscard]] bool degenerates(const BinghamGaussian<Scalar>& before, const BinghamGaussian<Scalar>& after,
-                               Scalar min_eigenvalue) {
+                               Scalar floor) {
   constexpr Scalar kMaxShrinkage = Scalar(1e3);
   const auto shrinkage =
       before.orientation().second_moments().array() / after.orientation().second_moments().array();
-  return (shrinkage > kMaxShrinkage).any() ||
-         (at_moment_floor(before, min_eigenvalue) && at_moment_floor(after, min_eigenvalue));
-}
-
-/// The normalised innovation squared from samples of the posterior: the prior's squared distance minus twice
-/// the log-likelihood, where the squared distance from the posterior is zero. Both are nearly proportional,
-/// also if the samples spread too little, so a straight line through them leads to that point.
-template <class Scalar, int Count>
-[[nodiscard]] Scalar innovation_squared(const BinghamGaussian<Scalar>& prior,
-                                        const BinghamGaussian<Scalar>& posterior,
-                                        const WeightedSamples<Scalar, 8, Count>& samples,
-                                        const Vector<Scalar, Count>& log_likelihoods) {
-  for (const auto* density : {&prior, &posterior}) {
-    if (!cholesky_factor(density->conditional_covariance())) return Scalar(0);
-  }
-  const auto distance_squared = [](const BinghamGaussian<Scalar>& density, const auto& pose) {
-    return Scalar(2) * (density.log_density(density.pose()) - density.log_density(pose));
-  };
-  Scalar weights(0), mean_x(0), mean_y(0), xx(0), xy(0);  // sums over the samples so far
-  for (int k = 0; k < Count; ++k) {
-    const Scalar weight = samples.weights[k];
-    if (!(weight > Scalar(0))) continue;
-    const auto pose = DualQuaternion<Scalar>::unchecked(samples.points.col(k));
-    const Scalar x = distance_squared(posterior, pose);
-    const Scalar y = distance_squared(prior, pose) - Scalar(2) * log_likelihoods[k];
-    weights += weight;
-    const Scalar change_x = x - mean_x;
-    mean_x += change_x * weight / weights;
-    xy += weight * change_x * (y - mean_y);
-    mean_y += (y - mean_y) * weight / weights;
-    xx += weight * change_x * (x - mean_x);
-  }
-  const Scalar slope = xx > Scalar(0) ? xy / xx : Scalar(1);
-  return mean_y - slope * mean_x;
+  return (shrinkage > kMaxShrinkage).any() || (at_floor(before, floor) && at_floor(after, floor));
 }
 
 template <class Scalar>
@@ -176,6 +157,7 @@ template <class Scalar, class L, class Rule>
 [[nodiscard]] bool progress(L& log_likelihood, const Rule& rule, const ProgressionAttempt<Scalar>& attempt,
                             const ProgressiveOptions<Scalar>& options, ProgressiveResult<Scalar>& result) {
   const BinghamGaussian<Scalar> prior = result.posterior;
+  const Scalar floor = moment_floor(prior, options.min_eigenvalue);
   BinghamGaussian<Scalar>& density = result.posterior;
   Scalar remaining(1);
   while (remaining > Scalar(kProgressionDone)) {
@@ -196,10 +178,9 @@ template <class Scalar, class L, class Rule>
       result.status = UpdateStatus::kNotFinite;
       return true;
     }
-    const auto next = moment_match(
-        samples, {.keep_coupling = options.keep_coupling, .min_eigenvalue = options.min_eigenvalue});
-    if (attempt.may_give_up && !step.floored && degenerates(density, next, options.min_eigenvalue))
-      return false;
+    const auto next =
+        moment_match(samples, {.keep_coupling = options.keep_coupling, .min_eigenvalue = floor});
+    if (attempt.may_give_up && !step.floored && degenerates(density, next, floor)) return false;
 
     density = next;
     remaining -= step.size;
@@ -214,32 +195,8 @@ template <class Scalar, class L, class Rule>
   if (!std::isfinite(result.log_evidence) || !std::isfinite(result.nis)) {  // they overflowed
     result.status = UpdateStatus::kNotFinite;
   }
-  result.moment_floor_hit = at_moment_floor(density, options.min_eigenvalue);
+  result.moment_floor_hit = at_floor(density, floor);
   return true;
-}
-
-/// The standard deviation of log(prior likelihood / posterior) over the samples of the posterior; zero if the
-/// prior's conditional covariance is singular, so that it has no density.
-template <class Scalar, class L, class Rule>
-[[nodiscard]] Scalar unexplained(const BinghamGaussian<Scalar>& prior, L& log_likelihood, const Rule& rule,
-                                 const BinghamGaussian<Scalar>& posterior) {
-  using std::sqrt;
-  if (!cholesky_factor(prior.conditional_covariance())) return Scalar(0);
-  if (!cholesky_factor(posterior.conditional_covariance())) return std::numeric_limits<Scalar>::infinity();
-  const auto samples = sample(rule, posterior);
-  Vector<Scalar, Rule::kCount> values;
-  evaluate_log_likelihood(log_likelihood, samples.points, values);
-  const LogRange<Scalar> range = bound_log_likelihoods(samples.weights, values);
-  if (!range.valid || !range.supported()) return std::numeric_limits<Scalar>::infinity();
-  for (int k = 0; k < Rule::kCount; ++k) {
-    if (!(samples.weights[k] > Scalar(0))) continue;
-    const auto pose = DualQuaternion<Scalar>::unchecked(samples.points.col(k));
-    values[k] += prior.log_density(pose) - posterior.log_density(pose);
-  }
-  const Scalar mean = samples.weights.dot(values) / samples.weights.sum();
-  const Vector<Scalar, Rule::kCount> errors = values.array() - mean;
-  const Scalar variance = samples.weights.dot(errors.cwiseAbs2()) / samples.weights.sum();
-  return std::isfinite(variance) ? sqrt(variance) : std::numeric_limits<Scalar>::infinity();
 }
 
 /// Whether prior times likelihood has a second mode: see ModeSearch. False if the covariance of the prior is
@@ -248,15 +205,16 @@ template <class Scalar, class L, class Rule>
 [[nodiscard]] bool is_ambiguous(const BinghamGaussian<Scalar>& prior, L& log_likelihood, const Rule&,
                                 ProgressiveResult<Scalar>& result) {
   using Split = SplitPoseGaussian<Scalar>;
-  const auto posterior = SqrtGaussian<Split>::of(to_split_pose_gaussian(result.posterior));
+  const Split split = to_split_pose_gaussian(prior);
+  if (!root_of(split).positive_definite) return false;
+  const auto origin = SqrtGaussian<Split>::of(split);
+  const auto posterior = SqrtGaussian<Split>::of(to_split_pose_gaussian(result.posterior)).seen_from(origin);
   const auto evaluate = [&](const Matrix<Scalar, 6, Rule::kCount>& tangents,
                             Vector<Scalar, Rule::kCount>& values) {
     result.evaluations += Rule::kCount;
-    evaluate_over<Split>({posterior.mean, Matrix6<Scalar>::Identity(), true}, log_likelihood, tangents,
-                         values);
+    evaluate_over<Split>({posterior.mean, Matrix6<Scalar>::Identity()}, log_likelihood, tangents, values);
   };
-  return has_second_mode<Rule::kCount>(SqrtGaussian<Split>::of(to_split_pose_gaussian(prior)), posterior,
-                                       evaluate);
+  return has_second_mode<Rule::kCount>(origin, posterior, evaluate);
 }
 
 /// The status of a posterior whose steps are done.

@@ -167,7 +167,7 @@ class QuadraticIteration {
     if (!options_.check_modes || !bent_) return false;
     const auto evaluate = [&](const Matrix<Scalar, N, Count>& tangents, Vector<Scalar, Count>& values) {
       result_.evaluations += Count;
-      evaluate_over<Density>({density_.mean, Matrix<Scalar, N>::Identity(), true}, log_likelihood_, tangents,
+      evaluate_over<Density>({density_.mean, Matrix<Scalar, N>::Identity()}, log_likelihood_, tangents,
                              values);
     };
     return has_second_mode<Count>(origin_, density_, evaluate);
@@ -204,7 +204,7 @@ class QuadraticIteration {
   /// Whether the log-likelihood fell short of what the model of the last step promised.
   [[nodiscard]] bool overshot(const Fit& fit) const {
     constexpr Scalar kMaxShortfall = Scalar(6);  // in max_residual
-    return retries_ < kMostRetries && origin_.invertible &&
+    return retries_ < kMostRetries &&
            power_ * last_.shortfall(fit, spread_) > kMaxShortfall * options_.max_residual;
   }
 
@@ -246,12 +246,7 @@ class QuadraticIteration {
     retries_ = 0;
   }
 
-  void condition_on(const Fit& fit) {
-    last_.y = origin_.invertible
-                  ? density_.condition_prior(origin_, fit.model.scaled(next_))
-                  : condition<Scalar, N>(Vector<Scalar, N>::Zero(), Matrix<Scalar, N>::Identity(),
-                                         fit.model.scaled(next_ - power_));
-  }
+  void condition_on(const Fit& fit) { last_.y = density_.condition_prior(fit.model.scaled(next_)); }
 
   /// Whether the density after this step is the posterior. A model that is exact over the prior, or over a
   /// density that the posterior lies within, is exact over the posterior if it holds at other radii as well.
@@ -261,16 +256,16 @@ class QuadraticIteration {
     const bool fixed = is_settled(last_.y, options_.tolerance);
     const bool exact = spread_ == Scalar(1) && fit.residual <= kExactFit &&
                        (result_.steps == 0 || is_within(last_.y, options_.tolerance));
-    if (!fixed && !exact && origin_.invertible) return false;
+    if (!fixed && !exact) return false;
     const Misfit<Scalar> left = check(last_.density, last_.y, fit);
-    if (origin_.invertible && !fixed && left.total > options_.tolerance) {
+    if (!fixed && left.total > options_.tolerance) {
       bent_ = true;
       return false;
     }
-    if (origin_.invertible && spread_ == Scalar(1)) {
+    if (spread_ == Scalar(1)) {
       result_.residual = std::max(result_.residual, left.radial);
     } else {
-      left_by_last_model_ = (next_ - (origin_.invertible ? Scalar(0) : power_)) * left.total;
+      left_by_last_model_ = left.total;
     }
     return true;
   }
@@ -278,25 +273,24 @@ class QuadraticIteration {
   /// Halves the step where whole steps may oscillate or went too far.
   void halve_step() {
     const int halvings = retries_ > 0 ? retries_ : repeats_ > kMostRepeats ? 1 : 0;
-    if (halvings == 0 || !origin_.invertible) return;
+    if (halvings == 0) return;
     const Scalar share = std::pow(Scalar(0.5), Scalar(halvings));
     last_.y = damped(last_.y, share);
     if (retries_ > 0) next_ = power_ + share * (next_ - power_);
   }
 
   [[nodiscard]] IterationState move(bool settled) {
-    const auto moved = density_.moved(last_.y);
+    const auto moved = density_.moved(origin_, last_.y);
     if (!moved) {  // a model that leads out of the chart is a poor one
       return spread_ > kMinSpread ? refit_narrower() : fail(UpdateStatus::kDiverged);
     }
     density_ = *moved;
     power_ = next_;
     ++result_.steps;
-    result_.log_evidence =
-        origin_.invertible ? last_.y.log_evidence : result_.log_evidence + last_.y.log_evidence;
-    result_.nis = origin_.invertible ? last_.y.nis : result_.nis + last_.y.nis;
+    result_.log_evidence = last_.y.log_evidence;
+    result_.nis = last_.y.nis;
     if (settled) {
-      fit_of_posterior_ = origin_.invertible && spread_ == Scalar(1);
+      fit_of_posterior_ = spread_ == Scalar(1);
       return IterationState::kDone;
     }
     if (result_.steps >= options_.max_steps) {
@@ -336,8 +330,8 @@ class QuadraticIteration {
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
 /// void(8 x Count poses, values) (see log_likelihood.hpp). The rule must be exact to degree 5. Throws on
-/// invalid options and covariances; numerical failures are reported in the status. If the covariance of the
-/// prior is singular, the powers are applied one after another, and there is no fixed point.
+/// invalid options and covariances; numerical failures are reported in the status. The covariance of the
+/// prior may be singular: what it knows exactly, the posterior knows exactly.
 template <ConcentratedDensity Density, class L, class Rule = MysovskikhRule<Density::Chart::kDim>>
 [[nodiscard]] UpdateResult<Density> quadratic_update(
     const Density& prior, L&& log_likelihood,

@@ -30,12 +30,10 @@ class ModeSearch {
  public:
   ModeSearch(const SqrtGaussian<Density>& prior, const SqrtGaussian<Density>& posterior, Evaluate& evaluate)
       : evaluate_(evaluate) {
-    const Vector<Scalar, N> to_prior = Chart::local(posterior.mean, prior.mean);
-    prior_root_ = Chart::jacobian_inverse(to_prior) * prior.L;
-    mean_ = -solve<Scalar, N, 1>(prior_root_, to_prior);
-    const Matrix<Scalar, N> narrowing = solve<Scalar, N, N>(prior_root_, posterior.L);
-    const auto eigen =
-        symmetric_eigen<Scalar, N>(scaled_square<Scalar, N, N>(narrowing, Vector<Scalar, N>::Ones()));
+    mean_ = posterior.whitened_mean;
+    prior_root_ = Chart::jacobian(prior.L * mean_) * prior.L;
+    const auto eigen = symmetric_eigen<Scalar, N>(
+        scaled_square<Scalar, N, N>(posterior.whitened_root, Vector<Scalar, N>::Ones()));
     directions_ = eigen.vectors;
     variances_ = eigen.values;
     while (lines_ < N && eigen.values[lines_] < kNarrow) ++lines_;
@@ -160,12 +158,11 @@ class ModeSearch {
   Scalar peak_ = Scalar(0);  ///< log of prior times likelihood at the posterior's mean
 };
 
-/// Whether prior times likelihood has a second mode: see ModeSearch. False where the prior is singular.
+/// Whether prior times likelihood has a second mode: see ModeSearch.
 template <int Count, class Density, class Evaluate>
 [[nodiscard]] bool has_second_mode(const SqrtGaussian<Density>& prior, const SqrtGaussian<Density>& posterior,
                                    Evaluate&& evaluate) {
-  return prior.invertible &&
-         ModeSearch<Density, Count, Evaluate>(prior, posterior, evaluate).finds_second_mode();
+  return ModeSearch<Density, Count, Evaluate>(prior, posterior, evaluate).finds_second_mode();
 }
 
 }  // namespace antipode::detail

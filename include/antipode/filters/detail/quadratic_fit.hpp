@@ -51,8 +51,7 @@ template <class Density, class L, int N, int Count>
   using Scalar = typename Density::Scalar;
   using std::sqrt;
   Vector<Scalar, Count> values;
-  evaluate_over<Density>({density.mean, spread * density.L, density.invertible}, log_likelihood,
-                         standard.points, values);
+  evaluate_over<Density>({density.mean, spread * density.L}, log_likelihood, standard.points, values);
   QuadraticFit<Scalar, N> fit;
   fit.range = bound_log_likelihoods(standard.weights, values);
   if (!fit.range.valid || !fit.range.supported()) return fit;

@@ -66,7 +66,11 @@ template <class Scalar, int N>
   return {posterior_mean, root, log_evidence, Scalar(0) - Scalar(2) * log_peak};
 }
 
-/// A concentrated density with a root L of its covariance, covariance = L L^T.
+/// A concentrated density with a root L of its covariance, covariance = L L^T: a prior, or a density on the
+/// way from it to a posterior.
+///
+/// The latter is a Gaussian in the whitened coordinates of the prior, whose chart does not move. There the
+/// prior stays N(0, I), also if its covariance is singular or nearly so: nothing divides by L.
 template <ConcentratedDensity Density_>
 struct SqrtGaussian {
   using Density = Density_;
@@ -78,14 +82,14 @@ struct SqrtGaussian {
 
   typename Chart::Point mean;
   Square L;
-  bool invertible = true;  ///< whether L is invertible
+  Tangent whitened_mean = Tangent::Zero();    ///< in the coordinates of the prior
+  Square whitened_root = Square::Identity();  ///< of the covariance there
 
   /// Throws unless the density is finite with a positive semidefinite covariance.
   [[nodiscard]] static SqrtGaussian of(const Density& density) {
     const auto& [mean, covariance] = density;
     Chart::require_finite(mean);
-    const auto root = root_of(density);
-    return {mean, root.L, root.positive_definite};
+    return {mean, root_of(density).L};
   }
 
   /// Whether the squares of all samples within ten standard deviations are finite.
@@ -97,27 +101,39 @@ struct SqrtGaussian {
     return Chart::retract(mean, xi);
   }
 
-  /// The density of Chart::retract(mean, L y) for y of the given Gaussian: the mean moves, and with it the
-  /// tangent space. Nothing if y leads out of the chart (more than half a turn away, say) or overflows.
-  [[nodiscard]] std::optional<SqrtGaussian> moved(const ConditionedGaussian<Scalar, kDim>& y) const {
-    const Tangent xi = L * y.mean;
-    const Square L_root = L * y.root;
+  /// The density of Chart::retract(mean, L y) for y of the given Gaussian, to first order: the mean moves,
+  /// and with it the tangent space. Nothing if y leads out of the prior's chart (more than half a turn away,
+  /// say) or overflows.
+  [[nodiscard]] std::optional<SqrtGaussian> moved(const SqrtGaussian& prior,
+                                                  const ConditionedGaussian<Scalar, kDim>& y) const {
+    SqrtGaussian result;
+    result.whitened_mean = whitened_mean + whitened_root * y.mean;
+    result.whitened_root = whitened_root * y.root;
+    const Tangent xi = prior.L * result.whitened_mean;
+    const Square root = prior.L * result.whitened_root;
     const bool reachable = std::isfinite(xi.squaredNorm()) && Chart::contains(xi);
-    if (!reachable || !std::isfinite(L_root.squaredNorm())) return std::nullopt;
-    SqrtGaussian result{Chart::normalized(Chart::retract(mean, xi)), Chart::jacobian(xi) * L_root,
-                        invertible};
+    if (!reachable || !std::isfinite(root.squaredNorm())) return std::nullopt;
+    result.mean = Chart::normalized(Chart::retract(prior.mean, xi));
+    result.L = Chart::jacobian(xi) * root;
     if (!result.has_finite_samples()) return std::nullopt;
     return result;
   }
 
-  /// `prior` times exp(l), normalised. Both l and the result are in the coordinates y of this density, whose
-  /// L must be invertible.
+  /// This density with its coordinates in another prior, whose L must be invertible.
+  [[nodiscard]] SqrtGaussian seen_from(const SqrtGaussian& prior) const {
+    SqrtGaussian result = *this;
+    const Tangent xi = Chart::local(prior.mean, mean);
+    const Square root = Chart::jacobian_inverse(xi) * L;
+    result.whitened_mean = solve<Scalar, kDim, 1>(prior.L, xi);
+    result.whitened_root = solve<Scalar, kDim, kDim>(prior.L, root);
+    return result;
+  }
+
+  /// The prior times exp(l), normalised. Both l and the result are in the coordinates y of this density.
   [[nodiscard]] ConditionedGaussian<Scalar, kDim> condition_prior(
-      const SqrtGaussian& prior, const QuadraticLogLikelihood<Scalar, kDim>& l) const {
-    const Tangent to_prior = Chart::local(mean, prior.mean);
-    const Square prior_root = Chart::jacobian_inverse(to_prior) * prior.L;
-    return condition<Scalar, kDim>(solve<Scalar, kDim, 1>(L, to_prior),
-                                   solve<Scalar, kDim, kDim>(L, prior_root), l);
+      const QuadraticLogLikelihood<Scalar, kDim>& l) const {
+    return condition<Scalar, kDim>(-solve<Scalar, kDim, 1>(whitened_root, whitened_mean),
+                                   solve<Scalar, kDim, kDim>(whitened_root, Square::Identity()), l);
   }
 
   [[nodiscard]] Density density() const { return {mean, L * L.transpose()}; }
