@@ -124,6 +124,14 @@ bool continues(const Pose& motion, const Pose& expected) {
          change.tail<3>().norm() < kChange * size.tail<3>().norm() + kTranslation_m;
 }
 
+std::vector<std::uint8_t> agreement(std::span<const StereoCorrespondence> points, const StereoCamera& camera,
+                                    const Pose& motion, const OdometrySettings& settings) {
+  const auto noise = [R = stereo_pixel_covariance(settings.pixel_sigma_px)](const StereoCorrespondence&) {
+    return R;
+  };
+  return flag_inliers(TwoViewAdjustment(points, camera, motion, noise).squared_distances(motion));
+}
+
 MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, const StereoCamera& camera,
                                const ExpectedMotion& expected, const OdometrySettings& settings,
                                std::mt19937_64& random) {
@@ -150,8 +158,7 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
   constexpr int kReselections = 2;
   std::optional<PoseGaussian> solution;
   for (int round = 0; round < kReselections; ++round) {
-    result.is_inlier =
-        flag_inliers(TwoViewAdjustment(points, camera, pose, equal_noise).squared_distances(pose));
+    result.is_inlier = agreement(points, camera, pose, settings);
     result.inlier_count = static_cast<int>(std::count(result.is_inlier.begin(), result.is_inlier.end(), 1));
     if (result.inlier_count < static_cast<int>(required)) return result;
     solution = TwoViewAdjustment(points, camera, pose, own_noise).solve(pose, result.is_inlier);

@@ -46,6 +46,11 @@ struct MotionEstimate {
 /// from one frame to the next.
 [[nodiscard]] bool continues(const Pose& motion, const Pose& expected);
 
+/// Which points agree with a motion, with the noise settings.pixel_sigma_px; one flag per point.
+[[nodiscard]] std::vector<std::uint8_t> agreement(std::span<const StereoCorrespondence> points,
+                                                  const StereoCamera& camera, const Pose& motion,
+                                                  const OdometrySettings& settings);
+
 /// Relative pose of two stereo frames.
 ///
 /// RANSAC over three correspondences finds the inliers, with the noise settings.pixel_sigma_px for all

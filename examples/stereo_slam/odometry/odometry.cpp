@@ -2,6 +2,10 @@
 #include "stereo_slam/odometry/odometry.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <utility>
 
 #include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
@@ -63,6 +67,74 @@ using Points = std::vector<cv::Point2f>;
   return kept;
 }
 
+/// Points followed with an expected motion, and the motion that they show.
+struct MotionOfTracks {
+  PointTracks tracks;
+  std::vector<StereoCorrespondence> matches;
+  RightImageFit right_image;
+  MotionEstimate motion;
+
+  [[nodiscard]] const Pose& pose() const { return motion.T_previous_current.pose; }
+};
+
+[[nodiscard]] MotionOfTracks motion_of(PointTracks tracks, const ConsecutivePyramids& pyramids,
+                                       const StereoView& view, const ExpectedMotion& expected,
+                                       const Settings& settings) {
+  constexpr std::size_t kStaticVotes = 3;  // besides its own: a lorry may have more points than the street
+  MotionOfTracks result;
+  result.right_image = tracks.follow(pyramids, view, expected.T_previous_current, settings.odometry);
+  result.tracks = std::move(tracks);
+  result.matches = correspondences(result.tracks.points());
+  std::vector<StereoCorrespondence> static_matches;
+  for (std::size_t i = 0; i < result.matches.size(); ++i) {
+    if (!result.tracks.points()[i].is_static) continue;
+    static_matches.insert(static_matches.end(), kStaticVotes, result.matches[i]);
+  }
+  std::mt19937_64 random(settings.seed + view.frame.index);
+  result.motion =
+      estimate_motion({result.matches, static_matches}, view.camera, expected, settings.odometry, random);
+  return result;
+}
+
+/// The part of the image, in cells, whose points agree with the measured motion and not with the other one.
+[[nodiscard]] std::size_t cells_of(const MotionOfTracks& measured, const Pose& other, const StereoView& view,
+                                   const OdometrySettings& settings) {
+  constexpr int kColumns = 16;
+  const auto cell = [px = view.frame.left.cols / kColumns + 1](const StereoCorrespondence& match) {
+    return std::pair(static_cast<int>(match.current.x()) / px, static_cast<int>(match.current.y()) / px);
+  };
+  const auto agree = agreement(measured.matches, view.camera, measured.pose(), settings);
+  const auto agree_with_other = agreement(measured.matches, view.camera, other, settings);
+  std::set<std::pair<int, int>> cells;
+  for (std::size_t i = 0; i < agree.size(); ++i) {
+    if (agree[i] && !agree_with_other[i]) cells.insert(cell(measured.matches[i]));
+  }
+  return cells.size();
+}
+
+/// The motion of the points that the measured one leaves out, if they cover more of the image once they are
+/// followed with it. In the first frame no motion is expected, and the optical flow finds points that rest in
+/// the image more easily than others: those of a part of the vehicle in view, such as its bonnet, may win.
+[[nodiscard]] std::optional<MotionOfTracks> motion_of_more(const MotionOfTracks& measured, PointTracks before,
+                                                           const ConsecutivePyramids& pyramids,
+                                                           const StereoView& view, const Settings& settings) {
+  constexpr double kMajority = 1.25;
+  std::vector<StereoCorrespondence> others;
+  for (std::size_t i = 0; i < measured.matches.size(); ++i) {
+    if (!measured.motion.is_inlier[i]) others.push_back(measured.matches[i]);
+  }
+  std::mt19937_64 random(settings.seed + view.frame.index);
+  const auto motion = estimate_motion({others}, view.camera, {measured.pose(), Expectation::kDoubtful},
+                                      settings.odometry, random);
+  if (!motion.valid) return std::nullopt;
+  auto followed = motion_of(std::move(before), pyramids, view,
+                            {motion.T_previous_current.pose, Expectation::kSteady}, settings);
+  const auto cells = static_cast<double>(cells_of(followed, measured.pose(), view, settings.odometry));
+  const auto cells_before = static_cast<double>(cells_of(measured, followed.pose(), view, settings.odometry));
+  if (!followed.motion.valid || cells < kMajority * cells_before) return std::nullopt;
+  return followed;
+}
+
 }  // namespace
 
 std::vector<StereoPoint> select_odometry_points(const StereoView& view, const std::vector<Feature>& features,
@@ -101,18 +173,17 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
 OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
                                     const StereoView& view, const ExpectedMotion& expected,
                                     const Settings& settings) {
-  constexpr std::size_t kStaticVotes = 3;  // besides its own: a lorry may have more points than the street
-  const auto right_image = tracks.follow(pyramids, view, expected.T_previous_current, settings.odometry);
-  const auto matches = correspondences(tracks.points());
-  std::vector<StereoCorrespondence> static_matches;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (tracks.points()[i].is_static) static_matches.insert(static_matches.end(), kStaticVotes, matches[i]);
+  const bool first = expected.expectation == Expectation::kNoMotion;
+  PointTracks before = first ? tracks : PointTracks();
+  MotionOfTracks measured = motion_of(std::move(tracks), pyramids, view, expected, settings);
+  if (first && measured.motion.valid) {
+    auto better = motion_of_more(measured, std::move(before), pyramids, view, settings);
+    if (better) measured = *std::move(better);
   }
-  std::mt19937_64 random(settings.seed + view.frame.index);
-  const auto motion =
-      estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
-  tracks.keep(motion.is_inlier);
-  return {motion.valid, motion.T_previous_current, tracks.positions(), motion.jerk, right_image};
+  tracks = std::move(measured.tracks);
+  tracks.keep(measured.motion.is_inlier);
+  return {measured.motion.valid, measured.motion.T_previous_current, tracks.positions(), measured.motion.jerk,
+          measured.right_image};
 }
 
 }  // namespace stereo_slam
