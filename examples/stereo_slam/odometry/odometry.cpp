@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/odometry/odometry.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "stereo_slam/core/opencv_points.hpp"
@@ -96,26 +97,33 @@ struct MotionOfTracks {
   return result;
 }
 
-/// The part of the image, in cells, whose points agree with the measured motion and not with the other one.
-[[nodiscard]] std::size_t cells_of(const MotionOfTracks& measured, const Pose& other, const StereoView& view,
-                                   const OdometrySettings& settings) {
+/// The extent in the image of the points that agree with the measured motion and not with the other one: the
+/// columns times the rows, each a sixteenth of the width, with two of them or more. The density of the points
+/// does not count, nor do single ones.
+[[nodiscard]] int extent_of(const MotionOfTracks& measured, const Pose& other, const StereoView& view,
+                            const OdometrySettings& settings) {
   constexpr int kColumns = 16;
-  const auto cell = [px = view.frame.left.cols / kColumns + 1](const StereoCorrespondence& match) {
-    return std::pair(static_cast<int>(match.current.x()) / px, static_cast<int>(match.current.y()) / px);
-  };
+  const int strip_px = view.frame.left.cols / kColumns + 1;
   const auto agree = agreement(measured.matches, view.camera, measured.pose(), settings);
   const auto agree_with_other = agreement(measured.matches, view.camera, other, settings);
-  std::set<std::pair<int, int>> cells;
+  std::map<int, int> columns, rows;  // points in each
   for (std::size_t i = 0; i < agree.size(); ++i) {
-    if (agree[i] && !agree_with_other[i]) cells.insert(cell(measured.matches[i]));
+    if (!agree[i] || agree_with_other[i]) continue;
+    ++columns[static_cast<int>(measured.matches[i].current.x()) / strip_px];
+    ++rows[static_cast<int>(measured.matches[i].current.y()) / strip_px];
   }
-  return cells.size();
+  const auto occupied = [](const std::map<int, int>& strips) {
+    return static_cast<int>(
+        std::count_if(strips.begin(), strips.end(), [](const auto& strip) { return strip.second >= 2; }));
+  };
+  return occupied(columns) * occupied(rows);
 }
 
-/// The motion of the points that the measured one leaves out, if they cover more of the image once they are
-/// followed with it. In the first frame no motion is expected, and the optical flow finds points that rest in
-/// the image more easily than others: those of a part of the vehicle in view, such as its bonnet, may win.
-[[nodiscard]] std::optional<MotionOfTracks> motion_of_more(const MotionOfTracks& measured, PointTracks before,
+/// The motion of the points that the measured one leaves out, if they extend over more of the image once they
+/// are followed with it. In the first frame no motion is expected, and the optical flow finds points that
+/// rest in the image more easily than others: those of a part of the vehicle in view, such as its bonnet, may
+/// win.
+[[nodiscard]] std::optional<MotionOfTracks> motion_of_more(const MotionOfTracks& measured, PointTracks tracks,
                                                            const ConsecutivePyramids& pyramids,
                                                            const StereoView& view, const Settings& settings) {
   constexpr double kMajority = 1.25;
@@ -127,11 +135,11 @@ struct MotionOfTracks {
   const auto motion = estimate_motion({others}, view.camera, {measured.pose(), Expectation::kDoubtful},
                                       settings.odometry, random);
   if (!motion.valid) return std::nullopt;
-  auto followed = motion_of(std::move(before), pyramids, view,
+  auto followed = motion_of(std::move(tracks), pyramids, view,
                             {motion.T_previous_current.pose, Expectation::kSteady}, settings);
-  const auto cells = static_cast<double>(cells_of(followed, measured.pose(), view, settings.odometry));
-  const auto cells_before = static_cast<double>(cells_of(measured, followed.pose(), view, settings.odometry));
-  if (!followed.motion.valid || cells < kMajority * cells_before) return std::nullopt;
+  const int extent = extent_of(followed, measured.pose(), view, settings.odometry);
+  const int before = extent_of(measured, followed.pose(), view, settings.odometry);
+  if (!followed.motion.valid || extent < kMajority * before) return std::nullopt;
   return followed;
 }
 

@@ -47,7 +47,8 @@ struct OdometryPoints {
                                                   const ExpectedMotion& expected, const Settings& settings);
 
 /// The same motion from points followed over many frames. Points that are known to be static have four votes
-/// in the choice of the inliers. `tracks` keeps the inliers only.
+/// in the choice of the inliers. If no motion is expected, the motion that shows over the larger part of the
+/// image is chosen. `tracks` keeps the inliers only.
 [[nodiscard]] OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
                                                   const StereoView& view, const ExpectedMotion& expected,
                                                   const Settings& settings);
