@@ -358,3 +358,19 @@ TEST_CASE("Conversion of a concentrated pose density and back is exact", "[quadr
     CHECK((back.covariance - density.covariance).norm() <= 1e-9 * density.covariance.norm() + 8e-14);
   }
 }
+
+TEMPLATE_TEST_CASE("An outlier so far away that rounding hides the slope is not called converged",
+                   "[quadratic][error]", float, double) {
+  using Scalar = TestType;
+  const SplitPoseGaussian<Scalar> prior{{}, pose_covariance<Scalar>(Scalar(0.1), Scalar(1))};
+  const Scalar rounding = std::numeric_limits<Scalar>::epsilon();
+  for (const Scalar distance : {Scalar(1) / rounding, Scalar(1000) / rounding}) {
+    CAPTURE(distance);
+    const auto result = quadratic_update(prior, [=](const DualQuaternion<Scalar>& x) {
+      const Scalar error = (x.translation()[0] - distance) / Scalar(0.1);
+      return Scalar(-0.5) * error * error;
+    });
+    CHECK(result.status == UpdateStatus::kNotFinite);
+    CHECK(result.posterior.covariance == prior.covariance);
+  }
+}

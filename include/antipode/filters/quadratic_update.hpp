@@ -123,6 +123,10 @@ class QuadraticIteration {
         origin_.has_finite_samples() ? IterationState::kRunning : fail(UpdateStatus::kNotFinite);
     while (state == IterationState::kRunning) state = iterate();
     if (state == IterationState::kFailed) return result_;
+    if (rounding_hides_differences()) {
+      (void)fail(UpdateStatus::kNotFinite);
+      return result_;
+    }
     result_.posterior = density_.density();
     judge();
     return result_;
@@ -154,6 +158,13 @@ class QuadraticIteration {
     } else if (result_.residual > options_.max_final_residual || is_ambiguous()) {
       result_.status = UpdateStatus::kNotGaussian;
     }
+  }
+
+  /// Whether the log-likelihood over the posterior is so large that its differences are lost to rounding, as
+  /// those of an outlier of 1e18 standard deviations: then it looks constant, and every density settled.
+  [[nodiscard]] bool rounding_hides_differences() const {
+    return std::abs(result_.log_likelihood) * std::numeric_limits<Scalar>::epsilon() >
+           options_.max_final_residual;
   }
 
   /// What the model of a fit to `density` leaves unexplained over y, at other radii than that of the fit.
