@@ -111,6 +111,25 @@ TEST_CASE("A file that takes the place of the map during the run is kept, and so
   CHECK(fs::file_size(folder / "street-2.map") > 0);
 }
 
+TEST_CASE("Two runs that replace the same map keep both maps", "[faults]") {
+  const TemporaryFolder folder;
+  prepare(folder);
+  write_long_sequence(folder / "long", 300);
+  const Program program(folder.path(), {"run", "--dataset", folder / "long", "--output", folder / "out2",
+                                        "--save-map", folder / "street.map", "--overwrite"});
+  program.wait_for_output("frame 1/");
+  CHECK(call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out3", "--save-map",
+              folder / "street.map", "--overwrite"})
+            .status == 0);
+  const auto map = read_text(folder / "street.map");
+  const auto result = program.wait();
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Catch::Contains("street.map: was written by another program during the run") &&
+                             Catch::Contains("; the map is in " + (folder / "street-2.map").string()));
+  CHECK(read_text(folder / "street.map") == map);
+  CHECK(fs::file_size(folder / "street-2.map") > 0);
+}
+
 TEST_CASE("A read-only file is not replaced", "[faults]") {
   const TemporaryFolder folder;
   prepare(folder);

@@ -125,7 +125,8 @@ auto compare_files(const std::string& first, const std::string& second, const Co
 
 void warn_of_lengths(const EvaluateArguments& arguments, const Trajectory& truth,
                      const Trajectory& estimate) {
-  if (!truth.stamps_ns.empty() || truth.poses.size() == estimate.poses.size()) return;
+  if (!truth.stamps_ns.empty() || !estimate.stamps_ns.empty()) return;
+  if (truth.poses.size() == estimate.poses.size()) return;
   print_message(
       fmt::format("warning: {} ground-truth and {} estimated poses without stamps, in {} and {}; they are "
                   "paired from the first one on",

@@ -33,7 +33,7 @@ void require_keyframes(const Settings& settings) {
       "--save-map and --load-map need loop closure and the anchored layout; use the default preset");
 }
 
-void check_save_map(const RunOptions& options) {
+EarlierMap check_save_map(const RunOptions& options) {
   const fs::path& file = *options.save_map;
   std::vector<fs::path> inputs;
   if (options.load_map) inputs.push_back(*options.load_map);
@@ -46,11 +46,18 @@ void check_save_map(const RunOptions& options) {
   });
   if (options.debug_images) require_no_folder_of(file, *options.debug_images);
   require_writable_besides_results(file, options.output);
+  std::error_code absent;
+  const auto written = fs::last_write_time(file, absent);
+  return absent ? std::nullopt : EarlierMap(written);
 }
 
-std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map, bool finished) {
+std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map, bool finished,
+                                  const EarlierMap& earlier) {
   try {
-    check_save_map(options);
+    if (check_save_map(options) != earlier) {
+      throw std::runtime_error(
+          fmt::format("{}: was written by another program during the run", options.save_map->string()));
+    }
   } catch (const std::runtime_error& error) {
     const fs::path other = free_name_beside(*options.save_map);
     save_map(other, map);
@@ -58,8 +65,8 @@ std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map
   }
   std::error_code absent;
   const fs::path& file = *options.save_map;
-  const bool earlier = fs::is_regular_file(file) && fs::file_size(file, absent) > 0;
-  if (finished || !earlier) {
+  const bool replaces_map = fs::is_regular_file(file) && fs::file_size(file, absent) > 0;
+  if (finished || !replaces_map) {
     save_map(file, map);
     return std::nullopt;
   }

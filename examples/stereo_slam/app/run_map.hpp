@@ -17,14 +17,18 @@ namespace stereo_slam {
 /// in the anchored layout keeps them.
 void require_keyframes(const Settings& settings);
 
-/// Throws unless --save-map can be written at the end of the run, and replaces nothing but an earlier map.
-void check_save_map(const RunOptions& options);
+/// The time at which the earlier map was written that --save-map will replace; nothing if there is none.
+using EarlierMap = std::optional<std::filesystem::file_time_type>;
 
-/// Writes the map of --save-map. An earlier map is replaced only if the run has `finished`; otherwise the new
-/// one is written beside it, unless it is empty, and the name of its file is returned. If another file took
-/// the place of the map during the run, the map is written beside that, and std::runtime_error names both.
+/// Throws unless --save-map can be written at the end of the run, and replaces nothing but an earlier map.
+[[nodiscard]] EarlierMap check_save_map(const RunOptions& options);
+
+/// Writes the map of --save-map. An `earlier` map is replaced only if the run has `finished`; otherwise the
+/// new one is written beside it, unless it is empty, and the name of its file is returned. If another file
+/// took the place of the map during the run, such as the map of a second run, the map is written beside that,
+/// and std::runtime_error names both.
 [[nodiscard]] std::optional<std::filesystem::path> write_map(const RunOptions& options, const SavedMap& map,
-                                                             bool finished);
+                                                             bool finished, const EarlierMap& earlier);
 
 /// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
 [[nodiscard]] Slam make_slam(const StereoSequence& sequence, const Settings& settings,

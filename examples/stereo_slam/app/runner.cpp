@@ -196,7 +196,7 @@ void require_pace(const RunInput& input) {
 /// Throws std::runtime_error if the files of `option` would be written into a folder with images of the
 /// recording. Debug images would belong to it then.
 void require_other_folder(const fs::path& folder, std::string_view option, const StereoSequence& sequence) {
-  if (sequence.frames.empty() || sequence.source) return;
+  if (sequence.frames.empty()) return;
   std::error_code error;
   for (const auto& image : {sequence.frames.front().left, sequence.frames.front().right}) {
     if (!fs::equivalent(folder, image.parent_path(), error) || error) continue;
@@ -290,11 +290,12 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   RunHeader header{
       .state = "running", .error = "", .pose_frame = body_of(sequence, options) ? "body" : "camera"};
   if (options.realtime) require_pace(input);
-  require_other_folder(options.output, "--output", sequence);
+  if (!sequence.source) require_other_folder(options.output, "--output", sequence);  // else beside a video
   if (options.debug_images) require_other_folder(*options.debug_images, "--debug-images", sequence);
+  EarlierMap earlier_map;
   if (options.save_map) {
     require_keyframes(settings);
-    check_save_map(options);
+    earlier_map = check_save_map(options);
   }
   if (options.threads) cv::setNumThreads(*options.threads);
   Slam slam = make_slam(sequence, settings, options);
@@ -327,8 +328,9 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (!summary.interrupted) (void)attempt(header, [&] { require_tracked(summary); });
   if (header.state == "running") header.state = summary.interrupted ? "interrupted" : "finished";
   if (options.save_map) {
-    (void)attempt(header,
-                  [&] { summary.map = write_map(options, slam.saved_map(), header.state == "finished"); });
+    (void)attempt(header, [&] {
+      summary.map = write_map(options, slam.saved_map(), header.state == "finished", earlier_map);
+    });
   }
   header.frames_processed = record.results.size();
   header.frame_cost = frame_cost(record);

@@ -259,7 +259,11 @@ std::vector<fs::path> list_images(const fs::path& folder) {
   std::vector<fs::path> images;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const bool hidden = entry.path().filename().string().starts_with('.');  // as macOS's ._000000.png
-    if (!hidden && entry.is_regular_file() && has_image_name(entry.path())) images.push_back(entry.path());
+    if (hidden || !has_image_name(entry.path())) continue;
+    if (entry.is_symlink() && !entry.exists()) {
+      fail(entry.path(), "is a link to a file that does not exist; restore the file or remove the link");
+    }
+    if (entry.is_regular_file()) images.push_back(entry.path());
   }
   if (images.empty()) fail(folder, "contains no images (png, jpg, pgm, bmp, tif)");
   require_one_pattern(images);

@@ -17,8 +17,8 @@ namespace stereo_slam {
 [[nodiscard]] std::optional<std::int64_t> stamp_in_name(const std::filesystem::path& image);
 
 /// The images in a folder, in natural order: img9 before img10, and 1700000000.25 before 1700000000.5,
-/// without hidden ones. Throws std::runtime_error if there are none, or if most are named by a number and
-/// another is not.
+/// without hidden ones. Throws std::runtime_error if there are none, if one is a link to nothing, or if most
+/// are named by a number and another is not.
 [[nodiscard]] std::vector<std::filesystem::path> list_images(const std::filesystem::path& folder);
 
 /// Fills the frames with the pairs of images that have the same name, or with pairs by order if no names are

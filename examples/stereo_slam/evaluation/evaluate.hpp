@@ -108,7 +108,7 @@ using FramePairs = std::vector<std::pair<std::size_t, std::size_t>>;
                                                                    const FramePairs& pairs);
 
 /// Indices (truth, estimate) of poses whose stamps differ by at most `max_difference_ns`. Each pose of the
-/// shorter list is matched with the nearest of the longer one.
+/// shorter list is matched with the nearest of the longer one, as by evo; two may have the same.
 [[nodiscard]] FramePairs associate_by_stamp(std::span<const std::int64_t> truth_ns,
                                             std::span<const std::int64_t> estimate_ns,
                                             std::int64_t max_difference_ns);

@@ -25,6 +25,10 @@ class NamedRecording {
     return message_of([&] { (void)open_sequence(folder_.path(), "auto"); });
   }
   void remove(const fs::path& image) const { fs::remove(folder_ / image); }
+  void replace_by_link(const fs::path& image, const fs::path& target) const {
+    remove(image);
+    fs::create_symlink(target, folder_ / image);
+  }
 
  private:
   void rename(const std::string& side, const std::vector<std::string>& names) const {
@@ -37,12 +41,14 @@ class NamedRecording {
 
 std::vector<std::string> numbered(const std::string& text, int count) {
   std::vector<std::string> names;
+  names.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) names.push_back(fmt::format("{}{:06}", text, i));
   return names;
 }
 
 std::vector<std::string> stamps(int count, std::int64_t offset_ns) {
   std::vector<std::string> names;
+  names.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
     names.push_back(std::to_string(1'403'636'579'763'555'584 + i * std::int64_t{100'000'000} + offset_ns));
   return names;
@@ -97,6 +103,13 @@ TEST_CASE("An image without a number among numbered ones is refused; texts befor
              Catch::Contains(".png: its name is not 'frame_' and a number"));
   CHECK(error_with("first_", "second_000000").empty());
   CHECK(error_with("", "1403636579763555584").empty());
+}
+
+TEST_CASE("An image that is a link to nothing is named, not left out", "[folders]") {
+  const NamedRecording recording(numbered("", 6), numbered("", 6));
+  recording.replace_by_link("right/000003.png", "/nowhere/000003.png");
+  CHECK_THAT(recording.error(),
+             Catch::Contains("right/000003.png: is a link to a file that does not exist; restore"));
 }
 
 TEST_CASE("Images whose names differ between the cameras are paired by their numbers", "[folders]") {
