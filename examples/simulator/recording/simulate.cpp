@@ -158,6 +158,14 @@ CameraPath camera_path(const SimulationSettings& settings) {
                       settings.trajectory.string(), distance_m, kLargestTown_m));
     }
   }
+  constexpr double kLongestStep_m = 100.0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double step_m = (path[i].translation() - path[i - 1].translation()).norm();
+    if (step_m <= kLongestStep_m) continue;
+    throw std::runtime_error(fmt::format(
+        "{}: poses {} and {} are {:.3g} m apart; a camera moves at most {:.0f} m from frame to frame",
+        settings.trajectory.string(), i, i + 1, step_m, kLongestStep_m));
+  }
   return path;
 }
 

@@ -86,19 +86,38 @@ RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_
   return pair;
 }
 
+/// Whether it is a file of a ROS 2 bag, or its folder.
+[[nodiscard]] bool is_ros2_bag(const fs::path& dataset) {
+  const auto has_extension = [](const fs::path& file) {
+    return file.extension() == ".db3" || file.extension() == ".mcap";
+  };
+  if (!fs::is_directory(dataset)) return has_extension(dataset);
+  const fs::directory_iterator files(dataset);
+  return fs::exists(dataset / "metadata.yaml") &&
+         std::any_of(begin(files), end(files), [&](const auto& file) { return has_extension(file.path()); });
+}
+
 SequenceScan scan_layout(const fs::path& folder, std::string_view format, const fs::path& calibration) {
   const std::string name = folder.string();
   const bool automatic = format == "auto";
   if (!calibration.empty()) return scan_own_camera({.calibration = calibration, .dataset = folder}, format);
+  if (!is_live(folder) && !fs::exists(folder)) {
+    return unusable(folder, fmt::format("{}: no such {}; check --dataset", name,
+                                        folder.has_extension() ? "file or folder" : "folder"));
+  }
   if (is_live(folder) || has_video_name(folder)) {
     return unusable(folder,
                     fmt::format("{}: the camera that took these images is not known; name its calibration: "
                                 "--calibration FILE",
                                 name));
   }
-  if (!fs::exists(folder)) return unusable(folder, fmt::format("{}: no such folder; check --dataset", name));
   if (is_calibration_file(folder) && (automatic || format == "folders" || format == "video"))
     return scan_own_camera({.calibration = folder, .dataset = {}}, format);
+  if (is_ros2_bag(folder)) {
+    return unusable(folder, fmt::format("{}: bags of ROS 2 are not read; convert it with rosbags: "
+                                        "rosbags-convert --src {} --dst recording.bag",
+                                        name, name));
+  }
   if (!fs::is_directory(folder))
     return unusable(folder, fmt::format("{}: is not a folder; check --dataset", name));
   const auto calibration_in_folder = find_calibration(folder);
@@ -327,6 +346,11 @@ StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice) 
           .stamp_ns = stamp_ns ? *stamp_ns : sequence.frames.at(choice.left).stamp_ns,
           .left = left,
           .right = right};
+}
+
+bool has_one_image_twice(const StereoSequence& sequence, std::size_t index) {
+  const auto pair = load_images(sequence, index, index);
+  return cv::norm(pair.left, pair.right, cv::NORM_INF) == 0.0;
 }
 
 StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {

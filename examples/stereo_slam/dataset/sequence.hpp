@@ -117,6 +117,9 @@ struct PairChoice {
 /// Reads the two images of a choice and rectifies them. Throws like load_frame.
 [[nodiscard]] StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice);
 
+/// Whether both cameras have the same image in frame `index`, before rectification. Throws like load_frame.
+[[nodiscard]] bool has_one_image_twice(const StereoSequence& sequence, std::size_t index);
+
 /// Reads a frame, rectifies it and prepares it according to `settings`. Throws std::runtime_error that names
 /// the file when an image is missing, damaged or of another size, and EndOfRecording where a video ends
 /// early.

@@ -197,8 +197,10 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
                                                       sequence.folder.string(), agreement.matches,
                                                       sequence.left_name, sequence.right_name)}};
   }
-  if (agreement.beyond_share < kLeastBeyondShare) {
-    return {{Problem::Severity::kWarning,
+  // Rectified by two maps, one image shows disparities.
+  const bool twice = sequence.rectifier && !frames.empty() && has_one_image_twice(sequence, frames[0].index);
+  if (agreement.beyond_share < kLeastBeyondShare || twice) {
+    return {{twice ? Problem::Severity::kError : Problem::Severity::kWarning,
              fmt::format("{}: {} and {} show the same image (no disparity), so the scale is unknown; check "
                          "that the images are of two cameras",
                          sequence.folder.string(), sequence.left_name, sequence.right_name)}};

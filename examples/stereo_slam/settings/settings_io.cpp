@@ -96,8 +96,13 @@ const SettingsField& field_of(const std::string& key) {
   }
   const auto& fields = settings_fields();
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.key == key; });
-  if (field == fields.end())
-    throw std::runtime_error(fmt::format("unknown setting {}{}", key, suggestion(key, known_keys())));
+  if (field == fields.end()) {
+    const std::string_view word = last_part(key);
+    const bool number = word.find_first_not_of("0123456789") == std::string_view::npos;
+    throw std::runtime_error(
+        fmt::format("unknown setting {}{}", key,
+                    number ? "; decimals have a point: 0.5, not 0,5" : suggestion(key, known_keys())));
+  }
   return *field;
 }
 

@@ -199,6 +199,10 @@ TEST_CASE("Faulty pose files are rejected with file and line", "[simulate]") {
   settings.trajectory = folder / "far.txt";
   CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }),
              Catch::Contains("far.txt: leads 1e+06 m away from its start"));
+  write_text(folder / "jump.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 9e3 0 1 0 0 0 0 1 0\n");
+  settings.trajectory = folder / "jump.txt";
+  CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }),
+             Catch::Contains("jump.txt: poses 1 and 2 are 9e+03 m apart; a camera moves at most 100 m"));
   settings.trajectory = folder / "missing.txt";
   CHECK_THROWS_AS(simulator::simulate(settings, folder / "seq"), std::runtime_error);
   CHECK_FALSE(fs::exists(folder / "seq"));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/euroc.hpp"
 
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/dataset/stereo_check.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -14,7 +16,7 @@ std::string euroc_error_after(const std::function<void(const fs::path&)>& breaki
   const TemporaryFolder folder;
   write_tiny_euroc(folder.path(), 4);
   breaking(folder / "mav0");
-  const auto message = message_of([&] { (void)open_sequence(folder.path(), "auto"); });
+  auto message = message_of([&] { (void)open_sequence(folder.path(), "auto"); });
   CHECK(std::count(message.begin(), message.end(), '\n') == 0);
   return message;
 }
@@ -34,6 +36,24 @@ void delete_row(const fs::path& csv, int index) {
 }
 
 }  // namespace
+
+TEST_CASE(
+    "A right camera with the images of the left one is an error, although rectification moves them apart",
+    "[euroc]") {
+  const TemporaryFolder folder;
+  write_tiny_euroc(folder.path(), 4);
+  const StereoAgreement good{.matches = 1000, .median_disparity_px = 15.0, .beyond_share = 0.9};
+  const auto problems = [&] {
+    const auto sequence = open_sequence(folder.path(), "auto");
+    return problems_of(good, sequence, {load_frame(sequence, 0)});
+  };
+  CHECK(problems().empty());
+  fs::remove_all(folder / "mav0/cam1/data");
+  fs::copy(folder / "mav0/cam0/data", folder / "mav0/cam1/data");
+  REQUIRE(problems().size() == 1);
+  CHECK(is_error(problems()[0]));
+  CHECK_THAT(problems()[0].text, Catch::Contains("cam0 and cam1 show the same image"));
+}
 
 TEST_CASE("An EuRoC recording opens, from its folder and from mav0", "[euroc]") {
   const TemporaryFolder folder;
