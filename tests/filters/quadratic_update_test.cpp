@@ -362,7 +362,7 @@ TEST_CASE("Conversion of a concentrated pose density and back is exact", "[quadr
 TEMPLATE_TEST_CASE("An outlier so far away that rounding hides the slope is not called converged",
                    "[quadratic][error]", float, double) {
   using Scalar = TestType;
-  const SplitPoseGaussian<Scalar> prior{{}, pose_covariance<Scalar>(Scalar(0.1), Scalar(1))};
+  const SplitPoseGaussian<Scalar> prior{{}, pose_covariance<Scalar>(0.1, 1.0)};
   const Scalar rounding = std::numeric_limits<Scalar>::epsilon();
   for (const Scalar distance : {Scalar(1) / rounding, Scalar(1000) / rounding}) {
     CAPTURE(distance);

@@ -54,7 +54,8 @@ EarlierMap check_save_map(const RunOptions& options) {
 std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map, bool finished,
                                   const EarlierMap& earlier) {
   try {
-    if (check_save_map(options) != earlier) {
+    const EarlierMap now = check_save_map(options);
+    if (now && now != earlier) {
       throw std::runtime_error(
           fmt::format("{}: was written by another program during the run", options.save_map->string()));
     }

@@ -21,6 +21,7 @@ void require_keyframes(const Settings& settings);
 using EarlierMap = std::optional<std::filesystem::file_time_type>;
 
 /// Throws unless --save-map can be written at the end of the run, and replaces nothing but an earlier map.
+/// Returns that map.
 [[nodiscard]] EarlierMap check_save_map(const RunOptions& options);
 
 /// Writes the map of --save-map. An `earlier` map is replaced only if the run has `finished`; otherwise the

@@ -92,14 +92,19 @@ RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_
     return file.extension() == ".db3" || file.extension() == ".mcap";
   };
   if (!fs::is_directory(dataset)) return has_extension(dataset);
+  if (!fs::exists(dataset / "metadata.yaml")) return false;
   const fs::directory_iterator files(dataset);
-  return fs::exists(dataset / "metadata.yaml") &&
-         std::any_of(begin(files), end(files), [&](const auto& file) { return has_extension(file.path()); });
+  return std::any_of(begin(files), end(files), [&](const auto& file) { return has_extension(file.path()); });
 }
 
 SequenceScan scan_layout(const fs::path& folder, std::string_view format, const fs::path& calibration) {
   const std::string name = folder.string();
   const bool automatic = format == "auto";
+  if (is_ros2_bag(folder)) {
+    return unusable(folder, fmt::format("{}: bags of ROS 2 are not read; convert it with rosbags: "
+                                        "rosbags-convert --src {} --dst recording.bag",
+                                        name, name));
+  }
   if (!calibration.empty()) return scan_own_camera({.calibration = calibration, .dataset = folder}, format);
   if (!is_live(folder) && !fs::exists(folder)) {
     return unusable(folder, fmt::format("{}: no such {}; check --dataset", name,
@@ -113,11 +118,6 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
   }
   if (is_calibration_file(folder) && (automatic || format == "folders" || format == "video"))
     return scan_own_camera({.calibration = folder, .dataset = {}}, format);
-  if (is_ros2_bag(folder)) {
-    return unusable(folder, fmt::format("{}: bags of ROS 2 are not read; convert it with rosbags: "
-                                        "rosbags-convert --src {} --dst recording.bag",
-                                        name, name));
-  }
   if (!fs::is_directory(folder))
     return unusable(folder, fmt::format("{}: is not a folder; check --dataset", name));
   const auto calibration_in_folder = find_calibration(folder);

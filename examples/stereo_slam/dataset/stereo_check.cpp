@@ -197,8 +197,12 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
                                                       sequence.folder.string(), agreement.matches,
                                                       sequence.left_name, sequence.right_name)}};
   }
-  // Rectified by two maps, one image shows disparities.
-  const bool twice = sequence.rectifier && !frames.empty() && has_one_image_twice(sequence, frames[0].index);
+  // Rectified by two maps, one image shows disparities. Single pairs may be equal, such as black ones. A live
+  // camera has no earlier images.
+  const bool twice = sequence.rectifier && !sequence.live && !frames.empty() &&
+                     std::all_of(frames.begin(), frames.end(), [&](const StereoFrame& frame) {
+                       return has_one_image_twice(sequence, frame.index);
+                     });
   if (agreement.beyond_share < kLeastBeyondShare || twice) {
     return {{twice ? Problem::Severity::kError : Problem::Severity::kWarning,
              fmt::format("{}: {} and {} show the same image (no disparity), so the scale is unknown; check "

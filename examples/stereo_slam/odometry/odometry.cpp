@@ -97,9 +97,9 @@ struct MotionOfTracks {
   return result;
 }
 
-/// The extent in the image of the points that agree with the measured motion and not with the other one: the
-/// columns times the rows, each a sixteenth of the width, with two of them or more. The density of the points
-/// does not count, nor do single ones.
+/// The extent in the image of the points that agree with the measured motion and not with the other one. The
+/// image is divided into columns and rows, each a sixteenth of its width; the extent is the number of columns
+/// times the number of rows with at least two such points, however dense the points are.
 [[nodiscard]] int extent_of(const MotionOfTracks& measured, const Pose& other, const StereoView& view,
                             const OdometrySettings& settings) {
   constexpr int kColumns = 16;
@@ -120,9 +120,9 @@ struct MotionOfTracks {
 }
 
 /// The motion of the points that the measured one leaves out, if they extend over more of the image once they
-/// are followed with it. In the first frame no motion is expected, and the optical flow finds points that
-/// rest in the image more easily than others: those of a part of the vehicle in view, such as its bonnet, may
-/// win.
+/// are followed with it. If no motion is expected, as in the first frame, and the optical flow finds points
+/// that rest in the image more easily than others: those of a part of the vehicle in view, such as its
+/// bonnet, may win.
 [[nodiscard]] std::optional<MotionOfTracks> motion_of_more(const MotionOfTracks& measured, PointTracks tracks,
                                                            const ConsecutivePyramids& pyramids,
                                                            const StereoView& view, const Settings& settings) {
@@ -139,7 +139,7 @@ struct MotionOfTracks {
                             {motion.T_previous_current.pose, Expectation::kSteady}, settings);
   const int extent = extent_of(followed, measured.pose(), view, settings.odometry);
   const int before = extent_of(measured, followed.pose(), view, settings.odometry);
-  if (!followed.motion.valid || extent < kMajority * before) return std::nullopt;
+  if (!followed.motion.valid || followed.motion.jerk || !(extent > kMajority * before)) return std::nullopt;
   return followed;
 }
 

@@ -22,8 +22,8 @@ namespace antipode {
 /// When the iteration of a fusion ends.
 template <std::floating_point Scalar>
 struct PoseFusionOptions {
-  /// The iteration has converged when every coordinate of a step is shorter than this, in standard
-  /// deviations, or is no more than rounding.
+  /// The iteration has converged when a step is shorter than this, in standard deviations, or when short
+  /// steps no longer shrink, because they are rounding.
   Scalar tolerance = std::max(Scalar(1e-6), Scalar(10) * std::numeric_limits<Scalar>::epsilon());
   int max_iterations = 50;  ///< most steps; after them the fusion has not converged
 };
@@ -113,20 +113,16 @@ struct LinearizedEstimate {
   }
 };
 
-/// Whether a step is short: in standard deviations (rad and m where the variance is zero), or as rounding of
-/// the pose it leads to.
+/// The largest coordinate of a step, in standard deviations; in rad and m where the variance is zero.
 template <class Scalar>
-[[nodiscard]] bool is_settled(const Vector6<Scalar>& step, const Matrix6<Scalar>& covariance,
-                              const DualQuaternion<Scalar>& pose, Scalar tolerance) {
-  const Scalar rounding = Scalar(8) * std::numeric_limits<Scalar>::epsilon();
-  const Scalar rounding_of_translation = rounding * (Scalar(1) + pose.translation().norm());
+[[nodiscard]] Scalar step_size(const Vector6<Scalar>& step, const Matrix6<Scalar>& covariance) {
+  Scalar largest(0);
   for (int i = 0; i < 6; ++i) {
     const Scalar variance = covariance(i, i);
     const Scalar sigma = variance > Scalar(0) ? std::sqrt(variance) : Scalar(1);
-    const Scalar limit = std::max(tolerance * sigma, i < 3 ? rounding : rounding_of_translation);
-    if (!(std::abs(step[i]) <= limit)) return false;
+    largest = std::max(largest, std::abs(step[i]) / sigma);
   }
-  return true;
+  return largest;
 }
 
 }  // namespace detail
@@ -150,6 +146,8 @@ template <std::floating_point Scalar, class Chart>
     Chart::require_finite(x->pose);
   }
   PoseFusion<PoseGaussian<Scalar, Chart>> result{.density = a};
+  constexpr Scalar kRounding = Scalar(0.02);  // standard deviations; of poses in float far from the origin
+  Scalar last_step = std::numeric_limits<Scalar>::infinity();
   DualQuaternion<Scalar>& x = result.density.pose;
   while (!result.converged && result.iterations < options.max_iterations) {
     const detail::LinearizedEstimate<Scalar> at_a(a, x), at_b(b, x);
@@ -160,8 +158,10 @@ template <std::floating_point Scalar, class Chart>
     result.density.covariance = y.covariance;
     result.mahalanobis_squared = y.mahalanobis_squared;
     result.log_evidence = y.log_evidence;
-    result.converged = detail::is_settled<Scalar>(y.mean, y.covariance, x, options.tolerance) &&
-                       std::isfinite(result.mahalanobis_squared);
+    const Scalar step = detail::step_size<Scalar>(y.mean, y.covariance);
+    const bool settled = step <= options.tolerance || (step <= kRounding && step >= last_step);
+    result.converged = settled && std::isfinite(result.mahalanobis_squared);
+    last_step = step;
   }
   return result;
 }

@@ -53,7 +53,8 @@ struct ProgressiveOptions {
   /// Whether the posterior may correlate orientation and translation; the paper's may not.
   bool keep_coupling = true;
   /// Smallest second moment of the orientation: 1e-10 is a standard deviation of 0.0011 degrees. If the prior
-  /// has a smaller one, a tenth of that.
+  /// has a smaller one, that is the limit. In float, a moment below the default is lost to rounding: updates
+  /// of a prior that knows an axis to less than 7e-4 rad do not converge.
   Scalar min_eigenvalue = std::max(Scalar(1e-10), std::numeric_limits<Scalar>::epsilon());
   /// How often to start again with tau <- sqrt(tau) when the steps prove too long for the samples.
   int max_restarts = 3;
@@ -78,9 +79,9 @@ struct ProgressiveResult {
   Scalar effective_sample_size = std::numeric_limits<Scalar>::infinity();
   Scalar log_evidence = 0;    ///< log of the likelihood's mean under the prior
   Scalar log_likelihood = 0;  ///< the best of the samples of the last step
-  /// Normalised innovation squared, as in UpdateResult, from the samples of the last step: of linear
-  /// measurements within about .1, so it may be slightly negative. 0, not assessed, if the conditional
-  /// covariance of the translation is singular before or after the update.
+  /// Normalised innovation squared, as in UpdateResult, from the samples of the last step: with RichPoseRule
+  /// and linear measurements within about .1, so it may be slightly negative. 0, not assessed, if the
+  /// conditional covariance of the translation is singular before or after the update.
   Scalar nis = 0;
   /// Standard deviation over the posterior of log(prior likelihood / posterior): what the density leaves
   /// unexplained. Well below 1 if the density is the posterior. 0, not assessed, if the prior's conditional
@@ -120,30 +121,43 @@ void check_options(const ProgressiveOptions<Scalar>& options) {
   }
 }
 
-/// The smallest second moment that the orientation may have on the way from this prior. An axis that the
-/// prior knows, as of a planar robot, stays above it.
+/// The smallest second moment that the orientation may have on the way from a prior. A moment that the prior
+/// has below it, of an axis that is known, stays: it does not tell that the samples are too few.
 template <class Scalar>
-[[nodiscard]] Scalar moment_floor(const BinghamGaussian<Scalar>& prior, Scalar min_eigenvalue) {
-  const Scalar rounding = std::max(Scalar(kLeastFloor), std::numeric_limits<Scalar>::epsilon());
-  const Scalar below_prior = prior.orientation().second_moments()[0] / Scalar(10);
-  return std::min(min_eigenvalue, std::max(below_prior, rounding));
-}
+class MomentFloor {
+ public:
+  MomentFloor(const BinghamGaussian<Scalar>& prior, Scalar min_eigenvalue)
+      : value_(std::min(min_eigenvalue, std::max(prior.orientation().second_moments()[0], kRounding))),
+        known_axes_(count(prior, Scalar(2) * value_)) {}
 
-template <class Scalar>
-[[nodiscard]] bool at_floor(const BinghamGaussian<Scalar>& density, Scalar floor) {
-  return density.orientation().second_moments()[0] <= Scalar(1 + 1e-5) * floor;
-}
+  [[nodiscard]] Scalar value() const noexcept { return value_; }
 
-/// Whether the step was too long for the samples: the orientation is at its floor for the second time, or one
-/// of its moments shrank a thousandfold at once.
-template <class Scalar>
-[[nodiscard]] bool degenerates(const BinghamGaussian<Scalar>& before, const BinghamGaussian<Scalar>& after,
-                               Scalar floor) {
-  constexpr Scalar kMaxShrinkage = Scalar(1e3);
-  const auto shrinkage =
-      before.orientation().second_moments().array() / after.orientation().second_moments().array();
-  return (shrinkage > kMaxShrinkage).any() || (at_floor(before, floor) && at_floor(after, floor));
-}
+  /// Whether more axes than the prior's known ones are at the floor.
+  [[nodiscard]] bool reached_by(const BinghamGaussian<Scalar>& density) const {
+    return count(density, Scalar(1 + 1e-5) * value_) > known_axes_;
+  }
+
+  /// Whether the step was too long for the samples: the orientation is at its floor for the second time, or
+  /// one of its moments shrank a thousandfold at once.
+  [[nodiscard]] bool degenerates(const BinghamGaussian<Scalar>& before,
+                                 const BinghamGaussian<Scalar>& after) const {
+    constexpr Scalar kMaxShrinkage = Scalar(1e3);
+    const auto shrinkage =
+        before.orientation().second_moments().array() / after.orientation().second_moments().array();
+    return (shrinkage > kMaxShrinkage).any() || (reached_by(before) && reached_by(after));
+  }
+
+ private:
+  static constexpr Scalar kRounding =
+      std::max(Scalar(kLeastFloor), std::numeric_limits<Scalar>::epsilon());  // of a moment
+
+  [[nodiscard]] static Eigen::Index count(const BinghamGaussian<Scalar>& density, Scalar limit) {
+    return (density.orientation().second_moments().array() <= limit).count();
+  }
+
+  Scalar value_;
+  Eigen::Index known_axes_;
+};
 
 template <class Scalar>
 struct ProgressionAttempt {
@@ -157,7 +171,7 @@ template <class Scalar, class L, class Rule>
 [[nodiscard]] bool progress(L& log_likelihood, const Rule& rule, const ProgressionAttempt<Scalar>& attempt,
                             const ProgressiveOptions<Scalar>& options, ProgressiveResult<Scalar>& result) {
   const BinghamGaussian<Scalar> prior = result.posterior;
-  const Scalar floor = moment_floor(prior, options.min_eigenvalue);
+  const MomentFloor<Scalar> floor(prior, options.min_eigenvalue);
   BinghamGaussian<Scalar>& density = result.posterior;
   Scalar remaining(1);
   while (remaining > Scalar(kProgressionDone)) {
@@ -179,8 +193,8 @@ template <class Scalar, class L, class Rule>
       return true;
     }
     const auto next =
-        moment_match(samples, {.keep_coupling = options.keep_coupling, .min_eigenvalue = floor});
-    if (attempt.may_give_up && !step.floored && degenerates(density, next, floor)) return false;
+        moment_match(samples, {.keep_coupling = options.keep_coupling, .min_eigenvalue = floor.value()});
+    if (attempt.may_give_up && !step.floored && floor.degenerates(density, next)) return false;
 
     density = next;
     remaining -= step.size;
@@ -195,7 +209,7 @@ template <class Scalar, class L, class Rule>
   if (!std::isfinite(result.log_evidence) || !std::isfinite(result.nis)) {  // they overflowed
     result.status = UpdateStatus::kNotFinite;
   }
-  result.moment_floor_hit = at_floor(density, floor);
+  result.moment_floor_hit = floor.reached_by(density);
   return true;
 }
 

@@ -163,8 +163,8 @@ class QuadraticIteration {
   /// Whether the log-likelihood over the posterior is so large that its differences are lost to rounding, as
   /// those of an outlier of 1e18 standard deviations: then it looks constant, and every density settled.
   [[nodiscard]] bool rounding_hides_differences() const {
-    return std::abs(result_.log_likelihood) * std::numeric_limits<Scalar>::epsilon() >
-           options_.max_final_residual;
+    constexpr Scalar kLost = Scalar(0.4);  // of a log-likelihood
+    return std::abs(result_.log_likelihood) * std::numeric_limits<Scalar>::epsilon() > kLost;
   }
 
   /// What the model of a fit to `density` leaves unexplained over y, at other radii than that of the fit.
