@@ -90,6 +90,15 @@ void set_edges(ScreenFace& screen, const Polygon<Vector2d>& outline) {
 
 }  // namespace
 
+PinholeCamera scaled(const PinholeCamera& camera, double scale) {
+  return {.width_px = static_cast<int>(std::lround(camera.width_px * scale)),
+          .height_px = static_cast<int>(std::lround(camera.height_px * scale)),
+          .fx = camera.fx * scale,
+          .fy = camera.fy * scale,
+          .cx = (camera.cx + 0.5) * scale - 0.5,
+          .cy = (camera.cy + 0.5) * scale - 0.5};
+}
+
 void validate(const PinholeCamera& camera) {
   if (camera.width_px > 0 && camera.height_px > 0 && camera.fx > 0.0 && camera.fy > 0.0) return;
   throw std::invalid_argument("the camera needs a positive size and focal length, not " +

@@ -22,6 +22,9 @@ struct PinholeCamera {
   double cy = 0.0;
 };
 
+/// The same view in an image of another size; pixel centres have integer coordinates.
+[[nodiscard]] PinholeCamera scaled(const PinholeCamera& camera, double scale);
+
 /// Throws std::invalid_argument for a camera without size or focal length.
 void validate(const PinholeCamera& camera);
 

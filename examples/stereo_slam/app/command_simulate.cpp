@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -84,16 +83,6 @@ void add_recording_options(CLI::App& app, SimulateArguments& arguments) {
       ->check(whole_number_between(0, 1024))
       ->type_name("N");
   app.add_flag("--quiet", arguments.quiet, "print errors only");
-}
-
-/// The same view in an image of another size; pixel centres have integer coordinates.
-[[nodiscard]] simulator::PinholeCamera scaled(const simulator::PinholeCamera& camera, double scale) {
-  return {.width_px = static_cast<int>(std::lround(camera.width_px * scale)),
-          .height_px = static_cast<int>(std::lround(camera.height_px * scale)),
-          .fx = camera.fx * scale,
-          .fy = camera.fy * scale,
-          .cx = (camera.cx + 0.5) * scale - 0.5,
-          .cy = (camera.cy + 0.5) * scale - 0.5};
 }
 
 int simulate_command(const SimulateArguments& arguments) {

@@ -120,12 +120,14 @@ struct MotionOfTracks {
 }
 
 /// The motion of the points that the measured one leaves out, if they extend over more of the image once they
-/// are followed with it. If no motion is expected, as in the first frame, and the optical flow finds points
-/// that rest in the image more easily than others: those of a part of the vehicle in view, such as its
-/// bonnet, may win.
-[[nodiscard]] std::optional<MotionOfTracks> motion_of_more(const MotionOfTracks& measured, PointTracks tracks,
-                                                           const ConsecutivePyramids& pyramids,
-                                                           const StereoView& view, const Settings& settings) {
+/// are followed with it. Needed if no motion is expected, as in the first frame: the optical flow then finds
+/// points that rest in the image more easily than others, and those of a part of the vehicle in view, such as
+/// its bonnet, may win.
+[[nodiscard]] std::optional<MotionOfTracks> motion_of_larger_part(const MotionOfTracks& measured,
+                                                                  PointTracks tracks,
+                                                                  const ConsecutivePyramids& pyramids,
+                                                                  const StereoView& view,
+                                                                  const Settings& settings) {
   constexpr double kMajority = 1.25;
   std::vector<StereoCorrespondence> others;
   for (std::size_t i = 0; i < measured.matches.size(); ++i) {
@@ -182,10 +184,10 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
                                     const StereoView& view, const ExpectedMotion& expected,
                                     const Settings& settings) {
   const bool first = expected.expectation == Expectation::kNoMotion;
-  PointTracks before = first ? tracks : PointTracks();
+  PointTracks before_this_frame = first ? tracks : PointTracks();
   MotionOfTracks measured = motion_of(std::move(tracks), pyramids, view, expected, settings);
   if (first && measured.motion.valid) {
-    auto better = motion_of_more(measured, std::move(before), pyramids, view, settings);
+    auto better = motion_of_larger_part(measured, std::move(before_this_frame), pyramids, view, settings);
     if (better) measured = *std::move(better);
   }
   tracks = std::move(measured.tracks);

@@ -171,7 +171,15 @@ class QuadraticIteration {
   [[nodiscard]] Misfit<Scalar> check(const SqrtGaussian<Density>& density,
                                      const ConditionedGaussian<Scalar, N>& y, const Fit& fit) {
     result_.evaluations += CheckPoints<N>::kCount;
-    return misfit<Count>(density, y, fit.model, log_likelihood_);
+    auto left = misfit<Count>(density, y, fit.model, log_likelihood_);
+    left.radial *= std::sqrt(Scalar(N) / measured_axes(density.whitened_root * y.root));
+    return left;
+  }
+
+  /// The number of axes that the measurement narrowed, from 1 to N, for a root of the posterior's covariance
+  /// in the whitened coordinates of the prior. A misfit of the radius changes the variances of these only.
+  [[nodiscard]] static Scalar measured_axes(const Matrix<Scalar, N>& root) {
+    return std::clamp(Scalar(N) - root.squaredNorm(), Scalar(1), Scalar(N));
   }
 
   [[nodiscard]] bool is_ambiguous() {

@@ -38,15 +38,9 @@ void cover(StereoFrame& frame, const cv::Mat1b& texture, const cv::Rect& region,
 }
 
 [[nodiscard]] simulator::SimulationSettings street(int frames) {
-  constexpr double kScale = 0.5;
   simulator::SimulationSettings settings;
   settings.frames = frames;
-  settings.camera = {static_cast<int>(1241 * kScale),
-                     static_cast<int>(376 * kScale),
-                     718.856 * kScale,
-                     718.856 * kScale,
-                     607.1928 * kScale,
-                     185.2157 * kScale};
+  settings.camera = scaled(settings.camera, 0.5);
   return settings;
 }
 

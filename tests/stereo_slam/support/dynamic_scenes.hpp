@@ -29,12 +29,7 @@ class DynamicDrive {
     settings.frames = frames;
     settings.dynamic_objects = vehicles;
     settings.moving_masks = true;
-    settings.camera = {static_cast<int>(1241 * scale),
-                       static_cast<int>(376 * scale),
-                       718.856 * scale,
-                       718.856 * scale,
-                       607.1928 * scale,
-                       185.2157 * scale};
+    settings.camera = scaled(settings.camera, scale);
     simulator::simulate(settings, folder_.path());
     sequence_ = open_sequence(folder_.path(), "kitti");
   }
