@@ -70,7 +70,7 @@ template <class Scalar, int N>
 /// way from it to a posterior.
 ///
 /// The latter is a Gaussian in the whitened coordinates of the prior, whose chart does not move. There the
-/// prior stays N(0, I), also if its covariance is singular or nearly so: nothing divides by L.
+/// prior stays N(0, I), also if its covariance is singular or nearly so: no update divides by L.
 template <ConcentratedDensity Density_>
 struct SqrtGaussian {
   using Density = Density_;
