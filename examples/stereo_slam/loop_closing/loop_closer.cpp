@@ -71,7 +71,8 @@ bool LoopCloser::follows_last_loop(const Keyframe& keyframe) const {
   if (graph_.loops().empty()) return false;
   const Keyframe& last = graph_[graph_.loops().back().to];
   return last.segment == keyframe.segment &&
-         keyframe.path_length_m - last.path_length_m < settings_.loop_closure.spacing_m;
+         keyframe.path_length_m - last.path_length_m <
+             settings_.loop_closure.spacing_baselines * camera_.baseline_m;
 }
 
 /// The loop with the most inliers among the candidates that pass the geometric check.

@@ -226,7 +226,7 @@ void add_loop_closure(Table& table) {
            "largest number of points that a keyframe keeps for place recognition")
       .add("latency_frames", &LoopClosureSettings::latency_frames, {1, 1000}, "frames",
            "delay between a keyframe and the correction by its loop; one frame is added per 50 keyframes")
-      .add("spacing_m", &LoopClosureSettings::spacing_m, {0.0, 1000.0}, "m",
+      .add("spacing_baselines", &LoopClosureSettings::spacing_baselines, {0.0, 1e6}, "baselines",
            "smallest path length between two loops of the same revisit");
 }
 

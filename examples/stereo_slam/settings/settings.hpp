@@ -183,7 +183,7 @@ struct LoopClosureSettings {
   bool enabled = true;
   int max_points = 500;
   int latency_frames = 15;
-  double spacing_m = 10.0;
+  double spacing_baselines = 18.6;
 };
 
 struct Settings {

@@ -127,7 +127,7 @@ struct Circumstances {
   std::size_t lost_before = kKeyframes;  ///< keyframe that begins the second segment
   std::size_t keyframes = kKeyframes;
   std::vector<KeyframeLink> remeasured{};  // at the end
-  double spacing_m = 0.0;                  // of the loops
+  double spacing_baselines = 0.0;          // of the loops
   int relocalisation_inliers = LoopVerificationSettings{}.relocalisation_inliers;
 };
 
@@ -136,7 +136,7 @@ Outcome drive(
     const Circumstances& circumstances = {}) {
   Settings settings;
   settings.place_recognition.min_gap_frames = 30 * kFramesApart;
-  settings.loop_closure.spacing_m = circumstances.spacing_m;
+  settings.loop_closure.spacing_baselines = circumstances.spacing_baselines;
   settings.loop_verification.relocalisation_inliers = circumstances.relocalisation_inliers;
   SquareTown town;
   Outcome outcome;
@@ -213,8 +213,10 @@ TEST_CASE("A second lap closes loops at its keyframes, and they remove the drift
 TEST_CASE("Loops of one revisit keep their distance, and remove the drift all the same",
           "[stereo_slam][loops]") {
   CAPTURE(kSeed);
-  const double spacing_m = LoopClosureSettings{}.spacing_m;
-  const Outcome spaced = drive(LoopThread::kNone, [](std::size_t k) { return k; }, {.spacing_m = spacing_m});
+  const double spacing_baselines = LoopClosureSettings{}.spacing_baselines;
+  const double spacing_m = spacing_baselines * test::kitti_camera().baseline_m;
+  const Outcome spaced =
+      drive(LoopThread::kNone, [](std::size_t k) { return k; }, {.spacing_baselines = spacing_baselines});
   const auto& loops = spaced.map.loops;
   const auto& keyframes = spaced.map.keyframes;
   const auto first_row = static_cast<std::size_t>(LoopVerificationSettings{}.consecutive);
