@@ -112,6 +112,23 @@ TEST_CASE("Little is learned of the disparity offset where the rows show an exac
   CHECK(exact.scale_sigma() < wrong.scale_sigma());  // the narrower prior
 }
 
+TEST_CASE("A displacement of the right image that the rows do not show is learned, if it is large",
+          "[stereo_slam][rectification]") {
+  std::mt19937_64 random(7);
+  const double column_px = GENERATE(-5.0, 0.5, 2.0);
+  const double turn_px = GENERATE(0.0, 0.75);  // in proportion to x^2, as of a camera turned sideways
+  CAPTURE(column_px, turn_px);
+  Coefficients planted = Coefficients::Zero();
+  planted(0, 0) = column_px;
+  planted(0, 3) = column_px * turn_px;
+  const RectificationResidual truth(test::kitti_camera(), planted);
+  RectificationEstimator estimator(test::kitti_camera(), {});
+  for (int keyframe = 0; keyframe < 40; ++keyframe) drive(estimator, random, truth, 0.2);
+  CAPTURE(estimator.current().coefficients().row(0));
+  const RectificationResidual error(test::kitti_camera(), estimator.current().coefficients() - planted);
+  CHECK(error.rms_offset_px().x() < 0.05 * std::abs(column_px) + 0.03);
+}
+
 TEST_CASE("The root mean square of an offset is that of its values over the image",
           "[stereo_slam][rectification]") {
   StereoCamera camera = test::kitti_camera();
