@@ -219,6 +219,19 @@ int run_command(const RunArguments& arguments) {
                      misfits.size(), summary.frames, misfits.front(), misfits.back()),
          quiet);
   }
+  if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
+    warn(fmt::format(
+             "the right camera turned sideways, noticed in {} frames, first in frame {}; lengths shortly "
+             "before are wrong, those after it rest on what was learned while driving",
+             turns.size(), turns.front()),
+         quiet);
+  } else if (summary.right_image_displacement_px != 0.0) {
+    warn(fmt::format(
+             "the right image is {:.1f} px farther right than the calibration says; lengths rest on what "
+             "was learned while driving; check cx of both cameras, and where the images were cut",
+             summary.right_image_displacement_px),
+         quiet);
+  }
   constexpr double kNoticeable_s = 0.1;
   if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
     warn(fmt::format("images were not read in time, so the last frame was {:.1f} s late; use a faster disk, "

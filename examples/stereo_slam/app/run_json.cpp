@@ -56,6 +56,8 @@ void write_run_json(std::ostream& stream, const RunSummary& summary, const Stere
   json["frames_lost"] = summary.lost;
   json["frames_by_status"] = summary.frames_by_status;
   json["right_image_misfits"] = summary.right_image_misfits;
+  json["right_image_displacement_px"] = number(summary.right_image_displacement_px);
+  json["right_camera_turns"] = summary.right_camera_turns;
   json["keyframes"] = summary.keyframes;
   json["landmarks"] = summary.landmarks;
   json["loops_accepted"] = summary.loops_accepted;

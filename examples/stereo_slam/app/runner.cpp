@@ -223,6 +223,7 @@ void add_final_results(const Slam& slam, RunRecord& record) {
   }
   record.map_points = slam.map_points();
   record.loops = slam.loop_events();
+  record.right_image_displacement_px = slam.right_image_displacement_px();
 }
 
 std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {

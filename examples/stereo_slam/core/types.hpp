@@ -112,11 +112,12 @@ struct FrameResult {
   int features = 0;   ///< points that the odometry follows; with `--preset paper`, features of the left image
   int landmarks = 0;  ///< in the local map, after the frame
   int matches = 0;    ///< landmarks that were found in the frame
-  bool is_keyframe = false;      ///< whether the frame became a keyframe
-  bool right_image_fits = true;  ///< false: of another moment than the left one, or covered
-  double nis = 0.0;              ///< normalised innovation squared of the pose update
-  int nis_dof = 0;               ///< its degrees of freedom
-  std::vector<StageTime> times;  ///< of the stages of this frame
+  bool is_keyframe = false;          ///< whether the frame became a keyframe
+  bool right_image_fits = true;      ///< false: of another moment than the left one, or covered
+  bool right_camera_turned = false;  ///< a sideways turn was noticed, which happened a few keyframes before
+  double nis = 0.0;                  ///< normalised innovation squared of the pose update
+  int nis_dof = 0;                   ///< its degrees of freedom
+  std::vector<StageTime> times;      ///< of the stages of this frame
 };
 
 /// A loop that consecutive keyframes confirmed.

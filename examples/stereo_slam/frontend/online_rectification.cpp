@@ -20,17 +20,9 @@ constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which 
 constexpr double kDisparityPerRow = 2.0;
 constexpr double kExactSigma_px = 0.03;  // of the disparity offset if there is no row offset
 
-// Two errors hardly show in the rows: a wrong column of the right image (the term 1), and a right camera that
-// is turned sideways (1 and x^2). They are believed to be large if that explains the motions much better: if
-// the logarithm of the Bayes factor is above kLogEvidence. On recordings without them it is at most 1.4.
-constexpr std::array kTermsUnseenInRows = {0, 3};
-constexpr double kLogEvidence = 5.0;
-
 /// Powers of x and y of the terms.
 constexpr std::array<std::array<int, 2>, RectificationResidual::kTerms> kPowers = {
     {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}, {3, 0}, {2, 1}, {1, 2}, {0, 3}}};
-
-[[nodiscard]] double squared_inverse(double x) { return 1.0 / (x * x); }
 
 /// Mean square of an offset over the image, whose coordinates are uniform in [-1, 1].
 [[nodiscard]] double mean_square(const RectificationResidual::Basis& c) {
@@ -72,17 +64,25 @@ RectificationResidual::Measurement RectificationResidual::measure(const Vector2<
 
 RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
                                                const OnlineRectificationSettings& settings)
-    : camera_(camera), max_disparity_sigma_px_(settings.disparity_sigma_px) {
-  estimate_.row_information /= settings.row_sigma_px * settings.row_sigma_px;
-  estimate_.disparity_information /= settings.disparity_sigma_px * settings.disparity_sigma_px;
+    : camera_(camera), disparity_(settings.disparity_sigma_px) {
+  rows_.information /= settings.row_sigma_px * settings.row_sigma_px;
+  expect_disparity_offset();
 }
 
 RectificationEstimator RectificationEstimator::resumed(const StereoCamera& camera,
                                                        const OnlineRectificationSettings& settings,
                                                        const RectificationEstimate& estimate) {
   RectificationEstimator estimator(camera, settings);
-  estimator.estimate_ = estimate;
+  estimator.coefficients_ = estimate.coefficients;
+  estimator.rows_ = {estimate.row_information, estimate.row_vector};
+  estimator.expect_disparity_offset();
+  estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector});
   return estimator;
+}
+
+RectificationEstimate RectificationEstimator::estimate() const {
+  const auto& disparity = disparity_.everything();
+  return {coefficients_, rows_.information, rows_.vector, disparity.information, disparity.vector};
 }
 
 void RectificationEstimator::add_rows(std::span<const RectificationResidual::Measurement> matches) {
@@ -92,18 +92,19 @@ void RectificationEstimator::add_rows(std::span<const RectificationResidual::Mea
     const double offset = terms.dot(residual.coefficients().row(1)) - match.row_error_px;
     const double distance2 = match.row_error_px * match.row_error_px / (kRowSigma_px * kRowSigma_px);
     const double weight = 1.0 / (kRowSigma_px * kRowSigma_px * (1.0 + distance2 / kCauchyScale2));
-    estimate_.row_information += weight * terms * terms.transpose();
-    estimate_.row_vector += weight * offset * terms;
+    rows_.information += weight * terms * terms.transpose();
+    rows_.vector += weight * offset * terms;
   }
 }
 
 RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
                                                        const Pose& T_first_second) {
+  noticed_turn_ = false;
   constexpr std::size_t kMinConstraints = 30;
   if (constraints.size() < kMinConstraints) return {};
   Matrix6<double> pose_pose = Matrix6<double>::Zero();
   using PoseByBias = Eigen::Matrix<double, 6, RectificationResidual::kTerms>;
-  PoseByBias pose_bias = PoseByBias::Zero();
+  PoseByBias pose_bias = PoseByBias::Zero(), pose_second = PoseByBias::Zero();
   Information bias_bias = Information::Zero();
   Vector6<double> pose_vector = Vector6<double>::Zero();
   Basis bias_vector = Basis::Zero();
@@ -112,13 +113,15 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   for (const auto& c : constraints) {
     Eigen::Matrix<double, 3, RectificationResidual::kTerms> D =
         -c.J_disparity * residual.basis(c.first_px).transpose();
-    D.row(2) += residual.basis(c.second_px).transpose();
+    const Basis second = residual.basis(c.second_px);
+    D.row(2) += second.transpose();
     const double distance2 = c.innovation.dot(c.S_inverse * c.innovation);
     const Matrix3<double> W = c.S_inverse / (1.0 + distance2 / kCauchyScale2);
     // innovation - J_pose xi + D (bias - applied) should vanish
     const Vector3<double> e = c.innovation - D * applied;
     pose_pose += c.J_pose.transpose() * W * c.J_pose;
     pose_bias -= c.J_pose.transpose() * W * D;
+    pose_second -= c.J_pose.transpose() * W.col(2) * second.transpose();
     bias_bias += D.transpose() * W * D;
     pose_vector += c.J_pose.transpose() * W * e;
     bias_vector -= D.transpose() * W * e;
@@ -128,51 +131,64 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   if (factor.info() != Eigen::Success || !factor.isPositive() || !(factor.rcond() > kMinReciprocalCondition))
     return {};
   const PoseByBias pose_derivative = factor.solve(pose_bias);
-  RectificationEffect effect{.applied = applied, .derivative = -pose_derivative};
+  RectificationEffect effect{.applied = applied,
+                             .derivative = -pose_derivative,
+                             .derivative_by_second = -factor.solve(pose_second),
+                             .motion = motions_++};
   effect.covariance = covariance_of(effect);
-  estimate_.disparity_information += kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative);
-  estimate_.disparity_vector += kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector);
+  noticed_turn_ = disparity_.add({kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative),
+                                  kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector)});
   const Vector3<double> path_m = T_first_second.inverse().translation();
   length_derivative_m2_ += pose_derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
   return effect;
 }
 
-/// Information on the coefficients of the disparity offset, 1/px^2. The standard deviation of their prior
-/// follows the row offset, unless the motions contradict it.
-RectificationEstimate::Information RectificationEstimator::disparity_information() const {
-  const double expected_px = std::hypot(kExactSigma_px, kDisparityPerRow * current().rms_offset_px().y());
-  const double widest = squared_inverse(max_disparity_sigma_px_);  // is in the estimate
-  const Basis usual_prior = Basis::Constant(std::max(squared_inverse(expected_px), widest));
-  Basis wide_prior = usual_prior;
-  for (const int term : kTermsUnseenInRows) wide_prior[term] = widest;
-  const auto posterior = [&](const Basis& prior) -> Information {
-    return estimate_.disparity_information + Information((prior - Basis::Constant(widest)).asDiagonal());
-  };
-  const auto log_evidence = [&](const Basis& prior) {  // up to a constant
-    const Eigen::LDLT<Information> factor(posterior(prior));
-    const Basis& v = estimate_.disparity_vector;
-    return 0.5 * (v.dot(factor.solve(v)) + (prior.array() / factor.vectorD().array()).log().sum());
-  };
-  const bool is_contradicted = log_evidence(wide_prior) - log_evidence(usual_prior) > kLogEvidence;
-  return posterior(is_contradicted ? wide_prior : usual_prior);
+RectificationResidual::Basis RectificationEstimator::disparity_offset_during(
+    const RectificationEffect& effect) const {
+  const auto* period = disparity_.period_of(effect.motion);
+  return period ? period->estimate.mean() : Basis(coefficients_.row(0));
+}
+
+Vector6<double> RectificationEstimator::change_of(const RectificationEffect& effect) const {
+  return effect.derivative * (disparity_offset_during(effect) - effect.applied);
+}
+
+Matrix6<double> RectificationEstimator::nonlinearity_of(const RectificationEffect& effect) const {
+  constexpr double kNotFirstOrder = 0.5;  // of the change, as seen when an offset of 1 to 5 px is learned
+  const double change_px = std::sqrt(mean_square(disparity_offset_during(effect) - effect.applied));
+  if (change_px < DisparityOffset::kLargeChange_px) return Matrix6<double>::Zero();
+  const Vector6<double> error = kNotFirstOrder * change_of(effect);
+  return error * error.transpose();
 }
 
 Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect& effect) const {
-  const Eigen::LDLT<Information> information(disparity_information());
-  return effect.derivative * information.solve(effect.derivative.transpose());
+  const auto* period = disparity_.period_of(effect.motion);
+  const Eigen::LDLT<Information> information((period ? period->estimate : disparity_.estimate()).information);
+  Matrix6<double> covariance = effect.derivative * information.solve(effect.derivative.transpose());
+  for (const auto& before : disparity_.periods()) {
+    if (effect.motion + 1 != before.motions && effect.motion != before.motions) continue;
+    const Vector6<double> change = effect.derivative_by_second * before.turn_px;
+    covariance += change * change.transpose();
+  }
+  return covariance;
 }
 
 double RectificationEstimator::scale_sigma() const {
   if (!(squared_length_m2_ > 0.0)) return 0.0;
   const Basis derivative = length_derivative_m2_ / squared_length_m2_;
-  return std::sqrt(std::max(derivative.dot(disparity_information().ldlt().solve(derivative)), 0.0));
+  return std::sqrt(std::max(derivative.dot(disparity_.estimate().information.ldlt().solve(derivative)), 0.0));
+}
+
+/// The prior of the disparity offset follows the row offset.
+void RectificationEstimator::expect_disparity_offset() {
+  disparity_.expect(std::hypot(kExactSigma_px, kDisparityPerRow * current().rms_offset_px().y()));
 }
 
 void RectificationEstimator::advance() {
-  const auto& e = estimate_;
-  estimate_.coefficients.row(1) = e.row_information.ldlt().solve(e.row_vector).transpose();
-  estimate_.coefficients.row(0) = disparity_information().ldlt().solve(e.disparity_vector).transpose();
+  coefficients_.row(1) = rows_.mean().transpose();
+  expect_disparity_offset();
+  coefficients_.row(0) = disparity_.estimate().mean().transpose();
 }
 
 }  // namespace stereo_slam

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include <Eigen/Core>
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/disparity_offset.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -21,7 +23,7 @@ namespace stereo_slam {
 /// changes the length of the estimated path by several per cent.
 class RectificationResidual {
  public:
-  static constexpr int kTerms = 10;
+  static constexpr int kTerms = DisparityOffset::kTerms;
   using Basis = antipode::Vector<double, kTerms>;
   using Coefficients = antipode::Matrix<double, 2, kTerms>;  ///< px; rows u, v
 
@@ -75,13 +77,12 @@ struct RectificationEffect {
   /// d motion / d coefficients
   Eigen::Matrix<double, 6, RectificationResidual::kTerms> derivative =
       Eigen::Matrix<double, 6, RectificationResidual::kTerms>::Zero();
+  /// d motion / d coefficients of the second frame alone, if the right camera turns in between
+  Eigen::Matrix<double, 6, RectificationResidual::kTerms> derivative_by_second =
+      Eigen::Matrix<double, 6, RectificationResidual::kTerms>::Zero();
+  std::size_t motion = 0;  ///< how many were measured before
   Matrix6<double> covariance =
       Matrix6<double>::Zero();  ///< of the motion, due to the uncertainty of the coefficients
-
-  /// Change of the motion if it is measured with `now` instead.
-  [[nodiscard]] Vector6<double> change(const RectificationResidual& now) const {
-    return derivative * (now.coefficients().row(0).transpose() - applied);
-  }
 };
 
 /// Complete state of a RectificationEstimator, from which another one can resume. The coefficients of rows
@@ -128,11 +129,29 @@ class RectificationEstimator {
 
   /// Best estimate so far.
   [[nodiscard]] RectificationResidual current() const {
-    return RectificationResidual(camera_, estimate_.coefficients);
+    return RectificationResidual(camera_, coefficients_);
   }
-  [[nodiscard]] const RectificationEstimate& estimate() const noexcept { return estimate_; }
+  [[nodiscard]] RectificationEstimate estimate() const;
 
-  /// Covariance of a motion due to the present uncertainty of the disparity offset.
+  /// Whether the disparity offset contains an error that is larger than the rows suggest.
+  [[nodiscard]] bool has_large_error() const noexcept { return disparity_.has_large_error(); }
+
+  /// Whether the last motion showed that the right camera has turned.
+  [[nodiscard]] bool noticed_turn() const noexcept { return noticed_turn_; }
+
+  /// Best estimate so far of the coefficients of the disparity offset when a motion was measured, px. It
+  /// differs from that of current() if the right camera has turned since.
+  [[nodiscard]] RectificationResidual::Basis disparity_offset_during(const RectificationEffect& effect) const;
+
+  /// Change of a motion if it is measured with the best estimate so far, to first order.
+  [[nodiscard]] Vector6<double> change_of(const RectificationEffect& effect) const;
+
+  /// Covariance of that change, as far as it is not of first order: zero unless the estimate has changed
+  /// much.
+  [[nodiscard]] Matrix6<double> nonlinearity_of(const RectificationEffect& effect) const;
+
+  /// Covariance of a motion due to the present uncertainty of the disparity offset, and of a turn of the
+  /// right camera during the motion.
   [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect) const;
 
   /// Relative standard deviation of all lengths due to the present uncertainty of the disparity offset. Zero
@@ -147,11 +166,14 @@ class RectificationEstimator {
   using Basis = RectificationEstimate::Basis;
   using Information = RectificationEstimate::Information;
 
-  [[nodiscard]] Information disparity_information() const;
+  void expect_disparity_offset();
 
   StereoCamera camera_;
-  RectificationEstimate estimate_;
-  double max_disparity_sigma_px_ = 1.0;  // largest prior standard deviation of a disparity coefficient
+  RectificationResidual::Coefficients coefficients_ = RectificationResidual::Coefficients::Zero();
+  DisparityOffset::Evidence rows_{Information::Identity(), Basis::Zero()};
+  DisparityOffset disparity_;
+  std::size_t motions_ = 0;
+  bool noticed_turn_ = false;
   Basis length_derivative_m2_ =
       Basis::Zero();                // sum over the motions: length times d length / d coefficients
   double squared_length_m2_ = 0.0;  // sum over the motions

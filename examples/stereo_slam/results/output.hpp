@@ -42,6 +42,7 @@ struct RunRecord {
   std::vector<PoseGaussian> trajectory;  ///< final T_world_camera, one a frame
   std::vector<MapPoint> map_points;
   std::vector<LoopEvent> loops;
+  double right_image_displacement_px = 0.0;  ///< Slam::right_image_displacement_px()
   std::optional<RealtimeRecord> realtime = std::nullopt;
 };
 

@@ -17,7 +17,9 @@ RunSummary summary_of(const RunRecord& record) {
   for (const auto& result : record.results) {
     ++summary.frames_by_status[to_string(result.status)];
     if (!result.right_image_fits) summary.right_image_misfits.push_back(result.index);
+    if (result.right_camera_turned) summary.right_camera_turns.push_back(result.index);
   }
+  summary.right_image_displacement_px = record.right_image_displacement_px;
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
   summary.landmarks = record.map_points.size();
   for (const auto& loop : record.loops) ++(loop.accepted ? summary.loops_accepted : summary.loops_refused);

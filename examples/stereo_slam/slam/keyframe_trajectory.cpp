@@ -35,7 +35,6 @@ void KeyframeTrajectory::correct(const std::vector<LinkedPose>& T_world_keyframe
 }
 
 std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const RectificationEstimator& rectification) {
-  const RectificationResidual now = rectification.current();
   // The correction grows with the length of the motion: a frame between two keyframes gets its share of it.
   for (auto& frame : frames_) {
     if (frame.keyframe == reference()) continue;
@@ -43,16 +42,21 @@ std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const RectificationEstim
     const double length_m = next.T_previous_keyframe.pose.translation().norm();
     const double part_m = frame.T_keyframe_camera.pose.translation().norm();
     if (part_m == 0.0 || length_m == 0.0) continue;
+    const double share = std::min(part_m / length_m, 1.0);
     Pose& pose = frame.T_keyframe_camera.pose;
-    pose = pose.boxplus(std::min(part_m / length_m, 1.0) * next.effect.change(now)).renormalized();
+    pose = pose.boxplus(share * rectification.change_of(next.effect)).renormalized();
+    const Matrix6<double> error = share * share * rectification.nonlinearity_of(next.effect);
+    frame.T_keyframe_camera.covariance += error;
+    frame.recorded_covariance += error;
   }
   std::vector<KeyframeLink> changed;
   for (std::size_t id = 1; id < keyframes_.size(); ++id) {
     auto& [frame, T_previous_keyframe, T_world_keyframe, effect, position] = keyframes_[id];
     if (effect.derivative.isZero(0.0)) continue;
-    T_previous_keyframe.pose = T_previous_keyframe.pose.boxplus(effect.change(now)).renormalized();
-    T_previous_keyframe.covariance -= effect.covariance;
-    effect.applied = now.coefficients().row(0).transpose();
+    T_previous_keyframe.pose =
+        T_previous_keyframe.pose.boxplus(rectification.change_of(effect)).renormalized();
+    T_previous_keyframe.covariance += rectification.nonlinearity_of(effect) - effect.covariance;
+    effect.applied = rectification.disparity_offset_during(effect);
     effect.covariance = rectification.covariance_of(effect);
     T_previous_keyframe.covariance += effect.covariance;
     changed.push_back({id, T_previous_keyframe});

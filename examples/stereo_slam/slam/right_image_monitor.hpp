@@ -38,6 +38,9 @@ class RightImageMonitor {
     if (fits()) learn(fit.row_spread_px);
   }
 
+  /// Makes the next images doubtful, for as many frames as after a long fault.
+  void distrust() noexcept { doubt_ = kPatience; }
+
   /// Whether the points of this frame fit, or nothing is known.
   [[nodiscard]] bool fits() const noexcept { return fits_.value_or(true); }
 

@@ -209,6 +209,8 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   result.nis_dof = tracked.nis_dof;
   if (!tracked.measured() || !extend_map(tracked, images)) return;
   result.is_keyframe = true;
+  result.right_camera_turned = rectification_.noticed_turn();
+  if (result.right_camera_turned) result.status = TrackingStatus::kWeak;
   if (anchored()) record_keyframe(result);
 }
 

@@ -73,6 +73,12 @@ class Slam {
   /// Errors of the calibration that all frames share, as known now.
   [[nodiscard]] CalibrationError calibration_error() const;
 
+  /// Horizontal displacement of the right image that its rows do not show, at the principal point; zero as
+  /// long as the calibration seems right, px.
+  [[nodiscard]] double right_image_displacement_px() const {
+    return rectification_.has_large_error() ? rectification_.current().coefficients()(0, 0) : 0.0;
+  }
+
   /// All landmarks so far in world coordinates, with those of a loaded map once the run is localised in it.
   /// Complete after finish().
   [[nodiscard]] std::vector<MapPoint> map_points() const;

@@ -106,6 +106,7 @@ RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches
   RectificationEffect effect = rectification_.add_motion(
       bias_constraints(matches, local_map_.view(), T_keyframe_camera), T_keyframe_camera);
   rectification_.advance();
+  if (rectification_.noticed_turn()) right_image_.distrust();
   frontend_->change_rectification(before, rectification_.current());
   return effect;
 }

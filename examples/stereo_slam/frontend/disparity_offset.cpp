@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/disparity_offset.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace stereo_slam {
+namespace {
+
+using Basis = DisparityOffset::Basis;
+using Evidence = DisparityOffset::Evidence;
+using Information = DisparityOffset::Information;
+
+// The errors that hardly show in the rows: 1 for a wrong column, 1 and x^2 for a turn.
+constexpr std::array kUnseenTerms = {0, 3};
+
+// Least logarithms of Bayes factors. On undisturbed recordings, real and rendered, that of a large error is
+// at most 1.4. That of a turn by kLeastTurn_px or more is at most 8, and by less 22 (on KITTI 01).
+constexpr double kLargeErrorEvidence = 5.0;
+constexpr double kTurnEvidence = 10.0;
+constexpr double kLeastTurn_px = 0.7;
+constexpr double kTurnSigma_px = 1.0;
+constexpr std::size_t kLongestWindow = 8;  // motions
+
+[[nodiscard]] double squared_inverse(double x) { return 1.0 / (x * x); }
+
+/// log of the density of the measurements given the prior, up to a constant.
+[[nodiscard]] double log_evidence(const Evidence& prior, const Evidence& measured) {
+  const Eigen::LDLT<Information> prior_factor(prior.information);
+  const Eigen::LDLT<Information> factor(Information(prior.information + measured.information));
+  const Basis mean = prior_factor.solve(prior.vector);
+  const Basis residual = measured.vector - measured.information * mean;
+  return 0.5 * (mean.dot(measured.vector + residual) + residual.dot(factor.solve(residual)) +
+                (prior_factor.vectorD().array() / factor.vectorD().array()).log().sum());
+}
+
+/// The estimate without most of what is known of the errors that hardly show in the rows.
+[[nodiscard]] Evidence forgotten(const Evidence& estimate) {
+  Information covariance = estimate.information.ldlt().solve(Information::Identity());
+  for (const int term : kUnseenTerms) covariance(term, term) += kTurnSigma_px * kTurnSigma_px;
+  Evidence result;
+  result.information = covariance.ldlt().solve(Information::Identity());
+  result.vector = result.information * estimate.mean();
+  return result;
+}
+
+/// Root mean square over a row of the image.
+[[nodiscard]] double rms_px(const Basis& change) {
+  const double constant = change[kUnseenTerms[0]], square = change[kUnseenTerms[1]];
+  return std::sqrt(constant * constant + 2.0 / 3.0 * constant * square + square * square / 5.0);
+}
+
+}  // namespace
+
+Basis Evidence::mean() const { return information.ldlt().solve(vector); }
+
+DisparityOffset::DisparityOffset(double widest_sigma_px)
+    : widest_prior_(Basis::Constant(squared_inverse(widest_sigma_px))),
+      usual_prior_(widest_prior_),
+      large_error_prior_(widest_prior_) {
+  everything_.information = widest_prior_.asDiagonal();
+}
+
+void DisparityOffset::resume(const Evidence& everything) {
+  everything_ = everything;
+  has_large_error_ = shows_large_error(everything_);
+  begun_with_ = estimate().mean();
+}
+
+void DisparityOffset::expect(double sigma_px) {
+  usual_prior_ = widest_prior_.cwiseMax(squared_inverse(sigma_px));
+  large_error_prior_ = usual_prior_;
+  for (const int term : kUnseenTerms) large_error_prior_[term] = widest_prior_[term];
+}
+
+bool DisparityOffset::add(const Evidence& motion) {
+  everything_ = everything_ + motion;
+  ++motions_;
+  if (recent_.size() == kLongestWindow) recent_.erase(recent_.begin());
+  recent_.push_back(motion);
+  if (const auto turn = find_turn()) {
+    const bool is_new = !was_so_from_start(*turn);
+    if (is_new) periods_.push_back({motions_ - turn->motions, turn->before, turn->change_px});
+    begin_again(turn->after);
+    return is_new;
+  }
+  has_large_error_ = has_large_error_ || shows_large_error(everything_);
+  const Evidence now = estimate();
+  if (has_large_error_ && rms_px(now.mean() - begun_with_) > kLargeChange_px) begin_again(forgotten(now));
+  return false;
+}
+
+/// The most likely turn of the right camera before one of the last motions.
+std::optional<DisparityOffset::Turn> DisparityOffset::find_turn() const {
+  std::optional<Turn> best;
+  double best_log_factor = kTurnEvidence;
+  Evidence since;
+  for (std::size_t motions = 1; motions <= recent_.size(); ++motions) {
+    since = since + recent_[recent_.size() - motions];
+    const Evidence everything_before = everything_ - since;
+    const Evidence before =
+        with_prior(everything_before, has_large_error_ || shows_large_error(everything_before));
+    const Evidence turned = forgotten(before);
+    const double log_factor = log_evidence(turned, since) - log_evidence(before, since);
+    const Evidence after = turned + since;
+    const Basis change_px = after.mean() - before.mean();
+    if (!(log_factor > best_log_factor) || rms_px(change_px) < kLeastTurn_px) continue;
+    best_log_factor = log_factor;
+    best = Turn{motions, everything_before, before, after, change_px};
+  }
+  return best;
+}
+
+/// Goes on from an estimate as if it were the prior.
+void DisparityOffset::begin_again(const Evidence& estimate) {
+  everything_ = estimate;
+  everything_.information.diagonal() -= large_error_prior_ - widest_prior_;
+  begun_with_ = estimate.mean();
+  has_large_error_ = true;
+  recent_.clear();
+}
+
+/// log of the density of the motions in `everything`, up to a constant.
+double DisparityOffset::log_evidence_with(const Basis& prior, const Evidence& everything) const {
+  Evidence motions = everything;
+  motions.information.diagonal() -= widest_prior_;
+  return log_evidence({Information(prior.asDiagonal()), Basis::Zero()}, motions);
+}
+
+/// Whether the motions are much likelier with a large error that does not show in the rows.
+bool DisparityOffset::shows_large_error(const Evidence& everything) const {
+  return log_evidence_with(large_error_prior_, everything) - log_evidence_with(usual_prior_, everything) >
+         kLargeErrorEvidence;
+}
+
+/// Whether a large error from the start on is likelier than a turn of a right camera that was not turned.
+bool DisparityOffset::was_so_from_start(const Turn& turn) const {
+  if (!periods_.empty()) return false;
+  if (turn.motions == motions_) return true;
+  const Evidence since = everything_ - turn.everything_before;
+  return log_evidence_with(large_error_prior_, everything_) >
+         log_evidence_with(usual_prior_, turn.everything_before) +
+             log_evidence(forgotten(turn.before), since);
+}
+
+Evidence DisparityOffset::with_prior(const Evidence& everything, bool has_large_error) const {
+  Evidence result = everything;
+  result.information.diagonal() += (has_large_error ? large_error_prior_ : usual_prior_) - widest_prior_;
+  return result;
+}
+
+const DisparityOffset::Period* DisparityOffset::period_of(std::size_t motion) const {
+  const auto period = std::find_if(periods_.begin(), periods_.end(),
+                                   [motion](const Period& p) { return motion < p.motions; });
+  return period == periods_.end() ? nullptr : &*period;
+}
+
+}  // namespace stereo_slam

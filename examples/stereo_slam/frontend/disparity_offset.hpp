@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// The Gaussian estimate of the disparity offset, the horizontal part of a RectificationResidual, from what
+/// motions show of it.
+///
+/// Its prior has the mean zero and the standard deviation that the row offset suggests. Two errors hardly
+/// show in the rows: a wrong column of the right image, and a right camera that is turned sideways. They get
+/// a wide prior if the motions are much likelier with it. And if the last motions are much likelier with a
+/// turn of the right camera just before them, what was known of these two errors is forgotten.
+class DisparityOffset {
+ public:
+  static constexpr int kTerms = 10;  ///< those of RectificationResidual
+  /// Change of the coefficients that is too large for derivatives at the earlier ones, px.
+  static constexpr double kLargeChange_px = 0.35;
+  using Basis = antipode::Vector<double, kTerms>;
+  using Information = antipode::Matrix<double, kTerms>;
+
+  /// A Gaussian in information form, mean = information^-1 vector; or what measurements add to it.
+  struct Evidence {
+    Information information = Information::Zero();  ///< 1/px^2
+    Basis vector = Basis::Zero();                   ///< 1/px
+
+    [[nodiscard]] Evidence operator+(const Evidence& other) const {
+      return {information + other.information, vector + other.vector};
+    }
+    [[nodiscard]] Evidence operator-(const Evidence& other) const {
+      return {information - other.information, vector - other.vector};
+    }
+    [[nodiscard]] Basis mean() const;
+  };
+
+  /// The time before a turn of the right camera.
+  struct Period {
+    std::size_t motions = 0;  ///< measured before its end, since the start
+    Evidence estimate;        ///< at its end
+    Basis turn_px;            ///< the change of the coefficients at its end
+  };
+
+  DisparityOffset() : DisparityOffset(1.0) {}
+  /// No standard deviation of the prior is larger than `widest_sigma_px`.
+  explicit DisparityOffset(double widest_sigma_px);
+
+  /// Everything added so far and the widest prior.
+  [[nodiscard]] const Evidence& everything() const noexcept { return everything_; }
+  /// Resumes from everything() of another one with the same widest prior. Call expect() before.
+  void resume(const Evidence& everything);
+
+  /// The standard deviation of the prior, px.
+  void expect(double sigma_px);
+
+  /// Adds what a motion shows. True if that is a turn of the right camera, at most eight motions ago.
+  bool add(const Evidence& motion);
+
+  /// Whether it contains an error that is larger than the rows suggest.
+  [[nodiscard]] bool has_large_error() const noexcept { return has_large_error_; }
+  /// The estimate now.
+  [[nodiscard]] Evidence estimate() const { return with_prior(everything_, has_large_error_); }
+
+  /// The period of a motion, by the number of those before it; null for the present period.
+  [[nodiscard]] const Period* period_of(std::size_t motion) const;
+  /// The periods before the present one, in order.
+  [[nodiscard]] const std::vector<Period>& periods() const noexcept { return periods_; }
+
+ private:
+  struct Turn {
+    std::size_t motions;         // since then
+    Evidence everything_before;  // with the widest prior
+    Evidence before, after;      // the estimates
+    Basis change_px;             // of the coefficients
+  };
+
+  [[nodiscard]] std::optional<Turn> find_turn() const;
+  [[nodiscard]] double log_evidence_with(const Basis& prior, const Evidence& everything) const;
+  [[nodiscard]] bool shows_large_error(const Evidence& everything) const;
+  [[nodiscard]] bool was_so_from_start(const Turn& turn) const;
+  [[nodiscard]] Evidence with_prior(const Evidence& everything, bool has_large_error) const;
+  void begin_again(const Evidence& estimate);
+
+  Evidence everything_;
+  Basis widest_prior_, usual_prior_, large_error_prior_;  // information, 1/px^2
+  bool has_large_error_ = false;
+  Basis begun_with_ = Basis::Zero();  // the coefficients with which the first motions were measured, px
+  std::vector<Evidence> recent_;      // of the last motions
+  std::vector<Period> periods_;
+  std::size_t motions_ = 0;
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <optional>
+
+#include <opencv2/core.hpp>
+
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/settings/presets.hpp"
+#include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/support/rendered_drive.hpp"
+#include "support/catch.hpp"
+
+// Right images that are displaced along the rows, which shows in no single pair.
+
+namespace stereo_slam {
+namespace {
+
+[[nodiscard]] const test::RenderedDrive& long_street() {
+  static const test::RenderedDrive drive = [] {
+    simulator::SimulationSettings settings;
+    settings.frames = 40;
+    settings.camera = scaled(settings.camera, 0.5);
+    return test::RenderedDrive(settings);
+  }();
+  return drive;
+}
+
+/// The image moved to the right; its border is repeated.
+[[nodiscard]] cv::Mat moved(const cv::Mat& image, int columns) {
+  cv::Mat wide;
+  cv::copyMakeBorder(image, wide, 0, 0, std::abs(columns), std::abs(columns), cv::BORDER_REPLICATE);
+  return wide(cv::Rect({std::abs(columns) - columns, 0}, image.size())).clone();
+}
+
+[[nodiscard]] double relative_step_error(const Pose& step, const Eigen::Isometry3d& truth) {
+  return (step.translation() - truth.translation()).norm() / truth.translation().norm();
+}
+
+TEST_CASE("Lengths are right although the right image was cut in the wrong column",
+          "[stereo_slam][slam][rectification]") {
+  const test::RenderedDrive& drive = long_street();
+  const int columns = GENERATE(-3, 2);
+  CAPTURE(columns);
+  Slam slam(drive.sequence.camera, Settings{});
+  for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
+    StereoFrame frame = load_frame(drive.sequence, i);
+    frame.right = moved(frame.right, columns);
+    const auto result = slam.process(frame);
+    CHECK_FALSE(result.right_camera_turned);
+  }
+  slam.finish();
+  CHECK(std::abs(slam.right_image_displacement_px() - columns) < 0.2);
+  const auto path = slam.trajectory();
+  for (std::size_t i = 20; i < path.size(); ++i) {
+    CAPTURE(i);
+    const Pose step = path[i - 1].pose.inverse() * path[i].pose;
+    CHECK(relative_step_error(step, drive.truth[i - 1].inverse() * drive.truth[i]) < 0.01);
+  }
+}
+
+TEST_CASE("A right camera that turns in mid-drive is noticed, and lengths are right again afterwards",
+          "[stereo_slam][slam][rectification]") {
+  const test::RenderedDrive& drive = long_street();
+  constexpr std::size_t kTurn = 18;
+  Slam slam(drive.sequence.camera, Settings{});
+  std::optional<std::size_t> noticed;
+  for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
+    StereoFrame frame = load_frame(drive.sequence, i);
+    if (i >= kTurn) frame.right = moved(frame.right, 2);
+    const auto result = slam.process(frame);
+    if (i > 0 && i < kTurn) CHECK(result.status == TrackingStatus::kOk);
+    if (result.right_camera_turned && !noticed) noticed = i;
+    if (noticed) CHECK(result.status == TrackingStatus::kWeak);  // twenty frames
+  }
+  REQUIRE(noticed);
+  CHECK(*noticed >= kTurn);
+  CHECK(*noticed < kTurn + 12);
+  slam.finish();
+  const auto path = slam.trajectory();
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if (i >= kTurn && i <= *noticed) continue;
+    CAPTURE(i);
+    const Pose step = path[i - 1].pose.inverse() * path[i].pose;
+    CHECK(relative_step_error(step, drive.truth[i - 1].inverse() * drive.truth[i]) < 0.02);
+  }
+}
+
+TEST_CASE("Nothing is noticed where the right image is in its place", "[stereo_slam][slam][rectification]") {
+  const test::RenderedDrive& drive = long_street();
+  Slam slam(drive.sequence.camera, Settings{});
+  for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
+    CHECK_FALSE(slam.process(load_frame(drive.sequence, i)).right_camera_turned);
+  }
+  CHECK(slam.right_image_displacement_px() == 0.0);
+}
+
+}  // namespace
+}  // namespace stereo_slam
