@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -220,17 +222,17 @@ int run_command(const RunArguments& arguments) {
          quiet);
   }
   if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
-    warn(fmt::format(
-             "the right camera turned sideways, noticed in {} frames, first in frame {}; lengths shortly "
-             "before are wrong, those after it rest on what was learned while driving",
-             turns.size(), turns.front()),
+    const std::string others = turns.size() > 1 ? fmt::format(", and {} more times", turns.size() - 1) : "";
+    warn(fmt::format("the right camera turned sideways shortly before frame {}{}; lengths were wrong until "
+                     "that was noticed, and rest on what was learned while driving from then on",
+                     turns.front(), others),
          quiet);
-  } else if (summary.right_image_displacement_px != 0.0) {
-    warn(fmt::format(
-             "the right image is {:.1f} px farther right than the calibration says; lengths rest on what "
-             "was learned while driving; check cx of both cameras, and where the images were cut",
-             summary.right_image_displacement_px),
-         quiet);
+  } else if (const double px = summary.right_image_displacement_px; px != 0.0) {
+    warn(
+        fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned while "
+                    "driving; check cx of both cameras, and where the images were cut",
+                    std::abs(px), px > 0.0 ? "right" : "left"),
+        quiet);
   }
   constexpr double kNoticeable_s = 0.1;
   if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
