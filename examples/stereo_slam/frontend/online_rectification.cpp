@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Cholesky>
+
+#include "stereo_slam/core/median.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -37,6 +40,43 @@ constexpr std::array<std::array<int, 2>, RectificationResidual::kTerms> kPowers 
   return sum;
 }
 
+/// A displacement and a roll of the right image: offsets in the rows, of the terms 1 and x.
+struct RowFit {
+  Vector2<double> offset_px = Vector2<double>::Zero();
+  double median_residual_px = 0.0;
+};
+
+/// Iteratively reweighted least squares from the median on, as some pairs are wrong.
+[[nodiscard]] RowFit fit_rows(std::span<const CornerPair> corners, const RectificationResidual& residual) {
+  constexpr int kIterations = 10;
+  constexpr double kLeastScale_px = 0.1;
+  std::vector<double> rows_px;
+  for (const auto& [left_px, right_px] : corners) {
+    rows_px.push_back(static_cast<double>(right_px.y) - static_cast<double>(left_px.y));
+  }
+  RowFit fit{{median(rows_px), 0.0}};
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    std::vector<Vector2<double>> terms;
+    std::vector<double> distances_px;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Vector2<double> left_px(corners[i].left_px.x, corners[i].left_px.y);
+      terms.emplace_back(residual.basis(left_px).head<2>());
+      distances_px.push_back(std::abs(rows_px[i] - terms.back().dot(fit.offset_px)));
+    }
+    fit.median_residual_px = median(distances_px);
+    const double scale_px = std::max(fit.median_residual_px, kLeastScale_px);
+    Matrix2<double> information = Matrix2<double>::Zero();
+    Vector2<double> vector = Vector2<double>::Zero();
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const double weight = 1.0 / (1.0 + std::pow(distances_px[i] / scale_px, 2));
+      information += weight * terms[i] * terms[i].transpose();
+      vector += weight * rows_px[i] * terms[i];
+    }
+    fit.offset_px = information.ldlt().solve(vector);
+  }
+  return fit;
+}
+
 }  // namespace
 
 RectificationResidual::Basis RectificationResidual::basis(const Vector2<double>& left_px) const {
@@ -64,8 +104,8 @@ RectificationResidual::Measurement RectificationResidual::measure(const Vector2<
 
 RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
                                                const OnlineRectificationSettings& settings)
-    : camera_(camera), disparity_(settings.disparity_sigma_px) {
-  rows_.information /= settings.row_sigma_px * settings.row_sigma_px;
+    : camera_(camera), row_sigma_px_(settings.row_sigma_px), disparity_(settings.disparity_sigma_px) {
+  rows_.information /= row_sigma_px_ * row_sigma_px_;
   expect_disparity_offset();
 }
 
@@ -95,6 +135,24 @@ void RectificationEstimator::add_rows(std::span<const RectificationResidual::Mea
     rows_.information += weight * terms * terms.transpose();
     rows_.vector += weight * offset * terms;
   }
+}
+
+bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
+  constexpr std::size_t kMinCorners = 50;
+  constexpr double kMaxResidual_px = 0.3;  // the median; .03 to .24 on good pairs, .36 and more on late ones
+  constexpr double kLeastChange_px = 1.0;  // smaller ones leave enough matches
+  if (corners.size() < kMinCorners) return false;
+  const RowFit fit = fit_rows(corners, current());
+  RectificationResidual::Coefficients coefficients = coefficients_;
+  coefficients.row(1).setZero();
+  coefficients.row(1).head<2>() = fit.offset_px.transpose();
+  const RectificationResidual change(camera_, coefficients - coefficients_);
+  if (fit.median_residual_px > kMaxResidual_px || change.rms_offset_px().y() < kLeastChange_px) return false;
+  coefficients_ = coefficients;
+  rows_.information = Information::Identity() / (row_sigma_px_ * row_sigma_px_);
+  rows_.vector = rows_.information * coefficients_.row(1).transpose();
+  expect_disparity_offset();
+  return true;
 }
 
 RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/disparity_offset.hpp"
@@ -122,6 +123,11 @@ class RectificationEstimator {
   /// Stereo matches of one frame, measured with current().
   void add_rows(std::span<const RectificationResidual::Measurement> matches);
 
+  /// Begins the row offset anew, if corners of a pair, matched without assuming rectification, agree that the
+  /// right image is displaced or rolled far from current(). Returns whether they do. Call it where hardly any
+  /// stereo match is found: at the start, or after the cameras may have been moved.
+  bool relearn_rows(std::span<const CornerPair> corners);
+
   /// Points matched between two frames, all measured with current(), and the motion between them. Returns how
   /// that motion depends on the disparity offset. Ignores the points and returns zero if they are fewer than
   /// 30 or do not determine the motion.
@@ -169,6 +175,7 @@ class RectificationEstimator {
   void expect_disparity_offset();
 
   StereoCamera camera_;
+  double row_sigma_px_ = 1.0;  // prior standard deviation of a row coefficient
   RectificationResidual::Coefficients coefficients_ = RectificationResidual::Coefficients::Zero();
   DisparityOffset::Evidence rows_{Information::Identity(), Basis::Zero()};
   DisparityOffset disparity_;

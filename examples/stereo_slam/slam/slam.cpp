@@ -96,6 +96,12 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   }
   complete(images, result);
   clock.lap("map");
+  const bool unmeasured = result.status == TrackingStatus::kLost || !result.right_image_fits;
+  frames_without_right_ = unmeasured ? frames_without_right_ + 1 : 0;
+  if (started_ && frames_without_right_ % kRelearnInterval == 2 && relearn_rows(frame)) {
+    result.right_camera_turned = true;
+    right_image_.distrust();
+  }
   prepare_next(images, matches, result);
   clock.lap("stereo");
   result.times = clock.times();
@@ -263,6 +269,7 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageC
 
 /// Begins the map, if the image shows enough for one.
 void Slam::initialise(const FrameImages& images, FrameResult& result) {
+  if (frames_without_right_ % kRelearnInterval == 0) (void)relearn_rows(images.frame);
   trajectory_.begin(images.frame.index);
   local_map_.restart(0);
   frontend_->restart();

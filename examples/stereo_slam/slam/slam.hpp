@@ -164,6 +164,9 @@ class Slam {
                                                          const std::vector<Vector2<double>>& reserved_px,
                                                          const ReobservedLandmarks& reobserved = {});
   RectificationEffect refine_rectification(const std::vector<Match>& matches);
+  [[nodiscard]] bool relearn_rows(const StereoFrame& frame);
+
+  static constexpr int kRelearnInterval = 10;  // frames
 
   StereoCamera camera_;
   Settings settings_;
@@ -183,7 +186,8 @@ class Slam {
   RightImageMonitor right_image_;
   PreviousFrame previous_;
   std::optional<AsyncLoopCloser> loops_;
-  bool started_ = false;  // there is a map
+  bool started_ = false;          // there is a map
+  int frames_without_right_ = 0;  // in a row, that were lost or whose right image did not fit
 };
 
 }  // namespace stereo_slam

@@ -97,6 +97,13 @@ std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
   return keyframe_points(points, ids);
 }
 
+/// Learns the row offset anew from a pair in which hardly any stereo match is found, or none was searched
+/// yet.
+bool Slam::relearn_rows(const StereoFrame& frame) {
+  if (!settings_.online_rectification.enabled) return false;
+  return rectification_.relearn_rows(match_corners(frame.left, frame.right));
+}
+
 /// Refines the rectification by the landmarks of the last keyframe that were matched in this frame. Returns
 /// how the frame's pose depends on the rectification.
 RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches) {

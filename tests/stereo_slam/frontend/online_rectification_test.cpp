@@ -129,6 +129,49 @@ TEST_CASE("A displacement of the right image that the rows do not show is learne
   CHECK(error.rms_offset_px().x() < 0.05 * std::abs(column_px) + 0.03);
 }
 
+/// Corners of a right image that is displaced and rolled; every third pair is wrong.
+std::vector<CornerPair> corners_of(double rows_px, double roll_px, double noise_px) {
+  std::mt19937_64 random(8);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<float> anywhere(0.0F, 376.0F);
+  const RectificationResidual terms(test::kitti_camera());
+  std::vector<CornerPair> corners;
+  for (int i = 0; i < 300; ++i) {
+    const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 5.0, 80.0);
+    const double row = z.y() + rows_px + roll_px * terms.basis(z.head<2>())[1] + noise_px * normal(random);
+    const cv::Point2f left_px(static_cast<float>(z.x()), static_cast<float>(z.y()));
+    corners.push_back(
+        {left_px, {left_px.x - 10.0F, i % 3 == 0 ? anywhere(random) : static_cast<float>(row)}});
+  }
+  return corners;
+}
+
+TEST_CASE("A large displacement and a roll of the rows are learned from one pair",
+          "[stereo_slam][rectification]") {
+  const double rows_px = GENERATE(-60.0, 1.5, 5.0);
+  const double roll_px = GENERATE(0.0, -4.0);
+  RectificationEstimator estimator(test::kitti_camera(), {});
+  REQUIRE(estimator.relearn_rows(corners_of(rows_px, roll_px, 0.2)));
+  CHECK(std::abs(estimator.current().coefficients()(1, 0) - rows_px) < 0.15);
+  CHECK(std::abs(estimator.current().coefficients()(1, 1) - roll_px) < 0.15);
+  CHECK(estimator.current().coefficients().row(0).isZero());
+  CHECK_FALSE(estimator.relearn_rows(corners_of(rows_px, roll_px, 0.2)));  // it is known now
+  estimator.advance();
+  CHECK(std::abs(estimator.current().coefficients()(1, 0) - rows_px) < 0.15);
+}
+
+TEST_CASE("Rows are not learned anew from pairs that do not agree, nor if they are nearly right",
+          "[stereo_slam][rectification]") {
+  RectificationEstimator estimator(test::kitti_camera(), {});
+  CHECK_FALSE(estimator.relearn_rows({}));
+  CHECK_FALSE(estimator.relearn_rows(corners_of(0.8, 0.0, 0.2)));
+  CHECK_FALSE(estimator.relearn_rows(corners_of(5.0, 0.0, 1.0)));
+  auto few = corners_of(5.0, 0.0, 0.2);
+  few.resize(40);
+  CHECK_FALSE(estimator.relearn_rows(few));
+  CHECK(estimator.current().coefficients().isZero());
+}
+
 TEST_CASE("The root mean square of an offset is that of its values over the image",
           "[stereo_slam][rectification]") {
   StereoCamera camera = test::kitti_camera();

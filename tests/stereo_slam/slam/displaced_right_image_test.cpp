@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -10,7 +11,7 @@
 #include "stereo_slam/support/rendered_drive.hpp"
 #include "support/catch.hpp"
 
-// Right images that are displaced along the rows, which shows in no single pair.
+// Right images that are displaced along the rows, which shows in no single pair, and across them.
 
 namespace stereo_slam {
 namespace {
@@ -25,11 +26,12 @@ namespace {
   return drive;
 }
 
-/// The image moved to the right; its border is repeated.
-[[nodiscard]] cv::Mat moved(const cv::Mat& image, int columns) {
+/// The image moved to the right and down; its border is repeated.
+[[nodiscard]] cv::Mat moved(const cv::Mat& image, int columns, int rows = 0) {
+  const int margin = std::max(std::abs(columns), std::abs(rows));
   cv::Mat wide;
-  cv::copyMakeBorder(image, wide, 0, 0, std::abs(columns), std::abs(columns), cv::BORDER_REPLICATE);
-  return wide(cv::Rect({std::abs(columns) - columns, 0}, image.size())).clone();
+  cv::copyMakeBorder(image, wide, margin, margin, margin, margin, cv::BORDER_REPLICATE);
+  return wide(cv::Rect({margin - columns, margin - rows}, image.size())).clone();
 }
 
 [[nodiscard]] double relative_step_error(const Pose& step, const Eigen::Isometry3d& truth) {
@@ -82,6 +84,43 @@ TEST_CASE("A right camera that turns in mid-drive is noticed, and lengths are ri
     CAPTURE(i);
     const Pose step = path[i - 1].pose.inverse() * path[i].pose;
     CHECK(relative_step_error(step, drive.truth[i - 1].inverse() * drive.truth[i]) < 0.02);
+  }
+}
+
+TEST_CASE("Rows that are displaced from the start on are learned in the first frame",
+          "[stereo_slam][slam][rectification]") {
+  const test::RenderedDrive& drive = long_street();
+  const int rows = GENERATE(2, -12);
+  CAPTURE(rows);
+  Slam slam(drive.sequence.camera, Settings{});
+  for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
+    StereoFrame frame = load_frame(drive.sequence, i);
+    frame.right = moved(frame.right, 0, rows);
+    const auto result = slam.process(frame);
+    if (i == 0) continue;
+    CAPTURE(i);
+    CHECK(result.status == TrackingStatus::kOk);
+    CHECK(relative_step_error(result.odometry.pose, drive.truth[i - 1].inverse() * drive.truth[i]) < 0.02);
+  }
+}
+
+TEST_CASE("A right camera that turns up in mid-drive is found again", "[stereo_slam][slam][rectification]") {
+  const test::RenderedDrive& drive = long_street();
+  constexpr std::size_t kTurn = 10, kFound = kTurn + 4;
+  const int rows = GENERATE(2, 4);
+  CAPTURE(rows);
+  Slam slam(drive.sequence.camera, Settings{});
+  bool noticed = false;
+  for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
+    StereoFrame frame = load_frame(drive.sequence, i);
+    if (i >= kTurn) frame.right = moved(frame.right, 0, rows);
+    const auto result = slam.process(frame);
+    noticed |= result.right_camera_turned;
+    if (i < kFound) continue;
+    CAPTURE(i);
+    CHECK(noticed);
+    CHECK((result.status == TrackingStatus::kWeak || result.status == TrackingStatus::kOk));
+    CHECK(relative_step_error(result.odometry.pose, drive.truth[i - 1].inverse() * drive.truth[i]) < 0.02);
   }
 }
 

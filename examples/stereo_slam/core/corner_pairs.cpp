@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/core/corner_pairs.hpp"
+
+#include <algorithm>
+#include <cstdint>
+
+#include <opencv2/features2d.hpp>
+#include <opencv2/video/tracking.hpp>
+
+#include "stereo_slam/core/descriptor.hpp"
+#include "stereo_slam/core/parallel.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// Sub-pixel positions of the right corners, by aligning the patches around matched corners, which are
+/// detected at whole pixels. Where the alignment fails the detected position is kept.
+std::vector<cv::Point2f> align(const cv::Mat& left, const cv::Mat& right,
+                               const std::vector<cv::Point2f>& left_px,
+                               const std::vector<cv::Point2f>& right_px) {
+  constexpr double kMaxShift_px = 2.0;
+  const cv::Size window(15, 15);
+  auto aligned_px = right_px;
+  std::vector<std::uint8_t> found;
+  cv::calcOpticalFlowPyrLK(left, right, left_px, aligned_px, found, cv::noArray(), window,
+                           /*maxLevel=*/0, {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.01},
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
+  for (std::size_t i = 0; i < aligned_px.size(); ++i) {
+    if (found[i] == 0 || cv::norm(aligned_px[i] - right_px[i]) > kMaxShift_px) aligned_px[i] = right_px[i];
+  }
+  return aligned_px;
+}
+
+struct OrbFeatures {
+  std::vector<cv::Point2f> positions_px;
+  std::vector<Descriptor> descriptors;
+};
+
+OrbFeatures extract_orb(const cv::Mat& image) {
+  constexpr int kFeatures = 1000;
+  constexpr int kLevels = 2;  // coarser levels locate a corner no better than two pixels
+  std::vector<cv::KeyPoint> points;
+  cv::Mat rows;
+  cv::ORB::create(kFeatures, 1.2F, kLevels)->detectAndCompute(image, cv::noArray(), points, rows);
+  OrbFeatures features;
+  cv::KeyPoint::convert(points, features.positions_px);
+  features.descriptors.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::uint8_t* row = rows.ptr(static_cast<int>(i));
+    std::copy_n(row, features.descriptors[i].size(), features.descriptors[i].begin());
+  }
+  return features;
+}
+
+}  // namespace
+
+std::vector<CornerPair> match_corners(const cv::Mat& left_image, const cv::Mat& right_image) {
+  constexpr int kMaxHamming = 40;
+  OrbFeatures left, right;
+  run_both([&] { left = extract_orb(left_image); }, [&] { right = extract_orb(right_image); });
+  std::vector<NearestDescriptor> of_left(left.descriptors.size());
+  std::vector<NearestDescriptor> of_right(right.descriptors.size());
+  for (std::size_t i = 0; i < of_left.size(); ++i) {
+    for (std::size_t j = 0; j < of_right.size(); ++j) {
+      const int distance = hamming_distance(left.descriptors[i], right.descriptors[j]);
+      of_left[i].offer(j, distance);
+      of_right[j].offer(i, distance);
+    }
+  }
+  std::vector<cv::Point2f> left_px;
+  std::vector<cv::Point2f> right_px;
+  for (std::size_t i = 0; i < of_left.size(); ++i) {
+    const auto& [j, distance, second] = of_left[i];
+    if (distance > kMaxHamming || of_right[j].index != i) continue;
+    left_px.push_back(left.positions_px[i]);
+    right_px.push_back(right.positions_px[j]);
+  }
+  std::vector<CornerPair> pairs;
+  if (left_px.empty()) return pairs;
+  const auto aligned_px = align(left_image, right_image, left_px, right_px);
+  for (std::size_t i = 0; i < left_px.size(); ++i) pairs.push_back({left_px[i], aligned_px[i]});
+  return pairs;
+}
+
+}  // namespace stereo_slam
