@@ -57,6 +57,10 @@ constexpr std::size_t kLongestWindow = 8;  // motions
 
 Basis Evidence::mean() const { return information.ldlt().solve(vector); }
 
+double Evidence::log_density(const Basis& coefficients) const {
+  return coefficients.dot(vector - 0.5 * information * coefficients);
+}
+
 DisparityOffset::DisparityOffset(double widest_sigma_px)
     : widest_prior_(Basis::Constant(squared_inverse(widest_sigma_px))),
       usual_prior_(widest_prior_),
@@ -79,6 +83,7 @@ void DisparityOffset::expect(double sigma_px) {
 bool DisparityOffset::add(const Evidence& motion) {
   everything_ = everything_ + motion;
   ++motions_;
+  ++motions_since_begin_;
   if (recent_.size() == kLongestWindow) recent_.erase(recent_.begin());
   recent_.push_back(motion);
   if (const auto turn = find_turn()) {
@@ -120,6 +125,7 @@ void DisparityOffset::begin_again(const Evidence& estimate) {
   everything_.information.diagonal() -= large_error_prior_ - widest_prior_;
   begun_with_ = estimate.mean();
   has_large_error_ = true;
+  motions_since_begin_ = 0;
   recent_.clear();
 }
 
@@ -136,10 +142,13 @@ bool DisparityOffset::shows_large_error(const Evidence& everything) const {
          kLargeErrorEvidence;
 }
 
-/// Whether a large error from the start on is likelier than a turn of a right camera that was not turned.
+/// Whether the error has been there from the start, and is now known better. If a large error is known, this
+/// means that it was still being learned. Otherwise it is likelier than a turn of a right camera that was not
+/// turned.
 bool DisparityOffset::was_so_from_start(const Turn& turn) const {
   if (!periods_.empty()) return false;
   if (turn.motions == motions_) return true;
+  if (has_large_error_) return motions_since_begin_ < turn.motions + kLongestWindow;
   const Evidence since = everything_ - turn.everything_before;
   return log_evidence_with(large_error_prior_, everything_) >
          log_evidence_with(usual_prior_, turn.everything_before) +

@@ -38,6 +38,8 @@ class DisparityOffset {
       return {information - other.information, vector - other.vector};
     }
     [[nodiscard]] Basis mean() const;
+    /// log of the density at these coefficients, up to a constant.
+    [[nodiscard]] double log_density(const Basis& coefficients) const;
   };
 
   /// The time before a turn of the right camera.
@@ -94,6 +96,7 @@ class DisparityOffset {
   std::vector<Evidence> recent_;      // of the last motions
   std::vector<Period> periods_;
   std::size_t motions_ = 0;
+  std::size_t motions_since_begin_ = 0;  // since begin_again()
 };
 
 }  // namespace stereo_slam

@@ -40,6 +40,11 @@ constexpr std::array<std::array<int, 2>, RectificationResidual::kTerms> kPowers 
   return sum;
 }
 
+/// Whether a change is too large for derivatives.
+[[nodiscard]] bool is_large(const RectificationResidual::Basis& change) {
+  return std::sqrt(mean_square(change)) >= DisparityOffset::kLargeChange_px;
+}
+
 /// A displacement and a roll of the right image: offsets in the rows, of the terms 1 and x.
 struct RowFit {
   Vector2<double> offset_px = Vector2<double>::Zero();
@@ -189,23 +194,36 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   if (factor.info() != Eigen::Success || !factor.isPositive() || !(factor.rcond() > kMinReciprocalCondition))
     return {};
   const PoseByBias pose_derivative = factor.solve(pose_bias);
-  RectificationEffect effect{.applied = applied,
-                             .derivative = -pose_derivative,
-                             .derivative_by_second = -factor.solve(pose_second),
-                             .motion = motions_++};
+  RectificationEffect effect{
+      .applied = applied,
+      .derivative = -pose_derivative,
+      .derivative_by_second = -factor.solve(pose_second),
+      .motion = motions_++,
+      .evidence = {kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative),
+                   kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector)}};
   effect.covariance = covariance_of(effect);
-  noticed_turn_ = disparity_.add({kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative),
-                                  kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector)});
+  noticed_turn_ = disparity_.add(effect.evidence);
   const Vector3<double> path_m = T_first_second.inverse().translation();
   length_derivative_m2_ += pose_derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
   return effect;
 }
 
-RectificationResidual::Basis RectificationEstimator::disparity_offset_during(
+/// Best estimate of the coefficients between the turns of the right camera before and after the motion.
+RectificationResidual::Basis RectificationEstimator::estimate_of_period(
     const RectificationEffect& effect) const {
   const auto* period = disparity_.period_of(effect.motion);
   return period ? period->estimate.mean() : Basis(coefficients_.row(0));
+}
+
+RectificationResidual::Basis RectificationEstimator::disparity_offset_during(
+    const RectificationEffect& effect) const {
+  constexpr double kContradiction = 12.0;  // log of a likelihood ratio
+  const Basis estimate = estimate_of_period(effect);
+  const bool contradicts =
+      is_large(estimate - effect.applied) &&
+      effect.evidence.log_density(effect.applied) > effect.evidence.log_density(estimate) + kContradiction;
+  return contradicts ? effect.applied : estimate;
 }
 
 Vector6<double> RectificationEstimator::change_of(const RectificationEffect& effect) const {
@@ -214,9 +232,9 @@ Vector6<double> RectificationEstimator::change_of(const RectificationEffect& eff
 
 Matrix6<double> RectificationEstimator::nonlinearity_of(const RectificationEffect& effect) const {
   constexpr double kNotFirstOrder = 0.5;  // of the change, as seen when an offset of 1 to 5 px is learned
-  const double change_px = std::sqrt(mean_square(disparity_offset_during(effect) - effect.applied));
-  if (change_px < DisparityOffset::kLargeChange_px) return Matrix6<double>::Zero();
-  const Vector6<double> error = kNotFirstOrder * change_of(effect);
+  const Basis change = estimate_of_period(effect) - effect.applied;
+  if (!is_large(change)) return Matrix6<double>::Zero();
+  const Vector6<double> error = kNotFirstOrder * effect.derivative * change;
   return error * error.transpose();
 }
 

@@ -81,7 +81,8 @@ struct RectificationEffect {
   /// d motion / d coefficients of the second frame alone, if the right camera turns in between
   Eigen::Matrix<double, 6, RectificationResidual::kTerms> derivative_by_second =
       Eigen::Matrix<double, 6, RectificationResidual::kTerms>::Zero();
-  std::size_t motion = 0;  ///< how many were measured before
+  std::size_t motion = 0;              ///< how many were measured before
+  DisparityOffset::Evidence evidence;  ///< what it shows of the coefficients
   Matrix6<double> covariance =
       Matrix6<double>::Zero();  ///< of the motion, due to the uncertainty of the coefficients
 };
@@ -146,7 +147,8 @@ class RectificationEstimator {
   [[nodiscard]] bool noticed_turn() const noexcept { return noticed_turn_; }
 
   /// Best estimate so far of the coefficients of the disparity offset when a motion was measured, px. It
-  /// differs from that of current() if the right camera has turned since.
+  /// differs from that of current() if the right camera has turned since, and is the estimate of that time if
+  /// the motion itself contradicts a large change.
   [[nodiscard]] RectificationResidual::Basis disparity_offset_during(const RectificationEffect& effect) const;
 
   /// Change of a motion if it is measured with the best estimate so far, to first order.
@@ -173,6 +175,7 @@ class RectificationEstimator {
   using Information = RectificationEstimate::Information;
 
   void expect_disparity_offset();
+  [[nodiscard]] RectificationResidual::Basis estimate_of_period(const RectificationEffect& effect) const;
 
   StereoCamera camera_;
   double row_sigma_px_ = 1.0;  // prior standard deviation of a row coefficient

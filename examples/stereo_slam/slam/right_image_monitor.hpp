@@ -27,6 +27,7 @@ class RightImageMonitor {
   /// Begins a frame, about which nothing is known yet.
   void begin_frame() {
     if (fits_) doubt_ = std::clamp(doubt_ + (*fits_ ? -1 : 1), 0, kPatience);
+    suspicion_ = std::max(suspicion_ - 1, 0);
     fits_.reset();
   }
 
@@ -38,8 +39,8 @@ class RightImageMonitor {
     if (fits()) learn(fit.row_spread_px);
   }
 
-  /// Makes the next images doubtful, for as many frames as after a long fault.
-  void distrust() noexcept { doubt_ = kPatience; }
+  /// Makes images that fit doubtful, for as many frames as after a long fault.
+  void distrust() noexcept { suspicion_ = kPatience; }
 
   /// Whether the points of this frame fit, or nothing is known.
   [[nodiscard]] bool fits() const noexcept { return fits_.value_or(true); }
@@ -47,7 +48,7 @@ class RightImageMonitor {
   /// What is to be done with the image, as far as the points added show.
   [[nodiscard]] RightImage judgement() const noexcept {
     if (!fits()) return doubt_ < kPatience ? RightImage::kIgnored : RightImage::kDoubtful;
-    return doubt_ == 0 ? RightImage::kFits : RightImage::kDoubtful;
+    return doubt_ == 0 && suspicion_ == 0 ? RightImage::kFits : RightImage::kDoubtful;
   }
 
  private:
@@ -75,6 +76,7 @@ class RightImageMonitor {
   }
 
   std::optional<bool> fits_;  // of this frame; nothing if too few points were searched
+  int suspicion_ = 0;         // frames for which images that fit are doubtful all the same
   int doubt_ = 0;             // counts earlier frames: up if they did not fit, down if they did
   std::optional<double> usual_row_spread_px_;  // nothing before the first frame
 };

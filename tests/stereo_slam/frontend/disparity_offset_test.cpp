@@ -104,6 +104,19 @@ TEST_CASE("A turn is noticed, learned, and separates the motions before it from 
   }
 }
 
+TEST_CASE("A displacement from the start does not hide a later turn", "[stereo_slam][rectification]") {
+  DisparityOffset estimate = exact_calibration();
+  Motions motions;
+  constexpr int kBefore = 40;
+  CHECK_FALSE(drive(estimate, motions, offset(-2.0, 0.0), kBefore));
+  const auto noticed = drive(estimate, motions, offset(0.5, 0.0), 20);
+  REQUIRE(noticed);
+  CHECK(*noticed <= 3);
+  REQUIRE(estimate.periods().size() == 1);
+  CHECK(std::abs(estimate.periods()[0].estimate.mean()[0] + 2.0) < 0.2);
+  CHECK(std::abs(estimate.estimate().mean()[0] - 0.5) < 0.3);
+}
+
 TEST_CASE("What a turn does not change stays known", "[stereo_slam][rectification]") {
   DisparityOffset estimate(kWidest_px);
   estimate.expect(kWidest_px);

@@ -32,9 +32,9 @@ TEST_CASE("Measuring a point inverts its right position", "[stereo_slam][rectifi
 }
 
 /// One keyframe of the estimator's life: points measured at its beginning and at its end, with the planted
-/// offset.
-void drive(RectificationEstimator& estimator, std::mt19937_64& random, const RectificationResidual& truth,
-           double sigma_px) {
+/// offset. Returns the effect of the rectification on the motion.
+RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& random,
+                          const RectificationResidual& truth, double sigma_px) {
   const StereoCamera camera = test::kitti_camera();
   const Pose motion = test::car_motion(2.5);
   const auto seen = [&](const StereoPoint& z) {
@@ -63,8 +63,9 @@ void drive(RectificationEstimator& estimator, std::mt19937_64& random, const Rec
                            first.z.head<2>(), second.z.head<2>()});
   }
   estimator.add_rows(rows);
-  estimator.add_motion(constraints, motion);
+  const RectificationEffect effect = estimator.add_motion(constraints, motion);
   estimator.advance();
+  return effect;
 }
 
 TEST_CASE("An offset of the right image is estimated while driving", "[stereo_slam][rectification]") {
@@ -72,7 +73,7 @@ TEST_CASE("An offset of the right image is estimated while driving", "[stereo_sl
   const StereoCamera camera = test::kitti_camera();
   const RectificationResidual truth(camera, planted());
   RectificationEstimator estimator(camera, {});
-  for (int keyframe = 0; keyframe < 40; ++keyframe) drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   // What counts is the offset over the image, not the coefficients.
   double disparity_error = 0.0;
   double row_error = 0.0;
@@ -91,7 +92,7 @@ TEST_CASE("A perfect rectification is hardly changed", "[stereo_slam][rectificat
   std::mt19937_64 random(3);
   RectificationEstimator estimator(test::kitti_camera(), {});
   for (int keyframe = 0; keyframe < 20; ++keyframe) {
-    drive(estimator, random, RectificationResidual(test::kitti_camera()), 0.2);
+    (void)drive(estimator, random, RectificationResidual(test::kitti_camera()), 0.2);
   }
   CAPTURE(estimator.current().coefficients());
   for (int i = 0; i < 50; ++i) {
@@ -106,8 +107,8 @@ TEST_CASE("Little is learned of the disparity offset where the rows show an exac
   std::mt19937_64 random(5);
   RectificationEstimator exact(test::kitti_camera(), {});
   RectificationEstimator wrong(test::kitti_camera(), {});
-  drive(exact, random, RectificationResidual(test::kitti_camera()), 0.2);
-  drive(wrong, random, RectificationResidual(test::kitti_camera(), planted()), 0.2);
+  (void)drive(exact, random, RectificationResidual(test::kitti_camera()), 0.2);
+  (void)drive(wrong, random, RectificationResidual(test::kitti_camera(), planted()), 0.2);
   CHECK(exact.current().rms_offset_px().x() < 0.05);
   CHECK(exact.scale_sigma() < wrong.scale_sigma());  // the narrower prior
 }
@@ -123,10 +124,34 @@ TEST_CASE("A displacement of the right image that the rows do not show is learne
   planted(0, 3) = column_px * turn_px;
   const RectificationResidual truth(test::kitti_camera(), planted);
   RectificationEstimator estimator(test::kitti_camera(), {});
-  for (int keyframe = 0; keyframe < 40; ++keyframe) drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   CAPTURE(estimator.current().coefficients().row(0));
   const RectificationResidual error(test::kitti_camera(), estimator.current().coefficients() - planted);
   CHECK(error.rms_offset_px().x() < 0.05 * std::abs(column_px) + 0.03);
+}
+
+TEST_CASE("Motions are corrected to the last estimate, unless they contradict it",
+          "[stereo_slam][rectification]") {
+  const StereoCamera camera = test::kitti_camera();
+  const double px_per_keyframe = GENERATE(0.0, 0.1);  // a displacement from the start, and a slow drift
+  CAPTURE(px_per_keyframe);
+  std::mt19937_64 random(9);
+  RectificationEstimator estimator(camera, {});
+  std::vector<RectificationEffect> effects;
+  constexpr int kKeyframes = 40;
+  const auto column_px = [&](int keyframe) {
+    return px_per_keyframe == 0.0 ? 3.0 : px_per_keyframe * keyframe;
+  };
+  for (int keyframe = 0; keyframe < kKeyframes; ++keyframe) {
+    Coefficients planted = Coefficients::Zero();
+    planted(0, 0) = column_px(keyframe);
+    effects.push_back(drive(estimator, random, RectificationResidual(camera, planted), 0.1));
+  }
+  for (int keyframe = 0; keyframe < kKeyframes; ++keyframe) {
+    CAPTURE(keyframe);
+    const auto& effect = effects[static_cast<std::size_t>(keyframe)];
+    CHECK(std::abs(estimator.disparity_offset_during(effect)[0] - column_px(keyframe)) < 1.0);
+  }
 }
 
 /// Corners of a right image that is displaced and rolled; every third pair is wrong.
@@ -195,9 +220,9 @@ TEST_CASE("The reported uncertainty of lengths decreases with the distance drive
   std::mt19937_64 random(6);
   const RectificationResidual truth(test::kitti_camera(), planted());
   RectificationEstimator estimator(test::kitti_camera(), {});
-  drive(estimator, random, truth, 0.2);
+  (void)drive(estimator, random, truth, 0.2);
   const double first = estimator.scale_sigma();
-  for (int keyframe = 0; keyframe < 10; ++keyframe) drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   CHECK(first > 0.0);
   CHECK(estimator.scale_sigma() < 0.6 * first);
 }
@@ -208,12 +233,12 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
   const StereoCamera camera = test::kitti_camera();
   const RectificationResidual truth(camera, planted());
   RectificationEstimator estimator(camera, {});
-  for (int keyframe = 0; keyframe < 3; ++keyframe) drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 3; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   auto resumed = RectificationEstimator::resumed(camera, {}, estimator.estimate());
   CHECK(resumed.current().coefficients() == estimator.current().coefficients());
   auto same_random = random;
-  drive(estimator, random, truth, 0.2);
-  drive(resumed, same_random, truth, 0.2);
+  (void)drive(estimator, random, truth, 0.2);
+  (void)drive(resumed, same_random, truth, 0.2);
   CHECK(resumed.current().coefficients() == estimator.current().coefficients());
 }
 

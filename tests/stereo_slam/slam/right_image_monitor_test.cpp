@@ -49,6 +49,17 @@ TEST_CASE("A right image in which hardly any point is found is ignored, also the
   }
 }
 
+TEST_CASE("After a turn of the right camera images that fit are doubtful, and others ignored",
+          "[stereo_slam][slam]") {
+  RightImageMonitor monitor;
+  CHECK(judge(monitor, kGood) == RightImage::kFits);
+  monitor.distrust();
+  CHECK(judge(monitor, kGood) == RightImage::kDoubtful);
+  CHECK(judge(monitor, kElsewhere) == RightImage::kIgnored);
+  for (int i = 0; i < 17; ++i) CHECK(judge(monitor, kGood) == RightImage::kDoubtful);
+  CHECK(judge(monitor, kGood) == RightImage::kFits);
+}
+
 TEST_CASE("Row errors that scatter are judged by what is usual", "[stereo_slam][slam]") {
   const auto judge_after = [](double usual_px, double then_px) {
     RightImageMonitor monitor;
