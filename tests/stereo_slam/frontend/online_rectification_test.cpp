@@ -63,7 +63,7 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
                            first.z.head<2>(), second.z.head<2>()});
   }
   estimator.add_rows(rows);
-  const RectificationEffect effect = estimator.add_motion(constraints, motion);
+  RectificationEffect effect = estimator.add_motion(constraints, motion);
   estimator.advance();
   return effect;
 }
