@@ -224,8 +224,8 @@ int run_command(const RunArguments& arguments) {
   constexpr double kNoticeable_px = 0.1;
   if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
     const std::string others = turns.size() > 1 ? fmt::format(", and {} more times", turns.size() - 1) : "";
-    warn(fmt::format("the right camera turned sideways shortly before frame {}{}; lengths were wrong until "
-                     "that was noticed, and rest on what was learned while driving from then on",
+    warn(fmt::format("the right camera turned shortly before frame {}{}; poses may be wrong until "
+                     "that frame, and rest on what was learned while driving from then on",
                      turns.front(), others),
          quiet);
   } else if (const double px = summary.right_image_displacement_px; std::abs(px) >= kNoticeable_px) {

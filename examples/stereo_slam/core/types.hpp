@@ -114,7 +114,7 @@ struct FrameResult {
   int matches = 0;    ///< landmarks that were found in the frame
   bool is_keyframe = false;          ///< whether the frame became a keyframe
   bool right_image_fits = true;      ///< false: of another moment than the left one, or covered
-  bool right_camera_turned = false;  ///< a sideways turn was noticed, which happened a few keyframes before
+  bool right_camera_turned = false;  ///< a turn was noticed, which happened a few frames or keyframes before
   double nis = 0.0;                  ///< normalised innovation squared of the pose update
   int nis_dof = 0;                   ///< its degrees of freedom
   std::vector<StageTime> times;      ///< of the stages of this frame
