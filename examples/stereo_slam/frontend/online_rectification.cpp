@@ -152,7 +152,8 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
   coefficients.row(1).setZero();
   coefficients.row(1).head<2>() = fit.offset_px.transpose();
   const RectificationResidual change(camera_, coefficients - coefficients_);
-  if (fit.median_residual_px > kMaxResidual_px || change.rms_offset_px().y() < kLeastChange_px) return false;
+  const bool agree = fit.median_residual_px <= kMaxResidual_px;
+  if (!agree || !(change.rms_offset_px().y() >= kLeastChange_px)) return false;
   coefficients_ = coefficients;
   rows_.information = Information::Identity() / (row_sigma_px_ * row_sigma_px_);
   rows_.vector = rows_.information * coefficients_.row(1).transpose();

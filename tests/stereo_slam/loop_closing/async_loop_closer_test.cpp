@@ -119,6 +119,7 @@ struct Outcome {
 
 /// Keyframe from whose pose keyframe k is rendered: its own, another to deceive, or none to see nothing.
 using Eyes = std::function<std::optional<std::size_t>(std::size_t)>;
+std::optional<std::size_t> own(std::size_t k) { return k; }
 
 /// Map that a drive starts with, and where its tracking is lost.
 struct Circumstances {
@@ -131,9 +132,7 @@ struct Circumstances {
   int relocalisation_inliers = LoopVerificationSettings{}.relocalisation_inliers;
 };
 
-Outcome drive(
-    LoopThread thread, const Eyes& eyes = [](std::size_t k) { return k; },
-    const Circumstances& circumstances = {}) {
+Outcome drive(LoopThread thread, const Eyes& eyes = own, const Circumstances& circumstances = {}) {
   Settings settings;
   settings.place_recognition.min_gap_frames = 30 * kFramesApart;
   settings.loop_closure.spacing_baselines = circumstances.spacing_baselines;
@@ -213,10 +212,9 @@ TEST_CASE("A second lap closes loops at its keyframes, and they remove the drift
 TEST_CASE("Loops of one revisit keep their distance, and remove the drift all the same",
           "[stereo_slam][loops]") {
   CAPTURE(kSeed);
-  const double spacing_baselines = LoopClosureSettings{}.spacing_baselines;
-  const double spacing_m = spacing_baselines * test::kitti_camera().baseline_m;
-  const Outcome spaced =
-      drive(LoopThread::kNone, [](std::size_t k) { return k; }, {.spacing_baselines = spacing_baselines});
+  const double baselines = LoopClosureSettings{}.spacing_baselines;
+  const double spacing_m = baselines * test::kitti_camera().baseline_m;
+  const Outcome spaced = drive(LoopThread::kNone, own, {.spacing_baselines = baselines});
   const auto& loops = spaced.map.loops;
   const auto& keyframes = spaced.map.keyframes;
   const auto first_row = static_cast<std::size_t>(LoopVerificationSettings{}.consecutive);
@@ -363,7 +361,7 @@ TEST_CASE("A segment without loops keeps its guessed pose", "[stereo_slam][loops
 TEST_CASE("A drive is localised in the map of another", "[stereo_slam][loops]") {
   CAPTURE(kSeed);
   const auto use = GENERATE(MapUse::kLocalise, MapUse::kContinue);
-  const Outcome mapping = drive(LoopThread::kNone, [](std::size_t k) { return k; }, {.keyframes = 70});
+  const Outcome mapping = drive(LoopThread::kNone, own, {.keyframes = 70});
   CHECK_NOTHROW(check(mapping.map));
   const Eyes ahead = [](std::size_t k) { return k + 25; };
   const Outcome outcome =
@@ -377,7 +375,7 @@ TEST_CASE("A drive is localised in the map of another", "[stereo_slam][loops]") 
                    25.0 * kFramesApart) <= 12.0 * kFramesApart);
   }
   // As good as the map is, whose drift was not corrected.
-  const Eyes mapped = [](std::size_t k) { return k; };
+  const Eyes mapped = own;
   CHECK(worst_error_m(outcome.closed, ahead) < 2.0 * worst_error_m(mapping.closed, mapped));
   REQUIRE(outcome.map.keyframes.size() == mapping.map.keyframes.size() + 30);
   for (std::size_t id = 0; id < mapping.map.keyframes.size(); ++id) {

@@ -27,11 +27,18 @@ namespace {
 }
 
 /// The image moved to the right and down; its border is repeated.
-[[nodiscard]] cv::Mat moved(const cv::Mat& image, int columns, int rows = 0) {
+[[nodiscard]] cv::Mat moved(const cv::Mat& image, int columns, int rows) {
   const int margin = std::max(std::abs(columns), std::abs(rows));
   cv::Mat wide;
   cv::copyMakeBorder(image, wide, margin, margin, margin, margin, cv::BORDER_REPLICATE);
   return wide(cv::Rect({margin - columns, margin - rows}, image.size())).clone();
+}
+
+/// Tracks frame i of the street with the right image moved to the right and down.
+FrameResult process(Slam& slam, std::size_t i, int columns, int rows) {
+  StereoFrame frame = load_frame(long_street().sequence, i);
+  frame.right = moved(frame.right, columns, rows);
+  return slam.process(frame);
 }
 
 [[nodiscard]] double relative_step_error(const Pose& step, const Eigen::Isometry3d& truth) {
@@ -45,10 +52,7 @@ TEST_CASE("Lengths are right although the right image was cut in the wrong colum
   CAPTURE(columns);
   Slam slam(drive.sequence.camera, Settings{});
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
-    StereoFrame frame = load_frame(drive.sequence, i);
-    frame.right = moved(frame.right, columns);
-    const auto result = slam.process(frame);
-    CHECK_FALSE(result.right_camera_turned);
+    CHECK_FALSE(process(slam, i, columns, 0).right_camera_turned);
   }
   slam.finish();
   CHECK(std::abs(slam.right_image_displacement_px() - columns) < 0.2);
@@ -67,9 +71,7 @@ TEST_CASE("A right camera that turns in mid-drive is noticed, and lengths are ri
   Slam slam(drive.sequence.camera, Settings{});
   std::optional<std::size_t> noticed;
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
-    StereoFrame frame = load_frame(drive.sequence, i);
-    if (i >= kTurn) frame.right = moved(frame.right, 2);
-    const auto result = slam.process(frame);
+    const auto result = process(slam, i, i >= kTurn ? 2 : 0, 0);
     if (i > 0 && i < kTurn) CHECK(result.status == TrackingStatus::kOk);
     if (result.right_camera_turned && !noticed) noticed = i;
     if (noticed) CHECK(result.status == TrackingStatus::kWeak);  // twenty frames
@@ -94,9 +96,7 @@ TEST_CASE("Rows that are displaced from the start on are learned in the first fr
   CAPTURE(rows);
   Slam slam(drive.sequence.camera, Settings{});
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
-    StereoFrame frame = load_frame(drive.sequence, i);
-    frame.right = moved(frame.right, 0, rows);
-    const auto result = slam.process(frame);
+    const auto result = process(slam, i, 0, rows);
     if (i == 0) continue;
     CAPTURE(i);
     CHECK(result.status == TrackingStatus::kOk);
@@ -112,9 +112,7 @@ TEST_CASE("A right camera that turns up in mid-drive is found again", "[stereo_s
   Slam slam(drive.sequence.camera, Settings{});
   bool noticed = false;
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
-    StereoFrame frame = load_frame(drive.sequence, i);
-    if (i >= kTurn) frame.right = moved(frame.right, 0, rows);
-    const auto result = slam.process(frame);
+    const auto result = process(slam, i, 0, i >= kTurn ? rows : 0);
     noticed |= result.right_camera_turned;
     if (i < kFound) continue;
     CAPTURE(i);
@@ -128,7 +126,7 @@ TEST_CASE("Nothing is noticed where the right image is in its place", "[stereo_s
   const test::RenderedDrive& drive = long_street();
   Slam slam(drive.sequence.camera, Settings{});
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
-    CHECK_FALSE(slam.process(load_frame(drive.sequence, i)).right_camera_turned);
+    CHECK_FALSE(process(slam, i, 0, 0).right_camera_turned);
   }
   CHECK(slam.right_image_displacement_px() == 0.0);
 }
