@@ -269,7 +269,7 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageC
 
 /// Begins the map, if the image shows enough for one.
 void Slam::initialise(const FrameImages& images, FrameResult& result) {
-  if (frames_without_right_ % kRelearnInterval == 0) (void)relearn_rows(images.frame);
+  (void)relearn_rows(images.frame);
   trajectory_.begin(images.frame.index);
   local_map_.restart(0);
   frontend_->restart();

@@ -104,6 +104,19 @@ TEST_CASE("Rows that are displaced from the start on are learned in the first fr
   }
 }
 
+TEST_CASE("Displaced rows are learned after a dark start", "[stereo_slam][slam][rectification]") {
+  Slam slam(long_street().sequence.camera, Settings{});
+  for (std::size_t i = 0; i < 6; ++i) {
+    StereoFrame frame = load_frame(long_street().sequence, i);
+    frame.right = moved(frame.right, 0, 4);
+    if (i < 3) frame.left = frame.right = cv::Mat::zeros(frame.left.size(), CV_8UC1);
+    const auto result = slam.process(frame);
+    CAPTURE(i);
+    if (i < 3) CHECK(result.status == TrackingStatus::kLost);
+    if (i > 3) CHECK(result.status == TrackingStatus::kOk);
+  }
+}
+
 TEST_CASE("A right camera that turns up in mid-drive is found again", "[stereo_slam][slam][rectification]") {
   const test::RenderedDrive& drive = long_street();
   constexpr std::size_t kTurn = 10, kFound = kTurn + 4;
