@@ -8,7 +8,8 @@
 namespace stereo_slam {
 
 /// Variance of the pixel noise relative to the variance that the filter assumes, along and across the rows of
-/// the image, over about the last hundred updates. Least squares calls it the variance of unit weight.
+/// the image. Least squares calls it the variance of unit weight. It is the mean over about the last hundred
+/// updates, or more for a frame that is worse than these.
 class NoiseScale {
  public:
   /// Adds the variance ratios (u, v) of an update; nothing changes if they are not finite.
@@ -18,14 +19,24 @@ class NoiseScale {
     mean_ += (variance_ratio - mean_) / updates_;
   }
 
-  /// 1 before the first update; never below kLeast.
+  /// The mean; 1 before the first update, never below kLeast.
   [[nodiscard]] Vector2<double> variance_ratio() const { return mean_.cwiseMax(kLeast); }
 
-  /// The covariance of a pose with the noise that was seen. Rotations about x and z and the translation along
-  /// y move points across the rows and have the noise in v; the other components have the noise in u. For the
-  /// rotation about z and the translation along z this holds in images that are much wider than high.
-  [[nodiscard]] Matrix6<double> scaled(const Matrix6<double>& covariance) const {
-    const Vector2<double> factor = variance_ratio().cwiseSqrt();
+  /// The variance ratios of a frame whose update had the ratios `own`: the mean, and kExcess times what `own`
+  /// exceeds both the mean and the assumed noise by. The cause of such an excess, motion blur for example,
+  /// moves neighbouring landmarks alike, so that their errors do not average out; and the largest residuals
+  /// are beyond the robust cap, and not in `own`.
+  [[nodiscard]] Vector2<double> variance_ratio_of_frame(const Vector2<double>& own) const {
+    if (!own.allFinite()) return variance_ratio();
+    return variance_ratio() + kExcess * (own - mean_.cwiseMax(1.0)).cwiseMax(0.0);
+  }
+
+  /// The covariance of a pose with variance ratios of the noise. Rotations about x and z and the translation
+  /// along y move points across the rows and have the noise in v; the other components have the noise in u.
+  /// For the rotation about z and the translation along z this holds in images that are much wider than high.
+  [[nodiscard]] static Matrix6<double> scaled(const Matrix6<double>& covariance,
+                                              const Vector2<double>& variance_ratio) {
+    const Vector2<double> factor = variance_ratio.cwiseSqrt();
     const double u = factor.x();
     const double v = factor.y();
     const Vector6<double> factors{{v, u, v, u, v, u}};
@@ -34,6 +45,7 @@ class NoiseScale {
 
  private:
   static constexpr double kLeast = 0.2;  // images without noise still have errors of interpolation
+  static constexpr double kExcess = 4.0;
   static constexpr int kWindow = 100;
   static constexpr int kPriorUpdates = 5;  // the first updates do not decide alone
 

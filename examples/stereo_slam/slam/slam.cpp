@@ -298,7 +298,8 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = to_pose_gaussian(tracked.posterior);
   const bool scaled = settings_.update.noise_from_residuals && settings_.refinement.enabled;
   if (scaled && tracked.basis == PoseBasis::kLandmarks) {
-    pose.covariance = noise_.scaled(pose.covariance);
+    pose.covariance =
+        NoiseScale::scaled(pose.covariance, noise_.variance_ratio_of_frame(tracked.variance_ratio));
   }
   return pose;
 }

@@ -45,13 +45,24 @@ TEST_CASE("The noise scale ignores what is not finite, and stays above zero", "[
   CHECK(noise.variance_ratio() == Vector2<double>::Constant(0.2));
 }
 
+TEST_CASE("A frame that is noisier than the mean and than assumed counts more", "[stereo_slam][slam]") {
+  NoiseScale noise;
+  for (int i = 0; i < 2000; ++i) noise.add({0.5, 2.0});
+  const auto of_frame = [&](double u, double v) { return noise.variance_ratio_of_frame({u, v}); };
+  const auto mean = noise.variance_ratio();
+  CHECK(of_frame(0.3, 1.0) == mean);
+  CHECK(of_frame(1.0, 2.0).isApprox(mean, 1e-6));  // more than the mean, but as assumed; as the mean
+  CHECK(of_frame(1.5, 3.0).x() == Approx(0.5 + 4.0 * 0.5));
+  CHECK(of_frame(1.5, 3.0).y() == Approx(2.0 + 4.0 * 1.0));
+  CHECK(of_frame(kNaN, 3.0) == mean);
+  CHECK(of_frame(3.0, kInfinity) == mean);
+}
+
 TEST_CASE("A covariance takes the noise of the image axis that its component moves points along",
           "[stereo_slam][slam]") {
-  NoiseScale noise;
-  for (int i = 0; i < 2000; ++i) noise.add({4.0, 9.0});
   const Matrix6<double> root = Matrix6<double>::Random();
   const Matrix6<double> before = root * root.transpose() + Matrix6<double>::Identity();
-  const Matrix6<double> after = noise.scaled(before);
+  const Matrix6<double> after = NoiseScale::scaled(before, {4.0, 9.0});
   for (const int component : {1, 3, 5}) {
     CHECK(after(component, component) == Approx(4.0 * before(component, component)).epsilon(1e-6));
   }
@@ -62,9 +73,7 @@ TEST_CASE("A covariance takes the noise of the image axis that its component mov
   CHECK(Eigen::SelfAdjointEigenSolver<Matrix6<double>>(after).eigenvalues().minCoeff() > 0.0);
 
   // The same noise along both axes scales the covariance as a whole.
-  NoiseScale even;
-  for (int i = 0; i < 2000; ++i) even.add({2.5, 2.5});
-  CHECK(even.scaled(before).isApprox(2.5 * before, 1e-6));
+  CHECK(NoiseScale::scaled(before, {2.5, 2.5}).isApprox(2.5 * before, 1e-6));
 }
 
 }  // namespace

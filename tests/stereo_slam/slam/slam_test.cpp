@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "simulator/recording/simulate.hpp"
 #include "stereo_slam/frontend/features.hpp"
@@ -149,6 +150,30 @@ TEST_CASE("Black frames are reported lost, with growing uncertainty, and trackin
   CHECK(results.back().status == TrackingStatus::kOk);
   CHECK(slam.trajectory().size() == kFrames);
   for (const auto& pose : slam.trajectory()) CHECK(pose.pose.coeffs().allFinite());
+}
+
+TEST_CASE("A frame that is blurred by motion has a larger covariance, and its error is inside",
+          "[stereo_slam][slam]") {
+  constexpr std::size_t kBlurred = 10;
+  const auto sharp = run(Settings{});
+  Slam slam(straight_recording().camera, Settings{});
+  FrameResult blurred;
+  for (std::size_t i = 0; i <= kBlurred; ++i) {
+    StereoFrame frame = straight_recording().frames[i];
+    if (i == kBlurred) {
+      for (cv::Mat* image : {&frame.left, &frame.right}) cv::blur(image->clone(), *image, {9, 1});
+    }
+    blurred = slam.process(frame);
+  }
+  CHECK(blurred.status == TrackingStatus::kOk);
+  constexpr int kHeading = 1;
+  CHECK(blurred.relative_covariance(kHeading, kHeading) >
+        4.0 * sharp[kBlurred].relative_covariance(kHeading, kHeading));
+  const auto& [pose, covariance] = blurred.T_world_camera;
+  const auto truth = Pose::from_isometry(straight_recording().truth.front().inverse() *
+                                         straight_recording().truth[kBlurred]);
+  const Vector6<double> error = truth.boxminus(pose);
+  CHECK(error.dot(covariance.llt().solve(error)) < 12.6);
 }
 
 TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[stereo_slam][slam]") {
