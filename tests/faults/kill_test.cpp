@@ -137,6 +137,21 @@ TEST_CASE("A run whose folder is moved or removed ends, and writes nothing into 
   CHECK(check_killed_run(folder / "moved", frames_reported(result.out)) >= 50);
 }
 
+TEST_CASE("A run whose folder of unfinished results is removed ends at the next frame", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", kFrames);
+  write_tiny_sequence(folder / "short", 3);
+  REQUIRE(call({"run", "--dataset", folder / "short", "--output", folder / "out"}).status == 0);
+  const auto earlier = read_text(folder / "out/trajectory_tum.txt");
+  const Program program(folder.path(), run_into(folder, "out"));
+  program.wait_for_output("frame 50/");
+  fs::remove_all(folder / "out/unfinished");
+  const auto result = program.wait();
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Catch::Contains("out/unfinished: was removed during the run"));
+  CHECK(read_text(folder / "out/trajectory_tum.txt") == earlier);
+}
+
 TEST_CASE("Results of an earlier run are replaced with --overwrite only", "[faults]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 3);

@@ -29,6 +29,11 @@ TEST_CASE("What is read, and what the program did not write, is never replaced",
   const TemporaryFolder folder;
   prepare(folder);
   write_text(folder / "mine.txt", "mine");
+  const std::string run_like = folder / "run.json";
+  const std::string scores_like = folder / "scores.json";
+  write_text(run_like, "{\n  \"name\": \"mine\",\n  \"stereo_slam\": {}\n}\n");
+  write_text(scores_like, "{\n  \"mine\": 1,\n  \"frames_matched\": 2\n}\n");
+  fs::copy(folder / "out", folder / "other");
   const std::string poses = folder / "in/poses.txt";
   const std::string map = folder / "street.map";
   const auto run = [&](const std::string& file, const std::string& more = "--overwrite") {
@@ -52,6 +57,20 @@ TEST_CASE("What is read, and what the program did not write, is never replaced",
       {{"evaluate", "--groundtruth", poses, "--estimate", folder / "out/trajectory_kitti.txt", "--json",
         folder / "mine.txt"},
        folder / "mine.txt",
+       "is not a file of this kind"},
+      {{"evaluate", "--groundtruth", poses, "--estimate", folder / "out/trajectory_kitti.txt", "--json",
+        scores_like},
+       scores_like,
+       "is not a file of this kind"},
+      {{"run", "--dataset", folder / "in", "--output", folder / "out2", "--json", run_like},
+       run_like,
+       "is not a file of this kind"},
+      {{"run", "--dataset", folder / "in", "--output", folder / "out", "--overwrite", "--json",
+        folder / "out/unfinished"},
+       poses,
+       "is the name of a result file"},
+      {{"compare", folder / "out", "--output", folder / "other/report.html"},
+       folder / "other/report.html",
        "is not a file of this kind"},
       {{"info", "--dataset", folder / "in", "--write-groundtruth", poses},
        poses,
@@ -88,6 +107,9 @@ TEST_CASE("What the program wrote is replaced by the same command", "[faults]") 
       {"evaluate", "--groundtruth", folder / "in/poses.txt", "--estimate",
        folder / "out/trajectory_kitti.txt", "--json", folder / "e.json"},
       {"info", "--dataset", folder / "in", "--write-groundtruth", folder / "truth.txt"},
+      {"compare", folder / "out", "--output", folder / "compared.html"},
+      {"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out", "--json", folder / "r.json",
+       "--overwrite"},
       {"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out", "--save-map",
        folder / "street.map", "--overwrite"}};
   for (const auto& arguments : commands) {
@@ -109,6 +131,22 @@ TEST_CASE("A file that takes the place of the map during the run is kept, and so
                              Catch::Contains("; the map is in " + (folder / "street-2.map").string()));
   CHECK(read_text(folder / "street.map") == "of the user");
   CHECK(fs::file_size(folder / "street-2.map") > 0);
+}
+
+TEST_CASE("A file that takes the place of --json during the run is kept, and so is the JSON", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", 300);
+  const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out",
+                                        "--json", folder / "run.json"});
+  program.wait_for_output("frame 1/");
+  write_text(folder / "run.json", "of the user");
+  const auto result = program.wait();
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Catch::Contains("run.json: exists, and is not a file of this kind") &&
+                             Catch::Contains("; the JSON object is in " + (folder / "run-2.json").string()) &&
+                             Catch::Contains("(the results are in"));
+  CHECK(read_text(folder / "run.json") == "of the user");
+  CHECK_THAT(read_text(folder / "run-2.json"), Catch::Contains("\"state\": \"finished\""));
 }
 
 TEST_CASE("Two runs that replace the same map keep both maps", "[faults]") {
@@ -278,6 +316,58 @@ TEST_CASE("Debug images are not written among the images of the recording", "[fa
                          "has the images of the recording");
   CHECK_FALSE(fs::exists(folder / "in/image_1/debug_000000.png"));
   CHECK_FALSE(fs::exists(folder / "out"));
+}
+
+TEST_CASE("Debug images of an earlier run stay until a run has replaced them", "[faults]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 6);
+  const auto run = [&](const std::string& output) {
+    return call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / output, "--debug-images",
+                 folder / "images", "--overwrite"});
+  };
+  REQUIRE(run("out").status == 0);
+  const auto images = [&] {
+    return std::count_if(fs::directory_iterator(folder / "images"), {},
+                         [](const auto& entry) { return entry.is_regular_file(); });
+  };
+  CHECK(images() == 6);
+  fs::create_directories(folder / "mine");
+  write_text(folder / "mine/map.ply", "mine");
+  check_one_line_failure(run("mine"), "no run wrote it");
+  CHECK(images() == 6);
+  fs::remove(folder / "in/image_0/000003.png");
+  check_one_line_failure(run("out2"), "000003.png: missing");
+  CHECK(images() == 6);
+  CHECK(fs::exists(folder / "images/unfinished/debug_000002.png"));
+
+  write_tiny_sequence(folder / "in", 6);
+  fs::create_directories(folder / "linked");
+  for (const auto* camera : {"image_0", "image_1"}) {
+    for (const auto& image : fs::directory_iterator(folder / "in" / camera)) {
+      const auto moved = folder / "linked" / (camera + image.path().filename().string());
+      fs::rename(image.path(), moved);
+      fs::create_symlink(moved, image.path());
+    }
+  }
+  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out3",
+                               "--debug-images", folder / "linked"}),
+                         "has the images of the recording");
+}
+
+TEST_CASE("The JSON is written although run.yaml cannot be", "[faults]") {
+  const TemporaryFolder folder;
+  write_long_sequence(folder / "in", 300);
+  const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out",
+                                        "--json", folder / "run.json"});
+  program.wait_for_output("frame 1/");
+  fs::remove(folder / "out/run.yaml");
+  fs::create_directories(folder / "out/run.yaml/in_the_way");
+  const auto result = program.wait();
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Catch::Contains("run.yaml: is a folder") &&
+                             Catch::Contains("(the results are in " + (folder / "out").string()));
+  CHECK(split_lines(read_text(folder / "out/trajectory_tum.txt")).size() == 300);
+  CHECK_THAT(read_text(folder / "run.json"), Catch::Contains("\"state\": \"failed\""));
 }
 
 TEST_CASE("demo.sh does not remove a folder that it did not write", "[faults]") {

@@ -49,17 +49,6 @@ struct DatasetOptions {
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset);
 CLI::Option* add_pose_frame_option(CLI::App& app, PoseFrame& frame);
 
-/// Restricts an option to the given values. The user gives their names, which --help lists.
-template <class Value>
-void let_be_one_of(CLI::Option* option, const std::map<std::string, Value>& values) {
-  std::string names;
-  for (const auto& [name, value] : values) names += (names.empty() ? "" : "|") + name;
-  option->transform(CLI::CheckedTransformer(values).description(""))->type_name(names);
-}
-
-/// The same for an option whose value is the name itself.
-void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names);
-
 // Checks of an option's text: they return what is wrong with it, or nothing.
 
 /// Accepts decimal numbers from `least` to `most`; CLI::Range accepts NaN and hexadecimal ones, too.
@@ -69,7 +58,26 @@ void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names);
 [[nodiscard]] std::function<std::string(const std::string&)> whole_number_between(std::uint64_t least,
                                                                                   std::uint64_t most);
 
-/// Refuses an empty name of a file or folder.
+/// Accepts the names only.
+[[nodiscard]] std::function<std::string(const std::string&)> one_of(const std::vector<std::string>& names);
+
+/// Refuses an empty name of a file or folder, and one that is an option.
 [[nodiscard]] std::string require_name(const std::string& path);
+
+/// Restricts an option to the given names, which --help lists.
+void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names);
+
+/// The same for the values of an enumeration, by their names.
+template <class Value>
+void let_be_one_of(CLI::Option* option, const std::map<std::string, Value>& values) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : values) names.push_back(name);
+  const auto check_and_replace = [check = one_of(names), values](std::string& name) {
+    std::string error = check(name);
+    if (error.empty()) name = std::to_string(static_cast<int>(values.at(name)));  // as CLI11 reads it
+    return error;
+  };
+  option->transform(CLI::Validator(check_and_replace, ""))->type_name(CLI::detail::join(names, "|"));
+}
 
 }  // namespace stereo_slam

@@ -10,6 +10,7 @@
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/report/comparison.hpp"
+#include "stereo_slam/report/page.hpp"
 #include "stereo_slam/results/output.hpp"
 
 namespace stereo_slam {
@@ -33,7 +34,7 @@ void check_page(const CompareArguments& arguments) {
     for (const auto* name : result_files()) inputs.push_back(run / name);
   }
   require_replaceable(arguments.output, inputs, [](std::string_view beginning) {
-    return beginning.find("<title>stereo_slam") != std::string_view::npos;
+    return report::is_page_of(report::kComparisonGenerator, beginning);
   });
   require_writable(arguments.output);
 }

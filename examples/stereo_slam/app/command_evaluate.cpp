@@ -103,7 +103,7 @@ void check_json(const EvaluateArguments& arguments) {
     if (more) inputs.push_back(*more);
   }
   require_replaceable(*arguments.json, inputs, [](std::string_view beginning) {
-    return beginning.find("\"frames_matched\"") != std::string_view::npos;
+    return beginning.starts_with("{\n  \"frames_matched\": ");
   });
   require_writable(*arguments.json);
 }

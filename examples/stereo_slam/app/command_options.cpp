@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <charconv>
 #include <stdexcept>
 
@@ -62,7 +63,14 @@ CLI::Option* add_pose_frame_option(CLI::App& app, PoseFrame& frame) {
 }
 
 void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names) {
-  option->check(CLI::IsMember(names).description(""))->type_name(fmt::format("{}", fmt::join(names, "|")));
+  option->check(one_of(names))->type_name(fmt::format("{}", fmt::join(names, "|")));
+}
+
+std::function<std::string(const std::string&)> one_of(const std::vector<std::string>& names) {
+  return [names](const std::string& text) {
+    const bool good = std::find(names.begin(), names.end(), text) != names.end();
+    return good ? std::string() : fmt::format("{} is not one of {}", text, fmt::join(names, ", "));
+  };
 }
 
 std::function<std::string(const std::string&)> number_between(double least, double most) {
@@ -87,7 +95,8 @@ std::function<std::string(const std::string&)> whole_number_between(std::uint64_
 }
 
 std::string require_name(const std::string& path) {
-  return path.empty() ? "the name is empty" : std::string();
+  if (path.empty()) return "the name is empty";
+  return path.starts_with("--") ? fmt::format("a name is missing before {}", path) : std::string();
 }
 
 }  // namespace stereo_slam

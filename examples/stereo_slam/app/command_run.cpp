@@ -200,10 +200,15 @@ int run_command(const RunArguments& arguments) {
   require_usable(found.problems, quiet);
   const StereoSequence sequence = std::move(found.sequence);
   check_before_run(sequence, quiet);
-  if (arguments.json) check_run_json(*arguments.json, inputs_of(arguments), arguments.run);
-  const RunSummary summary = run(sequence, settings, arguments.run);
-  if (arguments.json) {
-    write_file(*arguments.json, [&](std::ostream& out) { write_run_json(out, summary, sequence, settings); });
+  std::optional<RunJson> json;
+  if (arguments.json) json.emplace(*arguments.json, inputs_of(arguments), arguments.run);
+  RunSummary summary = run(sequence, settings, arguments.run);
+  if (json) {
+    try {
+      json->write(summary, sequence, settings);
+    } catch (const std::exception& error) {
+      if (summary.error.empty()) summary.error = text_of(error);
+    }
   }
   if (!quiet) print_summary(summary, arguments.run);
   const std::string early_end = sequence.source ? sequence.source->warning() : "";

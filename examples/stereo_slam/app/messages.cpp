@@ -82,7 +82,9 @@ std::string text_of(const std::exception& error) {
     return opencv->code == cv::Error::StsNoMem ? kNoMemory : error.what();
   }
   const auto* system = dynamic_cast<const std::system_error*>(&error);
-  if (system != nullptr && system->code() == std::errc::resource_unavailable_try_again) {
+  const bool in_system = system != nullptr && system->code() == std::errc::resource_unavailable_try_again;
+  const bool in_library = std::string_view(error.what()).starts_with("pthread_create has failed");  // of TBB
+  if (in_system || in_library) {
     return "no thread can be started; there are too many processes, or there is too little memory (see "
            "ulimit -u and ulimit -v)";
   }

@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <ostream>
+#include <string_view>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "stereo_slam/io/file_error.hpp"
-#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/results/run_folder.hpp"
 
 namespace stereo_slam {
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kFirstMember = "\"stereo_slam\"";
+constexpr std::string_view kBeginning = "{\n  \"stereo_slam\": \"";
 
 /// The number, or null for NaN and infinity, which JSON does not have.
 [[nodiscard]] Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -29,21 +30,8 @@ constexpr std::string_view kFirstMember = "\"stereo_slam\"";
           {"cpu_ms", number(cost.cpu_ms)}};
 }
 
-}  // namespace
-
-void check_run_json(const fs::path& file, std::span<const fs::path> inputs, const RunOptions& options) {
-  require_replaceable(
-      file, std::vector<fs::path>(inputs.begin(), inputs.end()),
-      [](std::string_view beginning) { return beginning.find(kFirstMember) != std::string_view::npos; });
-  if (options.debug_images) require_no_folder_of(file, *options.debug_images);
-  require_writable_besides_results(file, options.output);
-  const auto place_of = [](const fs::path& any) { return fs::weakly_canonical(fs::absolute(any)); };
-  if (options.save_map && place_of(file) == place_of(*options.save_map))
-    fail(file, "is the file of --save-map, too; name another file");
-}
-
-void write_run_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,
-                    const Settings& settings) {
+void write_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,
+                const Settings& settings) {
   Json json;
   json["stereo_slam"] = STEREO_SLAM_VERSION;
   json["state"] = !summary.error.empty() ? "failed" : summary.interrupted ? "interrupted" : "finished";
@@ -77,6 +65,37 @@ void write_run_json(std::ostream& stream, const RunSummary& summary, const Stere
   }
   // File names may contain bytes that are not UTF-8; these are replaced.
   stream << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
+RunJson::RunJson(fs::path file, std::vector<fs::path> inputs, const RunOptions& options)
+    : file_(std::move(file)), inputs_(std::move(inputs)), options_(options) {
+  check();
+  earlier_ = earlier_file(file_);
+}
+
+void RunJson::check() const {
+  require_replaceable(file_, inputs_,
+                      [](std::string_view beginning) { return beginning.starts_with(kBeginning); });
+  if (options_.debug_images) require_no_folder_of(file_, *options_.debug_images);
+  require_writable_besides_results(file_, options_.output);
+  const auto place_of = [](const fs::path& any) { return fs::weakly_canonical(fs::absolute(any)); };
+  if (options_.save_map && place_of(file_) == place_of(*options_.save_map))
+    fail(file_, "is the file of --save-map, too; name another file");
+}
+
+void RunJson::write(const RunSummary& summary, const StereoSequence& sequence,
+                    const Settings& settings) const {
+  const auto write_to = [&](const fs::path& file) {
+    write_file(file, [&](std::ostream& out) { write_json(out, summary, sequence, settings); });
+  };
+  const auto check_again = [&] {
+    check();
+    require_unchanged(file_, earlier_);
+  };
+  check_or_write_beside(file_, "JSON object", check_again, write_to);
+  write_to(file_);
 }
 
 }  // namespace stereo_slam

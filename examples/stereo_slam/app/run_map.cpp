@@ -8,24 +8,10 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/results/run_folder.hpp"
 
 namespace stereo_slam {
-namespace {
-
 namespace fs = std::filesystem;
-
-/// A file beside `file` that does not exist: street-2.map, street-3.map ...
-fs::path free_name_beside(const fs::path& file) {
-  for (int n = 2;; ++n) {
-    fs::path name = file;
-    name.replace_filename(fmt::format("{}-{}{}", file.stem().string(), n, file.extension().string()));
-    if (!fs::exists(fs::symlink_status(name))) return name;
-  }
-}
-
-}  // namespace
 
 void require_keyframes(const Settings& settings) {
   if (settings.loop_closure.enabled && settings.map.layout == MapLayout::kAnchored) return;
@@ -33,7 +19,7 @@ void require_keyframes(const Settings& settings) {
       "--save-map and --load-map need loop closure and the anchored layout; use the default preset");
 }
 
-EarlierMap check_save_map(const RunOptions& options) {
+void check_save_map(const RunOptions& options) {
   const fs::path& file = *options.save_map;
   std::vector<fs::path> inputs;
   if (options.load_map) inputs.push_back(*options.load_map);
@@ -46,26 +32,17 @@ EarlierMap check_save_map(const RunOptions& options) {
   });
   if (options.debug_images) require_no_folder_of(file, *options.debug_images);
   require_writable_besides_results(file, options.output);
-  std::error_code absent;
-  const auto written = fs::last_write_time(file, absent);
-  return absent ? std::nullopt : EarlierMap(written);
 }
 
 std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map, bool finished,
-                                  const EarlierMap& earlier) {
-  try {
-    const EarlierMap now = check_save_map(options);
-    if (now && now != earlier) {
-      throw std::runtime_error(
-          fmt::format("{}: was written by another program during the run", options.save_map->string()));
-    }
-  } catch (const std::runtime_error& error) {
-    const fs::path other = free_name_beside(*options.save_map);
-    save_map(other, map);
-    throw std::runtime_error(fmt::format("{}; the map is in {}", error.what(), other.string()));
-  }
-  std::error_code absent;
+                                  const EarlierFile& earlier) {
   const fs::path& file = *options.save_map;
+  const auto check = [&] {
+    check_save_map(options);
+    require_unchanged(file, earlier);
+  };
+  check_or_write_beside(file, "map", check, [&](const fs::path& other) { save_map(other, map); });
+  std::error_code absent;
   const bool replaces_map = fs::is_regular_file(file) && fs::file_size(file, absent) > 0;
   if (finished || !replaces_map) {
     save_map(file, map);

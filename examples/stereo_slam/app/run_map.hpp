@@ -6,6 +6,7 @@
 
 #include "stereo_slam/app/run_options.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/slam.hpp"
@@ -17,19 +18,15 @@ namespace stereo_slam {
 /// in the anchored layout keeps them.
 void require_keyframes(const Settings& settings);
 
-/// The time at which the earlier map was written that --save-map will replace; nothing if there is none.
-using EarlierMap = std::optional<std::filesystem::file_time_type>;
-
 /// Throws unless --save-map can be written at the end of the run, and replaces nothing but an earlier map.
-/// Returns that map.
-[[nodiscard]] EarlierMap check_save_map(const RunOptions& options);
+void check_save_map(const RunOptions& options);
 
 /// Writes the map of --save-map. An `earlier` map is replaced only if the run has `finished`; otherwise the
 /// new one is written beside it, unless it is empty, and the name of its file is returned. If another file
 /// took the place of the map during the run, such as the map of a second run, the map is written beside that,
 /// and std::runtime_error names both.
 [[nodiscard]] std::optional<std::filesystem::path> write_map(const RunOptions& options, const SavedMap& map,
-                                                             bool finished, const EarlierMap& earlier);
+                                                             bool finished, const EarlierFile& earlier);
 
 /// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
 [[nodiscard]] Slam make_slam(const StereoSequence& sequence, const Settings& settings,

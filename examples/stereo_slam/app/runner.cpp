@@ -30,7 +30,7 @@
 #include "stereo_slam/results/run_folder.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
-#include "stereo_slam/visualization/debug_image.hpp"
+#include "stereo_slam/visualization/debug_image_folder.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -61,7 +61,7 @@ class FrameDisplay {
  public:
   FrameDisplay(const RunOptions& options, const StereoCamera& camera) {
     if (options.view) view_.emplace(camera);
-    if (options.debug_images) debug_images_.emplace(*options.debug_images, options.overwrite);
+    if (options.debug_images) debug_images_.emplace(*options.debug_images, options.overwrite, options.output);
   }
 
   [[nodiscard]] bool needs_trace() const { return debug_images_.has_value(); }
@@ -72,11 +72,16 @@ class FrameDisplay {
     thumbnails_.offer(frame);
   }
 
+  /// Called once the run has finished.
+  void publish() {
+    if (debug_images_) debug_images_->publish();
+  }
+
   [[nodiscard]] std::vector<report::Thumbnail> thumbnails() const { return thumbnails_.images(); }
 
  private:
   std::optional<LiveView> view_;
-  std::optional<DebugImages> debug_images_;
+  std::optional<DebugImageFolder> debug_images_;
   report::Thumbnails thumbnails_;
 };
 
@@ -199,7 +204,10 @@ void require_other_folder(const fs::path& folder, std::string_view option, const
   if (sequence.frames.empty()) return;
   std::error_code error;
   for (const auto& image : {sequence.frames.front().left, sequence.frames.front().right}) {
-    if (!fs::equivalent(folder, image.parent_path(), error) || error) continue;
+    const bool beside_link = fs::equivalent(folder, image.parent_path(), error) && !error;
+    const bool beside_image =
+        fs::equivalent(folder, fs::canonical(image, error).parent_path(), error) && !error;
+    if (!beside_link && !beside_image) continue;
     throw std::runtime_error(fmt::format("{}: has the images of the recording; choose another folder for {}",
                                          folder.string(), option));
   }
@@ -271,10 +279,11 @@ std::size_t bytes_per_keyframe(const Slam& slam, const RunRecord& record) {
 [[nodiscard]] fs::path store(const RunInput& input, const RunFolder& folder, const RunRecord& record,
                              const std::vector<report::Thumbnail>& thumbnails, RunHeader& header) {
   const bool saved = save(input, folder.working(), record, thumbnails, header);
-  write_run_yaml(folder.working(), header, input.sequence, input.settings);
-  if (!saved || header.state != "finished" || record.results.empty()) return folder.working();
-  folder.publish();
-  return input.options.output;
+  const bool described =
+      attempt(header, [&] { write_run_yaml(folder.working(), header, input.sequence, input.settings); });
+  const bool complete = saved && described && header.state == "finished" && !record.results.empty();
+  const bool published = complete && attempt(header, [&] { folder.publish(); });
+  return published ? input.options.output : folder.working();
 }
 
 /// The largest number of frames that the run can process.
@@ -293,16 +302,17 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (options.realtime) require_pace(input);
   if (!sequence.source) require_other_folder(options.output, "--output", sequence);  // else beside a video
   if (options.debug_images) require_other_folder(*options.debug_images, "--debug-images", sequence);
-  EarlierMap earlier_map;
+  EarlierFile earlier_map;
   if (options.save_map) {
     require_keyframes(settings);
-    earlier_map = check_save_map(options);
+    check_save_map(options);
+    earlier_map = earlier_file(*options.save_map);
   }
   if (options.threads) cv::setNumThreads(*options.threads);
   Slam slam = make_slam(sequence, settings, options);
-  FrameDisplay display(options, sequence.camera);
   const SignalGuard signals;
   const RunFolder folder(options.output, options.overwrite);
+  FrameDisplay display(options, sequence.camera);
   const auto write_header = [&] { write_run_yaml(folder.working(), header, sequence, settings); };
   // That of an earlier run that did not finish stays with its frames, until this run has one.
   const bool is_new = !fs::exists(folder.working() / "run.yaml");
@@ -340,6 +350,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   summary.folder = folder.working();
   summary.saved = results.begun() ? summary.frames : 0;
   summary.folder_in_place = attempt(header, [&] { folder.require_in_place(); });
+  if (header.state == "finished") (void)attempt(header, [&] { display.publish(); });
   if (summary.folder_in_place && results.begun())
     summary.folder = store(input, folder, record, display.thumbnails(), header);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <dlfcn.h>
 #include <filesystem>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -37,6 +38,9 @@ constexpr const char* kLibrary = STEREO_SLAM_CODECS_NAME;
     }
     errors = ::dlerror();
   }
+  const bool no_memory = errors.find("failed to map segment") != std::string::npos ||
+                         errors.find("annot allocate memory") != std::string::npos;
+  if (no_memory) throw std::bad_alloc();
   throw std::runtime_error(
       fmt::format("{}: cannot be loaded, and this input needs it; install it with the program, in {} ({})",
                   kLibrary, STEREO_SLAM_CODECS_FOLDER, errors));

@@ -151,7 +151,7 @@ bool is_same_stamp(std::int64_t a_ns, std::int64_t b_ns) {
 
 std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
   std::vector<CovarianceRow> rows;
-  const auto lines = read_text_lines(file);
+  auto lines = read_text_lines(file);
   if (lines.empty() || !lines.front().text.starts_with("stamp_s,status,")) {
     throw std::runtime_error(
         fmt::format("{}: not a covariances.csv: the header stamp_s,status,... is missing", file.string()));
@@ -162,13 +162,14 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
         file.string()));
   }
   require_line_end(file, lines);
+  rows.reserve(lines.size() - 1);
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const int number = lines[i].number;
-    const auto fields = split_fields(lines[i].text);
-    const auto numbers =
-        fields.size() == kColumns
-            ? parse_numbers(fmt::format("{}", fmt::join(fields.begin() + 2, fields.end(), ",")))
-            : std::nullopt;
+    const std::string text = std::move(lines[i].text);  // its memory is not needed any longer
+    const auto fields = split_fields(text);
+    const auto numbers = fields.size() == kColumns
+                             ? parse_numbers({fields[2].begin(), text.data() + text.size()})
+                             : std::nullopt;
     const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
     if (!stamp_ns) {
       throw std::runtime_error(

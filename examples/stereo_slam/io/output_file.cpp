@@ -203,7 +203,7 @@ void require_replaceable(const fs::path& file, std::span<const fs::path> inputs,
                                          file.string(), input.string()));
   }
   const fs::file_status status = fs::status(file, error);
-  if (!fs::is_regular_file(status)) return;
+  if (!fs::is_regular_file(status) || is_descriptor(file.lexically_normal().string())) return;
   constexpr fs::perms kWrite = fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
   // The system lets root write any file, and anyone replace a file whose folder is writable.
   if ((status.permissions() & kWrite) == fs::perms::none || ::access(file.c_str(), W_OK) != 0) {
@@ -218,6 +218,38 @@ void require_replaceable(const fs::path& file, std::span<const fs::path> inputs,
   if (is_ours(beginning)) return;
   throw std::runtime_error(fmt::format(
       "{}: exists, and is not a file of this kind; name another file to write, or remove it", file.string()));
+}
+
+EarlierFile earlier_file(const fs::path& file) {
+  const Target target = target_of(file);
+  std::error_code absent;
+  const auto written = fs::last_write_time(target.file, absent);
+  return absent || target.in_place ? std::nullopt : EarlierFile(written);
+}
+
+void require_unchanged(const fs::path& file, const EarlierFile& earlier) {
+  const EarlierFile now = earlier_file(file);
+  if (now && now != earlier)
+    throw std::runtime_error(fmt::format("{}: was written by another program during the run", file.string()));
+}
+
+fs::path free_name_beside(const fs::path& file) {
+  for (int n = 2;; ++n) {
+    fs::path name = file;
+    name.replace_filename(fmt::format("{}-{}{}", file.stem().string(), n, file.extension().string()));
+    if (!fs::exists(fs::symlink_status(name))) return name;
+  }
+}
+
+void check_or_write_beside(const fs::path& file, std::string_view what, const std::function<void()>& check,
+                           const std::function<void(const fs::path&)>& write) {
+  try {
+    check();
+  } catch (const std::runtime_error& error) {
+    const fs::path other = free_name_beside(file);
+    write(other);
+    throw std::runtime_error(fmt::format("{}; the {} is in {}", error.what(), what, other.string()));
+  }
 }
 
 AppendFile::~AppendFile() {

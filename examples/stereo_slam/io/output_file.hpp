@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <ostream>
 #include <span>
 #include <string_view>
@@ -28,6 +29,22 @@ void require_writable(const std::filesystem::path& file);
 /// bytes.
 void require_replaceable(const std::filesystem::path& file, std::span<const std::filesystem::path> inputs,
                          const std::function<bool(std::string_view)>& is_ours);
+
+/// When the file was written that write_file() would replace; nothing if there is none.
+using EarlierFile = std::optional<std::filesystem::file_time_type>;
+[[nodiscard]] EarlierFile earlier_file(const std::filesystem::path& file);
+
+/// Throws std::runtime_error if `file` was written since it was `earlier`.
+void require_unchanged(const std::filesystem::path& file, const EarlierFile& earlier);
+
+/// A file beside `file` that does not exist: street-2.map, street-3.map ...
+[[nodiscard]] std::filesystem::path free_name_beside(const std::filesystem::path& file);
+
+/// Calls `check`. If that throws, `write` gets a free name beside `file`, and std::runtime_error says where
+/// `what` was written: "...; the map is in street-2.map".
+void check_or_write_beside(const std::filesystem::path& file, std::string_view what,
+                           const std::function<void()>& check,
+                           const std::function<void(const std::filesystem::path&)>& write);
 
 /// A file to which whole pieces of text are appended while a program runs. Appended text survives when the
 /// program is killed; after sync() also when the machine fails. Functions except sync() throw

@@ -202,7 +202,7 @@ json comparison_data(const std::vector<RunFolder>& runs, const std::optional<Com
 
 void write_comparison(std::ostream& stream, const std::vector<RunFolder>& runs,
                       const std::optional<ComparisonTruth>& truth) {
-  write_page(stream, comparison_data(runs, truth));
+  write_page(stream, kComparisonGenerator, comparison_data(runs, truth));
 }
 
 }  // namespace stereo_slam::report

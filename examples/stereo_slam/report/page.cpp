@@ -51,8 +51,11 @@ void write_modules(std::ostream& stream) {
   }
 }
 
-void write_part(std::ostream& stream, std::string_view name, const nlohmann::json& data) {
-  if (name == "data") {
+void write_part(std::ostream& stream, std::string_view name, std::string_view generator,
+                const nlohmann::json& data) {
+  if (name == "generator") {
+    stream << generator;
+  } else if (name == "data") {
     write_data(stream, data);
   } else if (name == "modules") {
     write_modules(stream);
@@ -63,15 +66,22 @@ void write_part(std::ostream& stream, std::string_view name, const nlohmann::jso
 
 }  // namespace
 
-void write_page(std::ostream& stream, const nlohmann::json& data) {
+void write_page(std::ostream& stream, std::string_view generator, const nlohmann::json& data) {
   std::string_view rest = content_of("page.html");
   for (auto open = rest.find(kOpen); open != std::string_view::npos; open = rest.find(kOpen)) {
     const auto close = rest.find(kClose, open);
     stream << rest.substr(0, open);
-    write_part(stream, rest.substr(open + kOpen.size(), close - open - kOpen.size()), data);
+    write_part(stream, rest.substr(open + kOpen.size(), close - open - kOpen.size()), generator, data);
     rest.remove_prefix(close + kClose.size());
   }
   stream << rest;
+}
+
+bool is_page_of(std::string_view generator, std::string_view beginning) {
+  constexpr std::string_view kMember = "{{generator}}";
+  const std::string_view page = content_of("page.html");
+  const std::string_view before = page.substr(0, page.find(kMember));
+  return beginning.starts_with(before) && beginning.substr(before.size()).starts_with(generator);
 }
 
 }  // namespace stereo_slam::report

@@ -9,7 +9,7 @@
 namespace stereo_slam::report {
 
 void write_report(std::ostream& stream, const RunRecord& record, const RunInfo& info) {
-  write_page(stream, run_data(record, info));
+  write_page(stream, kReportGenerator, run_data(record, info));
 }
 
 }  // namespace stereo_slam::report

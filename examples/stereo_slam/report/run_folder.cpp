@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/evaluation/nees.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/rounding.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
@@ -144,6 +145,8 @@ void add_covariances(const fs::path& file, RunFolder& run) {
              z = column(file, table, "tz_tz_m2");
   const auto nis = column(file, table, "nis"), dof = column(file, table, "nis_dof");
   for (std::size_t k = 0; k < x.size(); ++k) {
+    if (!(std::min({x[k], y[k], z[k]}) >= 0.0))
+      fail(file, fmt::format("row {} has a variance below zero, or none; copy the file again", k + 1));
     run.sigma_m.push_back(std::sqrt(x[k] + y[k] + z[k]));
     run.nis_per_dof.push_back(dof[k] > 0.0 ? nis[k] / dof[k] : kNaN);
   }

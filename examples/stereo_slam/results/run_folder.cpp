@@ -2,14 +2,9 @@
 #include "stereo_slam/results/run_folder.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <fcntl.h>
 #include <stdexcept>
 #include <string>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
@@ -69,7 +64,9 @@ enum class Contents { kNothing, kUnfinishedRun, kFinishedRun };
 void remove_file(const fs::path& file) {
   std::error_code error;
   fs::remove(file, error);
-  if (error) fail(file, fmt::format("cannot be removed ({})", error.message()));
+  if (error)
+    fail(file,
+         fmt::format("cannot be removed ({}); allow that, or choose another --output", error.message()));
 }
 
 /// Moves the results that are in a folder into another one, run.yaml last, and removes the folder.
@@ -119,43 +116,23 @@ void create(const fs::path& folder) {
 
 RunFolder::RunFolder(fs::path folder, bool overwrite) : folder_(std::move(folder)), working_(folder_) {
   create(folder_);
-  lock();
-  try {
-    complete_publication(folder_);
-    if (contents_of(folder_) == Contents::kNothing) return;
-    if (!overwrite)
-      fail(folder_,
-           "holds the results of an earlier run; choose another --output, or replace them with --overwrite");
-    working_ = folder_ / kUnfinished;
-    if (fs::is_symlink(fs::symlink_status(working_)))
-      fail(working_, "is a symbolic link, which no run made; remove it, or choose another --output");
-    create(working_);
-    (void)contents_of(working_);
-  } catch (...) {
-    ::close(lock_);
-    throw;
-  }
-}
-
-RunFolder::~RunFolder() { ::close(lock_); }
-
-void RunFolder::lock() {
-  // The lock is on the folder itself: it leaves no file, and ends with the process.
-  lock_ = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    ::close(lock_);
-    fail(folder_, "another run is writing to it; wait for its end, or choose another --output");
-  }
+  lock_.emplace(folder_, "--output");
+  complete_publication(folder_);
+  if (contents_of(folder_) == Contents::kNothing) return;
+  if (!overwrite)
+    fail(folder_,
+         "holds the results of an earlier run; choose another --output, or replace them with --overwrite");
+  working_ = folder_ / kUnfinished;
+  if (fs::is_symlink(fs::symlink_status(working_)))
+    fail(working_, "is a symbolic link, which no run made; remove it, or choose another --output");
+  create(working_);
+  working_lock_.emplace(working_, "--output");
+  (void)contents_of(working_);
 }
 
 void RunFolder::require_in_place() const {
-  struct stat opened = {};
-  struct stat named = {};
-  if (lock_ < 0 || ::fstat(lock_, &opened) != 0) return;
-  const bool there = ::stat(folder_.c_str(), &named) == 0;
-  if (there && opened.st_dev == named.st_dev && opened.st_ino == named.st_ino) return;
-  if (opened.st_nlink == 0) fail(folder_, "was removed during the run, with the frames in it");
-  fail(folder_, "was moved during the run, which ends here; the frames before are in the moved folder");
+  lock_->require_in_place();
+  if (working_lock_) working_lock_->require_in_place();
 }
 
 void RunFolder::publish() const {
@@ -181,7 +158,10 @@ void require_writable_besides_results(const fs::path& file, const fs::path& fold
   const fs::path place = place_of(file);
   const fs::path results = place_of(folder);
   const auto is_place_of = [&](const char* name) { return place == results / name; };
-  if (is_place_of(kRunFile) || std::any_of(result_files().begin(), result_files().end(), is_place_of))
+  const bool in_unfinished =
+      is_place_of(RunFolder::kUnfinished) || place.parent_path() == results / RunFolder::kUnfinished;
+  if (in_unfinished || is_place_of(kRunFile) ||
+      std::any_of(result_files().begin(), result_files().end(), is_place_of))
     fail(file, "is the name of a result file in --output; name another file");
   if (place.parent_path() != results) require_writable(file);  // in --output itself, which RunFolder checks
 }

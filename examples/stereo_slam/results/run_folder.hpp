@@ -2,6 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+
+#include "stereo_slam/io/folder_lock.hpp"
 
 namespace stereo_slam {
 
@@ -16,15 +19,11 @@ class RunFolder {
   /// std::runtime_error when the folder cannot be used, another run uses it, it holds results and `overwrite`
   /// is false, or it holds files with the names of results that no run wrote.
   RunFolder(std::filesystem::path folder, bool overwrite);
-  ~RunFolder();
-  RunFolder(const RunFolder&) = delete;
-  RunFolder& operator=(const RunFolder&) = delete;
 
   /// Where this run writes: the folder, or `unfinished` in it while an earlier run's results stay.
   [[nodiscard]] const std::filesystem::path& working() const { return working_; }
 
-  /// Throws std::runtime_error if the folder was moved or removed since: whatever has its name now belongs to
-  /// someone else.
+  /// Throws std::runtime_error if the folder, or working(), was moved or removed since.
   void require_in_place() const;
 
   /// Moves the results of a finished run from working() to the folder. Throws std::runtime_error when that
@@ -32,11 +31,10 @@ class RunFolder {
   void publish() const;
 
  private:
-  void lock();
-
   std::filesystem::path folder_;
   std::filesystem::path working_;
-  int lock_ = -1;
+  std::optional<FolderLock> lock_;
+  std::optional<FolderLock> working_lock_;  // if working_ is another folder
 };
 
 /// Throws std::runtime_error if `file` is `folder`, which need not exist yet, or a folder above it.

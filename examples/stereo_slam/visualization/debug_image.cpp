@@ -2,25 +2,18 @@
 #include "stereo_slam/visualization/debug_image.hpp"
 
 #include <algorithm>
-#include <regex>
-#include <stdexcept>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
-#include "stereo_slam/codecs/codecs.hpp"
 #include "stereo_slam/core/chi_square.hpp"
-#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/visualization/drawing.hpp"
 
 namespace stereo_slam {
 namespace {
-
-namespace fs = std::filesystem;
 
 void draw_arrow(cv::Mat& canvas, const Vector2<double>& from_px, const Vector2<double>& to_px,
                 const cv::Scalar& colour) {
@@ -71,35 +64,6 @@ cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result, co
   for (const auto& landmark : trace.landmarks) draw_landmark(canvas, landmark);
   cv::vconcat(canvas, draw_legend(legend_of(result, trace), canvas.cols), canvas);
   return canvas;
-}
-
-DebugImages::DebugImages(fs::path folder, bool overwrite) : folder_(std::move(folder)) {
-  try {
-    const std::regex ours("debug_[0-9]{6,}\\.png");
-    fs::create_directories(folder_);
-    std::vector<fs::path> stale;
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      if (std::regex_match(entry.path().filename().string(), ours)) stale.push_back(entry.path());
-    }
-    if (!stale.empty() && !overwrite) {
-      throw std::runtime_error(fmt::format(
-          "{}: holds the debug images of an earlier run; choose another folder, or replace them with "
-          "--overwrite",
-          folder_.string()));
-    }
-    for (const auto& file : stale) fs::remove(file);
-  } catch (const fs::filesystem_error& error) {
-    throw std::runtime_error(fmt::format("{}: cannot be used for debug images ({}); choose another folder",
-                                         folder_.string(), error.code().message()));
-  }
-}
-
-void DebugImages::write(const StereoFrame& frame, const FrameResult& result,
-                        const AssociationTrace& trace) const {
-  const auto png = opencv_codecs().encode(draw_debug_image(frame, result, trace), ".png", {});
-  write_file(folder_ / fmt::format("debug_{:06}.png", result.index), [&](std::ostream& out) {
-    out.write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
-  });
 }
 
 }  // namespace stereo_slam

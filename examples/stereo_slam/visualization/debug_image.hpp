@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <filesystem>
-
 #include <opencv2/core.hpp>
 
 #include "stereo_slam/core/types.hpp"
@@ -20,19 +18,5 @@ namespace stereo_slam {
 ///   white   points of the odometry
 [[nodiscard]] cv::Mat draw_debug_image(const StereoFrame& frame, const FrameResult& result,
                                        const AssociationTrace& trace);
-
-/// Writes draw_debug_image() of each frame into a folder: debug_000000.png, debug_000001.png, ...
-class DebugImages {
- public:
-  /// Creates the folder; with `overwrite` it removes the images of an earlier run from it. Throws
-  /// std::runtime_error when that fails, or when the folder holds such images and `overwrite` is false.
-  DebugImages(std::filesystem::path folder, bool overwrite);
-
-  /// Throws std::runtime_error when the image cannot be written.
-  void write(const StereoFrame& frame, const FrameResult& result, const AssociationTrace& trace) const;
-
- private:
-  std::filesystem::path folder_;
-};
 
 }  // namespace stereo_slam

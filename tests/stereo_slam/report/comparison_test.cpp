@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/report/comparison.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <sstream>
 
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/drive.hpp"
 #include "stereo_slam/report/page_data.hpp"
 #include "stereo_slam/support/support.hpp"
@@ -114,6 +118,17 @@ TEST_CASE("Folders that are no runs and damaged files are errors that name the f
   CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
                     Catch::Contains("loops.csv: has no column 'verdict'"));
   write_text(folder / "a/loops.csv", loops);
+  const std::string covariances = read_text(folder / "a/covariances.csv");
+  auto lines = split_lines(covariances);
+  const auto names = split_fields(lines.at(0));
+  const auto fields = split_fields(lines.at(2));
+  const auto variance = fields.at(static_cast<std::size_t>(
+      std::distance(names.begin(), std::find(names.begin(), names.end(), "ty_ty_m2"))));
+  lines.at(2).replace(static_cast<std::size_t>(variance.data() - lines.at(2).data()), variance.size(), "-1");
+  write_text(folder / "a/covariances.csv", fmt::format("{}\n", fmt::join(lines, "\n")));
+  CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
+                    Catch::Contains("covariances.csv: row 2 has a variance below zero"));
+  write_text(folder / "a/covariances.csv", covariances);
   std::string timing = read_text(folder / "a/timing.csv");
   const auto second_row = timing.find('\n', timing.find('\n') + 1) + 1;
   for (auto i = second_row; timing[i] != '\n'; ++i) {

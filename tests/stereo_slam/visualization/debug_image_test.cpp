@@ -4,6 +4,7 @@
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "stereo_slam/support/support.hpp"
+#include "stereo_slam/visualization/debug_image_folder.hpp"
 #include "support/catch.hpp"
 
 namespace stereo_slam {
@@ -68,29 +69,43 @@ TEST_CASE("Frames without landmarks and narrow frames have a debug image", "[ste
   CHECK(draw_debug_image(narrow, FrameResult{}, {}).cols == 64);
 }
 
-TEST_CASE("Debug images of an earlier run are replaced if that was asked for, other files stay",
+TEST_CASE("Debug images of an earlier run are replaced once a run has finished, other files stay",
           "[stereo_slam][debug_image]") {
   const test::TemporaryFolder folder;
-  for (const auto* name : {"debug_000007.png", "000000.png", "debug_notes.txt"}) {
-    test::write_text(folder / name, "");
+  for (const auto* name : {"debug_000003.png", "debug_000007.png", "000000.png", "debug_notes.txt"}) {
+    test::write_text(folder / name, "of the earlier run");
   }
-  CHECK_THAT(test::message_of([&] { DebugImages(folder.path(), false); }), Catch::Contains("--overwrite"));
-  CHECK(test::fs::exists(folder / "debug_000007.png"));
-  const DebugImages images(folder.path(), true);
-  CHECK_FALSE(test::fs::exists(folder / "debug_000007.png"));
-  CHECK(test::fs::exists(folder / "000000.png"));
-  CHECK(test::fs::exists(folder / "debug_notes.txt"));
+  CHECK_THAT(test::message_of([&] { DebugImageFolder(folder.path(), false); }),
+             Catch::Contains("--overwrite"));
+  DebugImageFolder images(folder.path(), true);
+  CHECK_THAT(test::message_of([&] { DebugImageFolder(folder.path(), true); }),
+             Catch::Contains("another run is writing to it"));
+  test::write_text(folder / "unfinished/debug_000000.png", "of a run that was killed");
   FrameResult result;
   result.index = 3;
   images.write(grey_frame(3), result, {});
+  CHECK_FALSE(test::fs::exists(folder / "unfinished/debug_000000.png"));
+  for (const auto* name : {"debug_000003.png", "debug_000007.png", "000000.png", "debug_notes.txt"}) {
+    CHECK(test::read_text(folder / name) == "of the earlier run");
+  }
+  images.publish();
   CHECK(cv::imread((folder / "debug_000003.png").string()).cols == kImage.width);
+  CHECK_FALSE(test::fs::exists(folder / "debug_000007.png"));
+  CHECK_FALSE(test::fs::exists(folder / "unfinished"));
+  CHECK(test::fs::exists(folder / "000000.png"));
+  CHECK(test::fs::exists(folder / "debug_notes.txt"));
 }
 
 TEST_CASE("A folder that cannot take debug images is refused by name", "[stereo_slam][debug_image]") {
   const test::TemporaryFolder folder;
   test::write_text(folder / "file", "");
-  CHECK_THAT(test::message_of([&] { DebugImages(folder / "file/images", false); }),
+  CHECK_THAT(test::message_of([&] { DebugImageFolder(folder / "file/images", false); }),
              Catch::Contains("file/images") && Catch::Contains("choose another"));
+  test::fs::create_directories(folder / "linked");
+  test::write_text(folder / "linked/debug_000000.png", "");
+  test::fs::create_directory_symlink(folder.path(), folder / "linked/unfinished");
+  CHECK_THAT(test::message_of([&] { DebugImageFolder(folder / "linked", true); }),
+             Catch::Contains("is a symbolic link"));
 }
 
 TEST_CASE("The trace contains the outcome of each landmark", "[stereo_slam][debug_image]") {
