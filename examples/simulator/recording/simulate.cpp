@@ -47,6 +47,9 @@ void validate(const SimulationSettings& settings) {
     validate(settings.camera);
   }
   validate(settings.sensor);
+  const double exposure_s = settings.sensor.exposure_s;
+  require(exposure_s >= 0.0 && exposure_s * settings.fps <= 1.0,
+          "exposure_s must be from 0 to the time between two frames", exposure_s);
 }
 
 /// The two cameras that are rendered. With a rectification error, the recorded calibration differs from them.
@@ -79,8 +82,13 @@ class Camera {
     }
   }
 
-  void shoot(std::size_t frame, const Eigen::Isometry3d& T_world_left) {
+  void shoot(const CameraPath& path, std::size_t frame) {
     const double time_s = static_cast<double>(frame) / settings_.fps;
+    const double exposure_s = settings_.sensor.exposure_s;
+    constexpr int kSamples = 8;  // of the exposure
+    const CameraPath T_world_left =
+        exposure_s > 0.0 ? poses_during_exposure(path, frame, exposure_s * settings_.fps, kSamples)
+                         : CameraPath{path[frame]};
     const auto moving = traffic_.at(frame);
     for (std::size_t side = 0; side < 2; ++side) {
       const cv::Mat1f light = see(side, T_world_left, moving);
@@ -95,10 +103,19 @@ class Camera {
   }
 
  private:
-  /// The light that falls on the sensor of one camera (0 left, 1 right).
-  [[nodiscard]] cv::Mat1f see(std::size_t side, const Eigen::Isometry3d& T_world_left,
+  /// The light that falls on the sensor of one camera (0 left, 1 right): the mean over the poses.
+  [[nodiscard]] cv::Mat1f see(std::size_t side, const CameraPath& T_world_left,
                               const std::vector<Face>& moving) {
-    const cv::Mat1f light = renderers_[side].render(T_world_left * T_left_camera(side), moving);
+    cv::Mat1f light;
+    for (const auto& pose : T_world_left) {
+      const cv::Mat1f seen = renderers_[side].render(pose * T_left_camera(side), moving);
+      if (light.empty()) {
+        light = seen.clone();
+      } else {
+        light += seen;
+      }
+    }
+    if (T_world_left.size() > 1) light /= static_cast<double>(T_world_left.size());
     return views_.lenses.empty() ? light : views_.lenses[side].through(light);
   }
 
@@ -194,7 +211,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
     try {
       Camera camera(settings, world, traffic, views, folder);
       for (std::size_t frame = next_frame++; frame < path.size(); frame = next_frame++) {
-        camera.shoot(frame, path[frame]);
+        camera.shoot(path, frame);
         const std::lock_guard lock(mutex);
         ++done;
         const bool go_on = !progress || progress(static_cast<int>(done), static_cast<int>(path.size()));

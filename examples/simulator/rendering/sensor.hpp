@@ -10,7 +10,8 @@ namespace stereo_slam::simulator {
 /// How the camera turns light into grey levels of an 8-bit image.
 struct SensorSettings {
   double blur_sigma_px = 0.5;  ///< Gaussian blur of lens and rectification, [0, 10]
-  double noise_sigma = 2.0;    ///< standard deviation at mid grey (128); it grows with the root of the signal
+  double exposure_s = 0.0;   ///< time in which the light is collected: motion blur; from 0 to the next frame
+  double noise_sigma = 2.0;  ///< standard deviation at mid grey (128); it grows with the root of the signal
   double read_noise_share = 0.3;  ///< part of that variance that does not depend on the signal, [0, 1]
   double vignetting = 0.12;       ///< loss of light in the corners, [0, 1)
   double exposure_change = 0.1;   ///< amplitude of the slow drift of the gain, [0, 1)

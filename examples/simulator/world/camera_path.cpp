@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "stereo_slam/core/types.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
 namespace stereo_slam::simulator {
@@ -136,6 +137,23 @@ CameraPath read_camera_path(const std::filesystem::path& file) {
     T_world_camera.linear() = Eigen::Quaterniond(T_world_camera.linear()).normalized().toRotationMatrix();
   }
   return path;
+}
+
+CameraPath poses_during_exposure(const CameraPath& path, std::size_t frame, double exposure, int count) {
+  const std::size_t before = frame > 0 ? frame - 1 : frame;
+  const std::size_t after = std::min(frame + 1, path.size() - 1);
+  const Pose middle = Pose::from_isometry(path[frame]);
+  Vector6<double> motion = Vector6<double>::Zero();  // from one frame to the next
+  if (after > before) {
+    motion = Pose::from_isometry(path[after]).boxminus(Pose::from_isometry(path[before])) /
+             static_cast<double>(after - before);
+  }
+  CameraPath poses;
+  for (int i = 0; i < count; ++i) {
+    const double time = exposure * ((i + 0.5) / count - 0.5);
+    poses.push_back(middle.boxplus(time * motion).isometry());
+  }
+  return poses;
 }
 
 CameraPath street_loop(int frames, double fps, const LoopSettings& settings) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <vector>
 
@@ -14,6 +15,11 @@ using CameraPath = std::vector<Eigen::Isometry3d>;
 /// Reads a pose file (KITTI, TUM or EuRoC, see trajectory_io.hpp). The rotations are orthonormalised, since
 /// files hold few digits. Throws std::runtime_error with file and line for a faulty file.
 [[nodiscard]] CameraPath read_camera_path(const std::filesystem::path& file);
+
+/// `count` poses while frame `frame` is exposed, evenly spread over `exposure` frames around its pose. The
+/// velocity is constant, the mean of that from the frame before and that to the frame after.
+[[nodiscard]] CameraPath poses_during_exposure(const CameraPath& path, std::size_t frame, double exposure,
+                                               int count);
 
 /// The built-in drive: a figure of eight around two blocks of houses that share a street, repeated without
 /// end. The lap around each block passes the shared street once; a lap of the whole figure ends where it

@@ -71,6 +71,7 @@ void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names);
 template <class Value>
 void let_be_one_of(CLI::Option* option, const std::map<std::string, Value>& values) {
   std::vector<std::string> names;
+  names.reserve(values.size());
   for (const auto& [name, value] : values) names.push_back(name);
   const auto check_and_replace = [check = one_of(names), values](std::string& name) {
     std::string error = check(name);

@@ -19,6 +19,7 @@ namespace {
 struct SimulateArguments {
   std::filesystem::path output;
   double scale = 1.0;
+  double exposure_ms = 0.0;
   bool quiet = false;
   std::string format = "kitti";
   std::optional<Distortion> distortion;
@@ -72,6 +73,12 @@ void add_recording_options(CLI::App& app, SimulateArguments& arguments) {
                  "standard deviation of the pixel noise, in grey levels")
       ->check(number_between(0.0, 50.0))
       ->capture_default_str();
+  app.add_option("--exposure", arguments.exposure_ms,
+                 "time in which the light of an image is collected, in milliseconds; longer ones blur images "
+                 "by motion")
+      ->check(number_between(0.0, 1000.0))
+      ->capture_default_str()
+      ->type_name("MS");
   app.add_option(
          "--rectification-error", arguments.settings.rectification_error_px,
          "error of the right camera's calibration (rotation, principal point and radial distortion), as "
@@ -89,6 +96,7 @@ int simulate_command(const SimulateArguments& arguments) {
   simulator::SimulationSettings settings = arguments.settings;
   settings.camera = scaled(settings.camera, arguments.scale);
   settings.rectification_error_px *= arguments.scale;
+  settings.sensor.exposure_s = 1e-3 * arguments.exposure_ms;
   if (arguments.format == "euroc") {
     settings.rig =
         simulator::euroc_like_rig(arguments.distortion.value_or(Distortion::kRadTan), arguments.scale);
@@ -119,6 +127,8 @@ Command add_simulate(CLI::App& parent) {
       throw CLI::ValidationError("--distortion", "needs --format euroc");
     if (arguments->settings.rectification_error_px > 0.0 && arguments->format != "kitti")
       throw CLI::ValidationError("--rectification-error", "needs --format kitti");
+    if (1e-3 * arguments->exposure_ms * arguments->settings.fps > 1.0)
+      throw CLI::ValidationError("--exposure", "is longer than the time between two frames (--fps)");
   });
   app.footer(
       "Examples:\n"

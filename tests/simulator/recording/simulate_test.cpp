@@ -140,6 +140,57 @@ TEST_CASE("The images depend on the seed, not on the number of threads", "[simul
   }
 }
 
+TEST_CASE("Poses during an exposure are spread evenly around that of the frame", "[simulate]") {
+  CameraPath path;
+  for (int i = 0; i < 3; ++i) {
+    path.push_back(Eigen::Translation3d(0.1 * i, 0.0, 0.5 * i) *
+                   Eigen::AngleAxisd(0.2 * i, Eigen::Vector3d::UnitY()));
+  }
+  const auto poses = poses_during_exposure(path, 1, 0.5, 5);
+  REQUIRE(poses.size() == 5);
+  CHECK(poses[2].isApprox(path[1], 1e-12));
+  for (std::size_t i = 0; i + 1 < poses.size(); ++i) {
+    const auto step = Eigen::AngleAxisd((poses[i].inverse() * poses[i + 1]).linear());
+    CHECK(step.angle() == Approx(0.2 * 0.1));
+  }
+  // At the ends of the path there is one neighbour: a whole frame later comes its pose.
+  CHECK(poses_during_exposure(path, 0, 4.0, 2)[1].isApprox(path[1], 1e-12));
+  CHECK(poses_during_exposure({path[1]}, 0, 1.0, 3)[0].isApprox(path[1], 1e-12));
+}
+
+TEST_CASE("An exposure blurs along the motion, and images of a camera at rest not at all", "[simulate]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.dynamic_objects = 0;
+  settings.sensor.noise_sigma = 0.0;
+  const bool moves = GENERATE(true, false);
+  std::string poses;
+  for (int i = 0; i < settings.frames; ++i) {
+    const double angle_rad = moves ? 0.05 * i : 0.0;  // turns to the right
+    poses += fmt::format("{0} 0 {1} 0 0 1 0 0 -{1} 0 {0} 0\n", std::cos(angle_rad), std::sin(angle_rad));
+  }
+  write_text(folder / "poses.txt", poses);
+  settings.trajectory = folder / "poses.txt";
+  simulator::simulate(settings, folder / "sharp");
+  settings.sensor.exposure_s = 0.1;
+  simulator::simulate(settings, folder / "blurred");
+  const auto gradients = [&](const std::string& name, int dx, int dy) {
+    cv::Mat gradient;
+    cv::Sobel(cv::imread((folder / name / "image_0/000001.png").string(), cv::IMREAD_UNCHANGED), gradient,
+              CV_32F, dx, dy);
+    return cv::norm(gradient, cv::NORM_L2);
+  };
+  const double along = gradients("blurred", 1, 0) / gradients("sharp", 1, 0);
+  const double across = gradients("blurred", 0, 1) / gradients("sharp", 0, 1);
+  if (moves) {
+    CHECK(along < 0.8);
+    CHECK(across > along + 0.05);
+  } else {
+    CHECK(along == Approx(1.0).epsilon(0.01));
+    CHECK(across == Approx(1.0).epsilon(0.01));
+  }
+}
+
 TEST_CASE("A highway is built along its own drive, or along a pose file", "[simulate]") {
   const TemporaryFolder folder;
   SimulationSettings settings = small_settings();
@@ -226,6 +277,7 @@ TEST_CASE("Settings out of range are rejected by name before anything is written
        }},
       {"focal", [](auto& s) { s.camera.fx = 0.0; }},
       {"blur_sigma_px", [](auto& s) { s.sensor.blur_sigma_px = -0.1; }},
+      {"exposure_s", [](auto& s) { s.sensor.exposure_s = 0.2; }},  // two frames
       {"noise_sigma", [](auto& s) { s.sensor.noise_sigma = -1.0; }},
       {"read_noise_share", [](auto& s) { s.sensor.read_noise_share = 2.0; }},
       {"vignetting", [](auto& s) { s.sensor.vignetting = 1.0; }},
