@@ -190,6 +190,67 @@ OwnCamera read_ros_pair(const fs::path& left) {
   return own;
 }
 
+using CameraProjection = decltype(CameraInfo::P);
+constexpr double kSameProjection = 1e-6;  // relative tolerance
+
+/// Throws std::invalid_argument if P is not [fx 0 cx Tx; 0 fy cy 0; 0 0 1 0]. `baseline` is |Tx| of the right
+/// camera.
+void require_projection(const CameraProjection& P, double baseline, std::string_view side) {
+  constexpr double kMostAcross = 0.01;  // of the baseline
+  Eigen::Matrix3d pinhole = Eigen::Matrix3d::Identity();
+  pinhole(0, 0) = P(0, 0);
+  pinhole(1, 1) = P(1, 1);
+  pinhole.topRightCorner<2, 1>() = P.block<2, 1>(0, 2);
+  if (!((P.leftCols<3>() - pinhole).cwiseAbs().maxCoeff() <= kSameProjection * P(0, 0) && P(1, 1) > 0.0)) {
+    throw std::invalid_argument(fmt::format(
+        "the projection matrix of the {} camera is not [fx 0 cx Tx; 0 fy cy 0; 0 0 1 0]; calibrate the two "
+        "cameras as a stereo pair",
+        side));
+  }
+  const double across = std::max(std::abs(P(1, 3)), P(1, 1) * std::abs(P(2, 3)));
+  if (across > kMostAcross * baseline) {
+    throw std::invalid_argument(fmt::format(
+        "the projection matrix of the {} camera has the fourth column ({:.6g}, {:.6g}, {:.6g}), but its "
+        "second and third numbers must be 0: rectified cameras lie side by side; calibrate the two cameras "
+        "as a stereo pair",
+        side, P(0, 3), P(1, 3), P(2, 3)));
+  }
+}
+
+/// Throws std::invalid_argument if the P of the two cameras are not of one stereo rectification. The
+/// principal points may differ in x, as the right images may be shifted along their rows.
+void require_stereo(const CameraProjection& left, const CameraProjection& right) {
+  if (right(0, 3) == 0.0 && left(0, 3) != 0.0) {
+    throw std::invalid_argument(
+        "the baseline is in the projection matrix of the left camera, not in that of the right one; the two "
+        "are swapped: name them the other way round");
+  }
+  if (!(right(0, 0) > 0.0) || right(0, 3) == 0.0) {
+    throw std::invalid_argument(
+        "the projection matrix has no baseline, P[3] = -fx * baseline; calibrate the two cameras as a stereo "
+        "pair");
+  }
+  const double baseline = std::abs(right(0, 3));
+  require_projection(left, baseline, "left");
+  require_projection(right, baseline, "right");
+  if (std::abs(left(0, 3)) > kSameProjection * baseline) {
+    throw std::invalid_argument(
+        "the projection matrices of both cameras have a baseline, P[3]; that of the left one must be 0");
+  }
+  struct Element {
+    std::string_view name;
+    int row;
+    int column;
+  };
+  for (const auto& [name, row, column] : {Element{"fx", 0, 0}, Element{"fy", 1, 1}, Element{"cy", 1, 2}}) {
+    if (std::abs(left(row, column) - right(row, column)) <= kSameProjection * left(0, 0)) continue;
+    throw std::invalid_argument(fmt::format(
+        "the projection matrices of the two cameras contradict each other: {} is {:.8g} in that of the left "
+        "camera and {:.8g} in that of the right one; use the results of one stereo calibration",
+        name, left(row, column), right(row, column)));
+  }
+}
+
 /// A YAML file of Kalibr, ROS or OpenCV; nothing if it is of none of them.
 [[nodiscard]] std::optional<OwnCamera> read_other_format(const fs::path& file) {
   const YAML::Node document = load_yaml_file(file);
@@ -208,16 +269,7 @@ OwnCamera read_ros_pair(const fs::path& left) {
 }  // namespace
 
 StereoRig rig_of(const CameraInfo& left, const CameraInfo& right) {
-  if (right.P(0, 3) == 0.0 && left.P(0, 3) != 0.0) {
-    throw std::invalid_argument(
-        "the baseline is in the projection matrix of the left camera, not in that of the right one; the two "
-        "are swapped: name them the other way round");
-  }
-  if (!(right.P(0, 0) > 0.0) || right.P(0, 3) == 0.0) {
-    throw std::invalid_argument(
-        "the projection matrix has no baseline, P[3] = -fx * baseline; calibrate the two cameras as a stereo "
-        "pair");
-  }
+  require_stereo(left.P, right.P);
   // Both rectified cameras have the same axes; the right one lies at -P[3] / fx on the left one's x axis.
   const Eigen::Translation3d T_right_left_rectified(right.P(0, 3) / right.P(0, 0), 0.0, 0.0);
   StereoRig rig;
@@ -226,6 +278,31 @@ StereoRig rig_of(const CameraInfo& left, const CameraInfo& right) {
   rig.T_right_left = Eigen::Isometry3d(Eigen::Quaterniond(right.R).conjugate()) * T_right_left_rectified *
                      Eigen::Quaterniond(left.R);
   return rig;
+}
+
+StereoCamera rectified_of(const CameraInfo& left, const CameraInfo& right) {
+  require_stereo(left.P, right.P);
+  const auto& P = right.P;
+  if (std::abs(left.P(0, 2) - P(0, 2)) > kSameProjection * P(0, 0)) {
+    throw std::invalid_argument(fmt::format(
+        "the projection matrices have the principal points cx = {:.6g} in the left and {:.6g} in the right "
+        "camera: the cameras were calibrated without zero disparity, which is not read for rectified images; "
+        "calibrate with CALIB_ZERO_DISPARITY, or name the topics of the raw images, which this program "
+        "rectifies: --left-topic, --right-topic",
+        left.P(0, 2), P(0, 2)));
+  }
+  if (left.lens.width_px != right.lens.width_px || left.lens.height_px != right.lens.height_px) {
+    throw std::invalid_argument(fmt::format(
+        "the image size is {}x{} for the left camera and {}x{} for the right one; both must have one size",
+        left.lens.width_px, left.lens.height_px, right.lens.width_px, right.lens.height_px));
+  }
+  return {.fx = P(0, 0),
+          .fy = P(1, 1),
+          .cx = P(0, 2),
+          .cy = P(1, 2),
+          .baseline_m = -P(0, 3) / P(0, 0),
+          .width_px = left.lens.width_px,
+          .height_px = left.lens.height_px};
 }
 
 OwnCamera read_calibration(const fs::path& path) {

@@ -91,6 +91,13 @@ void check_rig(const OwnCamera& own, const Cameras& cameras, int width_px, std::
   }
 }
 
+/// The camera_info with another element of P, counted row by row.
+std::string with_projection(std::string text, int element, double value) {
+  auto at = text.find("data: [", text.find("projection_matrix")) + 7;
+  for (int i = 0; i < element; ++i) at = text.find(", ", at) + 2;
+  return text.replace(at, text.find_first_of(",]", at) - at, fmt::format("{}", value));
+}
+
 std::string error_of(const fs::path& file) {
   const auto message = message_of([&] { (void)read_calibration(file); });
   CHECK(std::count(message.begin(), message.end(), '\n') == 0);
@@ -202,6 +209,41 @@ TEST_CASE("A calibration of another size says what to change", "[calibration]") 
                                                    Catch::Contains("multiply fx, fy, cx and cy by 0.5"));
   CHECK_THAT(error("[160, 120]", "80, 60]"), Catch::Contains("use `layout: side-by-side`"));
   CHECK_THAT(error("[320, 200]", "160, 60]"), Catch::Contains("calibrate at the recorded size"));
+}
+
+TEST_CASE("Projection matrices of a ROS pair that contradict each other are refused", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  const std::string left = camera_info(cameras, true), right = camera_info(cameras, false);
+  const auto error_with = [&](const std::string& of_left, const std::string& of_right) {
+    write_text(folder / "left.yaml", of_left);
+    write_text(folder / "right.yaml", of_right);
+    return error_of(folder / "left.yaml");
+  };
+  CHECK(error_with(left, right).empty());
+  for (const auto& [element, name] : {std::pair{0, "fx"}, {5, "fy"}, {6, "cy"}}) {
+    CAPTURE(name);
+    const auto part = fmt::format("contradict each other: {} is ", name);
+    CHECK_THAT(error_with(with_projection(left, element, 77.0), right), Catch::Contains(part));
+    CHECK_THAT(error_with(left, with_projection(right, element, 77.0)),
+               Catch::Contains("right.yaml: the projection matrices") && Catch::Contains(part));
+  }
+  for (const auto& [element, value] : {std::pair{7, 2.0}, {11, 0.01}}) {
+    CAPTURE(element);
+    for (const bool of_left : {true, false}) {
+      CHECK_THAT(error_with(of_left ? with_projection(left, element, value) : left,
+                            of_left ? right : with_projection(right, element, value)),
+                 Catch::Contains("rectified cameras lie side by side"));
+    }
+  }
+  CHECK(error_with(left, with_projection(right, 7, 0.1)).empty());  // 0.1 % of the baseline
+  CHECK_THAT(error_with(with_projection(left, 3, 9.0), right),
+             Catch::Contains("of both cameras have a base"));
+  CHECK_THAT(error_with(with_projection(left, 1, 9.0), right),
+             Catch::Contains("of the left camera is not [fx 0 cx Tx;"));
+  // The images are rectified anew, so that the right ones may have been shifted along their rows.
+  CHECK(error_with(left, with_projection(right, 2, 77.0)).empty());
+  check_rig(read_calibration(folder / "left.yaml"), cameras, 320);
 }
 
 TEST_CASE("Damaged calibrations of other programs are refused in one line", "[calibration]") {
