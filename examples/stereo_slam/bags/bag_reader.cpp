@@ -115,7 +115,7 @@ CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
   const auto K = message.numbers(9);
   const auto R = message.numbers(9);
   const auto P = message.numbers(12);
-  set_pinhole(info.lens, {K[0], K[4], K[2], K[5]}, refuse);
+  set_camera_matrix(info.lens, K, refuse);
   if (D.empty()) info.lens.distortion = Distortion::kNone;
   if (info.lens.distortion != Distortion::kNone) set_coefficients(info.lens, D, refuse);
   info.R = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data());

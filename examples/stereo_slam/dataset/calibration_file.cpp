@@ -49,12 +49,24 @@ class OpenCvFile {
     return "";
   }
 
+  /// The name of a key beside `key` that is there; empty if none is.
+  [[nodiscard]] std::string find_another(std::string_view key,
+                                         std::initializer_list<const char*> keys) const {
+    for (const char* other : keys) {
+      if (other != key && !find({other}).empty()) return other;
+    }
+    return "";
+  }
+
   /// The numbers of a matrix, row by row, or of a list; at least `least` and at most `most`.
   [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> keys, std::size_t least,
                                             std::size_t most) const {
     const std::string key = find(keys);
     if (key.empty())
       fail(file_, fmt::format("has no {}; write it by cv::FileStorage", fmt::join(keys, " or ")));
+    const std::string other = find_another(key, keys);
+    if (!other.empty())
+      fail(file_, fmt::format("has both {} and {}, which are the same; remove one", key, other));
     const YAML::Node node = root_[key];
     std::vector<double> values;
     append(node.IsMap() ? node["data"] : node, most, values);
@@ -106,8 +118,8 @@ Lens read_opencv_lens(const OpenCvFile& file, const LensKeys& keys) {
   constexpr std::size_t kMostCoefficients = 14;
   Lens lens;
   read_opencv_size(file, lens);
-  const auto K = file.numbers(keys.matrix, 9, 9);
-  set_pinhole(lens, {K[0], K[4], K[2], K[5]}, fail_here);
+  set_camera_matrix(lens, file.numbers(keys.matrix, 9, 9),
+                    [&](const std::string& what) { fail_here(file.find(keys.matrix) + ": " + what); });
   const std::string model = file.text("distortion_model");
   set_model(lens, model.empty() ? "radtan" : model, fail_here);
   if (lens.distortion != Distortion::kNone)
@@ -115,13 +127,40 @@ Lens read_opencv_lens(const OpenCvFile& file, const LensKeys& keys) {
   return lens;
 }
 
-/// The file itself if it contains R and T, else extrinsics.yml beside it, as OpenCV's sample names it.
-OpenCvFile extrinsics_of(const OpenCvFile& file) {
-  if (!file.find({"T"}).empty()) return OpenCvFile(file.path());
+/// The file extrinsics.yml beside another, as OpenCV's sample names it; empty if there is none.
+fs::path extrinsics_beside(const fs::path& file) {
   for (const char* name : {"extrinsics.yml", "extrinsics.yaml", "extrinsics.xml"}) {
-    if (fs::exists(file.path().parent_path() / name)) return OpenCvFile(file.path().parent_path() / name);
+    if (fs::exists(file.parent_path() / name)) return file.parent_path() / name;
   }
-  fail(file.path(), "has no T; add R and T of cv::stereoCalibrate, or extrinsics.yml beside it");
+  return {};
+}
+
+Eigen::Isometry3d read_T_right_left(const OpenCvFile& file) {
+  const auto R = file.numbers({"R"}, 9, 9);
+  const auto T = file.numbers({"T"}, 3, 3);
+  Eigen::Isometry3d T_right_left = Eigen::Isometry3d::Identity();
+  T_right_left.linear() = rotation_of(Eigen::Map<const RowMajor3>(R.data()), file.path(), "R");
+  T_right_left.translation() = Eigen::Map<const Eigen::Vector3d>(T.data());
+  return T_right_left;
+}
+
+/// R and T of the file, else of extrinsics.yml beside it. Throws std::runtime_error if the two differ.
+Eigen::Isometry3d read_extrinsics(const OpenCvFile& file) {
+  const fs::path beside = extrinsics_beside(file.path());
+  if (file.find({"T"}).empty()) {
+    if (beside.empty())
+      fail(file.path(), "has no T; add R and T of cv::stereoCalibrate, or extrinsics.yml beside it");
+    return read_T_right_left(OpenCvFile(beside));
+  }
+  Eigen::Isometry3d T_right_left = read_T_right_left(file);
+  if (beside.empty() || fs::equivalent(beside, file.path())) return T_right_left;
+  const OpenCvFile other(beside);
+  if (!other.find({"T"}).empty() && !agree(T_right_left, read_T_right_left(other))) {
+    fail(file.path(),
+         fmt::format("has other R and T than {} beside it; remove those of the earlier calibration",
+                     beside.filename().string()));
+  }
+  return T_right_left;
 }
 
 OwnCamera read_opencv_stereo(const fs::path& path) {
@@ -131,11 +170,7 @@ OwnCamera read_opencv_stereo(const fs::path& path) {
                                      {"D1", "distCoeffs1", "distortion_coefficients_1"}});
   rig.right = read_opencv_lens(file, {{"M2", "K2", "cameraMatrix2", "camera_matrix_2"},
                                       {"D2", "distCoeffs2", "distortion_coefficients_2"}});
-  const OpenCvFile extrinsics = extrinsics_of(file);
-  const auto R = extrinsics.numbers({"R"}, 9, 9);
-  const auto T = extrinsics.numbers({"T"}, 3, 3);
-  rig.T_right_left.linear() = rotation_of(Eigen::Map<const RowMajor3>(R.data()), extrinsics.path(), "R");
-  rig.T_right_left.translation() = Eigen::Map<const Eigen::Vector3d>(T.data());
+  rig.T_right_left = read_extrinsics(file);
   OwnCamera own;
   own.rig = rig;
   return own;
@@ -154,8 +189,7 @@ CameraInfo read_camera_info(const fs::path& file) {
   const Fail fail_here = [&](const std::string& what) { map.fail(what); };
   CameraInfo info;
   set_size(info.lens, {map.number("image_width"), map.number("image_height")}, fail_here);
-  const auto K = ros_numbers(map, "camera_matrix", 9);
-  set_pinhole(info.lens, {K[0], K[4], K[2], K[5]}, fail_here);
+  set_camera_matrix(info.lens, ros_numbers(map, "camera_matrix", 9), fail_here);
   set_model(info.lens, map.text({"distortion_model"}), fail_here);
   if (info.lens.distortion != Distortion::kNone)
     set_coefficients(info.lens, ros_numbers(map, "distortion_coefficients", 0), fail_here);

@@ -98,6 +98,11 @@ std::string with_projection(std::string text, int element, double value) {
   return text.replace(at, text.find_first_of(",]", at) - at, fmt::format("{}", value));
 }
 
+StereoRig read_calibration_rig(const fs::path& file, const std::string& text) {
+  write_text(file, text);
+  return read_calibration(file).rig.value();
+}
+
 std::string error_of(const fs::path& file) {
   const auto message = message_of([&] { (void)read_calibration(file); });
   CHECK(std::count(message.begin(), message.end(), '\n') == 0);
@@ -244,6 +249,69 @@ TEST_CASE("Projection matrices of a ROS pair that contradict each other are refu
   // The images are rectified anew, so that the right ones may have been shifted along their rows.
   CHECK(error_with(left, with_projection(right, 2, 77.0)).empty());
   check_rig(read_calibration(folder / "left.yaml"), cameras, 320);
+}
+
+TEST_CASE("Contradictions within a calibration of OpenCV are refused", "[calibration]") {
+  const TemporaryFolder folder;
+  Cameras cameras;
+  const fs::path file = folder / "stereo.yml";
+  const auto error = [&] {
+    write_opencv(file, cameras);
+    return error_of(file);
+  };
+  CHECK(error().empty());
+  cameras.K2(0, 1) = 3.0;
+  CHECK_THAT(error(), Catch::Contains("stereo.yml: M2: the camera matrix has a skew of 3"));
+  cameras.K2 = Cameras().K2;
+  cameras.K1(2, 2) = 2.0;
+  CHECK_THAT(error(), Catch::Contains("the camera matrix is not [fx 0 cx; 0 fy cy; 0 0 1]"));
+  cameras.K1 = Cameras().K1;
+  write_opencv(file, cameras);
+  const std::string text = read_text(file);
+  write_text(file, text + "K1: [201, 0, 160, 0, 201, 60, 0, 0, 1]\n");
+  CHECK_THAT(error_of(file), Catch::Contains("has both M1 and K1, which are the same"));
+  write_text(file, text + "distCoeffs2: [0, 0, 0, 0]\n");
+  CHECK_THAT(error_of(file), Catch::Contains("has both D2 and distCoeffs2"));
+
+  write_text(file, text);
+  for (const char* name : {"extrinsics.yml", "extrinsics.xml"}) {
+    Cameras other;
+    write_opencv(folder / name, other);
+    check_rig(read_calibration(file), cameras, 0);
+    other.T[0] *= 1.1;
+    write_opencv(folder / name, other);
+    CHECK_THAT(error_of(file), Catch::Contains(std::string("has other R and T than ") + name));
+    fs::remove(folder / name);
+  }
+}
+
+TEST_CASE("Poses in a file of Kalibr that contradict each other are refused", "[calibration]") {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "camchain.yaml";
+  const std::string text = camchain(Cameras());
+  const auto error_with = [&](const std::string& of_left, const std::string& of_right) {
+    std::string changed = text;
+    changed.insert(changed.find("cam1:\n") + 6, of_right);
+    write_text(file, changed.insert(6, of_left));
+    return error_of(file);
+  };
+  const auto pose = [](const char* key, double x_m, double z_m) {
+    return fmt::format("  {}: [1, 0, 0, {}, 0, 1, 0, 0, 0, 0, 1, {}, 0, 0, 0, 1]\n", key, x_m, z_m);
+  };
+  const Eigen::Isometry3d T_right_left = read_calibration_rig(file, text).T_right_left;
+  std::string consistent;
+  for (int i = 0; i < 16; ++i)
+    consistent += fmt::format("{}{:.4f}", i == 0 ? "" : ", ", T_right_left.matrix()(i / 4, i % 4));
+  consistent = "  T_cam_imu: [" + consistent + "]\n";
+  CHECK(error_with(pose("T_cam_imu", 0.0, 0.0), consistent).empty());
+  CHECK_THAT(error_with(pose("T_cam_imu", 0.0, 0.0), pose("T_cam_imu", -0.4, 0.0)),
+             Catch::Contains("camchain.yaml:") && Catch::Contains("T_cn_cnm1 contradicts T_cam_imu"));
+  CHECK_THAT(
+      error_with(pose("T_BS", 0.0, 0.0), pose("T_BS", 0.4, 0.0)),
+      Catch::Contains("T_cn_cnm1 contradicts T_BS of the two cameras, which give a baseline of 0.4 m"));
+  CHECK(error_with(pose("T_BS", 0.1, 0.2) + pose("T_cam_imu", -0.1, -0.2), "").empty());
+  CHECK_THAT(error_with(pose("T_BS", 0.1, 0.2) + pose("T_cam_imu", 0.1, 0.2), ""),
+             Catch::Contains("camchain.yaml:3: T_cam_imu is not the inverse of T_BS"));
 }
 
 TEST_CASE("Damaged calibrations of other programs are refused in one line", "[calibration]") {
