@@ -324,8 +324,7 @@ TEST_CASE("Damaged calibrations of other programs are refused in one line", "[ca
   CHECK_THAT(error_of(folder / "a.xml"), Catch::Contains("M1 is not a matrix or a list of 9 finite numbers"));
   write_text(folder / "nul.yaml",
              std::string("%YAML:1.0\n--\0_size: 32\nM1: !!opencv-matrix\n   rows: 3\n", 54));
-  CHECK_THAT(error_of(folder / "nul.yaml"),
-             Catch::Contains("nul.yaml: M1 is not a matrix or a list of 9 finite numbers"));
+  CHECK_THAT(error_of(folder / "nul.yaml"), Catch::Contains("nul.yaml:2: there is a zero byte"));
   write_text(folder / "endless.yaml", "%YAML:1.0\n---t: M132\nM1:\n-\n");  // OpenCV's parser does not end
   CHECK_THAT(error_of(folder / "endless.yaml"), Catch::Contains("M1 is not a matrix"));
   std::string deep = "<?xml version=\"1.0\"?><opencv_storage>";
