@@ -192,6 +192,8 @@ TEST_CASE("Millimetres and squares of the board are suspected, with what to chan
   };
   CHECK_THAT(warning(1000.0), Catch::Contains("a baseline of 400 m; lengths must be in metres; if these are "
                                               "millimetres, divide the translation by 1000 (to 0.4 m)"));
+  CHECK_THAT(warning(10.0), Catch::Contains("a baseline of 4 m") &&
+                                Catch::Contains("few cameras are so far") && !Catch::Contains("divide"));
   CHECK_THAT(warning(0.001), Catch::Contains("a baseline of 0.0004 m") &&
                                  Catch::Contains("a square of the calibration board"));
 }

@@ -190,6 +190,19 @@ TEST_CASE("Folders that must not be read are one line of the program", "[kitti]"
   }
 }
 
+TEST_CASE("A recording that must not be read is named by its folder", "[kitti]") {
+  if (geteuid() == 0) {
+    WARN("skipped: the superuser may read every folder");
+    return;
+  }
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  fs::permissions(folder / "in", fs::perms::none);
+  const auto message = message_of([&] { (void)open_sequence(folder / "in", "auto"); });
+  fs::permissions(folder / "in", fs::perms::owner_all);
+  CHECK_THAT(message, Catch::Contains("/in: cannot be read (Permission denied)"));
+}
+
 TEST_CASE("Missing image folders, foreign names and too few frames are refused", "[kitti]") {
   CHECK_THAT(kitti_error_after(without("image_0")), Catch::Contains("image_0: no such folder"));
   CHECK_THAT(kitti_error_after(without("image_1")), Catch::Contains("image_1: no such folder"));
