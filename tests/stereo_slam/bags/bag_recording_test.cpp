@@ -192,6 +192,7 @@ TEST_CASE("Lengths in a bag that cannot be are refused before memory is allocate
     }
   }
 }
+
 TEST_CASE("Rectified images that the camera_info does not describe are refused", "[bags]") {
   const auto folder = bags();
   if (!folder) return;
@@ -220,6 +221,25 @@ TEST_CASE("Projection matrices in a bag that contradict each other are refused",
   }
 }
 
+TEST_CASE("Errors of the library that reads bags are in plain words", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  const std::string whole = read_text(*folder / "stereo.bag");
+  const auto error_with = [&](const std::string& bytes) {
+    write_text(*folder / "changed.bag", bytes);
+    return error_of(*folder / "changed.bag");
+  };
+  CHECK_THAT(error_with("#ROSBAG V9.3\n" + whole.substr(13)),
+             Catch::Contains("is a bag of version 9.3, which is not read") && !Catch::Contains("reindex"));
+  CHECK_THAT(error_with(""),
+             Catch::Contains("the first line, '#ROSBAG V2.0', is not there") && Catch::Contains("reindex"));
+  // The name of the distortion model, in the first camera_info, is longer than its message.
+  const std::size_t model = whole.find(std::string("\x09\0\0\0plumb_bob", 13));
+  REQUIRE(model != std::string::npos);
+  std::string longer = whole;
+  longer[model + 2] = '\x7f';
+  CHECK_THAT(error_with(longer), Catch::Contains("a message ends within its fields"));
+}
 
 TEST_CASE("An image of another size in a bag is named", "[bags]") {
   const auto folder = bags();
