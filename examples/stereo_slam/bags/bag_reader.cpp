@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/bags/bag_reader.hpp"
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <functional>
@@ -11,6 +12,7 @@
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -115,7 +117,7 @@ CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
   const auto K = message.numbers(9);
   const auto R = message.numbers(9);
   const auto P = message.numbers(12);
-  set_pinhole(info.lens, {K[0], K[4], K[2], K[5]}, refuse);
+  set_camera_matrix(info.lens, K, refuse);
   if (D.empty()) info.lens.distortion = Distortion::kNone;
   if (info.lens.distortion != Distortion::kNone) set_coefficients(info.lens, D, refuse);
   info.R = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data());
@@ -126,10 +128,24 @@ CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
 }
 
 /// The message of an error with advice. Errors of this program (std::invalid_argument) contain advice
-/// already; those of the libraries that read bags and messages get it here.
+/// already; those of the libraries that read bags and messages get it here, some in plain words.
 std::string with_advice(const std::exception& error) {
   if (dynamic_cast<const std::invalid_argument*>(&error) != nullptr) return error.what();
-  return fmt::format("{}; the bag is cut off or damaged, try `rosbag reindex`", error.what());
+  const std::string text = error.what();
+  constexpr std::string_view kVersion = "Unsupported bag file version: ";
+  if (const auto at = text.find(kVersion); at != std::string::npos) {
+    return fmt::format("is a bag of version {}, which is not read; convert it to version 2.0",
+                       text.substr(at + kVersion.size()));
+  }
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kWords = {{
+      {"Buffer Overrun", "a message ends within its fields"},
+      {"Error reading version line", "the first line, '#ROSBAG V2.0', is not there"},
+  }};
+  const auto* words = std::find_if(kWords.begin(), kWords.end(), [&](const auto& known) {
+    return text.find(known.first) != std::string::npos;
+  });
+  return fmt::format("{}; the bag is cut off or damaged, try `rosbag reindex`",
+                     words == kWords.end() ? std::string_view(text) : words->second);
 }
 
 /// Whether a file begins as bags do, or is empty.

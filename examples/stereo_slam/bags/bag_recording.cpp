@@ -177,19 +177,29 @@ void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, 
   const CameraInfo of_right = reader.camera_info(right);
   OwnCamera own;
   try {
-    own.rig = rig_of(of_left, of_right);
+    if (is_named_rectified(topics.left)) {
+      own.rectified = rectified_of(of_left, of_right);
+    } else {
+      own.rig = rig_of(of_left, of_right);
+    }
   } catch (const std::invalid_argument& error) {
     fail(file, fmt::format("{}: {}", right, error.what()));
   }
-  if (!is_named_rectified(topics.left)) return own;
-  const auto& P = of_right.P;
-  own.rectified = StereoCamera{.fx = P(0, 0),
-                               .fy = P(1, 1),
-                               .cx = of_left.P(0, 2),
-                               .cy = of_left.P(1, 2),
-                               .baseline_m = -P(0, 3) / P(0, 0)};
-  own.rig.reset();
   return own;
+}
+
+/// Throws if rectified images have another size than the camera_info says.
+void require_size(const StereoCamera& camera, const TopicPair& topics, BagImages& images,
+                  const fs::path& file) {
+  if (camera.width_px == 0) return;
+  const auto pair = images.read(0);
+  for (const auto& [topic, image] : {std::pair(topics.left, pair->left), {topics.right, pair->right}}) {
+    if (image.cols == camera.width_px && image.rows == camera.height_px) continue;
+    fail(file, fmt::format("{} says {}x{} pixels, but the images of {} have {}x{}; they may have been scaled "
+                           "or cut out after the calibration: name one of this size, --calibration FILE",
+                           camera_info_topic(topic), camera.width_px, camera.height_px, topic, image.cols,
+                           image.rows));
+  }
 }
 
 [[nodiscard]] OwnCamera calibration_of(BagReader& reader, const TopicPair& topics, const fs::path& file,
@@ -257,6 +267,7 @@ SequenceScan scan_bag(const fs::path& file, const BagOptions& options) {
     const OwnCamera own = calibration_of(*reader, topics, file, options);
     const auto images = std::make_shared<BagImages>(reader, topics);
     pair_images(*reader, topics, *images, scan);
+    if (own.rectified) require_size(*own.rectified, topics, *images, file);
     sequence.source = images;
     set_camera(own, options.calibration.empty() ? file : options.calibration, sequence);
   });

@@ -108,6 +108,12 @@ cv::Mat decode(std::span<const std::uint8_t> data, int flags) {
   require_pixels(*size);
   if (is_compressed_bmp(data))
     throw std::invalid_argument("the BMP is compressed, which is not decoded reliably; record PNG or JPEG");
+  if (is_shifted_bmp(data))
+    throw std::invalid_argument(
+        "the pixels of the BMP begin within its header or palette; record PNG or JPEG");
+  if (is_turned_tiff(data))
+    throw std::invalid_argument(
+        "the TIFF has an orientation other than 1, by which it would be turned; record PNG or JPEG");
   if (is_jpeg(data) && is_damaged_jpeg(data))
     throw std::invalid_argument("the JPEG is damaged; copy or download the bag again");
   cv::Mat image = opencv_codecs().decode(data, flags);

@@ -25,7 +25,11 @@ struct CameraInfo {
 };
 
 /// The rig of two raw cameras, whose relative pose follows from R and P. Throws std::invalid_argument if P of
-/// the right camera has no baseline.
+/// the right camera has no baseline, or if the two P contradict each other.
 [[nodiscard]] StereoRig rig_of(const CameraInfo& left, const CameraInfo& right);
+
+/// The camera of images that were rectified by R and P, with the image size. Throws std::invalid_argument
+/// where rig_of() does, if the image sizes differ, or if the right images are shifted along their rows.
+[[nodiscard]] StereoCamera rectified_of(const CameraInfo& left, const CameraInfo& right);
 
 }  // namespace stereo_slam

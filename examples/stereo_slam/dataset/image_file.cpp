@@ -30,6 +30,8 @@ std::string read_content(const std::filesystem::path& file) {
     fail(file, "missing; restore the image or cut the sequence before it");
   std::string content = read_file(file, kMostImageBytes);
   if (content.empty()) fail(file, "the file is empty; copy or download it again");
+  if (content.starts_with("version https://git-lfs.github.com/"))
+    fail(file, "is a Git LFS pointer, not an image; run `git lfs pull`");
   return content;
 }
 
@@ -86,6 +88,13 @@ cv::Mat decode(const std::filesystem::path& file, int flags) {
   if (!size) fail(file, "the image cannot be decoded; convert or download it again");
   if (is_compressed_bmp(bytes))
     fail(file, "the BMP is compressed, which is not decoded reliably; store it uncompressed or as PNG");
+  if (is_shifted_bmp(bytes))
+    fail(file,
+         "the pixels of the BMP begin within its header or palette; it is damaged, convert or copy it again");
+  if (is_turned_tiff(bytes))
+    fail(file,
+         "the TIFF has an orientation other than 1, by which it would be turned, while a calibration is of "
+         "the sensor's pixels; write it with orientation 1, or as PNG");
   if (is_shifted_pnm(bytes))
     fail(
         file,

@@ -213,6 +213,26 @@ void require_same_times(const std::vector<StereoFiles>& pairs) {
   }
 }
 
+/// Fills the frames with pairs in the order of the names. Warns if the names have numbers of frames, but none
+/// is in both folders.
+void pair_by_order(const std::vector<fs::path>& left, const std::vector<fs::path>& right,
+                   SequenceScan& scan) {
+  auto& frames = scan.sequence.frames;
+  for (std::size_t i = 0; i < left.size(); ++i) frames.push_back({0, left[i], right[i]});
+  require_same_times(frames);
+  const auto left_numbered = by_frame_number(left);
+  const auto right_numbered = by_frame_number(right);
+  const bool numbered = !left_numbered.empty() && !right_numbered.empty();
+  const auto in_both = [&](const auto& image) { return right_numbered.contains(image.first); };
+  if (!numbered || std::any_of(left_numbered.begin(), left_numbered.end(), in_both)) return;
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format("{}: the images of the two cameras have no number in common, so they are paired by order, "
+                   "{} with {}; check that these were taken together, and give the images of a pair one name",
+                   scan.sequence.folder.string(), left.front().filename().string(),
+                   right.front().filename().string())});
+}
+
 /// What is before the number at the end of an image's name; nothing without a number. A stamp is a number.
 std::optional<std::string> text_before_number(const fs::path& image) {
   std::string name = image.stem().string();
@@ -301,8 +321,7 @@ void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>&
              "name",
              left.size(), right.front().parent_path().string(), right.size()));
   }
-  for (std::size_t i = 0; i < left.size(); ++i) frames.push_back({0, left[i], right[i]});
-  require_same_times(frames);
+  pair_by_order(left, right, scan);
 }
 
 FramePositions FramePositions::without_gaps(std::size_t count) {

@@ -110,21 +110,32 @@ class PnmHeader {
   return header.result(width_px, magnitude(header.number(22, 4)));
 }
 
-/// The tags 256 and 257 of the first directory: tag (2), type (2), count (4), value (4).
-[[nodiscard]] std::optional<ImageSize> tiff_size(std::span<const std::uint8_t> bytes, bool little_endian) {
+/// What the first directory of a TIFF says.
+struct TiffHeader {
+  ImageSize size;
+  std::uint64_t orientation = 1;
+};
+
+/// The tags 256, 257 and 274 of the first directory: tag (2), type (2), count (4), value (4).
+[[nodiscard]] std::optional<TiffHeader> tiff_header(std::span<const std::uint8_t> bytes) {
+  using namespace std::string_view_literals;
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const bool little_endian = text.starts_with("II*\0"sv);
+  if (!little_endian && !text.starts_with("MM\0*"sv)) return std::nullopt;
   Header header(bytes, little_endian);
   const std::size_t directory = header.number(4, 4);
   const auto entries = header.number(directory, 2);
-  ImageSize size;
+  TiffHeader result;
   for (std::size_t i = 0; i < entries && header.valid(); ++i) {
     constexpr std::uint32_t kShort = 3;
     const std::size_t at = directory + 2 + 12 * i;
     const auto tag = header.number(at, 2);
     const std::uint64_t value = header.number(at + 8, header.number(at + 2, 2) == kShort ? 2 : 4);
-    if (tag == 256) size.width_px = value;
-    if (tag == 257) size.height_px = value;
+    if (tag == 256) result.size.width_px = value;
+    if (tag == 257) result.size.height_px = value;
+    if (tag == 274) result.orientation = value;
   }
-  return header.result(size.width_px, size.height_px);
+  return header.valid() ? std::optional(result) : std::nullopt;
 }
 
 }  // namespace
@@ -151,14 +162,35 @@ bool is_compressed_bmp(std::span<const std::uint8_t> bytes) {
   return header.valid() && compression != kRaw && compression != kBitFields;
 }
 
+bool is_shifted_bmp(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < 2 || bytes[0] != 'B' || bytes[1] != 'M') return false;
+  constexpr std::uint32_t kOs2 = 12;
+  constexpr std::uint32_t kInfo = 40;
+  constexpr std::uint64_t kFileHeader_bytes = 14;
+  Header header(bytes, true);
+  const std::uint32_t length = header.number(kFileHeader_bytes, 4);
+  const bool old = length == kOs2;
+  const std::uint32_t bits = header.number(old ? 24 : 28, 2);
+  const std::uint32_t stated = old ? 0 : header.number(46, 4);
+  const bool masks = length == kInfo && header.number(30, 4) == 3;
+  std::uint64_t colours = 0;
+  if (bits <= 8) colours = stated > 0 ? stated : 1U << bits;
+  const std::uint64_t pixels = kFileHeader_bytes + length + (old ? 3 : 4) * colours + (masks ? 12 : 0);
+  return header.valid() && header.number(10, 4) < pixels;
+}
+
+bool is_turned_tiff(std::span<const std::uint8_t> bytes) {
+  const auto tiff = tiff_header(bytes);
+  return tiff && tiff->orientation != 1;
+}
+
 std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes) {
   using namespace std::string_view_literals;
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (text.starts_with("\x89PNG\r\n\x1A\n"sv)) return png_size(bytes);
   if (text.starts_with("\xFF\xD8"sv)) return jpeg_size(bytes);
   if (text.starts_with("BM"sv)) return bmp_size(bytes);
-  if (text.starts_with("II*\0"sv)) return tiff_size(bytes, true);
-  if (text.starts_with("MM\0*"sv)) return tiff_size(bytes, false);
+  if (const auto tiff = tiff_header(bytes)) return tiff->size;
   if (text.size() > 2 && text[0] == 'P' && text[1] >= '1' && text[1] <= '6') return pnm_size(bytes);
   return std::nullopt;
 }

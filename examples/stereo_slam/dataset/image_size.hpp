@@ -37,4 +37,12 @@ constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 24;
 /// Whether the pixels of a BMP are compressed. OpenCV decodes run-length encoding wrongly, without an error.
 [[nodiscard]] bool is_compressed_bmp(std::span<const std::uint8_t> bytes);
 
+/// Whether the pixels of a BMP begin within its header or palette. OpenCV decodes these as pixels, too, and
+/// so shifts the image.
+[[nodiscard]] bool is_shifted_bmp(std::span<const std::uint8_t> bytes);
+
+/// Whether a TIFF has an orientation other than 1. OpenCV turns or mirrors such an image, even if told not
+/// to.
+[[nodiscard]] bool is_turned_tiff(std::span<const std::uint8_t> bytes);
+
 }  // namespace stereo_slam

@@ -68,7 +68,8 @@ StereoCamera read_calib_txt(const fs::path& file) {
     fail(file,
          "P0 and P1 have different intrinsics; rectified images with one common camera matrix are needed");
   }
-  const double baseline_m = (P0(0, 3) - P1(0, 3)) / fx;
+  const Eigen::Vector3d shift = P1.col(3) - P0.col(3);  // px m, px m, m
+  const double baseline_m = -shift.x() / fx;
   if (std::abs(baseline_m) < 1e-6) {
     fail(file, "P1 gives a baseline of zero; its fourth number must be -fx times the baseline in metres");
   }
@@ -78,6 +79,13 @@ StereoCamera read_calib_txt(const fs::path& file) {
              "P1 gives a baseline of {:.6g} m, the right camera left of the left one; P0 and P1 or the two "
              "cameras are swapped, or the fourth number of P1 lost its minus sign",
              baseline_m));
+  }
+  constexpr double kMostAcross = 0.01;  // of the baseline
+  if (std::max(std::abs(shift.y()) / fy, std::abs(shift.z())) > kMostAcross * baseline_m) {
+    fail(file,
+         fmt::format("P1 has the fourth column ({:.6g}, {:.6g}, {:.6g}), but its second and third numbers "
+                     "must be 0: rectified cameras lie side by side; take the calib.txt of the sequence",
+                     P1(0, 3), P1(1, 3), P1(2, 3)));
   }
   return {.fx = fx, .fy = fy, .cx = P0(0, 2), .cy = P0(1, 2), .baseline_m = baseline_m};
 }

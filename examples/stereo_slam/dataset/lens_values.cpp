@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -59,6 +60,21 @@ void set_pinhole(Lens& lens, const std::vector<double>& intrinsics, const Fail& 
   }
 }
 
+void set_camera_matrix(Lens& lens, const std::vector<double>& K, const Fail& fail) {
+  constexpr double kMostSkew = 1e-4;  // of fx
+  constexpr double kTolerance = 1e-6;
+  const auto is = [&](std::size_t i, double value) { return std::abs(K[i] - value) <= kTolerance; };
+  if (K.size() != 9 || !is(3, 0.0) || !is(6, 0.0) || !is(7, 0.0) || !is(8, 1.0))
+    return fail("the camera matrix is not [fx 0 cx; 0 fy cy; 0 0 1]; write it in pixels, row by row");
+  if (!(std::abs(K[1]) <= kMostSkew * std::abs(K[0]))) {
+    return fail(fmt::format(
+        "the camera matrix has a skew of {:.6g}, its second number, which must be 0; calibrate without skew, "
+        "for a fisheye with CALIB_FIX_SKEW",
+        K[1]));
+  }
+  set_pinhole(lens, {K[0], K[4], K[2], K[5]}, fail);
+}
+
 void set_model(Lens& lens, std::string_view name, const Fail& fail) {
   const auto* model =
       std::find_if(std::begin(kModels), std::end(kModels), [&](const auto& m) { return m.name == name; });
@@ -85,6 +101,15 @@ void set_coefficients(Lens& lens, std::vector<double> coefficients, const Fail& 
                             radtan ? "4, 5 or 8 (k1 k2 p1 p2 [k3 [k4 k5 k6]])" : "4 (k1 k2 k3 k4)"));
   }
   lens.coefficients = std::move(coefficients);
+}
+
+bool agree(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  constexpr double kAngle_rad = 0.5 * std::numbers::pi / 180.0;
+  constexpr double kLength_m = 1e-3;
+  constexpr double kShare = 0.02;
+  const double angle_rad = Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+  const double apart_m = (a.translation() - b.translation()).norm();
+  return angle_rad <= kAngle_rad && apart_m <= kLength_m + kShare * a.translation().norm();
 }
 
 }  // namespace stereo_slam

@@ -135,13 +135,20 @@ void open_folders(const Sources& sources, const OwnCamera& own, const fs::path& 
   set_stamps(own, calibration, 0.0, positions, sequence.frames);
 }
 
+void require_frames(const fs::path& video, std::size_t count) {
+  if (count == 0)
+    fail(video, "is a video without frames that can be decoded; record, copy or convert it again");
+}
+
 void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& calibration,
                  SequenceScan& scan) {
   auto& sequence = scan.sequence;
   auto video = std::make_shared<VideoPair>(sources.left, sources.right);
+  const auto [left_count, right_count] = video->frames_of_each();
+  require_frames(sources.left, left_count);
+  require_frames(sources.right, right_count);
   sequence.frames.assign(video->frames(),
                          {0, sources.left, sources.side_by_side() ? sources.left : sources.right});
-  const auto [left_count, right_count] = video->frames_of_each();
   if (left_count != right_count) {
     scan.problems.push_back(
         {kWarning,

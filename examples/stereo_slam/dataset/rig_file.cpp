@@ -54,9 +54,16 @@ Lens read_lens(const YamlMap& map) {
 }
 
 std::optional<Eigen::Isometry3d> read_T_body_camera(const YamlMap& map) {
-  if (map.has("T_BS")) return map.transform("T_BS");
-  if (map.has("T_cam_imu")) return map.transform("T_cam_imu").inverse();
-  return std::nullopt;
+  std::optional<Eigen::Isometry3d> T_body_camera;
+  if (map.has("T_cam_imu")) T_body_camera = map.transform("T_cam_imu").inverse();
+  if (!map.has("T_BS")) return T_body_camera;
+  const Eigen::Isometry3d T_BS = map.transform("T_BS");
+  if (T_body_camera && !agree(T_BS, *T_body_camera)) {
+    map.fail(
+        map.get({"T_cam_imu"}),
+        "T_cam_imu is not the inverse of T_BS, the pose of the camera in the body; remove the wrong one");
+  }
+  return T_BS;
 }
 
 /// `layout: side-by-side` with the one source of both images.
@@ -125,6 +132,30 @@ void set_times(const YamlMap& map, OwnCamera& own) {
   if (map.has("times")) own.times = map.text({"times"});
 }
 
+/// From the poses of both cameras in the body, or T_cn_cnm1 of the right camera.
+Eigen::Isometry3d read_T_right_left(const std::optional<Eigen::Isometry3d>& T_body_left, const YamlMap& left,
+                                    const YamlMap& right) {
+  const auto T_body_right = read_T_body_camera(right);
+  std::optional<Eigen::Isometry3d> T_right_left;
+  if (T_body_left && T_body_right) T_right_left = T_body_right->inverse() * *T_body_left;
+  if (right.has("T_cn_cnm1")) {
+    const Eigen::Isometry3d T_cn_cnm1 = right.transform("T_cn_cnm1");
+    if (T_right_left && !agree(*T_right_left, T_cn_cnm1)) {
+      right.fail(
+          right.get({"T_cn_cnm1"}),
+          fmt::format("T_cn_cnm1 contradicts {} of the two cameras, which give a baseline of {:.4g} m; "
+                      "remove the wrong ones",
+                      right.has("T_BS") ? "T_BS" : "T_cam_imu", T_right_left->translation().norm()));
+    }
+    if (!T_right_left) T_right_left = T_cn_cnm1;
+  }
+  if (T_right_left) return *T_right_left;
+  (T_body_left ? right : left)
+      .fail(
+          "no T_BS; add the pose of the camera in the body as a 4x4 matrix in metres (or T_cam_imu of "
+          "both cameras, or T_cn_cnm1 of the right one)");
+}
+
 StereoRig read_rig(const YamlMap& left, const YamlMap& right) {
   StereoRig rig{.left = read_lens(left), .right = read_lens(right), .T_right_left = {}, .T_body_left = {}};
   if (rig.left.width_px != rig.right.width_px || rig.left.height_px != rig.right.height_px) {
@@ -133,17 +164,7 @@ StereoRig read_rig(const YamlMap& left, const YamlMap& right) {
                            rig.right.width_px, rig.right.height_px, rig.left.width_px, rig.left.height_px));
   }
   rig.T_body_left = read_T_body_camera(left);
-  const auto T_body_right = read_T_body_camera(right);
-  if (rig.T_body_left && T_body_right) {
-    rig.T_right_left = T_body_right->inverse() * *rig.T_body_left;
-  } else if (right.has("T_cn_cnm1")) {
-    rig.T_right_left = right.transform("T_cn_cnm1");
-  } else {
-    (rig.T_body_left ? right : left)
-        .fail(
-            "no T_BS; add the pose of the camera in the body as a 4x4 matrix in metres (or T_cam_imu of "
-            "both cameras, or T_cn_cnm1 of the right one)");
-  }
+  rig.T_right_left = read_T_right_left(rig.T_body_left, left, right);
   return rig;
 }
 
@@ -172,6 +193,12 @@ OwnCamera read_own_camera(const fs::path& file) {
   OwnCamera own;
   read_layout(map, own);
   const bool rectified = map.has("rectified");
+  if (rectified && map.has("T_right_left")) {
+    map.fail(
+        map.get({"T_right_left"}),
+        "T_right_left is of raw images, and `rectified` of rectified ones, which have baseline_m; remove "
+        "what is not of these images");
+  }
   for (const auto* side : {"left", "right"}) {
     if (map.has(side)) {
       read_source(map.map(side), rectified, own,

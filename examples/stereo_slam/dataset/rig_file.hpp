@@ -23,7 +23,7 @@ namespace stereo_slam {
 /// calibration.yaml of a user's own camera, see docs/datasets.md.
 struct OwnCamera {
   std::optional<StereoRig> rig;                    ///< of raw images; or
-  std::optional<StereoCamera> rectified;           ///< of rectified images, without image size
+  std::optional<StereoCamera> rectified;           ///< of rectified images; a size of 0 is not known
   std::optional<Eigen::Isometry3d> T_body_camera;  ///< of rectified images; for raw ones the rig contains it
   std::string left_source = "left";                ///< folder, video or camera, relative to the file
   std::string right_source = "right";

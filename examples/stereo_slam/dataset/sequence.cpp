@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -92,7 +93,10 @@ RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_
     return file.extension() == ".db3" || file.extension() == ".mcap";
   };
   if (!fs::is_directory(dataset)) return has_extension(dataset);
-  if (!fs::exists(dataset / "metadata.yaml")) return false;
+  std::error_code error;
+  const bool has_metadata = fs::exists(dataset / "metadata.yaml", error);
+  if (error == std::errc::permission_denied) throw fs::filesystem_error("", dataset, error);
+  if (!has_metadata) return false;
   const fs::directory_iterator files(dataset);
   return std::any_of(begin(files), end(files), [&](const auto& file) { return has_extension(file.path()); });
 }
@@ -277,16 +281,19 @@ void check_camera(SequenceScan& scan) {
   }
   check_view(scan);
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
+  std::string advice =
+      "multiply the translation by the length of its unit, or by the width of a square of the calibration "
+      "board";
+  if (baseline_m > kLongest_m) {
+    advice = baseline_m / 1000.0 >= kShortest_m
+                 ? fmt::format("if these are millimetres, divide the translation by 1000 (to {:.4g} m)",
+                               baseline_m / 1000.0)
+                 : "few cameras are so far apart, so check the translation";
+  }
   scan.problems.push_back(
       {Problem::Severity::kWarning,
-       fmt::format(
-           "{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres{}",
-           scan.sequence.folder.string(), baseline_m,
-           baseline_m > kLongest_m
-               ? fmt::format("; if these are millimetres, divide the translation by 1000 (to {:.4g} m)",
-                             baseline_m / 1000.0)
-               : "; multiply the translation by the length of its unit, or by the width of a square of "
-                 "the calibration board")});
+       fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres; {}",
+                   scan.sequence.folder.string(), baseline_m, advice)});
 }
 
 SequenceScan scan_sequence(const fs::path& folder, std::string_view format, const fs::path& calibration) {

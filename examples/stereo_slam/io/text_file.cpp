@@ -41,12 +41,7 @@ std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
   std::vector<TextLine> lines;
   std::string_view rest = content;
   if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
-  if (const auto zero = rest.find('\0'); zero != std::string_view::npos) {
-    const auto line = 1 + std::count(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(zero), '\n');
-    throw std::runtime_error(at_line(file, static_cast<int>(line),
-                                     "there is a zero byte, so it is no text file in UTF-8, or it is "
-                                     "damaged; check which file it is, or convert it"));
-  }
+  require_no_zero_byte(file, rest);
   for (int number = 1; !rest.empty(); ++number) {
     if (number > kMostLines) {
       fail(file, fmt::format("has more than {} lines; check which file it is, or divide it", kMostLines));
@@ -67,6 +62,15 @@ std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
     lines.push_back({number, std::string(text), ended});
   }
   return lines;
+}
+
+void require_no_zero_byte(const std::filesystem::path& file, std::string_view text) {
+  const auto zero = text.find('\0');
+  if (zero == std::string_view::npos) return;
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(zero), '\n');
+  throw std::runtime_error(at_line(file, static_cast<int>(line),
+                                   "there is a zero byte, so it is no text file in UTF-8, or it is "
+                                   "damaged; check which file it is, or convert it"));
 }
 
 void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines) {

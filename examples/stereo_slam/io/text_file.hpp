@@ -49,6 +49,9 @@ constexpr std::int64_t kLatestStamp_ns = 4'000'000'000'000'000'000;
 /// Fields of a line, separated by blanks or commas.
 [[nodiscard]] std::vector<std::string_view> split_fields(std::string_view text);
 
+/// Throws std::runtime_error with the line if the file's text has a byte that is zero.
+void require_no_zero_byte(const std::filesystem::path& file, std::string_view text);
+
 /// Throws std::runtime_error if the last line has no line end: the file may be cut off within a number.
 void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines);
 

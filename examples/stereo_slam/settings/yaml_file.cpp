@@ -25,17 +25,31 @@ namespace fs = std::filesystem;
 }
 
 constexpr auto kTab = "the line begins with a tab; indent with spaces";
+constexpr auto kIndentation =
+    "the indentation differs from that of the lines before it; align what belongs together";
 constexpr auto kOpenQuote = "a quote is opened and not closed; add the second one, or remove the first";
 
 /// An error message that says what is wrong and what to do, in place of yaml-cpp's message.
 [[nodiscard]] std::string in_words(const std::string& message) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kWords = {{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 15> kWords = {{
       {"EOF in scalar", kOpenQuote},
       {"end of sequence flow", "a list is opened with [ and not closed; add the ]"},
       {"end of map flow", "a map is opened with { and not closed; add the }"},
+      {"end of map not", kIndentation},
+      {"end of sequence not", kIndentation},
       {"illegal tab", kTab},
       {"illegal map value",
        "the line is indented unlike the one before, or has two colons; write one `key: value` a line"},
+      {"illegal map key", "a ? begins a line, which marks a key; write `key: value`"},
+      {"illegal flow end", "a ] or } closes nothing, or what the other one opened; remove or replace it"},
+      {"illegal block entry",
+       "a list begins with - where none can be; write it in lines of its own, or in [ ]"},
+      {"unknown token",
+       "a value begins with a character that YAML reserves, such as @ or %; put it in quotes"},
+      {"anchor not found", "an & stands without a name; put text that begins with it in quotes"},
+      {"alias not found", "a * stands without a name; put text that begins with it in quotes"},
+      {"unknown escape character", "a \\ in double quotes begins no known character; write two, or use '"},
+      {"the referenced anchor", "refers to another part of the file (*); write the value out"},
   }};
   for (const auto& [part, words] : kWords) {
     if (message.find(part) != std::string::npos) return std::string(words);
@@ -88,6 +102,15 @@ class Guard : public YAML::EventHandler {
   int depth_ = 0;
 };
 
+/// Refuses a key without a name, or `images.` without the name of the setting.
+void check_name(const fs::path& file, const YAML::Node& key) {
+  const std::string& name = key.Scalar();  // empty for a null
+  if (name.empty()) fail(file, key.Mark(), "a key has no name; write `key: value`");
+  if (name.back() == '.')
+    fail(file, key.Mark(),
+         fmt::format("{} ends with a point; add the name after it, or remove the point", name));
+}
+
 void check_keys(const fs::path& file, const YAML::Node& node) {
   if (node.IsSequence()) {
     for (const auto& part : node) check_keys(file, part);
@@ -95,6 +118,7 @@ void check_keys(const fs::path& file, const YAML::Node& node) {
   if (!node.IsMap()) return;
   std::set<std::string> seen;
   for (const auto& entry : node) {
+    if (entry.first.IsScalar() || entry.first.IsNull()) check_name(file, entry.first);
     if (entry.first.IsScalar() && !seen.insert(entry.first.Scalar()).second)
       fail(file, entry.first.Mark(), fmt::format("{} is given twice", entry.first.Scalar()));
     check_keys(file, entry.second);
@@ -104,6 +128,7 @@ void check_keys(const fs::path& file, const YAML::Node& node) {
 /// The file's text. The first line of OpenCV's files, %YAML:1.0, is not valid YAML and becomes empty.
 [[nodiscard]] std::string text_of(const fs::path& file) {
   std::string text = read_file(file, kMostYamlBytes);
+  require_no_zero_byte(file, text);
   if (text.starts_with("%YAML:")) text.erase(0, text.find('\n'));
   return text;
 }

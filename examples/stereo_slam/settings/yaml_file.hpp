@@ -14,7 +14,8 @@ constexpr std::size_t kMostYamlBytes = std::size_t{1} << 20;
 
 /// Reads a YAML file of one document; an empty document is null. Throws std::runtime_error, with file and
 /// line, when the file cannot be read, is larger than kMostYamlBytes or not valid, holds several documents,
-/// gives a key twice, contains an alias (`*a`), or is nested more than 16 levels deep.
+/// gives a key twice, has a key that is empty or ends with a point, contains an alias (`*a`) or a byte that
+/// is zero, or is nested more than 16 levels deep.
 [[nodiscard]] YAML::Node load_yaml_file(const std::filesystem::path& file);
 
 }  // namespace stereo_slam

@@ -193,6 +193,54 @@ TEST_CASE("Lengths in a bag that cannot be are refused before memory is allocate
   }
 }
 
+TEST_CASE("Rectified images that the camera_info does not describe are refused", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  CHECK_THAT(
+      error_of(*folder / "half.bag"),
+      Catch::Contains("/a/left/camera_info says 320x120 pixels, but the images of /a/left/image_rect have "
+                      "160x60; they may have been scaled"));
+  CHECK_THAT(error_of(*folder / "rect_cx.bag"),
+             Catch::Contains("cx = 160 in the left and 180 in the right camera: the cameras were calibrated "
+                             "without zero disparity") &&
+                 Catch::Contains("CALIB_ZERO_DISPARITY, or name the topics of the raw images"));
+  check_images(scan_bag(*folder / "raw_cx.bag", {}), *folder);  // raw images are rectified here
+}
+
+TEST_CASE("Projection matrices in a bag that contradict each other are refused", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  for (const std::string name : {"rect", "raw"}) {
+    CAPTURE(name);
+    const auto error = [&](const char* what) { return error_of(*folder / (name + what + ".bag")); };
+    CHECK_THAT(error("_fx"), Catch::Contains("contradict each other: fx is 210 in that of the left camera"));
+    CHECK_THAT(error("_cy"), Catch::Contains("contradict each other: cy is 60 in that of the left camera"));
+    CHECK_THAT(error("_Ty"), Catch::Contains("camera_info: the projection matrix of the right camera has") &&
+                                 Catch::Contains("rectified cameras lie side by side"));
+    CHECK_THAT(error("_both"), Catch::Contains("of both cameras have a baseline"));
+  }
+}
+
+TEST_CASE("Errors of the library that reads bags are in plain words", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  const std::string whole = read_text(*folder / "stereo.bag");
+  const auto error_with = [&](const std::string& bytes) {
+    write_text(*folder / "changed.bag", bytes);
+    return error_of(*folder / "changed.bag");
+  };
+  CHECK_THAT(error_with("#ROSBAG V9.3\n" + whole.substr(13)),
+             Catch::Contains("is a bag of version 9.3, which is not read") && !Catch::Contains("reindex"));
+  CHECK_THAT(error_with(""),
+             Catch::Contains("the first line, '#ROSBAG V2.0', is not there") && Catch::Contains("reindex"));
+  // The name of the distortion model, in the first camera_info, is longer than its message.
+  const std::size_t model = whole.find(std::string("\x09\0\0\0plumb_bob", 13));
+  REQUIRE(model != std::string::npos);
+  std::string longer = whole;
+  longer[model + 2] = '\x7f';
+  CHECK_THAT(error_with(longer), Catch::Contains("a message ends within its fields"));
+}
+
 TEST_CASE("An image of another size in a bag is named", "[bags]") {
   const auto folder = bags();
   if (!folder) return;

@@ -83,6 +83,25 @@ def camera_info(side, baseline=0.4):
     return message
 
 
+def changed_projection(wanted_side, element, value):
+    """Infos in which one element of P of one camera has another value."""
+    def info(side):
+        message = camera_info(side)
+        if side == wanted_side:
+            message.P = [value if i == element else number for i, number in enumerate(message.P)]
+        return message
+
+    return info
+
+
+def half(path, when):
+    """An image of every second pixel of every second row."""
+    message = image(path, when)
+    message.data = b"".join(message.data[320 * row:320 * (row + 1)][::2] for row in range(0, 120, 2))
+    message.width, message.height, message.step = 160, 60, 160
+    return message
+
+
 def strange_lens(side):
     message = camera_info(side)
     message.distortion_model = "unheard_of" if side == "right" else "plumb_bob"
@@ -122,6 +141,8 @@ write("lz4.bag", stereo, lambda path, when: image(path, when, "mono16"), compres
 write("dark.bag", stereo, lambda path, when: image(path, when, "12 bits"))
 write("dark_png.bag", {side: topic + "/compressed" for side, topic in stereo.items()}, compressed_12_bits)
 write("rgb.bag", {"left": "/a/left/image_rect", "right": "/a/right/image_rect"}, lambda path, when: image(path, when, "rgb8"))
+rectified = {"left": "/a/left/image_rect", "right": "/a/right/image_rect"}
+write("half.bag", rectified, half)
 write("direct.bag", {"left": "/direct/left/image_raw", "right": "/direct/right/image_raw"})
 write("euroc.bag", {"left": "/cam0/image_raw", "right": "/cam1/image_raw"}, info=None)
 write("odd.bag", {"left": "/front", "right": "/back"}, info=None)
@@ -132,3 +153,9 @@ write("swapped.bag", stereo, info=lambda side: camera_info("right" if side == "l
 write("fisheye.bag", stereo, info=strange_lens)
 write("wider.bag", stereo, lambda path, when: wider(path, when) if "right" in path and path.endswith("3.png") else image(path, when))
 write("strange.bag", stereo, lambda path, when: image(path, when, "32FC1"))
+for name, topics in (("rect", rectified), ("raw", stereo)):
+    write(f"{name}_cx.bag", topics, info=changed_projection("right", 2, 180.0))
+    write(f"{name}_fx.bag", topics, info=changed_projection("left", 0, 210.0))
+    write(f"{name}_cy.bag", topics, info=changed_projection("right", 6, 70.0))
+    write(f"{name}_Ty.bag", topics, info=changed_projection("right", 7, -80.0))
+    write(f"{name}_both.bag", topics, info=changed_projection("left", 3, -40.0))

@@ -91,6 +91,18 @@ void check_rig(const OwnCamera& own, const Cameras& cameras, int width_px, std::
   }
 }
 
+/// The camera_info with another element of P, counted row by row.
+std::string with_projection(std::string text, int element, double value) {
+  auto at = text.find("data: [", text.find("projection_matrix")) + 7;
+  for (int i = 0; i < element; ++i) at = text.find(", ", at) + 2;
+  return text.replace(at, text.find_first_of(",]", at) - at, fmt::format("{}", value));
+}
+
+StereoRig read_calibration_rig(const fs::path& file, const std::string& text) {
+  write_text(file, text);
+  return read_calibration(file).rig.value();
+}
+
 std::string error_of(const fs::path& file) {
   const auto message = message_of([&] { (void)read_calibration(file); });
   CHECK(std::count(message.begin(), message.end(), '\n') == 0);
@@ -180,6 +192,8 @@ TEST_CASE("Millimetres and squares of the board are suspected, with what to chan
   };
   CHECK_THAT(warning(1000.0), Catch::Contains("a baseline of 400 m; lengths must be in metres; if these are "
                                               "millimetres, divide the translation by 1000 (to 0.4 m)"));
+  CHECK_THAT(warning(10.0), Catch::Contains("a baseline of 4 m") &&
+                                Catch::Contains("few cameras are so far") && !Catch::Contains("divide"));
   CHECK_THAT(warning(0.001), Catch::Contains("a baseline of 0.0004 m") &&
                                  Catch::Contains("a square of the calibration board"));
 }
@@ -204,6 +218,104 @@ TEST_CASE("A calibration of another size says what to change", "[calibration]") 
   CHECK_THAT(error("[320, 200]", "160, 60]"), Catch::Contains("calibrate at the recorded size"));
 }
 
+TEST_CASE("Projection matrices of a ROS pair that contradict each other are refused", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  const std::string left = camera_info(cameras, true), right = camera_info(cameras, false);
+  const auto error_with = [&](const std::string& of_left, const std::string& of_right) {
+    write_text(folder / "left.yaml", of_left);
+    write_text(folder / "right.yaml", of_right);
+    return error_of(folder / "left.yaml");
+  };
+  CHECK(error_with(left, right).empty());
+  for (const auto& [element, name] : {std::pair{0, "fx"}, {5, "fy"}, {6, "cy"}}) {
+    CAPTURE(name);
+    const auto part = fmt::format("contradict each other: {} is ", name);
+    CHECK_THAT(error_with(with_projection(left, element, 77.0), right), Catch::Contains(part));
+    CHECK_THAT(error_with(left, with_projection(right, element, 77.0)),
+               Catch::Contains("right.yaml: the projection matrices") && Catch::Contains(part));
+  }
+  for (const auto& [element, value] : {std::pair{7, 2.0}, {11, 0.01}}) {
+    CAPTURE(element);
+    for (const bool of_left : {true, false}) {
+      CHECK_THAT(error_with(of_left ? with_projection(left, element, value) : left,
+                            of_left ? right : with_projection(right, element, value)),
+                 Catch::Contains("rectified cameras lie side by side"));
+    }
+  }
+  CHECK(error_with(left, with_projection(right, 7, 0.1)).empty());  // 0.1 % of the baseline
+  CHECK_THAT(error_with(with_projection(left, 3, 9.0), right),
+             Catch::Contains("of both cameras have a base"));
+  CHECK_THAT(error_with(with_projection(left, 1, 9.0), right),
+             Catch::Contains("of the left camera is not [fx 0 cx Tx;"));
+  // The images are rectified anew, so that the right ones may have been shifted along their rows.
+  CHECK(error_with(left, with_projection(right, 2, 77.0)).empty());
+  check_rig(read_calibration(folder / "left.yaml"), cameras, 320);
+}
+
+TEST_CASE("Contradictions within a calibration of OpenCV are refused", "[calibration]") {
+  const TemporaryFolder folder;
+  Cameras cameras;
+  const fs::path file = folder / "stereo.yml";
+  const auto error = [&] {
+    write_opencv(file, cameras);
+    return error_of(file);
+  };
+  CHECK(error().empty());
+  cameras.K2(0, 1) = 3.0;
+  CHECK_THAT(error(), Catch::Contains("stereo.yml: M2: the camera matrix has a skew of 3"));
+  cameras.K2 = Cameras().K2;
+  cameras.K1(2, 2) = 2.0;
+  CHECK_THAT(error(), Catch::Contains("the camera matrix is not [fx 0 cx; 0 fy cy; 0 0 1]"));
+  cameras.K1 = Cameras().K1;
+  write_opencv(file, cameras);
+  const std::string text = read_text(file);
+  write_text(file, text + "K1: [201, 0, 160, 0, 201, 60, 0, 0, 1]\n");
+  CHECK_THAT(error_of(file), Catch::Contains("has both M1 and K1, which are the same"));
+  write_text(file, text + "distCoeffs2: [0, 0, 0, 0]\n");
+  CHECK_THAT(error_of(file), Catch::Contains("has both D2 and distCoeffs2"));
+
+  write_text(file, text);
+  for (const char* name : {"extrinsics.yml", "extrinsics.xml"}) {
+    Cameras other;
+    write_opencv(folder / name, other);
+    check_rig(read_calibration(file), cameras, 0);
+    other.T[0] *= 1.1;
+    write_opencv(folder / name, other);
+    CHECK_THAT(error_of(file), Catch::Contains(std::string("has other R and T than ") + name));
+    fs::remove(folder / name);
+  }
+}
+
+TEST_CASE("Poses in a file of Kalibr that contradict each other are refused", "[calibration]") {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "camchain.yaml";
+  const std::string text = camchain(Cameras());
+  const auto error_with = [&](const std::string& of_left, const std::string& of_right) {
+    std::string changed = text;
+    changed.insert(changed.find("cam1:\n") + 6, of_right);
+    write_text(file, changed.insert(6, of_left));
+    return error_of(file);
+  };
+  const auto pose = [](const char* key, double x_m, double z_m) {
+    return fmt::format("  {}: [1, 0, 0, {}, 0, 1, 0, 0, 0, 0, 1, {}, 0, 0, 0, 1]\n", key, x_m, z_m);
+  };
+  const Eigen::Isometry3d T_right_left = read_calibration_rig(file, text).T_right_left;
+  std::string consistent;
+  for (int i = 0; i < 16; ++i)
+    consistent += fmt::format("{}{:.4f}", i == 0 ? "" : ", ", T_right_left.matrix()(i / 4, i % 4));
+  consistent = "  T_cam_imu: [" + consistent + "]\n";
+  CHECK(error_with(pose("T_cam_imu", 0.0, 0.0), consistent).empty());
+  CHECK_THAT(error_with(pose("T_cam_imu", 0.0, 0.0), pose("T_cam_imu", -0.4, 0.0)),
+             Catch::Contains("camchain.yaml:") && Catch::Contains("T_cn_cnm1 contradicts T_cam_imu"));
+  CHECK_THAT(
+      error_with(pose("T_BS", 0.0, 0.0), pose("T_BS", 0.4, 0.0)),
+      Catch::Contains("T_cn_cnm1 contradicts T_BS of the two cameras, which give a baseline of 0.4 m"));
+  CHECK(error_with(pose("T_BS", 0.1, 0.2) + pose("T_cam_imu", -0.1, -0.2), "").empty());
+  CHECK_THAT(error_with(pose("T_BS", 0.1, 0.2) + pose("T_cam_imu", 0.1, 0.2), ""),
+             Catch::Contains("camchain.yaml:3: T_cam_imu is not the inverse of T_BS"));
+}
+
 TEST_CASE("Damaged calibrations of other programs are refused in one line", "[calibration]") {
   const TemporaryFolder folder;
   const Cameras cameras;
@@ -214,8 +326,7 @@ TEST_CASE("Damaged calibrations of other programs are refused in one line", "[ca
   CHECK_THAT(error_of(folder / "a.xml"), Catch::Contains("M1 is not a matrix or a list of 9 finite numbers"));
   write_text(folder / "nul.yaml",
              std::string("%YAML:1.0\n--\0_size: 32\nM1: !!opencv-matrix\n   rows: 3\n", 54));
-  CHECK_THAT(error_of(folder / "nul.yaml"),
-             Catch::Contains("nul.yaml: M1 is not a matrix or a list of 9 finite numbers"));
+  CHECK_THAT(error_of(folder / "nul.yaml"), Catch::Contains("nul.yaml:2: there is a zero byte"));
   write_text(folder / "endless.yaml", "%YAML:1.0\n---t: M132\nM1:\n-\n");  // OpenCV's parser does not end
   CHECK_THAT(error_of(folder / "endless.yaml"), Catch::Contains("M1 is not a matrix"));
   std::string deep = "<?xml version=\"1.0\"?><opencv_storage>";

@@ -115,6 +115,68 @@ TEST_CASE("A BMP with run lengths is refused, one without is read", "[image]") {
   }
 }
 
+TEST_CASE("A BMP whose pixels begin within its header or palette is refused", "[image]") {
+  const TemporaryFolder folder;
+  cv::Mat colour;
+  cv::merge(std::vector{tiny_texture(64), tiny_texture(64), tiny_texture(64)}, colour);
+  for (const cv::Mat& image : {tiny_texture(64), colour}) {
+    CAPTURE(image.channels());
+    cv::imwrite((folder / "a.bmp").string(), image);
+    CHECK(message_of([&] { (void)load_gray_image(folder / "a.bmp"); }).empty());
+    const std::string bytes = read_text(folder / "a.bmp");
+    const unsigned pixels =
+        static_cast<unsigned char>(bytes[10]) + 256U * static_cast<unsigned char>(bytes[11]);
+    for (const unsigned offset : {0U, 14U, 53U, pixels - 1}) {
+      std::string shifted = bytes;
+      shifted[10] = static_cast<char>(offset & 0xFFU);
+      shifted[11] = static_cast<char>(offset >> 8U);
+      write_text(folder / "b.bmp", shifted);
+      CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "b.bmp"); }),
+                 Catch::Contains("b.bmp: the pixels of the BMP begin within its header or palette"));
+    }
+  }
+}
+
+TEST_CASE("A TIFF with an orientation is refused, as the decoder would turn it", "[image]") {
+  const TemporaryFolder folder;
+  const cv::Mat image = tiny_texture(64);
+  // Tags 256 to 258, 262, 273, 274, 277 to 279 of one strip, each a SHORT, as cameras write them.
+  const auto tiff = [&](int orientation) {
+    std::string bytes("II*\0\x08\0\0\0\x09\0", 10);
+    const int strip = 8 + 2 + 9 * 12 + 4;
+    const std::vector<std::pair<int, int>> tags = {
+        {256, image.cols}, {257, image.rows}, {258, 8},
+        {262, 1},          {273, strip},      {274, orientation},
+        {277, 1},          {278, image.rows}, {279, image.cols * image.rows}};
+    for (const auto& [tag, value] : tags) {
+      for (const int number : {tag, 3, 1, 0, value, 0}) {
+        bytes += static_cast<char>(number & 0xFF);
+        bytes += static_cast<char>(number >> 8);
+      }
+    }
+    bytes += std::string(4, '\0');
+    return bytes + std::string(image.begin<char>(), image.end<char>());
+  };
+  write_text(folder / "a.tif", tiff(1));
+  CHECK(cv::norm(load_gray_image(folder / "a.tif"), image, cv::NORM_INF) == 0.0);
+  for (const int orientation : {2, 3, 4, 6, 8}) {
+    write_text(folder / "a.tif", tiff(orientation));
+    CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "a.tif"); }),
+               Catch::Contains("a.tif: the TIFF has an orientation other than 1"));
+  }
+}
+
+TEST_CASE("A pointer of Git LFS in place of an image is named", "[image]") {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.png", "a.jpg", "a.tif"}) {
+    write_text(folder / name, "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
+    const auto expected =
+        Catch::Contains(std::string(name) + ": is a Git LFS pointer, not an image; run `git");
+    CHECK_THAT(message_of([&] { (void)load_gray_image(folder / name); }), expected);
+    CHECK_THAT(message_of([&] { (void)check_image(folder / name); }), expected);
+  }
+}
+
 TEST_CASE("An image without pixels is called empty", "[image]") {
   const TemporaryFolder folder;
   write_text(folder / "a.pgm", "P5 0 370 255\n");

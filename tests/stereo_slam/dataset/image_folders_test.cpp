@@ -142,6 +142,22 @@ TEST_CASE("Images are paired by order if the cameras count from different number
   CHECK(scan.sequence.frames[0].right.stem() == "R_000001");
 }
 
+TEST_CASE("Images without a number in common are paired by order, with a warning", "[folders]") {
+  for (const auto* text : {"", "R_"}) {
+    CAPTURE(text);
+    std::vector<std::string> later = numbered(text, 13);
+    later.erase(later.begin(), later.begin() + 10);
+    const auto scan = NamedRecording(numbered("", 3), later).scan();
+    REQUIRE(scan.sequence.frames.size() == 3);
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_FALSE(is_error(scan.problems[0]));
+    CHECK_THAT(scan.problems[0].text, Catch::Contains(fmt::format(
+                                          "no number in common, so they are paired by order, 000000.png with "
+                                          "{}000010.png",
+                                          text)));
+  }
+}
+
 TEST_CASE("Stamps in the names show when the order does not make pairs", "[folders]") {
   const NamedRecording recording(stamps(12, 0), stamps(12, 300));
   CHECK(recording.scan().sequence.frames.size() == 12);

@@ -117,6 +117,12 @@ TEST_CASE("A wrong calibration is refused", "[kitti]") {
              Catch::Contains("P1 gives a baseline of -0.4 m"));
   CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + "P1: 210 0 160 -80 0 200 60 0 0 0 1 0\n")),
              Catch::Contains("P0 and P1 have different intrinsics"));
+  for (const auto* across :
+       {"P1: 200 0 160 -80 0 200 60 -80 0 0 1 0\n", "P1: 200 0 160 -80 0 200 60 0 0 0 1 0.1\n"})
+    CHECK_THAT(kitti_error_after(with_file("calib.txt", P0 + across)),
+               Catch::Contains("calib.txt: P1 has the fourth column (-80, "));
+  CHECK(kitti_error_after(with_file("calib.txt", P0 + "P1: 200 0 160 -80 0 200 60 0.5 0 0 1 -0.003\n"))
+            .empty());
   CHECK_THAT(kitti_error_after(with_file(
                  "calib.txt", "P0: 0 0 160 0 0 200 60 0 0 0 1 0\nP1: 0 0 160 -80 0 200 60 0 0 0 1 0\n")),
              Catch::Contains("P0 has focal lengths 0 and 200"));
@@ -182,6 +188,19 @@ TEST_CASE("Folders that must not be read are one line of the program", "[kitti]"
     fs::permissions(folder / name, fs::perms::owner_all);
     CHECK_THAT(message, Catch::Contains(std::string(name) + ": cannot be read (Permission denied)"));
   }
+}
+
+TEST_CASE("A recording that must not be read is named by its folder", "[kitti]") {
+  if (geteuid() == 0) {
+    WARN("skipped: the superuser may read every folder");
+    return;
+  }
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 3);
+  fs::permissions(folder / "in", fs::perms::none);
+  const auto message = message_of([&] { (void)open_sequence(folder / "in", "auto"); });
+  fs::permissions(folder / "in", fs::perms::owner_all);
+  CHECK_THAT(message, Catch::Contains("/in: cannot be read (Permission denied)"));
 }
 
 TEST_CASE("Missing image folders, foreign names and too few frames are refused", "[kitti]") {

@@ -223,6 +223,8 @@ TEST_CASE("A wrong calibration of an own camera is refused with file and line", 
              Catch::Contains("has no baseline_m"));
   CHECK_THAT(error_with("rectified: {fx: 200, fy: 200, cx: 960, cy: 60, baseline_m: 1}\nframe_rate_hz: 10\n"),
              Catch::Contains("the principal point (960, 60) lies outside the 320x120 images"));
+  CHECK_THAT(error_with(tiny_calibration() + "T_right_left: [1]\n"),
+             Catch::Contains("yaml:3: T_right_left is of raw"));
   CHECK_THAT(raw("-0.4", "0.4"), Catch::Contains("to the left of the left one; swap the two cameras"));
   CHECK_THAT(raw("T_right_left", "T_left_right"), Catch::Contains("unknown key T_left_right"));
   CHECK_THAT(raw("1, 0.1]", "1, 1e300]"),

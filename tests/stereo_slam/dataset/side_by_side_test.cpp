@@ -65,6 +65,29 @@ TEST_CASE("Two videos and their calibration can be named", "[side-by-side]") {
   CHECK_FALSE(scan.sequence.live);
 }
 
+TEST_CASE("A video without frames is refused by its name", "[side-by-side]") {
+  const TemporaryFolder folder;
+  write_tiny_video(folder.path(), 3, 3);
+  const fs::path left = folder / "left.avi", right = folder / "right.avi";
+  const auto error = [&](const fs::path& source) {
+    const auto scan = scan_sequence(source, "auto", folder / "calibration.yaml");
+    REQUIRE(scan.problems.size() == 1);
+    CHECK(is_error(scan.problems[0]));
+    return scan.problems[0].text;
+  };
+  const std::string whole = read_text(right);
+  remove_frames(right);
+  CHECK_THAT(error({}), Catch::Contains("right.avi: is a video without frames"));
+  CHECK_THAT(error(right), Catch::Contains("right.avi: is a video without frames"));
+  remove_frames(left);
+  CHECK_THAT(error({}), Catch::Contains("left.avi: is a video without frames"));
+  CHECK_THAT(error(left.string() + "," + right.string()), Catch::Contains("left.avi: is a video without"));
+  write_text(right, whole);
+  CHECK_THAT(error({}), Catch::Contains("left.avi: is a video without frames"));
+  write_text(folder / "calibration.yaml", tiny_calibration("layout: side-by-side\nsource: left.avi\n"));
+  CHECK_THAT(error({}), Catch::Contains("left.avi: is a video without frames"));
+}
+
 TEST_CASE("What is not side by side is refused with what to change", "[side-by-side]") {
   const TemporaryFolder folder;
   write_tiny_folders(folder / "two", 5);

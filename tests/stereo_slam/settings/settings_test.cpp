@@ -149,6 +149,34 @@ TEST_CASE("The listing names the default of a setting only where the value diffe
                                     Catch::Contains("a whole number from 50 to 20000; default 1000\n"));
 }
 
+TEST_CASE("YAML that cannot be parsed is refused in plain words", "[settings]") {
+  struct Fault {
+    const char* text;
+    const char* words;
+  };
+  for (const auto& [text, words] :
+       {Fault{"images:\n    clahe: true\n  clahe_tiles: 3\n",
+              "3: not valid YAML: the indentation differs from"},
+        Fault{"- - 1\n  - 2\n - 3\n", "3: not valid YAML: the indentation differs from that of the lines"},
+        Fault{"seed: @3\n", "1: not valid YAML: a value begins with a character that YAML reserves"},
+        Fault{"seed: [3}\n", "1: not valid YAML: a ] or } closes nothing"},
+        Fault{"seed: 3\nimages: - 3\n", "2: not valid YAML: a list begins with - where none can be"},
+        Fault{"seed: & 3\n", "1: not valid YAML: an & stands without a name"},
+        Fault{"seed: * 3\n", "1: not valid YAML: a * stands without a name"},
+        Fault{"seed: \"C:\\d\"\n", "1: not valid YAML: a \\ in double quotes begins no known character"},
+        Fault{"images.: true\n", "1: images. ends with a point; add the name after it"},
+        Fault{"seed: 1\n: true\n", "2: a key has no name"},
+        Fault{"images: {\"\": true}\n", "1: a key has no name"}}) {
+    CAPTURE(text);
+    CHECK_THAT(load_error(text), Catch::Contains(std::string("s.yaml:") + words));
+  }
+  CHECK_THAT(load_error(std::string("seed: 1\nimages:\0\n", 17)),
+             Catch::Contains("s.yaml:2: there is a zero byte"));
+  const std::string utf16("\xFF\xFEs\0e\0e\0d\0:\0 \0003\0\n\0", 18);
+  CHECK_THAT(load_error(utf16),
+             Catch::Contains("s.yaml:1: there is a zero byte, so it is no text file in UTF-8"));
+}
+
 TEST_CASE("A file of the wrong shape is refused", "[settings]") {
   CHECK_THAT(load_error("features: 3"), Catch::Contains("features is a group of settings, not a value"));
   CHECK_THAT(load_error("seed: 1\nseed: 2\n"), Catch::Contains("s.yaml:2: seed is given twice"));

@@ -71,6 +71,20 @@ inline void empty_frame(const fs::path& file, int frame) {
   write_text(file, bytes);
 }
 
+/// Removes the frames of an AVI file: only its headers remain, which promise none.
+inline void remove_frames(const fs::path& file) {
+  promise_frames(file, 0);
+  std::string bytes = read_text(file);
+  const std::size_t movi = bytes.find("movi");
+  bytes.resize(movi + 4);
+  const auto put = [&](std::size_t at, std::size_t value) {
+    for (std::size_t i = 0; i < 4; ++i) bytes.at(at + i) = static_cast<char>(value >> (8 * i) & 0xFFU);
+  };
+  put(movi - 4, 4);
+  put(4, bytes.size() - 8);
+  write_text(file, bytes);
+}
+
 /// Opens the recording as if its header promised `frames` frames.
 inline StereoSequence open_with_false_header(const fs::path& folder, std::size_t frames) {
   auto sequence = open_sequence(folder, "auto");
