@@ -329,6 +329,13 @@ TEST_CASE("A run at the pace of the stamps does not wait for years", "[faults]")
                         "frame 2 is 3e+08 s later than the frame before it");
 }
 
+TEST_CASE("A URL that is silent is given up within seconds", "[faults]") {
+  const TemporaryFolder folder;
+  write_text(folder / "c.yaml", tiny_calibration(""));
+  check_bounded_failure({"info", "--dataset", "udp://127.0.0.1:9999", "--calibration", folder / "c.yaml"},
+                        "cannot be opened");
+}
+
 TEST_CASE("Pixels that are far from square are named", "[faults]") {
   const TemporaryFolder folder;
   write_tiny_folders(folder / "own", 3);

@@ -237,6 +237,8 @@ void image_headers(Bytes bytes) {
   }
   attempt_to_read([&] { (void)check_png_data(folder().path() / "image.png", bytes); });
   (void)is_compressed_bmp(bytes);
+  (void)is_shifted_bmp(bytes);
+  (void)is_turned_tiff(bytes);
   (void)is_damaged_jpeg(bytes);
 }
 

@@ -70,12 +70,16 @@ class OpenCvCodecs : public Codecs {
     return {};
   }
 
-  [[nodiscard]] std::unique_ptr<Video> open_video(const std::string& name,
-                                                  std::span<const int> backends) const override {
+  [[nodiscard]] std::unique_ptr<Video> open_video(const std::string& name, std::span<const int> backends,
+                                                  int timeout_ms) const override {
     for (const int backend : backends) {
+      std::vector<int> parameters;
+      if (backend == cv::CAP_FFMPEG && timeout_ms > 0)  // the other backends refuse what they do not know
+        parameters = {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, timeout_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC, timeout_ms};
       try {
         cv::VideoCapture capture;
-        if (capture.open(name, backend) && capture.isOpened()) return std::make_unique<OpenCvVideo>(capture);
+        if (capture.open(name, backend, parameters) && capture.isOpened())
+          return std::make_unique<OpenCvVideo>(capture);
       } catch (const cv::Exception&) {  // this backend cannot; the next one may
       }
     }

@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPipelineMark = " ! ";
 constexpr std::string_view kDevices = "/dev/video";
+constexpr int kTimeout_ms = 6000;
 
 /// OpenCV's backends for a source. Without this choice OpenCV would also try the drivers of industrial
 /// cameras, which takes time and leaks memory.
@@ -45,7 +46,7 @@ struct LiveCamera::Device {
   std::unique_ptr<Video> capture;
 
   explicit Device(const fs::path& source)
-      : name(source.string()), capture(opencv_codecs().open_video(name, backends_for(name))) {
+      : name(source.string()), capture(opencv_codecs().open_video(name, backends_for(name), kTimeout_ms)) {
     if (!capture) fail("cannot be opened; check its name, and that no other program uses it");
     capture->set(cv::CAP_PROP_BUFFERSIZE, 1);  // if the driver can: only the latest image is of use
   }

@@ -37,7 +37,7 @@ std::unique_ptr<Video> open(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "missing; check the path in the calibration file");
   if (!fs::is_regular_file(file)) fail(file, "is not a video file");
   constexpr std::array<int, 2> kBackends = {cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG};
-  auto video = opencv_codecs().open_video(file.string(), kBackends);
+  auto video = opencv_codecs().open_video(file.string(), kBackends, 0);
   if (!video) fail(file, "cannot be opened as a video; convert it to MP4 with H.264 or AVI with MJPEG");
   require_size(file, *video);
   return video;
