@@ -104,7 +104,7 @@ StereoRig read_calibration_rig(const fs::path& file, const std::string& text) {
 }
 
 std::string error_of(const fs::path& file) {
-  const auto message = message_of([&] { (void)read_calibration(file); });
+  auto message = message_of([&] { (void)read_calibration(file); });
   CHECK(std::count(message.begin(), message.end(), '\n') == 0);
   return message;
 }

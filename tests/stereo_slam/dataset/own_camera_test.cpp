@@ -17,7 +17,7 @@ std::string folder_error_after(const std::function<void(const fs::path&)>& break
   const TemporaryFolder folder;
   write_tiny_folders(folder.path(), 4);
   breaking(folder.path());
-  const auto message = message_of([&] { (void)open_sequence(folder.path(), "auto"); });
+  auto message = message_of([&] { (void)open_sequence(folder.path(), "auto"); });
   CHECK(std::count(message.begin(), message.end(), '\n') == 0);
   return message;
 }

@@ -34,7 +34,7 @@ int lead_of(int channel, const cv::Mat& image, const Vector2<double>& px) {
   int lead = -255;
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) {
-      const auto colour = image.at<cv::Vec3b>(static_cast<int>(px.y()) + y, static_cast<int>(px.x()) + x);
+      const auto& colour = image.at<cv::Vec3b>(static_cast<int>(px.y()) + y, static_cast<int>(px.x()) + x);
       lead = std::max(lead, colour[channel] - std::max(colour[(channel + 1) % 3], colour[(channel + 2) % 3]));
     }
   }
