@@ -54,8 +54,9 @@ using StereoPoint = Vector3<double>;
 enum class TrackingStatus {
   kInitializing,  ///< the frame that starts the map and defines the world frame
   kOk,            ///< updated by landmarks, or by the odometry if the settings ask for no more
-  kWeak,  ///< from the odometry alone, from a repeated image, from images of the two cameras that do not fit
-          ///< together, in front of a repetitive scene, or in a map segment whose place is not known yet
+  kWeak,  ///< from the odometry alone, from few landmarks, from a repeated image, from images of the two
+          ///< cameras that do not fit together, in front of a repetitive scene, or in a map segment whose
+          ///< place is not known yet
   kLost,  ///< predicted only: the covariance grows
   kRelocalised,  ///< first frame after a loss whose place in the map is known again
 };

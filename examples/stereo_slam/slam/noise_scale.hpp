@@ -23,12 +23,13 @@ class NoiseScale {
   [[nodiscard]] Vector2<double> variance_ratio() const { return mean_.cwiseMax(kLeast); }
 
   /// The variance ratios of a frame whose update had the ratios `own`: the mean, and kExcess times what `own`
-  /// exceeds both the mean and the assumed noise by. The cause of such an excess, motion blur for example,
-  /// moves neighbouring landmarks alike, so that their errors do not average out; and the largest residuals
-  /// are beyond the robust cap, and not in `own`.
+  /// exceeds the usual noise by. The cause of such an excess, motion blur for example, moves neighbouring
+  /// landmarks alike, so that their errors do not average out; and the largest residuals are beyond the
+  /// robust cap, and not in `own`.
   [[nodiscard]] Vector2<double> variance_ratio_of_frame(const Vector2<double>& own) const {
     if (!own.allFinite()) return variance_ratio();
-    return variance_ratio() + kExcess * (own - mean_.cwiseMax(1.0)).cwiseMax(0.0);
+    const Vector2<double> usual = kUsual * mean_.cwiseMax(1.0);
+    return variance_ratio() + kExcess * (own - usual).cwiseMax(0.0);
   }
 
   /// The covariance of a pose with variance ratios of the noise. Rotations about x and z and the translation
@@ -45,7 +46,8 @@ class NoiseScale {
 
  private:
   static constexpr double kLeast = 0.2;  // images without noise still have errors of interpolation
-  static constexpr double kExcess = 4.0;
+  static constexpr double kUsual = 1.3;  // of the mean, or of the assumed noise: within chance
+  static constexpr double kExcess = 5.0;
   static constexpr int kWindow = 100;
   static constexpr int kPriorUpdates = 5;  // the first updates do not decide alone
 

@@ -192,8 +192,10 @@ bool Slam::jumps(const Pose& predicted, const Pose& measured) const {
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
   const bool ambiguous =
       anchored() && scene_.repeats_itself(reference_.left, reference_.keyframe.frame, images.frame.index);
+  constexpr std::size_t kFewMatches = 15;  // so few may agree by chance, as in images blurred by motion
+  const bool few = tracked.basis == PoseBasis::kLandmarks && tracked.matches.size() < kFewMatches;
   result.status = status_of(tracked.basis, odometry_only());
-  if (result.status == TrackingStatus::kOk && ambiguous) result.status = TrackingStatus::kWeak;
+  if (result.status == TrackingStatus::kOk && (ambiguous || few)) result.status = TrackingStatus::kWeak;
   if (tracked.basis == PoseBasis::kOdometry && previous_.lost) result.status = TrackingStatus::kWeak;
   if (tracked.basis == PoseBasis::kLandmarks && previous_.lost) result.status = TrackingStatus::kRelocalised;
   if (result.status == TrackingStatus::kRelocalised) {

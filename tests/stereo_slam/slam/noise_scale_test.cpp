@@ -51,9 +51,9 @@ TEST_CASE("A frame that is noisier than the mean and than assumed counts more", 
   const auto of_frame = [&](double u, double v) { return noise.variance_ratio_of_frame({u, v}); };
   const auto mean = noise.variance_ratio();
   CHECK(of_frame(0.3, 1.0) == mean);
-  CHECK(of_frame(1.0, 2.0).isApprox(mean, 1e-6));  // more than the mean, but as assumed; as the mean
-  CHECK(of_frame(1.5, 3.0).x() == Approx(0.5 + 4.0 * 0.5));
-  CHECK(of_frame(1.5, 3.0).y() == Approx(2.0 + 4.0 * 1.0));
+  CHECK(of_frame(1.2, 2.5).isApprox(mean, 1e-6));  // hardly more than assumed; hardly more than the mean
+  CHECK(of_frame(1.8, 3.6).x() == Approx(0.5 + 5.0 * 0.5));
+  CHECK(of_frame(1.8, 3.6).y() == Approx(2.0 + 5.0 * 1.0));
   CHECK(of_frame(kNaN, 3.0) == mean);
   CHECK(of_frame(3.0, kInfinity) == mean);
 }

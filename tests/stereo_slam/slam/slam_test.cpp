@@ -176,6 +176,19 @@ TEST_CASE("A frame that is blurred by motion has a larger covariance, and its er
   CHECK(error.dot(covariance.llt().solve(error)) < 12.6);
 }
 
+TEST_CASE("A frame in which hardly a landmark is found is not called certain", "[stereo_slam][slam]") {
+  Slam slam(straight_recording().camera, Settings{});
+  for (std::size_t i = 0; i <= 10; ++i) {
+    StereoFrame frame = straight_recording().frames[i];
+    if (i == 10) {
+      for (cv::Mat* image : {&frame.left, &frame.right}) cv::blur(image->clone(), *image, {61, 1});
+    }
+    const auto result = slam.process(frame);
+    CAPTURE(i, result.matches);
+    if (i == 10) CHECK((result.status == TrackingStatus::kWeak || result.status == TrackingStatus::kLost));
+  }
+}
+
 TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[stereo_slam][slam]") {
   Settings settings;
   settings.features.count = 20000;
