@@ -61,6 +61,26 @@ TEST_CASE("Wrong usage has status 2", "[cli]") {
   }
 }
 
+TEST_CASE("A missing name and a value that an option does not have are named", "[cli]") {
+  const std::vector<std::pair<std::vector<std::string>, const char*>> cases = {
+      {{"run", "--dataset", "x", "--output", "--quiet"}, "--output: a name is missing before --quiet"},
+      {{"run", "--dataset", "x", "--output", "y", "--pose-frame", "x"},
+       "--pose-frame: x is not one of body, camera"},
+      {{"run", "--dataset", "x", "--output", "y", "--pose-frame", "1"},
+       "--pose-frame: 1 is not one of body, camera"},
+      {{"info", "--dataset", "x", "--format", "rosbag"},
+       "--format: rosbag is not one of kitti, euroc, folders, video, auto"},
+      {{"simulate", "--output", "x", "--exposure", "200"},
+       "--exposure: is longer than the time between two frames"}};
+  for (const auto& [arguments, message] : cases) {
+    CAPTURE(arguments);
+    const auto result = call(arguments);
+    CHECK(result.status == 2);
+    CHECK(split_lines(result.err).size() == 1);
+    CHECK_THAT(result.err, Catch::StartsWith(std::string("stereo_slam: ") + message));
+  }
+}
+
 TEST_CASE("An option that has no effect without another one is wrong usage", "[cli]") {
   const std::vector<std::string> evaluate = {"evaluate", "--groundtruth", "x", "--estimate", "y"};
   const std::vector<std::string> info = {"info", "--dataset", "x"};
