@@ -118,35 +118,28 @@ TEST_CASE("What the program wrote is replaced by the same command", "[faults]") 
   }
 }
 
-TEST_CASE("A file that takes the place of the map during the run is kept, and so is the map", "[faults]") {
+TEST_CASE("A file that takes the place of --save-map or --json during the run is kept, and so is the result",
+          "[faults]") {
+  struct Case {
+    std::string option, file, other, what;
+  };
+  const auto [option, file, other, what] = GENERATE(Case{"--save-map", "street.map", "street-2.map", "map"},
+                                                    Case{"--json", "run.json", "run-2.json", "JSON object"});
+  CAPTURE(option);
   const TemporaryFolder folder;
   write_long_sequence(folder / "in", 300);
-  const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out",
-                                        "--save-map", folder / "street.map"});
+  const Program program(
+      folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out", option, folder / file});
   program.wait_for_output("frame 1/");
-  write_text(folder / "street.map", "of the user");
+  write_text(folder / file, "of the user");
   const auto result = program.wait();
   CHECK(result.status == 1);
-  CHECK_THAT(result.err, Catch::Contains("street.map: exists, and is not a file of this kind") &&
-                             Catch::Contains("; the map is in " + (folder / "street-2.map").string()));
-  CHECK(read_text(folder / "street.map") == "of the user");
-  CHECK(fs::file_size(folder / "street-2.map") > 0);
-}
-
-TEST_CASE("A file that takes the place of --json during the run is kept, and so is the JSON", "[faults]") {
-  const TemporaryFolder folder;
-  write_long_sequence(folder / "in", 300);
-  const Program program(folder.path(), {"run", "--dataset", folder / "in", "--output", folder / "out",
-                                        "--json", folder / "run.json"});
-  program.wait_for_output("frame 1/");
-  write_text(folder / "run.json", "of the user");
-  const auto result = program.wait();
-  CHECK(result.status == 1);
-  CHECK_THAT(result.err, Catch::Contains("run.json: exists, and is not a file of this kind") &&
-                             Catch::Contains("; the JSON object is in " + (folder / "run-2.json").string()) &&
+  CHECK_THAT(result.err, Catch::Contains(file + ": exists, and is not a file of this kind") &&
+                             Catch::Contains("; the " + what + " is in " + (folder / other).string()) &&
                              Catch::Contains("(the results are in"));
-  CHECK(read_text(folder / "run.json") == "of the user");
-  CHECK_THAT(read_text(folder / "run-2.json"), Catch::Contains("\"state\": \"finished\""));
+  CHECK(read_text(folder / file) == "of the user");
+  CHECK(fs::file_size(folder / other) > 0);
+  if (option == "--json") CHECK_THAT(read_text(folder / other), Catch::Contains("\"state\": \"finished\""));
 }
 
 TEST_CASE("Two runs that replace the same map keep both maps", "[faults]") {
