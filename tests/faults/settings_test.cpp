@@ -84,6 +84,22 @@ TEST_CASE("A stack that is too small is named", "[faults]") {
   check_one_line_failure(result, "the stack is limited to 256 kB");
 }
 
+TEST_CASE("Too little memory for the libraries of image codecs is named as that", "[faults]") {
+  const TemporaryFolder folder;
+  for (const int limit_mb : {350, 450, 550}) {  // enough for the program
+    if (kReservesAddresses) continue;           // the sanitizer needs more than any limit
+    CAPTURE(limit_mb);
+    const auto result = call({"simulate", "--quiet", "--frames", "2", "--scale", "0.1", "--output",
+                              folder / fmt::format("town{}", limit_mb)},
+                             [&] {
+                               const rlim_t bytes = static_cast<rlim_t>(limit_mb) << 20;
+                               const rlimit limit{bytes, bytes};
+                               (void)setrlimit(RLIMIT_AS, &limit);
+                             });
+    if (result.status != 0) check_one_line_failure(result, "there is not enough memory");
+  }
+}
+
 TEST_CASE("Two poses of one stamp are named if they are far apart", "[faults]") {
   const TemporaryFolder folder;
   const std::string poses = "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 0 0 0 0 0 1\n";

@@ -110,7 +110,7 @@ class Camera {
     for (const auto& pose : T_world_left) {
       const cv::Mat1f seen = renderers_[side].render(pose * T_left_camera(side), moving);
       if (light.empty()) {
-        light = seen.clone();
+        light = seen;
       } else {
         light += seen;
       }

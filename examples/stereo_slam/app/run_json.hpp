@@ -16,7 +16,8 @@ namespace stereo_slam {
 class RunJson {
  public:
   /// Throws std::runtime_error unless the file can be written when the run has ended. It may replace an
-  /// earlier such file, but none of `inputs`, no result of the run and not the map of --save-map.
+  /// earlier such file, but none of `inputs`, no result of the run and not the map of --save-map. `options`
+  /// must outlive the object.
   RunJson(std::filesystem::path file, std::vector<std::filesystem::path> inputs, const RunOptions& options);
 
   /// Writes one JSON object; docs/datasets.md lists its members. If another file took the place of the file

@@ -11,7 +11,11 @@
 #include "stereo_slam/results/run_folder.hpp"
 
 namespace stereo_slam {
+namespace {
+
 namespace fs = std::filesystem;
+
+}  // namespace
 
 void require_keyframes(const Settings& settings) {
   if (settings.loop_closure.enabled && settings.map.layout == MapLayout::kAnchored) return;

@@ -37,10 +37,12 @@ constexpr const char* kLibrary = STEREO_SLAM_CODECS_NAME;
       if (const auto entry = reinterpret_cast<Entry>(::dlsym(library, "stereo_slam_codecs"))) return entry();
     }
     errors = ::dlerror();
+    // With a limit on memory, the library is there and cannot be mapped.
+    for (const auto* reason :
+         {"failed to map segment", "cannot allocate memory", "cannot map zero-fill pages"}) {
+      if (errors.find(reason) != std::string::npos) throw std::bad_alloc();
+    }
   }
-  const bool no_memory = errors.find("failed to map segment") != std::string::npos ||
-                         errors.find("annot allocate memory") != std::string::npos;
-  if (no_memory) throw std::bad_alloc();
   throw std::runtime_error(
       fmt::format("{}: cannot be loaded, and this input needs it; install it with the program, in {} ({})",
                   kLibrary, STEREO_SLAM_CODECS_FOLDER, errors));

@@ -37,7 +37,7 @@ class Codecs {
   [[nodiscard]] virtual std::vector<std::uint8_t> encode(const cv::Mat& image, const std::string& extension,
                                                          const std::vector<int>& parameters) const = 0;
   /// Opens a video with the first of `backends` (cv::VideoCaptureAPIs) that is able to; null if none is.
-  /// FFmpeg gives up a source that delivers nothing for `timeout_ms`; 0 means its own 30 s.
+  /// FFmpeg gives up opening a source that delivers nothing for `timeout_ms`; 0 means its own 30 s.
   [[nodiscard]] virtual std::unique_ptr<Video> open_video(const std::string& name,
                                                           std::span<const int> backends,
                                                           int timeout_ms) const = 0;

@@ -75,7 +75,7 @@ class OpenCvCodecs : public Codecs {
     for (const int backend : backends) {
       std::vector<int> parameters;
       if (backend == cv::CAP_FFMPEG && timeout_ms > 0)  // the other backends refuse what they do not know
-        parameters = {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, timeout_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC, timeout_ms};
+        parameters = {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, timeout_ms};
       try {
         cv::VideoCapture capture;
         if (capture.open(name, backend, parameters) && capture.isOpened())

@@ -168,7 +168,7 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
     const std::string text = std::move(lines[i].text);  // its memory is not needed any longer
     const auto fields = split_fields(text);
     const auto numbers = fields.size() == kColumns
-                             ? parse_numbers({fields[2].begin(), text.data() + text.size()})
+                             ? parse_numbers({fields[2].data(), text.data() + text.size()})
                              : std::nullopt;
     const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
     if (!stamp_ns) {

@@ -27,13 +27,18 @@ struct Result {
   std::string err;
 };
 
+/// Whether the program is built with a sanitizer that reserves terabytes of addresses.
+#if defined(__SANITIZE_ADDRESS__) || __has_feature(address_sanitizer)
+constexpr bool kReservesAddresses = true;
+#else
+constexpr bool kReservesAddresses = false;
+#endif
+
 /// Switches the search for leaks off in a program built with the address sanitizer: it crashes in every
 /// second process that has loaded OpenCV's readers of videos. Tests that call the same code in their own
 /// process have it.
 inline void switch_leak_check_off() {
-#if defined(__SANITIZE_ADDRESS__) || __has_feature(address_sanitizer)
-  setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
-#endif
+  if (kReservesAddresses) setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
 }
 
 /// A running stereo_slam with its output in files.
@@ -92,12 +97,12 @@ inline Result call(
 
 /// What a program may use at most, for call(). The signal of the alarm ends one that hangs.
 inline void bound_time_and_memory() {
-#if defined(__SANITIZE_ADDRESS__) || __has_feature(address_sanitizer)
-  setenv("ASAN_OPTIONS", "detect_leaks=0:hard_rss_limit_mb=3072", 1);  // it reserves terabytes of addresses
-#else
   constexpr rlimit kBytes = {std::size_t{3} << 30, std::size_t{3} << 30};  // addresses, not memory in use
-  setrlimit(RLIMIT_AS, &kBytes);
-#endif
+  if (kReservesAddresses) {
+    setenv("ASAN_OPTIONS", "detect_leaks=0:hard_rss_limit_mb=3072", 1);
+  } else {
+    setrlimit(RLIMIT_AS, &kBytes);
+  }
   alarm(30);
 }
 

@@ -6,7 +6,7 @@ export const kStatuses = [
   {name: 'OK', text: 'tracked', colour: 'blue', mark: '', row: 4, width: 3,
     meaning: 'updated by landmarks, or by odometry if no more is asked for'},
   {name: 'WEAK', text: 'weak', colour: 'orange', mark: '!', row: 1, width: 5,
-    meaning: 'odometry or the left image only, or position in the map uncertain'},
+    meaning: 'odometry, the left image or few landmarks only, or position in the map uncertain'},
   {name: 'LOST', text: 'lost', colour: 'red', mark: '×', row: 0, width: 5, dashed: true,
     meaning: 'predicted only; the covariance grows'},
   {name: 'RELOCALISED', text: 'relocalised', colour: 'ochre', mark: '◇', row: 3, width: 5,
