@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <libdeflate.h>
 #include <memory>
 #include <optional>
@@ -61,9 +62,8 @@ std::optional<Chunk> take_chunk(std::span<const std::uint8_t>& rest) {
   return chunk;
 }
 
-/// The predictors of filter types 1 to 4 (PNG specification, section 9).
+/// The predictors of filter types 1, 3 and 4 (PNG specification, section 9).
 constexpr auto kSub = [](int left, int, int) { return left; };
-constexpr auto kUp = [](int, int above, int) { return above; };
 constexpr auto kAverage = [](int left, int above, int) { return (left + above) / 2; };
 
 /// The one of the three neighbours whose value is nearest to left + above - above_left. That is above_left if
@@ -120,18 +120,36 @@ void decode_rows(const std::uint8_t* filtered, cv::Mat rows, const std::uint8_t*
   second.decode(pixel);
 }
 
+/// Decodes rows of filter type 2, which add the pixel above: many pixels at a time.
+void add_rows_above(const std::uint8_t* filtered, cv::Mat rows, const std::uint8_t* above) {
+  for (int y = 0; y < rows.rows; ++y) {
+    std::uint8_t* row = rows.ptr(y);
+    std::transform(filtered, filtered + rows.cols, above, row, std::plus<>());
+    filtered += rows.cols + 1;
+    above = row;
+  }
+}
+
+/// Decodes rows of filter type 0, which are not filtered.
+void copy_rows(const std::uint8_t* filtered, cv::Mat rows) {
+  for (int y = 0; y < rows.rows; ++y) {
+    std::copy_n(filtered, rows.cols, rows.ptr(y));
+    filtered += rows.cols + 1;
+  }
+}
+
 /// Undoes the filter of one or two rows. False for an unknown filter type.
 bool undo_filter(std::uint8_t type, const std::uint8_t* filtered, const cv::Mat& rows,
                  const std::uint8_t* above) {
   switch (type) {
     case 0:
-      decode_rows(filtered, rows, above, [](int, int, int) { return 0; });
+      copy_rows(filtered, rows);
       return true;
     case 1:
       decode_rows(filtered, rows, above, kSub);
       return true;
     case 2:
-      decode_rows(filtered, rows, above, kUp);
+      add_rows_above(filtered, rows, above);
       return true;
     case 3:
       decode_rows(filtered, rows, above, kAverage);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/orb_descriptors.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 
 #include <opencv2/features2d.hpp>
@@ -14,20 +16,44 @@ namespace {
 
 constexpr int kOrbPatch_px = 31;
 
+/// Weights of a row of the disc in which ORB measures the orientation, from dx = -kDiscRadius_px on: dx and 1
+/// in the disc, zeros beside it. All rows have the same length, a multiple of sixteen, for the compiler to
+/// add many pixels at a time.
+constexpr int kDiscRadius_px = kOrbPatch_px / 2;
+constexpr int kDiscRow_px = kOrbPatch_px + 1;
+static_assert(kDiscRow_px % 16 == 0 && kDiscRadius_px + 1 <= kDescriptorReach_px);
+struct DiscRow {
+  std::array<std::int16_t, kDiscRow_px> dx{};
+  std::array<std::int16_t, kDiscRow_px> one{};
+};
+
+[[nodiscard]] constexpr std::array<DiscRow, kOrbPatch_px> disc() {
+  std::array<DiscRow, kOrbPatch_px> rows;
+  for (int dy = -kDiscRadius_px; dy <= kDiscRadius_px; ++dy) {
+    DiscRow& row = rows[static_cast<std::size_t>(dy + kDiscRadius_px)];
+    for (int dx = -kDiscRadius_px; dx <= kDiscRadius_px; ++dx) {
+      if (dx * dx + dy * dy > kDiscRadius_px * kDiscRadius_px) continue;
+      row.dx[static_cast<std::size_t>(dx + kDiscRadius_px)] = static_cast<std::int16_t>(dx);
+      row.one[static_cast<std::size_t>(dx + kDiscRadius_px)] = 1;
+    }
+  }
+  return rows;
+}
+
 /// Direction from a pixel to the centroid of the grey values around it, degrees in [0, 360): the orientation
 /// of ORB.
 [[nodiscard]] float orientation(const cv::Mat& image, cv::Point centre) {
-  constexpr int kRadius_px = kOrbPatch_px / 2;
+  static constexpr auto kDisc = disc();
   int along_x = 0;
   int along_y = 0;
-  for (int dy = -kRadius_px; dy <= kRadius_px; ++dy) {
-    const int half_width =
-        static_cast<int>(std::sqrt(static_cast<double>(kRadius_px * kRadius_px - dy * dy)));
-    const std::uint8_t* line = image.ptr<std::uint8_t>(centre.y + dy) + centre.x;
+  for (int dy = -kDiscRadius_px; dy <= kDiscRadius_px; ++dy) {
+    const DiscRow& row = kDisc[static_cast<std::size_t>(dy + kDiscRadius_px)];
+    const std::uint8_t* pixels = image.ptr<std::uint8_t>(centre.y + dy) + centre.x - kDiscRadius_px;
     int sum = 0;
-    for (int dx = -half_width; dx <= half_width; ++dx) {
-      along_x += dx * line[dx];
-      sum += line[dx];
+    for (std::size_t i = 0; i < kDiscRow_px; ++i) {
+      const auto pixel = static_cast<std::int16_t>(pixels[i]);
+      along_x += row.dx[i] * pixel;
+      sum += row.one[i] * pixel;
     }
     along_y += dy * sum;
   }

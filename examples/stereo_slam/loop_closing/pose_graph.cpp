@@ -202,6 +202,9 @@ namespace {
 /// Information of the poses that may move, given the others: the decomposed Gauss-Newton matrix at the
 /// graph's poses, with six variables a node.
 class GraphInformation {
+  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  using MatrixX6 = Eigen::Matrix<double, Eigen::Dynamic, 6>;
+
  public:
   GraphInformation(const PoseGraph& graph, const PoseGraphSettings& settings) {
     Problem problem(graph);
@@ -221,14 +224,21 @@ class GraphInformation {
   /// Whether the node's covariance exists: it is connected to the gauge.
   [[nodiscard]] bool knows(std::size_t node) const { return first_variable_[node] != kUnknown; }
 
-  /// E[a b^T]; zero where either is fixed.
-  [[nodiscard]] Matrix6<double> covariance(std::size_t a, std::size_t b) const {
-    const int row = first_variable_[a], column = first_variable_[b];
-    if (row < 0 || column < 0) return Matrix6<double>::Zero();
-    Eigen::Matrix<double, Eigen::Dynamic, 6> unit(variables_, 6);
-    unit.setZero();
-    unit.middleRows<6>(column).setIdentity();
-    return factor_.solve(unit).middleRows<6>(row);
+  /// The covariances of two nodes and that between them; zero where either is fixed.
+  struct PairCovariance {
+    Matrix6<double> first = Matrix6<double>::Zero();
+    Matrix6<double> second = Matrix6<double>::Zero();
+    Matrix6<double> first_second = Matrix6<double>::Zero();  // E[first second^T]
+  };
+  [[nodiscard]] PairCovariance covariances(std::size_t first, std::size_t second) const {
+    const int row_1 = first_variable_[first], row_2 = first_variable_[second];
+    PairCovariance result;
+    if (row_1 >= 0) result.first = columns_of_inverse(row_1).middleRows<6>(row_1);
+    if (row_2 < 0) return result;
+    const MatrixX6 columns = columns_of_inverse(row_2);
+    result.second = columns.middleRows<6>(row_2);
+    if (row_1 >= 0) result.first_second = columns.middleRows<6>(row_1);
+    return result;
   }
 
   /// LinkedPose::J_common of the node; zero if the node is fixed.
@@ -254,11 +264,15 @@ class GraphInformation {
   }
 
  private:
-  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  using MatrixX6 = Eigen::Matrix<double, Eigen::Dynamic, 6>;
-
   static constexpr int kFixed = -1;
   static constexpr int kUnknown = -2;
+
+  /// Columns first to first + 5 of the inverse of the information.
+  [[nodiscard]] MatrixX6 columns_of_inverse(int first) const {
+    MatrixX6 unit = MatrixX6::Zero(variables_, 6);
+    unit.middleRows<6>(first).setIdentity();
+    return factor_.solve(unit);
+  }
 
   void decompose(ceres::Problem& problem, const std::vector<double*>& movable,
                  const std::vector<PoseGraphEdge>& odometry) {
@@ -340,9 +354,9 @@ PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) con
         "nodes {} and {} of the pose graph are not connected, or their covariances cannot be computed", from,
         to));
   }
+  const auto covariance = information.covariances(from, to);
   const PoseGaussian relative = antipode::relative_pose<double>(
-      {poses[from], information.covariance(from, from)}, {poses[to], information.covariance(to, to)},
-      information.covariance(from, to));
+      {poses[from], covariance.first}, {poses[to], covariance.second}, covariance.first_second);
   const Matrix6<double> J_common =
       information.J_common(to) - relative.pose.inverse().adjoint() * information.J_common(from);
   return LinkedPose{relative, J_common}.with_common_error(common_error_ratio);
