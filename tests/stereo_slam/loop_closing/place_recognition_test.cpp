@@ -60,6 +60,34 @@ class RandomTown {
   std::vector<Descriptor> kinds_;
 };
 
+TEST_CASE("A tree is the same if the points of a keyframe are inserted together or one by one",
+          "[place_recognition]") {
+  RandomTown town(kTownSeed);
+  constexpr std::size_t kSmallLeaf = 8;  // many leaves are split while the points of a keyframe are inserted
+  const int half = GENERATE(0, 1);
+  DescriptorTree together(half, 0, 1, kSmallLeaf);
+  DescriptorTree one_by_one(half, 0, 1, kSmallLeaf);
+  std::vector<KeyframePoint> all;
+  for (std::uint32_t keyframe = 0; keyframe < 10; ++keyframe) {
+    const auto points = town.place();
+    together.insert(points, keyframe);
+    for (const auto& point : points) one_by_one.insert({&point, 1}, keyframe);
+    all.insert(all.end(), points.begin(), points.end());
+  }
+  const auto leaves = together.leaves_of(all);
+  REQUIRE(leaves.size() == all.size());
+  std::size_t longest = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto expected = one_by_one.leaves_of({&all[i], 1}).front();
+    CHECK(std::equal(
+        leaves[i].begin(), leaves[i].end(), expected.begin(), expected.end(),
+        [](const TreeEntry& a, const TreeEntry& b) { return a.half == b.half && a.keyframe == b.keyframe; }));
+    longest = std::max(longest, leaves[i].size());
+  }
+  CHECK(longest < all.size() / 10);
+  CHECK(together.leaves_of({}).empty());
+}
+
 TEST_CASE("Places are recognised, and the work of a query grows far slower than the number of keyframes",
           "[stereo_slam][places]") {
   CAPTURE(kTownSeed);
