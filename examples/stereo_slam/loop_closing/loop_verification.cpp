@@ -2,17 +2,15 @@
 #include "stereo_slam/loop_closing/loop_verification.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 
 #include <Eigen/Cholesky>
-#include <opencv2/calib3d.hpp>
 
 #include <antipode/distributions/pose_algebra.hpp>
-#include <antipode/opencv/pose.hpp>
 
 #include "stereo_slam/core/descriptor.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/loop_closing/perspective_pose.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 
 namespace stereo_slam {
@@ -47,49 +45,6 @@ struct PointPair {
     }
   }
   return pairs;
-}
-
-// Guided matching finds more pairs than the descriptors alone, but needs a pose to start from. A pose is
-// useful for it if at least one in kCoreShare of settings.min_inliers pairs agrees with it.
-constexpr int kCoreShare = 2;
-constexpr double kConfidence = 0.999;
-
-/// Number of random sets of four pairs to draw in order to find a useful pose, if there is one.
-[[nodiscard]] int draws(std::size_t pairs, const LoopVerificationSettings& settings) {
-  const double share = settings.min_inliers / (kCoreShare * static_cast<double>(pairs));
-  const double clean = std::pow(std::min(share, 1.0), 4);
-  const double sufficient = std::ceil(std::log1p(-kConfidence) / std::log1p(-std::min(clean, kConfidence)));
-  return static_cast<int>(std::min(sufficient, static_cast<double>(settings.ransac_iterations)));
-}
-
-/// T_old_new from points of the old keyframe and their positions in the new one; nothing without a consensus.
-[[nodiscard]] std::optional<Pose> perspective_pose(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
-                                                   const std::vector<PointPair>& pairs,
-                                                   const StereoCamera& camera,
-                                                   const LoopVerificationSettings& settings) {
-  std::vector<cv::Point3d> points;
-  std::vector<cv::Point2d> pixels;
-  for (const auto& pair : pairs) {
-    const Vector3<double> p = camera.back_project(measurement(old_keyframe.points[pair.old_point]));
-    const StereoPoint z = measurement(new_keyframe.points[pair.new_point]);
-    points.emplace_back(p.x(), p.y(), p.z());
-    pixels.emplace_back(z.x(), z.y());
-  }
-  const cv::Matx33d K(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
-  cv::Mat rotation;
-  cv::Mat translation;
-  cv::Mat inliers;
-  // OpenCV seeds the random numbers of this RANSAC with a constant.
-  bool found = false;
-  try {
-    found = cv::solvePnPRansac(
-        points, pixels, K, cv::noArray(), rotation, translation, false, draws(pairs.size(), settings),
-        static_cast<float>(settings.max_reprojection_error_px), kConfidence, inliers, cv::SOLVEPNP_AP3P);
-  } catch (const cv::Exception&) {  // fewer than the four inliers that its refinement asserts
-  }
-  if (!found || inliers.rows < 4) return std::nullopt;
-  if (!cv::checkRange(rotation) || !cv::checkRange(translation)) return std::nullopt;
-  return antipode::pose_from_cv<double>(rotation, translation).inverse();
 }
 
 /// Pairs of points found where the pose predicts the old points: near in the image, in disparity and in
@@ -143,10 +98,15 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   result.loop.new_keyframe = new_keyframe.id;
   const auto pairs = match_descriptors(old_keyframe, new_keyframe, settings);
   result.matches = static_cast<int>(pairs.size());
-  if (kCoreShare * result.matches < settings.min_inliers) return result;
+  // Guided matching finds more pairs than the descriptors alone, but needs a pose to start from, which half
+  // as many pairs are enough for.
+  const int fewest_matches = (settings.min_inliers + 1) / 2;
+  if (result.matches < fewest_matches) return result;
 
   result.check = LoopCheck::kNoPose;
-  const auto rough = perspective_pose(old_keyframe, new_keyframe, pairs, camera, settings);
+  std::mt19937_64 random(seed);
+  const auto rough = perspective_pose(correspondences(old_keyframe, new_keyframe, pairs), fewest_matches,
+                                      camera, settings, random);
   if (!rough) return result;
   const auto guided = match_guided(old_keyframe, new_keyframe, *rough, camera, settings);
 
@@ -156,7 +116,6 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   adjustment.ransac_iterations = kRefinementDraws;
   adjustment.min_inliers = settings.min_inliers;
   adjustment.pixel_sigma_px = settings.pixel_sigma_px;
-  std::mt19937_64 random(seed);
   const auto motion = estimate_motion({correspondences(old_keyframe, new_keyframe, guided)}, camera, {*rough},
                                       adjustment, random);
   result.loop.inliers = motion.inlier_count;

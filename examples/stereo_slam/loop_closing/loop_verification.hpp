@@ -35,10 +35,10 @@ struct LoopVerification {
 
 /// Measures the pose of a keyframe relative to an old one (sec. IV-F).
 ///
-/// Descriptors that are each other's best match give a pose by perspective-n-point with RANSAC, from the old
-/// keyframe's points and the new one's image. Guided matching then searches every old point where that pose
-/// predicts it. From the pairs of (u, v, d) the robust two-view adjustment of the odometry estimates the pose
-/// and its covariance. The same input gives the same bits.
+/// Descriptors that are each other's best match give a pose by perspective-three-point with RANSAC, from the
+/// old keyframe's points and the new one's image (perspective_pose()). Guided matching then searches every
+/// old point where that pose predicts it. From the pairs of (u, v, d) the robust two-view adjustment of the
+/// odometry estimates the pose and its covariance. The same input gives the same bits.
 [[nodiscard]] LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
                                            const StereoCamera& camera,
                                            const LoopVerificationSettings& settings, std::uint64_t seed);

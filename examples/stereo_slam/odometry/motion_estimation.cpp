@@ -2,13 +2,12 @@
 #include "stereo_slam/odometry/motion_estimation.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 
 #include <Eigen/Cholesky>
 
 #include "stereo_slam/core/chi_square.hpp"
+#include "stereo_slam/odometry/three_point_sample.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -23,27 +22,11 @@ constexpr double kWidestRotation_rad = 0.3;  // a rotation that is known less we
          Eigen::LLT<Matrix6<double>>(covariance).info() == Eigen::Success;
 }
 
-[[nodiscard]] std::array<std::size_t, 3> draw_three(std::size_t count, std::mt19937_64& random) {
-  std::array<std::size_t, 3> sample{};
-  do {
-    for (auto& i : sample) i = static_cast<std::size_t>(random() % count);
-  } while (sample[0] == sample[1] || sample[1] == sample[2] || sample[0] == sample[2]);
-  return sample;
-}
-
 [[nodiscard]] std::vector<std::uint8_t> flag_inliers(const std::vector<double>& distance2) {
   std::vector<std::uint8_t> is_inlier(distance2.size());
   std::transform(distance2.begin(), distance2.end(), is_inlier.begin(),
                  [](double d) { return static_cast<std::uint8_t>(d < kChi2_3_99); });
   return is_inlier;
-}
-
-/// Random sets of three to draw so that one is free of outliers with a probability of 99.99 %.
-[[nodiscard]] int sufficient_draws(double inlier_share) {
-  constexpr double kMissed = 1e-4;
-  const double clean = inlier_share * inlier_share * inlier_share;
-  if (clean >= 1.0 - kMissed) return 1;
-  return static_cast<int>(std::min(1e6, std::ceil(std::log(kMissed) / std::log1p(-clean))));
 }
 
 /// A motion, and the correspondences that agree with it.

@@ -2,6 +2,7 @@
 #include "stereo_slam/odometry/two_view_adjustment.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -15,6 +16,7 @@ namespace {
 
 constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
 constexpr int kMaxIterations = 15;
+constexpr int kMaxHalvings = 5;          // of a step
 constexpr double kConvergedStep = 1e-6;  // rad, m
 constexpr double kMinDisparity_px = 0.05;
 
@@ -89,6 +91,70 @@ struct UsedCorrespondence {
   return 0.5 * (covariance + covariance.transpose());
 }
 
+/// The correspondences of an adjustment, with the covariance of each measurement and the inverse of that of
+/// each innovation.
+struct Problem {
+  std::span<const StereoCorrespondence> correspondences;
+  const StereoCamera& camera;
+  const std::vector<Matrix3<double>>& R;
+  const std::vector<Matrix3<double>>& S_inverse;
+  const std::vector<std::uint8_t>& is_used;
+};
+
+/// The motion and the points at one step.
+struct Estimate {
+  Pose T_previous_current;
+  std::vector<StereoPoint> points{};  // in the previous frame
+};
+
+[[nodiscard]] Estimate halfway(const Estimate& a, const Estimate& b) {
+  const Vector6<double> difference = b.T_previous_current.boxminus(a.T_previous_current);
+  Estimate result{a.T_previous_current.boxplus(0.5 * difference).renormalized(), a.points};
+  for (std::size_t i = 0; i < result.points.size(); ++i) {
+    result.points[i] += 0.5 * (b.points[i] - a.points[i]);
+  }
+  return result;
+}
+
+/// The problem linearised at an estimate.
+struct LinearizedProblem {
+  NormalEquations equations;
+  std::vector<UsedCorrespondence> used;
+  double cost = 0.0;  // by Cauchy's loss
+
+  LinearizedProblem(const Problem& problem, const Estimate& estimate) {
+    const Pose T_current_previous = estimate.T_previous_current.inverse();
+    for (std::size_t i = 0; i < estimate.points.size(); ++i) {
+      if (!problem.is_used[i]) continue;
+      const auto l =
+          linearize(problem.correspondences[i], estimate.points[i], T_current_previous, problem.camera);
+      if (!l) continue;
+      const double distance2 = l->innovation.dot(problem.S_inverse[i] * l->innovation);
+      equations.add(*l, problem.S_inverse[i], cauchy_weight(distance2));
+      used.push_back({i, *l, distance2});
+      cost += std::log(1.0 + distance2 / kCauchyScale2);
+    }
+  }
+
+  [[nodiscard]] bool worse_than(const LinearizedProblem& other) const {
+    constexpr double kRounding = 1e-9;
+    return cost > (1.0 + kRounding) * other.cost;
+  }
+
+  /// The estimate after a step of the motion: each point moves to where it fits best then.
+  [[nodiscard]] Estimate moved(const Problem& problem, const Estimate& from,
+                               const Vector6<double>& step) const {
+    Estimate result{from.T_previous_current.boxplus(step).renormalized(), from.points};
+    for (const auto& [i, l, distance2] : used) {
+      const Vector3<double> correction =
+          problem.R[i] * l.J_point.transpose() * problem.S_inverse[i] * (l.innovation - l.J_pose * step);
+      result.points[i] = problem.correspondences[i].previous + correction;
+      result.points[i].z() = std::max(result.points[i].z(), kMinDisparity_px);
+    }
+    return result;
+  }
+};
+
 }  // namespace
 
 TwoViewAdjustment::TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences,
@@ -144,37 +210,30 @@ std::vector<double> TwoViewAdjustment::squared_distances(const Pose& T_previous_
 
 std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
                                                      const std::vector<std::uint8_t>& is_used) const {
-  Pose pose = initial;
-  std::vector<StereoPoint> points;
-  points.reserve(correspondences_.size());
-  for (const auto& c : correspondences_) points.push_back(c.previous);
-
-  std::vector<UsedCorrespondence> used;
+  Estimate accepted{initial};
+  accepted.points.reserve(correspondences_.size());
+  for (const auto& c : correspondences_) accepted.points.push_back(c.previous);
+  const Problem problem{correspondences_, camera_, R_, S_inverse_, is_used};
+  LinearizedProblem at_accepted(problem, accepted);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    NormalEquations equations;
-    used.clear();
-    const Pose T_current_previous = pose.inverse();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (!is_used[i]) continue;
-      const auto l = linearize(correspondences_[i], points[i], T_current_previous, camera_);
-      if (!l) continue;
-      const double distance2 = l->innovation.dot(S_inverse_[i] * l->innovation);
-      equations.add(*l, S_inverse_[i], cauchy_weight(distance2));
-      used.push_back({i, *l, distance2});
-    }
-    const auto step = equations.solve();
+    const auto step = at_accepted.equations.solve();
     if (!step) return std::nullopt;
-    pose = pose.boxplus(*step).renormalized();
-    for (const auto& [i, l, distance2] : used) {
-      const Vector3<double> correction =
-          R_[i] * l.J_point.transpose() * S_inverse_[i] * (l.innovation - l.J_pose * *step);
-      points[i] = correspondences_[i].previous + correction;
-      points[i].z() = std::max(points[i].z(), kMinDisparity_px);
+    Estimate next = at_accepted.moved(problem, accepted, *step);
+    if (step->norm() < kConvergedStep) {
+      accepted = std::move(next);
+      break;
     }
-    if (step->norm() < kConvergedStep) break;
+    LinearizedProblem at_next(problem, next);
+    for (int halving = 0; at_next.worse_than(at_accepted) && halving < kMaxHalvings; ++halving) {
+      next = halfway(accepted, next);
+      at_next = LinearizedProblem(problem, next);
+    }
+    if (at_next.worse_than(at_accepted)) break;
+    accepted = std::move(next);
+    at_accepted = std::move(at_next);
   }
-  if (used.empty()) return std::nullopt;
-  return PoseGaussian{pose, sandwich_covariance(used, S_inverse_)};
+  if (at_accepted.used.empty()) return std::nullopt;
+  return PoseGaussian{accepted.T_previous_current, sandwich_covariance(at_accepted.used, S_inverse_)};
 }
 
 }  // namespace stereo_slam

@@ -258,7 +258,7 @@ void add_loop_verification(Table& table) {
       .add("descriptor_ratio", &LoopVerificationSettings::descriptor_ratio, {0.1, 1.0}, "",
            "largest ratio of best to second-best distance")
       .add("ransac_iterations", &LoopVerificationSettings::ransac_iterations, {1, 100000}, "",
-           "largest number of P3P hypotheses of RANSAC")
+           "largest number of samples of three points that RANSAC draws")
       .add("max_reprojection_error_px", &LoopVerificationSettings::max_reprojection_error_px, {0.1, 100.0},
            "px", "largest reprojection error of a RANSAC inlier")
       .add("search_radius_px", &LoopVerificationSettings::search_radius_px, {0.5, 200.0}, "px",

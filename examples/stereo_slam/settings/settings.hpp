@@ -158,7 +158,7 @@ struct PlaceRecognitionSettings {
 struct LoopVerificationSettings {
   int max_descriptor_distance = 64;
   double descriptor_ratio = 0.9;
-  int ransac_iterations = 300;
+  int ransac_iterations = 1000;
   double max_reprojection_error_px = 4.0;
   double search_radius_px = 8.0;
   double pixel_sigma_px = 1.0;
