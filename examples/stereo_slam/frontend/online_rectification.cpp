@@ -202,11 +202,11 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
       .motion = motions_++,
       .evidence = {kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative),
                    kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector)}};
-  effect.covariance = covariance_of(effect);
-  noticed_turn_ = disparity_.add(effect.evidence);
   const Vector3<double> path_m = T_first_second.inverse().translation();
   length_derivative_m2_ += pose_derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
+  effect.covariance = covariance_of(effect);
+  noticed_turn_ = disparity_.add(effect.evidence);
   return effect;
 }
 
@@ -243,6 +243,11 @@ Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect&
   const auto* period = disparity_.period_of(effect.motion);
   const Eigen::LDLT<Information> information((period ? period->estimate : disparity_.estimate()).information);
   Matrix6<double> covariance = effect.derivative * information.solve(effect.derivative.transpose());
+  if (const Basis scale = scale_derivative(); !period && !scale.isZero(0.0)) {
+    const Basis cross = information.solve(scale);
+    const Vector6<double> by_scale = effect.derivative * cross / std::sqrt(scale.dot(cross));
+    covariance -= by_scale * by_scale.transpose();
+  }
   for (const auto& before : disparity_.periods()) {
     if (effect.motion + 1 != before.motions && effect.motion != before.motions) continue;
     const Vector6<double> change = effect.derivative_by_second * before.turn_px;
@@ -252,9 +257,14 @@ Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect&
 }
 
 double RectificationEstimator::scale_sigma() const {
-  if (!(squared_length_m2_ > 0.0)) return 0.0;
-  const Basis derivative = length_derivative_m2_ / squared_length_m2_;
+  const Basis derivative = scale_derivative();
   return std::sqrt(std::max(derivative.dot(disparity_.estimate().information.ldlt().solve(derivative)), 0.0));
+}
+
+/// Derivative of the scale of all lengths with respect to the coefficients. Zero before the first motion.
+RectificationResidual::Basis RectificationEstimator::scale_derivative() const {
+  if (!(squared_length_m2_ > 0.0)) return Basis::Zero();
+  return length_derivative_m2_ / squared_length_m2_;
 }
 
 /// The prior of the disparity offset follows the row offset.

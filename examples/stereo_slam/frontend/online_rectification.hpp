@@ -158,8 +158,9 @@ class RectificationEstimator {
   /// much.
   [[nodiscard]] Matrix6<double> nonlinearity_of(const RectificationEffect& effect) const;
 
-  /// Covariance of a motion due to the present uncertainty of the disparity offset, and of a turn of the
-  /// right camera during the motion.
+  /// Covariance of a motion due to the present uncertainty of the disparity offset, apart from the error of
+  /// the scale (scale_sigma()), which all motions share, and due to a turn of the right camera during the
+  /// motion.
   [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect) const;
 
   /// Relative standard deviation of all lengths due to the present uncertainty of the disparity offset. Zero
@@ -175,6 +176,7 @@ class RectificationEstimator {
   using Information = RectificationEstimate::Information;
 
   void expect_disparity_offset();
+  [[nodiscard]] Basis scale_derivative() const;
   [[nodiscard]] RectificationResidual::Basis estimate_of_period(const RectificationEffect& effect) const;
 
   StereoCamera camera_;

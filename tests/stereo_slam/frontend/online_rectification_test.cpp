@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/online_rectification.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "stereo_slam/local_map/landmark_projection.hpp"
@@ -225,6 +227,24 @@ TEST_CASE("The reported uncertainty of lengths decreases with the distance drive
   for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   CHECK(first > 0.0);
   CHECK(estimator.scale_sigma() < 0.6 * first);
+}
+
+TEST_CASE("The error of the scale that motions share is not in their covariances as well",
+          "[stereo_slam][rectification]") {
+  std::mt19937_64 random(8);
+  const RectificationResidual truth(test::kitti_camera(), planted());
+  RectificationEstimator estimator(test::kitti_camera(), {});
+  RectificationEffect effect;
+  for (int keyframe = 0; keyframe < 10; ++keyframe) effect = drive(estimator, random, truth, 0.2);
+  const Matrix6<double> rest = estimator.covariance_of(effect);
+  const auto information = estimator.estimate().disparity_information.ldlt();
+  const Matrix6<double> all = effect.derivative * information.solve(effect.derivative.transpose());
+  const double scale_m = estimator.scale_sigma() * test::car_motion(2.5).translation().norm();
+  CAPTURE(rest, all, scale_m);
+  CHECK(Eigen::SelfAdjointEigenSolver<Matrix6<double>>(rest).eigenvalues().minCoeff() > -1e-12);
+  CHECK(all(5, 5) > 0.5 * scale_m * scale_m);
+  CHECK(rest(5, 5) < 0.1 * scale_m * scale_m);
+  CHECK((rest - all).trace() < 0.0);
 }
 
 TEST_CASE("A resumed estimator gives the same estimates as one that never stopped",
