@@ -16,7 +16,10 @@ namespace {
 
 constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
 constexpr int kMaxIterations = 15;
-constexpr int kMaxHalvings = 5;          // of a step
+constexpr int kMaxHalvings = 5;  // of a step
+// Near the minimum a step may cost a little more, since the weights of the points are those at the initial
+// motion: half a unit of squared Mahalanobis distance.
+constexpr double kTolerance = 0.5 / kCauchyScale2;
 constexpr double kConvergedStep = 1e-6;  // rad, m
 constexpr double kMinDisparity_px = 0.05;
 
@@ -107,53 +110,67 @@ struct Estimate {
   std::vector<StereoPoint> points{};  // in the previous frame
 };
 
-[[nodiscard]] Estimate halfway(const Estimate& a, const Estimate& b) {
-  const Vector6<double> difference = b.T_previous_current.boxminus(a.T_previous_current);
-  Estimate result{a.T_previous_current.boxplus(0.5 * difference).renormalized(), a.points};
-  for (std::size_t i = 0; i < result.points.size(); ++i) {
-    result.points[i] += 0.5 * (b.points[i] - a.points[i]);
+/// The problem linearised at an estimate. Used for several estimates in turn, it allocates nothing.
+class LinearizedProblem {
+ public:
+  explicit LinearizedProblem(const Problem& problem) : problem_(&problem) {
+    used_.reserve(problem.correspondences.size());
   }
-  return result;
-}
 
-/// The problem linearised at an estimate.
-struct LinearizedProblem {
-  NormalEquations equations;
-  std::vector<UsedCorrespondence> used;
-  double cost = 0.0;  // by Cauchy's loss
-
-  LinearizedProblem(const Problem& problem, const Estimate& estimate) {
+  void linearize_at(const Estimate& estimate) {
+    constexpr double kLargestProduct = 1e100;
+    equations_ = {};
+    used_.clear();
+    cost_ = 0.0;
+    double product = 1.0;  // of numbers whose logarithms are summed
     const Pose T_current_previous = estimate.T_previous_current.inverse();
     for (std::size_t i = 0; i < estimate.points.size(); ++i) {
-      if (!problem.is_used[i]) continue;
+      if (!problem_->is_used[i]) continue;
       const auto l =
-          linearize(problem.correspondences[i], estimate.points[i], T_current_previous, problem.camera);
+          linearize(problem_->correspondences[i], estimate.points[i], T_current_previous, problem_->camera);
       if (!l) continue;
-      const double distance2 = l->innovation.dot(problem.S_inverse[i] * l->innovation);
-      equations.add(*l, problem.S_inverse[i], cauchy_weight(distance2));
-      used.push_back({i, *l, distance2});
-      cost += std::log(1.0 + distance2 / kCauchyScale2);
+      const double distance2 = l->innovation.dot(problem_->S_inverse[i] * l->innovation);
+      equations_.add(*l, problem_->S_inverse[i], cauchy_weight(distance2));
+      used_.push_back({i, *l, distance2});
+      product *= 1.0 + distance2 / kCauchyScale2;
+      if (product < kLargestProduct) continue;
+      cost_ += std::log(product);
+      product = 1.0;
     }
+    cost_ += std::log(product);
   }
 
-  [[nodiscard]] bool worse_than(const LinearizedProblem& other) const {
-    constexpr double kRounding = 1e-9;
-    return cost > (1.0 + kRounding) * other.cost;
-  }
+  [[nodiscard]] const NormalEquations& equations() const noexcept { return equations_; }
+  [[nodiscard]] const std::vector<UsedCorrespondence>& used() const noexcept { return used_; }
+
+  /// By Cauchy's loss.
+  [[nodiscard]] double cost() const noexcept { return cost_; }
 
   /// The estimate after a step of the motion: each point moves to where it fits best then.
-  [[nodiscard]] Estimate moved(const Problem& problem, const Estimate& from,
-                               const Vector6<double>& step) const {
-    Estimate result{from.T_previous_current.boxplus(step).renormalized(), from.points};
-    for (const auto& [i, l, distance2] : used) {
+  void move(const Estimate& from, const Vector6<double>& step, Estimate& to) const {
+    to.T_previous_current = from.T_previous_current.boxplus(step).renormalized();
+    to.points = from.points;
+    for (const auto& [i, l, distance2] : used_) {
       const Vector3<double> correction =
-          problem.R[i] * l.J_point.transpose() * problem.S_inverse[i] * (l.innovation - l.J_pose * step);
-      result.points[i] = problem.correspondences[i].previous + correction;
-      result.points[i].z() = std::max(result.points[i].z(), kMinDisparity_px);
+          problem_->R[i] * l.J_point.transpose() * problem_->S_inverse[i] * (l.innovation - l.J_pose * step);
+      to.points[i] = problem_->correspondences[i].previous + correction;
+      to.points[i].z() = std::max(to.points[i].z(), kMinDisparity_px);
     }
-    return result;
   }
+
+ private:
+  const Problem* problem_;
+  NormalEquations equations_;
+  std::vector<UsedCorrespondence> used_;
+  double cost_ = 0.0;
 };
+
+/// Moves an estimate halfway back.
+void halve_step(const Estimate& from, Estimate& to) {
+  const Vector6<double> step = to.T_previous_current.boxminus(from.T_previous_current);
+  to.T_previous_current = from.T_previous_current.boxplus(0.5 * step).renormalized();
+  for (std::size_t i = 0; i < to.points.size(); ++i) to.points[i] = 0.5 * (from.points[i] + to.points[i]);
+}
 
 }  // namespace
 
@@ -213,27 +230,32 @@ std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
   Estimate accepted{initial};
   accepted.points.reserve(correspondences_.size());
   for (const auto& c : correspondences_) accepted.points.push_back(c.previous);
+  Estimate next = accepted;
   const Problem problem{correspondences_, camera_, R_, S_inverse_, is_used};
-  LinearizedProblem at_accepted(problem, accepted);
+  LinearizedProblem at_accepted(problem);
+  LinearizedProblem at_next(problem);
+  at_accepted.linearize_at(accepted);
+  double least_cost = at_accepted.cost();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const auto step = at_accepted.equations.solve();
+    const auto step = at_accepted.equations().solve();
     if (!step) return std::nullopt;
-    Estimate next = at_accepted.moved(problem, accepted, *step);
+    at_accepted.move(accepted, *step, next);
     if (step->norm() < kConvergedStep) {
-      accepted = std::move(next);
+      std::swap(accepted, next);
       break;
     }
-    LinearizedProblem at_next(problem, next);
-    for (int halving = 0; at_next.worse_than(at_accepted) && halving < kMaxHalvings; ++halving) {
-      next = halfway(accepted, next);
-      at_next = LinearizedProblem(problem, next);
+    at_next.linearize_at(next);
+    for (int halving = 0; at_next.cost() > least_cost + kTolerance && halving < kMaxHalvings; ++halving) {
+      halve_step(accepted, next);
+      at_next.linearize_at(next);
     }
-    if (at_next.worse_than(at_accepted)) break;
-    accepted = std::move(next);
-    at_accepted = std::move(at_next);
+    if (at_next.cost() > least_cost + kTolerance) break;
+    std::swap(accepted, next);
+    std::swap(at_accepted, at_next);
+    least_cost = std::min(least_cost, at_accepted.cost());
   }
-  if (at_accepted.used.empty()) return std::nullopt;
-  return PoseGaussian{accepted.T_previous_current, sandwich_covariance(at_accepted.used, S_inverse_)};
+  if (at_accepted.used().empty()) return std::nullopt;
+  return PoseGaussian{accepted.T_previous_current, sandwich_covariance(at_accepted.used(), S_inverse_)};
 }
 
 }  // namespace stereo_slam
