@@ -202,11 +202,11 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
       .motion = motions_++,
       .evidence = {kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative),
                    kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector)}};
+  effect.covariance = covariance_of(effect);
+  noticed_turn_ = disparity_.add(effect.evidence);
   const Vector3<double> path_m = T_first_second.inverse().translation();
   length_derivative_m2_ += pose_derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
-  effect.covariance = covariance_of(effect);
-  noticed_turn_ = disparity_.add(effect.evidence);
   return effect;
 }
 
@@ -240,14 +240,23 @@ Matrix6<double> RectificationEstimator::nonlinearity_of(const RectificationEffec
 }
 
 Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect& effect) const {
+  return covariance_of(effect, effect.derivative);
+}
+
+Matrix6<double> RectificationEstimator::covariance_besides_scale(const RectificationEffect& effect,
+                                                                 const Pose& T_first_second) const {
+  if (disparity_.period_of(effect.motion)) return covariance_of(effect);
+  auto derivative = effect.derivative;
+  derivative.bottomRows<3>() += T_first_second.inverse().translation() * scale_derivative().transpose();
+  return covariance_of(effect, derivative);
+}
+
+/// As covariance_of(), with another derivative of the motion with respect to the coefficients.
+Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect& effect,
+                                                      const MotionDerivative& derivative) const {
   const auto* period = disparity_.period_of(effect.motion);
   const Eigen::LDLT<Information> information((period ? period->estimate : disparity_.estimate()).information);
-  Matrix6<double> covariance = effect.derivative * information.solve(effect.derivative.transpose());
-  if (const Basis scale = scale_derivative(); !period && !scale.isZero(0.0)) {
-    const Basis cross = information.solve(scale);
-    const Vector6<double> by_scale = effect.derivative * cross / std::sqrt(scale.dot(cross));
-    covariance -= by_scale * by_scale.transpose();
-  }
+  Matrix6<double> covariance = derivative * information.solve(derivative.transpose());
   for (const auto& before : disparity_.periods()) {
     if (effect.motion + 1 != before.motions && effect.motion != before.motions) continue;
     const Vector6<double> change = effect.derivative_by_second * before.turn_px;

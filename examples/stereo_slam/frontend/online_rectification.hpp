@@ -158,10 +158,15 @@ class RectificationEstimator {
   /// much.
   [[nodiscard]] Matrix6<double> nonlinearity_of(const RectificationEffect& effect) const;
 
-  /// Covariance of a motion due to the present uncertainty of the disparity offset, apart from the error of
-  /// the scale (scale_sigma()), which all motions share, and due to a turn of the right camera during the
-  /// motion.
+  /// Covariance of a motion due to the present uncertainty of the disparity offset, and of a turn of the
+  /// right camera during the motion.
   [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect) const;
+
+  /// covariance_of() without the error of the scale that all motions share, whose standard deviation is
+  /// scale_sigma(). For a motion that was changed to the best estimate so far (change_of()). A motion before
+  /// a turn of the right camera keeps all of it.
+  [[nodiscard]] Matrix6<double> covariance_besides_scale(const RectificationEffect& effect,
+                                                         const Pose& T_first_second) const;
 
   /// Relative standard deviation of all lengths due to the present uncertainty of the disparity offset. Zero
   /// before the first motion.
@@ -175,8 +180,12 @@ class RectificationEstimator {
   using Basis = RectificationEstimate::Basis;
   using Information = RectificationEstimate::Information;
 
+  using MotionDerivative = Eigen::Matrix<double, 6, RectificationResidual::kTerms>;
+
   void expect_disparity_offset();
   [[nodiscard]] Basis scale_derivative() const;
+  [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect,
+                                              const MotionDerivative& derivative) const;
   [[nodiscard]] RectificationResidual::Basis estimate_of_period(const RectificationEffect& effect) const;
 
   StereoCamera camera_;

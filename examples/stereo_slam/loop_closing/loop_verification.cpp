@@ -98,8 +98,8 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   result.loop.new_keyframe = new_keyframe.id;
   const auto pairs = match_descriptors(old_keyframe, new_keyframe, settings);
   result.matches = static_cast<int>(pairs.size());
-  // Guided matching finds more pairs than the descriptors alone, but needs a pose to start from, which half
-  // as many pairs are enough for.
+  // Guided matching finds more pairs than the descriptors alone, but needs a pose to start from. For that
+  // half of settings.min_inliers pairs are enough.
   const int fewest_matches = (settings.min_inliers + 1) / 2;
   if (result.matches < fewest_matches) return result;
 

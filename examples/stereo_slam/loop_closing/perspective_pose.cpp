@@ -144,12 +144,9 @@ std::optional<Pose> perspective_pose(std::span<const StereoCorrespondence> corre
                                      const LoopVerificationSettings& settings, std::mt19937_64& random) {
   if (correspondences.size() < 4) return std::nullopt;
   PerspectiveRansac ransac(correspondences, camera, settings);
-  // Most points of a distant plane agree with two poses. Of many draws the right one is the best.
-  constexpr int kFewestDraws = 50;
   const double fewest_share = fewest_inliers / static_cast<double>(correspondences.size());
   for (int draw = 0; draw < settings.ransac_iterations; ++draw) {
-    const int sufficient = sufficient_draws(std::max(ransac.inlier_share(), fewest_share));
-    if (draw >= std::max(kFewestDraws, sufficient)) break;
+    if (draw >= sufficient_draws(std::max(ransac.inlier_share(), fewest_share))) break;
     ransac.add(draw_three(correspondences.size(), random));
   }
   return ransac.adjusted();

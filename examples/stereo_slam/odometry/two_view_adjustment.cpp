@@ -16,9 +16,8 @@ namespace {
 
 constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which a weight halves
 constexpr int kMaxIterations = 15;
-constexpr int kMaxHalvings = 5;  // of a step
-// Near the minimum a step may cost a little more, since the weights of the points are those at the initial
-// motion: half a unit of squared Mahalanobis distance.
+// Near the minimum a step may cost a little more, since the covariances of the innovations are those at the
+// initial motion: half a unit of squared Mahalanobis distance.
 constexpr double kTolerance = 0.5 / kCauchyScale2;
 constexpr double kConvergedStep = 1e-6;  // rad, m
 constexpr double kMinDisparity_px = 0.05;
@@ -165,13 +164,6 @@ class LinearizedProblem {
   double cost_ = 0.0;
 };
 
-/// Moves an estimate halfway back.
-void halve_step(const Estimate& from, Estimate& to) {
-  const Vector6<double> step = to.T_previous_current.boxminus(from.T_previous_current);
-  to.T_previous_current = from.T_previous_current.boxplus(0.5 * step).renormalized();
-  for (std::size_t i = 0; i < to.points.size(); ++i) to.points[i] = 0.5 * (from.points[i] + to.points[i]);
-}
-
 }  // namespace
 
 TwoViewAdjustment::TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences,
@@ -245,10 +237,6 @@ std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
       break;
     }
     at_next.linearize_at(next);
-    for (int halving = 0; at_next.cost() > least_cost + kTolerance && halving < kMaxHalvings; ++halving) {
-      halve_step(accepted, next);
-      at_next.linearize_at(next);
-    }
     if (at_next.cost() > least_cost + kTolerance) break;
     std::swap(accepted, next);
     std::swap(at_accepted, at_next);

@@ -45,9 +45,9 @@ class TwoViewAdjustment {
   [[nodiscard]] std::vector<double> squared_distances(const Pose& T_previous_current) const;
 
   /// The adjustment of the correspondences whose flag is set, with Cauchy weights, from `initial`. Nothing if
-  /// they do not determine the motion. Steps away from the minimum are halved: full steps may leave it where
-  /// the points hardly determine the motion. The covariance is the sandwich estimate of the weighted problem
-  /// (Huber 1981), which follows the scale of the residuals.
+  /// they do not determine the motion. Ends where the next step would lead away from the minimum, as steps do
+  /// where the points hardly determine the motion. The covariance is the sandwich estimate of the weighted
+  /// problem (Huber 1981), which follows the scale of the residuals.
   [[nodiscard]] std::optional<PoseGaussian> solve(const Pose& initial,
                                                   const std::vector<std::uint8_t>& is_used) const;
 

@@ -260,7 +260,7 @@ void add_loop_verification(Table& table) {
       .add("ransac_iterations", &LoopVerificationSettings::ransac_iterations, {1, 100000}, "",
            "largest number of samples of three points that RANSAC draws")
       .add("max_reprojection_error_px", &LoopVerificationSettings::max_reprojection_error_px, {0.1, 100.0},
-           "px", "largest reprojection error of a RANSAC inlier")
+           "px", "largest error of a RANSAC inlier, in (u, v, disparity)")
       .add("search_radius_px", &LoopVerificationSettings::search_radius_px, {0.5, 200.0}, "px",
            "guided matching: search radius around a predicted point")
       .add("pixel_sigma_px", &LoopVerificationSettings::pixel_sigma_px, {0.05, 10.0}, "px",
