@@ -41,7 +41,8 @@ struct PointInBoth {
 }
 
 /// The poses T_current_previous, up to four, that project three points to where they are in the current
-/// image.
+/// image (T. Ke, S. Roumeliotis, "An Efficient Algebraic Solution to the Perspective-Three-Point Problem",
+/// CVPR 2017).
 [[nodiscard]] std::vector<Pose> three_point_poses(const std::array<cv::Point3d, 3>& points,
                                                   const std::array<cv::Point2d, 3>& pixels,
                                                   const StereoCamera& camera) {

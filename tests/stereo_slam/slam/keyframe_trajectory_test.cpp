@@ -2,6 +2,10 @@
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
 
 #include <cmath>
+#include <random>
+#include <vector>
+
+#include <antipode/geometry/quaternion.hpp>
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/support/scenes.hpp"
@@ -154,6 +158,48 @@ TEST_CASE("What was measured with another rectification is corrected to the pres
   (void)trajectory.remeasure(estimator);
   CHECK(trajectory.poses(0.0)[3].pose.is_approx(after[3].pose, 1e-12));
   CHECK(trajectory.poses(0.0)[3].covariance.isApprox(after[3].covariance, 1e-12));
+}
+
+/// Points measured before and after a motion, without errors.
+std::vector<BiasConstraint> exact_constraints(const Pose& motion) {
+  std::mt19937_64 random(1);
+  const StereoCamera camera = test::kitti_camera();
+  std::vector<BiasConstraint> constraints;
+  while (constraints.size() < 200) {
+    const StereoPoint z = test::random_measurement(random, camera, 6.0, 60.0);
+    const Vector3<double> p = motion.inverse() * camera.back_project(z);
+    const auto z_later = camera.project(p);
+    if (!z_later) continue;
+    const Matrix3<double> J = camera.projection_jacobian(p);
+    Eigen::Matrix<double, 3, 6> J_pose;
+    J_pose << J * antipode::skew(p), -J;
+    constraints.push_back(
+        {Vector3<double>::Zero(), Matrix3<double>::Identity(), J_pose,
+         J * motion.rotation_matrix().transpose() * camera.back_projection_jacobian(z).col(2), z.head<2>(),
+         z_later->head<2>()});
+  }
+  return constraints;
+}
+
+TEST_CASE("Covariances that share the last estimate of the rectification leave out the scale's error",
+          "[stereo_slam][slam]") {
+  RectificationEstimator estimator(test::kitti_camera(), {});
+  PoseGaussian link = step(2.0);
+  const RectificationEffect effect = estimator.add_motion(exact_constraints(link.pose), link.pose);
+  const double scale_m = estimator.scale_sigma() * link.pose.translation().norm();
+  REQUIRE(scale_m > 1e-3);
+  link.covariance += effect.covariance;
+  KeyframeTrajectory trajectory;
+  trajectory.begin(0);
+  trajectory.append({}, true);
+  trajectory.append(link, true);
+  trajectory.add_keyframe(1, link, effect);
+  CHECK(trajectory.T_previous_reference().covariance(5, 5) > 1e-4 + 0.5 * scale_m * scale_m);
+  const auto links = trajectory.remeasure(estimator);
+  REQUIRE(links.size() == 1);
+  const double variance = links[0].T_previous_keyframe.covariance(5, 5);
+  CHECK(variance >= 1e-4);
+  CHECK(variance < 1e-4 + 0.05 * scale_m * scale_m);
 }
 
 TEST_CASE("Motions that do not depend on the rectification stay as they are", "[stereo_slam][slam]") {
