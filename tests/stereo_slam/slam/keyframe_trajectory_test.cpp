@@ -55,7 +55,8 @@ TEST_CASE("The common error of the links adds up from keyframe to keyframe", "[s
     CAPTURE(frame);
     // The steps only turn about y, so that the heading's error is the sum of those of all links.
     const double added = with[frame].covariance(1, 1) - without[frame].covariance(1, 1);
-    const auto links = static_cast<double>((frame + 1) / 2);
+    const std::size_t keyframes = (frame + 1) / 2;
+    const auto links = static_cast<double>(keyframes);
     CHECK(added == Approx(std::pow(links * kRatio * kLinkSigma_rad, 2)).epsilon(1e-4));
   }
 }
