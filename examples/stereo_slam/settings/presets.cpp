@@ -22,6 +22,7 @@ void apply_paper(Settings& settings) {
   settings.refinement.enabled = false;
   settings.update.method = PoseUpdateMethod::kPaper;
   settings.update.tau = 0.05;
+  settings.update.student_t_inverse_dof = 0.0;
   settings.update.noise_from_residuals = false;
   settings.map.layout = MapLayout::kGlobal;
   settings.map.update_landmarks = true;

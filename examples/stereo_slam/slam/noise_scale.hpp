@@ -7,11 +7,16 @@
 
 namespace stereo_slam {
 
-/// Variance of the pixel noise relative to the variance that the filter assumes, along and across the rows of
-/// the image. Least squares calls it the variance of unit weight. It is the mean over about the last hundred
-/// updates, or more for a frame that is worse than these.
+/// Variance of an updated pose relative to the variance that follows from the assumed noise of the pixels,
+/// for the components that depend on positions along and across the rows of the image. Least squares calls it
+/// the variance of unit weight. It is the mean over about the last hundred updates, or more for a frame that
+/// is worse than these.
 class NoiseScale {
  public:
+  /// `expected` is the ratio of updates whose noise is as assumed.
+  explicit NoiseScale(double expected = 1.0)
+      : expected_(expected), mean_(Vector2<double>::Constant(expected)) {}
+
   /// Adds the variance ratios (u, v) of an update; nothing changes if they are not finite.
   void add(const Vector2<double>& variance_ratio) {
     if (!variance_ratio.allFinite()) return;
@@ -19,8 +24,8 @@ class NoiseScale {
     mean_ += (variance_ratio - mean_) / updates_;
   }
 
-  /// The mean; 1 before the first update, never below kLeast.
-  [[nodiscard]] Vector2<double> variance_ratio() const { return mean_.cwiseMax(kLeast); }
+  /// The mean; what is expected before the first update, never below kLeast of it.
+  [[nodiscard]] Vector2<double> variance_ratio() const { return mean_.cwiseMax(kLeast * expected_); }
 
   /// The variance ratios of a frame whose update had the ratios `own`: the mean, and kExcess times what `own`
   /// exceeds the usual noise by. The cause of such an excess, motion blur for example, moves neighbouring
@@ -28,7 +33,7 @@ class NoiseScale {
   /// robust cap, and not in `own`.
   [[nodiscard]] Vector2<double> variance_ratio_of_frame(const Vector2<double>& own) const {
     if (!own.allFinite()) return variance_ratio();
-    const Vector2<double> usual = kUsual * mean_.cwiseMax(1.0);
+    const Vector2<double> usual = kUsual * mean_.cwiseMax(expected_);
     return variance_ratio() + kExcess * (own - usual).cwiseMax(0.0);
   }
 
@@ -51,7 +56,8 @@ class NoiseScale {
   static constexpr int kWindow = 100;
   static constexpr int kPriorUpdates = 5;  // the first updates do not decide alone
 
-  Vector2<double> mean_ = Vector2<double>::Ones();
+  double expected_;
+  Vector2<double> mean_;
   int updates_ = kPriorUpdates;
 };
 

@@ -49,7 +49,8 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
                                                           : make_feature_frontend(settings)),
       posterior_(certain_pose()),
       local_map_(camera, settings.map),
-      rectification_(camera, settings.online_rectification) {
+      rectification_(camera, settings.online_rectification),
+      noise_(expected_variance_ratio(settings.update)) {
   // The global layout has one keyframe only, and so nothing that a loop could move.
   if (settings.loop_closure.enabled && anchored()) loops_.emplace(camera, settings, loop_thread, loaded, use);
   if (loaded.keyframes.empty()) return;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include <Eigen/Cholesky>
 
@@ -11,6 +12,8 @@
 #include <antipode/filters/quadratic_update.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 
+#include "stereo_slam/core/chi_square.hpp"
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/tracking/pose_likelihood.hpp"
 
@@ -99,6 +102,16 @@ namespace {
   return 1.0 + sum / static_cast<double>(matches.size());
 }
 
+/// Squared Mahalanobis distance of the match at a pose; nothing if the landmark is behind the camera.
+[[nodiscard]] std::optional<double> squared_distance(const Match& match, const MapView& map,
+                                                     const Pose& T_keyframe_camera) {
+  const Landmark& landmark = map.landmarks[match.landmark];
+  const auto z = project(to_point(landmark, landmark.mean, map.camera), T_keyframe_camera, map.camera);
+  if (!z) return std::nullopt;
+  const Vector3<double> e = match.z - *z;
+  return e.dot((match.predicted.landmark_part + match.R).llt().solve(e));
+}
+
 /// The matches with the landmarks' part of their covariance linearised at a pose, without those whose squared
 /// Mahalanobis distance exceeds `cap` there.
 [[nodiscard]] std::vector<Match> relinearised_inliers(const std::vector<Match>& matches, const MapView& map,
@@ -106,12 +119,40 @@ namespace {
   std::vector<Match> result;
   for (Match match : matches) {
     const Landmark& landmark = map.landmarks[match.landmark];
-    const auto z = project(to_point(landmark, landmark.mean, map.camera), T_keyframe_camera, map.camera);
-    if (!z) continue;
     const Matrix3<double> J = landmark_jacobian(landmark, T_keyframe_camera, map.camera);
     match.predicted.landmark_part = J * landmark.covariance * J.transpose();
-    const Vector3<double> e = match.z - *z;
-    if (e.dot((match.predicted.landmark_part + match.R).llt().solve(e)) <= cap) result.push_back(match);
+    const auto distance = squared_distance(match, map, T_keyframe_camera);
+    if (distance && *distance <= cap) result.push_back(match);
+  }
+  return result;
+}
+
+/// Matches with weights from 0 to 1, by which their covariances are divided.
+struct WeightedMatches {
+  std::vector<Match> matches;
+  std::vector<double> weights;
+};
+
+/// The matches with the weights that maximum likelihood gives them, relative to a match without residual, if
+/// their errors have Student-t distributions: 1 / (1 + d^2 / (dof s)), with the squared Mahalanobis distance
+/// d^2 at a pose (Lange, Little and Taylor, Journal of the American Statistical Association 1989). With
+/// `inverse_dof` 0, the normal distribution, all weights are 1. The variance s of the errors relative to that
+/// assumed follows from the median of d^2.
+[[nodiscard]] WeightedMatches weighted_by_residuals(const std::vector<Match>& matches, const MapView& map,
+                                                    const Pose& T_keyframe_camera, double inverse_dof) {
+  constexpr double kLeastScale = 0.05;  // with less, matches without residuals would decide alone
+  std::vector<double> distances;
+  distances.reserve(matches.size());
+  for (const auto& match : matches) {
+    distances.push_back(squared_distance(match, map, T_keyframe_camera).value_or(0.0));
+  }
+  const double scale = std::max(median(distances) / kChi2_3_50, kLeastScale);
+  WeightedMatches result{matches, {}};
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const double weight = 1.0 / (1.0 + inverse_dof * distances[i] / scale);
+    result.weights.push_back(weight);
+    result.matches[i].R /= weight;
+    result.matches[i].predicted.landmark_part /= weight;
   }
   return result;
 }
@@ -125,27 +166,42 @@ namespace {
          correction.dot(prior.covariance().ldlt().solve(correction));
 }
 
-/// Variance of the noise in u and v relative to that assumed: the mean squares of the residuals at the
-/// posterior in units of their variances, corrected for the parameters that were fitted to the residuals:
-/// six, less what the prior knew of them.
-[[nodiscard]] Vector2<double> noise_variance_ratio(const std::vector<Match>& matches, const MapView& map,
-                                                   const PoseDensity& prior, const PoseDensity& posterior) {
-  Vector2<double> sum = Vector2<double>::Zero();
+/// Variance of the posterior's components that depend on u, and of those that depend on v, relative to that
+/// which follows from the matches' covariances: the variance of M-estimators (Huber, Robust Statistics, 1981)
+/// for the residuals at the posterior. Without weights it is the mean square of the residuals in units of
+/// their standard deviations. It is corrected for the parameters that were fitted to the residuals: six, less
+/// what the prior knew of them.
+[[nodiscard]] Vector2<double> posterior_variance_ratio(const WeightedMatches& weighted, const MapView& map,
+                                                       const PoseDensity& prior,
+                                                       const PoseDensity& posterior) {
+  Vector2<double> influence = Vector2<double>::Zero();  // sum of (weight e)^2 / variance
+  double weights = 0.0;
+  double slopes = 0.0;  // sum of the derivatives of weight e by e, over the three components
   int residuals = 0;
-  for (const auto& match : matches) {
+  for (std::size_t i = 0; i < weighted.matches.size(); ++i) {
+    const Match& match = weighted.matches[i];
+    const double weight = weighted.weights[i];
     const Landmark& landmark = map.landmarks[match.landmark];
     const auto z = project(to_point(landmark, landmark.mean, map.camera), posterior.pose(), map.camera);
     if (!z) continue;
     residuals += 3;
-    const Matrix3<double> S = match.predicted.landmark_part + match.R;
-    sum += (match.z - *z).cwiseAbs2().cwiseQuotient(S.diagonal()).head<2>();
+    const Matrix3<double> S = match.predicted.landmark_part + match.R;  // divided by the weight
+    influence += weight * (match.z - *z).cwiseAbs2().cwiseQuotient(S.diagonal()).head<2>();
+    weights += weight;
+    slopes += (weight + 2.0 * weight * weight) / 3.0;
   }
+  if (residuals == 0) return Vector2<double>::Ones();
   const double known = prior.covariance().ldlt().solve(posterior.covariance()).trace();
   const double fitted = 6.0 - std::clamp(known, 0.0, 6.0);
-  return sum * 3.0 / std::max(residuals - fitted, 1.0);
+  return influence * weights / (slopes * slopes) * (residuals / std::max(residuals - fitted, 1.0));
 }
 
 }  // namespace
+
+double expected_variance_ratio(const UpdateSettings& settings) {
+  const double q = settings.student_t_inverse_dof;
+  return (1.0 + 5.0 * q) / ((1.0 + 3.0 * q) * (1.0 + 3.0 * q));
+}
 
 PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches, const MapView& map,
                        const UpdateSettings& settings) {
@@ -153,19 +209,26 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
 
   // The innovations contain the prior's error: the wide cap allows for it. The second update starts from the
-  // prior again, without the matches that contradict the first, and with covariances taken at its result.
+  // prior again, without the matches that contradict the first, and with covariances taken at its result. If
+  // the matches are weighted, it is repeated with the weights at its own result.
   const double wide_cap = settings.robust_cap * prior_spread(matches);
   const auto first = update_once(prior, matches, map, wide_cap, settings);
   if (!first.converged) return {.posterior = prior};
   const auto kept = relinearised_inliers(matches, map, first.posterior.pose(), settings.robust_cap);
   if (kept.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
-  PoseUpdate update = update_once(prior, kept, map, wide_cap, settings);
-  if (!update.converged) return {.posterior = prior};
+  WeightedMatches weighted;
+  PoseUpdate update = first;
+  const int passes = settings.student_t_inverse_dof > 0.0 ? 2 : 1;
+  for (int pass = 0; pass < passes; ++pass) {
+    weighted = weighted_by_residuals(kept, map, update.posterior.pose(), settings.student_t_inverse_dof);
+    update = update_once(prior, weighted.matches, map, wide_cap, settings);
+    if (!update.converged) return {.posterior = prior};
+  }
   const PoseLikelihood likelihood(kept, map, wide_cap, antipode::to_pose_gaussian(prior));
   update.nis = normalised_innovation_squared(prior, update.posterior, likelihood);
   update.nis_dof = likelihood.dimension();
-  update.variance_ratio = noise_variance_ratio(kept, map, prior, update.posterior);
-  update.used = kept;
+  update.variance_ratio = posterior_variance_ratio(weighted, map, prior, update.posterior);
+  update.used = weighted.matches;
   return update;
 }
 

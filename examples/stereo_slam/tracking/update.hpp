@@ -18,9 +18,15 @@ struct PoseUpdate {
   bool converged = false;  ///< the landmarks corrected the pose
   double nis = 0.0;  ///< normalised innovation squared: chi-square distributed if all noise is as assumed
   int nis_dof = 0;   ///< its degrees of freedom
-  Vector2<double> variance_ratio = Vector2<double>::Ones();  ///< of the noise in u and v to that assumed
-  std::vector<Match> used{};                                 ///< matches that the posterior rests on
+  /// Variance of the components that depend on u, and of those that depend on v, to that of the posterior, as
+  /// the residuals show it; see NoiseScale
+  Vector2<double> variance_ratio = Vector2<double>::Ones();
+  std::vector<Match> used{};  ///< matches that the posterior rests on
 };
+
+/// PoseUpdate::variance_ratio if the errors of the matches are as large as assumed and have the distribution
+/// of the settings. It is 1 for the normal distribution, and less for others, since weights are at most 1.
+[[nodiscard]] double expected_variance_ratio(const UpdateSettings& settings);
 
 /// Corrects the pose prior by the matched landmarks (eq. 13, Alg. 2, or the quadratic-surrogate progression).
 [[nodiscard]] PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches,

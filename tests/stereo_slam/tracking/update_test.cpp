@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "stereo_slam/support/matched_scene.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "stereo_slam/tracking/pose_likelihood.hpp"
 #include "stereo_slam/tracking/predict.hpp"
@@ -16,51 +17,17 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kSigma_px = 0.5;
+using test::make_scene;
+using test::MatchedScene;
 
-/// Landmarks of a keyframe re-observed from `truth`, and the prior of that pose.
-struct MatchedScene {
-  StereoCamera camera = test::kitti_camera();
-  std::vector<Landmark> landmarks;
-  std::vector<Match> matches;
-  PoseDensity prior = PoseDensity::from_pose_covariance(Pose::identity(), Matrix6<double>::Identity() * 1e-6);
-
-  MapView map() const { return {landmarks, camera}; }
-};
-
-MatchedScene make_scene(std::mt19937_64& random, const Pose& truth, int count, double rotation_sigma_rad,
-                        double translation_sigma_m) {
-  MatchedScene scene;
-  const StereoCamera& camera = scene.camera;
-  std::normal_distribution<double> normal;
-  Vector6<double> sigma;
-  sigma << Vector3<double>::Constant(rotation_sigma_rad), Vector3<double>::Constant(translation_sigma_m);
-  Vector6<double> error;
-  for (double& e : error) e = normal(random);
-  scene.prior = PoseDensity::from_pose_covariance(truth.boxplus(sigma.cwiseProduct(error)),
-                                                  Matrix6<double>(sigma.cwiseAbs2().asDiagonal()));
-  while (static_cast<int>(scene.matches.size()) < count) {
-    const StereoPoint z = test::random_measurement(random, camera, 5.0, 45.0);
-    const auto seen = camera.project(truth.inverse() * camera.back_project(z));
-    if (!seen || !camera.in_view(*seen)) continue;
-    const StereoPoint measured = *seen + test::stereo_noise(random, kSigma_px);
-    const std::vector<Landmark> landmark{
-        test::landmark_at(z + test::stereo_noise(random, kSigma_px), camera, kSigma_px)};
-    const auto predicted =
-        project_landmarks({landmark, camera}, antipode::to_pose_gaussian(scene.prior), 1e3);
-    if (predicted.empty()) continue;  // out of view at the prior's pose
-    scene.matches.push_back({scene.landmarks.size(), measured, stereo_pixel_covariance(kSigma_px),
-                             predicted.front(), std::nullopt});
-    scene.landmarks.push_back(landmark.front());
-  }
-  return scene;
-}
+constexpr double kSigma_px = test::kSceneSigma_px;
 
 UpdateSettings settings_for(PoseUpdateMethod method) {
   UpdateSettings settings;
   settings.method = method;
   settings.tau = method == PoseUpdateMethod::kPaper ? 0.05 : 0.5;
   settings.robust_cap = 1e3;
+  settings.student_t_inverse_dof = 0.0;  // the noise of make_scene() is normal
   return settings;
 }
 
