@@ -111,7 +111,7 @@ struct UpdateSettings {
   double regularizer_sigma_m = 1e-3;
   double regularizer_forgetting = 1e-3;
   double robust_cap = 16.0;
-  double student_t_inverse_dof = 0.5;
+  double student_t_inverse_dof = 0.15;
   int min_matches = 10;
   bool noise_from_residuals = true;
 };

@@ -93,7 +93,7 @@ TEST_CASE("Covariances scaled to weighted residuals are consistent, with outlier
 
 TEST_CASE("Of errors with two degrees of freedom, weighted residuals show more than equally weighted ones",
           "[stereo_slam][update]") {
-  const double weighted = outcome_of({.tails = Tails::kStudent}).nees;
+  const double weighted = outcome_of({.inverse_dof = 0.5, .tails = Tails::kStudent}).nees;
   const double equal = outcome_of({.inverse_dof = 0.0, .tails = Tails::kStudent}).nees;
   CHECK(weighted < 9.0);
   CHECK(weighted < 0.9 * equal);
