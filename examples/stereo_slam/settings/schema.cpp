@@ -174,9 +174,8 @@ void add_update(Table& table) {
       .add("robust_cap", &UpdateSettings::robust_cap, {1.0, 1e6}, "",
            "squared Mahalanobis distance beyond which a match is removed after the first update")
       .add("student_t_inverse_dof", &UpdateSettings::student_t_inverse_dof, {0.0, 1.0}, "",
-           "1 / degrees of freedom of the Student-t distribution of the errors of matches; the larger, the "
-           "less "
-           "weight have matches with large residuals; 0: normal distribution, equal weights")
+           "1 / degrees of freedom of the Student-t distribution of the errors of matches: the larger, the "
+           "less weight have large residuals; 0: normal distribution, equal weights")
       .add("min_matches", &UpdateSettings::min_matches, {3, 100000}, "",
            "smallest number of matches; with fewer the pose is only predicted")
       .add(

@@ -45,6 +45,7 @@ struct Experiment {
   double inverse_dof = kDefaultInverseDof;
   Tails tails = Tails::kNone;
   double assumed_variance = 1.0;
+  int matches = 120;
 };
 
 /// Means over the scenes.
@@ -63,7 +64,7 @@ Outcome outcome_of(const Experiment& experiment) {
   const Pose truth = test::car_motion();
   Outcome outcome;
   for (int run = 0; run < kRuns; ++run) {
-    test::MatchedScene scene = test::make_scene(random, truth, 120, 0.01, 0.2);
+    test::MatchedScene scene = test::make_scene(random, truth, experiment.matches, 0.01, 0.2);
     add_tails(scene, experiment.tails, random);
     assume(experiment.assumed_variance, scene);
     const auto update = update_pose(scene.prior, scene.matches, scene.map(), settings);
@@ -89,6 +90,14 @@ TEST_CASE("Covariances scaled to weighted residuals are consistent, with outlier
   CHECK(nees > 5.0);
   CHECK(nees <
         (method == PoseUpdateMethod::kQuadratic ? 7.0 : 8.0));  // variances of Alg. 2 are 20 % too small
+}
+
+TEST_CASE("Of few matches, weights make the covariance no worse", "[stereo_slam][update]") {
+  const auto nees = [](Tails tails, double inverse_dof) {
+    return outcome_of({.inverse_dof = inverse_dof, .tails = tails, .matches = 20}).nees;
+  };
+  CHECK(nees(Tails::kNone, kDefaultInverseDof) < 1.1 * nees(Tails::kNone, 0.0));
+  CHECK(nees(Tails::kOutliers, kDefaultInverseDof) < nees(Tails::kOutliers, 0.0));
 }
 
 TEST_CASE("Of errors with two degrees of freedom, weighted residuals show more than equally weighted ones",
