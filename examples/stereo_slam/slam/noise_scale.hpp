@@ -8,9 +8,9 @@
 namespace stereo_slam {
 
 /// Variance of an updated pose relative to the variance that follows from the assumed noise of the pixels,
-/// for the components that depend on positions along and across the rows of the image. Least squares calls it
-/// the variance of unit weight. It is the mean over about the last hundred updates, or more for a frame that
-/// is worse than these.
+/// for the components that depend on positions along and across the rows of the image. If all matches have
+/// the same weight, it is the variance of unit weight of least squares. It is the mean over about the last
+/// hundred updates, or more for a frame that is worse than these.
 class NoiseScale {
  public:
   /// `expected` is the ratio of updates whose noise is as assumed.

@@ -296,13 +296,16 @@ void Slam::record_unknown(FrameResult& result) {
 }
 
 /// The posterior with the covariance that is reported: if it was measured against landmarks, scaled to the
-/// noise that the residuals show. The filter itself goes on with the assumed noise.
+/// noise that the residuals show, or else to the assumed noise. The filter itself goes on with the assumed
+/// noise.
 PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = to_pose_gaussian(tracked.posterior);
-  const bool scaled = settings_.update.noise_from_residuals && settings_.refinement.enabled;
-  if (scaled && tracked.basis == PoseBasis::kLandmarks) {
+  if (tracked.basis != PoseBasis::kLandmarks) return pose;
+  if (settings_.update.noise_from_residuals && settings_.refinement.enabled) {
     pose.covariance =
         NoiseScale::scaled(pose.covariance, noise_.variance_ratio_of_frame(tracked.variance_ratio));
+  } else {
+    pose.covariance *= expected_variance_ratio(settings_.update);
   }
   return pose;
 }

@@ -102,14 +102,18 @@ namespace {
   return 1.0 + sum / static_cast<double>(matches.size());
 }
 
-/// Squared Mahalanobis distance of the match at a pose; nothing if the landmark is behind the camera.
-[[nodiscard]] std::optional<double> squared_distance(const Match& match, const MapView& map,
-                                                     const Pose& T_keyframe_camera) {
+/// Measurement of the match minus that expected at a pose; nothing if the landmark is not in front of the
+/// camera.
+[[nodiscard]] std::optional<Vector3<double>> residual_of(const Match& match, const MapView& map,
+                                                         const Pose& T_keyframe_camera) {
   const Landmark& landmark = map.landmarks[match.landmark];
   const auto z = project(to_point(landmark, landmark.mean, map.camera), T_keyframe_camera, map.camera);
   if (!z) return std::nullopt;
-  const Vector3<double> e = match.z - *z;
-  return e.dot((match.predicted.landmark_part + match.R).llt().solve(e));
+  return match.z - *z;
+}
+
+[[nodiscard]] double squared_distance(const Vector3<double>& residual, const Match& match) {
+  return residual.dot((match.predicted.landmark_part + match.R).llt().solve(residual));
 }
 
 /// The matches with the landmarks' part of their covariance linearised at a pose, without those whose squared
@@ -118,38 +122,42 @@ namespace {
                                                       const Pose& T_keyframe_camera, double cap) {
   std::vector<Match> result;
   for (Match match : matches) {
+    const auto e = residual_of(match, map, T_keyframe_camera);
+    if (!e) continue;
     const Landmark& landmark = map.landmarks[match.landmark];
     const Matrix3<double> J = landmark_jacobian(landmark, T_keyframe_camera, map.camera);
     match.predicted.landmark_part = J * landmark.covariance * J.transpose();
-    const auto distance = squared_distance(match, map, T_keyframe_camera);
-    if (distance && *distance <= cap) result.push_back(match);
+    if (squared_distance(*e, match) <= cap) result.push_back(match);
   }
   return result;
 }
 
-/// Matches with weights from 0 to 1, by which their covariances are divided.
+/// Matches with weights 1 / (1 + steepness d^2), by which their covariances are divided.
 struct WeightedMatches {
   std::vector<Match> matches;
   std::vector<double> weights;
+  double steepness = 0.0;
 };
 
-/// The matches with the weights that maximum likelihood gives them, relative to a match without residual, if
-/// their errors have Student-t distributions: 1 / (1 + d^2 / (dof s)), with the squared Mahalanobis distance
-/// d^2 at a pose (Lange, Little and Taylor, Journal of the American Statistical Association 1989). With
-/// `inverse_dof` 0, the normal distribution, all weights are 1. The variance s of the errors relative to that
-/// assumed follows from the median of d^2.
+/// The matches with the weights of a Student-t distribution of their errors (Lange, Little and Taylor,
+/// Journal of the American Statistical Association 1989), relative to a match without residual: 1 / (1 + d^2
+/// / (dof s)), with the squared Mahalanobis distance d^2 at a pose. With `inverse_dof` 0, the normal
+/// distribution, all weights are 1. The variance s of the errors relative to that assumed follows from the
+/// median of d^2, as that of normal errors would.
 [[nodiscard]] WeightedMatches weighted_by_residuals(const std::vector<Match>& matches, const MapView& map,
                                                     const Pose& T_keyframe_camera, double inverse_dof) {
   constexpr double kLeastScale = 0.05;  // with less, matches without residuals would decide alone
+  WeightedMatches result;
   std::vector<double> distances;
-  distances.reserve(matches.size());
   for (const auto& match : matches) {
-    distances.push_back(squared_distance(match, map, T_keyframe_camera).value_or(0.0));
+    const auto e = residual_of(match, map, T_keyframe_camera);
+    if (!e) continue;
+    result.matches.push_back(match);
+    distances.push_back(squared_distance(*e, match));
   }
-  const double scale = std::max(median(distances) / kChi2_3_50, kLeastScale);
-  WeightedMatches result{matches, {}};
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const double weight = 1.0 / (1.0 + inverse_dof * distances[i] / scale);
+  result.steepness = inverse_dof / std::max(median(distances) / kChi2_3_50, kLeastScale);
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    const double weight = 1.0 / (1.0 + result.steepness * distances[i]);
     result.weights.push_back(weight);
     result.matches[i].R /= weight;
     result.matches[i].predicted.landmark_part /= weight;
@@ -166,41 +174,65 @@ struct WeightedMatches {
          correction.dot(prior.covariance().ldlt().solve(correction));
 }
 
+/// Sums over weighted residuals e of variance v, for one component of the measurements or more.
+struct InfluenceSums {
+  Vector2<double> squares = Vector2<double>::Zero();  ///< (weight e)^2 / v
+  Vector2<double> slopes = Vector2<double>::Zero();   ///< d (weight e) / d e
+  double weights = 0.0;
+
+  /// Variance of an M-estimator (Huber, Robust Statistics, 1981) of these residuals relative to 1 / weights,
+  /// which follows from the weighted variances.
+  [[nodiscard]] Vector2<double> variance_ratio() const {
+    constexpr double kLeastSlope = 0.1;  // of the weights; less is chance
+    return weights * squares.cwiseQuotient(slopes.cwiseMax(kLeastSlope * weights).cwiseAbs2());
+  }
+};
+
 /// Variance of the posterior's components that depend on u, and of those that depend on v, relative to that
-/// which follows from the matches' covariances: the variance of M-estimators (Huber, Robust Statistics, 1981)
-/// for the residuals at the posterior. Without weights it is the mean square of the residuals in units of
-/// their standard deviations. It is corrected for the parameters that were fitted to the residuals: six, less
-/// what the prior knew of them.
+/// of the posterior, as the residuals show it. Without weights it is the mean square of the residuals in
+/// units of their standard deviations. It is corrected for the parameters that were fitted to the residuals:
+/// six, less what the prior knew of them. NaN without matches.
 [[nodiscard]] Vector2<double> posterior_variance_ratio(const WeightedMatches& weighted, const MapView& map,
                                                        const PoseDensity& prior,
                                                        const PoseDensity& posterior) {
-  Vector2<double> influence = Vector2<double>::Zero();  // sum of (weight e)^2 / variance
-  double weights = 0.0;
-  double slopes = 0.0;  // sum of the derivatives of weight e by e, over the three components
+  InfluenceSums sums;
   int residuals = 0;
   for (std::size_t i = 0; i < weighted.matches.size(); ++i) {
     const Match& match = weighted.matches[i];
-    const double weight = weighted.weights[i];
-    const Landmark& landmark = map.landmarks[match.landmark];
-    const auto z = project(to_point(landmark, landmark.mean, map.camera), posterior.pose(), map.camera);
-    if (!z) continue;
+    const auto e = residual_of(match, map, posterior.pose());
+    if (!e) continue;
     residuals += 3;
+    const double weight = weighted.weights[i];
     const Matrix3<double> S = match.predicted.landmark_part + match.R;  // divided by the weight
-    influence += weight * (match.z - *z).cwiseAbs2().cwiseQuotient(S.diagonal()).head<2>();
-    weights += weight;
-    slopes += (weight + 2.0 * weight * weight) / 3.0;
+    const Vector2<double> weighted_squares = e->cwiseAbs2().cwiseQuotient(S.diagonal()).head<2>();
+    sums.squares += weight * weighted_squares;
+    sums.slopes += Vector2<double>::Constant(weight) - 2.0 * weighted.steepness * weight * weighted_squares;
+    sums.weights += weight;
   }
-  if (residuals == 0) return Vector2<double>::Ones();
   const double known = prior.covariance().ldlt().solve(posterior.covariance()).trace();
   const double fitted = 6.0 - std::clamp(known, 0.0, 6.0);
-  return influence * weights / (slopes * slopes) * (residuals / std::max(residuals - fitted, 1.0));
+  return sums.variance_ratio() * (residuals / std::max(residuals - fitted, 1.0));
 }
 
 }  // namespace
 
 double expected_variance_ratio(const UpdateSettings& settings) {
-  const double q = settings.student_t_inverse_dof;
-  return (1.0 + 5.0 * q) / ((1.0 + 3.0 * q) * (1.0 + 3.0 * q));
+  // The means over normal residuals of three components, whose distances r have the density r^2 exp(-r^2 /
+  // 2).
+  constexpr double kStep = 0.01;
+  constexpr double kFarthest = 8.0;
+  const double steepness = settings.student_t_inverse_dof;
+  if (steepness == 0.0) return 1.0;
+  InfluenceSums sums;
+  for (double r = kStep; r < kFarthest; r += kStep) {
+    const double share = r * r * std::exp(-0.5 * r * r);
+    const double weight = 1.0 / (1.0 + steepness * r * r);
+    const double square = r * r / 3.0;  // of one component
+    sums.squares.array() += share * weight * weight * square;
+    sums.slopes.array() += share * (weight - 2.0 * steepness * weight * weight * square);
+    sums.weights += share * weight;
+  }
+  return sums.variance_ratio().x();
 }
 
 PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches, const MapView& map,
@@ -217,7 +249,7 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   const auto kept = relinearised_inliers(matches, map, first.posterior.pose(), settings.robust_cap);
   if (kept.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
   WeightedMatches weighted;
-  PoseUpdate update = first;
+  PoseUpdate update{.posterior = first.posterior};
   const int passes = settings.student_t_inverse_dof > 0.0 ? 2 : 1;
   for (int pass = 0; pass < passes; ++pass) {
     weighted = weighted_by_residuals(kept, map, update.posterior.pose(), settings.student_t_inverse_dof);

@@ -18,14 +18,14 @@ struct PoseUpdate {
   bool converged = false;  ///< the landmarks corrected the pose
   double nis = 0.0;  ///< normalised innovation squared: chi-square distributed if all noise is as assumed
   int nis_dof = 0;   ///< its degrees of freedom
-  /// Variance of the components that depend on u, and of those that depend on v, to that of the posterior, as
-  /// the residuals show it; see NoiseScale
+  /// Factors on the posterior's variances, as the residuals show them: for the components that depend on u,
+  /// and for those that depend on v (see NoiseScale). NaN if there are no residuals.
   Vector2<double> variance_ratio = Vector2<double>::Ones();
   std::vector<Match> used{};  ///< matches that the posterior rests on
 };
 
-/// PoseUpdate::variance_ratio if the errors of the matches are as large as assumed and have the distribution
-/// of the settings. It is 1 for the normal distribution, and less for others, since weights are at most 1.
+/// PoseUpdate::variance_ratio if the errors of the matches are normal and as large as assumed. It is 1 if all
+/// matches have the same weight, and less otherwise, since weights are at most 1.
 [[nodiscard]] double expected_variance_ratio(const UpdateSettings& settings);
 
 /// Corrects the pose prior by the matched landmarks (eq. 13, Alg. 2, or the quadratic-surrogate progression).

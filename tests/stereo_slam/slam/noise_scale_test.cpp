@@ -58,6 +58,15 @@ TEST_CASE("A frame that is noisier than the mean and than assumed counts more", 
   CHECK(of_frame(3.0, kInfinity) == mean);
 }
 
+TEST_CASE("All limits of the noise scale are relative to the expected ratio", "[stereo_slam][slam]") {
+  NoiseScale half(0.5);
+  CHECK(half.variance_ratio() == Vector2<double>::Constant(0.5));
+  CHECK(half.variance_ratio_of_frame({0.6, 1.0}).x() == 0.5);
+  CHECK(half.variance_ratio_of_frame({0.6, 1.0}).y() == Approx(0.5 + 5.0 * (1.0 - 1.3 * 0.5)));
+  for (int i = 0; i < 1000; ++i) half.add({0.0, 0.0});
+  CHECK(half.variance_ratio() == Vector2<double>::Constant(0.1));
+}
+
 TEST_CASE("A covariance takes the noise of the image axis that its component moves points along",
           "[stereo_slam][slam]") {
   const Matrix6<double> root = Matrix6<double>::Random();

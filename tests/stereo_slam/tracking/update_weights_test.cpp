@@ -51,6 +51,7 @@ struct Experiment {
 /// Means over the scenes.
 struct Outcome {
   double nees = 0.0;  ///< with the covariance scaled to the residuals; 6 if that is right
+  double nis = 0.0;   ///< per degree of freedom
   double squared_error_m2 = 0.0;
   Vector2<double> variance_ratio = Vector2<double>::Zero();
 };
@@ -73,6 +74,7 @@ Outcome outcome_of(const Experiment& experiment) {
     const Vector6<double> error = truth.boxminus(posterior.pose);
     const Matrix6<double> covariance = NoiseScale::scaled(posterior.covariance, update.variance_ratio);
     outcome.nees += error.dot(covariance.ldlt().solve(error)) / kRuns;
+    outcome.nis += update.nis / update.nis_dof / kRuns;
     outcome.squared_error_m2 += error.tail<3>().squaredNorm() / kRuns;
     outcome.variance_ratio += update.variance_ratio / kRuns;
   }
@@ -100,12 +102,21 @@ TEST_CASE("Of few matches, weights make the covariance no worse", "[stereo_slam]
   CHECK(nees(Tails::kOutliers, kDefaultInverseDof) < nees(Tails::kOutliers, 0.0));
 }
 
-TEST_CASE("Of errors with two degrees of freedom, weighted residuals show more than equally weighted ones",
-          "[stereo_slam][update]") {
-  const double weighted = outcome_of({.inverse_dof = 0.5, .tails = Tails::kStudent}).nees;
-  const double equal = outcome_of({.inverse_dof = 0.0, .tails = Tails::kStudent}).nees;
-  CHECK(weighted < 9.0);
-  CHECK(weighted < 0.9 * equal);
+TEST_CASE(
+    "Weighted residuals show heavy tails, and noise larger than assumed, better than equally weighted ones",
+    "[stereo_slam][update]") {
+  const auto nees = [](double inverse_dof, Tails tails, double assumed_variance) {
+    return outcome_of({.inverse_dof = inverse_dof, .tails = tails, .assumed_variance = assumed_variance})
+        .nees;
+  };
+  CHECK(nees(0.5, Tails::kStudent, 1.0) < 0.9 * nees(0.0, Tails::kStudent, 1.0));
+  // Errors beyond four assumed standard deviations are removed. What is left is too small.
+  for (const double variance : {0.5, 0.3}) {
+    const double weighted = nees(kDefaultInverseDof, Tails::kNone, variance);
+    CAPTURE(variance, weighted);
+    CHECK(weighted < nees(0.0, Tails::kNone, variance));
+    CHECK(weighted < 10.0);
+  }
 }
 
 TEST_CASE("Weights by residuals pay where the assumed variances are too large for the cap to find outliers",
@@ -122,14 +133,55 @@ TEST_CASE("Weights by residuals pay where the assumed variances are too large fo
   CHECK(ratio(Tails::kNone, 1.0) < 1.3);
 }
 
-TEST_CASE("The variance ratio is as expected if the noise is as assumed", "[stereo_slam][update]") {
+TEST_CASE("The variance ratio and the innovation are as expected if the noise is as assumed",
+          "[stereo_slam][update]") {
   UpdateSettings settings;
+  settings.student_t_inverse_dof = GENERATE(0.05, kDefaultInverseDof, 0.5, 1.0);
   const double expected = expected_variance_ratio(settings);
-  const auto ratio = outcome_of({}).variance_ratio;
-  CHECK(ratio.x() == Approx(expected).epsilon(0.1));
-  CHECK(ratio.y() == Approx(expected).epsilon(0.1));
+  const Outcome outcome = outcome_of({.inverse_dof = settings.student_t_inverse_dof});
+  CAPTURE(settings.student_t_inverse_dof);
+  CHECK(outcome.variance_ratio.x() == Approx(expected).epsilon(0.05));
+  CHECK(outcome.variance_ratio.y() == Approx(expected).epsilon(0.05));
+  CHECK(outcome.nis == Approx(1.0).epsilon(0.05));
   settings.student_t_inverse_dof = 0.0;
   CHECK(expected_variance_ratio(settings) == 1.0);
+}
+
+TEST_CASE("Weighted residuals show noise that differs along and across the rows", "[stereo_slam][update]") {
+  constexpr int kRuns = 100;
+  std::mt19937_64 random(10);
+  std::normal_distribution<double> normal;
+  const Pose truth = test::car_motion();
+  const Vector3<double> sigma_px = GENERATE(Vector3<double>(0.3, 1.0, 0.3), Vector3<double>(0.6, 0.3, 0.6));
+  Vector6<double> mean_squares = Vector6<double>::Zero();
+  for (int run = 0; run < kRuns; ++run) {
+    test::MatchedScene scene = test::make_scene(random, truth, 120, 0.01, 0.2);
+    for (auto& match : scene.matches) {
+      const Landmark& landmark = scene.landmarks[match.landmark];
+      match.z = project(to_point(landmark, landmark.mean, scene.camera), truth, scene.camera).value();
+      match.z += sigma_px.cwiseProduct(test::stereo_noise(random, 1.0));
+    }
+    const auto update = update_pose(scene.prior, scene.matches, scene.map(), {});
+    REQUIRE(update.converged);
+    const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
+    const Matrix6<double> covariance = NoiseScale::scaled(posterior.covariance, update.variance_ratio);
+    mean_squares += truth.boxminus(posterior.pose).cwiseAbs2().cwiseQuotient(covariance.diagonal()) / kRuns;
+  }
+  CAPTURE(sigma_px.transpose(), mean_squares.transpose());
+  CHECK(mean_squares.minCoeff() > 0.5);
+  CHECK(mean_squares.maxCoeff() < 1.6);
+}
+
+TEST_CASE("Matches with large residuals are returned with the covariance that they were used with",
+          "[stereo_slam][update]") {
+  std::mt19937_64 random(11);
+  test::MatchedScene scene = test::make_scene(random, test::car_motion(), 60, 0.001, 0.01);
+  scene.matches.front().z.y() += 3.0 * test::kSceneSigma_px;
+  const auto update = update_pose(scene.prior, scene.matches, scene.map(), {});
+  REQUIRE(update.converged);
+  REQUIRE(update.used.front().landmark == scene.matches.front().landmark);
+  CHECK(update.used.front().R(1, 1) > 1.5 * scene.matches.front().R(1, 1));
+  for (const auto& match : update.used) CHECK(match.R(0, 0) >= stereo_pixel_covariance(0.5)(0, 0));
 }
 
 TEST_CASE("Matches without residuals give finite results", "[stereo_slam][update]") {
@@ -142,7 +194,7 @@ TEST_CASE("Matches without residuals give finite results", "[stereo_slam][update
   }
   scene.prior = PoseDensity::from_pose_covariance(truth, scene.prior.covariance());
   UpdateSettings settings;
-  settings.student_t_inverse_dof = GENERATE(0.0, 0.5, 1.0);
+  settings.student_t_inverse_dof = GENERATE(0.0, kDefaultInverseDof, 1.0);
   const auto update = update_pose(scene.prior, scene.matches, scene.map(), settings);
   REQUIRE(update.converged);
   CHECK(update.variance_ratio.allFinite());
