@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -260,7 +261,7 @@ PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& match
   update.nis = normalised_innovation_squared(prior, update.posterior, likelihood);
   update.nis_dof = likelihood.dimension();
   update.variance_ratio = posterior_variance_ratio(weighted, map, prior, update.posterior);
-  update.used = weighted.matches;
+  update.used = std::move(weighted.matches);
   return update;
 }
 
