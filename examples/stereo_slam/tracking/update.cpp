@@ -175,7 +175,7 @@ struct WeightedMatches {
          correction.dot(prior.covariance().ldlt().solve(correction));
 }
 
-/// Sums over weighted residuals e of variance v, for one component of the measurements or more.
+/// Sums over residuals e with variances v and weights, for two components of the measurements.
 struct InfluenceSums {
   Vector2<double> squares = Vector2<double>::Zero();  ///< (weight e)^2 / v
   Vector2<double> slopes = Vector2<double>::Zero();   ///< d (weight e) / d e
@@ -218,8 +218,8 @@ struct InfluenceSums {
 }  // namespace
 
 double expected_variance_ratio(const UpdateSettings& settings) {
-  // The means over normal residuals of three components, whose distances r have the density r^2 exp(-r^2 /
-  // 2).
+  // Means over normal residuals of three components. Their Mahalanobis distance r has a density proportional
+  // to r^2 exp(-r^2 / 2).
   constexpr double kStep = 0.01;
   constexpr double kFarthest = 8.0;
   const double steepness = settings.student_t_inverse_dof;

@@ -15,8 +15,7 @@ namespace {
 /// Images of .4 of KITTI's size. A change of height and one of pitch look alike on a distant facade.
 const StereoCamera kSmallCamera{288.0, 288.0, 248.0, 75.0, 0.5371657, 496, 150};
 constexpr double kAssumedSigma_px = 1.0;
-// The covariance is estimated from a hundred residuals: the probability of more is below 1e-6.
-constexpr double kLargestDistance2 = 50.0;
+constexpr double kChi2_6_9999 = 27.86;
 
 TwoViewAdjustment adjustment_of(const std::vector<StereoCorrespondence>& correspondences,
                                 const Pose& initial) {
@@ -56,7 +55,7 @@ TEST_CASE("The adjustment stays at the minimum where the points hardly determine
       const auto found = adjustment_of(correspondences, initial).solve(initial, all);
       REQUIRE(found);
       const Vector6<double> error = found->pose.boxminus(T_previous_current);
-      CHECK(error.dot(found->covariance.ldlt().solve(error)) < kLargestDistance2);
+      CHECK(error.dot(found->covariance.ldlt().solve(error)) < kChi2_6_9999);
     }
   }
 }

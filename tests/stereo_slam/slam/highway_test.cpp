@@ -62,8 +62,7 @@ TEST_CASE("The noise that was seen changes the covariances and no pose", "[stere
     if (seen.nis_dof == 0) CHECK(ratio == Vector6<double>::Ones());
     // At keyframes the error of the online rectification is added to both.
     if (seen.nis_dof == 0 || seen.is_keyframe) continue;
-    // Rendered images have less noise than is assumed, also at first, when it is expected. One factor for u,
-    // and another for v.
+    // Rendered images have less noise than is assumed. One factor for u, and another for v.
     CHECK(ratio.maxCoeff() < 1.0);
     CHECK(ratio[3] == Approx(ratio[1]));
     CHECK(ratio[5] == Approx(ratio[1]));
