@@ -10,11 +10,14 @@ SpatialIndex::SpatialIndex(const std::vector<Vector2<double>>& points_px, cv::Si
     : points_px_(points_px),
       columns_(image.width / kCell_px + 1),
       rows_(image.height / kCell_px + 1),
-      cells_(static_cast<std::size_t>(columns_ * rows_)) {
-  for (std::size_t i = 0; i < points_px_.size(); ++i) {
+      first_of_cell_(static_cast<std::size_t>(columns_ * rows_), kNone),
+      next_in_cell_(points_px.size(), kNone) {
+  for (std::size_t i = points_px_.size(); i-- > 0;) {
     const auto& p = points_px_[i];
     if (!(p.x() >= 0.0 && p.y() >= 0.0 && p.x() < image.width && p.y() < image.height)) continue;
-    cells_[static_cast<std::size_t>(row(p.y()) * columns_ + column(p.x()))].push_back(i);
+    std::size_t& first = first_of_cell_[static_cast<std::size_t>(row(p.y()) * columns_ + column(p.x()))];
+    next_in_cell_[i] = first;
+    first = i;
   }
 }
 
@@ -28,8 +31,9 @@ int SpatialIndex::row(double y) const {
 
 bool SpatialIndex::any_within(const Vector2<double>& centre_px, double radius_px) const {
   bool found = false;
-  for_each_in_box(centre_px, Vector2<double>::Constant(radius_px),
-                  [&](std::size_t i) { found = found || (points_px_[i] - centre_px).norm() <= radius_px; });
+  for_each_in_box(centre_px, Vector2<double>::Constant(radius_px), [&](std::size_t i) {
+    found = found || (points_px_[i] - centre_px).squaredNorm() <= radius_px * radius_px;
+  });
   return found;
 }
 

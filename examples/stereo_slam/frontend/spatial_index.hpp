@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -25,7 +26,8 @@ class SpatialIndex {
     const int last_row = row(centre_px.y() + half_size_px.y());
     for (int r = first_row; r <= last_row; ++r) {
       for (int c = first_column; c <= last_column; ++c) {
-        for (const std::size_t i : cells_[static_cast<std::size_t>(r * columns_ + c)]) {
+        for (std::size_t i = first_of_cell_[static_cast<std::size_t>(r * columns_ + c)]; i != kNone;
+             i = next_in_cell_[i]) {
           const Vector2<double> offset = (points_px_[i] - centre_px).cwiseAbs();
           if (offset.x() <= half_size_px.x() && offset.y() <= half_size_px.y()) visit(i);
         }
@@ -38,6 +40,7 @@ class SpatialIndex {
 
  private:
   static constexpr int kCell_px = 16;
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
   [[nodiscard]] int column(double x) const;
   [[nodiscard]] int row(double y) const;
@@ -45,7 +48,8 @@ class SpatialIndex {
   std::vector<Vector2<double>> points_px_;
   int columns_;
   int rows_;
-  std::vector<std::vector<std::size_t>> cells_;
+  std::vector<std::size_t> first_of_cell_;  ///< index of a point, or kNone
+  std::vector<std::size_t> next_in_cell_;   ///< of each point: the next one in its cell, or kNone
 };
 
 /// Indices of at most `count` points: the first of every bucket, then the second of every bucket, and so on;

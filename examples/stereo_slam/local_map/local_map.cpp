@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <functional>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/geometry/quaternion.hpp>
@@ -136,20 +136,24 @@ void LocalMap::update_correlation(const PoseGaussian& prior, const Pose& posteri
                                   const std::vector<Match>& matches) {
   // Innovations have the covariance S = D + U M U^T: D block-diagonal, U = [H, J B^T] with the Jacobians H of
   // the pose and J of the landmark and B = pose_cross_covariance, M = [P I; I 0]. Woodbury's identity leaves
-  // a 12 x 12 system, and the gain is K = [I 0] (M^-1 + U^T D^-1 U)^-1 U^T D^-1.
+  // a 12 x 12 system, and the gain is K = [I 0] (M^-1 + U^T D^-1 U)^-1 U^T D^-1. Matrices are so small that
+  // lazyProduct() is faster than the product by blocks that Eigen would choose.
   using Matrix12 = antipode::Matrix<double, 12>;
   using Matrix12x3 = antipode::Matrix<double, 12, 3>;
   std::vector<Matrix12x3> weighted;  // U^T D^-1 of each match
   std::vector<Matrix3<double>> J_landmark;
   Matrix12 information = Matrix12::Zero();
+  weighted.reserve(matches.size());
+  J_landmark.reserve(matches.size());
   for (const auto& match : matches) {
     const Landmark& landmark = landmarks_[match.landmark];
     J_landmark.push_back(landmark_jacobian(landmark, posterior, camera_));
     antipode::Matrix<double, 3, 12> U;
     U << pose_jacobian(to_point(landmark, landmark.mean, camera_), posterior, camera_),
         J_landmark.back() * landmark.pose_cross_covariance.transpose();
-    weighted.push_back((match.predicted.landmark_part + match.R).llt().solve(U).transpose());
-    information += weighted.back() * U;
+    const Matrix3<double> S = match.predicted.landmark_part + match.R;
+    weighted.push_back(U.transpose().lazyProduct(S.inverse()));
+    information += weighted.back().lazyProduct(U);
   }
   Matrix12 system = information;
   system.topRightCorner<6, 6>() += Matrix6<double>::Identity();
@@ -161,7 +165,8 @@ void LocalMap::update_correlation(const PoseGaussian& prior, const Pose& posteri
     landmark.pose_cross_covariance -= (KH * landmark.pose_cross_covariance).eval();
   for (std::size_t i = 0; i < matches.size(); ++i) {
     Landmark& landmark = landmarks_[matches[i].landmark];
-    landmark.pose_cross_covariance -= X * weighted[i] * J_landmark[i] * landmark.covariance;
+    const antipode::Matrix<double, 6, 3> gain = X.lazyProduct(weighted[i]);
+    landmark.pose_cross_covariance -= gain * (J_landmark[i] * landmark.covariance);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
@@ -98,7 +99,7 @@ namespace {
   double sum = 0.0;
   for (const auto& match : matches) {
     const Matrix3<double> S = match.predicted.landmark_part + match.R;
-    sum += S.llt().solve(match.predicted.pose_part).trace() / 3.0;
+    sum += S.inverse().cwiseProduct(match.predicted.pose_part).sum() / 3.0;  // trace of S^-1 pose_part
   }
   return 1.0 + sum / static_cast<double>(matches.size());
 }
@@ -114,7 +115,8 @@ namespace {
 }
 
 [[nodiscard]] double squared_distance(const Vector3<double>& residual, const Match& match) {
-  return residual.dot((match.predicted.landmark_part + match.R).llt().solve(residual));
+  const Matrix3<double> S = match.predicted.landmark_part + match.R;
+  return residual.dot(S.inverse() * residual);
 }
 
 /// The matches with the landmarks' part of their covariance linearised at a pose, without those whose squared
