@@ -8,20 +8,27 @@ PoseDensity certain_pose() {
   return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
 }
 
-Vector6<double> standard_deviations(const Matrix6<double>& covariance) {
-  return covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+Vector6<double> common_error_per_rad(const Matrix6<double>& covariance) {
+  const Vector6<double> variances = covariance.diagonal().cwiseMax(0.0);
+  const double angle_variance = variances.head<3>().mean();
+  if (!(angle_variance > 0.0)) return Vector6<double>::Zero();
+  return (variances / angle_variance).cwiseSqrt();
 }
 
-PoseGaussian LinkedPose::with_common_error(double ratio) const {
+PoseGaussian LinkedPose::with_common_error(double sigma_rad) const {
   PoseGaussian result = estimate;
-  result.covariance += ratio * ratio * J_common * J_common.transpose();
+  result.covariance += sigma_rad * sigma_rad * J_common * J_common.transpose();
   return result;
 }
 
-LinkedPose compose(const LinkedPose& T_a_b, const PoseGaussian& T_b_c, bool measured) {
-  LinkedPose T_a_c{compose(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.J_common};
-  if (measured) T_a_c.J_common.diagonal() += standard_deviations(T_b_c.covariance);
+LinkedPose add_link(const LinkedPose& T_a_b, const PoseGaussian& T_b_c, bool measured) {
+  LinkedPose T_a_c = compose(T_a_b, T_b_c);
+  if (measured) T_a_c.J_common.diagonal() += common_error_per_rad(T_b_c.covariance);
   return T_a_c;
+}
+
+LinkedPose compose(const LinkedPose& T_a_b, const PoseGaussian& T_b_c) {
+  return {compose(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.J_common};
 }
 
 PoseGaussian with_calibration_error(const PoseGaussian& T_a_b, const CalibrationError& error) {

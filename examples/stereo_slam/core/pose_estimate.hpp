@@ -19,28 +19,35 @@ using PoseDensity = antipode::BinghamGaussian<double>;
 /// Limit of the relative errors and angles that a calibration may leave: more is no calibration.
 inline constexpr double kLargestCalibrationError = 0.5;
 
-/// Standard deviations of the six components of an error with this covariance.
-[[nodiscard]] Vector6<double> standard_deviations(const Matrix6<double>& covariance);
+/// The common error of a link (LinkedPose) whose own error has this covariance, if the common error of its
+/// angles has a root mean square of one radian: in the proportion of the standard deviations. Zero if the
+/// covariance has no angles.
+[[nodiscard]] Vector6<double> common_error_per_rad(const Matrix6<double>& covariance);
 
 /// A pose that is composed of links, and its sensitivity to the common error of the links.
 ///
-/// A link is a measured motion: from one keyframe to the next, or from a keyframe to a frame. Its error has a
-/// part of its own, and a part that all links have in common: each of its six components, in the camera's
-/// axes, is the same multiple of the link's own standard deviation in all links. These six multiples are
-/// unknown. Errors of single links add up with the square root of their number, the common error with the
-/// number itself.
+/// A link is the measured motion from one keyframe to the next. Its error has a part of its own, and a part
+/// that all links have in common. The latter comes from errors of the images that are equally large in all
+/// links, in pixels, and that more points do not average out. Its six components, in the camera's axes, are
+/// six unknown factors times common_error_per_rad(). Errors of single links add up with the square root of
+/// their number, the common error with the number itself.
 struct LinkedPose {
-  PoseGaussian estimate;                               ///< without the uncertainty due to the common error
-  Matrix6<double> J_common = Matrix6<double>::Zero();  ///< d (right perturbation) / d (the six multiples)
+  PoseGaussian estimate;  ///< without the uncertainty due to the common error
+  Matrix6<double> J_common =
+      Matrix6<double>::Zero();  ///< d (right perturbation) / d (the six factors), 1/rad
 
-  /// The estimate including the uncertainty due to the common error. `ratio` is the standard deviation of the
-  /// six multiples.
-  [[nodiscard]] PoseGaussian with_common_error(double ratio) const;
+  /// The estimate including the uncertainty due to the common error, which has this standard deviation in
+  /// each link, as an angle.
+  [[nodiscard]] PoseGaussian with_common_error(double sigma_rad) const;
 };
 
 /// T_a_c from T_a_b and the link T_b_c. A link that was not measured, only predicted, has no part in the
 /// common error.
-[[nodiscard]] LinkedPose compose(const LinkedPose& T_a_b, const PoseGaussian& T_b_c, bool measured = true);
+[[nodiscard]] LinkedPose add_link(const LinkedPose& T_a_b, const PoseGaussian& T_b_c, bool measured = true);
+
+/// T_a_c from T_a_b and the motion of a frame from its keyframe. It has no part in the common error, because
+/// the images have hardly changed yet.
+[[nodiscard]] LinkedPose compose(const LinkedPose& T_a_b, const PoseGaussian& T_b_c);
 
 /// The estimate with the uncertainty of `error.scale_sigma` and `error.axes_sigma_rad` added. All frames
 /// share the calibration errors, and no measurement of the camera observes them. They are therefore no part

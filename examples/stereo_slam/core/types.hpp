@@ -84,9 +84,9 @@ using PoseGaussian = antipode::PoseGaussian<double>;
 
 /// Standard deviations of the errors that all frames share.
 struct CalibrationError {
-  double scale_sigma = 0.0;         ///< relative, of all lengths
-  double axes_sigma_rad = 0.0;      ///< of the camera's axes, about each of them
-  double common_error_ratio = 0.0;  ///< of the links' common error, relative to each link's own (LinkedPose)
+  double scale_sigma = 0.0;       ///< relative, of all lengths
+  double axes_sigma_rad = 0.0;    ///< of the camera's axes, about each of them
+  double common_error_rad = 0.0;  ///< of the error that all links have in common (LinkedPose)
 };
 
 /// Milliseconds a stage took.

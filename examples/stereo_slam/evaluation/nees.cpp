@@ -58,11 +58,12 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
     if (k < from || rows[k].keyframe >= k) return std::nullopt;
     const Matrix6<double> A = (poses[to].inverse() * poses[k]).adjoint();
     covariance += A * rows[k].relative * A.transpose();
-    J_common += A * standard_deviations(rows[k].relative).asDiagonal();
+    const bool keyframe = k + 1 < rows.size() && rows[k + 1].keyframe == k;
+    if (keyframe) J_common += A * common_error_per_rad(rows[k].relative).asDiagonal();
   }
   const LinkedPose relative{{poses[from].inverse() * poses[to], covariance}, J_common};
   const CalibrationError& error = rows[to].calibration;
-  return with_calibration_error(relative.with_common_error(error.common_error_ratio), error).covariance;
+  return with_calibration_error(relative.with_common_error(error.common_error_rad), error).covariance;
 }
 
 [[nodiscard]] std::vector<Pose> dual_quaternions(PoseSpan poses) {

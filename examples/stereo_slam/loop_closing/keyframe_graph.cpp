@@ -20,8 +20,8 @@ namespace {
 
 }  // namespace
 
-KeyframeGraph::KeyframeGraph(std::size_t max_points, double common_error_ratio)
-    : keyframes_(max_points), common_error_ratio_(common_error_ratio) {}
+KeyframeGraph::KeyframeGraph(std::size_t max_points, double common_error_rad)
+    : keyframes_(max_points), common_error_rad_(common_error_rad) {}
 
 void KeyframeGraph::load(const SavedMap& map, MapUse use) {
   std::vector<PoseGaussian> poses;
@@ -128,7 +128,7 @@ PoseGraph KeyframeGraph::pose_graph() const {
                   .odometry = odometry_,
                   .loops = loops_,
                   .gauge = fixed_keyframes_,
-                  .common_error_ratio = common_error_ratio_};
+                  .common_error_rad = common_error_rad_};
   for (const auto& keyframe : keyframes_.all()) graph.poses.push_back(keyframe.T_world_keyframe.pose);
   return graph;
 }
@@ -156,9 +156,9 @@ std::vector<LinkedPose> KeyframeGraph::with_covariances(const PoseGraph& graph,
       result[id] = {{graph.poses[id], keyframes_[id].T_world_keyframe.covariance}};
     } else if (!known) {
       const Pose T_previous_keyframe = graph.poses[id - 1].inverse() * graph.poses[id];
-      result[id] = compose(result[id - 1],
-                           PoseGaussian{T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance},
-                           odometry_[id - 1].measured);
+      result[id] = add_link(result[id - 1],
+                            PoseGaussian{T_previous_keyframe, keyframes_[id].T_previous_keyframe.covariance},
+                            odometry_[id - 1].measured);
       result[id].estimate.pose = graph.poses[id];
     }
   }

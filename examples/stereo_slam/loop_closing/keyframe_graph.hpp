@@ -22,9 +22,9 @@ namespace stereo_slam {
 /// replaces it: the later segment moves as a whole to where the loop measures it.
 class KeyframeGraph {
  public:
-  /// At most `max_points` points of a keyframe are kept. `common_error_ratio` is that of the odometry's
-  /// common error (LinkedPose).
-  KeyframeGraph(std::size_t max_points, double common_error_ratio);
+  /// At most `max_points` points of a keyframe are kept. `common_error_rad` is the standard
+  /// deviation of the odometry's common error (LinkedPose).
+  KeyframeGraph(std::size_t max_points, double common_error_rad);
 
   /// Adds the keyframes and the loops of a saved map to an empty graph. With MapUse::kLocalise the poses of
   /// these keyframes stay fixed.
@@ -86,7 +86,7 @@ class KeyframeGraph {
   std::vector<PoseGraphEdge> odometry_;  // edge k leads from keyframe k to k + 1
   std::vector<PoseGraphEdge> loops_;     // accepted
   std::size_t fixed_keyframes_ = 1;      // gauge of the pose graph
-  double common_error_ratio_;
+  double common_error_rad_;
 };
 
 }  // namespace stereo_slam

@@ -294,7 +294,7 @@ class GraphInformation {
     J_common_ = factor_.solve(jacobian.transpose() * common_residuals(jacobian, odometry));
   }
 
-  /// d residuals / d (multiples of the common error). The residuals of the odometry come first; those of
+  /// d residuals / d (factors of the common error). The residuals of the odometry come first; those of
   /// loops have no part in it. The error of an edge acts on its residual like a perturbation of its second
   /// node.
   [[nodiscard]] MatrixX6 common_residuals(const Eigen::Map<const RowMajor>& jacobian,
@@ -306,7 +306,7 @@ class GraphInformation {
       if (column < 0 || !measured) continue;
       const auto row = static_cast<Eigen::Index>(6 * k);
       result.middleRows<6>(row) = jacobian.block(row, column, 6, 6).toDense() *
-                                  standard_deviations(T_from_to.covariance).asDiagonal();
+                                  common_error_per_rad(T_from_to.covariance).asDiagonal();
     }
     return result;
   }
@@ -334,11 +334,11 @@ std::vector<LinkedPose> marginals(const PoseGraph& graph, const PoseGraphSetting
 struct LoopPrediction::State {
   std::vector<Pose> poses;
   GraphInformation information;
-  double common_error_ratio;
+  double common_error_rad;
 };
 
 LoopPrediction::LoopPrediction(const PoseGraph& graph, const PoseGraphSettings& settings)
-    : state_(new State{graph.poses, GraphInformation(graph, settings), graph.common_error_ratio}) {}
+    : state_(new State{graph.poses, GraphInformation(graph, settings), graph.common_error_rad}) {}
 LoopPrediction::~LoopPrediction() = default;
 LoopPrediction::LoopPrediction(LoopPrediction&&) noexcept = default;
 LoopPrediction& LoopPrediction::operator=(LoopPrediction&&) noexcept = default;
@@ -348,7 +348,7 @@ bool LoopPrediction::knows(std::size_t from, std::size_t to) const {
 }
 
 PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) const {
-  const auto& [poses, information, common_error_ratio] = *state_;
+  const auto& [poses, information, common_error_rad] = *state_;
   if (!knows(from, to)) {
     throw std::runtime_error(fmt::format(
         "nodes {} and {} of the pose graph are not connected, or their covariances cannot be computed", from,
@@ -359,7 +359,7 @@ PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) con
       {poses[from], covariance.first}, {poses[to], covariance.second}, covariance.first_second);
   const Matrix6<double> J_common =
       information.J_common(to) - relative.pose.inverse().adjoint() * information.J_common(from);
-  return LinkedPose{relative, J_common}.with_common_error(common_error_ratio);
+  return LinkedPose{relative, J_common}.with_common_error(common_error_rad);
 }
 
 double LoopPrediction::mahalanobis_squared(const PoseGraphEdge& edge,

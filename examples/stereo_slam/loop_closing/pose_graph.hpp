@@ -25,7 +25,7 @@ struct PoseGraph {
   std::vector<PoseGraphEdge> odometry;  ///< without a robust loss
   std::vector<PoseGraphEdge> loops;     ///< may be outliers: they get a robust loss
   std::size_t gauge = 1;                ///< number of fixed poses, at least one
-  double common_error_ratio = 0.0;      ///< of the common error of the odometry (LinkedPose)
+  double common_error_rad = 0.0;        ///< standard deviation of the odometry's common error (LinkedPose)
 };
 
 struct PoseGraphResult {

@@ -252,7 +252,7 @@ void write_covariances_row(std::ostream& stream, const FrameResult& result,
   print_triangle(covariance);
   fmt::print(stream, ",{},{:.6g},{},{:.6g},{:.6g},{:.6g}", result.keyframe, result.nis, result.nis_dof,
              result.calibration.scale_sigma, result.calibration.axes_sigma_rad,
-             result.calibration.common_error_ratio);
+             result.calibration.common_error_rad);
   print_triangle(result.relative_covariance);
   stream << '\n';
 }

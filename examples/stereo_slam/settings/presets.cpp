@@ -13,7 +13,7 @@ namespace {
 /// updated in every frame, 7 x 7 pose samples, no correlation, subsets of 30. The paper does not give tau.
 void apply_paper(Settings& settings) {
   settings.calibration = {.principal_point_sigma_px = 0.0,
-                          .common_error_ratio = 0.0,
+                          .common_error_px = 0.0,
                           .scale_sigma_per_px = 0.0,
                           .principal_point_per_px = 0.0};
   settings.online_rectification.enabled = false;
@@ -46,6 +46,7 @@ void apply_fast(Settings& settings) {
   settings.map.clear_correlation = -1.0;
   settings.keyframes.min_match_ratio = 0.45;
   settings.keyframes.min_matches = 35;
+  settings.calibration.common_error_px = 0.011;  // patches change more in the longer life of a keyframe
 }
 
 struct Preset {

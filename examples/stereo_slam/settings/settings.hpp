@@ -39,7 +39,7 @@ struct StereoMatchingSettings {
 struct CalibrationSettings {
   double scale_sigma = 0.0;
   double principal_point_sigma_px = 0.0;
-  double common_error_ratio = 0.46;
+  double common_error_px = 0.008;
   double scale_sigma_per_px = 0.01;
   double principal_point_per_px = 1.0;
 };

@@ -14,8 +14,9 @@ void KeyframeTrajectory::append(const PoseGaussian& T_keyframe_camera, bool meas
 
 void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
                                       const RectificationEffect& effect) {
-  keyframes_.push_back(
-      {frame, T_previous_keyframe, in_world(T_previous_keyframe), effect, frames_.size() - 1});
+  const LinkedPose T_world_keyframe =
+      add_link(keyframes_.back().T_world_keyframe, T_previous_keyframe, frames_.back().measured);
+  keyframes_.push_back({frame, T_previous_keyframe, T_world_keyframe, effect, frames_.size() - 1});
   T_odometry_keyframe_ = in_odometry_frame(T_previous_keyframe.pose);
   frames_.back() = {reference(), PoseGaussian{}};  // the keyframe's own frame moves with it
 }
@@ -29,8 +30,8 @@ void KeyframeTrajectory::correct(const std::vector<LinkedPose>& T_world_keyframe
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     auto& keyframe = keyframes_[k];
     keyframe.T_world_keyframe = k < T_world_keyframe.size() ? T_world_keyframe[k]
-                                                            : compose(keyframes_[k - 1].T_world_keyframe,
-                                                                      keyframe.T_previous_keyframe);
+                                                            : add_link(keyframes_[k - 1].T_world_keyframe,
+                                                                       keyframe.T_previous_keyframe);
   }
 }
 
@@ -70,7 +71,7 @@ void KeyframeTrajectory::continue_odometry(const Pose& expected, const Pose& fou
 }
 
 LinkedPose KeyframeTrajectory::in_world(const PoseGaussian& T_keyframe_camera) const {
-  return compose(keyframes_.back().T_world_keyframe, T_keyframe_camera, frames_.back().measured);
+  return compose(keyframes_.back().T_world_keyframe, T_keyframe_camera);
 }
 
 Pose KeyframeTrajectory::in_odometry_frame(const Pose& T_keyframe_camera) const {
@@ -86,13 +87,13 @@ std::vector<Matrix6<double>> KeyframeTrajectory::relative_covariances() const {
   return covariances;
 }
 
-std::vector<PoseGaussian> KeyframeTrajectory::poses(double common_error_ratio) const {
+std::vector<PoseGaussian> KeyframeTrajectory::poses(double common_error_rad) const {
   std::vector<PoseGaussian> T_world_camera;
   std::vector<bool> measured;
   for (const FramePose& frame : frames_) {
     const LinkedPose& T_world_keyframe = keyframes_[frame.keyframe].T_world_keyframe;
-    T_world_camera.push_back(compose(T_world_keyframe, frame.T_keyframe_camera, frame.measured)
-                                 .with_common_error(common_error_ratio));
+    T_world_camera.push_back(
+        compose(T_world_keyframe, frame.T_keyframe_camera).with_common_error(common_error_rad));
     measured.push_back(frame.measured);
   }
   bridge_untracked(T_world_camera, measured);

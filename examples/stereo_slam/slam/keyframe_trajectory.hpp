@@ -75,7 +75,7 @@ class KeyframeTrajectory {
 
   /// T_world_camera of every frame as known now; predicted frames lie between their measured neighbours.
   /// Their covariances contain the common error of the links (LinkedPose).
-  [[nodiscard]] std::vector<PoseGaussian> poses(double common_error_ratio) const;
+  [[nodiscard]] std::vector<PoseGaussian> poses(double common_error_rad) const;
 
  private:
   struct KeyframePose {

@@ -20,18 +20,18 @@ CalibrationError Slam::calibration_error() const {
       std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px);
   return {.scale_sigma = std::min(scale, kLargestCalibrationError),
           .axes_sigma_rad = std::min(axes_px / camera_.fx, kLargestCalibrationError),
-          .common_error_ratio = allowed.common_error_ratio};
+          .common_error_rad = allowed.common_error_px / camera_.fx};
 }
 
 /// T_world_camera of the last frame, including the uncertainty due to the errors that all frames share.
 PoseGaussian Slam::in_world(const PoseGaussian& T_keyframe_camera, const CalibrationError& error) const {
   const LinkedPose T_world_camera = trajectory_.in_world(T_keyframe_camera);
-  return with_calibration_error(T_world_camera.with_common_error(error.common_error_ratio), error);
+  return with_calibration_error(T_world_camera.with_common_error(error.common_error_rad), error);
 }
 
 std::vector<PoseGaussian> Slam::trajectory() const {
   const CalibrationError error = calibration_error();
-  auto T_world_camera = trajectory_.poses(error.common_error_ratio);
+  auto T_world_camera = trajectory_.poses(error.common_error_rad);
   for (auto& pose : T_world_camera) pose = with_calibration_error(pose, error);
   return T_world_camera;
 }

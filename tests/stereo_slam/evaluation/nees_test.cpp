@@ -103,20 +103,24 @@ TEST_CASE("An error of the camera's axes is common to all frames", "[nees]") {
 }
 
 TEST_CASE("An error that all links have in common adds up over them", "[nees]") {
+  constexpr double kSigma_rad = 7e-4;  // half of a link's own error
   HonestRun run(501);
   const auto measured = run.estimate.poses;
-  Vector6<double> multiples;
-  multiples << 0.5, -0.4, 0.6, -0.5, 0.3, 0.5;
+  Vector6<double> factors;
+  factors << 1.0, -0.8, 1.2, -1.0, 0.6, 1.0;
   for (std::size_t k = 1; k < measured.size(); ++k) {
     const auto& row = run.rows[k];
     const Pose link = Pose::from_isometry(measured[row.keyframe].inverse() * measured[k]);
-    const Vector6<double> error = multiples.cwiseProduct(standard_deviations(row.relative));
-    run.estimate.poses[k] = run.estimate.poses[row.keyframe] * link.boxplus(error).isometry();
+    const Vector6<double> error = kSigma_rad * factors.cwiseProduct(common_error_per_rad(row.relative));
+    const bool keyframe = k % kFramesPerKeyframe == 0;
+    run.estimate.poses[k] =
+        run.estimate.poses[row.keyframe] * (keyframe ? link.boxplus(error) : link).isometry();
   }
   const auto unaware = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
-  for (auto& row : run.rows) row.calibration.common_error_ratio = 0.5;
+  for (auto& row : run.rows) row.calibration.common_error_rad = kSigma_rad;
   const auto aware = score_covariances(run.truth, run.estimate, run.pairs, run.rows, {});
   CHECK(unaware.relative[2].share_inside < 0.5);
+  CHECK(aware.relative[0].mean == unaware.relative[0].mean);  // from a keyframe to the next frame: no link
   CHECK(aware.relative[2].share_inside > 0.88);
 }
 
@@ -217,7 +221,7 @@ TEST_CASE("evaluate reads covariances.csv as run writes it", "[nees]") {
     CHECK(rows[k].nis_dof == record.results[k].nis_dof);
     CHECK(rows[k].calibration.scale_sigma == record.results[k].calibration.scale_sigma);
     CHECK(rows[k].calibration.axes_sigma_rad == record.results[k].calibration.axes_sigma_rad);
-    CHECK(rows[k].calibration.common_error_ratio == record.results[k].calibration.common_error_ratio);
+    CHECK(rows[k].calibration.common_error_rad == record.results[k].calibration.common_error_rad);
   }
 }
 

@@ -271,21 +271,21 @@ TEST_CASE("Errors after the loops are as large as the marginal covariances say",
 
 TEST_CASE("The common error adds up along the odometry, and loops reduce it", "[stereo_slam][pose_graph]") {
   CAPTURE(kRingSeed);
-  constexpr double kRatio = 0.5;
+  constexpr double kSigma_rad = 7e-4;  // half of a link's own error
   Drive d = drive();
   LinkedPose composed;
   LinkedPose chain;
   for (std::size_t k = 0; k < 50; ++k) {
-    composed = compose(composed, d.graph.odometry[k].T_from_to);
-    if (k >= 20) chain = compose(chain, d.graph.odometry[k].T_from_to);
+    composed = add_link(composed, d.graph.odometry[k].T_from_to);
+    if (k >= 20) chain = add_link(chain, d.graph.odometry[k].T_from_to);
   }
   const auto open = marginals(d.graph, kGraphSettings);
   CHECK(open[0].J_common.isZero());
   CHECK((open[50].J_common - composed.J_common).norm() < 1e-6 * composed.J_common.norm());
 
-  d.graph.common_error_ratio = kRatio;
+  d.graph.common_error_rad = kSigma_rad;
   const auto relative = LoopPrediction(d.graph, kGraphSettings).relative_pose(20, 50).covariance;
-  const auto expected = chain.with_common_error(kRatio).covariance;
+  const auto expected = chain.with_common_error(kSigma_rad).covariance;
   CHECK((relative - expected).norm() < 1e-6 * expected.norm());
 
   PoseGraph fixed = d.graph;  // up to node 20, as those of a loaded map are
@@ -309,16 +309,17 @@ TEST_CASE("The common error adds up along the odometry, and loops reduce it", "[
 TEST_CASE("Errors that the odometry has in common are as large as the covariances with them say",
           "[stereo_slam][pose_graph]") {
   constexpr int kRuns = 40;
-  constexpr double kRatio = 0.5;
+  constexpr double kSigma_rad = 7e-4;  // half of a link's own error
   const std::vector<std::size_t> nodes = {kRingLap / 2, kNodes - 1};
   std::vector<double> nees(nodes.size(), 0.0);
   std::vector<double> nees_without(nodes.size(), 0.0);
   for (unsigned run = 0; run < kRuns; ++run) {
     Drive d = drive(run);
     std::normal_distribution<double> normal;
-    const Vector6<double> multiples = kRatio * Vector6<double>::NullaryExpr([&] { return normal(d.random); });
+    const Vector6<double> factors =
+        kSigma_rad * Vector6<double>::NullaryExpr([&] { return normal(d.random); });
     for (auto& edge : d.graph.odometry) {
-      const Vector6<double> error = multiples.cwiseProduct(standard_deviations(edge.T_from_to.covariance));
+      const Vector6<double> error = factors.cwiseProduct(common_error_per_rad(edge.T_from_to.covariance));
       edge.T_from_to.pose = edge.T_from_to.pose.boxplus(error);
     }
     for (std::size_t k = kRingLap; k < kNodes; k += 30) d.add_loop(k - kRingLap, k);
@@ -326,7 +327,7 @@ TEST_CASE("Errors that the odometry has in common are as large as the covariance
     const auto P = marginals(d.graph, kGraphSettings);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const Vector6<double> e = d.truth[nodes[i]].boxminus(d.graph.poses[nodes[i]]);
-      const Matrix6<double> S = P[nodes[i]].with_common_error(kRatio).covariance;
+      const Matrix6<double> S = P[nodes[i]].with_common_error(kSigma_rad).covariance;
       nees[i] += e.dot(S.ldlt().solve(e)) / kRuns;
       nees_without[i] += e.dot(P[nodes[i]].estimate.covariance.ldlt().solve(e)) / kRuns;
     }

@@ -50,7 +50,7 @@ TEST_CASE("covariances.csv names every column and holds the upper triangle row b
   REQUIRE(lines.size() == 3);
   CHECK_THAT(lines[0], Catch::StartsWith("stamp_s,status,rx_rx_rad2,rx_ry_rad2,rx_rz_rad2,rx_tx_rad_m"));
   CHECK_THAT(lines[0], Catch::Contains(",ty_tz_m2,tz_tz_m2,keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,"
-                                       "common_error_ratio,keyframe_rx_rx_rad2,"));
+                                       "common_error_rad,keyframe_rx_rx_rad2,"));
   CHECK_THAT(lines[0], Catch::EndsWith(",keyframe_tz_tz_m2"));
   CHECK(std::count(lines[0].begin(), lines[0].end(), ',') == 49);
   CHECK(lines[2] ==

@@ -45,28 +45,38 @@ TEST_CASE("Poses of frames are compositions over their keyframes", "[stereo_slam
 }
 
 TEST_CASE("The common error of the links adds up from keyframe to keyframe", "[stereo_slam][slam]") {
-  constexpr double kRatio = 0.3;
-  constexpr double kLinkSigma_rad = 0.01;  // of step()
+  constexpr double kSigma_rad = 0.003;
   const auto trajectory = drive();
   const auto without = trajectory.poses(0.0);
-  const auto with = trajectory.poses(kRatio);
-  CHECK(with[0].covariance == without[0].covariance);
-  for (std::size_t frame = 1; frame < 6; ++frame) {
+  const auto with = trajectory.poses(kSigma_rad);
+  CHECK(with[1].covariance == without[1].covariance);  // a frame has none of its own
+  for (std::size_t frame = 0; frame < 6; ++frame) {
     CAPTURE(frame);
     // The steps only turn about y, so that the heading's error is the sum of those of all links.
     const double added = with[frame].covariance(1, 1) - without[frame].covariance(1, 1);
-    const std::size_t keyframes = (frame + 1) / 2;
-    const auto links = static_cast<double>(keyframes);
-    CHECK(added == Approx(std::pow(links * kRatio * kLinkSigma_rad, 2)).epsilon(1e-4));
+    const std::size_t links = frame / 2;
+    CHECK(added == Approx(std::pow(static_cast<double>(links) * kSigma_rad, 2)).epsilon(1e-4));
   }
 }
 
-TEST_CASE("A predicted frame has no common error of its own", "[stereo_slam][slam]") {
+TEST_CASE("A link that was only predicted has no common error", "[stereo_slam][slam]") {
   KeyframeTrajectory trajectory = drive();
   trajectory.append(step(2.0), false);
-  const auto before = trajectory.poses(0.0), with = trajectory.poses(0.3);
-  const double two_links = 2 * 0.3 * 0.01;
+  trajectory.add_keyframe(6, step(2.0));
+  const auto before = trajectory.poses(0.0), with = trajectory.poses(0.003);
+  const double two_links = 2 * 0.003;
   CHECK(with[6].covariance(1, 1) - before[6].covariance(1, 1) == Approx(two_links * two_links).epsilon(1e-4));
+}
+
+TEST_CASE("The common error of a link does not depend on how accurate the link is", "[stereo_slam][slam]") {
+  Vector6<double> sigma;
+  sigma << 1e-3, 2e-3, 2e-3, 0.01, 0.02, 0.03;
+  const Matrix6<double> covariance = sigma.cwiseAbs2().asDiagonal();
+  const Vector6<double> common = common_error_per_rad(covariance);
+  CHECK(common.head<3>().squaredNorm() == Approx(3.0));
+  CHECK((common / common[0]).isApprox(sigma / sigma[0], 1e-12));
+  CHECK(common_error_per_rad(1e-4 * covariance).isApprox(common, 1e-12));
+  CHECK(common_error_per_rad(Matrix6<double>::Zero()).isZero());
 }
 
 TEST_CASE("A frame that a new segment takes over keeps its covariance relative to its own keyframe",
