@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/core/pose_estimate.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace stereo_slam {
 
 PoseDensity certain_pose() {
@@ -8,11 +11,16 @@ PoseDensity certain_pose() {
   return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
 }
 
-Vector6<double> common_error_per_rad(const Matrix6<double>& covariance) {
-  const Vector6<double> variances = covariance.diagonal().cwiseMax(0.0);
+Vector6<double> common_error_per_rad(const PoseGaussian& link) {
+  constexpr double kFullChange_rad = 0.05;  // a third of that between two keyframes of a moving vehicle
+  const Vector6<double> variances = link.covariance.diagonal().cwiseMax(0.0);
   const double angle_variance = variances.head<3>().mean();
   if (!(angle_variance > 0.0)) return Vector6<double>::Zero();
-  return (variances / angle_variance).cwiseSqrt();
+  // How far the link moved points of the scene, seen from the camera: their distance is about the ratio of
+  // the standard deviations of translation and rotation.
+  const double per_m = std::sqrt(angle_variance / std::max(variances.tail<3>().mean(), angle_variance));
+  const double change_rad = link.pose.log().head<3>().norm() + link.pose.translation().norm() * per_m;
+  return std::min(change_rad / kFullChange_rad, 1.0) * (variances / angle_variance).cwiseSqrt();
 }
 
 PoseGaussian LinkedPose::with_common_error(double sigma_rad) const {
@@ -23,7 +31,7 @@ PoseGaussian LinkedPose::with_common_error(double sigma_rad) const {
 
 LinkedPose add_link(const LinkedPose& T_a_b, const PoseGaussian& T_b_c, bool measured) {
   LinkedPose T_a_c = compose(T_a_b, T_b_c);
-  if (measured) T_a_c.J_common.diagonal() += common_error_per_rad(T_b_c.covariance);
+  if (measured) T_a_c.J_common.diagonal() += common_error_per_rad(T_b_c);
   return T_a_c;
 }
 

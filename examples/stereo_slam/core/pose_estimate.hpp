@@ -19,10 +19,10 @@ using PoseDensity = antipode::BinghamGaussian<double>;
 /// Limit of the relative errors and angles that a calibration may leave: more is no calibration.
 inline constexpr double kLargestCalibrationError = 0.5;
 
-/// The common error of a link (LinkedPose) whose own error has this covariance, if the common error of its
-/// angles has a root mean square of one radian: in the proportion of the standard deviations. Zero if the
-/// covariance has no angles.
-[[nodiscard]] Vector6<double> common_error_per_rad(const Matrix6<double>& covariance);
+/// The common error of a link (LinkedPose), if that of its angles has a root mean square of one radian: in
+/// the proportion of the standard deviations of the link's own error. It is less for links that hardly
+/// changed the view, and zero if the covariance has no angles.
+[[nodiscard]] Vector6<double> common_error_per_rad(const PoseGaussian& link);
 
 /// A pose that is composed of links, and its sensitivity to the common error of the links.
 ///
@@ -33,8 +33,8 @@ inline constexpr double kLargestCalibrationError = 0.5;
 /// their number, the common error with the number itself.
 struct LinkedPose {
   PoseGaussian estimate;  ///< without the uncertainty due to the common error
-  Matrix6<double> J_common =
-      Matrix6<double>::Zero();  ///< d (right perturbation) / d (the six factors), 1/rad
+  /// d (right perturbation) / d (the six factors, in rad).
+  Matrix6<double> J_common = Matrix6<double>::Zero();
 
   /// The estimate including the uncertainty due to the common error, which has this standard deviation in
   /// each link, as an angle.

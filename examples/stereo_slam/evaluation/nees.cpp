@@ -59,7 +59,8 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
     const Matrix6<double> A = (poses[to].inverse() * poses[k]).adjoint();
     covariance += A * rows[k].relative * A.transpose();
     const bool keyframe = k + 1 < rows.size() && rows[k + 1].keyframe == k;
-    if (keyframe) J_common += A * common_error_per_rad(rows[k].relative).asDiagonal();
+    const PoseGaussian link{poses[rows[k].keyframe].inverse() * poses[k], rows[k].relative};
+    if (keyframe) J_common += A * common_error_per_rad(link).asDiagonal();
   }
   const LinkedPose relative{{poses[from].inverse() * poses[to], covariance}, J_common};
   const CalibrationError& error = rows[to].calibration;

@@ -22,8 +22,8 @@ namespace stereo_slam {
 /// replaces it: the later segment moves as a whole to where the loop measures it.
 class KeyframeGraph {
  public:
-  /// At most `max_points` points of a keyframe are kept. `common_error_rad` is the standard
-  /// deviation of the odometry's common error (LinkedPose).
+  /// At most `max_points` points of a keyframe are kept. `common_error_rad` is the standard deviation
+  /// of the odometry's common error (LinkedPose).
   KeyframeGraph(std::size_t max_points, double common_error_rad);
 
   /// Adds the keyframes and the loops of a saved map to an empty graph. With MapUse::kLocalise the poses of

@@ -22,7 +22,7 @@ LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, con
       settings_(settings),
       ids_(extent_of(loaded)),
       graph_(static_cast<std::size_t>(settings.loop_closure.max_points),
-             settings.calibration.common_error_px / camera.fx),
+             std::min(settings.calibration.common_error_px / camera.fx, kLargestCalibrationError)),
       candidates_(camera, settings.place_recognition),
       consistency_(settings.loop_verification) {
   if (loaded.keyframes.empty()) return;

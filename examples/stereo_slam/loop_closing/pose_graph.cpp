@@ -305,8 +305,8 @@ class GraphInformation {
       const int column = first_variable_[to];
       if (column < 0 || !measured) continue;
       const auto row = static_cast<Eigen::Index>(6 * k);
-      result.middleRows<6>(row) = jacobian.block(row, column, 6, 6).toDense() *
-                                  common_error_per_rad(T_from_to.covariance).asDiagonal();
+      result.middleRows<6>(row) =
+          jacobian.block(row, column, 6, 6).toDense() * common_error_per_rad(T_from_to).asDiagonal();
     }
     return result;
   }

@@ -64,7 +64,7 @@ void add_calibration(Table& table) {
       .add("principal_point_sigma_px", &CalibrationSettings::principal_point_sigma_px, {0.0, 50.0}, "px",
            "known standard deviation of the calibrated principal point")
       .add("common_error_px", &CalibrationSettings::common_error_px, {0.0, 50.0}, "px",
-           "standard deviation of the error that all motions between keyframes have in common")
+           "error that all motions between keyframes have in common: root mean square of its three angles")
       .add(
           "scale_sigma_per_px", &CalibrationSettings::scale_sigma_per_px, {0.0, 0.5}, "1/px",
           "relative standard deviation of the scale, per pixel of row offset that online_rectification finds")

@@ -14,9 +14,10 @@ void KeyframeTrajectory::append(const PoseGaussian& T_keyframe_camera, bool meas
 
 void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
                                       const RectificationEffect& effect) {
+  const bool measured = frames_.back().measured;
   const LinkedPose T_world_keyframe =
-      add_link(keyframes_.back().T_world_keyframe, T_previous_keyframe, frames_.back().measured);
-  keyframes_.push_back({frame, T_previous_keyframe, T_world_keyframe, effect, frames_.size() - 1});
+      add_link(keyframes_.back().T_world_keyframe, T_previous_keyframe, measured);
+  keyframes_.push_back({frame, T_previous_keyframe, T_world_keyframe, effect, frames_.size() - 1, measured});
   T_odometry_keyframe_ = in_odometry_frame(T_previous_keyframe.pose);
   frames_.back() = {reference(), PoseGaussian{}};  // the keyframe's own frame moves with it
 }
@@ -29,9 +30,10 @@ void KeyframeTrajectory::replace(std::size_t position, const PoseGaussian& T_key
 void KeyframeTrajectory::correct(const std::vector<LinkedPose>& T_world_keyframe) {
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     auto& keyframe = keyframes_[k];
-    keyframe.T_world_keyframe = k < T_world_keyframe.size() ? T_world_keyframe[k]
-                                                            : add_link(keyframes_[k - 1].T_world_keyframe,
-                                                                       keyframe.T_previous_keyframe);
+    keyframe.T_world_keyframe =
+        k < T_world_keyframe.size()
+            ? T_world_keyframe[k]
+            : add_link(keyframes_[k - 1].T_world_keyframe, keyframe.T_previous_keyframe, keyframe.measured);
   }
 }
 
@@ -52,7 +54,7 @@ std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const RectificationEstim
   }
   std::vector<KeyframeLink> changed;
   for (std::size_t id = 1; id < keyframes_.size(); ++id) {
-    auto& [frame, T_previous_keyframe, T_world_keyframe, effect, position] = keyframes_[id];
+    auto& [frame, T_previous_keyframe, T_world_keyframe, effect, position, measured] = keyframes_[id];
     if (effect.derivative.isZero(0.0)) continue;
     T_previous_keyframe.pose =
         T_previous_keyframe.pose.boxplus(rectification.change_of(effect)).renormalized();

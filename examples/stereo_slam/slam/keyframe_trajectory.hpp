@@ -84,6 +84,7 @@ class KeyframeTrajectory {
     LinkedPose T_world_keyframe;
     RectificationEffect effect;  ///< on T_previous_keyframe
     std::size_t position = 0;    ///< of its own frame in frames_
+    bool measured = true;        ///< T_previous_keyframe was measured, not only predicted
   };
   struct FramePose {
     std::size_t keyframe = 0;

@@ -20,7 +20,7 @@ CalibrationError Slam::calibration_error() const {
       std::hypot(allowed.principal_point_sigma_px, allowed.principal_point_per_px * seen_px);
   return {.scale_sigma = std::min(scale, kLargestCalibrationError),
           .axes_sigma_rad = std::min(axes_px / camera_.fx, kLargestCalibrationError),
-          .common_error_rad = allowed.common_error_px / camera_.fx};
+          .common_error_rad = std::min(allowed.common_error_px / camera_.fx, kLargestCalibrationError)};
 }
 
 /// T_world_camera of the last frame, including the uncertainty due to the errors that all frames share.

@@ -102,6 +102,31 @@ TEST_CASE("An error of the camera's axes is common to all frames", "[nees]") {
   CHECK(aware.relative[2].share_inside > 0.88);
 }
 
+TEST_CASE("Motions that end at a keyframe have a common error, others have none", "[nees]") {
+  constexpr double kCommon_rad = 2e-3;
+  const Matrix6<double> P = 1e-6 * Matrix6<double>::Identity();
+  Vector6<double> step, error;
+  step << 0.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  error << 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0;
+  Trajectory truth, estimate;
+  FramePairs pairs;
+  Pose T_true, T_estimate;
+  for (std::size_t k = 0; k < 3; ++k) {  // keyframes 0 and 1; frame 2 is none
+    truth.poses.push_back(T_true.isometry());
+    estimate.poses.push_back(T_estimate.isometry());
+    pairs.emplace_back(k, k);
+    T_true = T_true * Pose::exp(step);
+    T_estimate = T_estimate * Pose::exp(step).boxplus(error);
+  }
+  std::vector<CovarianceRow> rows = {
+      {0, Matrix6<double>::Zero(), 0.0, 0}, {0, P, 30.0, 30}, {1, P, 30.0, 30}};
+  for (auto& row : rows) row.calibration.common_error_rad = kCommon_rad;
+  const auto score = score_covariances(truth, estimate, pairs, rows, {});
+  REQUIRE(score.relative[0].count == 2);
+  const double own = 1e-6, with_common = own + kCommon_rad * kCommon_rad;
+  CHECK(score.relative[0].mean == Approx(0.5 * (1e-6 / with_common + 1e-6 / own)).epsilon(1e-3));
+}
+
 TEST_CASE("An error that all links have in common adds up over them", "[nees]") {
   constexpr double kSigma_rad = 7e-4;  // half of a link's own error
   HonestRun run(501);
@@ -111,7 +136,8 @@ TEST_CASE("An error that all links have in common adds up over them", "[nees]") 
   for (std::size_t k = 1; k < measured.size(); ++k) {
     const auto& row = run.rows[k];
     const Pose link = Pose::from_isometry(measured[row.keyframe].inverse() * measured[k]);
-    const Vector6<double> error = kSigma_rad * factors.cwiseProduct(common_error_per_rad(row.relative));
+    const Vector6<double> error =
+        kSigma_rad * factors.cwiseProduct(common_error_per_rad({link, row.relative}));
     const bool keyframe = k % kFramesPerKeyframe == 0;
     run.estimate.poses[k] =
         run.estimate.poses[row.keyframe] * (keyframe ? link.boxplus(error) : link).isometry();

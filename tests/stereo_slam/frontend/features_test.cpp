@@ -42,6 +42,13 @@ TEST_CASE("Points within a radius are found across cells and at the border", "[s
   CHECK_FALSE(index.any_within({-100.0, -100.0}, 10.0));
 }
 
+TEST_CASE("Points of a cell are visited in their order", "[stereo_slam][features]") {
+  const SpatialIndex index({{3.0, 3.0}, {40.0, 3.0}, {5.0, 3.0}, {-1.0, 3.0}, {4.0, 3.0}}, kImage);
+  std::vector<std::size_t> visited;
+  index.for_each_in_box({20.0, 3.0}, {25.0, 5.0}, [&](std::size_t i) { visited.push_back(i); });
+  CHECK(visited == std::vector<std::size_t>{0, 2, 4, 1});
+}
+
 TEST_CASE("Spread features are the strongest of every bucket first", "[stereo_slam][features]") {
   std::vector<Feature> features(4);
   for (std::size_t i = 0; i < features.size(); ++i) {

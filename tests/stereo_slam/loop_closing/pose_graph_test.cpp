@@ -319,7 +319,7 @@ TEST_CASE("Errors that the odometry has in common are as large as the covariance
     const Vector6<double> factors =
         kSigma_rad * Vector6<double>::NullaryExpr([&] { return normal(d.random); });
     for (auto& edge : d.graph.odometry) {
-      const Vector6<double> error = factors.cwiseProduct(common_error_per_rad(edge.T_from_to.covariance));
+      const Vector6<double> error = factors.cwiseProduct(common_error_per_rad(edge.T_from_to));
       edge.T_from_to.pose = edge.T_from_to.pose.boxplus(error);
     }
     for (std::size_t k = kRingLap; k < kNodes; k += 30) d.add_loop(k - kRingLap, k);

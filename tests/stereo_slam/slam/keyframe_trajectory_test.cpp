@@ -72,11 +72,28 @@ TEST_CASE("The common error of a link does not depend on how accurate the link i
   Vector6<double> sigma;
   sigma << 1e-3, 2e-3, 2e-3, 0.01, 0.02, 0.03;
   const Matrix6<double> covariance = sigma.cwiseAbs2().asDiagonal();
-  const Vector6<double> common = common_error_per_rad(covariance);
+  const Pose motion = test::car_motion(3.0);
+  const Vector6<double> common = common_error_per_rad({motion, covariance});
   CHECK(common.head<3>().squaredNorm() == Approx(3.0));
   CHECK((common / common[0]).isApprox(sigma / sigma[0], 1e-12));
-  CHECK(common_error_per_rad(1e-4 * covariance).isApprox(common, 1e-12));
-  CHECK(common_error_per_rad(Matrix6<double>::Zero()).isZero());
+  CHECK(common_error_per_rad({motion, 1e-4 * covariance}).isApprox(common, 1e-12));
+  CHECK(common_error_per_rad({motion, Matrix6<double>::Zero()}).isZero());
+}
+
+TEST_CASE("A camera that stands still gathers no common error", "[stereo_slam][slam]") {
+  Vector6<double> sigma;
+  sigma << 1e-5, 1e-5, 1e-5, 2e-4, 2e-4, 2e-4;  // points 20 m away
+  const Matrix6<double> covariance = sigma.cwiseAbs2().asDiagonal();
+  const auto angle = [&](double ahead_m) {
+    Vector6<double> motion = Vector6<double>::Zero();
+    motion[5] = ahead_m;
+    return common_error_per_rad({Pose::exp(motion), covariance})[0];
+  };
+  CHECK(angle(0.0) == 0.0);
+  CHECK(angle(1e-4) == Approx(1e-4));  // 5e-6 of .05 rad
+  CHECK(angle(0.5) == Approx(0.5));
+  CHECK(angle(1.0) == Approx(1.0));
+  CHECK(angle(9.0) == Approx(1.0));
 }
 
 TEST_CASE("A frame that a new segment takes over keeps its covariance relative to its own keyframe",

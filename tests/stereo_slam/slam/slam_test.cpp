@@ -73,6 +73,16 @@ double path_length_m() {
   return length;
 }
 
+TEST_CASE("The common error of a fast run, in pixels, is larger; frames report it as an angle",
+          "[stereo_slam][slam]") {
+  Settings settings = preset_settings("fast");
+  CHECK(settings.calibration.common_error_px > Settings{}.calibration.common_error_px);
+  settings.calibration.common_error_px = 0.5;
+  const auto results = run(settings);
+  const double fx = straight_recording().camera.fx;
+  CHECK(results.back().calibration.common_error_rad == Approx(0.5 / fx));
+}
+
 TEST_CASE("The default preset follows a rendered street to a hundredth of the way", "[stereo_slam][slam]") {
   const auto results = run(Settings{});
   CHECK(results.front().status == TrackingStatus::kInitializing);
