@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/local_map/local_map.hpp"
 
+#include <random>
+#include <vector>
+
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
@@ -140,6 +145,52 @@ TEST_CASE("Updating landmarks shrinks their covariances and keeps them positive"
     const auto& P = map.landmarks()[i].covariance;
     CHECK(P.trace() < 0.75 * before[i]);
     CHECK(Eigen::SelfAdjointEigenSolver<Matrix3<double>>(P).eigenvalues()[0] > 0.0);
+  }
+}
+
+TEST_CASE("The correlation of pose and landmarks is that of a dense Schmidt filter", "[stereo_slam][map]") {
+  constexpr int kLandmarks = 3, kRows = 3 * kLandmarks;
+  LocalMap map = map_of({at_depth(8.0), {300.0, 250.0, 30.0}, {900.0, 60.0, 18.0}});
+  REQUIRE(map.landmarks().size() == kLandmarks);
+  const StereoCamera camera = test::kitti_camera();
+  const Pose pose = test::car_motion(0.4);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  const Matrix6<double> root = Matrix6<double>::NullaryExpr([&] { return 0.01 * normal(random); });
+  PoseGaussian prior{pose, root * root.transpose()};
+  for (int update = 0; update < 2; ++update) {  // the second begins with a correlation
+    std::vector<Match> matches;
+    Eigen::Matrix<double, kRows, 6> H;
+    Eigen::Matrix<double, kRows, kRows> J_covariance = Eigen::Matrix<double, kRows, kRows>::Zero();
+    Eigen::Matrix<double, kRows, kRows> D = J_covariance;
+    Eigen::Matrix<double, 6, kRows> cross, cross_J;  // Cov(pose, landmarks), and times J'
+    for (int k = 0; k < kLandmarks; ++k) {
+      const Landmark& landmark = map.landmarks()[static_cast<std::size_t>(k)];
+      const Matrix3<double> J = landmark_jacobian(landmark, pose, camera);
+      Match match;
+      match.landmark = static_cast<std::size_t>(k);
+      match.R = stereo_pixel_covariance(0.4);
+      match.predicted.landmark_part = J * landmark.covariance * J.transpose();
+      H.middleRows<3>(3 * k) = pose_jacobian(to_point(landmark, landmark.mean, camera), pose, camera);
+      D.block<3, 3>(3 * k, 3 * k) = match.predicted.landmark_part + match.R;
+      J_covariance.block<3, 3>(3 * k, 3 * k) = J * landmark.covariance;
+      cross.middleCols<3>(3 * k) = landmark.pose_cross_covariance;
+      cross_J.middleCols<3>(3 * k) = landmark.pose_cross_covariance * J.transpose();
+      matches.push_back(match);
+    }
+    const Eigen::Matrix<double, kRows, kRows> S =
+        H * prior.covariance * H.transpose() + H * cross_J + cross_J.transpose() * H.transpose() + D;
+    const Eigen::Matrix<double, 6, kRows> gain = (prior.covariance * H.transpose() + cross_J) *
+                                                 S.ldlt().solve(Eigen::MatrixXd::Identity(kRows, kRows));
+    map.update_correlation(prior, pose, matches);
+    cross -= gain * (H * cross + J_covariance);
+    for (int k = 0; k < kLandmarks; ++k) {
+      const auto& updated = map.landmarks()[static_cast<std::size_t>(k)].pose_cross_covariance;
+      const Eigen::Matrix<double, 6, 3> expected = cross.middleCols<3>(3 * k);
+      CAPTURE(update, k);
+      CHECK((updated - expected).norm() < 1e-9 * expected.norm());
+    }
+    prior.covariance -= gain * S * gain.transpose();
   }
 }
 

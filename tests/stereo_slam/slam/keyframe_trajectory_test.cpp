@@ -50,6 +50,8 @@ TEST_CASE("The common error of the links adds up from keyframe to keyframe", "[s
   const auto without = trajectory.poses(0.0);
   const auto with = trajectory.poses(kSigma_rad);
   CHECK(with[1].covariance == without[1].covariance);  // a frame has none of its own
+  const LinkedPose last = trajectory.in_world(step(1.0));
+  CHECK(last.with_common_error(kSigma_rad).covariance.isApprox(with[5].covariance, 1e-12));
   for (std::size_t frame = 0; frame < 6; ++frame) {
     CAPTURE(frame);
     // The steps only turn about y, so that the heading's error is the sum of those of all links.
