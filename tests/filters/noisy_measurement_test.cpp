@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include <antipode/filters/gauss_newton_update.hpp>
@@ -106,6 +108,56 @@ TEST_CASE("Lengths that do not fit are named", "[measurements][error]") {
   };
   CHECK(error_message([&] { (void)gauss_newton_update(prior, position_and_height(), wrong_jacobian); }) ==
         "the Jacobian of the model has another number of rows than were measured: 5");
+}
+
+TEMPLATE_TEST_CASE("One triangle of a covariance is refused with its value", "[measurements][error]", float,
+                   double) {
+  using Scalar = TestType;
+  using Split = SplitPoseGaussian<Scalar>;
+  using Position = NoisyMeasurement<Scalar, 3>;
+  const Split prior{DualQuaternion<Scalar>::identity(), pose_covariance<Scalar>(0.1, 5.0)};
+  const auto h = [](const DualQuaternion<Scalar>& x, std::size_t) {
+    return Vector3<Scalar>(x.translation());
+  };
+  const auto h_and_J = [&](const DualQuaternion<Scalar>& x, std::size_t i, Matrix<Scalar, 3, 6>& J) {
+    J.setZero();
+    J.template rightCols<3>().setIdentity();
+    return h(x, i);
+  };
+  Matrix3<Scalar> upper;
+  upper << Scalar(2), Scalar(1), Scalar(0), Scalar(0), Scalar(2), Scalar(0), Scalar(0), Scalar(0), Scalar(2);
+  const auto updates = [&](const Matrix3<Scalar>& R) {
+    const std::vector<Position> z{{Vector3<Scalar>(1, 2, 3), Matrix3<Scalar>::Identity()},
+                                  {Vector3<Scalar>(1, 2, 3), R}};
+    return std::array{
+        error_message([&] { (void)linearized_update(prior, z, h); }),
+        error_message([&] { (void)gauss_newton_update(prior, z, h_and_J); }),
+        error_message([&] { (void)GaussianMeasurements<Scalar, 3, decltype(h)>(z, h); }),
+        error_message([&] { (void)RobustMeasurements<Scalar, 3, decltype(h), StudentT<Scalar>>(z, h, {}); })};
+  };
+  for (const std::string& message : updates(upper)) {
+    CHECK(contains(message, "covariance of a measurement is not"));
+    CHECK(contains(message, "symmetric: [2, 1, 0; 0, 2, 0; 0, 0, 2]"));
+  }
+  for (const std::string& message : updates(upper.transpose())) {
+    CHECK(contains(message, "symmetric: [2, 0, 0; 1, 2, 0; 0, 0, 2]"));
+  }
+  // Both triangles, one of them with rounding errors.
+  Matrix3<Scalar> rounded = upper + upper.transpose();
+  rounded(0, 1) *= Scalar(1) + std::numeric_limits<Scalar>::epsilon();
+  for (const std::string& message : updates(rounded)) CHECK(message == "nothing thrown");
+}
+
+TEST_CASE("A covariance that is not a number in the triangle that is not read is not used",
+          "[measurements]") {
+  const auto prior = around_origin();
+  auto z = position_and_height();
+  z[0].R(0, 2) = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& result :
+       {linearized_update(prior, z, PositionOrHeight{}), gauss_newton_update(prior, z, PositionOrHeight{})}) {
+    CHECK(result.status == UpdateStatus::kNotFinite);
+    CHECK(result.posterior.covariance == prior.covariance);
+  }
 }
 
 TEST_CASE("Measurements that are no measurements are refused", "[measurements][error]") {

@@ -88,7 +88,6 @@ template <class Density, class Measurements, class Model>
   Matrix<Scalar, kDim, N> J;
   const std::size_t count = measurements.size();
   for (std::size_t i = 0; i < count; ++i) {
-    require_matching_size(measurements[i]);
     J.resize(measurements[i].z.rows(), N);
     const auto predicted = checked_prediction<Z>(measurements[i].z, h(density.mean, i, J));
     if (!predicted) continue;
@@ -133,6 +132,10 @@ class GaussNewtonIteration {
 
   [[nodiscard]] UpdateResult<Density> run() {
     if (measurements_.size() == 0) return result_;
+    if (!has_finite_noise(measurements_)) {
+      (void)fail(UpdateStatus::kNotFinite);
+      return result_;
+    }
     while (iterate()) {
     }
     return result_;
@@ -249,10 +252,10 @@ class GaussNewtonIteration {
 /// chart of the density: for a PoseGaussian in the screw chart, xi = (phi, rho) of x exp(xi).
 ///
 /// A measurement that cannot be predicted is left out of that iteration. The covariance of the prior may be
-/// singular. Throws on invalid options, on an invalid covariance of the prior,
-/// and if R, the prediction or J differs in length from z. The status is kNotFinite if a measurement is not
-/// finite or its R not positive definite, and kNoSupport if no measurement can be predicted; the posterior
-/// then is the prior.
+/// singular. Throws on invalid options, on an invalid covariance of the prior, if R is not symmetric, and if
+/// R, the prediction or J differs in length from z. The status is kNotFinite if a measurement is not finite
+/// or its R not positive definite, and kNoSupport if no measurement can be predicted; the posterior then is
+/// the prior.
 template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model>
 [[nodiscard]] UpdateResult<Density> gauss_newton_update(
     const Density& prior, const Measurements& measurements, const Model& h,

@@ -179,7 +179,6 @@ template <class Density, class Measurements, class Model, int N, int Count>
   const std::size_t count = measurements.size();
   for (std::size_t i = 0; i < count && sum.finite; ++i) {
     bool measurable = true;
-    require_matching_size(measurements[i]);
     predicted.resize(measurements[i].z.rows(), Count);
     for (std::size_t k = 0; k < Count && measurable; ++k) {
       const auto z = checked_prediction<Z>(measurements[i].z, h(states[k], i));
@@ -214,6 +213,10 @@ class LinearizedIteration {
 
   [[nodiscard]] UpdateResult<Density> run(const Rule& rule) {
     if (measurements_.size() == 0) return result_;
+    if (!has_finite_noise(measurements_)) {
+      (void)fail(UpdateStatus::kNotFinite);
+      return result_;
+    }
     const auto standard = rule.template standard<Scalar>();
     do {
       if (!iterate(standard)) return result_;
@@ -304,9 +307,10 @@ void check_options(const LinearizedUpdateOptions<Scalar>& options) {
 /// covariance of the prior may be singular: what it knows exactly, the posterior knows exactly. With
 /// NoisyMeasurement<Scalar, Eigen::Dynamic> the measurements may have different lengths.
 ///
-/// Throws on invalid options, on an invalid covariance of the prior, and if R or the prediction differs in
-/// length from z. The status is kNotFinite if a measurement is not finite or its R not positive definite, and
-/// kNoSupport if no measurement can be predicted; the posterior then is the prior.
+/// Throws on invalid options, on an invalid covariance of the prior, if R is not symmetric (a triangle of it
+/// is not enough), and if R or the prediction differs in length from z. The status is kNotFinite if a
+/// measurement is not finite or its R not positive definite, and kNoSupport if no measurement can be
+/// predicted; the posterior then is the prior.
 template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model,
           class Rule = CubatureRule<Density::Chart::kDim>>
 [[nodiscard]] UpdateResult<Density> linearized_update(

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -31,6 +33,25 @@ void require_matching_size(const Measurement& m) {
   if (m.R.rows() != m.z.rows() || m.R.cols() != m.z.rows()) [[unlikely]] {
     throw_invalid("covariance of a measurement is not as large as the measurement", m.R);
   }
+}
+
+/// Whether every R is finite. Throws unless each has the size of its z and, if it is finite, is symmetric:
+/// the updates read one of its triangles.
+template <class Measurements>
+[[nodiscard]] bool has_finite_noise(const Measurements& measurements) {
+  bool finite = true;
+  const std::size_t count = measurements.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    using R = std::remove_cvref_t<decltype(measurements[i].R)>;
+    require_matching_size(measurements[i]);
+    if (!all_finite(measurements[i].R)) {
+      finite = false;
+      continue;
+    }
+    (void)checked_symmetric<typename R::Scalar, R::RowsAtCompileTime>(
+        "covariance of a measurement is not symmetric", measurements[i].R);
+  }
+  return finite;
 }
 
 /// A predicted measurement, or nothing. Throws if it has another length than the measured one.
