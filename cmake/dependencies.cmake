@@ -1,5 +1,9 @@
 # The library needs Eigen only; everything else belongs to the examples, tests and benchmarks.
-find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+# Eigen's version file accepts only requests of its own major version, so that the version is checked here: 3.4 and 5 do.
+find_package(Eigen3 REQUIRED NO_MODULE)
+if(DEFINED Eigen3_VERSION AND Eigen3_VERSION VERSION_LESS 3.4)
+  message(FATAL_ERROR "antipode needs Eigen 3.4 or later; ${Eigen3_DIR} has ${Eigen3_VERSION}. Set Eigen3_DIR to the folder of another Eigen3Config.cmake")
+endif()
 
 set(opencv_components core imgproc features2d video calib3d)
 if(ANTIPODE_BUILD_EXAMPLES OR ANTIPODE_BUILD_BENCHMARKS)

@@ -1,7 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+// With these flags the library would not compile, or a compiler may take every number for finite: NaN in a
+// covariance would then pass all checks, and a filter report that it has converged.
+#if __cplusplus < 202002L
+#error \
+    "antipode needs C++20: compile with -std=c++20 (CMake: target_compile_features(app PRIVATE cxx_std_20))"
+#endif
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "antipode needs NaN and infinity: compile without -ffast-math and -Ofast, or add -fno-finite-math-only"
+#endif
+#if !defined(__cpp_exceptions)
+#error "antipode reports invalid arguments by exceptions: compile without -fno-exceptions"
+#endif
+
 #include <Eigen/Core>
+
+#if !EIGEN_VERSION_AT_LEAST(3, 4, 0)
+#error "antipode needs Eigen 3.4 or later: another Eigen comes first among the include folders"
+#endif
 
 /// @file
 /// Aliases of Eigen's vectors and matrices. Vectors of R^6 that perturb a pose have the rotation first.
@@ -10,9 +27,10 @@ namespace antipode {
 /// A column vector of `Rows` entries.
 template <class Scalar, int Rows>
 using Vector = Eigen::Matrix<Scalar, Rows, 1>;
-/// A matrix of `Rows` x `Cols` entries; square by default.
+/// A matrix of `Rows` x `Cols` entries, square by default. Its numbers are stored column by column, also with
+/// EIGEN_DEFAULT_TO_ROW_MAJOR.
 template <class Scalar, int Rows, int Cols = Rows>
-using Matrix = Eigen::Matrix<Scalar, Rows, Cols>;
+using Matrix = Eigen::Matrix<Scalar, Rows, Cols, Rows == 1 && Cols != 1 ? Eigen::RowMajor : Eigen::ColMajor>;
 
 template <class Scalar>
 using Vector2 = Vector<Scalar, 2>;  ///< a column of 2 entries

@@ -12,6 +12,12 @@ add_test(NAME library_needs_only_eigen
          COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D WORK_DIR=${PROJECT_BINARY_DIR}/tests/consumer/only_eigen
                  -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER}
                  -P ${CMAKE_CURRENT_LIST_DIR}/only_eigen.cmake)
+get_target_property(antipode_eigen_dirs Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+list(GET antipode_eigen_dirs 0 antipode_eigen_dir)
+add_test(NAME library_accepts_later_versions_of_eigen
+         COMMAND ${CMAKE_COMMAND} -D SOURCE_DIR=${PROJECT_SOURCE_DIR} -D EIGEN_DIR=${antipode_eigen_dir} -D GENERATOR=${CMAKE_GENERATOR}
+                 -D COMPILER=${CMAKE_CXX_COMPILER} -D WORK_DIR=${PROJECT_BINARY_DIR}/tests/consumer/eigen_versions
+                 -P ${CMAKE_CURRENT_LIST_DIR}/eigen_versions.cmake)
 
 # examples/camera_poses, a project of its own, is built with the installed SLAM and run on a rendered sequence. NAME says how the
 # SLAM was installed: by `installed` (cmake --install) or `packaged` (the Debian packages of cpack, unpacked).

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include <Eigen/Core>
+#include <antipode/eigen_types.hpp>
 
 /// Checks of arguments. Every error message contains the invalid value.
 namespace antipode::detail {
