@@ -18,7 +18,6 @@
 
 #include "stereo_slam/bags/bag_lengths.hpp"
 #include "stereo_slam/bags/image_message.hpp"
-#include "stereo_slam/dataset/lens_values.hpp"
 #include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
@@ -102,28 +101,24 @@ std::optional<int> read_bits(const rosbag::MessageInstance& recorded) {
 }
 
 CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
-  const Fail refuse = [](const std::string& what) { throw std::invalid_argument(what); };
   constexpr std::uint32_t kMostCoefficients = 14;
   Message message(recorded);
   (void)message.header_stamp_ns();
   CameraInfo info;
-  const auto height = message.next<std::uint32_t>();
-  const auto width = message.next<std::uint32_t>();
-  set_size(info.lens, {static_cast<double>(width), static_cast<double>(height)}, refuse);
-  set_model(info.lens, message.next<std::string>(), refuse);
+  info.height_px = message.next<std::uint32_t>();
+  info.width_px = message.next<std::uint32_t>();
+  info.distortion_model = message.next<std::string>();
   const auto count = message.next<std::uint32_t>();
-  if (count > kMostCoefficients) refuse("the camera_info has too many distortion coefficients");
-  const auto D = message.numbers(count);
-  const auto K = message.numbers(9);
-  const auto R = message.numbers(9);
-  const auto P = message.numbers(12);
-  set_camera_matrix(info.lens, K, refuse);
-  if (D.empty()) info.lens.distortion = Distortion::kNone;
-  if (info.lens.distortion != Distortion::kNone) set_coefficients(info.lens, D, refuse);
-  info.R = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data());
-  info.P = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(P.data());
-  if (!info.R.allFinite() || !info.P.allFinite() || !info.R.isUnitary(1e-2))
-    refuse("R of the camera_info is not a rotation, or P is not finite");
+  if (count > kMostCoefficients)
+    throw std::invalid_argument("the camera_info has too many distortion coefficients");
+  info.D = message.numbers(count);
+  const auto read_into = [&](auto& numbers) {
+    const auto values = message.numbers(numbers.size());
+    std::copy(values.begin(), values.end(), numbers.begin());
+  };
+  read_into(info.K);
+  read_into(info.R);
+  read_into(info.P);
   return info;
 }
 
@@ -260,7 +255,7 @@ CameraInfo BagReader::camera_info(const std::string& topic) {
     } catch (const std::invalid_argument& error) {
       throw std::invalid_argument(fmt::format("{}: {}", topic, error.what()));
     }
-    return false;
+    return !is_calibrated(info);
   });
   return info;
 }

@@ -12,7 +12,7 @@
 #include <opencv2/core.hpp>
 
 #include "stereo_slam/bags/bag_recording.hpp"
-#include "stereo_slam/dataset/calibration_file.hpp"
+#include "stereo_slam/dataset/camera_info.hpp"
 
 namespace stereo_slam {
 
@@ -36,7 +36,8 @@ class BagReader {
   /// used_bits() of that image if it has 16 bits a pixel.
   [[nodiscard]] std::optional<int> bits_of_16(const std::string& topic, std::size_t i);
 
-  /// The first message of a topic of sensor_msgs/CameraInfo.
+  /// The first message of a topic of sensor_msgs/CameraInfo whose camera is calibrated; the last one if none
+  /// is.
   [[nodiscard]] CameraInfo camera_info(const std::string& topic);
 
  private:

@@ -14,6 +14,7 @@
 #include <fmt/ranges.h>
 
 #include "stereo_slam/bags/bag_reader.hpp"
+#include "stereo_slam/dataset/camera_info.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -175,6 +176,13 @@ void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, 
   }
   const CameraInfo of_left = reader.camera_info(left);
   const CameraInfo of_right = reader.camera_info(right);
+  for (const auto& [name, info] : {std::pair(left, of_left), {right, of_right}}) {
+    if (is_calibrated(info) || info.P[0] != 0.0) continue;
+    fail(file,
+         fmt::format("{}: the camera matrix K is zero in all messages, which says that the camera was not "
+                     "calibrated; name its calibration: --calibration FILE",
+                     name));
+  }
   OwnCamera own;
   try {
     if (is_named_rectified(topics.left)) {
@@ -185,6 +193,8 @@ void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, 
   } catch (const std::invalid_argument& error) {
     fail(file, fmt::format("{}: {}", right, error.what()));
   }
+  if (const auto warning = baseline_warning(of_left, of_right); !warning.empty())
+    own.warnings.push_back(fmt::format("{}: {}: {}", file.string(), right, warning));
   return own;
 }
 
@@ -265,6 +275,7 @@ SequenceScan scan_bag(const fs::path& file, const BagOptions& options) {
     sequence.left_name = topics.left;
     sequence.right_name = topics.right;
     const OwnCamera own = calibration_of(*reader, topics, file, options);
+    for (const auto& warning : own.warnings) scan.problems.push_back({Problem::Severity::kWarning, warning});
     const auto images = std::make_shared<BagImages>(reader, topics);
     pair_images(*reader, topics, *images, scan);
     if (own.rectified) require_size(*own.rectified, topics, *images, file);

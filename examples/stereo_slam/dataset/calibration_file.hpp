@@ -17,19 +17,4 @@ namespace stereo_slam {
 /// file and remedy.
 [[nodiscard]] OwnCamera read_calibration(const std::filesystem::path& file);
 
-/// One camera as sensor_msgs/CameraInfo describes it.
-struct CameraInfo {
-  Lens lens;                                        ///< from K and D
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< rotates vectors of the lens into the rectified camera
-  Eigen::Matrix<double, 3, 4> P = Eigen::Matrix<double, 3, 4>::Zero();  ///< of the rectified camera
-};
-
-/// The rig of two raw cameras, whose relative pose follows from R and P. Throws std::invalid_argument if P of
-/// the right camera has no baseline, or if the two P contradict each other.
-[[nodiscard]] StereoRig rig_of(const CameraInfo& left, const CameraInfo& right);
-
-/// The camera of images that were rectified by R and P, with the image size. Throws std::invalid_argument
-/// where rig_of() does, if the image sizes differ, or if the right images are shifted along their rows.
-[[nodiscard]] StereoCamera rectified_of(const CameraInfo& left, const CameraInfo& right);
-
 }  // namespace stereo_slam

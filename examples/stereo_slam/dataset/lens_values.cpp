@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <iterator>
 #include <numbers>
@@ -75,6 +76,10 @@ void set_camera_matrix(Lens& lens, const std::vector<double>& K, const Fail& fai
   set_pinhole(lens, {K[0], K[4], K[2], K[5]}, fail);
 }
 
+bool is_model_name(std::string_view name) {
+  return std::any_of(std::begin(kModels), std::end(kModels), [&](const auto& m) { return m.name == name; });
+}
+
 void set_model(Lens& lens, std::string_view name, const Fail& fail) {
   const auto* model =
       std::find_if(std::begin(kModels), std::end(kModels), [&](const auto& m) { return m.name == name; });
@@ -89,11 +94,13 @@ void set_model(Lens& lens, std::string_view name, const Fail& fail) {
 
 void set_coefficients(Lens& lens, std::vector<double> coefficients, const Fail& fail) {
   constexpr std::size_t kRational = 8;
+  constexpr std::size_t kFisheye = 4;
   const bool radtan = lens.distortion == Distortion::kRadTan;
-  if (radtan && coefficients.size() > kRational &&
-      std::all_of(coefficients.begin() + kRational, coefficients.end(), [](double k) { return k == 0.0; })) {
-    coefficients.resize(kRational);
-  }
+  const std::size_t most = radtan ? kRational : kFisheye;
+  const auto is_zero = [](double k) { return k == 0.0; };
+  if (coefficients.size() > most &&
+      std::all_of(coefficients.begin() + static_cast<std::ptrdiff_t>(most), coefficients.end(), is_zero))
+    coefficients.resize(most);
   const auto count = coefficients.size();
   if (count != 4 && !(radtan && (count == 5 || count == kRational))) {
     return fail(fmt::format("{} has {} distortion coefficients, but needs {}",

@@ -259,6 +259,7 @@ SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view forma
   sequence.format = format == "auto" ? "folders" : format;
   attempt(scan.problems, kError, [&] {
     const OwnCamera own = read_calibration(files.calibration);
+    for (const auto& warning : own.warnings) scan.problems.push_back({kWarning, warning});
     const Sources sources = sources_of(own, files);
     check_sources(sources, files);
     if (is_live(sources.left)) sequence.format = "camera";

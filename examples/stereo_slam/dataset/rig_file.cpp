@@ -4,6 +4,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -53,17 +54,23 @@ Lens read_lens(const YamlMap& map) {
   return lens;
 }
 
+/// The pose of the camera in the body: EuRoC's T_BS, or Kalibr's T_cam_imu or T_imu_cam. Throws if they
+/// differ.
 std::optional<Eigen::Isometry3d> read_T_body_camera(const YamlMap& map) {
   std::optional<Eigen::Isometry3d> T_body_camera;
-  if (map.has("T_cam_imu")) T_body_camera = map.transform("T_cam_imu").inverse();
-  if (!map.has("T_BS")) return T_body_camera;
-  const Eigen::Isometry3d T_BS = map.transform("T_BS");
-  if (T_body_camera && !agree(T_BS, *T_body_camera)) {
-    map.fail(
-        map.get({"T_cam_imu"}),
-        "T_cam_imu is not the inverse of T_BS, the pose of the camera in the body; remove the wrong one");
+  for (const auto& [key, is_inverse] :
+       {std::pair{"T_BS", false}, {"T_imu_cam", false}, {"T_cam_imu", true}}) {
+    if (!map.has(key)) continue;
+    const Eigen::Isometry3d T = is_inverse ? map.transform(key).inverse() : map.transform(key);
+    if (T_body_camera && !agree(*T_body_camera, T)) {
+      map.fail(
+          map.get({key}),
+          fmt::format("{} is not {} {}, the pose of the camera in the body; remove the wrong one", key,
+                      is_inverse ? "the inverse of" : "equal to", map.has("T_BS") ? "T_BS" : "T_imu_cam"));
+    }
+    if (!T_body_camera) T_body_camera = T;
   }
-  return T_BS;
+  return T_body_camera;
 }
 
 /// `layout: side-by-side` with the one source of both images.
@@ -145,14 +152,18 @@ Eigen::Isometry3d read_T_right_left(const std::optional<Eigen::Isometry3d>& T_bo
           right.get({"T_cn_cnm1"}),
           fmt::format("T_cn_cnm1 contradicts {} of the two cameras, which give a baseline of {:.4g} m; "
                       "remove the wrong ones",
-                      right.has("T_BS") ? "T_BS" : "T_cam_imu", T_right_left->translation().norm()));
+                      right.has("T_BS")        ? "T_BS"
+                      : right.has("T_imu_cam") ? "T_imu_cam"
+                                               : "T_cam_imu",
+                      T_right_left->translation().norm()));
     }
     if (!T_right_left) T_right_left = T_cn_cnm1;
   }
   if (T_right_left) return *T_right_left;
   (T_body_left ? right : left)
       .fail(
-          "no T_BS; add the pose of the camera in the body as a 4x4 matrix in metres (or T_cam_imu of "
+          "no T_BS; add the pose of the camera in the body as a 4x4 matrix in metres (or T_cam_imu or "
+          "T_imu_cam of "
           "both cameras, or T_cn_cnm1 of the right one)");
 }
 
@@ -182,7 +193,11 @@ StereoRig read_sensor_files(const fs::path& left, const fs::path& right) {
 }
 
 StereoRig read_camchain(const fs::path& file) {
-  const YamlMap map = load(file, "copy the calibration of both cameras from the recording");
+  return read_camchain(file, load(file, "copy the calibration of both cameras from the recording").node());
+}
+
+StereoRig read_camchain(const fs::path& file, const YAML::Node& document) {
+  const YamlMap map(file, document, "the file");
   return read_rig(map.map("cam0"), map.map("cam1"));
 }
 
@@ -222,6 +237,8 @@ OwnCamera read_own_camera(const fs::path& file) {
   return own;
 }
 
-void read_times(const fs::path& file, OwnCamera& own) { set_times(load(file, "copy it again"), own); }
+void read_times(const fs::path& file, const YAML::Node& document, OwnCamera& own) {
+  set_times({file, document, "the file"}, own);
+}
 
 }  // namespace stereo_slam

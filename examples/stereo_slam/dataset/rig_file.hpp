@@ -5,6 +5,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include <yaml-cpp/yaml.h>
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/dataset/stereo_rig.hpp"
@@ -13,12 +16,14 @@
 namespace stereo_slam {
 
 /// EuRoC: one sensor.yaml per camera, with resolution, intrinsics, distortion_model, distortion_coefficients
-/// and T_BS (camera to body). Kalibr's keys (distortion_coeffs, T_cam_imu, T_cn_cnm1) are read, too.
+/// and T_BS (camera to body). Kalibr's keys (distortion_coeffs, T_cam_imu or T_imu_cam, T_cn_cnm1) are read,
+/// too.
 [[nodiscard]] StereoRig read_sensor_files(const std::filesystem::path& left,
                                           const std::filesystem::path& right);
 
 /// Kalibr's camchain.yaml, which TUM-VI ships: cam0 and cam1 in one file.
 [[nodiscard]] StereoRig read_camchain(const std::filesystem::path& file);
+[[nodiscard]] StereoRig read_camchain(const std::filesystem::path& file, const YAML::Node& document);
 
 /// calibration.yaml of a user's own camera, see docs/datasets.md.
 struct OwnCamera {
@@ -29,12 +34,13 @@ struct OwnCamera {
   std::string right_source = "right";
   std::optional<std::string> source;  ///< of images side by side, left first, in place of the two above
   std::optional<double> frame_rate_hz;
-  std::optional<std::string> times;  ///< file with one time in seconds per frame
+  std::optional<std::string> times;   ///< file with one time in seconds per frame
+  std::vector<std::string> warnings;  ///< what the user should know about the file
 };
 [[nodiscard]] OwnCamera read_own_camera(const std::filesystem::path& file);
 
 /// Reads `frame_rate_hz` and `times`, which may be added to the calibration of another program.
-void read_times(const std::filesystem::path& file, OwnCamera& own);
+void read_times(const std::filesystem::path& file, const YAML::Node& document, OwnCamera& own);
 
 /// The usual name of a model: "radtan".
 [[nodiscard]] std::string_view to_string(Distortion distortion) noexcept;

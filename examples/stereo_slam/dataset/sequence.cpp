@@ -226,6 +226,26 @@ void check_frame_rate(SequenceScan& scan) {
   return right ? std::optional(std::max(*left, *right)) : std::nullopt;
 }
 
+/// What to do about a baseline that is too long to be in metres: the units in which it would be an ordinary
+/// one.
+[[nodiscard]] std::string unit_advice(double baseline) {
+  constexpr double kUsualShortest_m = 0.02;
+  constexpr double kUsualLongest_m = 1.5;
+  struct LengthUnit {
+    std::string_view name;
+    double per_metre;
+  };
+  std::string advice;
+  for (const auto& [name, per_metre] :
+       {LengthUnit{"centimetres", 100.0}, LengthUnit{"millimetres", 1000.0}}) {
+    const double baseline_m = baseline / per_metre;
+    if (baseline_m < kUsualShortest_m || baseline_m > kUsualLongest_m) continue;
+    advice += fmt::format("{}if these are {}, divide the translation by {} (to {:.4g} m)",
+                          advice.empty() ? "" : "; ", name, per_metre, baseline_m);
+  }
+  return advice.empty() ? "few cameras are so far apart, so check the translation" : advice;
+}
+
 }  // namespace
 
 void find_bits(SequenceScan& scan) {
@@ -281,15 +301,10 @@ void check_camera(SequenceScan& scan) {
   }
   check_view(scan);
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
-  std::string advice =
-      "multiply the translation by the length of its unit, or by the width of a square of the calibration "
-      "board";
-  if (baseline_m > kLongest_m) {
-    advice = baseline_m / 1000.0 >= kShortest_m
-                 ? fmt::format("if these are millimetres, divide the translation by 1000 (to {:.4g} m)",
-                               baseline_m / 1000.0)
-                 : "few cameras are so far apart, so check the translation";
-  }
+  const std::string advice = baseline_m > kLongest_m ? unit_advice(baseline_m)
+                                                     : "multiply the translation by the length of its unit, "
+                                                       "or by the width of a square of the calibration "
+                                                       "board";
   scan.problems.push_back(
       {Problem::Severity::kWarning,
        fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres; {}",

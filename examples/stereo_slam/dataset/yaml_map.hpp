@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
@@ -15,11 +16,13 @@
 #include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 
-/// A map of a YAML file. Errors name file and line.
+/// A map of a YAML file, or of another file that was converted to one. Errors name the file, and the line of
+/// YAML.
 class YamlMap {
  public:
   YamlMap(std::filesystem::path file, const YAML::Node& node, std::string name)
@@ -28,12 +31,15 @@ class YamlMap {
   }
 
   [[noreturn]] void fail(const YAML::Node& where, const std::string& what) const {
+    if (where.IsDefined() && !where.IsNull() && where.Mark().is_null()) stereo_slam::fail(file_, what);
     const int line = where.IsDefined() ? where.Mark().line + 1 : 1;
     throw std::runtime_error(at_line(file_, std::max(line, 1), what));
   }
   [[noreturn]] void fail(const std::string& what) const { fail(node_, what); }
 
   [[nodiscard]] bool has(const std::string& key) const { return node_[key].IsDefined(); }
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+  [[nodiscard]] const YAML::Node& node() const { return node_; }
 
   /// The value of the first of these keys, all of the same meaning, that is present.
   [[nodiscard]] YAML::Node get(std::initializer_list<const char*> keys) const {
@@ -60,16 +66,30 @@ class YamlMap {
     return values.front();
   }
 
-  /// All numbers of a list, nested or not.
+  /// All numbers of a list, nested or not, or of the list `data` of a map, as OpenCV and ROS write matrices.
   [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> keys) const {
     const YAML::Node node = get(keys);
-    if (!node.IsSequence()) fail(node, fmt::format("{} must be a list of numbers in [ ]", *keys.begin()));
+    const YAML::Node list = node.IsMap() ? node["data"] : node;
+    if (!list.IsDefined() || !list.IsSequence())
+      fail(node, fmt::format("{} must be a list of numbers in [ ]", *keys.begin()));
     std::vector<double> values;
-    append(node, *keys.begin(), values);
+    append(list, *keys.begin(), values);
     return values;
   }
 
-  /// A rigid motion: 16 numbers row by row, as a list, as four lists, or as `data` of a map.
+  /// The `count` numbers of a matrix, row by row.
+  [[nodiscard]] std::vector<double> matrix(const char* key, std::size_t count) const {
+    auto values = numbers({key});
+    if (values.size() != count)
+      fail(get({key}), fmt::format("{} has {} numbers, but needs {}", key, values.size(), count));
+    return values;
+  }
+
+  [[nodiscard]] double number_or(const char* key, double otherwise) const {
+    return has(key) ? number(key) : otherwise;
+  }
+
+  /// A rigid motion: a matrix of 4x4 numbers row by row, as a list, as four lists, or as `data` of a map.
   [[nodiscard]] Eigen::Isometry3d transform(const char* key) const {
     const YAML::Node node = get({key});
     const YAML::Node data = node.IsMap() ? node["data"] : node;
@@ -78,6 +98,12 @@ class YamlMap {
     append(data, key, values);
     if (values.size() != 16)
       fail(node, fmt::format("{} has {} numbers, but a 4x4 matrix has 16", key, values.size()));
+    return rigid_motion(node, key, values);
+  }
+
+  /// The rigid motion of 16 numbers, row by row; `node` is the value of `key`.
+  [[nodiscard]] Eigen::Isometry3d rigid_motion(const YAML::Node& node, const char* key,
+                                               const std::vector<double>& values) const {
     using RowMajor = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
     const Eigen::Matrix4d T = Eigen::Map<const RowMajor>(values.data());
     const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();

@@ -125,33 +125,52 @@ void check_keys(const fs::path& file, const YAML::Node& node) {
   }
 }
 
-/// The file's text. The first line of OpenCV's files, %YAML:1.0, is not valid YAML and becomes empty.
+/// The file's text, without byte order mark. The line %YAML:1.0 before the first value of OpenCV's files is
+/// not valid YAML and becomes empty.
 [[nodiscard]] std::string text_of(const fs::path& file) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   std::string text = read_file(file, kMostYamlBytes);
   require_no_zero_byte(file, text);
-  if (text.starts_with("%YAML:")) text.erase(0, text.find('\n'));
+  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
+  std::size_t line = 0;
+  while (line < text.size() && (text[line] == '#' || text[line] == '\r' || text[line] == '\n'))
+    line = std::min(text.find('\n', line), text.size() - 1) + 1;
+  if (text.compare(line, 6, "%YAML:") == 0) text.erase(line, text.find('\n', line) - line);
   return text;
+}
+
+/// The number of the file's documents. Throws for what load_yaml_documents() refuses before it builds a tree.
+[[nodiscard]] std::size_t count_documents(const fs::path& file, const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  Guard guard(file, text);
+  std::size_t count = 0;
+  while (parser.HandleNextDocument(guard)) ++count;
+  return count;
 }
 
 }  // namespace
 
-YAML::Node load_yaml_file(const fs::path& file) {
+std::vector<YAML::Node> load_yaml_documents(const fs::path& file) {
   const std::string text = text_of(file);
   try {
-    std::istringstream stream(text);
-    YAML::Parser parser(stream);
-    Guard guard(file, text);
-    if (parser.HandleNextDocument(guard) && parser.HandleNextDocument(guard)) {
-      throw std::runtime_error(
-          fmt::format("{}: holds several documents; remove the line `---` between them", file.string()));
-    }
-    YAML::Node document = YAML::Load(text);
-    check_keys(file, document);
-    return document;
+    if (count_documents(file, text) == 0) return {YAML::Node()};
+    std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    for (const auto& document : documents) check_keys(file, document);
+    return documents;
   } catch (const YAML::Exception& error) {
     const bool tab = begins_with_tab(text, error.mark.line);
     fail(file, error.mark, fmt::format("not valid YAML: {}", tab ? kTab : in_words(error.msg)));
   }
+}
+
+YAML::Node load_yaml_file(const fs::path& file) {
+  const auto documents = load_yaml_documents(file);
+  if (documents.size() > 1) {
+    throw std::runtime_error(
+        fmt::format("{}: holds several documents; remove the line `---` between them", file.string()));
+  }
+  return documents.front();
 }
 
 }  // namespace stereo_slam

@@ -18,4 +18,7 @@ constexpr std::size_t kMostYamlBytes = std::size_t{1} << 20;
 /// is zero, or is nested more than 16 levels deep.
 [[nodiscard]] YAML::Node load_yaml_file(const std::filesystem::path& file);
 
+/// The documents of a YAML file, which lines `---` separate; at least one. Throws like load_yaml_file().
+[[nodiscard]] std::vector<YAML::Node> load_yaml_documents(const std::filesystem::path& file);
+
 }  // namespace stereo_slam

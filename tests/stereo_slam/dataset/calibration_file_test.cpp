@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/calibration_file.hpp"
 
+#include <cctype>
+#include <sstream>
+
 #include <opencv2/calib3d.hpp>
 
+#include "stereo_slam/dataset/camera_info.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
@@ -76,6 +80,16 @@ std::string camchain(const Cameras& cameras) {
   return "cam0:\n" + lens(cameras.K1, cameras.D1) + "cam1:\n  T_cn_cnm1:\n" + T +
          "  - [0.0, 0.0, 0.0, 1.0]\n" + lens(cameras.K2, cameras.D2);
 }
+
+/// Two fisheyes as cv::fisheye describes them.
+struct Fisheyes : Cameras {
+  Fisheyes(double focal_px, std::initializer_list<double> k) {
+    K1 = cv::Matx33d(focal_px, 0, 160, 0, focal_px, 60, 0, 0, 1);
+    K2 = cv::Matx33d(focal_px, 0, 158, 0, focal_px, 61, 0, 0, 1);
+    D1 = cv::Mat(std::vector<double>(k), true);
+    D2 = D1.clone();
+  }
+};
 
 void check_rig(const OwnCamera& own, const Cameras& cameras, int width_px, std::size_t coefficients = 5) {
   REQUIRE(own.rig);
@@ -193,7 +207,16 @@ TEST_CASE("Millimetres and squares of the board are suspected, with what to chan
   CHECK_THAT(warning(1000.0), Catch::Contains("a baseline of 400 m; lengths must be in metres; if these are "
                                               "millimetres, divide the translation by 1000 (to 0.4 m)"));
   CHECK_THAT(warning(10.0), Catch::Contains("a baseline of 4 m") &&
-                                Catch::Contains("few cameras are so far") && !Catch::Contains("divide"));
+                                Catch::Contains("if these are centimetres, divide the translation by 100 (to "
+                                                "0.04 m)") &&
+                                !Catch::Contains("millimetres"));
+  CHECK_THAT(warning(30.0), Catch::Contains("a baseline of 12 m") && Catch::Contains("by 100 (to 0.12 m)") &&
+                                !Catch::Contains("millimetres"));
+  CHECK_THAT(warning(150.0),
+             Catch::Contains("a baseline of 60 m") && Catch::Contains("by 100 (to 0.6 m)") &&
+                 Catch::Contains("if these are millimetres, divide the translation by 1000 (to "
+                                 "0.06 m)"));
+  CHECK_THAT(warning(1e5), Catch::Contains("few cameras are so far") && !Catch::Contains("divide"));
   CHECK_THAT(warning(0.001), Catch::Contains("a baseline of 0.0004 m") &&
                                  Catch::Contains("a square of the calibration board"));
 }
@@ -216,6 +239,90 @@ TEST_CASE("A calibration of another size says what to change", "[calibration]") 
                                                    Catch::Contains("multiply fx, fy, cx and cy by 0.5"));
   CHECK_THAT(error("[160, 120]", "80, 60]"), Catch::Contains("use `layout: side-by-side`"));
   CHECK_THAT(error("[320, 200]", "160, 60]"), Catch::Contains("calibrate at the recorded size"));
+}
+
+TEST_CASE("Four coefficients without a model are the only one by which the lenses can exist, or refused",
+          "[calibration]") {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "stereo.yml";
+  const auto distortion = [&](double focal_px, std::initializer_list<double> k) {
+    write_opencv(file, Fisheyes(focal_px, k));
+    const auto rig = read_calibration(file).rig.value();
+    CHECK(rig.left.distortion == rig.right.distortion);
+    return rig.left.distortion;
+  };
+  // 160 px of half the width at 90 px: 204 degrees of a fisheye, or 121 of a pinhole.
+  CHECK(distortion(90.0, {0.0034, 0.0007, -0.0020, 0.0002}) == Distortion::kEquidistant);
+  CHECK(distortion(120.0, {-0.02, 0.06, -0.09, 0.04}) == Distortion::kEquidistant);
+  CHECK(distortion(200.0, {0.35, 0.12, 0.06, 0.02}) == Distortion::kEquidistant);
+  CHECK(distortion(200.0, {-0.283, 0.074, 0.0002, 0.00002}) == Distortion::kRadTan);  // EuRoC's
+  CHECK(distortion(200.0, {0.0, 0.0, 0.0, 0.0}) == Distortion::kNone);
+
+  const auto refusal = [&](const Cameras& cameras, const std::string& line = "") {
+    write_opencv(file, cameras);
+    write_text(file, read_text(file) + line);
+    return error_of(file);
+  };
+  const Fisheyes either(150.0, {-0.01, 0.01, -0.003, 0.0005});
+  const auto check_advice = [](const std::string& message) {
+    CHECK_THAT(message, Catch::Contains("stereo.yml: has four distortion coefficients") &&
+                            Catch::Contains("`distortion_model: plumb_bob`") &&
+                            Catch::Contains("`distortion_model: equidistant`"));
+  };
+  check_advice(refusal(either));
+  check_advice(refusal(Fisheyes(60.0, {0.0, 0.0, 0.0, 0.0})));     // no pinhole sees 139 degrees
+  check_advice(refusal(Fisheyes(200.0, {-0.9, -0.5, 0.3, 0.1})));  // fits no lens
+  check_advice(refusal(Fisheyes(200.0, {1e300, 1e300, 1e300, 1e300})));
+  Fisheyes different = either;
+  different.D2 = (cv::Mat_<double>(4, 1) << -0.02, 0.06, -0.09, 0.04);
+  CHECK(refusal(different).empty());  // the right one decides for both
+  CHECK(read_calibration(file).rig->left.distortion == Distortion::kEquidistant);
+  different.D2 = (cv::Mat_<double>(1, 5) << -0.01, 0.01, 0.0001, 0.0001, 0.0);
+  CHECK(refusal(different).empty());
+  CHECK(read_calibration(file).rig->left.distortion == Distortion::kRadTan);
+  for (const char* line :
+       {"distortion_model: equidistant\n", "fisheye_model: 1\n", "camera_model: fisheye\n"}) {
+    CAPTURE(line);
+    CHECK(refusal(either, line).empty());
+    CHECK(read_calibration(file).rig->left.distortion == Distortion::kEquidistant);
+  }
+  for (const char* line : {"distortion_model: plumb_bob\n", "fisheye_model: 0\n"}) {
+    CAPTURE(line);
+    CHECK(refusal(either, line).empty());
+    CHECK(read_calibration(file).rig->left.distortion == Distortion::kRadTan);
+  }
+  check_advice(refusal(either, "camera_model: pinhole\n"));  // which says nothing about the distortion
+  CHECK_THAT(refusal(either, "distortion_model: scaramuzza\n"),
+             Catch::Contains("distortion_model is scaramuzza"));
+}
+
+TEST_CASE("OpenCV's rotation may be a rotation vector, and a fifth coefficient of a fisheye zero",
+          "[calibration]") {
+  const TemporaryFolder folder;
+  Cameras cameras;
+  const fs::path file = folder / "stereo.yml";
+  write_opencv(file, cameras, /*with_extrinsics=*/false);
+  write_text(file, read_text(file) + "R: [0.01, -0.02, 0.03]\nT: [-0.4, 0.002, 0.003]\n");
+  check_rig(read_calibration(file), cameras, 0);
+  write_opencv(file, cameras, /*with_extrinsics=*/false);
+  write_text(file, read_text(file) + "R: [0.01, -0.02, 0.03, 1.0]\nT: [-0.4, 0.002, 0.003]\n");
+  CHECK_THAT(error_of(file), Catch::Contains("R is not a matrix"));
+  write_opencv(file, cameras, /*with_extrinsics=*/false);
+  write_text(file, read_text(file) + "R: [0, 0, 0]\nT: [-0.4, 0.002, 0.003]\n");
+  CHECK(read_calibration(file).rig->T_right_left.linear().isIdentity(1e-15));
+
+  std::string text = camchain(cameras);  // of a T265
+  const auto replace_all = [&](const std::string& was, const std::string& is) {
+    for (std::size_t at = 0; (at = text.find(was, at)) != std::string::npos; at += is.size())
+      text.replace(at, was.size(), is);
+  };
+  replace_all("radtan", "equidistant");
+  replace_all("coeffs: [", "coeffs: [0.001, ");
+  CHECK_THAT((write_text(file, text), error_of(file)),
+             Catch::Contains("equidistant has 5 distortion coefficients"));
+  replace_all("coeffs: [0.001, ", "coeffs: [");
+  replace_all("]\n  distortion_model", ", 0.0]\n  distortion_model");
+  CHECK(read_calibration_rig(file, text).right.coefficients.size() == 4);
 }
 
 TEST_CASE("Projection matrices of a ROS pair that contradict each other are refused", "[calibration]") {
@@ -251,6 +358,144 @@ TEST_CASE("Projection matrices of a ROS pair that contradict each other are refu
   // The images are rectified anew, so that the right ones may have been shifted along their rows.
   CHECK(error_with(left, with_projection(right, 2, 77.0)).empty());
   check_rig(read_calibration(folder / "left.yaml"), cameras, 320);
+}
+
+TEST_CASE("A baseline in P is read by its sign where it is clear, and warned about where it is not",
+          "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  const std::string left = camera_info(cameras, true), right = camera_info(cameras, false);
+  const auto at = right.find("data: [", right.find("projection_matrix")) + 7;
+  double P3 = 0.0;
+  std::istringstream row(right.substr(at));
+  for (int i = 0; i <= 3; ++i) row.ignore(i == 0 ? 0 : 100, ',') >> P3;
+  REQUIRE(P3 < -1.0);
+  const auto read = [&](double of_left, double of_right) {
+    write_text(folder / "left.yaml", with_projection(left, 3, of_left));
+    write_text(folder / "right.yaml", with_projection(right, 3, of_right));
+    return read_calibration(folder / "left.yaml");
+  };
+  CHECK(read(0.0, P3).warnings.empty());
+  // The left camera in front of the right one's x axis, which the P refer to.
+  CHECK(read(-P3, 0.0).warnings.empty());
+  check_rig(read(-P3, 0.0), cameras, 320);
+  // The sign that some drivers write.
+  const OwnCamera positive = read(0.0, -P3);
+  check_rig(positive, cameras, 320);
+  REQUIRE(positive.warnings.size() == 1);
+  CHECK_THAT(positive.warnings[0],
+             Catch::Contains("right.yaml: P[3] of the right camera is ") &&
+                 Catch::Contains("a baseline of 0.4") &&
+                 Catch::Contains("exchange the images of the two cameras together with"));
+  write_text(folder / "left.yaml", with_projection(left, 3, P3));
+  write_text(folder / "right.yaml", with_projection(right, 3, 0.0));
+  CHECK_THAT(error_of(folder / "left.yaml"),
+             Catch::Contains("the two are swapped: name them the other way round"));
+  write_text(folder / "left.yaml", with_projection(left, 3, P3));
+  write_text(folder / "right.yaml", with_projection(right, 3, P3));
+  CHECK_THAT(error_of(folder / "left.yaml"), Catch::Contains("of both cameras have a baseline"));
+}
+
+TEST_CASE("Echoed camera_info of ROS 1 and 2 is read, from two files or from one", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  const auto echo = [&](bool is_left, bool ros2, const std::string& frame) {
+    std::string text = camera_info(cameras, is_left);
+    const auto line_of = [&](const std::string& key) {
+      const auto begin = text.find("data: [", text.find(key)) + 6;
+      return text.substr(begin, text.find(']', begin) + 1 - begin);
+    };
+    const auto list = [&](const char* name, const std::string& key) {
+      if (!ros2) return fmt::format("{}: {}\n", name, line_of(key));
+      std::string items = line_of(key);
+      items = items.substr(1, items.size() - 2);
+      std::string result = fmt::format("{}:\n", static_cast<char>(std::tolower(name[0])));
+      std::istringstream stream(items);
+      for (std::string item; std::getline(stream, item, ',');) result += "- " + item + "\n";
+      return result;
+    };
+    return fmt::format(
+        "header: \n  seq: 0\n  stamp: \n    secs: 1\n    nsecs: 2\n  frame_id: \"{}\"\nheight: 120\nwidth: "
+        "320\n"
+        "distortion_model: \"plumb_bob\"\n{}{}{}{}binning_x: 0\nbinning_y: 0\nroi: \n  x_offset: 0\n  "
+        "do_rectify: "
+        "False\n---\n",
+        frame, list("D", "distortion_coefficients"), list("K", "camera_matrix"),
+        list("R", "rectification_matrix"), list("P", "projection_matrix"));
+  };
+  for (const bool ros2 : {false, true}) {
+    CAPTURE(ros2);
+    const std::string left = echo(true, ros2, "a"), right = echo(false, ros2, "b");
+    write_text(folder / "info_left.yaml", left);
+    write_text(folder / "info_right.yaml", right);
+    check_rig(read_calibration(folder / "info_left.yaml"), cameras, 320);
+    write_text(folder / "both.yaml", right + left + left + right);
+    check_rig(read_calibration(folder / "both.yaml"), cameras, 320);
+    write_text(folder / "both.yaml", left + right + "frame_rate_hz: 20\n");
+    check_rig(read_calibration(folder / "both.yaml"), cameras, 320);
+    CHECK(read_calibration(folder / "both.yaml").frame_rate_hz == 20.0);
+    write_text(folder / "alone.yaml", left);
+    CHECK_THAT(error_of(folder / "alone.yaml"), Catch::Contains("is one camera of a ROS pair"));
+    write_text(folder / "both.yaml", left + right + right.substr(0, right.find("binning")));
+    check_rig(read_calibration(folder / "both.yaml"), cameras, 320);
+  }
+}
+
+TEST_CASE("ROS's ost.txt is read if it has both cameras", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  const auto ost = [&](bool is_left) {
+    const std::string info = camera_info(cameras, is_left);
+    const auto numbers_of = [&](const std::string& key) {
+      const auto begin = info.find("data: [", info.find(key)) + 7;
+      std::string text = info.substr(begin, info.find(']', begin) - begin);
+      std::replace(text.begin(), text.end(), ',', ' ');
+      return text;
+    };
+    return fmt::format(
+        "# oST version 5.0 "
+        "parameters\n\n\n[image]\n\nwidth\n320\n\nheight\n120\n\n[narrow_stereo/{}]\n\ncamera "
+        "matrix\n{}\n\ndistortion\n{}\n\nrectification\n{}\n\nprojection\n{}\n\n",
+        is_left ? "left" : "right", numbers_of("camera_matrix"), numbers_of("distortion_coefficients"),
+        numbers_of("rectification_matrix"), numbers_of("projection_matrix"));
+  };
+  write_text(folder / "ost.txt", ost(true) + ost(false));
+  check_rig(read_calibration(folder / "ost.txt"), cameras, 320);
+  write_text(folder / "ost.txt", ost(true));
+  CHECK_THAT(error_of(folder / "ost.txt"), Catch::Contains("ost.txt: is one camera of a ROS pair"));
+  write_text(folder / "ost.txt", "[image]\nwidth\nmany\n");
+  CHECK_THAT(error_of(folder / "ost.txt"), Catch::Contains("ost.txt:3: holds neither numbers nor a name"));
+  write_text(folder / "ost.txt", "[image]\nwidth\n320\n");
+  CHECK_THAT(error_of(folder / "ost.txt"), Catch::Contains("ost.txt: "));
+}
+
+TEST_CASE("camera_info says which camera is not calibrated, and needs no R where P shows the lens's image",
+          "[calibration]") {
+  const auto info = [](double shift) {
+    return CameraInfo{.width_px = 320,
+                      .height_px = 120,
+                      .distortion_model = "",
+                      .D = {},
+                      .K = {200, 0, 160, 0, 200, 60, 0, 0, 1},
+                      .R = {},
+                      .P = {200, 0, 160, shift, 0, 200, 60, 0, 0, 0, 1, 0}};
+  };
+  const StereoRig rig = rig_of(info(0.0), info(-20.0));
+  CHECK(rig.left.distortion == Distortion::kNone);
+  CHECK(rig.T_right_left.isApprox(Eigen::Isometry3d(Eigen::Translation3d(-0.1, 0.0, 0.0)), 1e-15));
+  CameraInfo other = info(0.0);
+  other.K[0] = 210.0;  // another image than P, so that R is needed
+  CHECK_THROWS_WITH(rig_of(other, info(-20.0)), Catch::Contains("R of the left camera is not a rotation"));
+  CHECK(rectified_of(other, info(-20.0)).baseline_m == Approx(0.1));
+  other = info(0.0);
+  other.K = {};
+  CHECK_THROWS_WITH(rig_of(other, info(-20.0)),
+                    Catch::Contains("the left camera: the camera matrix is zero"));
+  other = info(0.0);
+  other.distortion_model = "equidistant";
+  CHECK_THROWS_WITH(rig_of(other, info(-20.0)), Catch::Contains("equidistant has 0 distortion coefficients"));
+  CHECK(rectified_of(other, info(20.0)).baseline_m == Approx(0.1));
+  CHECK_THAT(baseline_warning(info(0.0), info(20.0)), Catch::Contains("a baseline of 0.1 m"));
 }
 
 TEST_CASE("Contradictions within a calibration of OpenCV are refused", "[calibration]") {
@@ -312,6 +557,11 @@ TEST_CASE("Poses in a file of Kalibr that contradict each other are refused", "[
       error_with(pose("T_BS", 0.0, 0.0), pose("T_BS", 0.4, 0.0)),
       Catch::Contains("T_cn_cnm1 contradicts T_BS of the two cameras, which give a baseline of 0.4 m"));
   CHECK(error_with(pose("T_BS", 0.1, 0.2) + pose("T_cam_imu", -0.1, -0.2), "").empty());
+  CHECK(error_with(pose("T_imu_cam", 0.1, 0.2) + pose("T_cam_imu", -0.1, -0.2), "").empty());
+  CHECK_THAT(error_with(pose("T_imu_cam", 0.1, 0.2) + pose("T_cam_imu", 0.1, 0.2), ""),
+             Catch::Contains("T_cam_imu is not the inverse of T_imu_cam"));
+  CHECK_THAT(error_with(pose("T_imu_cam", 0.0, 0.0), pose("T_imu_cam", 0.5, 0.0)),
+             Catch::Contains("T_cn_cnm1 contradicts T_imu_cam"));
   CHECK_THAT(error_with(pose("T_BS", 0.1, 0.2) + pose("T_cam_imu", 0.1, 0.2), ""),
              Catch::Contains("camchain.yaml:3: T_cam_imu is not the inverse of T_BS"));
 }
