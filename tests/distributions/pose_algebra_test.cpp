@@ -138,7 +138,7 @@ TEST_CASE("Sigma points are more accurate than the closed form for wide, correla
     pose = a * y.pose.boxplus(shuffle * a.boxminus(x.pose));
   }
   const Density truth = detail::chart_moments<Density>(
-      poses, Vector<double, int{kSamples}>::Constant(1.0 / double{kSamples}).eval());
+      poses[0], poses, Vector<double, int{kSamples}>::Constant(1.0 / double{kSamples}).eval());
   const double noise = std::sqrt(truth.covariance.trace() / kSamples);
   const auto error = [&](const Density& density) { return density.pose.boxminus(truth.pose).norm(); };
   CHECK(error(closed) > 3.0 * noise);

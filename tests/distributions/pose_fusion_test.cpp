@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -244,4 +245,54 @@ TEST_CASE("Estimates by position and attitude apart are fused in their own chart
     sum += nees(fused.density, x) / kPairs;
   }
   CHECK(std::abs(sum - 6.0) <= 0.6);
+}
+
+TEST_CASE("An estimate that does not know some coordinates takes these from the other", "[fusion]") {
+  // Whatever "does not know" is written as, the answer is the same.
+  Vector6<double> apart;
+  apart << 0.1, -0.2, 0.3, 0.4, 0.5, -0.6;
+  const Density a{Pose(), 0.01 * Matrix6<double>::Identity()};
+  const auto fused_with = [&](double unknown, const Vector6<double>& known) {
+    Vector6<double> variances = known;
+    for (double& variance : variances) variance = variance > 0.0 ? variance : unknown;
+    return fuse(a, Density{Pose::exp(apart), variances.asDiagonal()});
+  };
+  for (const int pattern : {1, 7, 8, 56, 36, 62, 63}) {
+    CAPTURE(pattern);
+    Vector6<double> known = Vector6<double>::Constant(0.02);
+    for (int i = 0; i < 6; ++i) {
+      if (pattern >> i & 1) known[i] = 0.0;
+    }
+    const auto expected = fused_with(1e10, known);
+    REQUIRE(expected.converged);
+    for (const double unknown : {1e12, 1e16, 1e20, 1e40, 1e150, 1e300, 1.7e308}) {
+      CAPTURE(unknown);
+      const auto fused = fused_with(unknown, known);
+      REQUIRE(fused.converged);
+      // 1e10 is 1e-11 as much as the known variances.
+      CHECK(fused.density.pose.is_approx(expected.density.pose, 1e-8));
+      CHECK(max_difference(fused.density.covariance, expected.density.covariance) <= 1e-9);
+      CHECK(fused.mahalanobis_squared == Approx(expected.mahalanobis_squared).margin(1e-6));
+      CHECK(std::isfinite(fused.log_evidence));
+      const int unknowns = std::popcount(static_cast<unsigned>(pattern));
+      CHECK(fused.log_evidence - expected.log_evidence ==
+            Approx(-0.5 * unknowns * std::log(unknown / 1e10)).epsilon(1e-6));
+    }
+  }
+}
+
+TEST_CASE("A variance that is lost beside others is reported", "[fusion][error]") {
+  // 1e18 along an oblique axis: in double precision, the covariance says nothing about the others.
+  Rng rng(9);
+  const Matrix6<double> Q = random_orthogonal<double, 6>(rng);
+  Vector6<double> variances = Vector6<double>::Constant(0.01);
+  variances[3] = 1e18;
+  const Density a{Pose(), 0.01 * Matrix6<double>::Identity()};
+  const Density b{Pose(), detail::scaled_square<double, 6, 6>(Q, variances)};
+  const auto fused = fuse(a, b);
+  if (fused.converged) {
+    CHECK(max_difference(fused.density.covariance, 0.005 * Matrix6<double>::Identity()) <= 0.005);
+  } else {
+    CHECK(fused.density.covariance.allFinite());
+  }
 }

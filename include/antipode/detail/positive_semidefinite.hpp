@@ -14,8 +14,8 @@
 
 namespace antipode::detail {
 
-/// Largest relative asymmetry, and largest negative eigenvalue relative to the trace, that count as rounding
-/// errors: 1e-9, or 32 epsilon of the scalar type if that is larger.
+/// Largest relative asymmetry, and largest negative eigenvalue of a covariance with unit variances, that
+/// count as rounding errors: 1e-9, or 32 epsilon of the scalar type if that is larger.
 template <class Scalar>
 inline constexpr Scalar kSymmetryTolerance = std::max(Scalar(1e-9),
                                                       Scalar(32) * std::numeric_limits<Scalar>::epsilon());
@@ -47,6 +47,41 @@ template <class Scalar, int N>
   return symmetric;
 }
 
+/// For every coordinate of a covariance the variance that its rounding errors are compared with: the largest
+/// of its own triple. Three consecutive coordinates have one unit, as those of a rotation, a position or a
+/// velocity; a variance in m^2 must not excuse an error in rad^2.
+template <class Scalar, int N>
+[[nodiscard]] Vector<Scalar, N> largest_of_triples(const Matrix<Scalar, N>& A) {
+  using std::abs;
+  const int n = static_cast<int>(A.rows());
+  Vector<Scalar, N> largest(n);
+  for (int first = 0; first < n; first += 3) {
+    Scalar variance(0);
+    for (int i = first; i < std::min(first + 3, n); ++i) variance = std::max(variance, abs(A(i, i)));
+    for (int i = first; i < std::min(first + 3, n); ++i) largest[i] = rounding_scale(variance);
+  }
+  return largest;
+}
+
+/// (A + A^T)/2 for a covariance, whose coordinates may have different units. Throws unless A is finite and
+/// symmetric within kSymmetryTolerance of the units of every entry.
+template <class Scalar, int N>
+[[nodiscard]] Matrix<Scalar, N> checked_covariance(std::string_view what, const Matrix<Scalar, N>& A) {
+  using std::abs;
+  using std::sqrt;
+  const Matrix<Scalar, N> symmetric = checked_symmetric<Scalar, N>(what, A);
+  const Vector<Scalar, N> largest = largest_of_triples<Scalar, N>(symmetric);
+  for (int j = 0; j < static_cast<int>(A.rows()); ++j) {
+    for (int i = j + 1; i < static_cast<int>(A.rows()); ++i) {
+      const Scalar allowed = kSymmetryTolerance<Scalar> * sqrt(largest[i]) * sqrt(largest[j]);
+      if (!(abs(A(i, j) - A(j, i)) <= allowed)) [[unlikely]] {
+        throw_invalid(what, A);
+      }
+    }
+  }
+  return symmetric;
+}
+
 /// A root of a positive semidefinite matrix, L L^T = A, and whether A is regular.
 template <class Scalar, int N>
 struct RootOfCovariance {
@@ -54,31 +89,59 @@ struct RootOfCovariance {
   bool positive_definite;
 };
 
-/// The Cholesky factor of A, or V sqrt(lambda) of its eigendecomposition if A is singular. Throws if an
-/// eigenvalue or a variance is more negative than rounding errors explain.
+/// A covariance as D C D with a diagonal D, so that neither the units nor the sizes of the variances matter
+/// to the eigenvalues of C: its diagonal is one, or less where a variance is so small beside the others of
+/// its triple that rounding errors of 32 epsilon of these would exceed kSymmetryTolerance.
+template <class Scalar, int N>
+struct ScaledEigen {
+  Vector<Scalar, N> deviations;     ///< D
+  SymmetricEigen<Scalar, N> eigen;  ///< of C
+
+  explicit ScaledEigen(const Matrix<Scalar, N>& A) : deviations(largest_of_triples<Scalar, N>(A)) {
+    using std::sqrt;
+    constexpr Scalar kSmallest =
+        Scalar(32) * std::numeric_limits<Scalar>::epsilon() / kSymmetryTolerance<Scalar>;
+    Matrix<Scalar, N> C;
+    for (int i = 0; i < N; ++i) deviations[i] = sqrt(std::max(A(i, i), kSmallest * deviations[i]));
+    for (int j = 0; j < N; ++j) {
+      for (int i = 0; i < N; ++i) C(i, j) = A(i, j) / deviations[i] / deviations[j];
+    }
+    eigen = symmetric_eigen<Scalar, N>(C);
+  }
+
+  /// D V sqrt(lambda), with negative eigenvalues taken as zero.
+  [[nodiscard]] Matrix<Scalar, N> root() const {
+    using std::sqrt;
+    Matrix<Scalar, N> L = eigen.vectors;
+    for (int j = 0; j < N; ++j) {
+      const Scalar sigma = sqrt(std::max(eigen.values[j], Scalar(0)));
+      for (int i = 0; i < N; ++i) L(i, j) *= deviations[i] * sigma;
+    }
+    return L;
+  }
+};
+
+/// The Cholesky factor of A, or D V sqrt(lambda) of its scaled eigendecomposition if A is singular. Throws if
+/// an eigenvalue or a variance is more negative than rounding errors explain, whatever the units.
 template <class Scalar, int N>
 [[nodiscard]] RootOfCovariance<Scalar, N> root_of_covariance(std::string_view what,
                                                              const Matrix<Scalar, N>& A) {
-  using std::sqrt;
   if (const auto L = cholesky_factor(A)) [[likely]] {
     return {*L, true};
   }
-  const SymmetricEigen<Scalar, N> eigen = symmetric_eigen(A);
-  // A negative variance in rad^2 may be small beside a trace that variances in m^2 dominate, and yet be no
-  // rounding error.
-  const Scalar smallest_variance = A.diagonal().minCoeff();
-  constexpr Scalar kRounding = Scalar(32) * std::numeric_limits<Scalar>::epsilon();
-  const Scalar scale = rounding_scale(A.trace());
-  if (!(eigen.values[0] >= -kSymmetryTolerance<Scalar> * scale) || smallest_variance < -kRounding * scale)
-      [[unlikely]] {
+  const ScaledEigen<Scalar, N> scaled(A);
+  if (!(scaled.eigen.values[0] >= -kSymmetryTolerance<Scalar> * Scalar(N))) [[unlikely]] {
     throw_invalid(what, A);
   }
-  Matrix<Scalar, N> root = eigen.vectors;
-  for (int j = 0; j < N; ++j) {
-    const Scalar sigma = sqrt(std::max(eigen.values[j], Scalar(0)));
-    for (int i = 0; i < N; ++i) root(i, j) *= sigma;
-  }
-  return {root, false};
+  return {scaled.root(), false};
+}
+
+/// A covariance without the negative eigenvalues that rounding has left.
+template <class Scalar, int N>
+[[nodiscard]] Matrix<Scalar, N> without_rounding(const Matrix<Scalar, N>& A) {
+  if (cholesky_factor(A)) return A;
+  const Matrix<Scalar, N> L = ScaledEigen<Scalar, N>(A).root();
+  return scaled_square<Scalar, N, N>(L, Vector<Scalar, N>::Ones());
 }
 
 /// A with its negative eigenvalues set to zero.

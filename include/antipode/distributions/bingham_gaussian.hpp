@@ -81,7 +81,7 @@ class BinghamGaussian {
                                                             const FitOptions& options = {
                                                                 .min_eigenvalue = Scalar(1e-14)}) {
     const Matrix6<Scalar> covariance =
-        detail::checked_symmetric("pose covariance is not finite or not symmetric", P);
+        detail::checked_covariance("pose covariance is not finite or not symmetric", P);
     (void)detail::root_of_covariance("pose covariance has a negative eigenvalue", covariance);
     const Orientation orientation = Orientation::from_mode_covariance(
         pose.rotation(), covariance.template topLeftCorner<3, 3>(), options);

@@ -31,7 +31,7 @@ class Gaussian {
   /// semidefinite, within 1e-9 relative.
   Gaussian(const Mean& mean, const Covariance& covariance)
       : mean_(mean),
-        covariance_(detail::checked_symmetric("covariance is not finite or not symmetric", covariance)),
+        covariance_(detail::checked_covariance("covariance is not finite or not symmetric", covariance)),
         root_(detail::root_of_covariance("covariance has a negative eigenvalue", covariance_)) {
     detail::require_finite("mean is not finite", mean);
   }

@@ -83,7 +83,7 @@ requires(Rule::kDim == Density::Chart::kDim) [[nodiscard]] Density
     const Vector<Scalar, Rule::kDim> g = standard.points.col(static_cast<int>(k));
     states[k] = f(Chart::retract(mean, root.L * g));
   }
-  return detail::chart_moments<Density>(states, standard.weights);
+  return detail::chart_moments<Density>(f(mean), states, standard.weights);
 }
 
 /// The density of f(x, y), from sigma points; f returns a state like x. The rule is for the stacked vectors
@@ -104,7 +104,7 @@ requires(Rule::kDim == X::Chart::kDim + Y::Chart::kDim) [[nodiscard]] X
   joint.template bottomLeftCorner<kY, kX>() = cross.transpose();
   const auto root = detail::root_of_covariance<Scalar, kX + kY>(
       "joint covariance of two states has a negative eigenvalue",
-      detail::checked_symmetric<Scalar, kX + kY>(
+      detail::checked_covariance<Scalar, kX + kY>(
           "joint covariance of two states is not finite or not symmetric", joint));
   const auto standard = rule.template standard<Scalar>();
   std::array<typename X::Chart::Point, static_cast<std::size_t>(Rule::kCount)> states;
@@ -114,7 +114,7 @@ requires(Rule::kDim == X::Chart::kDim + Y::Chart::kDim) [[nodiscard]] X
     states[k] = f(X::Chart::retract(mean_x, ab.template head<kX>()),
                   Y::Chart::retract(mean_y, ab.template tail<kY>()));
   }
-  return detail::chart_moments<X>(states, standard.weights);
+  return detail::chart_moments<X>(f(mean_x, mean_y), states, standard.weights);
 }
 
 }  // namespace antipode

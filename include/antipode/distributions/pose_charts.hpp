@@ -39,7 +39,7 @@ requires std::same_as<typename To::Point, DualQuaternion<Scalar>>
       const Vector6<Scalar> g = standard.points.col(static_cast<int>(k));
       poses[k] = From::retract(density.pose, root.L * g);
     }
-    return detail::chart_moments<PoseGaussian<Scalar, To>>(poses, standard.weights);
+    return detail::chart_moments<PoseGaussian<Scalar, To>>(density.pose, poses, standard.weights);
   }
 }
 

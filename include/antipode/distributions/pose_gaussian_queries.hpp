@@ -27,7 +27,7 @@ template <std::floating_point Scalar, class Chart, std::uniform_random_bit_gener
 [[nodiscard]] DualQuaternion<Scalar> sample(const PoseGaussian<Scalar, Chart>& x, Rng& rng) {
   const auto root = detail::root_of_covariance<Scalar, 6>(
       "pose covariance has a negative eigenvalue",
-      detail::checked_symmetric<Scalar, 6>("pose covariance is not finite or not symmetric", x.covariance));
+      detail::checked_covariance<Scalar, 6>("pose covariance is not finite or not symmetric", x.covariance));
   const Vector6<Scalar> xi = root.L * detail::standard_normal<Scalar, 6>(rng);
   return Chart::retract(x.pose, xi);
 }
@@ -39,7 +39,7 @@ template <std::floating_point Scalar, class Chart>
 [[nodiscard]] Scalar mahalanobis_squared(const PoseGaussian<Scalar, Chart>& x,
                                          const DualQuaternion<Scalar>& pose) {
   const auto L = detail::cholesky_factor<Scalar, 6>(
-      detail::checked_symmetric<Scalar, 6>("pose covariance is not finite or not symmetric", x.covariance));
+      detail::checked_covariance<Scalar, 6>("pose covariance is not finite or not symmetric", x.covariance));
   if (!L) [[unlikely]] {
     throw std::domain_error("a pose density with a singular covariance has no Mahalanobis distance");
   }
@@ -60,7 +60,7 @@ template <std::floating_point Scalar, class Chart>
 [[nodiscard]] Gaussian<Scalar, 3> translation_marginal(const PoseGaussian<Scalar, Chart>& x) {
   const auto root = detail::root_of_covariance<Scalar, 6>(
       "pose covariance has a negative eigenvalue",
-      detail::checked_symmetric<Scalar, 6>("pose covariance is not finite or not symmetric", x.covariance));
+      detail::checked_covariance<Scalar, 6>("pose covariance is not finite or not symmetric", x.covariance));
   const auto standard = MysovskikhRule<6>().template standard<Scalar>();
   const Vector3<Scalar> center = x.pose.translation();
   Vector3<Scalar> mean = Vector3<Scalar>::Zero();

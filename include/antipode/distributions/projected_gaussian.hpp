@@ -62,7 +62,7 @@ class BasicProjectedGaussian {
       : tangent_point_(normalized_quaternion(tangent_point)),
         mean_(mean),
         covariance_(
-            detail::checked_symmetric("tangent covariance is not finite or not symmetric", covariance)),
+            detail::checked_covariance("tangent covariance is not finite or not symmetric", covariance)),
         root_(detail::root_of_covariance("tangent covariance has a negative eigenvalue", covariance_)) {
     using std::log;
     detail::require_finite("tangent mean is not finite", mean);

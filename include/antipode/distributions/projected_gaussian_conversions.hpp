@@ -195,7 +195,7 @@ requires(Points::RowsAtCompileTime == 8)
     const Scalar spread = sqrt(Sigma(0, 0) + Sigma(1, 1) + Sigma(2, 2));
     if (u.norm() <= rounding + rounding * spread) {
       reference.template tail<3>() = moments.density.mean.template tail<3>();
-      return {q, reference, detail::without_negative_eigenvalues(Sigma)};
+      return {q, reference, detail::without_rounding<Scalar, 6>(Sigma)};
     }
     q = detail::central_projection<Scalar>(q, u * std::min(Scalar(1), Scalar(0.5) / u.norm()));
   }

@@ -45,9 +45,9 @@ template <ConcentratedDensity Density>
   constexpr bool kPose = std::same_as<typename Density::Chart::Point, DualQuaternion<Scalar>>;
   return root_of_covariance<Scalar, N>(
       kPose ? "pose covariance has a negative eigenvalue" : "state covariance has a negative eigenvalue",
-      checked_symmetric<Scalar, N>(kPose ? "pose covariance is not finite or not symmetric"
-                                         : "state covariance is not finite or not symmetric",
-                                   density.covariance));
+      checked_covariance<Scalar, N>(kPose ? "pose covariance is not finite or not symmetric"
+                                          : "state covariance is not finite or not symmetric",
+                                    density.covariance));
 }
 
 }  // namespace detail

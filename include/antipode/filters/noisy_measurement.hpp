@@ -77,7 +77,7 @@ template <std::floating_point Scalar, int Dim>
     require_matching_size(m);
     require_finite("measurement is not finite", m.z);
     const auto root = cholesky_factor<Scalar, Dim>(
-        checked_symmetric<Scalar, Dim>("covariance of a measurement is not finite or not symmetric", m.R));
+        checked_covariance<Scalar, Dim>("covariance of a measurement is not finite or not symmetric", m.R));
     if (!root) [[unlikely]]
       throw_invalid("covariance of a measurement is not positive definite", m.R);
     roots.push_back(*root);

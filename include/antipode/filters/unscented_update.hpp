@@ -100,7 +100,7 @@ namespace detail {
 template <std::floating_point Scalar, int Measured>
 [[nodiscard]] Matrix<Scalar, Measured> checked_noise(const NoisyMeasurement<Scalar, Measured>& measurement) {
   require_finite("measurement is not finite", measurement.z);
-  auto R = checked_symmetric("measurement noise is not finite or not symmetric", measurement.R);
+  auto R = checked_covariance("measurement noise is not finite or not symmetric", measurement.R);
   if (!cholesky_factor(R)) [[unlikely]] {
     throw_invalid("measurement noise is not positive definite", R);
   }
