@@ -48,7 +48,7 @@ template <class Measurements>
       finite = false;
       continue;
     }
-    (void)checked_symmetric<typename R::Scalar, R::RowsAtCompileTime>(
+    (void)checked_covariance<typename R::Scalar, R::RowsAtCompileTime>(
         "covariance of a measurement is not symmetric", measurements[i].R);
   }
   return finite;
