@@ -33,6 +33,7 @@
 #include <antipode/distributions/projected_orientation.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/angle_measurements.hpp>
 #include <antipode/filters/gauss_newton_update.hpp>
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
@@ -47,6 +48,7 @@
 #include <antipode/filters/robust_likelihood.hpp>
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/filters/update_status.hpp>
+#include <antipode/geometry/angles.hpp>
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 #include <antipode/geometry/extended_pose.hpp>

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
 #include <ceres/autodiff_cost_function.h>
 
 #include <antipode/ceres/relative_pose_cost.hpp>
 #include <antipode/testing/check_jacobian.hpp>
 
 #include "support/catch.hpp"
+#include "support/error_message.hpp"
 #include "support/random.hpp"
 
 namespace antipode::test {
@@ -115,6 +120,16 @@ TEST_CASE("A pose that is constant gets no Jacobian, and a bad covariance is ref
   CHECK(J_b.allFinite());
   CHECK_THROWS_AS(RelativePoseCost(a, Matrix6<double>(Matrix6<double>::Zero())), std::invalid_argument);
   CHECK_THROWS_AS(RelativePoseCost(a, Matrix6<double>(-Matrix6<double>::Identity())), std::invalid_argument);
+}
+
+TEST_CASE("A relative pose with one triangle of its covariance is refused", "[ceres][error]") {
+  for (const auto& [i, j] : {std::pair(0, 4), std::pair(4, 0)}) {
+    Matrix6<double> P = Matrix6<double>::Identity();
+    P(i, j) = 0.25;
+    CHECK(contains(error_message([&] { RelativePoseCost(Pose::identity(), P); }), "not symmetric: [1, 0"));
+    P(i, j) = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THROWS_AS(RelativePoseCost(Pose::identity(), P), std::invalid_argument);
+  }
 }
 
 }  // namespace

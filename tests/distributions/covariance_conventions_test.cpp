@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: MIT
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <antipode/distributions/covariance_conventions.hpp>
 
 #include "support/catch.hpp"
+#include "support/error_message.hpp"
 #include "support/random.hpp"
 
 using namespace antipode;
@@ -105,4 +112,73 @@ TEST_CASE("Conversions there and back change nothing", "[conventions][law]") {
     CHECK(max_difference(from_ros_covariance(x.pose, to_ros_covariance(x)).covariance, x.covariance) <=
           tolerance);
   }
+}
+
+namespace {
+
+/// Every conversion of the covariance, applied to P.
+[[nodiscard]] std::vector<std::function<void()>> all_conversions(const Matrix6<double>& P) {
+  std::array<double, 36> rows;
+  for (std::size_t k = 0; k < 36; ++k) rows[k] = P(static_cast<int>(k / 6), static_cast<int>(k % 6));
+  const Pose x = Pose::identity();
+  return {[=] { (void)to_gtsam_covariance(Density{x, P}); },  [=] { (void)from_gtsam_covariance(x, P); },
+          [=] { (void)to_sophus_covariance(Density{x, P}); }, [=] { (void)from_sophus_covariance(x, P); },
+          [=] { (void)to_left_covariance(Density{x, P}); },   [=] { (void)from_left_covariance(x, P); },
+          [=] { (void)to_ros_covariance(Density{x, P}); },    [=] { (void)from_ros_covariance(x, rows); }};
+}
+
+void check_refused(const Matrix6<double>& P, const std::string& reason) {
+  for (const auto& conversion : all_conversions(P)) CHECK(contains(error_message(conversion), reason));
+}
+
+}  // namespace
+
+TEST_CASE("A covariance of which only one triangle is set is refused with its value",
+          "[conventions][error]") {
+  const Matrix6<double> P = diagonal(0.1, 0.1, 0.1, 2, 2, 2);
+  for (const auto& [i, j] : {std::pair(0, 4), std::pair(4, 0), std::pair(1, 2), std::pair(5, 3)}) {
+    Matrix6<double> triangle = P;
+    triangle(i, j) = 0.03;
+    check_refused(triangle, "not finite or not symmetric: [");
+    check_refused(triangle, "0.03");
+    triangle(j, i) = 0.03;
+    for (const auto& conversion : all_conversions(triangle)) CHECK_NOTHROW(conversion());
+  }
+}
+
+TEST_CASE("A covariance with NaN, infinity or a negative variance is refused", "[conventions][error]") {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    Matrix6<double> P = diagonal(0.1, 0.1, 0.1, 2, 2, 2);
+    P(2, 2) = bad;
+    check_refused(P, "not finite or not symmetric");
+  }
+  check_refused(diagonal(0.1, 0.1, 0.1, -1, 2, 2), "negative eigenvalue");
+}
+
+TEST_CASE("A ROS covariance of zeros or with -1 first is unknown, and not that of an exact pose",
+          "[conventions][error]") {
+  std::array<double, 36> rows{};
+  const auto refusal = [&] {
+    return error_message([&] { (void)from_ros_covariance(Pose::identity(), rows); });
+  };
+  CHECK_FALSE(ros_covariance_is_known(rows));
+  CHECK(contains(refusal(), "unknown (all zeros, or -1 first)"));
+  rows.fill(-0.0);
+  CHECK_FALSE(ros_covariance_is_known(rows));
+  rows.fill(0.0);
+  rows[0] = -1;
+  CHECK_FALSE(ros_covariance_is_known(rows));
+  CHECK(contains(refusal(), "unknown (all zeros, or -1 first)"));
+  rows[0] = -0.5;
+  CHECK(ros_covariance_is_known(rows));
+  CHECK(contains(refusal(), "negative eigenvalue"));
+  // A robot on wheels reports zeros for what cannot vary.
+  rows[0] = rows[7] = 0.01;
+  rows[35] = 0.001;
+  CHECK(ros_covariance_is_known(rows));
+  CHECK(from_ros_covariance(Pose::identity(), rows).covariance(2, 2) == 0.001);
+  // The nine numbers of sensor_msgs/Imu.
+  CHECK_FALSE(ros_covariance_is_known(std::array<double, 9>{-1}));
+  CHECK(ros_covariance_is_known(std::array<double, 9>{1e-4, 0, 0, 0, 1e-4, 0, 0, 0, 1e-4}));
 }

@@ -204,6 +204,25 @@ TEST_CASE("A default pose is the identity, and poses print as rotation and trans
   CHECK(DualQuaternion<double>().coeffs() == DualQuaternion<double>::identity().coeffs());
 }
 
+TEMPLATE_TEST_CASE("A printed position reads back as the same numbers", "[dual_quaternion]", float, double) {
+  using Scalar = TestType;
+  // UTM coordinates: six digits would lose everything below ten metres.
+  const Vector3<Scalar> utm(Scalar(691234.0625), Scalar(5335876.4321), Scalar(0.1));
+  const auto x =
+      DualQuaternion<Scalar>::from_rotation_translation(Vector4<Scalar>(Scalar(0.6), 0, 0, Scalar(0.8)), utm);
+  std::ostringstream text;
+  text << x;
+  std::istringstream numbers(text.str().substr(text.str().find("t: [") + 4));
+  for (int i = 0; i < 3; ++i) {
+    Scalar read{};
+    numbers >> read;
+    CHECK(read == x.translation()[i]);
+  }
+  text << DualQuaternion<Scalar>::unchecked(
+      Vector8<Scalar>::Constant(std::numeric_limits<Scalar>::quiet_NaN()));
+  CHECK(text.str().find("nan") != std::string::npos);
+}
+
 TEST_CASE("Coefficients slightly off the Study quadric are projected onto it", "[dual_quaternion]") {
   Rng rng(kPoseSeed);
   CAPTURE(kPoseSeed);

@@ -119,6 +119,14 @@ TEST_CASE("What is behind or too near is not measured", "[sensors]") {
   kCamera.check();
 }
 
+TEST_CASE("A landmark with one triangle of its covariance is refused", "[sensors][error]") {
+  const StereoCamera<double> camera{700, 700, 320, 240, 0.5};
+  InverseDepthLandmark<double> landmark{Pose(), Vector3<double>(300, 250, 35), Matrix3<double>::Identity()};
+  CHECK(landmark.seen_from(camera, Pose()).has_value());
+  landmark.covariance(0, 2) = 0.5;
+  CHECK(contains(error_message([&] { (void)landmark.seen_from(camera, Pose()); }), "[1, 0, 0.5; 0, 1, 0;"));
+}
+
 TEST_CASE("Landmarks of inverse depth localise a camera, with a covariance as large as the error",
           "[sensors][random]") {
   // The measurement of the paper: landmarks seen once from the keyframe, then from the camera.

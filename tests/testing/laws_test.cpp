@@ -62,6 +62,13 @@ TEST_CASE("A difference that is not wrapped violates a law, which the report nam
   CHECK(text.str().find("1 law(s) violated") != std::string::npos);
 }
 
+TEST_CASE("A report tells how small a violation is", "[testing]") {
+  testing::LawReport report;
+  report.expect_small("law", Vector<double, 1>(3e-9), 1e-10);
+  REQUIRE(report.violations.size() == 1);
+  CHECK(report.violations[0] == "law (off by 3e-09, allowed 1e-10)");
+}
+
 TEST_CASE("A wrong adjoint violates only its own law", "[testing]") {
   Rng rng(6);
   const WrongAdjoint x = random_pose<double>(rng), y = random_pose<double>(rng), z = random_pose<double>(rng);

@@ -6,6 +6,7 @@
 
 #include <antipode/ceres/pose_manifold.hpp>
 #include <antipode/detail/check.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
 
@@ -33,10 +34,12 @@ namespace antipode {
 class RelativePoseCost final : public ceres::SizedCostFunction<6, 8, 8> {
  public:
   /// The measured T_a_b and the covariance P [rad^2, rad m, m^2] of its right perturbation. Throws
-  /// std::invalid_argument unless P is positive definite.
+  /// std::invalid_argument unless P is symmetric and positive definite.
   RelativePoseCost(const DualQuaternion<double>& T_a_b, const Matrix6<double>& covariance)
       : T_b_a_measured_(T_a_b.inverse()), factor_(covariance) {
-    if (factor_.info() != Eigen::Success || !covariance.allFinite()) [[unlikely]] {
+    (void)detail::checked_symmetric("covariance of a relative pose is not finite or not symmetric",
+                                    covariance);
+    if (factor_.info() != Eigen::Success) [[unlikely]] {
       detail::throw_invalid("covariance of a relative pose is not positive definite", covariance);
     }
   }

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <charconv>
+#include <concepts>
+#include <iterator>
 #include <limits>
+#include <ostream>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
@@ -45,9 +49,34 @@ template <class Value>
     }
     text << ']';
   } else {
+    if constexpr (std::floating_point<Value>) text.precision(std::numeric_limits<Value>::digits10);
     text << value;
   }
   throw std::invalid_argument(text.str());
+}
+
+/// Prints a number with as many digits as are needed to read the same one back: 0.1, 4500000.125. A number of
+/// another type than the standard's, a dual number say, prints as it does.
+template <class Scalar>
+void print_number(std::ostream& out, const Scalar& x) {
+  if constexpr (std::floating_point<Scalar>) {
+    char digits[64];
+    const auto [end, error] = std::to_chars(std::begin(digits), std::end(digits), x);
+    out.write(digits, end - digits);
+  } else {
+    out << x;
+  }
+}
+
+/// Prints a vector in one line, "[1 2 3]".
+template <class Derived>
+void print_row(std::ostream& out, const Eigen::MatrixBase<Derived>& vector) {
+  out << '[';
+  for (Eigen::Index i = 0; i < vector.size(); ++i) {
+    if (i > 0) out << ' ';
+    print_number(out, vector[i]);
+  }
+  out << ']';
 }
 
 /// Whether x is neither NaN nor infinite. For a dual number, only its value is checked.

@@ -298,10 +298,13 @@ using DualQuaternionView = BasicDualQuaternion<Eigen::Map<Vector8<Scalar>>>;
 template <class Scalar>
 using ConstDualQuaternionView = BasicDualQuaternion<Eigen::Map<const Vector8<Scalar>>>;
 
-/// Prints rotation and translation: {q: [w x y z], t: [x y z]}.
+/// Prints rotation and translation: {q: [w x y z], t: [x y z]}, with all digits that tell them from other
+/// numbers.
 template <class C>
 std::ostream& operator<<(std::ostream& out, const BasicDualQuaternion<C>& x) {
-  return out << "{q: [" << x.real().transpose() << "], t: [" << x.translation().transpose() << "]}";
+  detail::print_row(out << "{q: ", x.real());
+  detail::print_row(out << ", t: ", x.translation());
+  return out << '}';
 }
 
 // The same operations as functions with optional Jacobians. Both sides are perturbed on the right:

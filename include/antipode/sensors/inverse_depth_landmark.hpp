@@ -4,6 +4,7 @@
 #include <concepts>
 #include <optional>
 
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
@@ -55,7 +56,7 @@ struct InverseDepthLandmark {
   }
 
   /// Mean and covariance (without pixel noise) of the measurement from a known camera pose, linearised in the
-  /// landmark. Nothing if the camera cannot measure it.
+  /// landmark. Nothing if the camera cannot measure it. Throws unless the covariance is finite and symmetric.
   [[nodiscard]] std::optional<InverseDepthLandmark> seen_from(
       const StereoCamera<Scalar>& camera, const DualQuaternion<Scalar>& T_reference_camera) const {
     const HomogeneousPoint<Scalar> p = point(camera, mean);
@@ -63,7 +64,11 @@ struct InverseDepthLandmark {
     if (!z) return std::nullopt;
     const Matrix3<Scalar> J =
         camera.projection_jacobians(T_reference_camera, p).point * point_jacobian(camera);
-    return InverseDepthLandmark{T_reference_camera, *z, detail::congruence<Scalar, 3, 3>(J, covariance)};
+    return InverseDepthLandmark{
+        T_reference_camera, *z,
+        detail::congruence<Scalar, 3, 3>(
+            J, detail::checked_symmetric<Scalar, 3>("covariance of a landmark is not finite or not symmetric",
+                                                    covariance))};
   }
 };
 

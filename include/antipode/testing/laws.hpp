@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <ostream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,9 @@ struct LawReport {
   void expect_small(const std::string& law, const Eigen::MatrixBase<Derived>& error, double tolerance) {
     const double size = static_cast<double>(error.norm());
     if (!(size <= tolerance)) {
-      violations.push_back(law + " (off by " + std::to_string(size) + ", allowed " +
-                           std::to_string(tolerance) + ")");
+      std::ostringstream text;
+      text << law << " (off by " << size << ", allowed " << tolerance << ')';
+      violations.push_back(text.str());
     }
   }
 };
