@@ -210,7 +210,7 @@ TEST_CASE("Numbers and stamps are taken as written, or refused", "[faults]") {
   }
   write_tiny_euroc(folder / "euroc", 3);
   replace_in(folder / "euroc/mav0/cam0/data.csv", tiny_stamp(2) + ",", "9223372036854775807,");
-  check_bounded_failure({"info", "--dataset", folder / "euroc"}, "is not a stamp in whole nanoseconds");
+  check_bounded_failure({"info", "--dataset", folder / "euroc"}, "is not a stamp in nanoseconds");
   write_tiny_folders(folder / "own", 3);
   write_text(folder / "own/calibration.yaml", tiny_calibration("frame_rate_hz: 1e-300\n"));
   check_bounded_failure({"info", "--dataset", folder / "own"}, "frame_rate_hz is 1e-300");

@@ -16,6 +16,7 @@
 #include "stereo_slam/dataset/image_size.hpp"
 #include "stereo_slam/dataset/jpeg_data.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
+#include "stereo_slam/dataset/name_times.hpp"
 #include "stereo_slam/dataset/png_data.hpp"
 #include "stereo_slam/dataset/rectifier.hpp"
 #include "stereo_slam/dataset/rig_file.hpp"
@@ -122,6 +123,26 @@ void euroc_csv(Bytes bytes) {
   (void)folder().write("mav0/cam0/data.csv", bytes);
   const fs::path file = folder().write("mav0/cam1/data.csv", bytes);
   require_stamps(scan_euroc(file.parent_path().parent_path()).sequence);
+}
+
+/// The names of images, one a line.
+void image_names(Bytes bytes) {
+  std::vector<std::string> names(1);
+  for (const auto byte : bytes) {
+    if (byte == '\n') {
+      names.emplace_back();
+    } else {
+      names.back() += static_cast<char>(byte);
+    }
+  }
+  try {
+    const NameTimes times = times_in(names);
+    require(times.keys.empty() || times.keys.size() == names.size(), "a name without a key");
+    require(times.stamps_ns.empty() || times.stamps_ns == times.keys, "stamps are not the order");
+    for (const auto key : times.keys) require(key >= 0, "a key that wraps");
+    for (const auto stamp_ns : times.stamps_ns) require(stamp_ns <= kLatestStamp_ns, "a stamp that wraps");
+  } catch (const std::invalid_argument&) {
+  }
 }
 
 void require_lens(const Lens& lens) {
@@ -257,6 +278,7 @@ std::vector<Target> parser_targets() {
           {"tum", trajectory<TrajectoryFormat::kTum>},
           {"euroc_poses", trajectory<TrajectoryFormat::kEuroc>},
           {"euroc_csv", euroc_csv},
+          {"image_names", image_names},
           {"sensor_yaml", sensor_yaml},
           {"camchain", camchain},
           {"rig_file", rig_file},

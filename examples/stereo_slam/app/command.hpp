@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,8 @@ struct DatasetOptions {
   std::filesystem::path calibration;  ///< empty: the recording's own
   std::string left_topic;             ///< of a bag; empty: see choose_topics()
   std::string right_topic;
+  std::optional<double> max_pair_distance_ms{};
+  bool right_half_first = false;  ///< of images side by side
 };
 
 /// Scans the recording or the camera that the options name; see scan_bag() and scan_sequence().

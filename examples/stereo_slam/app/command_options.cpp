@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -35,22 +36,34 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
       ->type_name("TOPIC")
       ->needs(left_topic);
   left_topic->needs("--right-topic");
+  constexpr double kMostApart_ms = 1e6;
+  app.add_option(
+         "--max-pair-distance-ms", dataset.max_pair_distance_ms,
+         "how far apart the stamps of a left and a right image may be; default: less than half the time "
+         "between two frames")
+      ->check(number_between(0.0, kMostApart_ms))
+      ->type_name("MS");
+  app.add_flag("--right-half-first", dataset.right_half_first,
+               "in images that show both cameras side by side, the first half is that of the right camera");
   let_be_one_of(app.add_option("--format", dataset.format,
                                "layout of the folder; euroc includes TUM-VI; default: auto"),
                 {"kitti", "euroc", "folders", "video", "auto"});
 }
 
 SequenceScan scan(const DatasetOptions& dataset) {
+  PairingOptions pairing{.right_half_first = dataset.right_half_first};
+  if (dataset.max_pair_distance_ms) pairing.most_apart_ns = std::llround(1e6 * *dataset.max_pair_distance_ms);
   if (has_bag_name(dataset.folder)) {
     return scan_bag(dataset.folder, {.left_topic = dataset.left_topic,
                                      .right_topic = dataset.right_topic,
-                                     .calibration = dataset.calibration});
+                                     .calibration = dataset.calibration,
+                                     .pairing = pairing});
   }
   if (!dataset.left_topic.empty() || !dataset.right_topic.empty()) {
     throw std::runtime_error(fmt::format("{}: is no bag; --left-topic and --right-topic are for bags (.bag)",
                                          dataset.folder.string()));
   }
-  return scan_sequence(dataset.folder, dataset.format, dataset.calibration);
+  return scan_sequence(dataset.folder, dataset.format, dataset.calibration, pairing);
 }
 
 CLI::Option* add_pose_frame_option(CLI::App& app, PoseFrame& frame) {

@@ -100,6 +100,10 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
     fmt::print(stream, "duration      {:.2f} s, {:.2f} frames per second\n", duration_s,
                static_cast<double>(frames.size() - 1) / duration_s);
   }
+  if (const auto [median_ns, largest_ns] = sequence.pair_distances; largest_ns > 0) {
+    fmt::print(stream, "pairs         up to {:.4g} ms apart, median {:.4g} ms\n",
+               1e-6 * static_cast<double>(largest_ns), 1e-6 * static_cast<double>(median_ns));
+  }
   if (sequence.ground_truth.empty()) {
     fmt::print(stream, "ground truth  none\n");
   } else {

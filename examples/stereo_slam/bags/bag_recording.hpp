@@ -17,6 +17,7 @@ struct BagOptions {
   std::string right_topic;
   /// See read_calibration(). Empty: the calibration beside the bag, else the bag's camera_info.
   std::filesystem::path calibration;
+  PairingOptions pairing{};
 };
 
 /// Whether the extension is that of a bag.

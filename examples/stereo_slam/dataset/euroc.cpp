@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/euroc.hpp"
 
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/dataset/rig_file.hpp"
+#include "stereo_slam/dataset/stamp_pairs.hpp"
+#include "stereo_slam/dataset/stamp_units.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
@@ -17,9 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr auto kError = Problem::Severity::kError;
 constexpr auto kWarning = Problem::Severity::kWarning;
-/// Stamps of cameras with a common trigger differ by rounding and message delay; frames are at least 10 ms
-/// apart.
-constexpr std::int64_t kMaxPairDifference_ns = 1'000'000;
 
 /// A row of data.csv.
 struct Row {
@@ -28,96 +33,184 @@ struct Row {
   fs::path image;
 };
 
+/// Fields divided by commas, or by blanks if there is no comma.
+std::vector<std::string> csv_fields(const std::string& line) {
+  std::vector<std::string> fields;
+  if (line.find(',') == std::string::npos) {
+    for (const auto field : split_fields(line)) fields.emplace_back(field);
+    return fields;
+  }
+  constexpr std::string_view kBlanks = " \t\r";
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    std::string field = line.substr(begin, end - begin);
+    field.erase(0, std::min(field.find_first_not_of(kBlanks), field.size()));
+    field.resize(field.find_last_not_of(kBlanks) + 1);
+    fields.push_back(std::move(field));
+    begin = end + 1;
+  }
+  if (fields.back().empty()) fields.pop_back();
+  return fields;
+}
+
+/// The column of the file names: the first one after the stamp that is called like an image.
+std::size_t name_column(const std::vector<std::string>& fields) {
+  const auto name =
+      std::find_if(fields.begin() + 1, fields.end(), [](const auto& field) { return has_image_name(field); });
+  return name == fields.end() ? 1 : static_cast<std::size_t>(name - fields.begin());
+}
+
+/// The folder that the names of data.csv are relative to: usually `data`. Names with a path may begin at any
+/// folder above, or be those of another computer, of which the last part counts.
+fs::path image_at(const fs::path& camera, std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const fs::path usual = camera / "data" / name;
+  if (!fs::path(name).has_parent_path() || fs::is_regular_file(usual)) return usual;
+  const fs::path mav = camera.parent_path();
+  for (const auto& base : {camera, mav, mav.parent_path()}) {
+    if (fs::is_regular_file(base / name)) return base / name;
+  }
+  return camera / "data" / fs::path(name).filename();
+}
+
+/// The stamps of the rows, whose texts are whole numbers or decimal ones: in the unit that they show, or else
+/// nanoseconds.
+std::vector<std::int64_t> stamps_of_rows(const fs::path& csv, const std::vector<WrittenNumber>& texts) {
+  Stamps stamps;
+  try {
+    stamps = stamps_of(with_decimals(texts));
+  } catch (const std::invalid_argument& error) {
+    fail(csv, error.what());
+  }
+  if (!stamps.ns.empty()) return std::move(stamps.ns);
+  if (!texts.front().fraction.empty())
+    fail(csv, fmt::format("its stamps have no certain unit: {}; write them in nanoseconds", stamps.doubt));
+  for (const auto& text : texts) stamps.ns.push_back(parse_nanoseconds(text.whole).value_or(kLatestStamp_ns));
+  return std::move(stamps.ns);
+}
+
+/// A stamp of digits, with a point between them if `decimal`; nothing for another text.
+std::optional<WrittenNumber> stamp_text(const std::string& field, bool decimal) {
+  constexpr std::string_view kDigits = "0123456789";
+  const std::size_t point = std::min(field.find('.'), field.size());
+  WrittenNumber number{.whole = field.substr(0, point),
+                       .fraction = field.substr(std::min(point + 1, field.size()))};
+  const bool digits = number.whole.find_first_not_of(kDigits) == std::string::npos &&
+                      number.fraction.find_first_not_of(kDigits) == std::string::npos;
+  const bool whole = parse_nanoseconds(number.whole).has_value();
+  if (!digits || !whole || decimal == number.fraction.empty()) return std::nullopt;
+  return number;
+}
+
+/// Whether a line names the columns, without the usual '#'.
+bool is_heading(const std::string& line) {
+  return line.substr(0, line.find(',')).find_first_of("0123456789") == std::string::npos;
+}
+
+void require_increasing(const fs::path& csv, const std::vector<Row>& rows) {
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const auto fail_at = [&](std::string_view what) {
+      throw std::runtime_error(
+          at_line(csv, rows[i].line, fmt::format("stamp {} {}", rows[i].stamp_ns, what)));
+    };
+    if (rows[i].stamp_ns == rows[i - 1].stamp_ns) fail_at("occurs twice; delete one of the rows");
+    if (rows[i].stamp_ns < rows[i - 1].stamp_ns) fail_at("is earlier than the one before; sort the rows");
+  }
+}
+
 std::vector<Row> read_rows(const fs::path& camera) {
   const fs::path csv = camera / "data.csv";
-  if (!fs::exists(csv)) {
-    throw std::runtime_error(
-        fmt::format("{}: missing; it lists the images as 'stamp in ns, file name'", csv.string()));
-  }
+  if (!fs::exists(csv)) fail(csv, "missing; it lists the images as 'stamp in ns, file name'");
   std::vector<Row> rows;
-  for (const auto& line : read_text_lines(csv)) {
-    const auto fail = [&](const std::string& what) {
+  std::vector<WrittenNumber> stamps;
+  std::size_t columns = 0;
+  std::size_t name = 0;
+  auto lines = read_text_lines(csv);
+  if (!lines.empty() && is_heading(lines.front().text)) lines.erase(lines.begin());
+  for (const auto& line : lines) {
+    const auto fail_here = [&](const std::string& what) {
       throw std::runtime_error(at_line(csv, line.number, what));
     };
-    const auto fields = split_fields(line.text);
-    const std::int64_t stamp_ns = parse_nanoseconds(fields[0]).value_or(-1);
-    if (stamp_ns < 0) fail(fmt::format("'{}' is not a stamp in whole nanoseconds", fields[0]));
-    if (fields.size() != 2) {
-      fail(fmt::format("'{}' is not 'stamp in ns, file name'; the file is damaged or truncated", line.text));
+    const auto fields = csv_fields(line.text);
+    const bool decimal = fields[0].find('.') != std::string::npos;
+    const auto stamp = stamp_text(fields[0], rows.empty() ? decimal : !stamps.front().fraction.empty());
+    if (!stamp)
+      fail_here(fmt::format("'{}' is not a stamp in nanoseconds, or in the unit of the first", fields[0]));
+    if (rows.empty()) columns = fields.size();
+    if (columns < 2 || fields.size() != columns) {
+      fail_here(
+          fmt::format("'{}' is not 'stamp in ns, file name'; the file is damaged or truncated", line.text));
     }
-    if (!rows.empty() && stamp_ns == rows.back().stamp_ns)
-      fail(fmt::format("stamp {} occurs twice; delete one of the rows", fields[0]));
-    if (!rows.empty() && stamp_ns < rows.back().stamp_ns)
-      fail(fmt::format("stamp {} is earlier than the one before; sort the rows", fields[0]));
-    rows.push_back({line.number, stamp_ns, camera / "data" / fields[1]});
+    if (rows.empty()) name = name_column(fields);
+    rows.push_back({line.number, 0, image_at(camera, fields[name])});
+    stamps.push_back(*stamp);
   }
-  if (rows.empty()) throw std::runtime_error(fmt::format("{}: lists no images", csv.string()));
+  if (rows.empty()) fail(csv, "lists no images");
+  const auto stamps_ns = stamps_of_rows(csv, stamps);
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].stamp_ns = stamps_ns[i];
+  require_increasing(csv, rows);
   return rows;
 }
 
-/// Counts the rows that have no partner in the other camera.
-struct Unpaired {
-  std::size_t count = 0;
-  int first_line = 0;
-  void add(const Row& row) {
-    if (count++ == 0) first_line = row.line;
-  }
-  void report(const fs::path& camera, std::size_t rows, const char* other, SequenceScan& scan) const {
-    if (count == 0) return;
-    scan.problems.push_back(
-        {kWarning,
-         at_line(camera / "data.csv", first_line,
-                 fmt::format("{} of {} rows, this one first, have no partner in {} within 1 ms; they are "
-                             "left out",
-                             count, rows, other))});
-  }
-};
+/// Warns of rows that have no partner in the other camera.
+void report_alone(const fs::path& camera, const std::vector<Row>& rows, const std::vector<std::size_t>& alone,
+                  const StampPairs& pairs, SequenceScan& scan) {
+  if (alone.empty()) return;
+  const char* other = camera.filename() == "cam0" ? "cam1" : "cam0";
+  scan.problems.push_back(
+      {kWarning, at_line(camera / "data.csv", rows[alone.front()].line,
+                         fmt::format("{} of {} rows, this one first, have no partner in {} within {:.4g} ms; "
+                                     "they are left out",
+                                     alone.size(), rows.size(), other, pairs.most_apart_ms))});
+}
 
-/// Pairs rows by stamp in one pass, as both lists increase.
-void pair_rows(const fs::path& mav, const std::vector<Row>& left, const std::vector<Row>& right,
-               SequenceScan& scan) {
-  Unpaired left_only;
-  Unpaired right_only;
-  std::size_t missing = 0;
-  std::string first_missing;
-  const auto present = [&](const Row& row, const char* camera) {
+CameraStamps stamps_of_camera(const char* name, const std::vector<Row>& rows) {
+  CameraStamps camera{.name = name, .stamps_ns = {}};
+  for (const auto& row : rows) camera.stamps_ns.push_back(row.stamp_ns);
+  return camera;
+}
+
+/// The images that are listed but not there.
+class MissingImages {
+ public:
+  [[nodiscard]] bool is_there(const fs::path& csv, const Row& row) {
     if (fs::is_regular_file(row.image)) return true;
-    if (missing++ == 0) {
-      first_missing =
-          at_line(mav / camera / "data.csv", row.line,
-                  fmt::format("{} is missing; restore the image or delete the row", row.image.string()));
+    if (count_++ == 0) {
+      first_ = at_line(csv, row.line,
+                       fmt::format("{} is missing; restore the image or delete the row", row.image.string()));
     }
     return false;
-  };
-  for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
-    const bool left_ends = i == left.size();
-    const bool right_ends = j == right.size();
-    if (right_ends || (!left_ends && left[i].stamp_ns < right[j].stamp_ns - kMaxPairDifference_ns)) {
-      left_only.add(left[i++]);
-    } else if (left_ends || right[j].stamp_ns < left[i].stamp_ns - kMaxPairDifference_ns) {
-      right_only.add(right[j++]);
-    } else {
-      const bool both = present(left[i], "cam0") && present(right[j], "cam1");
-      if (both) scan.sequence.frames.push_back({left[i].stamp_ns, left[i].image, right[j].image});
-      ++i;
-      ++j;
-    }
   }
-  if (missing > 0) {
-    const std::string more = missing > 1 ? fmt::format(" (and {} more like it)", missing - 1) : "";
-    scan.problems.push_back({kError, first_missing + more});
+
+  [[nodiscard]] std::string text() const {
+    return count_ > 1 ? fmt::format("{} (and {} more like it)", first_, count_ - 1) : first_;
+  }
+
+ private:
+  std::size_t count_ = 0;
+  std::string first_;
+};
+
+void pair_rows(const fs::path& mav, const std::vector<Row>& left, const std::vector<Row>& right,
+               const PairingOptions& options, SequenceScan& scan) {
+  if (left.size() < 2 || right.size() < 2) {
+    fail(mav / (left.size() < 2 ? "cam0" : "cam1"), "contains a single frame; a sequence needs at least two");
+  }
+  const StampPairs pairs =
+      paired_by_stamps(stamps_of_camera("cam0", left), stamps_of_camera("cam1", right), options, scan);
+  MissingImages missing;
+  for (const auto& [i, j] : pairs.pairs) {
+    const bool left_is_there = missing.is_there(mav / "cam0/data.csv", left[i]);
+    const bool right_is_there = missing.is_there(mav / "cam1/data.csv", right[j]);
+    if (left_is_there && right_is_there)
+      scan.sequence.frames.push_back({left[i].stamp_ns, left[i].image, right[j].image});
+  }
+  if (!missing.text().empty()) {
+    scan.problems.push_back({kError, missing.text()});
     return;
   }
-  left_only.report(mav / "cam0", left.size(), "cam1", scan);
-  right_only.report(mav / "cam1", right.size(), "cam0", scan);
-  if (scan.sequence.frames.empty()) {
-    throw std::runtime_error(fmt::format(
-        "{}: no images of cam0 and cam1 have the same stamp within 1 ms; the cameras must be synchronised",
-        mav.string()));
-  }
-  if (scan.sequence.frames.size() < 2)
-    throw std::runtime_error(
-        fmt::format("{}: contains a single frame; a sequence needs at least two", mav.string()));
+  report_alone(mav / "cam0", left, pairs.left_alone, pairs, scan);
+  report_alone(mav / "cam1", right, pairs.right_alone, pairs, scan);
 }
 
 StereoRig read_rig(const fs::path& mav) {
@@ -161,7 +254,7 @@ bool looks_like_euroc(const fs::path& folder) {
          fs::exists(folder / "cam1/data.csv");
 }
 
-SequenceScan scan_euroc(const fs::path& folder) {
+SequenceScan scan_euroc(const fs::path& folder, const PairingOptions& pairing) {
   const fs::path mav = fs::is_directory(folder / "mav0") ? folder / "mav0" : folder;
   SequenceScan scan;
   StereoSequence& sequence = scan.sequence;
@@ -188,7 +281,7 @@ SequenceScan scan_euroc(const fs::path& folder) {
   attempt(problems, kError, [&] { left = read_rows(mav / "cam0"); });
   attempt(problems, kError, [&] { right = read_rows(mav / "cam1"); });
   if (left.empty() || right.empty()) return scan;
-  attempt(problems, kError, [&] { pair_rows(mav, left, right, scan); });
+  attempt(problems, kError, [&] { pair_rows(mav, left, right, pairing, scan); });
   if (sequence.frames.empty() || !sequence.rectifier) return scan;
   attempt(problems, kError, [&] {
     const auto& file = sequence.frames.front().left;

@@ -15,11 +15,14 @@ inline constexpr std::string_view kEurocLayout =
 [[nodiscard]] bool looks_like_euroc(const std::filesystem::path& folder);
 
 /// Scans a recording in the ASL layout of EuRoC and TUM-VI, from mav0 or the folder that contains it:
-///  - cam0 and cam1 (left, right), each with data.csv (stamp in ns, file name) and data/;
+///  - cam0 and cam1 (left, right), each with data.csv (stamp in ns, file name, and columns that are not
+///    used) and data/;
 ///  - the calibration: sensor.yaml of each camera, or Kalibr's camchain.yaml in mav0, beside it, or in dso/
 ///    beside it;
 ///  - the ground truth T_world_body, if there is one: state_groundtruth_estimate0 or mocap0.
-/// Rows of the two data.csv are paired by stamp. Rows without a partner are left out; a warning counts them.
-[[nodiscard]] SequenceScan scan_euroc(const std::filesystem::path& folder);
+/// Rows of the two data.csv are paired by stamp, see pair_stamps(). Rows without a partner are left out; a
+/// warning counts them.
+[[nodiscard]] SequenceScan scan_euroc(const std::filesystem::path& folder,
+                                      const PairingOptions& pairing = {});
 
 }  // namespace stereo_slam

@@ -3,22 +3,23 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/stamp_pairs.hpp"
+#include "stereo_slam/dataset/stamp_units.hpp"
 #include "stereo_slam/io/file_error.hpp"
-#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -52,29 +53,6 @@ bool natural_less(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-/// Whether a name is a time in seconds since 1970 with decimals, as Python's time.time() is written.
-bool is_decimal_time(const std::string& name) {
-  constexpr std::size_t kMinDigits = 9;  // since 1973
-  constexpr const char* kDigits = "0123456789";
-  const auto point = name.find('.');
-  return point != std::string::npos && point >= kMinDigits && point + 1 < name.size() &&
-         name.find_first_not_of(kDigits) == point &&
-         name.find_first_not_of(kDigits, point + 1) == std::string::npos;
-}
-
-/// Order of decimal times: 5.25 before 5.5.
-bool decimal_less(const std::string& a, const std::string& b) {
-  const auto point_a = a.find('.');
-  const auto point_b = b.find('.');
-  return point_a != point_b ? point_a < point_b : a < b;
-}
-
-/// The order of these names, without extensions.
-using NameOrder = bool (*)(const std::string&, const std::string&);
-NameOrder order_of(const std::vector<std::string>& names) {
-  return std::all_of(names.begin(), names.end(), is_decimal_time) ? decimal_less : natural_less;
-}
-
 std::vector<std::string> names_of(const std::vector<fs::path>& images) {
   std::vector<std::string> names;
   names.reserve(images.size());
@@ -101,7 +79,7 @@ struct NumberedName {
   std::string text;
   std::optional<std::uint64_t> number;
 
-  explicit NumberedName(const fs::path& image) : text(image.stem().string()) {
+  explicit NumberedName(std::string name) : text(std::move(name)) {
     constexpr std::size_t kMostDigits = 12;
     const auto last_letter = text.find_last_not_of("0123456789");
     const std::string digits = text.substr(last_letter == std::string::npos ? 0 : last_letter + 1);
@@ -111,20 +89,44 @@ struct NumberedName {
   }
 };
 
-/// Positions by the numbers in the names; nothing if these are no numbers of frames.
-std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames,
-                                        const std::vector<fs::path>& images) {
-  std::set<std::string> names;
+/// The images of lists by their names.
+struct ListedImage {
+  std::optional<std::int64_t> key;      ///< see NameTimes
+  std::optional<std::uint64_t> number;  ///< of the frame
+};
+using ListedImages = std::map<std::string, ListedImage>;
+
+ListedImages listed(const ImageList& left, const ImageList& right) {
+  ListedImages images;
+  for (const auto* list : {&left, &right}) {
+    for (std::size_t i = 0; i < list->files.size(); ++i) {
+      ListedImage& image = images[list->files[i].stem().string()];
+      if (!list->times.keys.empty()) image.key = list->times.keys[i];
+    }
+  }
+  return images;
+}
+
+/// Sets the numbers of frames: unknown times, or the numbers at the end of the names, if these differ in them
+/// only. False if the names are no numbers.
+bool set_numbers(ListedImages& images) {
   std::set<std::string> texts;
   std::set<std::uint64_t> numbers;
-  for (const auto& image : images) {
-    const NumberedName name(image);
-    if (!name.number) return std::nullopt;
-    names.insert(image.stem().string());
-    texts.insert(name.text);
-    numbers.insert(*name.number);
+  for (auto& [text, image] : images) {
+    const NumberedName name(text);
+    image.number = image.key ? std::optional(static_cast<std::uint64_t>(*image.key)) : name.number;
+    if (!image.number) return false;
+    if (!image.key) texts.insert(name.text);
+    numbers.insert(*image.number);
   }
-  if (texts.size() != 1 || numbers.size() != names.size()) return std::nullopt;
+  return texts.size() <= 1 && numbers.size() == images.size();
+}
+
+/// Positions by the numbers in the names; nothing if these are no numbers of frames.
+std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames, ListedImages images) {
+  if (!set_numbers(images)) return std::nullopt;
+  std::set<std::uint64_t> numbers;
+  for (const auto& [name, image] : images) numbers.insert(*image.number);
   const std::uint64_t first = *numbers.begin();
   // Every n-th image of a recording has numbers that differ by multiples of n.
   std::uint64_t step = 0;
@@ -134,7 +136,7 @@ std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames,
 
   FramePositions result;
   for (const auto& frame : frames) {
-    const auto number = NumberedName(frame.left).number.value();
+    const auto number = images.at(frame.left.stem().string()).number.value();
     result.of_frame.push_back(static_cast<std::size_t>((number - first) / step));
   }
   result.count = static_cast<std::size_t>((*numbers.rbegin() - first) / step) + 1;
@@ -142,27 +144,28 @@ std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames,
   return result;
 }
 
-/// Positions in the natural order of the names.
-FramePositions by_order(const std::vector<StereoFiles>& frames, const std::vector<fs::path>& images) {
-  std::vector<std::string> names = names_of(images);
-  const NameOrder less = order_of(names);
-  std::sort(names.begin(), names.end(), less);
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  FramePositions result;
-  for (const auto& frame : frames) {
-    const auto at = std::lower_bound(names.begin(), names.end(), frame.left.stem().string(), less);
-    result.of_frame.push_back(static_cast<std::size_t>(at - names.begin()));
-  }
-  result.count = names.size();
+/// Positions in the order of the images.
+FramePositions by_order(const std::vector<StereoFiles>& frames, const ListedImages& images) {
+  std::vector<std::string> names;
+  for (const auto& [name, image] : images) names.push_back(name);
+  std::sort(names.begin(), names.end(), [&](const auto& a, const auto& b) {
+    const auto key_a = images.at(a).key;
+    const auto key_b = images.at(b).key;
+    return key_a && key_b && *key_a != *key_b ? *key_a < *key_b : natural_less(a, b);
+  });
+  std::map<std::string, std::size_t> positions;
+  for (std::size_t i = 0; i < names.size(); ++i) positions[names[i]] = i;
+  FramePositions result{.of_frame = {}, .count = names.size()};
+  for (const auto& frame : frames) result.of_frame.push_back(positions.at(frame.left.stem().string()));
   return result;
 }
 
 /// The images by the numbers of their frames; empty if their names are no text with such a number.
 std::map<std::uint64_t, fs::path> by_frame_number(const std::vector<fs::path>& images) {
   std::map<std::uint64_t, fs::path> numbered;
-  const std::string text = NumberedName(images.front()).text;
+  const std::string text = NumberedName(images.front().stem().string()).text;
   for (const auto& image : images) {
-    const NumberedName name(image);
+    const NumberedName name(image.stem().string());
     if (!name.number || name.text != text || !numbered.emplace(*name.number, image).second) return {};
   }
   return numbered;
@@ -187,39 +190,12 @@ void pair_by_number(const std::vector<fs::path>& left, const std::vector<fs::pat
   }
 }
 
-/// Throws if the names are stamps and show that a pair was not taken at the same time.
-void require_same_times(const std::vector<StereoFiles>& pairs) {
-  constexpr double kMostOfInterval = 0.5;
-  std::vector<std::int64_t> left_ns;
-  std::vector<std::int64_t> right_ns;
-  for (const auto& pair : pairs) {
-    const auto left = stamp_in_name(pair.left);
-    const auto right = stamp_in_name(pair.right);
-    if (!left || !right) return;
-    left_ns.push_back(*left);
-    right_ns.push_back(*right);
-  }
-  std::int64_t interval_ns = std::numeric_limits<std::int64_t>::max();
-  for (std::size_t i = 1; i < pairs.size(); ++i)
-    interval_ns = std::min(interval_ns, left_ns[i] - left_ns[i - 1]);
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto apart_ns = static_cast<double>(std::abs(left_ns[i] - right_ns[i]));
-    if (apart_ns <= kMostOfInterval * static_cast<double>(interval_ns)) continue;
-    fail(pairs[i].left,
-         fmt::format(
-             "would be a pair with {}, but their stamps are {:.3g} s apart; an image is missing before "
-             "them, or each camera has a clock of its own; give the images of a pair one name",
-             pairs[i].right.filename().string(), 1e-9 * apart_ns));
-  }
-}
-
 /// Fills the frames with pairs in the order of the names. Warns if the names have numbers of frames, but none
 /// is in both folders.
 void pair_by_order(const std::vector<fs::path>& left, const std::vector<fs::path>& right,
                    SequenceScan& scan) {
   auto& frames = scan.sequence.frames;
   for (std::size_t i = 0; i < left.size(); ++i) frames.push_back({0, left[i], right[i]});
-  require_same_times(frames);
   const auto left_numbered = by_frame_number(left);
   const auto right_numbered = by_frame_number(right);
   const bool numbered = !left_numbered.empty() && !right_numbered.empty();
@@ -236,8 +212,7 @@ void pair_by_order(const std::vector<fs::path>& left, const std::vector<fs::path
 /// What is before the number at the end of an image's name; nothing without a number. A stamp is a number.
 std::optional<std::string> text_before_number(const fs::path& image) {
   std::string name = image.stem().string();
-  if (is_decimal_time(name)) return "";
-  const auto last_letter = name.find_last_not_of("0123456789");
+  const auto last_letter = name.find_last_not_of("0123456789.");
   if (last_letter == std::string::npos) return "";
   if (last_letter + 1 == name.size()) return std::nullopt;
   return name.substr(0, last_letter + 1);
@@ -264,17 +239,84 @@ void require_one_pattern(const std::vector<fs::path>& images) {
   }
 }
 
-}  // namespace
-
-std::optional<std::int64_t> stamp_in_name(const fs::path& image) {
-  constexpr std::size_t kMinDigits = 13;
-  const std::string name = image.stem().string();
-  if (is_decimal_time(name)) return parse_seconds(name);
-  const auto stamp_ns = parse_nanoseconds(name);
-  return name.size() >= kMinDigits && stamp_ns && *stamp_ns >= 0 ? stamp_ns : std::nullopt;
+/// The files with the times in their names, sorted by these, or in natural order.
+ImageList in_order(const fs::path& folder, std::vector<fs::path> files) {
+  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
+    return a.stem() != b.stem() ? natural_less(a.stem().string(), b.stem().string())
+                                : a.extension() < b.extension();
+  });
+  ImageList list;
+  try {
+    list.times = times_in(names_of(files));
+  } catch (const std::invalid_argument& error) {
+    fail(folder, error.what());
+  }
+  auto& [stamps_ns, keys, doubt] = list.times;
+  if (keys.empty()) require_one_pattern(files);
+  std::vector<std::size_t> order(files.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto& sorted_by = keys;
+  if (!keys.empty()) {
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return sorted_by[a] < sorted_by[b]; });
+  }
+  for (const std::size_t i : order) list.files.push_back(files[i]);
+  std::sort(keys.begin(), keys.end());
+  std::sort(stamps_ns.begin(), stamps_ns.end());
+  return list;
 }
 
-std::vector<fs::path> list_images(const fs::path& folder) {
+/// Throws if two images of a camera have the same stamp.
+void require_different_stamps(const ImageList& images) {
+  const auto& stamps_ns = images.times.stamps_ns;
+  const auto repeated = std::adjacent_find(stamps_ns.begin(), stamps_ns.end());
+  if (repeated == stamps_ns.end()) return;
+  fail(images.files[static_cast<std::size_t>(repeated - stamps_ns.begin())],
+       "has the same stamp as the image after it");
+}
+
+/// Fills the frames with the images whose stamps are nearest.
+void pair_by_stamps(const ImageList& left, const ImageList& right, const PairingOptions& options,
+                    SequenceScan& scan) {
+  const CameraStamps of_left{left.files.front().parent_path().filename().string(), left.times.stamps_ns};
+  const CameraStamps of_right{right.files.front().parent_path().filename().string(), right.times.stamps_ns};
+  const StampPairs pairs = paired_by_stamps(of_left, of_right, options, scan);
+  for (const auto& [i, j] : pairs.pairs)
+    scan.sequence.frames.push_back({left.times.stamps_ns[i], left.files[i], right.files[j]});
+  warn_of_lone_images(of_left, of_right, pairs, scan);
+}
+
+/// The positions of frames by times in a unit that is not known, counted in usual intervals.
+std::optional<FramePositions> by_interval(const std::vector<StereoFiles>& frames, const ListedImages& images,
+                                          std::int64_t interval) {
+  std::set<std::int64_t> positions;
+  const auto first = std::min_element(images.begin(), images.end(), [](const auto& a, const auto& b) {
+                       return a.second.key < b.second.key;
+                     })->second.key.value();
+  const auto position_of = [&](const ListedImage& image) {
+    return std::llround(static_cast<double>(image.key.value() - first) / static_cast<double>(interval));
+  };
+  for (const auto& [name, image] : images) positions.insert(position_of(image));
+  if (positions.size() != images.size()) return std::nullopt;
+  FramePositions result;
+  for (const auto& frame : frames)
+    result.of_frame.push_back(static_cast<std::size_t>(position_of(images.at(frame.left.stem().string()))));
+  result.count = static_cast<std::size_t>(*positions.rbegin()) + 1;
+  result.missing = result.count - positions.size();
+  return result;
+}
+
+/// The stamps of frames are those of their left images.
+void set_stamps_of_left(const ImageList& left, std::vector<StereoFiles>& frames) {
+  if (left.times.stamps_ns.empty()) return;
+  std::map<fs::path, std::int64_t> stamps_ns;
+  for (std::size_t i = 0; i < left.files.size(); ++i) stamps_ns[left.files[i]] = left.times.stamps_ns[i];
+  for (auto& frame : frames) frame.stamp_ns = stamps_ns.at(frame.left);
+}
+
+}  // namespace
+
+ImageList list_images(const fs::path& folder) {
   if (!fs::is_directory(folder)) fail(folder, "no such folder; it must contain the images of one camera");
   std::vector<fs::path> images;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -286,23 +328,27 @@ std::vector<fs::path> list_images(const fs::path& folder) {
     if (entry.is_regular_file()) images.push_back(entry.path());
   }
   if (images.empty()) fail(folder, "contains no images (png, jpg, pgm, bmp, tif)");
-  require_one_pattern(images);
-  const NameOrder less = order_of(names_of(images));
-  std::sort(images.begin(), images.end(), [&](const auto& a, const auto& b) {
-    return a.stem() != b.stem() ? less(a.stem().string(), b.stem().string()) : a.extension() < b.extension();
-  });
-  return images;
+  ImageList list = in_order(folder, std::move(images));
+  require_different_stamps(list);
+  return list;
 }
 
-void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>& right, SequenceScan& scan) {
+void pair_images(const ImageList& left_images, const ImageList& right_images, const PairingOptions& options,
+                 SequenceScan& scan) {
+  const auto& left = left_images.files;
+  const auto& right = right_images.files;
   auto& frames = scan.sequence.frames;
   const auto right_by_name = by_name(right);
   (void)by_name(left);
+  if (!left_images.times.stamps_ns.empty() && !right_images.times.stamps_ns.empty())
+    return pair_by_stamps(left_images, right_images, options, scan);
   for (const auto& image : left) {
     const auto partner = right_by_name.find(image.stem().string());
     if (partner != right_by_name.end()) frames.push_back({0, image, partner->second});
   }
   if (frames.empty()) pair_by_number(left, right, frames);
+  if (frames.empty() && left.size() == right.size()) pair_by_order(left, right, scan);
+  set_stamps_of_left(left_images, frames);
   if (!frames.empty()) {
     const std::size_t alone = left.size() + right.size() - 2 * frames.size();
     if (alone > 0) {
@@ -314,14 +360,10 @@ void pair_images(const std::vector<fs::path>& left, const std::vector<fs::path>&
     }
     return;
   }
-  if (left.size() != right.size()) {
-    fail(left.front().parent_path(),
-         fmt::format(
-             "holds {} images and {} holds {}, without a name in common; give the images of a pair one "
-             "name",
-             left.size(), right.front().parent_path().string(), right.size()));
-  }
-  pair_by_order(left, right, scan);
+  fail(left.front().parent_path(),
+       fmt::format("holds {} images and {} holds {}, without a name in common; give the images of a pair one "
+                   "name",
+                   left.size(), right.front().parent_path().string(), right.size()));
 }
 
 FramePositions FramePositions::without_gaps(std::size_t count) {
@@ -330,9 +372,16 @@ FramePositions FramePositions::without_gaps(std::size_t count) {
   return result;
 }
 
-FramePositions positions_of(const std::vector<StereoFiles>& frames, const std::vector<fs::path>& images) {
-  auto numbered = by_number(frames, images);
-  return numbered ? std::move(*numbered) : by_order(frames, images);
+FramePositions positions_of(const std::vector<StereoFiles>& frames, const ImageList& left,
+                            const ImageList& right) {
+  const ListedImages images = listed(left, right);
+  std::optional<FramePositions> counted;
+  if (!left.times.doubt.empty()) {
+    counted = by_interval(frames, images, usual_interval_ns(left.times.keys));
+  } else if (left.times.stamps_ns.empty()) {
+    counted = by_number(frames, images);
+  }
+  return counted ? std::move(*counted) : by_order(frames, images);
 }
 
 }  // namespace stereo_slam

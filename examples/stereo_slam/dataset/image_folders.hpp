@@ -2,29 +2,32 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <vector>
 
+#include "stereo_slam/dataset/name_times.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 
 /// The images in the folders of a camera of one's own: which are pairs, and which are missing.
 namespace stereo_slam {
 
-/// The stamp that is the name of an image: a number of 13 digits or more in nanoseconds, or a decimal number
-/// of seconds since 1970, 1700000000.25. Nothing for other names.
-[[nodiscard]] std::optional<std::int64_t> stamp_in_name(const std::filesystem::path& image);
+/// The images of a folder in order, and what their names say about time.
+struct ImageList {
+  std::vector<std::filesystem::path> files;
+  NameTimes times;  ///< of the files; their keys do not decrease
+};
 
-/// The images in a folder, in natural order: img9 before img10, and 1700000000.25 before 1700000000.5,
-/// without hidden ones. Throws std::runtime_error if there are none, if one is a link to nothing, or if most
-/// are named by a number and another is not.
-[[nodiscard]] std::vector<std::filesystem::path> list_images(const std::filesystem::path& folder);
+/// The images in a folder, in the order of the times in their names, or else in natural order, img9 before
+/// img10; without hidden ones. Throws std::runtime_error if there are none, if one is a link to nothing, if
+/// most are named by a number and another is not, or if times_in() finds no order.
+[[nodiscard]] ImageList list_images(const std::filesystem::path& folder);
 
-/// Fills the frames with the pairs of images that have the same name, or with pairs by order if no names are
-/// the same. Adds a warning if images have no partner; throws std::runtime_error if the order pairs nothing.
-void pair_images(const std::vector<std::filesystem::path>& left,
-                 const std::vector<std::filesystem::path>& right, SequenceScan& scan);
+/// Fills the frames with the pairs of images that have the nearest stamps, if both cameras' names are stamps;
+/// else with those that have the same name, or with pairs by number or order if no names are the same. Sets
+/// the stamps of the frames if the left images have stamps. Adds a warning if images have no partner; throws
+/// std::runtime_error if there are no pairs.
+void pair_images(const ImageList& left, const ImageList& right, const PairingOptions& options,
+                 SequenceScan& scan);
 
 /// Where the frames were in the recording before images were lost.
 struct FramePositions {
@@ -36,9 +39,9 @@ struct FramePositions {
   [[nodiscard]] static FramePositions without_gaps(std::size_t count);
 };
 
-/// Positions by the numbers in the names, or in the order of the names if these are no numbers. `images` are
-/// those of both cameras, of which `frames` are pairs.
-[[nodiscard]] FramePositions positions_of(const std::vector<StereoFiles>& frames,
-                                          const std::vector<std::filesystem::path>& images);
+/// Positions by the numbers in the names, or in the order of the images if these are no numbers. `frames` are
+/// pairs of images of these lists; the right one is empty if its names are others.
+[[nodiscard]] FramePositions positions_of(const std::vector<StereoFiles>& frames, const ImageList& left,
+                                          const ImageList& right);
 
 }  // namespace stereo_slam

@@ -14,6 +14,7 @@
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/dataset/image_folders.hpp"
 #include "stereo_slam/dataset/live_camera.hpp"
+#include "stereo_slam/dataset/stamp_units.hpp"
 #include "stereo_slam/dataset/times_file.hpp"
 #include "stereo_slam/dataset/video.hpp"
 #include "stereo_slam/io/file_error.hpp"
@@ -39,31 +40,49 @@ void set_times(const fs::path& file, const FramePositions& positions, std::vecto
     frames[i].stamp_ns = stamps_ns[of_all ? positions.of_frame[i] : i];
 }
 
-/// Stamps from the file of times, else from the names, else from the frame rate.
-void set_stamps(const OwnCamera& own, const fs::path& calibration, double video_rate_hz,
-                const FramePositions& positions, std::vector<StereoFiles>& frames) {
-  if (own.times) return set_times(calibration.parent_path() / *own.times, positions, frames);
-  const fs::path usual_times = frames.front().left.parent_path().parent_path() / "times.txt";
-  const bool named = video_rate_hz == 0.0 && std::all_of(frames.begin(), frames.end(), [](const auto& frame) {
-                       return stamp_in_name(frame.left).has_value();
-                     });
-  if (named) {
-    for (auto& frame : frames) frame.stamp_ns = *stamp_in_name(frame.left);
-    const auto repeated = std::adjacent_find(
-        frames.begin(), frames.end(), [](const auto& a, const auto& b) { return a.stamp_ns >= b.stamp_ns; });
-    if (repeated != frames.end()) fail(repeated->left, "has the same stamp as the image after it");
+/// What is known about the times of frames besides a file of times.
+struct KnownTimes {
+  FramePositions positions;
+  NameTimes in_names{};        ///< of the left images
+  double video_rate_hz = 0.0;  ///< 0 if it is not known
+};
+
+/// Warns if the frame rate of the calibration is not that of the stamps in the names.
+void compare_rates(double frame_rate_hz, const NameTimes& times, SequenceScan& scan) {
+  constexpr double kMostTimes = 1.5;
+  const auto interval_ns = static_cast<double>(usual_interval_ns(times.stamps_ns));
+  if (!(interval_ns > 0.0)) return;
+  const double rate_hz = 1e9 / interval_ns;
+  if (rate_hz < kMostTimes * frame_rate_hz && frame_rate_hz < kMostTimes * rate_hz) return;
+  scan.problems.push_back(
+      {kWarning, fmt::format("{}: the stamps in the names of the images give {:.4g} frames per second, but "
+                             "frame_rate_hz is {:.4g}; the stamps are used",
+                             scan.sequence.folder.string(), rate_hz, frame_rate_hz)});
+}
+
+/// Stamps from the file of times, else from the names, where the frames have them already, else from the
+/// frame rate.
+void set_stamps(const OwnCamera& own, const fs::path& calibration, const KnownTimes& known,
+                SequenceScan& scan) {
+  auto& frames = scan.sequence.frames;
+  if (own.times) return set_times(calibration.parent_path() / *own.times, known.positions, frames);
+  if (!known.in_names.stamps_ns.empty()) {
+    if (own.frame_rate_hz) compare_rates(*own.frame_rate_hz, known.in_names, scan);
     return;
   }
-  const double rate_hz = own.frame_rate_hz.value_or(video_rate_hz);
-  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return set_times(usual_times, positions, frames);
+  const fs::path usual_times = frames.front().left.parent_path().parent_path() / "times.txt";
+  const double rate_hz = own.frame_rate_hz.value_or(known.video_rate_hz);
+  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return set_times(usual_times, known.positions, frames);
   if (!(rate_hz > 0.0)) {
+    const std::string& doubt = known.in_names.doubt;
     fail(calibration,
-         "has no times; add frame_rate_hz, or times: FILE with one time in seconds per frame, or put "
-         "times.txt "
-         "beside the folders of the images");
+         fmt::format(
+             "has no times{}; add frame_rate_hz, or times: FILE with one time in seconds per frame, or "
+             "put times.txt beside the folders of the images",
+             doubt.empty() ? "" : ", and those in the names of the images have no certain unit: " + doubt));
   }
   for (std::size_t i = 0; i < frames.size(); ++i)
-    frames[i].stamp_ns = std::llround(1e9 * static_cast<double>(positions.of_frame[i]) / rate_hz);
+    frames[i].stamp_ns = std::llround(1e9 * static_cast<double>(known.positions.of_frame[i]) / rate_hz);
 }
 
 /// The path of a source. A name without extension is a folder or else the only video of that name.
@@ -73,18 +92,19 @@ fs::path find_source(const fs::path& parent, const std::string& name) {
   return fs::exists(source) ? source : find_video(source);
 }
 
-/// Where the images of the cameras come from.
+/// Where the images of the cameras come from, and how they become pairs.
 struct Sources {
   fs::path left;   ///< of both cameras, if they are side by side
   fs::path right;  ///< empty if they are side by side
+  PairingOptions pairing{};
 
   [[nodiscard]] bool side_by_side() const { return right.empty(); }
 };
 
 /// The sources that the calibration names, in a folder.
 Sources sources_in(const fs::path& folder, const OwnCamera& own) {
-  if (own.source) return {find_source(folder, *own.source), {}};
-  return {find_source(folder, own.left_source), find_source(folder, own.right_source)};
+  if (own.source) return {.left = find_source(folder, *own.source), .right = {}};
+  return {.left = find_source(folder, own.left_source), .right = find_source(folder, own.right_source)};
 }
 
 Sources sources_of(const OwnCamera& own, const OwnCameraFiles& files) {
@@ -94,7 +114,8 @@ Sources sources_of(const OwnCamera& own, const OwnCameraFiles& files) {
   const auto comma = names.find(',');
   const bool two =
       comma != std::string::npos && !fs::exists(files.dataset) && names.find(" ! ") == std::string::npos;
-  return two ? Sources{names.substr(0, comma), names.substr(comma + 1)} : Sources{files.dataset, {}};
+  return two ? Sources{.left = names.substr(0, comma), .right = names.substr(comma + 1)}
+             : Sources{.left = files.dataset, .right = {}};
 }
 
 void check_sources(const Sources& sources, const OwnCameraFiles& files) {
@@ -112,27 +133,37 @@ void check_sources(const Sources& sources, const OwnCameraFiles& files) {
   if (same) fail(sources.left, "is the source of both cameras; each needs its own");
 }
 
+/// The pairs of the left and the right images, and what their names say about times.
+KnownTimes open_pairs(const ImageList& left, const ImageList& right, const PairingOptions& pairing,
+                      SequenceScan& scan) {
+  pair_images(left, right, pairing, scan);
+  const auto& first = scan.sequence.frames.front();
+  const bool same_names = first.left.stem() == first.right.stem();
+  return {.positions = positions_of(scan.sequence.frames, left, same_names ? right : ImageList{}),
+          .in_names = left.times};
+}
+
 void open_folders(const Sources& sources, const OwnCamera& own, const fs::path& calibration,
                   SequenceScan& scan) {
   auto& sequence = scan.sequence;
-  auto images = list_images(sources.left);
+  const ImageList left = list_images(sources.left);
+  KnownTimes known;
   if (sources.side_by_side()) {
-    for (const auto& image : images) sequence.frames.push_back({0, image, image});
+    const auto& stamps_ns = left.times.stamps_ns;
+    for (std::size_t i = 0; i < left.files.size(); ++i)
+      sequence.frames.push_back({stamps_ns.empty() ? 0 : stamps_ns[i], left.files[i], left.files[i]});
     sequence.side_by_side = true;
+    known = {.positions = positions_of(sequence.frames, left, {}), .in_names = left.times};
   } else {
-    const auto right = list_images(sources.right);
-    pair_images(images, right, scan);
-    const auto& first = sequence.frames.front();
-    if (first.left.stem() == first.right.stem()) images.insert(images.end(), right.begin(), right.end());
+    known = open_pairs(left, list_images(sources.right), sources.pairing, scan);
   }
-  const FramePositions positions = positions_of(sequence.frames, images);
-  if (positions.missing > 0) {
+  if (known.positions.missing > 0) {
     scan.problems.push_back(
         {kWarning, fmt::format("{}: {} numbers are missing among the names of the images; the stamps leave "
                                "time for them",
-                               sources.left.string(), positions.missing)});
+                               sources.left.string(), known.positions.missing)});
   }
-  set_stamps(own, calibration, 0.0, positions, sequence.frames);
+  set_stamps(own, calibration, known, scan);
 }
 
 void require_frames(const fs::path& video, std::size_t count) {
@@ -156,8 +187,10 @@ void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& c
                      "must have been taken together",
                      sources.left.string(), left_count, sources.right.string(), right_count)});
   }
-  set_stamps(own, calibration, video->rate_hz(), FramePositions::without_gaps(sequence.frames.size()),
-             sequence.frames);
+  set_stamps(
+      own, calibration,
+      {.positions = FramePositions::without_gaps(sequence.frames.size()), .video_rate_hz = video->rate_hz()},
+      scan);
   sequence.source = std::move(video);
 }
 
@@ -171,6 +204,10 @@ void open_sources(const Sources& sources, const OwnCamera& own, const fs::path& 
   auto& sequence = scan.sequence;
   sequence.left_name = sources.left.filename();
   sequence.right_name = (sources.side_by_side() ? sources.left : sources.right).filename();
+  sequence.right_half_first = sources.pairing.right_half_first;
+  if (sequence.right_half_first && !sources.side_by_side())
+    fail(sources.left,
+         "is not of images side by side, so --right-half-first does not apply; exchange the sources");
   if (sequence.format == "camera") return open_camera(sources, scan);
   (sequence.format == "video" ? open_videos : open_folders)(sources, own, calibration, scan);
   if (sequence.frames.size() < 2) {
@@ -252,7 +289,8 @@ fs::path find_calibration(const fs::path& folder) {
   return {};
 }
 
-SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view format) {
+SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view format,
+                             const PairingOptions& pairing) {
   SequenceScan scan;
   auto& sequence = scan.sequence;
   sequence.folder = files.dataset.empty() ? files.calibration.parent_path() : files.dataset;
@@ -260,7 +298,8 @@ SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view forma
   attempt(scan.problems, kError, [&] {
     const OwnCamera own = read_calibration(files.calibration);
     for (const auto& warning : own.warnings) scan.problems.push_back({kWarning, warning});
-    const Sources sources = sources_of(own, files);
+    Sources sources = sources_of(own, files);
+    sources.pairing = pairing;
     check_sources(sources, files);
     if (is_live(sources.left)) sequence.format = "camera";
     if (format == "auto" && !is_live(sources.left))

@@ -34,9 +34,9 @@ struct OwnCameraFiles {
 /// Scans a recording of a user's own camera: a calibration (see docs/datasets.md), and folders of images,
 /// videos or live cameras. `format` is folders, video, or auto to use whichever is there.
 ///
-/// Images are paired by name; if no name is common to both folders, by their position in natural order.
-/// Stamps come from the file of times, from names that are nanoseconds (13 digits or more), or from the frame
-/// rate.
-[[nodiscard]] SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view format);
+/// pair_images() pairs the images. Stamps come from the file of times, from the names of the left images, or
+/// from the frame rate.
+[[nodiscard]] SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view format,
+                                           const PairingOptions& pairing = {});
 
 }  // namespace stereo_slam

@@ -82,6 +82,7 @@ RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_
   } else {
     pair = read_files(sequence, left, right);
   }
+  if (sequence.right_half_first) std::swap(pair.left, pair.right);
   check_size(pair.left, sequence, left, /*is_left=*/true);
   check_size(pair.right, sequence, right, /*is_left=*/false);
   return pair;
@@ -101,7 +102,8 @@ RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_
   return std::any_of(begin(files), end(files), [&](const auto& file) { return has_extension(file.path()); });
 }
 
-SequenceScan scan_layout(const fs::path& folder, std::string_view format, const fs::path& calibration) {
+SequenceScan scan_layout(const fs::path& folder, std::string_view format, const fs::path& calibration,
+                         const PairingOptions& pairing) {
   const std::string name = folder.string();
   const bool automatic = format == "auto";
   if (is_ros2_bag(folder)) {
@@ -109,7 +111,8 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
                                         "rosbags-convert --src {} --dst recording.bag",
                                         name, name));
   }
-  if (!calibration.empty()) return scan_own_camera({.calibration = calibration, .dataset = folder}, format);
+  if (!calibration.empty())
+    return scan_own_camera({.calibration = calibration, .dataset = folder}, format, pairing);
   if (!is_live(folder) && !fs::exists(folder)) {
     return unusable(folder, fmt::format("{}: no such {}; check --dataset", name,
                                         folder.has_extension() ? "file or folder" : "folder"));
@@ -121,18 +124,18 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
                                 name));
   }
   if (is_calibration_file(folder) && (automatic || format == "folders" || format == "video"))
-    return scan_own_camera({.calibration = folder, .dataset = {}}, format);
+    return scan_own_camera({.calibration = folder, .dataset = {}}, format, pairing);
   if (!fs::is_directory(folder))
     return unusable(folder, fmt::format("{}: is not a folder; check --dataset", name));
   const auto calibration_in_folder = find_calibration(folder);
   const bool has_calibration = !calibration_in_folder.empty();
-  if (format == "euroc" || (automatic && looks_like_euroc(folder))) return scan_euroc(folder);
+  if (format == "euroc" || (automatic && looks_like_euroc(folder))) return scan_euroc(folder, pairing);
   if (format == "kitti" || (automatic && !has_calibration && looks_like_kitti(folder)))
     return scan_kitti(folder);
   if (!automatic || has_calibration) {
     return scan_own_camera(
         {.calibration = has_calibration ? calibration_in_folder : folder / kCalibrationFile, .dataset = {}},
-        format);
+        format, pairing);
   }
   return unusable(
       folder,
@@ -209,12 +212,11 @@ void check_frame_rate(SequenceScan& scan) {
   if (scan.sequence.live || frames.size() < 2) return;
   const double interval_s = usual_interval_s(frames);
   if (!(interval_s > 0.0) || (interval_s >= 1.0 / kFastest_hz && interval_s <= 1.0 / kSlowest_hz)) return;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format(
-           "{}: its stamps are {:.3g} s apart, {:.4g} frames per second; stamps in file names must be "
-           "in nanoseconds, those in times.txt in seconds",
-           scan.sequence.folder.string(), interval_s, 1.0 / interval_s)});
+  scan.problems.push_back({Problem::Severity::kWarning,
+                           fmt::format("{}: its stamps are {:.3g} s apart, {:.4g} frames per second; check "
+                                       "their unit (those in times.txt "
+                                       "are in seconds)",
+                                       scan.sequence.folder.string(), interval_s, 1.0 / interval_s)});
 }
 
 /// used_bits() of a pair with 16 bits a pixel; nothing if either image has 8.
@@ -311,10 +313,11 @@ void check_camera(SequenceScan& scan) {
                    scan.sequence.folder.string(), baseline_m, advice)});
 }
 
-SequenceScan scan_sequence(const fs::path& folder, std::string_view format, const fs::path& calibration) {
+SequenceScan scan_sequence(const fs::path& folder, std::string_view format, const fs::path& calibration,
+                           const PairingOptions& pairing) {
   SequenceScan scan;
   try {
-    scan = scan_layout(folder, format, calibration);
+    scan = scan_layout(folder, format, calibration, pairing);
   } catch (const fs::filesystem_error& error) {
     return unusable(folder, file_error_text(error));
   }

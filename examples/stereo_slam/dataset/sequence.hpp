@@ -31,6 +31,12 @@ struct StereoFiles {
   std::filesystem::path right;
 };
 
+/// How far apart in time the images of the pairs were taken.
+struct PairDistances {
+  std::int64_t median_ns = 0;
+  std::int64_t largest_ns = 0;
+};
+
 /// Stereo recording; its frames are rectified when they are loaded.
 struct StereoSequence {
   std::filesystem::path folder;
@@ -39,8 +45,10 @@ struct StereoSequence {
   std::string right_name = "right";
   StereoCamera camera;              ///< of every frame, with the image size
   std::vector<StereoFiles> frames;  ///< stamps increase; empty for a live camera
+  PairDistances pair_distances;     ///< by the stamps of both cameras, where both have stamps
   bool live = false;                ///< a live camera: frames without end, which bring their own stamps
   bool side_by_side = false;        ///< the left file of a frame shows both images
+  bool right_half_first = false;    ///< images side by side, from files or a source, begin with the right one
   int bits = 16;                    ///< how many bits images with 16 bits a pixel use
 
   std::shared_ptr<const Rectifier> rectifier;      ///< null for images that are rectified already
@@ -78,11 +86,18 @@ struct EndOfRecording : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What the user says about the pairs of a recording.
+struct PairingOptions {
+  std::optional<std::int64_t> most_apart_ns{};  ///< nothing: less than half the time between two frames
+  bool right_half_first = false;                ///< see StereoSequence
+};
+
 /// Reads everything but the images, of which it opens only the first. `format`: kitti, euroc, folders, video
 /// or auto. With a `calibration` (see read_calibration), `folder` may also be a video or a live camera that
 /// shows both images side by side, or two of them: LEFT,RIGHT.
 [[nodiscard]] SequenceScan scan_sequence(const std::filesystem::path& folder, std::string_view format,
-                                         const std::filesystem::path& calibration = {});
+                                         const std::filesystem::path& calibration = {},
+                                         const PairingOptions& pairing = {});
 
 /// Adds an error if focal lengths or baseline are out of bounds; a warning if the focal lengths differ by
 /// more than a factor of 2, or the baseline does not seem to be in metres.

@@ -83,18 +83,23 @@ TEST_CASE("Rows without a partner are left out and counted", "[euroc]") {
   delete_row(folder / "mav0/cam1/data.csv", 0);
   delete_row(folder / "mav0/cam1/data.csv", 3);
   delete_row(folder / "mav0/cam0/data.csv", 7);
-  // Half a millisecond of difference is still a pair, two are not.
-  replace_in(folder / "mav0/cam1/data.csv", "1000000000400000000,", "1000000000400500000,");
-  replace_in(folder / "mav0/cam1/data.csv", "1000000000500000000,", "1000000000502000000,");
+  // A pair is less than half an interval apart.
+  replace_in(folder / "mav0/cam1/data.csv", "1000000000400000000,", "1000000000402000000,");
+  replace_in(folder / "mav0/cam1/data.csv", "1000000000500000000,", "1000000000560000000,");
   const auto scan = scan_sequence(folder.path(), "auto");
   std::vector<std::int64_t> stamps;
   for (const auto& frame : scan.sequence.frames)
     stamps.push_back(frame.stamp_ns % 1'000'000'000 / 100'000'000);
   CHECK(stamps == std::vector<std::int64_t>{1, 2, 4, 6});
-  REQUIRE(scan.problems.size() == 2);
-  CHECK_FALSE(is_error(scan.problems[0]));
-  CHECK_THAT(scan.problems[0].text, Catch::Contains("cam0/data.csv:2: 3 of 7 rows, this one first"));
-  CHECK_THAT(scan.problems[1].text, Catch::Contains("cam1/data.csv:5: 2 of 6 rows, this one first"));
+  REQUIRE(scan.problems.size() == 3);
+  for (const auto& problem : scan.problems) CHECK_FALSE(is_error(problem));
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("up to 2 ms apart (median 0 ms)"));
+  CHECK_THAT(scan.problems[1].text, Catch::Contains("cam0/data.csv:2: 3 of 7 rows, this one first, have no "
+                                                    "partner in cam1 within 50 ms"));
+  CHECK_THAT(scan.problems[2].text, Catch::Contains("cam1/data.csv:5: 2 of 6 rows, this one first"));
+  const auto strict = scan_sequence(folder.path(), "auto", {}, {.most_apart_ns = 1'000'000});
+  CHECK(strict.sequence.frames.size() == 3);
+  CHECK(strict.sequence.pair_distances.largest_ns == 0);
 }
 
 TEST_CASE("A damaged data.csv is refused with file and line", "[euroc]") {
@@ -104,7 +109,7 @@ TEST_CASE("A damaged data.csv is refused with file and line", "[euroc]") {
   CHECK_THAT(error_with_rows("#timestamp [ns],filename\n"),
              Catch::Contains("cam1/data.csv: lists no images"));
   CHECK_THAT(error_with_rows(two + "noon,noon.png\n"),
-             Catch::Contains("cam1/data.csv:3: 'noon' is not a stamp in whole nanoseconds"));
+             Catch::Contains("cam1/data.csv:3: 'noon' is not a stamp in nanoseconds"));
   CHECK_THAT(error_with_rows(two + "1.5,a.png\n"), Catch::Contains("cam1/data.csv:3: '1.5' is not a stamp"));
   CHECK_THAT(error_with_rows(two + "-5,a.png\n"), Catch::Contains("cam1/data.csv:3: '-5' is not a stamp"));
   CHECK_THAT(error_with_rows(two + "99999999999999999999,a.png\n"),
@@ -120,8 +125,58 @@ TEST_CASE("A damaged data.csv is refused with file and line", "[euroc]") {
   CHECK_THAT(error_with_rows(two + "1000000000200000000,10000000002"),
              Catch::Contains("cam1/data.csv:3: ") && Catch::Contains("data/10000000002 is missing"));
   CHECK_THAT(error_with_rows("5,5.png\n9,9.png\n"),
-             Catch::Contains("no images of cam0 and cam1 have the same stamp"));
+             Catch::Contains(": 0 of 4 images of cam0 and 2 of cam1 were taken within"));
   CHECK_THAT(error_with_rows(row(2)), Catch::Contains("contains a single frame"));
+}
+
+TEST_CASE("Other columns, paths and headings of data.csv are read", "[euroc]") {
+  const auto frames_with = [](const std::function<std::string(int)>& row_of) {
+    const TemporaryFolder folder;
+    write_tiny_euroc(folder.path(), 4);
+    for (const auto* camera : {"cam0", "cam1"}) {
+      std::string rows;
+      for (int i = 0; i < 4; ++i) rows += row_of(i);
+      write_text(folder / "mav0" / camera / "data.csv", rows);
+    }
+    const auto sequence = open_sequence(folder.path(), "auto");
+    REQUIRE(sequence.frames.size() == 4);
+    for (int i = 0; i < 4; ++i) {
+      const auto& frame = sequence.frames[static_cast<std::size_t>(i)];
+      CHECK(frame.stamp_ns == std::stoll(tiny_stamp(i)));
+      CHECK(frame.right.stem() == tiny_stamp(i));
+      CHECK(load_frame(sequence, static_cast<std::size_t>(i)).left.cols == TinySequence::kWidth);
+    }
+  };
+  frames_with([](int i) { return fmt::format("{0},{0}.png,1200000,4.5\n", tiny_stamp(i)); });
+  frames_with([](int i) { return fmt::format("{0}, 3, {1}, {0}.png\n", tiny_stamp(i), i); });
+  frames_with([](int i) { return fmt::format("{0},data/{0}.png\r\n", tiny_stamp(i)); });
+  frames_with([](int i) { return fmt::format("{0} ./data/{0}.png\n", tiny_stamp(i)); });
+  frames_with([](int i) { return fmt::format("{0},data\\{0}.png\n", tiny_stamp(i)); });
+  frames_with([](int i) { return fmt::format("{0},/home/me/cam9/data/{0}.png\n", tiny_stamp(i)); });
+  frames_with(
+      [](int i) { return fmt::format("{1}{0},{0}.png\n", tiny_stamp(i), i == 0 ? "timestamp,name\n" : ""); });
+}
+
+TEST_CASE("Stamps of data.csv in another unit are read in it", "[euroc]") {
+  const auto stamps_with = [](const std::function<std::string(int)>& stamp_of) {
+    const TemporaryFolder folder;
+    write_tiny_euroc(folder.path(), 4);
+    for (const auto* camera : {"cam0", "cam1"}) {
+      std::string rows = "#timestamp [ns],filename\n";
+      for (int i = 0; i < 4; ++i) rows += fmt::format("{},{}.png\n", stamp_of(i), tiny_stamp(i));
+      write_text(folder / "mav0" / camera / "data.csv", rows);
+    }
+    const auto sequence = open_sequence(folder.path(), "auto");
+    std::vector<std::int64_t> stamps_ns;
+    for (const auto& frame : sequence.frames) stamps_ns.push_back(frame.stamp_ns);
+    return stamps_ns;
+  };
+  std::vector<std::int64_t> expected;
+  for (int i = 0; i < 4; ++i) expected.push_back(std::stoll(tiny_stamp(i)));
+  CHECK(stamps_with([](int i) { return fmt::format("1000000000.{}", i); }) == expected);
+  CHECK(stamps_with([](int i) { return fmt::format("1000000000.{}00000000", i); }) == expected);
+  CHECK(stamps_with([](int i) { return fmt::format("1000000000{}00", i); }) == expected);
+  CHECK(stamps_with([](int i) { return fmt::format("1000000000{}00000", i); }) == expected);
 }
 
 TEST_CASE("A missing image is found on opening, with the row that names it", "[euroc]") {
