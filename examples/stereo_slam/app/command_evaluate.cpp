@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -123,15 +124,31 @@ auto compare_files(const std::string& first, const std::string& second, const Co
   }
 }
 
+/// Reads a trajectory, and prints what the user should know about the reading.
+[[nodiscard]] Trajectory read_with_remarks(const fs::path& file, std::optional<TrajectoryFormat> format) {
+  Trajectory trajectory = read_trajectory(file, format);
+  for (const auto& remark : trajectory.remarks)
+    print_message(fmt::format("warning: {}: {}", file.string(), remark));
+  return trajectory;
+}
+
 void warn_of_lengths(const EvaluateArguments& arguments, const Trajectory& truth,
                      const Trajectory& estimate) {
   if (!truth.stamps_ns.empty() || !estimate.stamps_ns.empty()) return;
-  if (truth.poses.size() == estimate.poses.size()) return;
+  if (truth.poses.size() == estimate.poses.size() || !truth.frames.empty() || !estimate.frames.empty())
+    return;
   print_message(
       fmt::format("warning: {} ground-truth and {} estimated poses without stamps, in {} and {}; they are "
                   "paired from the first one on",
                   truth.poses.size(), estimate.poses.size(), arguments.ground_truth.string(),
                   arguments.estimate.string()));
+}
+
+/// A difference of the units, or of the clocks, may leave a few poses that match by chance.
+void warn_of_few_matches(const Trajectory& truth, const Trajectory& estimate, std::size_t matched) {
+  if (2 * matched >= std::min(truth.poses.size(), estimate.poses.size())) return;
+  print_message(fmt::format("warning: only {} of {} ground-truth and {} estimated poses match; {}", matched,
+                            truth.poses.size(), estimate.poses.size(), describe_ranges(truth, estimate)));
 }
 
 /// Other programs write a stamp twice now and then, with two poses that differ little.
@@ -179,8 +196,8 @@ void warn_of_repeated_stamps(const std::filesystem::path& file, const Trajectory
 
 int evaluate_command(const EvaluateArguments& arguments) {
   check_json(arguments);
-  const Trajectory truth = read_trajectory(arguments.ground_truth, arguments.format);
-  const Trajectory estimate = read_trajectory(arguments.estimate, arguments.format);
+  const Trajectory truth = read_with_remarks(arguments.ground_truth, arguments.format);
+  const Trajectory estimate = read_with_remarks(arguments.estimate, arguments.format);
   warn_of_lengths(arguments, truth, estimate);
   warn_of_repeated_stamps(arguments.ground_truth, truth);
   warn_of_repeated_stamps(arguments.estimate, estimate);
@@ -190,6 +207,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
                       return std::pair(evaluate(truth, estimate, arguments.max_difference_s),
                                        match_poses(truth, estimate, arguments.max_difference_s));
                     });
+  warn_of_few_matches(truth, estimate, pairs.size());
   print_evaluation(std::cout, evaluation);
   std::vector<std::string> members;
   if (arguments.covariances) members.push_back(evaluate_covariances(arguments, truth, estimate, pairs));

@@ -47,15 +47,6 @@ bool stands_still(const Eigen::Matrix3Xd& points) {
          std::max(kLeast_m, 1e-14 * static_cast<double>(points.cols()) * points.cwiseAbs().maxCoeff());
 }
 
-template <class Range>
-std::size_t nearest_index(const Range& stamps, std::int64_t stamp) {
-  const auto after = std::lower_bound(stamps.begin(), stamps.end(), stamp);
-  if (after == stamps.begin()) return 0;
-  const auto before = after - 1;
-  const bool take_before = after == stamps.end() || stamp - *before <= *after - stamp;
-  return static_cast<std::size_t>((take_before ? before : after) - stamps.begin());
-}
-
 }  // namespace
 
 std::vector<double> distances_along(PoseSpan poses) {
@@ -172,51 +163,9 @@ std::optional<RelativePoseError> relative_pose_error(PoseSpan truth, PoseSpan es
                            error_statistics(std::move(rotations_deg))};
 }
 
-FramePairs associate_by_stamp(std::span<const std::int64_t> truth_ns,
-                              std::span<const std::int64_t> estimate_ns, std::int64_t max_difference_ns) {
-  const bool truth_is_shorter = truth_ns.size() < estimate_ns.size();
-  const auto shorter = truth_is_shorter ? truth_ns : estimate_ns;
-  const auto longer = truth_is_shorter ? estimate_ns : truth_ns;
-  FramePairs pairs;
-  if (longer.empty()) return pairs;
-  for (std::size_t i = 0; i < shorter.size(); ++i) {
-    const std::size_t j = nearest_index(longer, shorter[i]);
-    if (std::abs(longer[j] - shorter[i]) > max_difference_ns) continue;
-    pairs.emplace_back(truth_is_shorter ? i : j, truth_is_shorter ? j : i);
-  }
-  return pairs;
-}
-
-FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate, double max_difference_s) {
-  if (truth.stamps_ns.empty() != estimate.stamps_ns.empty()) {
-    throw std::runtime_error(
-        "only one of the two trajectories has stamps, so their poses cannot be matched; give both with "
-        "stamps "
-        "or both in KITTI format");
-  }
-  FramePairs pairs;
-  if (truth.stamps_ns.empty()) {
-    pairs.resize(std::min(truth.poses.size(), estimate.poses.size()));
-    for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i] = {i, i};
-  } else {
-    pairs = associate_by_stamp(truth.stamps_ns, estimate.stamps_ns, std::llround(max_difference_s * 1e9));
-  }
-  if (pairs.size() < 3) {
-    throw std::runtime_error(fmt::format(
-        "only {} of {} estimated poses match one of {} ground-truth poses, 3 are needed; check the "
-        "stamps and their units",
-        pairs.size(), estimate.poses.size(), truth.poses.size()));
-  }
-  return pairs;
-}
-
 Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate, double max_difference_s) {
-  std::vector<Eigen::Isometry3d> matched_truth;
-  std::vector<Eigen::Isometry3d> matched_estimate;
-  for (const auto& [i, j] : match_poses(truth, estimate, max_difference_s)) {
-    matched_truth.push_back(truth.poses[i]);
-    matched_estimate.push_back(estimate.poses[j]);
-  }
+  const auto [matched_truth, matched_estimate] =
+      poses_of_pairs(truth, estimate, match_poses(truth, estimate, max_difference_s));
   const std::size_t matched = matched_truth.size();
   return {.truth_poses = truth.poses.size(),
           .estimate_poses = estimate.poses.size(),

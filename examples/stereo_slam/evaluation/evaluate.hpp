@@ -7,11 +7,11 @@
 #include <ostream>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 
+#include "stereo_slam/evaluation/pose_matching.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
 /// Scores of an estimated trajectory against the ground truth. Everywhere, truth[i] and estimate[i] belong to
@@ -94,8 +94,6 @@ struct RelativePoseError {
   ErrorStatistics rotation_deg;
 };
 
-using FramePairs = std::vector<std::pair<std::size_t, std::size_t>>;
-
 /// (0, 1), (1, 2) ... up to `count` frames.
 [[nodiscard]] FramePairs consecutive_pairs(std::size_t count);
 
@@ -106,17 +104,6 @@ using FramePairs = std::vector<std::pair<std::size_t, std::size_t>>;
 /// Nothing without pairs.
 [[nodiscard]] std::optional<RelativePoseError> relative_pose_error(PoseSpan truth, PoseSpan estimate,
                                                                    const FramePairs& pairs);
-
-/// Indices (truth, estimate) of poses whose stamps differ by at most `max_difference_ns`. Each pose of the
-/// shorter list is matched with the nearest of the longer one, as by evo; two may have the same.
-[[nodiscard]] FramePairs associate_by_stamp(std::span<const std::int64_t> truth_ns,
-                                            std::span<const std::int64_t> estimate_ns,
-                                            std::int64_t max_difference_ns);
-
-/// Indices (truth, estimate) of matched poses: by stamp when both trajectories have stamps, by index when
-/// neither has. Throws std::runtime_error when only one has stamps, and when fewer than three poses match.
-[[nodiscard]] FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate,
-                                     double max_difference_s = 0.01);
 
 /// All scores of one estimate.
 struct Evaluation {

@@ -36,7 +36,7 @@ std::optional<double> parse_number(std::string_view field) {
 
 }  // namespace
 
-std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
+std::vector<TextLine> read_text_lines(const std::filesystem::path& file, Comments comments) {
   const std::string content = read_file(file, kMostTextBytes);
   std::vector<TextLine> lines;
   std::string_view rest = content;
@@ -57,7 +57,8 @@ std::vector<TextLine> read_text_lines(const std::filesystem::path& file) {
                               text.size(), kMostLineBytes)));
     }
     const auto first = text.find_first_not_of(kSeparators);
-    if (first == std::string_view::npos || text[first] == '#') continue;
+    if (first == std::string_view::npos) continue;
+    if (text[first] == '#' && comments == Comments::kLeftOut) continue;
     if (text.back() == '\r') text.remove_suffix(1);
     lines.push_back({number, std::string(text), ended});
   }

@@ -24,10 +24,14 @@ constexpr std::size_t kMostTextBytes = std::size_t{256} << 20;
 constexpr std::size_t kMostLineBytes = std::size_t{64} << 10;
 constexpr int kMostLines = 1'000'000;
 
-/// The lines of a file. Blank lines and comments (lines that start with '#') are left out; carriage returns
-/// at line ends and a byte order mark are removed. Throws std::runtime_error when the file cannot be read, as
-/// read_file() does, for a longer file or line than the bounds above, and for a byte that is zero.
-[[nodiscard]] std::vector<TextLine> read_text_lines(const std::filesystem::path& file);
+/// What becomes of comments, which are lines that start with '#'.
+enum class Comments { kLeftOut, kKept };
+
+/// The lines of a file. Blank lines and comments are left out; carriage returns at line ends and a byte order
+/// mark are removed. Throws std::runtime_error when the file cannot be read, as read_file() does, for a
+/// longer file or line than the bounds above, and for a byte that is zero.
+[[nodiscard]] std::vector<TextLine> read_text_lines(const std::filesystem::path& file,
+                                                    Comments comments = Comments::kLeftOut);
 
 /// All numbers of a line, separated by blanks or commas; nothing if any field is not a finite number.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);

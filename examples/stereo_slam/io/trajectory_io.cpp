@@ -3,23 +3,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
 #include <string>
-#include <utility>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/stamp_unit.hpp"
+#include "stereo_slam/io/table_row.hpp"
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/trajectory_layout.hpp"
 
 namespace stereo_slam {
 namespace {
-
-/// Largest deviation of R R' from the identity, or of a quaternion's norm from 1; admits files with three
-/// digits.
-constexpr double kRotationTolerance = 1e-2;
 
 void check_position(const Eigen::Vector3d& t) {
   constexpr double kFarthest_m = 1e9;  // larger values are not metres, and computations may overflow
@@ -30,15 +31,11 @@ void check_position(const Eigen::Vector3d& t) {
   }
 }
 
-Eigen::Isometry3d pose_from_matrix(std::span<const double> row_major_3x4) {
+Eigen::Isometry3d pose_from_matrix(const Eigen::Matrix<double, 3, 4>& matrix) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.affine() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(row_major_3x4.data());
+  T.affine() = matrix;
   check_position(T.translation());
-  const Eigen::Matrix3d R = T.linear();
-  const double defect = (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(defect <= kRotationTolerance) || R.determinant() < 0.0) {
-    throw std::runtime_error("the left 3x3 block is not a rotation matrix");
-  }
+  if (!is_rotation(T.linear())) throw std::runtime_error("the left 3x3 block is not a rotation matrix");
   return T;
 }
 
@@ -50,82 +47,113 @@ Eigen::Isometry3d pose_from_quaternion(const Eigen::Quaterniond& q, const Eigen:
   return Eigen::Translation3d(t) * q.normalized();
 }
 
-std::size_t columns(TrajectoryFormat format) { return format == TrajectoryFormat::kKitti ? 12 : 8; }
+using Fields = std::vector<std::string_view>;
 
-TrajectoryFormat detect_format(const std::string& line) {
-  const auto count = split_fields(line).size();
-  const bool commas = line.find(',') != std::string::npos;
-  const auto numbers = parse_numbers(line);
-  const bool begins_with_stamp = commas && numbers && std::abs(numbers->front()) > 2.0;
-  if (count == 12 && !begins_with_stamp) return TrajectoryFormat::kKitti;
-  if (commas && count >= 8) return TrajectoryFormat::kEuroc;
-  if (count == 8) return TrajectoryFormat::kTum;
-  throw std::runtime_error(
-      fmt::format("{} fields are neither KITTI (12), TUM (8) nor EuRoC (8 or more, commas)", count));
+double number_of(std::string_view field) {
+  const auto numbers = parse_numbers(field);
+  if (!numbers || numbers->size() != 1)
+    throw std::runtime_error(fmt::format("'{}' is not a finite number", field));
+  return numbers->front();
 }
 
-std::int64_t parse_stamp(TrajectoryFormat format, std::string_view field) {
-  if (format == TrajectoryFormat::kTum) {
-    if (const auto stamp_ns = parse_seconds(field)) return *stamp_ns;
-    throw std::runtime_error(fmt::format("'{}' is not a stamp in seconds", field));
+long double stamp_of(std::string_view field) {
+  if (const auto stamp = parse_stamp(field)) return *stamp;
+  throw std::runtime_error(fmt::format("'{}' is not a stamp in numbers", field));
+}
+
+bool is_whole(std::string_view field) {
+  return !field.empty() && field.find_first_not_of("+-0123456789") == std::string_view::npos;
+}
+
+/// The stamps of a file, or the numbers of its frames, as they are written.
+struct WrittenStamps {
+  std::vector<long double> values;
+  std::vector<long double> nanoseconds;  ///< after the values, in a column of their own
+  bool whole = true;
+};
+
+void append_stamp(WrittenStamps& stamps, const TrajectoryLayout& layout, const Fields& fields) {
+  const std::size_t column = layout.columns ? layout.columns->stamp : 0;
+  const long double value = stamp_of(fields[column]);
+  const auto part = layout.columns ? layout.columns->nanoseconds : std::nullopt;
+  if (!stamps.values.empty() && value < stamps.values.back()) {
+    throw std::runtime_error(fmt::format(
+        "stamp {} is earlier than the one before; sort the lines by their stamps", fields[column]));
   }
-  if (const auto stamp_ns = parse_nanoseconds(field)) return *stamp_ns;
-  throw std::runtime_error(fmt::format("'{}' is not a stamp in whole nanoseconds", field));
+  stamps.values.push_back(value);
+  stamps.whole = stamps.whole && is_whole(fields[column]);
+  if (part) stamps.nanoseconds.push_back(stamp_of(fields[*part]));
 }
 
-/// Whether numbers of a line have decimal commas: there are commas between digits, and blanks without a comma
-/// between fields.
-bool has_decimal_commas(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t";
-  constexpr std::string_view kDigits = "0123456789";
-  const auto is_one_of = [&](std::size_t at, std::string_view characters) {
-    return at < text.size() && characters.find(text[at]) != std::string_view::npos;
-  };
-  bool comma = false;
-  bool blank = false;
-  for (std::size_t i = 1; i < text.size(); ++i) {
-    const bool after_digit = is_one_of(i - 1, kDigits);
-    comma = comma || (text[i] == ',' && after_digit && is_one_of(i + 1, kDigits));
-    if (!after_digit || !is_one_of(i, kBlanks)) continue;
-    const auto next = text.find_first_not_of(kBlanks, i);
-    blank = blank || (next != std::string_view::npos && text[next] != ',' && text[next] != '\r');
+/// The pose of a row.
+Eigen::Isometry3d pose_of(const TrajectoryLayout& layout, const Fields& fields) {
+  if (layout.columns) {
+    const auto& [x, y, z] = layout.columns->position;
+    const auto& [qw, qx, qy, qz] = layout.columns->quaternion;
+    const auto n = [&](std::size_t column) { return number_of(fields[column]); };
+    return pose_from_quaternion({n(qw), n(qx), n(qy), n(qz)}, {n(x), n(y), n(z)});
   }
-  return comma && blank;
+  std::vector<double> numbers;
+  for (const auto field : fields) numbers.push_back(field.empty() ? 0.0 : number_of(field));
+  return pose_from_matrix(matrix_at(numbers, layout.matrix));
 }
 
-/// The numbers of a line. Throws std::runtime_error if a field is none.
-std::vector<double> numbers_of(const std::string& text) {
-  if (auto numbers = parse_numbers(text)) return std::move(*numbers);
-  const auto fields = split_fields(text);
-  const auto wrong =
-      std::find_if(fields.begin(), fields.end(), [](auto field) { return !parse_numbers(field); });
-  throw std::runtime_error(fmt::format("'{}' is not a finite number", *wrong));
-}
-
-void append_line(Trajectory& trajectory, const std::string& text) {
-  if (has_decimal_commas(text))
-    throw std::runtime_error("its numbers have decimal commas; write them with decimal points");
-  const auto fields = split_fields(text);
-  const auto wanted = columns(trajectory.format);
-  const bool more_may_follow = trajectory.format == TrajectoryFormat::kEuroc;
-  if (fields.size() < wanted || (fields.size() > wanted && !more_may_follow)) {
+void append_row(Trajectory& trajectory, const TrajectoryLayout& layout, const std::string& text,
+                WrittenStamps& stamps) {
+  refuse_decimal_commas(text);
+  const Fields fields = split_row(text, layout.separator);
+  if (fields.size() != layout.fields) {
     throw std::runtime_error(
-        fmt::format("{} fields, but {} has {}", fields.size(), to_string(trajectory.format), wanted));
+        fmt::format("{} fields, but the first row has {}", fields.size(), layout.fields));
   }
-  const std::vector<double> n = numbers_of(text);
-  if (trajectory.format == TrajectoryFormat::kKitti) {
-    trajectory.poses.push_back(pose_from_matrix(n));
-    return;
+  trajectory.poses.push_back(pose_of(layout, fields));
+  if (layout.columns || layout.matrix.first == 1) append_stamp(stamps, layout, fields);
+}
+
+/// Whether numbers in front of matrices count frames, and are no stamps.
+bool are_frame_numbers(const TrajectoryLayout& layout, const WrittenStamps& stamps) {
+  constexpr long double kMostFrames = kMostLines * 10.0L;
+  if (stamps.values.empty()) return false;
+  return !layout.columns && stamps.whole && stamps.values.front() >= 0.0L &&
+         stamps.values.back() < kMostFrames &&
+         std::adjacent_find(stamps.values.begin(), stamps.values.end(), std::greater_equal<>()) ==
+             stamps.values.end();
+}
+
+/// Throws std::runtime_error if stamps decrease, or if most of them repeat the one before.
+void check_stamps(const std::filesystem::path& file, const std::vector<std::int64_t>& stamps_ns) {
+  if (!std::is_sorted(stamps_ns.begin(), stamps_ns.end()))
+    fail(file, "its stamps decrease; sort the lines by their stamps");
+  std::size_t repeated = 0;
+  for (std::size_t i = 1; i < stamps_ns.size(); ++i) repeated += stamps_ns[i] == stamps_ns[i - 1] ? 1 : 0;
+  if (2 * repeated <= stamps_ns.size()) return;
+  fail(file, fmt::format("{} of {} stamps are the same as the one before; write them with more digits",
+                         repeated, stamps_ns.size()));
+}
+
+/// Converts the stamps to nanoseconds.
+void set_stamps(const std::filesystem::path& file, const TrajectoryLayout& layout,
+                const WrittenStamps& stamps, Trajectory& trajectory) {
+  const bool nanoseconds = stamps.whole && (trajectory.format == TrajectoryFormat::kEuroc || !layout.columns);
+  const auto usual = nanoseconds ? StampUnit::kNanoseconds : StampUnit::kSeconds;
+  const auto expected = layout.columns ? layout.columns->unit.value_or(usual) : usual;
+  const bool divided = !stamps.nanoseconds.empty();
+  const auto unit = divided ? StampUnit::kSeconds : unit_of_stamps(stamps.values, expected);
+  if (!divided && unit != expected)
+    trajectory.remarks.push_back(fmt::format("its stamps are taken as {}, by their size", to_string(unit)));
+  for (std::size_t i = 0; i < stamps.values.size(); ++i) {
+    auto stamp_ns = to_nanoseconds(stamps.values[i], unit);
+    if (stamp_ns && divided) {
+      const long double sum_ns = static_cast<long double>(*stamp_ns) + stamps.nanoseconds[i];
+      stamp_ns = to_nanoseconds(sum_ns, StampUnit::kNanoseconds);
+    }
+    if (!stamp_ns) {
+      fail(file, fmt::format("pose {} has the stamp {} in {}; more than 126 years before or after 1970",
+                             i + 1, static_cast<double>(stamps.values[i]), to_string(unit)));
+    }
+    trajectory.stamps_ns.push_back(*stamp_ns);
   }
-  const auto stamp_ns = parse_stamp(trajectory.format, fields[0]);
-  if (!trajectory.stamps_ns.empty() && stamp_ns < trajectory.stamps_ns.back()) {
-    throw std::runtime_error(fmt::format("stamp {} is earlier than the one before", fields[0]));
-  }
-  const bool scalar_first = trajectory.format == TrajectoryFormat::kEuroc;
-  const auto q =
-      scalar_first ? Eigen::Quaterniond(n[4], n[5], n[6], n[7]) : Eigen::Quaterniond(n[7], n[4], n[5], n[6]);
-  trajectory.poses.push_back(pose_from_quaternion(q, {n[1], n[2], n[3]}));
-  trajectory.stamps_ns.push_back(stamp_ns);
+  check_stamps(file, trajectory.stamps_ns);
 }
 
 }  // namespace
@@ -143,20 +171,29 @@ std::string_view to_string(TrajectoryFormat format) noexcept {
 }
 
 Trajectory read_trajectory(const std::filesystem::path& file, std::optional<TrajectoryFormat> format) {
-  const auto lines = read_text_lines(file);
-  if (lines.empty()) throw std::runtime_error(fmt::format("{}: contains no poses", file.string()));
-  require_line_end(file, lines);
+  const auto lines = divide_lines(read_text_lines(file, Comments::kKept));
+  if (lines.rows.empty()) throw std::runtime_error(fmt::format("{}: contains no poses", file.string()));
+  require_line_end(file, lines.rows);
   Trajectory trajectory;
-  trajectory.poses.reserve(lines.size());
-  int number = lines.front().number;
+  const TrajectoryLayout layout = layout_of(file, lines, format);
+  WrittenStamps stamps;
+  trajectory.poses.reserve(lines.rows.size());
+  int number = lines.rows.front().number;
   try {
-    trajectory.format = format ? *format : detect_format(lines.front().text);
-    for (const auto& line : lines) {
+    for (const auto& line : lines.rows) {
       number = line.number;
-      append_line(trajectory, line.text);
+      append_row(trajectory, layout, line.text, stamps);
     }
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(at_line(file, number, error.what()));
+  }
+  trajectory.format = layout.format;
+  trajectory.remarks = layout.remarks;
+  if (are_frame_numbers(layout, stamps)) {
+    trajectory.frames.assign(stamps.values.begin(), stamps.values.end());
+    trajectory.remarks.emplace_back("its first column is taken as the number of the frame");
+  } else if (!stamps.values.empty()) {
+    set_stamps(file, layout, stamps, trajectory);
   }
   return trajectory;
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <ostream>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -15,8 +16,9 @@
 
 namespace stereo_slam {
 
-/// kKitti: row-major 3x4 [R | t] a line, no stamps. kTum: "stamp tx ty tz qx qy qz qw", seconds.
-/// kEuroc: "stamp,px,py,pz,qw,qx,qy,qz[,...]", nanoseconds.
+/// kKitti: row-major 3x4 [R | t] a line. kTum: "stamp tx ty tz qx qy qz qw", seconds.
+/// kEuroc: "stamp,px,py,pz,qw,qx,qy,qz[,...]", nanoseconds. Names of the columns and the size of the stamps
+/// take precedence.
 enum class TrajectoryFormat { kKitti, kTum, kEuroc };
 
 [[nodiscard]] std::string_view to_string(TrajectoryFormat format) noexcept;
@@ -27,11 +29,14 @@ struct Trajectory {
   TrajectoryFormat format = TrajectoryFormat::kKitti;
   std::vector<std::int64_t> stamps_ns;  ///< not decreasing, one per pose; empty if the format has none
   std::vector<Eigen::Isometry3d> poses;
+  std::vector<std::int64_t> frames = {};  ///< increasing numbers of the frames; empty: 0, 1, 2 ..., or stamps
+  std::vector<std::string> remarks = {};  ///< what the user should know about the reading of the file
 };
 
-/// Reads a trajectory. Without `format` the first line determines it: 12 numbers (KITTI), 8 separated by
-/// blanks (TUM), otherwise 8 or more with commas (EuRoC). Throws std::runtime_error that names file, line and
-/// error.
+/// Reads a trajectory. If a line before the first pose names all columns that are needed, these are read.
+/// Otherwise `format` tells what they are, or the first pose does: a rotation matrix (KITTI; also 4x4, and
+/// after a frame's number or a stamp), or 8 or more numbers, separated by blanks (TUM) or not (EuRoC). Stamps
+/// may have any unit; unit_of_stamps() finds it. Throws std::runtime_error that names file, line and error.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file,
                                          std::optional<TrajectoryFormat> format = std::nullopt);
 

@@ -276,6 +276,26 @@ TEST_CASE("Stamps are matched across an offset of half a frame only if allowed",
              Catch::Contains("only 0 of 50 estimated poses match"));
 }
 
+TEST_CASE("Stamps that do not overlap are named, with the time between them", "[evaluate]") {
+  Trajectory truth{TrajectoryFormat::kTum, {}, straight(5, 1.0)};
+  Trajectory estimate = truth;
+  for (std::int64_t i = 0; i < 5; ++i) {
+    truth.stamps_ns.push_back(1'403'636'579'500'000'000 + 100'000'000 * i);
+    estimate.stamps_ns.push_back(100'000'000 * i);
+  }
+  CHECK_THAT(message_of([&] { (void)evaluate(truth, estimate); }),
+             Catch::Contains(
+                 "ground truth: 1403636579.500000000 to 1403636579.900000000 s, estimate: 0.000000000 to "
+                 "0.400000000 s, which is 1403636579.100000000 s apart"));
+}
+
+TEST_CASE("Poses without stamps are matched by the numbers of their frames", "[evaluate]") {
+  Trajectory truth = unstamped(straight(10, 1.0));
+  truth.frames = {0, 1, 2, 4, 5, 6, 9, 10, 11, 12};  // the poses of 3, 7 and 8 are missing
+  CHECK(match_poses(truth, unstamped(straight(10, 1.0))) ==
+        FramePairs{{0, 0}, {1, 1}, {2, 2}, {3, 4}, {4, 5}, {5, 6}, {6, 9}});
+}
+
 TEST_CASE("Trajectories that cannot be matched are refused", "[evaluate]") {
   Trajectory stamped{TrajectoryFormat::kTum, {0, 1, 2, 3}, straight(4, 1.0)};
   CHECK_THAT(message_of([&] { (void)evaluate(stamped, unstamped(straight(4, 1.0))); }),

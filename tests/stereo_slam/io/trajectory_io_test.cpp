@@ -109,7 +109,7 @@ TEST_CASE("A broken trajectory is refused with file, line and reason", "[traject
   const std::string kitti = "1 0 0 0 0 1 0 0 0 0 1 0\n";
   CHECK_THAT(read_error(""), Catch::EndsWith("t.txt: contains no poses"));
   CHECK_THAT(read_error("1 2 3\n"), Catch::Contains("t.txt:1: 3 fields are neither KITTI (12)"));
-  CHECK_THAT(read_error(kitti + "1 0 0\n"), Catch::Contains("t.txt:2: 3 fields, but KITTI has 12"));
+  CHECK_THAT(read_error(kitti + "1 0 0\n"), Catch::Contains("t.txt:2: 3 fields, but the first row has 12"));
   CHECK_THAT(read_error(kitti + "1 0 0 0 0 1 0 nan 0 0 1 0\n"),
              Catch::Contains("t.txt:2: 'nan' is not a finite number"));
   CHECK_THAT(read_error("1 0 0 0 0 1 0 0 0 0 -1 0\n"), Catch::Contains("not a rotation matrix"));
@@ -122,6 +122,8 @@ TEST_CASE("A broken trajectory is refused with file, line and reason", "[traject
   CHECK_THAT(read_error("2 1e400 0 0 0 0 0 1\n"), Catch::Contains("t.txt:1: '1e400' is not a finite number"));
   CHECK_THAT(read_error("2,5 0,1 0,0 0,0 1,0 0,0 0,0 0,0\n"),
              Catch::Contains("t.txt:1: its numbers have decimal commas; write them with decimal points"));
-  CHECK_THAT(read_error("1.5,0,0,0,1,0,0,0\n"), Catch::Contains("'1.5' is not a stamp in whole nanoseconds"));
+  CHECK_THAT(read_error("2;0,1;0;0;0;0;0;1\n"), Catch::Contains("t.txt:1: its numbers have decimal commas"));
+  CHECK_THAT(read_error("2024-05-01 12:00:00,0,0,0,1,0,0,0\n"),
+             Catch::Contains("t.txt:1: '2024-05-01 12:00:00' is not a stamp in numbers"));
   CHECK_THAT(read_error(kitti, TrajectoryFormat::kTum), Catch::Contains("12 fields, but TUM has 8"));
 }

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/io/stamp_unit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+#include <vector>
+
+#include "stereo_slam/io/text_file.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr std::array kStampUnits = {StampUnit::kSeconds, StampUnit::kMilliseconds, StampUnit::kMicroseconds,
+                                    StampUnit::kNanoseconds};
+
+[[nodiscard]] long double nanoseconds_in(StampUnit unit) {
+  switch (unit) {
+    case StampUnit::kSeconds:
+      return 1e9L;
+    case StampUnit::kMilliseconds:
+      return 1e6L;
+    case StampUnit::kMicroseconds:
+      return 1e3L;
+    case StampUnit::kNanoseconds:
+      break;
+  }
+  return 1.0L;
+}
+
+[[nodiscard]] long double seconds_in(StampUnit unit) { return 1e-9L * nanoseconds_in(unit); }
+
+[[nodiscard]] long double middle_of(std::vector<long double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Median of the steps that are not zero; nothing without such.
+[[nodiscard]] std::optional<long double> median_step(std::span<const long double> stamps) {
+  std::vector<long double> steps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    if (stamps[i] != stamps[i - 1]) steps.push_back(std::fabs(stamps[i] - stamps[i - 1]));
+  }
+  if (steps.empty()) return std::nullopt;
+  return middle_of(std::move(steps));
+}
+
+}  // namespace
+
+std::string_view to_string(StampUnit unit) noexcept {
+  switch (unit) {
+    case StampUnit::kSeconds:
+      return "seconds";
+    case StampUnit::kMilliseconds:
+      return "milliseconds";
+    case StampUnit::kMicroseconds:
+      return "microseconds";
+    case StampUnit::kNanoseconds:
+      break;
+  }
+  return "nanoseconds";
+}
+
+std::optional<long double> parse_stamp(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  long double stamp = 0.0L;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), stamp);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(stamp)) return std::nullopt;
+  return stamp;
+}
+
+std::optional<std::int64_t> to_nanoseconds(long double stamp, StampUnit unit) {
+  const long double stamp_ns = stamp * nanoseconds_in(unit);
+  if (!(std::fabs(stamp_ns) <= static_cast<long double>(kLatestStamp_ns))) return std::nullopt;
+  return static_cast<std::int64_t>(std::llround(stamp_ns));
+}
+
+StampUnit unit_of_stamps(std::span<const long double> stamps, StampUnit expected) {
+  constexpr long double kEarliest_s = 3e8L;
+  constexpr long double kLatest_s = 4e9L;
+  constexpr long double kLongestPause_s = 3600.0L;
+  constexpr long double kShortestStep_s = 2e-5L;
+  constexpr long double kLongestStep_s = 20.0L;
+  constexpr long double kUsualStep_s = 0.05L;
+  if (stamps.empty()) return expected;
+  const auto step = median_step(stamps);
+  const long double middle = middle_of({stamps.begin(), stamps.end()});
+  for (const StampUnit unit : kStampUnits) {
+    const long double since_1970_s = middle * seconds_in(unit);
+    const long double step_s = step.value_or(0.0L) * seconds_in(unit);
+    if (since_1970_s >= kEarliest_s && since_1970_s <= kLatest_s && step_s <= kLongestPause_s) return unit;
+  }
+  if (!step) return expected;
+  const long double expected_s = *step * seconds_in(expected);
+  if (expected_s >= kShortestStep_s && expected_s <= kLongestStep_s) return expected;
+  const auto unlikeliness = [&](StampUnit unit) {
+    return std::fabs(std::log(*step * seconds_in(unit) / kUsualStep_s));
+  };
+  return *std::min_element(kStampUnits.begin(), kStampUnits.end(),
+                           [&](StampUnit a, StampUnit b) { return unlikeliness(a) < unlikeliness(b); });
+}
+
+}  // namespace stereo_slam

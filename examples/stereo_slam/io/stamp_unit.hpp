@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace stereo_slam {
+
+/// Unit of the stamps of a file.
+enum class StampUnit { kSeconds, kMilliseconds, kMicroseconds, kNanoseconds };
+
+/// "seconds", "milliseconds" ...
+[[nodiscard]] std::string_view to_string(StampUnit unit) noexcept;
+
+/// A stamp as it is written, in any unit. Nothing if the text is not a finite number. A long double with a
+/// mantissa of 64 bits is exact for nanoseconds since 1970.
+[[nodiscard]] std::optional<long double> parse_stamp(std::string_view text);
+
+/// The stamp in nanoseconds. Nothing beyond kLatestStamp_ns.
+[[nodiscard]] std::optional<std::int64_t> to_nanoseconds(long double stamp, StampUnit unit);
+
+/// The unit of a file's stamps: the one in which they are times since 1970, from 1979 to 2096, if their steps
+/// are possible in this unit; otherwise `expected`, unless it makes the median step shorter than 20 us or
+/// longer than 20 s; then the unit in which the median step is nearest to 50 ms.
+[[nodiscard]] StampUnit unit_of_stamps(std::span<const long double> stamps, StampUnit expected);
+
+}  // namespace stereo_slam
