@@ -65,11 +65,15 @@ StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_
   std::vector<StereoFrame> frames;
   const std::size_t range =
       scan.sequence.source ? std::min(kSampled, whole_frames.size()) : whole_frames.size();
-  for (const std::size_t k : spread(range, kSampled)) {
+  const auto sampled = spread(range, kSampled);
+  for (const std::size_t k : sampled) {
     attempt(scan.problems, Problem::Severity::kError,
             [&] { frames.push_back(load_frame(scan.sequence, whole_frames[k])); });
   }
+  if (frames.empty()) return {};
   const StereoAgreement agreement = check_stereo_agreement(frames);
+  // Nothing is said about images of which some could not be read.
+  if (!agreement.conclusive() && frames.size() < sampled.size()) return agreement;
   for (auto& problem : problems_of(agreement, scan.sequence, frames))
     scan.problems.push_back(std::move(problem));
   return agreement;
@@ -169,10 +173,15 @@ void print_inspection(std::ostream& stream, const Inspection& inspection) {
   const auto count = [](std::size_t n, const char* what) {
     return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
   };
-  fmt::print(stream, "verdict       {}\n",
-             errors > 0     ? fmt::format("not usable as a whole ({})", count(errors, "error"))
-             : warnings > 0 ? fmt::format("usable, but see the {} above", count(warnings, "warning"))
-                            : "usable");
+  std::string verdict = "usable";
+  if (errors > 0)
+    verdict = fmt::format("not usable as a whole ({})", count(errors, "error"));
+  else if (!agreement.conclusive())
+    verdict = fmt::format("unknown, as the two cameras could not be compared; see the {} above",
+                          count(warnings, "warning"));
+  else if (warnings > 0)
+    verdict = fmt::format("usable, but see the {} above", count(warnings, "warning"));
+  fmt::print(stream, "verdict       {}\n", verdict);
 }
 
 }  // namespace stereo_slam

@@ -16,6 +16,7 @@
 #include "stereo_slam/bags/bag_reader.hpp"
 #include "stereo_slam/dataset/camera_info.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
+#include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -282,6 +283,7 @@ SequenceScan scan_bag(const fs::path& file, const BagOptions& options) {
     sequence.source = images;
     set_camera(own, options.calibration.empty() ? file : options.calibration, sequence);
   });
+  check_rig(scan);
   check_camera(scan);
   find_bits(scan);
   return scan;

@@ -31,18 +31,15 @@ std::vector<cv::Point2f> align(const cv::Mat& left, const cv::Mat& right,
   return aligned_px;
 }
 
-struct OrbFeatures {
-  std::vector<cv::Point2f> positions_px;
-  std::vector<Descriptor> descriptors;
-};
+}  // namespace
 
-OrbFeatures extract_orb(const cv::Mat& image) {
+ImageCorners find_corners(const cv::Mat& image) {
   constexpr int kFeatures = 1000;
   constexpr int kLevels = 2;  // coarser levels locate a corner no better than two pixels
   std::vector<cv::KeyPoint> points;
   cv::Mat rows;
   cv::ORB::create(kFeatures, 1.2F, kLevels)->detectAndCompute(image, cv::noArray(), points, rows);
-  OrbFeatures features;
+  ImageCorners features{.image = image, .positions_px = {}, .descriptors = {}};
   cv::KeyPoint::convert(points, features.positions_px);
   features.descriptors.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -52,12 +49,8 @@ OrbFeatures extract_orb(const cv::Mat& image) {
   return features;
 }
 
-}  // namespace
-
-std::vector<CornerPair> match_corners(const cv::Mat& left_image, const cv::Mat& right_image) {
+std::vector<CornerPair> match_corners(const ImageCorners& left, const ImageCorners& right) {
   constexpr int kMaxHamming = 40;
-  OrbFeatures left, right;
-  run_both([&] { left = extract_orb(left_image); }, [&] { right = extract_orb(right_image); });
   std::vector<NearestDescriptor> of_left(left.descriptors.size());
   std::vector<NearestDescriptor> of_right(right.descriptors.size());
   for (std::size_t i = 0; i < of_left.size(); ++i) {
@@ -77,9 +70,15 @@ std::vector<CornerPair> match_corners(const cv::Mat& left_image, const cv::Mat& 
   }
   std::vector<CornerPair> pairs;
   if (left_px.empty()) return pairs;
-  const auto aligned_px = align(left_image, right_image, left_px, right_px);
+  const auto aligned_px = align(left.image, right.image, left_px, right_px);
   for (std::size_t i = 0; i < left_px.size(); ++i) pairs.push_back({left_px[i], aligned_px[i]});
   return pairs;
+}
+
+std::vector<CornerPair> match_corners(const cv::Mat& left_image, const cv::Mat& right_image) {
+  ImageCorners left, right;
+  run_both([&] { left = find_corners(left_image); }, [&] { right = find_corners(right_image); });
+  return match_corners(left, right);
 }
 
 }  // namespace stereo_slam

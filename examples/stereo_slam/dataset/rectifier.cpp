@@ -71,8 +71,10 @@ void check(const StereoRig& rig) {
         position_m.x(), position_m.y(), position_m.z()));
   }
   if (position_m.x() < 0.0) {
-    throw std::runtime_error(fmt::format(
-        "the right camera lies {:.3g} m to the left of the left one; swap the two cameras", -position_m.x()));
+    throw std::runtime_error(
+        fmt::format("the right camera lies {:.3g} m to the left of the left one; exchange the two cameras, "
+                    "or invert the transformation between them",
+                    -position_m.x()));
   }
 }
 

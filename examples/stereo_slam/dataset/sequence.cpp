@@ -2,8 +2,6 @@
 #include "stereo_slam/dataset/sequence.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <system_error>
 #include <utility>
 
@@ -15,6 +13,7 @@
 #include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/dataset/live_camera.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
+#include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/rig_file.hpp"
 #include "stereo_slam/dataset/video.hpp"
 #include "stereo_slam/io/file_error.hpp"
@@ -70,21 +69,6 @@ RawPair read_files(const StereoSequence& sequence, std::size_t left, std::size_t
   };
   RawPair pair = read_both(left);
   if (right != left) pair.right = read_both(right).right;
-  return pair;
-}
-
-/// The raw left image of one frame and the right one of another.
-RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_t right) {
-  RawPair pair;
-  if (sequence.source) {
-    pair = read_source(sequence, left);
-    if (right != left) pair.right = read_source(sequence, right).right;
-  } else {
-    pair = read_files(sequence, left, right);
-  }
-  if (sequence.right_half_first) std::swap(pair.left, pair.right);
-  check_size(pair.left, sequence, left, /*is_left=*/true);
-  check_size(pair.right, sequence, right, /*is_left=*/false);
   return pair;
 }
 
@@ -145,80 +129,6 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
           name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
 }
 
-/// What to do if the principal point is where it would be in images of twice or half the size; empty if it is
-/// not.
-[[nodiscard]] std::string other_size_advice(const StereoCamera& camera) {
-  constexpr double kTolerance = 0.15;
-  for (const double factor : {2.0, 0.5}) {
-    const auto fits = [&](double centre, int size) {
-      return std::abs(2.0 * centre / size / factor - 1.0) < kTolerance;
-    };
-    if (!fits(camera.cx, camera.width_px) || !fits(camera.cy, camera.height_px)) continue;
-    return fmt::format(
-        "it may be of images {} times as wide and high: use these, or multiply its values in pixels by {}",
-        factor, 1.0 / factor);
-  }
-  return "";
-}
-
-/// Warns about a field of view that no lens has after rectification, and about a principal point far from the
-/// middle of the image.
-void check_view(SequenceScan& scan) {
-  constexpr double kNarrowest_deg = 5.0;
-  constexpr double kWidest_deg = 150.0;
-  constexpr double kMostOffCentre = 0.25;  // of the image
-  const auto& camera = scan.sequence.camera;
-  if (!(camera.fx > 0.0) || camera.width_px <= 0 || camera.height_px <= 0) return;
-  const std::string name = scan.sequence.folder.string();
-  const double view_deg = 360.0 / std::numbers::pi * std::atan(0.5 * camera.width_px / camera.fx);
-  if (view_deg < kNarrowest_deg || view_deg > kWidest_deg) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format(
-             "{}: the calibration gives a focal length of {:.4g} px for images {} px wide, a field of "
-             "view of {:.3g} degrees; check that it is of this camera and in pixels",
-             name, camera.fx, camera.width_px, view_deg)});
-  }
-  const auto off = [](double centre, int size) { return std::abs(centre / size - 0.5) > kMostOffCentre; };
-  const std::string size_advice = other_size_advice(camera);
-  if (off(camera.cx, camera.width_px) || off(camera.cy, camera.height_px) || !size_advice.empty()) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format("{}: the calibration gives the principal point ({:.4g}, {:.4g}) for images of {}x{} px, "
-                     "far from their middle; {}",
-                     name, camera.cx, camera.cy, camera.width_px, camera.height_px,
-                     size_advice.empty()
-                         ? "check that it is of this camera, of images of this size, and in the order cx, cy"
-                         : size_advice)});
-  }
-}
-
-/// The median time between two frames, s. A pause of the recording does not change it.
-[[nodiscard]] double usual_interval_s(const std::vector<StereoFiles>& frames) {
-  std::vector<double> intervals_s;
-  for (std::size_t i = 1; i < frames.size(); ++i)
-    intervals_s.push_back(
-        1e-9 * (static_cast<double>(frames[i].stamp_ns) - static_cast<double>(frames[i - 1].stamp_ns)));
-  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>((intervals_s.size() - 1) / 2);
-  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
-  return *middle;
-}
-
-/// Warns about more frames per second than cameras take, and about so few that nothing could be tracked.
-void check_frame_rate(SequenceScan& scan) {
-  constexpr double kFastest_hz = 1000.0;
-  constexpr double kSlowest_hz = 0.1;
-  const auto& frames = scan.sequence.frames;
-  if (scan.sequence.live || frames.size() < 2) return;
-  const double interval_s = usual_interval_s(frames);
-  if (!(interval_s > 0.0) || (interval_s >= 1.0 / kFastest_hz && interval_s <= 1.0 / kSlowest_hz)) return;
-  scan.problems.push_back({Problem::Severity::kWarning,
-                           fmt::format("{}: its stamps are {:.3g} s apart, {:.4g} frames per second; check "
-                                       "their unit (those in times.txt "
-                                       "are in seconds)",
-                                       scan.sequence.folder.string(), interval_s, 1.0 / interval_s)});
-}
-
 /// used_bits() of a pair with 16 bits a pixel; nothing if either image has 8.
 [[nodiscard]] std::optional<int> bits_of_pair(const StereoSequence& sequence, std::size_t index) {
   if (sequence.source) return sequence.source->bits_of_16(index);
@@ -226,26 +136,6 @@ void check_frame_rate(SequenceScan& scan) {
   if (!left) return std::nullopt;
   const auto right = bits_of_16(sequence.frames[index].right);
   return right ? std::optional(std::max(*left, *right)) : std::nullopt;
-}
-
-/// What to do about a baseline that is too long to be in metres: the units in which it would be an ordinary
-/// one.
-[[nodiscard]] std::string unit_advice(double baseline) {
-  constexpr double kUsualShortest_m = 0.02;
-  constexpr double kUsualLongest_m = 1.5;
-  struct LengthUnit {
-    std::string_view name;
-    double per_metre;
-  };
-  std::string advice;
-  for (const auto& [name, per_metre] :
-       {LengthUnit{"centimetres", 100.0}, LengthUnit{"millimetres", 1000.0}}) {
-    const double baseline_m = baseline / per_metre;
-    if (baseline_m < kUsualShortest_m || baseline_m > kUsualLongest_m) continue;
-    advice += fmt::format("{}if these are {}, divide the translation by {} (to {:.4g} m)",
-                          advice.empty() ? "" : "; ", name, per_metre, baseline_m);
-  }
-  return advice.empty() ? "few cameras are so far apart, so check the translation" : advice;
 }
 
 }  // namespace
@@ -275,44 +165,6 @@ void find_bits(SequenceScan& scan) {
                    sequence.folder.string(), (1 << bits) - 1, pairs, bits)});
 }
 
-void check_camera(SequenceScan& scan) {
-  constexpr double kShortest_m = 0.005;
-  constexpr double kLongest_m = 3.0;
-  constexpr double kLeast = 1e-6;  // bounds of the focal lengths, px, and of the baseline, m
-  constexpr double kMost = 1e6;
-  const auto& camera = scan.sequence.camera;
-  const double baseline_m = camera.baseline_m;
-  const auto is_sane = [&](double value) { return value >= kLeast && value <= kMost; };
-  if (camera.fx > 0.0 && !(is_sane(camera.fx) && is_sane(camera.fy) && is_sane(baseline_m))) {
-    scan.problems.push_back(
-        {Problem::Severity::kError,
-         fmt::format(
-             "{}: the calibration gives focal lengths of {:.4g} and {:.4g} px and a baseline of {:.4g} m; "
-             "each must be from {} to {}",
-             scan.sequence.folder.string(), camera.fx, camera.fy, baseline_m, kLeast, kMost)});
-    return;
-  }
-  constexpr double kMostOblong = 2.0;
-  if (camera.fx > 0.0 && std::max(camera.fx / camera.fy, camera.fy / camera.fx) > kMostOblong) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format(
-             "{}: the calibration gives focal lengths of {:.4g} and {:.4g} px; pixels are nearly square, so "
-             "one of the two is wrong",
-             scan.sequence.folder.string(), camera.fx, camera.fy)});
-  }
-  check_view(scan);
-  if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
-  const std::string advice = baseline_m > kLongest_m ? unit_advice(baseline_m)
-                                                     : "multiply the translation by the length of its unit, "
-                                                       "or by the width of a square of the calibration "
-                                                       "board";
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres; {}",
-                   scan.sequence.folder.string(), baseline_m, advice)});
-}
-
 SequenceScan scan_sequence(const fs::path& folder, std::string_view format, const fs::path& calibration,
                            const PairingOptions& pairing) {
   SequenceScan scan;
@@ -321,6 +173,7 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format, cons
   } catch (const fs::filesystem_error& error) {
     return unusable(folder, file_error_text(error));
   }
+  check_rig(scan);
   check_camera(scan);
   check_frame_rate(scan);
   find_bits(scan);
@@ -353,6 +206,7 @@ Problem wrong_size(std::string_view image, int width_px, int height_px, const St
 }
 
 void set_rig(StereoSequence& sequence, const StereoRig& rig) {
+  sequence.rig = rig;
   auto rectifier = std::make_shared<const Rectifier>(rig);
   sequence.camera = rectifier->camera();
   sequence.lenses = to_string(rig.left.distortion);
@@ -360,26 +214,35 @@ void set_rig(StereoSequence& sequence, const StereoRig& rig) {
   sequence.rectifier = std::move(rectifier);
 }
 
-StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice) {
-  auto [left, right, stamp_ns] = load_images(sequence, choice.left, choice.right);
-  if (choice.swapped) std::swap(left, right);
-  if (sequence.rectifier) {
-    left = sequence.rectifier->left(left);
-    right = sequence.rectifier->right(right);
+RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::size_t right) {
+  RawPair pair;
+  if (sequence.source) {
+    pair = read_source(sequence, left);
+    if (right != left) pair.right = read_source(sequence, right).right;
+  } else {
+    pair = read_files(sequence, left, right);
   }
-  return {.index = choice.left,
-          .stamp_ns = stamp_ns ? *stamp_ns : sequence.frames.at(choice.left).stamp_ns,
-          .left = left,
-          .right = right};
+  if (sequence.right_half_first) std::swap(pair.left, pair.right);
+  check_size(pair.left, sequence, left, /*is_left=*/true);
+  check_size(pair.right, sequence, right, /*is_left=*/false);
+  return pair;
 }
 
 bool has_one_image_twice(const StereoSequence& sequence, std::size_t index) {
-  const auto pair = load_images(sequence, index, index);
+  const auto pair = load_raw_pair(sequence, index, index);
   return cv::norm(pair.left, pair.right, cv::NORM_INF) == 0.0;
 }
 
 StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {
-  StereoFrame frame = load_pair(sequence, {.left = index, .right = index});
+  auto [left, right, stamp_ns] = load_raw_pair(sequence, index, index);
+  StereoFrame frame{.index = index,
+                    .stamp_ns = stamp_ns ? *stamp_ns : sequence.frames.at(index).stamp_ns,
+                    .left = left,
+                    .right = right};
+  if (sequence.rectifier) {
+    frame.left = sequence.rectifier->left(left);
+    frame.right = sequence.rectifier->right(right);
+  }
   equalise_contrast(frame, settings);
   return frame;
 }

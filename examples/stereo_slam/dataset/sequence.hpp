@@ -51,6 +51,7 @@ struct StereoSequence {
   bool right_half_first = false;    ///< images side by side, from files or a source, begin with the right one
   int bits = 16;                    ///< how many bits images with 16 bits a pixel use
 
+  std::optional<StereoRig> rig;                    ///< of raw images, also if it cannot be rectified
   std::shared_ptr<const Rectifier> rectifier;      ///< null for images that are rectified already
   std::string lenses;                              ///< distortion model before rectification, or empty
   std::shared_ptr<PairSource> source;              ///< null for image files
@@ -99,10 +100,6 @@ struct PairingOptions {
                                          const std::filesystem::path& calibration = {},
                                          const PairingOptions& pairing = {});
 
-/// Adds an error if focal lengths or baseline are out of bounds; a warning if the focal lengths differ by
-/// more than a factor of 2, or the baseline does not seem to be in metres.
-void check_camera(SequenceScan& scan);
-
 /// Finds how many of 16 bits a pixel the images use: a camera of 12 bits may leave the upper four empty. Up
 /// to sixteen pairs, spread over the recording, decide. Adds a warning if it is fewer than 16.
 void find_bits(SequenceScan& scan);
@@ -122,15 +119,8 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
 /// Rectifier does.
 void set_rig(StereoSequence& sequence, const StereoRig& rig);
 
-/// A left and a right image to load as a pair, which may differ from the pairs of the recording.
-struct PairChoice {
-  std::size_t left = 0;  ///< index of the frame of the left image
-  std::size_t right = 0;
-  bool swapped = false;  ///< use each image for the other camera
-};
-
-/// Reads the two images of a choice and rectifies them. Throws like load_frame.
-[[nodiscard]] StereoFrame load_pair(const StereoSequence& sequence, const PairChoice& choice);
+/// The images of a left frame and of a right one, as they were taken. Throws like load_frame.
+[[nodiscard]] RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::size_t right);
 
 /// Whether both cameras have the same image in frame `index`, before rectification. Throws like load_frame.
 [[nodiscard]] bool has_one_image_twice(const StereoSequence& sequence, std::size_t index);

@@ -1,37 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
-#include "stereo_slam/core/types.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/dataset/stereo_agreement.hpp"
 
 namespace stereo_slam {
 
-/// How well image pairs agree with a rectified stereo camera.
-struct StereoAgreement {
-  std::size_t matches = 0;
-  double row_offset_px = 0.0;  ///< median of |v_left - v_right|: the rectification error plus 0.1 px of noise
-  double median_disparity_px = 0.0;  ///< of u_left - u_right
-  double beyond_share = 0.0;         ///< share of the matches with a disparity beyond +-1 px
-  double negative_share = 0.0;       ///< share of these whose disparity is negative
-
-  static constexpr std::size_t kEnoughMatches = 50;  ///< with fewer the check is inconclusive
-
-  [[nodiscard]] bool conclusive() const { return matches >= kEnoughMatches; }
-};
-
-/// Up to `count` indices spread over a sequence of `frames`; the first one is 0.
-[[nodiscard]] std::vector<std::size_t> spread(std::size_t frames, std::size_t count);
-
-/// Matches ORB features between the two images of each frame, to sub-pixel accuracy and without assuming
-/// rectification.
-[[nodiscard]] StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames);
-
 /// The problems that the agreement shows. `frames` are the frames of the sequence that were compared; without
-/// them other pairings are not tried. Errors: swapped cameras. Warnings: hardly any matches, identical
-/// images, right images of the frame before or after, no rectification.
+/// them no cause is looked for. If the images do not agree, mistakes are tried that explain it (see
+/// cause_of_disagreement); if none does, the problems say what is seen.
 [[nodiscard]] std::vector<Problem> problems_of(const StereoAgreement& agreement,
                                                const StereoSequence& sequence,
                                                const std::vector<StereoFrame>& frames = {});

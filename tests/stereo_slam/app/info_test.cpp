@@ -127,7 +127,46 @@ TEST_CASE("Images without texture allow no verdict on the cameras", "[info]") {
   CHECK(info.errors == 0);
   CHECK_THAT(info.text, !Catch::Contains("stereo check"));
   CHECK_THAT(info.text, Catch::Contains("only 0 features match") &&
-                            Catch::Contains("verdict       usable, but see the 1 warning above"));
+                            Catch::Contains("of image_0 and image_1 are dark, blank or blurred") &&
+                            Catch::Contains("verdict       unknown"));
+}
+
+TEST_CASE("Images of two scenes are not called dark, and their recording is not called usable", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    cv::Mat other(TinySequence::kHeight, TinySequence::kWidth, CV_8UC1);
+    cv::RNG random(8);
+    for (int i = 0; i < 4; ++i) {
+      random.fill(other, cv::RNG::UNIFORM, 0, 256);
+      cv::GaussianBlur(other, other, {0, 0}, 1.5);
+      cv::normalize(other, other, 0, 255, cv::NORM_MINMAX);
+      cv::imwrite((folder / "image_1" / frame_name(i)).string(), other);
+    }
+  });
+  CHECK(info.errors == 0);
+  CHECK_THAT(info.text, Catch::Contains("do not seem to show the same scene") && !Catch::Contains("dark") &&
+                            Catch::Contains("verdict       unknown"));
+}
+
+TEST_CASE("Nothing is said about the contents of images that cannot be read", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    for (int i = 0; i < 4; ++i) write_text(folder / "image_1" / frame_name(i), "no image");
+  });
+  CHECK(info.errors >= 1);
+  CHECK_THAT(info.text, !Catch::Contains("features match") && !Catch::Contains("same scene") &&
+                            Catch::Contains("not usable as a whole"));
+}
+
+TEST_CASE("Images that are damaged behind their header are not called dark", "[info]") {
+  const auto info = info_after([](const fs::path& folder) {
+    for (int i = 0; i < 4; ++i) {
+      const auto file = folder / "image_1" / frame_name(i);
+      std::string bytes = read_text(file);
+      for (std::size_t k = bytes.size() / 2; k < bytes.size() / 2 + 40; ++k) bytes[k] = '\x55';
+      write_text(file, bytes);
+    }
+  });
+  CHECK(info.errors >= 1);
+  CHECK_THAT(info.text, !Catch::Contains("features match") && Catch::Contains("not usable as a whole"));
 }
 
 TEST_CASE("Left and right images that are the same draw a warning", "[info]") {

@@ -177,10 +177,19 @@ TEST_CASE("Stamps in another unit, and a calibration of another camera, give a w
       Catch::Contains("the principal point (60, 110) for images of 320x120 px, far from their middle"));
   CHECK_THAT(
       warning_with("rectified: {fx: 400, fy: 400, cx: 310, cy: 118, baseline_m: 0.4}\n"),
-      Catch::Contains("of images 2 times as wide and high: use these, or multiply its values in pixels "
-                      "by 0.5"));
+      Catch::Contains("looks made for images of about 625x234 px; use images of that size, or multiply"));
   CHECK_THAT(warning_with("rectified: {fx: 100, fy: 100, cx: 80, cy: 30, baseline_m: 0.4}\n"),
-             Catch::Contains("of images 0.5 times as wide and high"));
+             Catch::Contains("looks made for images of about 160x60 px") && Catch::Contains("about 2.00"));
+  for (const auto* centre : {"cx: 107, cy: 40", "cx: 142, cy: 53.3", "cx: 240, cy: 90"}) {
+    CHECK_THAT(warning_with(fmt::format("rectified: {{fx: 200, fy: 200, {}, baseline_m: 0.4}}\n", centre)),
+               Catch::Contains("the calibration looks made for images of about"));
+  }
+  CHECK_THAT(warning_with("rectified: {fx: 200, fy: 200, cx: 160, cy: 80, baseline_m: 0.4}\n"),
+             Catch::Contains("subtract from cy the rows that were cut off at the top"));
+  CHECK_THAT(warning_with("rectified: {fx: 200, fy: 200, cx: 130, cy: 60, baseline_m: 0.4}\n"),
+             Catch::Contains("subtract from cx the columns that were cut off at the left"));
+  CHECK_THAT(warning_with("rectified: {fx: 200, fy: 200, cx: 62, cy: 119, baseline_m: 0.4}\n"),
+             Catch::Contains("far from their middle; check that"));
   const TemporaryFolder folder;
   write_tiny_folders(folder.path(), 3);
   write_text(folder / "calibration.yaml", tiny_calibration(""));
@@ -218,7 +227,7 @@ TEST_CASE("A wrong calibration of an own camera is refused with file and line", 
              Catch::Contains("the principal point (960, 60) lies outside the 320x120 images"));
   CHECK_THAT(error_with(tiny_calibration() + "T_right_left: [1]\n"),
              Catch::Contains("yaml:3: T_right_left is of raw"));
-  CHECK_THAT(raw("-0.4", "0.4"), Catch::Contains("to the left of the left one; swap the two cameras"));
+  CHECK_THAT(raw("-0.4", "0.4"), Catch::Contains("the transformation between the cameras looks inverted"));
   CHECK_THAT(raw("T_right_left", "T_left_right"), Catch::Contains("unknown key T_left_right"));
   CHECK_THAT(raw("1, 0.1]", "1, 1e300]"),
              Catch::Contains("calibration.yaml:11: T_body_left has a translation of 1e+300 m; give it in"));

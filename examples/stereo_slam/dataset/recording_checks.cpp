@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/recording_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "stereo_slam/dataset/recording_hypotheses.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// Where a centre lies, relative to the middle of the image: 1 is the middle.
+[[nodiscard]] double relative(double centre_px, int size_px) { return 2.0 * centre_px / size_px; }
+
+/// What an off-centre principal point means; empty if it is not far off.
+[[nodiscard]] std::string centre_advice(const ImageCentre& centre) {
+  constexpr double kFar = 0.15;  // rectified images of good cameras have up to 0.08
+  constexpr double kExchanged = 0.1;
+  const double x = relative(centre.cx, centre.width_px);
+  const double y = relative(centre.cy, centre.height_px);
+  if (const auto factor = size_factor(centre)) return other_size_text(centre, *factor);
+  const bool far_x = std::abs(x - 1.0) > kFar;
+  const bool far_y = std::abs(y - 1.0) > kFar;
+  if (!far_x && !far_y) return "";
+  if (std::abs(relative(centre.cy, centre.width_px) - 1.0) < kExchanged &&
+      std::abs(relative(centre.cx, centre.height_px) - 1.0) < kExchanged)
+    return "cx and cy look exchanged";
+  if (far_x && far_y)
+    return "check that it is of this camera, of images of this size, and in the order cx, cy";
+  const auto [name, first, last, lines] =
+      far_x ? std::tuple("cx", "left", "right", "columns") : std::tuple("cy", "top", "bottom", "rows");
+  return fmt::format(
+      "if the images were cropped after the calibration, subtract from {} the {} that were cut off at the "
+      "{}; "
+      "if they were cropped at the {} only, nothing is wrong",
+      name, lines, first, last);
+}
+
+void check_centre(SequenceScan& scan) {
+  const ImageCentre centre = centre_of(scan.sequence);
+  const std::string advice = centre_advice(centre);
+  if (advice.empty()) return;
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format("{}: the calibration gives the principal point ({:.4g}, {:.4g}) for images of {}x{} px, "
+                   "far from their middle; {}",
+                   scan.sequence.folder.string(), centre.cx, centre.cy, centre.width_px, centre.height_px,
+                   advice)});
+}
+
+/// Warns about a field of view that no lens has after rectification, and about a principal point far from the
+/// middle of the image.
+void check_view(SequenceScan& scan) {
+  constexpr double kNarrowest_deg = 5.0;
+  constexpr double kWidest_deg = 150.0;
+  const auto& camera = scan.sequence.camera;
+  if (!(camera.fx > 0.0) || camera.width_px <= 0 || camera.height_px <= 0) return;
+  const std::string name = scan.sequence.folder.string();
+  const double view_deg = 360.0 / std::numbers::pi * std::atan(0.5 * camera.width_px / camera.fx);
+  if (view_deg < kNarrowest_deg || view_deg > kWidest_deg) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format(
+             "{}: the calibration gives a focal length of {:.4g} px for images {} px wide, a field of "
+             "view of {:.3g} degrees; check that it is of this camera and in pixels",
+             name, camera.fx, camera.width_px, view_deg)});
+  }
+  check_centre(scan);
+}
+
+/// The median time between two frames, s. A pause of the recording does not change it.
+[[nodiscard]] double usual_interval_s(const std::vector<StereoFiles>& frames) {
+  std::vector<double> intervals_s;
+  for (std::size_t i = 1; i < frames.size(); ++i)
+    intervals_s.push_back(
+        1e-9 * (static_cast<double>(frames[i].stamp_ns) - static_cast<double>(frames[i - 1].stamp_ns)));
+  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>((intervals_s.size() - 1) / 2);
+  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
+  return *middle;
+}
+
+/// What to do about a baseline that is too long to be in metres: the units in which it would be an ordinary
+/// one.
+[[nodiscard]] std::string unit_advice(double baseline) {
+  constexpr double kUsualShortest_m = 0.02;
+  constexpr double kUsualLongest_m = 1.5;
+  struct LengthUnit {
+    std::string_view name;
+    double per_metre;
+  };
+  std::string advice;
+  for (const auto& [name, per_metre] :
+       {LengthUnit{"centimetres", 100.0}, LengthUnit{"millimetres", 1000.0}}) {
+    const double baseline_m = baseline / per_metre;
+    if (baseline_m < kUsualShortest_m || baseline_m > kUsualLongest_m) continue;
+    advice += fmt::format("{}if these are {}, divide the translation by {} (to {:.4g} m)",
+                          advice.empty() ? "" : "; ", name, per_metre, baseline_m);
+  }
+  return advice.empty() ? "few cameras are so far apart, so check the translation" : advice;
+}
+
+}  // namespace
+
+ImageCentre centre_of(const StereoSequence& sequence) {
+  if (!sequence.rig) {
+    const auto& camera = sequence.camera;
+    return {camera.cx, camera.cy, camera.width_px, camera.height_px};
+  }
+  const auto& [left, right] = std::pair(sequence.rig->left, sequence.rig->right);
+  return {0.5 * (left.cx + right.cx), 0.5 * (left.cy + right.cy), left.width_px, left.height_px};
+}
+
+std::optional<double> size_factor(const ImageCentre& centre) {
+  constexpr double kClear = 0.08;
+  constexpr double kAlike = 0.06;
+  const double x = relative(centre.cx, centre.width_px);
+  const double y = relative(centre.cy, centre.height_px);
+  const bool smaller = x < 1.0 - kClear && y < 1.0 - kClear;
+  const bool larger = x > 1.0 + kClear && y > 1.0 + kClear;
+  if (!(x > 0.0 && y > 0.0) || !(smaller || larger) || std::abs(x / y - 1.0) > kAlike) return std::nullopt;
+  return 2.0 / (x + y);
+}
+
+std::string other_size_text(const ImageCentre& centre, double factor) {
+  return fmt::format(
+      "the calibration looks made for images of about {:.0f}x{:.0f} px; use images of that size, "
+      "or multiply its values in pixels by the ratio of the widths, about {:.2f}",
+      centre.width_px / factor, centre.height_px / factor, factor);
+}
+
+void check_rig(SequenceScan& scan) {
+  if (auto cause = cause_of_rejected_rig(scan.sequence))
+    scan.problems.insert(scan.problems.begin(), std::move(*cause));
+}
+
+void check_frame_rate(SequenceScan& scan) {
+  constexpr double kFastest_hz = 1000.0;
+  constexpr double kSlowest_hz = 0.1;
+  const auto& frames = scan.sequence.frames;
+  if (scan.sequence.live || frames.size() < 2) return;
+  const double interval_s = usual_interval_s(frames);
+  if (!(interval_s > 0.0) || (interval_s >= 1.0 / kFastest_hz && interval_s <= 1.0 / kSlowest_hz)) return;
+  scan.problems.push_back({Problem::Severity::kWarning,
+                           fmt::format("{}: its stamps are {:.3g} s apart, {:.4g} frames per second; check "
+                                       "their unit (those in times.txt are in seconds)",
+                                       scan.sequence.folder.string(), interval_s, 1.0 / interval_s)});
+}
+
+void check_camera(SequenceScan& scan) {
+  constexpr double kShortest_m = 0.005;
+  constexpr double kLongest_m = 3.0;
+  constexpr double kLeast = 1e-6;  // bounds of the focal lengths, px, and of the baseline, m
+  constexpr double kMost = 1e6;
+  const auto& camera = scan.sequence.camera;
+  const double baseline_m = camera.baseline_m;
+  const auto is_sane = [&](double value) { return value >= kLeast && value <= kMost; };
+  if (camera.fx > 0.0 && !(is_sane(camera.fx) && is_sane(camera.fy) && is_sane(baseline_m))) {
+    scan.problems.push_back(
+        {Problem::Severity::kError,
+         fmt::format(
+             "{}: the calibration gives focal lengths of {:.4g} and {:.4g} px and a baseline of {:.4g} m; "
+             "each must be from {} to {}",
+             scan.sequence.folder.string(), camera.fx, camera.fy, baseline_m, kLeast, kMost)});
+    return;
+  }
+  constexpr double kMostOblong = 2.0;
+  if (camera.fx > 0.0 && std::max(camera.fx / camera.fy, camera.fy / camera.fx) > kMostOblong) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format(
+             "{}: the calibration gives focal lengths of {:.4g} and {:.4g} px; pixels are nearly square, so "
+             "one of the two is wrong",
+             scan.sequence.folder.string(), camera.fx, camera.fy)});
+  }
+  check_view(scan);
+  if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
+  const std::string advice = baseline_m > kLongest_m ? unit_advice(baseline_m)
+                                                     : "multiply the translation by the length of its unit, "
+                                                       "or by the width of a square of the calibration "
+                                                       "board";
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres; {}",
+                   scan.sequence.folder.string(), baseline_m, advice)});
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// How well image pairs agree with a rectified stereo camera.
+struct StereoAgreement {
+  std::size_t left_features = 0;  ///< found in all left images
+  std::size_t right_features = 0;
+  std::size_t matches = 0;
+  double row_offset_px = 0.0;  ///< median of |v_left - v_right|: the rectification error plus 0.1 px of noise
+  double median_disparity_px = 0.0;  ///< of u_left - u_right
+  double beyond_share = 0.0;         ///< share of the matches with a disparity beyond +-1 px
+  double negative_share = 0.0;       ///< share of these whose disparity is negative
+
+  static constexpr std::size_t kEnoughMatches = 50;  ///< with fewer the check is inconclusive
+
+  static constexpr std::size_t kFewFeatures = 4 * kEnoughMatches;  ///< a quarter of them match in most images
+
+  [[nodiscard]] bool conclusive() const { return matches >= kEnoughMatches; }
+};
+
+/// Up to `count` indices spread over a sequence of `frames`; the first one is 0.
+[[nodiscard]] std::vector<std::size_t> spread(std::size_t frames, std::size_t count);
+
+/// Matches ORB features between the two images of each frame, to sub-pixel accuracy and without assuming
+/// rectification.
+[[nodiscard]] StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames);
+
+}  // namespace stereo_slam

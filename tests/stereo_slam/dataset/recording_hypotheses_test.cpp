@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#include "simulator/recording/simulate.hpp"
+#include "simulator/rendering/lens_view.hpp"
+#include "stereo_slam/dataset/recording_checks.hpp"
+#include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+constexpr int kFrames = 12;
+
+/// A rendered drive, raw or rectified.
+struct Drive {
+  TemporaryFolder folder;
+  StereoSequence sequence;
+
+  explicit Drive(bool raw) {
+    simulator::SimulationSettings settings;
+    settings.frames = kFrames;
+    settings.samples_per_pixel = 4;
+    settings.texture_size_px = 256;
+    if (raw) {
+      settings.rig = simulator::euroc_like_rig(Distortion::kRadTan, 0.5);
+    } else {
+      settings.camera = {496, 150, 287.5, 287.5, 242.9, 74.1};
+    }
+    simulator::simulate(settings, folder.path());
+    sequence = open_sequence(folder.path(), "auto");
+  }
+};
+
+/// What is said of a recording.
+std::string text_of_problems(const StereoSequence& sequence) {
+  std::vector<StereoFrame> frames;
+  for (const std::size_t i : spread(sequence.frames.size(), 5)) frames.push_back(load_frame(sequence, i));
+  std::string text;
+  for (const auto& problem : problems_of(check_stereo_agreement(frames), sequence, frames))
+    text += problem.text + "\n";
+  return text;
+}
+
+/// The recording with the right images of later frames (or the left ones, if negative).
+StereoSequence delayed(const StereoSequence& sequence, int frames) {
+  StereoSequence result = sequence;
+  const auto count = static_cast<std::size_t>(std::abs(frames));
+  result.frames.resize(sequence.frames.size() - count);
+  for (std::size_t i = 0; i < result.frames.size(); ++i) {
+    if (frames > 0)
+      result.frames[i].right = sequence.frames[i + count].right;
+    else
+      result.frames[i].left = sequence.frames[i + count].left;
+  }
+  return result;
+}
+
+/// The recording with flipped images of one camera (code of cv::flip).
+StereoSequence flipped(const StereoSequence& sequence, bool left, int code, const fs::path& folder) {
+  StereoSequence result = sequence;
+  fs::create_directories(folder);
+  for (std::size_t i = 0; i < result.frames.size(); ++i) {
+    auto& file = left ? result.frames[i].left : result.frames[i].right;
+    cv::Mat image;
+    cv::flip(cv::imread(file.string(), cv::IMREAD_GRAYSCALE), image, code);
+    file = folder / frame_name(static_cast<int>(i));
+    cv::imwrite(file.string(), image);
+  }
+  return result;
+}
+
+/// The recording with another calibration. A rig that is refused leaves it without a rectifier.
+SequenceScan with_rig(const StereoSequence& sequence, const StereoRig& rig) {
+  SequenceScan scan{.sequence = sequence, .problems = {}};
+  scan.sequence.rectifier = nullptr;
+  scan.sequence.camera = {};
+  attempt(scan.problems, Problem::Severity::kError, [&] { set_rig(scan.sequence, rig); });
+  check_rig(scan);
+  return scan;
+}
+
+void swap_images(StereoSequence& sequence) {
+  for (auto& files : sequence.frames) std::swap(files.left, files.right);
+}
+
+}  // namespace
+
+TEST_CASE("Images of another frame are named with the number of frames, raw or rectified", "[hypotheses]") {
+  for (const bool raw : {true, false}) {
+    const Drive drive(raw);
+    CHECK(text_of_problems(drive.sequence).empty());
+    const std::string right = drive.sequence.right_name;
+    const std::string left = drive.sequence.left_name;
+    for (const auto& [frames, expected] : {std::pair(1, "one frame early"), std::pair(-1, "one frame late"),
+                                           std::pair(3, "3 frames early"), std::pair(-3, "3 frames late")}) {
+      CAPTURE(raw, frames);
+      const auto text = text_of_problems(delayed(drive.sequence, frames));
+      CHECK_THAT(text, Catch::Contains(fmt::format("the images of {} look {}", right, expected)) &&
+                           !Catch::Contains("swapped"));
+      CHECK_THAT(text, Catch::Contains(fmt::format("of {}, or correct", frames > 0 ? left : right)));
+    }
+  }
+}
+
+TEST_CASE("Swapped images and images of one camera that are turned or mirrored are named", "[hypotheses]") {
+  for (const bool raw : {true, false}) {
+    const Drive drive(raw);
+    StereoSequence swapped = drive.sequence;
+    swap_images(swapped);
+    CHECK_THAT(text_of_problems(swapped), Catch::Contains("look swapped"));
+    for (const auto& [code, how] : {std::pair(-1, "turned by 180 degrees"), std::pair(1, "mirrored")}) {
+      for (const bool left : {true, false}) {
+        CAPTURE(raw, code, left);
+        const auto folder = drive.folder / fmt::format("flipped_{}_{}", code, left);
+        const auto text = text_of_problems(flipped(drive.sequence, left, code, folder));
+        const auto& name = left ? drive.sequence.left_name : drive.sequence.right_name;
+        CHECK_THAT(text, Catch::Contains(fmt::format("the images of {} look {}", name, how)) &&
+                             !Catch::Contains("swapped"));
+      }
+    }
+  }
+}
+
+TEST_CASE("Mistakes in the calibration of raw cameras are named", "[hypotheses]") {
+  const Drive drive(true);
+  const StereoRig rig = *drive.sequence.rig;
+  StereoRig transposed = rig;
+  transposed.T_right_left.linear().transposeInPlace();
+  CHECK_THAT(text_of_problems(with_rig(drive.sequence, transposed).sequence),
+             Catch::Contains("rotation between the cameras looks transposed") && !Catch::Contains("swapped"));
+  StereoRig exchanged = rig;
+  std::swap(exchanged.left, exchanged.right);
+  CHECK_THAT(text_of_problems(with_rig(drive.sequence, exchanged).sequence),
+             Catch::Contains("lenses of the two cameras look exchanged") && !Catch::Contains("swapped"));
+  StereoRig other = rig;
+  other.T_right_left.linear() =
+      Eigen::AngleAxisd(0.02, Eigen::Vector3d(1.0, 0.5, 1.0).normalized()) * rig.T_right_left.linear();
+  CHECK_THAT(text_of_problems(with_rig(drive.sequence, other).sequence),
+             Catch::Contains("the calibration does not fit these images") && !Catch::Contains("look"));
+}
+
+TEST_CASE("A rig with the right camera on the left is explained by the images", "[hypotheses]") {
+  const Drive drive(true);
+  const StereoRig rig = *drive.sequence.rig;
+  const auto first = [](const SequenceScan& scan) {
+    REQUIRE_FALSE(scan.problems.empty());
+    CHECK(is_error(scan.problems.front()));
+    return scan.problems.front().text;
+  };
+  StereoRig inverse = rig;
+  inverse.T_right_left = rig.T_right_left.inverse();
+  CHECK_THAT(
+      first(with_rig(drive.sequence, inverse)),
+      Catch::Contains("transformation between the cameras looks inverted") && !Catch::Contains("swapped"));
+  StereoRig exchanged = inverse;
+  std::swap(exchanged.left, exchanged.right);
+  CHECK_THAT(first(with_rig(drive.sequence, exchanged)),
+             Catch::Contains("the calibrations of the two cameras look exchanged"));
+  StereoSequence swapped = drive.sequence;
+  swap_images(swapped);
+  CHECK_THAT(first(with_rig(swapped, exchanged)),
+             Catch::Contains("look swapped, with the calibration of each"));
+  StereoRig position = rig;
+  position.T_right_left.translation() = rig.T_right_left.inverse().translation();
+  CHECK_THAT(first(with_rig(drive.sequence, position)),
+             Catch::Contains("looks like the position of the right"));
+  StereoRig sensors = rig;
+  const Eigen::Isometry3d T_body_right = *rig.T_body_left * rig.T_right_left.inverse();
+  sensors.T_body_left = rig.T_body_left->inverse();
+  sensors.T_right_left = T_body_right * rig.T_body_left->inverse();
+  CHECK_THAT(first(with_rig(drive.sequence, sensors)),
+             Catch::Contains("T_BS of both cameras looks inverted"));
+
+  StereoSequence blank = drive.sequence;  // nothing is guessed
+  for (auto& files : blank.frames) files.right = files.left;
+  const auto scan = with_rig(blank, inverse);
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(scan.problems[0].text,
+             Catch::Contains("to the left of the left one; exchange the two cameras, or"));
+}
