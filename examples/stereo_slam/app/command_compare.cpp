@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "stereo_slam/app/command.hpp"
+#include "stereo_slam/app/messages.hpp"
+#include "stereo_slam/evaluation/file_warnings.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/report/comparison.hpp"
@@ -39,6 +42,19 @@ void check_page(const CompareArguments& arguments) {
   require_writable(arguments.output);
 }
 
+/// Prints what makes the errors of a run mean something else than they seem to. The page says so if its poses
+/// do not match.
+void warn_of_files(const TrajectoryFile& truth, const report::RunFolder& run, double max_difference_s) {
+  TrajectoryFile estimate{run.folder, run.trajectory};
+  if (truth.trajectory.stamps_ns.empty()) estimate.trajectory.stamps_ns.clear();  // match by index
+  try {
+    const auto pairs = match_poses(truth.trajectory, estimate.trajectory, max_difference_s);
+    for (const auto& warning : file_warnings(truth, estimate, pairs))
+      print_message(fmt::format("warning: {}: {}", run.folder.string(), warning));
+  } catch (const std::runtime_error&) {
+  }
+}
+
 int compare_command(const CompareArguments& arguments) {
   check_page(arguments);
   std::vector<report::RunFolder> runs;
@@ -48,6 +64,10 @@ int compare_command(const CompareArguments& arguments) {
     truth = {.trajectory = read_trajectory(*arguments.ground_truth),
              .max_difference_s = arguments.max_difference_s};
   write_file(arguments.output, [&](std::ostream& out) { report::write_comparison(out, runs, truth); });
+  if (truth) {
+    for (const auto& run : runs)
+      warn_of_files({*arguments.ground_truth, truth->trajectory}, run, arguments.max_difference_s);
+  }
   fmt::print("{} run{} compared in {}\n", runs.size(), runs.size() == 1 ? "" : "s",
              arguments.output.string());
   return kDone;

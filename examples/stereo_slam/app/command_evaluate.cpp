@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -12,10 +11,12 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "stereo_slam/app/command.hpp"
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
+#include "stereo_slam/evaluation/file_warnings.hpp"
 #include "stereo_slam/evaluation/loop_score.hpp"
 #include "stereo_slam/evaluation/nees.hpp"
 #include "stereo_slam/io/output_file.hpp"
@@ -124,48 +125,6 @@ auto compare_files(const std::string& first, const std::string& second, const Co
   }
 }
 
-/// Reads a trajectory, and prints what the user should know about the reading.
-[[nodiscard]] Trajectory read_with_remarks(const fs::path& file, std::optional<TrajectoryFormat> format) {
-  Trajectory trajectory = read_trajectory(file, format);
-  for (const auto& remark : trajectory.remarks)
-    print_message(fmt::format("warning: {}: {}", file.string(), remark));
-  return trajectory;
-}
-
-void warn_of_lengths(const EvaluateArguments& arguments, const Trajectory& truth,
-                     const Trajectory& estimate) {
-  if (!truth.stamps_ns.empty() || !estimate.stamps_ns.empty()) return;
-  if (truth.poses.size() == estimate.poses.size() || !truth.frames.empty() || !estimate.frames.empty())
-    return;
-  print_message(
-      fmt::format("warning: {} ground-truth and {} estimated poses without stamps, in {} and {}; they are "
-                  "paired from the first one on",
-                  truth.poses.size(), estimate.poses.size(), arguments.ground_truth.string(),
-                  arguments.estimate.string()));
-}
-
-/// A difference of the units, or of the clocks, may leave a few poses that match by chance.
-void warn_of_few_matches(const Trajectory& truth, const Trajectory& estimate, std::size_t matched) {
-  if (2 * matched >= std::min(truth.poses.size(), estimate.poses.size())) return;
-  print_message(fmt::format("warning: only {} of {} ground-truth and {} estimated poses match; {}", matched,
-                            truth.poses.size(), estimate.poses.size(), describe_ranges(truth, estimate)));
-}
-
-/// Other programs write a stamp twice now and then, with two poses that differ little.
-void warn_of_repeated_stamps(const std::filesystem::path& file, const Trajectory& trajectory) {
-  constexpr double kAlike_m = 0.05;
-  std::size_t count = 0;
-  for (std::size_t i = 1; i < trajectory.stamps_ns.size(); ++i) {
-    const double apart_m = (trajectory.poses[i].translation() - trajectory.poses[i - 1].translation()).norm();
-    if (trajectory.stamps_ns[i] == trajectory.stamps_ns[i - 1] && !(apart_m <= kAlike_m)) ++count;
-  }
-  if (count == 0) return;
-  print_message(
-      fmt::format("warning: {}: {} {} the stamp of the pose before, more than {} m away; one of the "
-                  "two is not used",
-                  file.string(), count, count == 1 ? "pose has" : "poses have", kAlike_m));
-}
-
 /// Prints the score of the covariances; returns it as a member of the JSON file.
 [[nodiscard]] std::string evaluate_covariances(const EvaluateArguments& arguments, const Trajectory& truth,
                                                const Trajectory& estimate, const FramePairs& pairs) {
@@ -194,24 +153,28 @@ void warn_of_repeated_stamps(const std::filesystem::path& file, const Trajectory
   return "\"loops\": " + loop_score_json(loops);
 }
 
+constexpr auto kReplaceInvalid = nlohmann::json::error_handler_t::replace;  // names that are not UTF-8
+
 int evaluate_command(const EvaluateArguments& arguments) {
   check_json(arguments);
-  const Trajectory truth = read_with_remarks(arguments.ground_truth, arguments.format);
-  const Trajectory estimate = read_with_remarks(arguments.estimate, arguments.format);
-  warn_of_lengths(arguments, truth, estimate);
-  warn_of_repeated_stamps(arguments.ground_truth, truth);
-  warn_of_repeated_stamps(arguments.estimate, estimate);
+  const TrajectoryFile true_file{arguments.ground_truth,
+                                 read_trajectory(arguments.ground_truth, arguments.format)};
+  const TrajectoryFile file{arguments.estimate, read_trajectory(arguments.estimate, arguments.format)};
+  const Trajectory& truth = true_file.trajectory;
+  const Trajectory& estimate = file.trajectory;
   const auto [evaluation, pairs] =
       compare_files(named(arguments.ground_truth, truth.poses.size(), "poses"),
                     named(arguments.estimate, estimate.poses.size(), "poses"), [&] {
                       return std::pair(evaluate(truth, estimate, arguments.max_difference_s),
                                        match_poses(truth, estimate, arguments.max_difference_s));
                     });
-  warn_of_few_matches(truth, estimate, pairs.size());
+  const auto warnings = file_warnings(true_file, file, pairs);
+  for (const auto& warning : warnings) print_message("warning: " + warning);
   print_evaluation(std::cout, evaluation);
   std::vector<std::string> members;
   if (arguments.covariances) members.push_back(evaluate_covariances(arguments, truth, estimate, pairs));
   if (arguments.loops) members.push_back(evaluate_loops(arguments, truth, estimate, pairs));
+  members.push_back("\"warnings\": " + nlohmann::json(warnings).dump(-1, ' ', false, kReplaceInvalid));
   if (arguments.json) {
     write_file(*arguments.json, [&, &scores = evaluation](std::ostream& out) {
       write_evaluation_json(out, scores, fmt::format("{}", fmt::join(members, ",\n  ")));

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/io/covariance_columns.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
@@ -144,6 +146,31 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
   }
 }
 
+/// Throws std::runtime_error unless the first line has the names of the columns.
+void check_header(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
+  const auto names = [](std::string_view text) {
+    const auto fields = split_fields(text);
+    return std::multiset<std::string_view>(fields.begin(), fields.end());
+  };
+  const std::string usual = covariance_columns();
+  if (!lines.empty() && lines.front().text == usual) return;
+  if (!lines.empty() && names(lines.front().text) == names(usual))
+    fail(file, "its columns are in another order than those that `run` writes; restore their order");
+  if (lines.empty() || !lines.front().text.starts_with("stamp_s,status,"))
+    fail(file, "not a covariances.csv: the header stamp_s,status,... is missing");
+  fail(file, "its columns are not those of this version of stereo_slam; run this version on the recording");
+}
+
+/// What is wrong with a row of which a field cannot be read.
+[[nodiscard]] std::string fault_of_row(const std::vector<std::string_view>& fields) {
+  const std::string expected = fmt::format("expected stamp, status and {} numbers", kColumns - 2);
+  if (fields.size() != kColumns) return fmt::format("{}, not {} fields", expected, fields.size());
+  const auto wrong =
+      std::find_if(fields.begin() + 2, fields.end(), [](auto field) { return !parse_numbers(field); });
+  if (wrong == fields.end()) return fmt::format("{}; '{}' is not a stamp", expected, fields[0]);
+  return fmt::format("{}; '{}' is not a finite number", expected, *wrong);
+}
+
 }  // namespace
 
 bool is_same_stamp(std::int64_t a_ns, std::int64_t b_ns) {
@@ -154,15 +181,7 @@ bool is_same_stamp(std::int64_t a_ns, std::int64_t b_ns) {
 std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
   std::vector<CovarianceRow> rows;
   auto lines = read_text_lines(file);
-  if (lines.empty() || !lines.front().text.starts_with("stamp_s,status,")) {
-    throw std::runtime_error(
-        fmt::format("{}: not a covariances.csv: the header stamp_s,status,... is missing", file.string()));
-  }
-  if (lines.front().text != covariance_columns()) {
-    throw std::runtime_error(fmt::format(
-        "{}: its columns are not those of this version of stereo_slam; run this version on the recording",
-        file.string()));
-  }
+  check_header(file, lines);
   require_line_end(file, lines);
   rows.reserve(lines.size() - 1);
   for (std::size_t i = 1; i < lines.size(); ++i) {
@@ -174,8 +193,7 @@ std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
                              : std::nullopt;
     const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
     if (!stamp_ns) {
-      throw std::runtime_error(
-          at_line(file, number, fmt::format("expected stamp, status and {} numbers", kColumns - 2)));
+      throw std::runtime_error(at_line(file, number, fault_of_row(fields)));
     }
     if (!is_status(fields[1])) {
       throw std::runtime_error(at_line(file, number, fmt::format("\"{}\" is not a status", fields[1])));
@@ -237,6 +255,10 @@ std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise&
 NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
                              const std::vector<CovarianceRow>& rows, const GroundTruthNoise& noise) {
   require_same_run(estimate, rows);
+  if (std::all_of(rows.begin(), rows.end(),
+                  [](const CovarianceRow& row) { return row.relative.isZero(0.0); }))
+    throw std::runtime_error(
+        "all covariances of relative poses are zero; give a covariances.csv as `run` wrote it");
   TrackedRun run{.rows = rows, .poses = dual_quaternions(estimate.poses), .true_poses = {}};
   run.true_poses.resize(run.poses.size());
   for (const auto& [i, j] : pairs) run.true_poses[j] = Pose::from_isometry(truth.poses[i]);

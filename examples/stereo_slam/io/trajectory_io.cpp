@@ -14,6 +14,7 @@
 #include <fmt/ostream.h>
 
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/position_digits.hpp"
 #include "stereo_slam/io/stamp_unit.hpp"
 #include "stereo_slam/io/table_row.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -98,8 +99,14 @@ Eigen::Isometry3d pose_of(const TrajectoryLayout& layout, const Fields& fields) 
   return pose_from_matrix(matrix_at(numbers, layout.matrix));
 }
 
+/// What is read from the rows besides the poses.
+struct WrittenRows {
+  WrittenStamps stamps;
+  PositionDigits digits;
+};
+
 void append_row(Trajectory& trajectory, const TrajectoryLayout& layout, const std::string& text,
-                WrittenStamps& stamps) {
+                WrittenRows& written) {
   refuse_decimal_commas(text);
   const Fields fields = split_row(text, layout.separator);
   if (fields.size() != layout.fields) {
@@ -107,7 +114,9 @@ void append_row(Trajectory& trajectory, const TrajectoryLayout& layout, const st
         fmt::format("{} fields, but the first row has {}", fields.size(), layout.fields));
   }
   trajectory.poses.push_back(pose_of(layout, fields));
-  if (layout.columns || layout.matrix.first == 1) append_stamp(stamps, layout, fields);
+  if (layout.columns || layout.matrix.first == 1) append_stamp(written.stamps, layout, fields);
+  const auto [x, y, z] = position_columns(layout);
+  written.digits.add({fields[x], fields[y], fields[z]});
 }
 
 /// Whether numbers in front of matrices count frames, and are no stamps.
@@ -176,19 +185,21 @@ Trajectory read_trajectory(const std::filesystem::path& file, std::optional<Traj
   require_line_end(file, lines.rows);
   Trajectory trajectory;
   const TrajectoryLayout layout = layout_of(file, lines, format);
-  WrittenStamps stamps;
+  WrittenRows written;
   trajectory.poses.reserve(lines.rows.size());
   int number = lines.rows.front().number;
   try {
     for (const auto& line : lines.rows) {
       number = line.number;
-      append_row(trajectory, layout, line.text, stamps);
+      append_row(trajectory, layout, line.text, written);
     }
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(at_line(file, number, error.what()));
   }
   trajectory.format = layout.format;
   trajectory.remarks = layout.remarks;
+  if (const auto remark = written.digits.remark(trajectory.poses)) trajectory.remarks.push_back(*remark);
+  const WrittenStamps& stamps = written.stamps;
   if (are_frame_numbers(layout, stamps)) {
     trajectory.frames.assign(stamps.values.begin(), stamps.values.end());
     trajectory.remarks.emplace_back("its first column is taken as the number of the frame");

@@ -138,7 +138,9 @@ void use_order(Fields row, std::optional<TrajectoryFormat> format, TrajectoryLay
   const auto numbers = numbers_or_nan(row);
   const auto matrix = find_matrix(numbers);
   const bool twelve = numbers.size() == 12;
-  const bool kitti = format == TrajectoryFormat::kKitti || (!format && twelve && layout.separator == ' ');
+  const bool stamped = twelve && std::abs(numbers[0]) > 2.0 && has_unit_quaternion(numbers);
+  const bool usual_kitti = twelve && !stamped && layout.separator == ' ';
+  const bool kitti = format ? *format == TrajectoryFormat::kKitti : usual_kitti;
   const bool wrong = kitti ? !matrix && !twelve : format && (matrix || numbers.size() < kStampedFields);
   if (format && wrong) {
     throw std::runtime_error(fmt::format("{} fields, but {} has {}", numbers.size(), to_string(*format),
@@ -168,6 +170,13 @@ Eigen::Matrix<double, 3, 4> matrix_at(const std::vector<double>& numbers, const 
   const double* first = numbers.data() + columns.first;
   if (columns.by_columns) return Eigen::Map<const Eigen::Matrix4d>(first).topRows<3>();
   return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(first);
+}
+
+std::array<std::size_t, 3> position_columns(const TrajectoryLayout& layout) {
+  if (layout.columns) return layout.columns->position;
+  const std::size_t first = layout.matrix.first;
+  if (layout.matrix.by_columns) return {first + 12, first + 13, first + 14};
+  return {first + 3, first + 7, first + 11};
 }
 
 TrajectoryLines divide_lines(std::vector<TextLine> lines) {

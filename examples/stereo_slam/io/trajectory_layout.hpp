@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -33,6 +34,9 @@ struct TrajectoryLayout {
   bool named = false;                ///< the columns have names
   std::vector<std::string> remarks;  ///< what the user should know about the reading
 };
+
+/// The columns of x, y and z.
+[[nodiscard]] std::array<std::size_t, 3> position_columns(const TrajectoryLayout& layout);
 
 /// A trajectory file's lines: those before the first row of numbers, and the rows, without comments ('#',
 /// '%').

@@ -187,10 +187,19 @@ TEST_CASE("The NEES in the world compares every pose with the first, once for ea
 TEST_CASE("A covariance that is not positive definite is refused", "[nees]") {
   for (const double factor : {0.0, -1.0}) {
     HonestRun run(101);
-    for (auto& row : run.rows) row.relative *= factor;
+    for (std::size_t k = 51; k < run.rows.size(); ++k) run.rows[k].relative *= factor;
     CHECK_THAT(message_of([&] { (void)score_covariances(run.truth, run.estimate, run.pairs, run.rows, {}); }),
                Catch::Contains("is not positive definite"));
   }
+}
+
+TEST_CASE("Covariances that are all zero are refused, also if the ground truth has errors", "[nees]") {
+  HonestRun run(10);
+  for (auto& row : run.rows) row.relative.setZero();
+  CHECK_THAT(message_of([&] {
+               (void)score_covariances(run.truth, run.estimate, run.pairs, run.rows, {0.03, 0.002});
+             }),
+             Catch::Contains("all covariances of relative poses are zero"));
 }
 
 TEST_CASE("Relative poses without ground truth are left out", "[nees]") {
@@ -301,6 +310,14 @@ TEST_CASE("Another file, or that of another run, is refused with its name", "[ne
   std::string columns = covariance_columns();
   write_text(file, columns + "\n0.0,OK,1,2,nan\n");
   CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("covariances.csv:2"));
+  const auto count = std::count(columns.begin(), columns.end(), ',');
+  std::string row = "0.0,OK";
+  for (auto i = count; i > 2; --i) row += ",0";
+  write_text(file, columns + "\n" + row + ",nan\n");
+  CHECK_THAT(message_of([&] { (void)read_covariances(file); }),
+             Catch::Contains("covariances.csv:2") && Catch::Contains("'nan' is not a finite number"));
+  write_text(file, "status,stamp_s" + columns.substr(columns.find(",rx_rx")) + "\n");
+  CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("in another order"));
   columns.replace(columns.find("rx_ry_rad2"), 10, "rx_ry_deg2");
   write_text(file, columns + "\n");
   CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("not those of this version"));

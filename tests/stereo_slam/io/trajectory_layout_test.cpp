@@ -250,6 +250,12 @@ TEST_CASE("More columns than a pose has are ignored with a remark", "[trajectory
   check_path(read);
   REQUIRE(read.remarks.size() == 1);
   CHECK_THAT(read.remarks[0], Catch::Contains("10 columns without names; the first 8"));
+  check_path(read_as_file(text_of("", [](const Row& r) {  // as many numbers as a matrix has
+    return seconds(r) + " " + position(r, " ") + " " + xyzw(r, " ") + " 0.5 7 1 1";
+  })));
+  check_path(read_as_file(text_of("", [](const Row& r) {  // VINS-Fusion
+    return fmt::format("{},{},{},1,2,3,", r.stamp_ns, position(r), wxyz(r));
+  })));
   CHECK_THAT(refusal(text_of(
                  "", [](const Row& r) { return "3," + seconds(r) + "," + position(r) + "," + xyzw(r); })),
              Catch::Contains("t.txt:1: 9 fields are neither") && Catch::Contains("name the columns"));
