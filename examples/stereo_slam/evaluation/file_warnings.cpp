@@ -106,11 +106,12 @@ std::vector<std::string> file_warnings(const TrajectoryFile& truth, const Trajec
       warnings.push_back(fmt::format("{}: {}", file->file.string(), remark));
   }
   const PosePairs poses = poses_of_pairs(truth.trajectory, estimate.trajectory, pairs);
-  const auto conventions = find_conventions(poses);
+  const Warning unturned = without_rotations(poses);
+  const auto conventions = unturned ? std::nullopt : find_conventions(poses);
   for (const Warning& warning :
        {different_lengths(truth, estimate), repeated_stamps(truth), repeated_stamps(estimate),
-        few_matches(truth.trajectory, estimate.trajectory, pairs.size()), same_poses(poses),
-        without_rotations(poses), other_scale(poses),
+        few_matches(truth.trajectory, estimate.trajectory, pairs.size()), same_poses(poses), unturned,
+        other_scale(conventions ? corrected(poses, conventions->better) : poses),
         conventions ? Warning(describe(*conventions)) : Warning()}) {
     if (warning) warnings.push_back(*warning);
   }

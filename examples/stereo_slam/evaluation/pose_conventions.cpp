@@ -256,16 +256,17 @@ struct MotionSize {
   return fits;
 }
 
-/// The simplest of the fits that are about as good as the best one.
+/// The simplest of the fits that are about as good as the best one; of those, one that changes the estimate.
 [[nodiscard]] ConventionFit simplest(const std::vector<ConventionFit>& fits) {
-  constexpr double kAsGood = 3.0;
-  ConventionFit best = *std::min_element(
-      fits.begin(), fits.end(), [](const auto& a, const auto& b) { return badness(a) < badness(b); });
-  const double limit = kAsGood * badness(best);
+  constexpr double kAsGood = 5.0;
+  const auto best = std::min_element(fits.begin(), fits.end(),
+                                     [](const auto& a, const auto& b) { return badness(a) < badness(b); });
+  const double limit = kAsGood * badness(*best);
+  std::optional<ConventionFit> chosen;
   for (const auto& tried : fits) {
-    if (badness(tried) <= limit && complexity(tried) < complexity(best)) best = tried;
+    if (badness(tried) <= limit && (!chosen || complexity(tried) < complexity(*chosen))) chosen = tried;
   }
-  return best;
+  return *chosen;
 }
 
 [[nodiscard]] double aligned_error_m(const PosePairs& poses) {
@@ -273,6 +274,13 @@ struct MotionSize {
 }
 
 }  // namespace
+
+PosePairs corrected(PosePairs poses, const ConventionFit& fit) {
+  for (auto& pose : fit.of_truth ? poses.truth : poses.estimate) pose = changed(pose, fit.change);
+  for (auto& pose : poses.truth) pose = pose * fit.T_truth_estimate;
+  for (auto& pose : poses.estimate) pose.translation() = fit.axes.transpose() * pose.translation();
+  return poses;
+}
 
 std::optional<ConventionFinding> find_conventions(const PosePairs& poses) {
   constexpr std::size_t kFewestMotions = 10;
@@ -283,12 +291,8 @@ std::optional<ConventionFinding> find_conventions(const PosePairs& poses) {
   const auto fits = better_fits(poses, finding.as_given);
   if (fits.empty()) return std::nullopt;
   finding.better = simplest(fits);
-  PosePairs corrected = poses;
-  for (auto& pose : finding.better.of_truth ? corrected.truth : corrected.estimate)
-    pose = changed(pose, finding.better.change);
-  for (auto& pose : corrected.truth) pose = pose * finding.better.T_truth_estimate;
   finding.ate_as_given_m = aligned_error_m(poses);
-  finding.ate_better_m = aligned_error_m(corrected);
+  finding.ate_better_m = aligned_error_m(corrected(poses, finding.better));
   return finding;
 }
 
@@ -352,15 +356,19 @@ std::string describe(const ConventionFinding& finding) {
   std::string assumption = change_text(better.change, better.of_truth ? "ground truth" : "estimate");
   const std::string offset = offset_text(better);
   if (!assumption.empty() && !offset.empty()) assumption += ", and if ";
+  const double least_m = 0.99 * finding.ate_as_given_m;
+  const std::string ate = finding.ate_better_m > least_m
+                              ? ""
+                              : fmt::format("; the ATE is then {:.4f} m in place of {:.4f} m",
+                                            finding.ate_better_m, finding.ate_as_given_m);
   return fmt::format(
-      "the files do not mean the same by a pose: relative motions differ by {:.3g} % in rotation and {:.3g} "
+      "the files do not mean the same by a pose: relative motions differ by {:.1f} % in rotation and {:.1f} "
       "% in "
-      "translation, but only by {:.2g} and {:.2g} % if {}; the ATE is then {:.3g} m in place of {:.3g} m; "
-      "all scores "
-      "are of the files as they are, so RPE, the errors of segments and NEES mean little{}",
+      "translation, but only by {:.1f} and {:.1f} % if {}{}; all scores are of the files as they are, so "
+      "RPE, the "
+      "errors of segments and NEES mean little{}",
       100.0 * as_given.rotation_error, 100.0 * as_given.translation_error, 100.0 * better.rotation_error,
-      100.0 * better.translation_error, assumption + offset, finding.ate_better_m, finding.ate_as_given_m,
-      advice(better));
+      100.0 * better.translation_error, assumption + offset, ate, advice(better));
 }
 
 }  // namespace stereo_slam

@@ -54,6 +54,9 @@ struct ConventionFinding {
 /// if none does, or with fewer than ten motions.
 [[nodiscard]] std::optional<ConventionFinding> find_conventions(const PosePairs& poses);
 
+/// The poses after the change and the offset that a hypothesis assumes.
+[[nodiscard]] PosePairs corrected(PosePairs poses, const ConventionFit& fit);
+
 /// One sentence: what fits better, how much, and what to do.
 [[nodiscard]] std::string describe(const ConventionFinding& finding);
 

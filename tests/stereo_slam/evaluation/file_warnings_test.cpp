@@ -112,3 +112,16 @@ TEST_CASE("Other conventions are named", "[file_warnings]") {
   for (auto& pose : estimate.poses) pose = pose * Eigen::AngleAxisd(1.57, Eigen::Vector3d::UnitY());
   CHECK_THAT(warning(curve(200), estimate), Catch::Contains("do not mean the same by a pose"));
 }
+
+TEST_CASE("Inverse poses are not taken for another scale, and both are named if both are there",
+          "[file_warnings]") {
+  Trajectory inverse = curve(200, 1.0, 0.01);
+  for (auto& pose : inverse.poses) pose = pose.inverse();
+  CHECK_THAT(warning(curve(200), inverse), Catch::Contains("the poses of the estimate are inverted"));
+  Trajectory turned = curve(200, 0.25, 0.01);
+  for (auto& pose : turned.poses) pose = pose * Eigen::AngleAxisd(1.57, Eigen::Vector3d::UnitY());
+  const auto both = warnings(curve(200), turned);
+  REQUIRE(both.size() == 2);
+  CHECK_THAT(both[0], Catch::Contains("after scaling by 4"));
+  CHECK_THAT(both[1], Catch::Contains("do not mean the same by a pose"));
+}
