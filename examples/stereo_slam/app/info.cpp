@@ -24,7 +24,6 @@ constexpr std::size_t kSampled = 5;  // frames that are compared
 
 /// Checks both files of every frame; returns the frames without a fault.
 std::vector<std::size_t> check_images(SequenceScan& scan) {
-  const auto& camera = scan.sequence.camera;
   constexpr std::size_t kLiveFrames = 5;
   std::vector<std::size_t> whole;
   if (scan.sequence.source) {  // finding faults would mean decoding all images, which takes as long as a run
@@ -36,14 +35,15 @@ std::vector<std::size_t> check_images(SequenceScan& scan) {
   for (std::size_t i = 0; i < scan.sequence.frames.size(); ++i) {
     const auto& files = scan.sequence.frames[i];
     bool good = true;
-    for (const auto& file : {files.left, files.right}) {
+    for (const bool is_left : {true, false}) {
+      const auto& file = is_left ? files.left : files.right;
       try {
         const ImageHeader header = check_image(file);
         colour = colour || header.colour;
-        if (header.width_px == (scan.sequence.side_by_side ? 2 : 1) * camera.width_px &&
-            header.height_px == camera.height_px)
-          continue;
-        scan.problems.push_back(wrong_size(file.string(), header.width_px, header.height_px, camera));
+        const cv::Size size(header.width_px, header.height_px);
+        const cv::Size all = image_size(scan.sequence, is_left);
+        if (size == cv::Size((scan.sequence.side_by_side ? 2 : 1) * all.width, all.height)) continue;
+        scan.problems.push_back(wrong_size(file.string(), size, all));
       } catch (const std::runtime_error& error) {
         scan.problems.push_back({Problem::Severity::kError, error.what()});
       }

@@ -35,14 +35,38 @@ struct CalibrationFormat {
   return own;
 }
 
+[[noreturn]] OwnCamera refuse_one_camera(const CalibrationText& text) {
+  fail(text.file,
+       "is the calibration of one camera; calibrate the two cameras as a stereo pair, which gives the "
+       "matrices of both "
+       "and their relative pose");
+}
+
 /// The formats of other programs. The first one that recognises a file reads it.
 constexpr CalibrationFormat kFormats[] = {
     {has_camera_info, read_ros},
-    {[](const CalibrationText& text) { return text.has("cam0"); }, read_kalibr},
-    {[](const CalibrationText& text) {
+    {[](const auto& text) { return text.has("cam0"); }, read_kalibr},
+    {[](const auto& text) {
        return has_any(text, {"M1", "K1", "cameraMatrix1", "camera_matrix_1", "cameraMatrixL"});
      },
      read_opencv_stereo},
+    {[](const auto& text) { return text.has("stereo.baseline"); }, read_zed},
+    {[](const auto& text) {
+       return has_any(text, {"Camera.focal_x_baseline", "StereoRectifier", "Camera.setup"});
+     },
+     read_stella},
+    {[](const auto& text) {
+       return has_any(text, {"Camera.fx", "Camera1.fx", "LEFT.K"});
+     },
+     read_orb_slam},
+    {[](const auto& text) { return text.has("cam0_calib"); }, read_vins},
+    {[](const auto& text) { return text.has("model_type"); }, read_camodocal_camera},
+    {[](const auto& text) { return text.has("relative_config_imucam"); }, read_open_vins},
+    {[](const auto& text) { return text.has("value0.intrinsics"); }, read_basalt},
+    {[](const auto& text) {
+       return has_any(text, {"camera_matrix", "cameraMatrix", "Camera_Matrix", "intrinsics"});
+     },
+     refuse_one_camera},
 };
 
 }  // namespace

@@ -77,7 +77,7 @@ namespace fs = std::filesystem;
     if (const std::string name = section_name(text); !name.empty()) {
       if (root[name].IsDefined())
         throw std::runtime_error(at_line(file, line.number, "the section is there twice"));
-      section = YAML::Node(YAML::NodeType::Map);
+      section.reset(YAML::Node(YAML::NodeType::Map));  // assignment would change the section before
       root[name] = section;
       continue;
     }

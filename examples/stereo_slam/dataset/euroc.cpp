@@ -247,6 +247,16 @@ void read_ground_truth(const fs::path& mav, StereoSequence& sequence) {
     throw std::runtime_error(fmt::format("{}: contains no pose at the time of the images", file.string()));
 }
 
+/// Throws if an image has another size than the calibration says.
+void require_size(const fs::path& file, const cv::Size& calibrated) {
+  const ImageHeader header = check_image(file);
+  if (cv::Size(header.width_px, header.height_px) == calibrated) return;
+  throw std::runtime_error(
+      fmt::format("{}: is {}x{} pixels, but the resolution of the calibration is {}x{}; use the "
+                  "calibration of these images",
+                  file.string(), header.width_px, header.height_px, calibrated.width, calibrated.height));
+}
+
 }  // namespace
 
 bool looks_like_euroc(const fs::path& folder) {
@@ -283,16 +293,11 @@ SequenceScan scan_euroc(const fs::path& folder, const PairingOptions& pairing) {
   if (left.empty() || right.empty()) return scan;
   attempt(problems, kError, [&] { pair_rows(mav, left, right, pairing, scan); });
   if (sequence.frames.empty() || !sequence.rectifier) return scan;
-  attempt(problems, kError, [&] {
-    const auto& file = sequence.frames.front().left;
-    const ImageHeader header = check_image(file);
-    if (header.width_px == sequence.camera.width_px && header.height_px == sequence.camera.height_px) return;
-    throw std::runtime_error(
-        fmt::format("{}: is {}x{} pixels, but the resolution of the calibration is {}x{}; use the "
-                    "calibration of these images",
-                    file.string(), header.width_px, header.height_px, sequence.camera.width_px,
-                    sequence.camera.height_px));
-  });
+  const cv::Size left_size = sequence.rectifier->left_size();
+  const cv::Size right_size = sequence.rectifier->right_size();
+  attempt(problems, kError, [&] { require_size(sequence.frames.front().left, left_size); });
+  if (right_size != left_size)
+    attempt(problems, kError, [&] { require_size(sequence.frames.front().right, right_size); });
   attempt(problems, kWarning, [&] { read_ground_truth(mav, sequence); });
   return scan;
 }

@@ -30,7 +30,8 @@ constexpr std::size_t kAmbiguous = 4;
 /// before, or if x would exceed `most`.
 [[nodiscard]] std::optional<double> reaches(double radius, const std::vector<double>& k, double most) {
   constexpr int kSteps = 1000;
-  constexpr double kLeast = 0.05;  // three degrees; only coefficients that are no lens's reach a border so early
+  constexpr double kLeast =
+      0.05;  // three degrees; only coefficients that are no lens's reach a border so early
   double before = 0.0;
   for (int i = 1; i <= kSteps; ++i) {
     const double x = most * i / kSteps;
@@ -66,9 +67,10 @@ constexpr std::size_t kAmbiguous = 4;
   if (radtan && all_zero(left.coefficients) && all_zero(right.coefficients)) return "none";
   if (radtan == equidistant) {
     fail(
-        "has four distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a "
-        "fisheye; "
-        "add the line `distortion_model: plumb_bob` or, if cv::fisheye wrote them, `distortion_model: "
+        "has four distortion coefficients and no model: they may be k1 k2 p1 p2 of an ordinary lens or k1 k2 "
+        "k3 k4 of a "
+        "fisheye; say which by `distortion_model: plumb_bob` or, if cv::fisheye wrote them, by "
+        "`distortion_model: "
         "equidistant`");
   }
   return radtan ? "radtan" : "equidistant";

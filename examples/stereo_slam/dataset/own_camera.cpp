@@ -216,57 +216,99 @@ void open_sources(const Sources& sources, const OwnCamera& own, const fs::path& 
   }
 }
 
-/// Size of the first left image.
-cv::Size first_size(const StereoSequence& sequence) {
+/// Size of an image file; empty for one that cannot be read, which is reported where it is loaded.
+cv::Size size_or_none(const fs::path& image) {
+  try {
+    const ImageHeader header = check_image(image);
+    return {header.width_px, header.height_px};
+  } catch (const std::runtime_error&) {
+    return {};
+  }
+}
+
+/// Sizes of the first left and right image.
+std::pair<cv::Size, cv::Size> first_sizes(const StereoSequence& sequence) {
   if (sequence.source) {
     const auto images = sequence.source->read(0);
     if (!images) fail(sequence.folder, "contains no frame that can be decoded");
-    return images->left.size();
+    return {images->left.size(), images->right.size()};
   }
-  const ImageHeader header = check_image(sequence.frames.front().left);
-  return {sequence.side_by_side ? header.width_px / 2 : header.width_px, header.height_px};
+  const auto& files = sequence.frames.front();
+  const ImageHeader header = check_image(files.left);
+  const cv::Size left(sequence.side_by_side ? header.width_px / 2 : header.width_px, header.height_px);
+  return {left, sequence.side_by_side ? left : size_or_none(files.right)};
 }
 
 /// Advice when the calibration and the images have different sizes.
-std::string size_advice(const StereoCamera& camera, const cv::Size& size) {
-  if (size.width == 2 * camera.width_px && size.height == camera.height_px)
+std::string size_advice(const OwnCamera& own, const cv::Size& calibrated, const cv::Size& size) {
+  if (!own.other_sizes.empty()) {
+    std::string others;
+    for (const auto& rig : own.other_sizes)
+      others += fmt::format(" and {}x{}", rig.left.width_px, rig.left.height_px);
+    return fmt::format("it is also of{}; record at one of these sizes", others.substr(4));
+  }
+  if (size.width == 2 * calibrated.width && size.height == calibrated.height)
     return "both cameras seem to be side by side in it: use `layout: side-by-side`";
-  const double factor = static_cast<double>(size.width) / camera.width_px;
-  if (std::abs(factor * camera.height_px - size.height) <= 1.0)
+  const double factor = static_cast<double>(size.width) / calibrated.width;
+  if (std::abs(factor * calibrated.height - size.height) <= 1.0)
     return fmt::format("if it was only scaled, multiply fx, fy, cx and cy by {:.6g}", factor);
   return "calibrate at the recorded size";
 }
 
-void set_raw_camera(StereoRig rig, const fs::path& calibration, const cv::Size& size,
-                    StereoSequence& sequence) {
-  if (rig.left.width_px == 0) {  // the calibration does not give the size
-    for (auto* lens : {&rig.left, &rig.right}) {
-      lens->width_px = size.width;
-      lens->height_px = size.height;
-    }
-  }
+/// Throws std::runtime_error if the images of a camera have another size than its calibration. An empty size
+/// is not known.
+void require_calibrated_size(const OwnCamera& own, const fs::path& calibration, const cv::Size& calibrated,
+                             const cv::Size& size, const fs::path& image) {
+  if (size.empty() || calibrated == size) return;
+  fail(calibration,
+       fmt::format("resolution is {}x{}, but {} has {}x{} pixels; {}", calibrated.width, calibrated.height,
+                   image.string(), size.width, size.height, size_advice(own, calibrated, size)));
+}
+
+void set_raw_camera(const OwnCamera& own, const fs::path& calibration,
+                    const std::pair<cv::Size, cv::Size>& sizes, StereoSequence& sequence) {
+  const StereoRig rig = rig_for(own, sizes.first, sizes.second);
   try {
     set_rig(sequence, rig);
   } catch (const std::runtime_error& error) {
     fail(calibration, error.what());
   }
-  const auto& camera = sequence.camera;
-  if (camera.width_px == size.width && camera.height_px == size.height) return;
-  const fs::path image = sequence.live ? sequence.folder : sequence.frames.front().left;
-  fail(calibration,
-       fmt::format("resolution is {}x{}, but {} has {}x{} pixels; {}", camera.width_px, camera.height_px,
-                   image.string(), size.width, size.height, size_advice(camera, size)));
+  const auto& [left, right] = sizes;
+  const bool live = sequence.live;
+  require_calibrated_size(own, calibration, {rig.left.width_px, rig.left.height_px}, left,
+                          live ? sequence.folder : sequence.frames.front().left);
+  require_calibrated_size(own, calibration, {rig.right.width_px, rig.right.height_px}, right,
+                          live ? sequence.folder : sequence.frames.front().right);
+}
+
+/// SN....conf of a ZED camera; empty if there is none. Throws if there are several.
+fs::path find_zed_calibration(const fs::path& folder) {
+  fs::path found;
+  if (!fs::is_directory(folder)) return found;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("SN") || entry.path().extension() != ".conf") continue;
+    if (!found.empty())
+      fail(folder, fmt::format("holds {} and {}; keep that of the camera", found.filename().string(), name));
+    found = entry.path();
+  }
+  return found;
 }
 
 }  // namespace
 
 void set_camera(const OwnCamera& own, const fs::path& calibration, StereoSequence& sequence) {
-  const cv::Size size = first_size(sequence);
-  if (own.rig) return set_raw_camera(*own.rig, calibration, size, sequence);
+  const auto sizes = first_sizes(sequence);
+  if (own.rig) return set_raw_camera(own, calibration, sizes, sequence);
+  const cv::Size& size = sizes.first;
   sequence.camera = *own.rectified;
   sequence.camera.width_px = size.width;
   sequence.camera.height_px = size.height;
   sequence.T_body_camera = own.T_body_camera;
+  if (own.rectified->width_px > 0) {
+    require_calibrated_size(own, calibration, {own.rectified->width_px, own.rectified->height_px}, size,
+                            sequence.live ? sequence.folder : sequence.frames.front().left);
+  }
   const auto& camera = sequence.camera;
   if (!(camera.cx > 0.0 && camera.cx < size.width && camera.cy > 0.0 && camera.cy < size.height)) {
     fail(calibration, fmt::format("the principal point ({:.6g}, {:.6g}) lies outside the {}x{} images",
@@ -276,17 +318,18 @@ void set_camera(const OwnCamera& own, const fs::path& calibration, StereoSequenc
 
 bool is_calibration_file(const fs::path& file) {
   const auto extension = file.extension();
-  return fs::is_regular_file(file) && (extension == ".yaml" || extension == ".yml" || extension == ".xml");
+  const auto known = {".yaml", ".yml", ".xml", ".json", ".conf"};
+  return fs::is_regular_file(file) && std::find(known.begin(), known.end(), extension) != known.end();
 }
 
 fs::path find_calibration(const fs::path& folder) {
-  for (const char* name :
-       {kCalibrationFile.data(), "calibration.yml", "calibration.xml", "camchain.yaml", "left.yaml"}) {
+  for (const char* name : {kCalibrationFile.data(), "calibration.yml", "calibration.xml", "calibration.json",
+                           "camchain.yaml", "left.yaml", "kalibr_imucam_chain.yaml", "ost.txt"}) {
     if (fs::is_directory(folder / name))
       fail(folder / name, "is a folder with the name of a calibration file; rename it");
     if (fs::exists(folder / name)) return folder / name;
   }
-  return {};
+  return find_zed_calibration(folder);
 }
 
 SequenceScan scan_own_camera(const OwnCameraFiles& files, std::string_view format,

@@ -13,11 +13,12 @@ inline constexpr std::string_view kCalibrationFile = "calibration.yaml";
 inline constexpr std::string_view kOwnCameraLayout =
     "calibration.yaml with the folders left and right, or two videos; see docs/datasets.md";
 
-/// Whether this is a file with the extension of a calibration: yaml, yml or xml.
+/// Whether this is a file with the extension of a calibration: yaml, yml, xml, json or conf.
 [[nodiscard]] bool is_calibration_file(const std::filesystem::path& file);
 
-/// The calibration in a folder: calibration.yaml, .yml or .xml, camchain.yaml, or left.yaml of ROS; empty if
-/// there is none. Throws std::runtime_error if a folder has one of these names.
+/// The calibration in a folder: calibration.yaml, .yml, .xml or .json, camchain.yaml or
+/// kalibr_imucam_chain.yaml, left.yaml or ost.txt of ROS, or SN....conf of a ZED; empty if there is none.
+/// Throws std::runtime_error if a folder has one of these names, or if there are several of a ZED.
 [[nodiscard]] std::filesystem::path find_calibration(const std::filesystem::path& folder);
 
 /// Sets the camera of a sequence, and its rectification. The image size is that of the first image. Throws

@@ -40,10 +40,9 @@ struct Rectification {
 
 void check(const StereoRig& rig) {
   const auto& [left, right, T_right_left, T_body_left] = rig;
-  if (left.width_px != right.width_px || left.height_px != right.height_px) {
-    throw std::runtime_error(fmt::format(
-        "the left camera has {}x{} pixels and the right one {}x{}; both must have the same resolution",
-        left.width_px, left.height_px, right.width_px, right.height_px));
+  if (std::min({left.width_px, left.height_px, right.width_px, right.height_px}) <= 0) {
+    throw std::runtime_error(fmt::format("the image sizes are {}x{} and {}x{}, but must be positive",
+                                         left.width_px, left.height_px, right.width_px, right.height_px));
   }
   if ((left.distortion == Distortion::kEquidistant) != (right.distortion == Distortion::kEquidistant)) {
     throw std::runtime_error(
@@ -78,10 +77,27 @@ void check(const StereoRig& rig) {
   }
 }
 
-/// Bouguet's rectification in OpenCV's implementation.
+[[nodiscard]] cv::Size size_of(const Lens& lens) { return {lens.width_px, lens.height_px}; }
+
+/// The lens with its image scaled to another size, which shows the same.
+[[nodiscard]] Lens scaled_to(Lens lens, const cv::Size& size) {
+  const double across = static_cast<double>(size.width) / lens.width_px;
+  const double down = static_cast<double>(size.height) / lens.height_px;
+  lens.fx *= across;
+  lens.fy *= down;
+  lens.cx *= across;
+  lens.cy *= down;
+  lens.width_px = size.width;
+  lens.height_px = size.height;
+  return lens;
+}
+
+/// Bouguet's rectification in OpenCV's implementation, which knows one image size: that of the left camera.
 Rectification propose(const StereoRig& rig) {
-  const auto& [left, right, T_right_left, T_body_left] = rig;
-  const cv::Size size(left.width_px, left.height_px);
+  const Lens& left = rig.left;
+  const cv::Size size = size_of(left);
+  const Lens right = size_of(rig.right) == size ? rig.right : scaled_to(rig.right, size);
+  const Eigen::Isometry3d& T_right_left = rig.T_right_left;
   const cv::Matx33d R = to_cv(T_right_left.linear());
   const Eigen::Vector3d t = T_right_left.translation();
   const cv::Vec3d translation(t.x(), t.y(), t.z());
@@ -100,10 +116,18 @@ Rectification propose(const StereoRig& rig) {
   return result;
 }
 
+/// A rotation from a lens into the rectified camera, its projection, and the size of the rectified image.
+struct RectifiedView {
+  cv::Matx33d R;
+  cv::Matx34d P;
+  cv::Size size;
+};
+
 /// Raw-image positions of every `step`-th rectified pixel, the border included.
-std::pair<cv::Mat1f, cv::Mat1f> lens_positions(const Lens& lens, const cv::Matx33d& R, cv::Matx34d P,
-                                               int step = 1) {
-  const cv::Size size((lens.width_px - 2) / step + 2, (lens.height_px - 2) / step + 2);
+std::pair<cv::Mat1f, cv::Mat1f> lens_positions(const Lens& lens, const RectifiedView& view, int step = 1) {
+  const auto& R = view.R;
+  cv::Matx34d P = view.P;
+  const cv::Size size((view.size.width - 2) / step + 2, (view.size.height - 2) / step + 2);
   for (int j = 0; j < 4; ++j) {
     P(0, j) /= step;
     P(1, j) /= step;
@@ -128,8 +152,9 @@ double share_seen(const StereoRig& rig, const Rectification& r, int step = 1) {
     cv::inRange(positions.second, 0.0, lens.height_px - 1.0, rows);
     return cv::Mat1b(columns & rows);
   };
-  const cv::Mat1b both = seen(rig.left, lens_positions(rig.left, r.R_left, r.P_left, step)) &
-                         seen(rig.right, lens_positions(rig.right, r.R_right, r.P_right, step));
+  const cv::Size size = size_of(rig.left);
+  const cv::Mat1b both = seen(rig.left, lens_positions(rig.left, {r.R_left, r.P_left, size}, step)) &
+                         seen(rig.right, lens_positions(rig.right, {r.R_right, r.P_right, size}, step));
   return cv::countNonZero(both) / static_cast<double>(both.total());
 }
 
@@ -181,7 +206,7 @@ Rectification rectify(const StereoRig& rig) {
 
 }  // namespace
 
-Rectifier::Rectifier(const StereoRig& rig) {
+Rectifier::Rectifier(const StereoRig& rig) : left_size_(size_of(rig.left)), right_size_(size_of(rig.right)) {
   check(rig);
   const Rectification r = rectify(rig);
   const double focal_px = r.P_left(0, 0);
@@ -207,8 +232,8 @@ Rectifier::Rectifier(const StereoRig& rig) {
                     "extrinsics do not fit together",
                     100.0 * coverage_, focal_px));
   }
-  const auto left = lens_positions(rig.left, r.R_left, r.P_left);
-  const auto right = lens_positions(rig.right, r.R_right, r.P_right);
+  const auto left = lens_positions(rig.left, {r.R_left, r.P_left, left_size_});
+  const auto right = lens_positions(rig.right, {r.R_right, r.P_right, left_size_});
   cv::convertMaps(left.first, left.second, left_.whole, left_.fraction, CV_16SC2);
   cv::convertMaps(right.first, right.second, right_.whole, right_.fraction, CV_16SC2);
 }

@@ -169,11 +169,6 @@ Eigen::Isometry3d read_T_right_left(const std::optional<Eigen::Isometry3d>& T_bo
 
 StereoRig read_rig(const YamlMap& left, const YamlMap& right) {
   StereoRig rig{.left = read_lens(left), .right = read_lens(right), .T_right_left = {}, .T_body_left = {}};
-  if (rig.left.width_px != rig.right.width_px || rig.left.height_px != rig.right.height_px) {
-    right.fail(right.get({"resolution"}),
-               fmt::format("resolution is {}x{}, but the left camera has {}x{}; both must have one size",
-                           rig.right.width_px, rig.right.height_px, rig.left.width_px, rig.left.height_px));
-  }
   rig.T_body_left = read_T_body_camera(left);
   rig.T_right_left = read_T_right_left(rig.T_body_left, left, right);
   return rig;
@@ -235,6 +230,19 @@ OwnCamera read_own_camera(const fs::path& file) {
   }
   set_times(map, own);
   return own;
+}
+
+StereoRig rig_for(const OwnCamera& own, const cv::Size& left, const cv::Size& right) {
+  StereoRig rig = own.rig.value();
+  for (const auto& other : own.other_sizes) {
+    if (other.left.width_px == left.width && other.left.height_px == left.height) rig = other;
+  }
+  for (const auto& [lens, size] : {std::pair{&rig.left, &left}, std::pair{&rig.right, &right}}) {
+    if (lens->width_px > 0) continue;
+    lens->width_px = size->empty() ? left.width : size->width;
+    lens->height_px = size->empty() ? left.height : size->height;
+  }
+  return rig;
 }
 
 void read_times(const fs::path& file, const YAML::Node& document, OwnCamera& own) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include <opencv2/core/types.hpp>
 #include <yaml-cpp/yaml.h>
 
 #include "stereo_slam/core/stereo_camera.hpp"
@@ -27,8 +28,9 @@ namespace stereo_slam {
 
 /// calibration.yaml of a user's own camera, see docs/datasets.md.
 struct OwnCamera {
-  std::optional<StereoRig> rig;                    ///< of raw images; or
-  std::optional<StereoCamera> rectified;           ///< of rectified images; a size of 0 is not known
+  std::optional<StereoRig> rig;           ///< of raw images; or
+  std::vector<StereoRig> other_sizes;     ///< the same cameras at other resolutions, if the file has them
+  std::optional<StereoCamera> rectified;  ///< of rectified images; a size of 0 is not known
   std::optional<Eigen::Isometry3d> T_body_camera;  ///< of rectified images; for raw ones the rig contains it
   std::string left_source = "left";                ///< folder, video or camera, relative to the file
   std::string right_source = "right";
@@ -38,6 +40,10 @@ struct OwnCamera {
   std::vector<std::string> warnings;  ///< what the user should know about the file
 };
 [[nodiscard]] OwnCamera read_own_camera(const std::filesystem::path& file);
+
+/// The rig for raw images of these sizes: of several resolutions the one of this size, if there is one.
+/// Lenses of unknown size get that of the images.
+[[nodiscard]] StereoRig rig_for(const OwnCamera& own, const cv::Size& left, const cv::Size& right);
 
 /// Reads `frame_rate_hz` and `times`, which may be added to the calibration of another program.
 void read_times(const std::filesystem::path& file, const YAML::Node& document, OwnCamera& own);

@@ -41,10 +41,9 @@ std::string image_name(const StereoSequence& sequence, std::size_t index, bool i
 }
 
 void check_size(const cv::Mat& image, const StereoSequence& sequence, std::size_t index, bool is_left) {
-  const StereoCamera& camera = sequence.camera;
-  if (image.cols == camera.width_px && image.rows == camera.height_px) return;
-  throw std::runtime_error(
-      wrong_size(image_name(sequence, index, is_left), image.cols, image.rows, camera).text);
+  const cv::Size all = image_size(sequence, is_left);
+  if (image.size() == all) return;
+  throw std::runtime_error(wrong_size(image_name(sequence, index, is_left), image.size(), all).text);
 }
 
 RawPair read_source(const StereoSequence& sequence, std::size_t index) {
@@ -199,10 +198,15 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
   }
 }
 
-Problem wrong_size(std::string_view image, int width_px, int height_px, const StereoCamera& camera) {
+cv::Size image_size(const StereoSequence& sequence, bool is_left) {
+  if (sequence.rectifier) return is_left ? sequence.rectifier->left_size() : sequence.rectifier->right_size();
+  return {sequence.camera.width_px, sequence.camera.height_px};
+}
+
+Problem wrong_size(std::string_view image, const cv::Size& size, const cv::Size& all) {
   return {Problem::Severity::kError,
           fmt::format("{}: is {}x{} pixels where the sequence has {}x{}; all images must have the same size",
-                      image, width_px, height_px, camera.width_px, camera.height_px)};
+                      image, size.width, size.height, all.width, all.height)};
 }
 
 void set_rig(StereoSequence& sequence, const StereoRig& rig) {
@@ -230,7 +234,7 @@ RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::siz
 
 bool has_one_image_twice(const StereoSequence& sequence, std::size_t index) {
   const auto pair = load_raw_pair(sequence, index, index);
-  return cv::norm(pair.left, pair.right, cv::NORM_INF) == 0.0;
+  return pair.left.size() == pair.right.size() && cv::norm(pair.left, pair.right, cv::NORM_INF) == 0.0;
 }
 
 StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {

@@ -110,10 +110,12 @@ void find_bits(SequenceScan& scan);
 /// Runs one step of a scan. A std::exception of the step becomes a problem of the given severity.
 void attempt(std::vector<Problem>& problems, Problem::Severity severity, const std::function<void()>& step);
 
-/// The problem that an image has another size than the sequence's camera. `image` is the name of its file, or
-/// another name by which it is found.
-[[nodiscard]] Problem wrong_size(std::string_view image, int width_px, int height_px,
-                                 const StereoCamera& camera);
+/// The size of every left or right image before rectification.
+[[nodiscard]] cv::Size image_size(const StereoSequence& sequence, bool is_left);
+
+/// The problem that an image has another size than all images of its camera. `image` is the name of its file,
+/// or another name by which it is found.
+[[nodiscard]] Problem wrong_size(std::string_view image, const cv::Size& size, const cv::Size& all);
 
 /// Sets camera, rectifier, lenses and, if known, T_body_camera from a rig. Throws std::runtime_error as
 /// Rectifier does.

@@ -44,7 +44,7 @@ struct StereoSlam::State {
   SlamOptions options;
   Settings settings;
   StereoCamera camera;
-  std::optional<StereoRig> rig;  // raw cameras, while the size of their images is not known
+  std::optional<OwnCamera> raw;  // raw cameras, while the size of their images is not known
   std::optional<Rectifier> rectifier;
   std::optional<Eigen::Isometry3d> T_body_camera;
   SavedMap known;
@@ -61,17 +61,19 @@ struct StereoSlam::State {
     begin_if_sized();
   }
 
-  void use(const StereoRig& raw) {
-    rig = raw;
-    if (raw.left.width_px > 0) rectify();
+  void use(const StereoRig& rig) {
+    rectifier.emplace(rig);
+    camera = rectifier->camera();
+    if (rig.T_body_left) T_body_camera = *rig.T_body_left * rectifier->T_left_camera();
+    raw.reset();
     begin_if_sized();
   }
 
-  void rectify() {
-    rectifier.emplace(*rig);
-    camera = rectifier->camera();
-    if (rig->T_body_left) T_body_camera = *rig->T_body_left * rectifier->T_left_camera();
-    rig.reset();
+  void use(const OwnCamera& own) {
+    T_body_camera = own.T_body_camera;
+    if (own.rectified) return use(*own.rectified);
+    if (own.rig->left.width_px > 0 && own.other_sizes.empty()) return use(*own.rig);
+    raw = own;
   }
 
   /// Begins as soon as the images' size is known: at once, or with the first images.
@@ -87,24 +89,24 @@ struct StereoSlam::State {
     }
   }
 
-  void take_size(const cv::Size& size) {
-    if (rig) {
-      for (auto* lens : {&rig->left, &rig->right}) {
-        lens->width_px = size.width;
-        lens->height_px = size.height;
-      }
-      rectify();
-    } else {
-      camera.width_px = size.width;
-      camera.height_px = size.height;
-    }
+  /// Begins with the sizes of the first images.
+  void take_sizes(const cv::Size& left, const cv::Size& right) {
+    if (raw) return use(rig_for(*raw, left, right));
+    camera.width_px = left.width;
+    camera.height_px = left.height;
     begin_if_sized();
   }
 
-  void require_size(const cv::Size& size) const {
-    if (size.width == camera.width_px && size.height == camera.height_px) return;
+  void require_sizes(const cv::Size& left, const cv::Size& right) const {
+    const cv::Size rectified(camera.width_px, camera.height_px);
+    require_size(left, rectifier ? rectifier->left_size() : rectified);
+    require_size(right, rectifier ? rectifier->right_size() : rectified);
+  }
+
+  static void require_size(const cv::Size& size, const cv::Size& calibrated) {
+    if (size == calibrated) return;
     throw std::invalid_argument(fmt::format("the images have {}x{} pixels, but the calibration is of {}x{}",
-                                            size.width, size.height, camera.width_px, camera.height_px));
+                                            size.width, size.height, calibrated.width, calibrated.height));
   }
 
   [[nodiscard]] const Slam& begun() const {
@@ -127,16 +129,17 @@ StereoSlam::StereoSlam(const StereoCamera& camera, const SlamOptions& options) {
 StereoSlam::StereoSlam(const StereoRig& rig, const SlamOptions& options) {
   check_alignment(options);
   state_ = std::make_unique<State>(options);
-  state_->use(rig);
+  OwnCamera own;
+  own.rig = rig;
+  state_->use(own);
 }
 
 StereoSlam::StereoSlam(const std::filesystem::path& calibration, const SlamOptions& options) {
   check_alignment(options);
   state_ = std::make_unique<State>(options);
   const OwnCamera own = read_calibration(calibration);
-  state_->T_body_camera = own.T_body_camera;
   try {
-    own.rig ? state_->use(*own.rig) : state_->use(*own.rectified);
+    state_->use(own);
   } catch (const std::runtime_error& error) {  // thrown by the rectification, which does not know the file
     throw std::runtime_error(fmt::format("{}: {}", calibration.string(), error.what()));
   }
@@ -153,9 +156,11 @@ FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::
                                             stamp_ns, state.frames.back().stamp_ns));
   }
   StereoFrame frame{state.frames.size(), stamp_ns, grey(left, "left"), grey(right, "right")};
-  if (frame.left.size() != frame.right.size()) throw std::invalid_argument("the two images differ in size");
-  if (!state.slam) state.take_size(frame.left.size());
-  state.require_size(frame.left.size());
+  const bool rectified = !state.raw && !state.rectifier;
+  if (rectified && frame.left.size() != frame.right.size())
+    throw std::invalid_argument("the two images differ in size");
+  if (!state.slam) state.take_sizes(frame.left.size(), frame.right.size());
+  state.require_sizes(frame.left.size(), frame.right.size());
   if (state.rectifier) {
     frame.left = state.rectifier->left(frame.left);
     frame.right = state.rectifier->right(frame.right);

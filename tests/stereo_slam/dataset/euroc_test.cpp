@@ -217,7 +217,7 @@ TEST_CASE("A wrong sensor.yaml is refused with file and line", "[euroc]") {
   CHECK_THAT(error_with_sensor("T_BS", "T_SB"),
              Catch::Contains("cam1/sensor.yaml") && Catch::Contains("no T_BS"));
   CHECK_THAT(error_with_sensor("resolution: [320, 120]", "resolution: [300, 100]"),
-             Catch::Contains("sensor.yaml:8: resolution is 300x100, but the left camera has 320x120"));
+             Catch::Contains(".png: is 320x120 pixels, but the resolution of the calibration is 300x100"));
   CHECK_THAT(error_with_sensor("resolution: [320, 120]", "resolution: [320]"),
              Catch::Contains("must be [width, height]"));
   CHECK_THAT(error_with_sensor("resolution: [320, 120]", "resolution: 320"),

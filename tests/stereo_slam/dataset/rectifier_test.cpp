@@ -3,10 +3,16 @@
 
 #include <cmath>
 
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
 #include "simulator/rendering/lens_view.hpp"
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
 using namespace stereo_slam;
+using namespace stereo_slam::test;
 
 namespace {
 
@@ -43,41 +49,110 @@ std::pair<cv::Mat1f, cv::Mat1f> ramps(const Lens& lens) {
   return {columns, rows};
 }
 
+/// A rig whose right camera has images of another size, which show the same.
+StereoRig with_right_scaled(StereoRig rig, double factor) {
+  Lens& right = rig.right;
+  right.width_px = static_cast<int>(factor * right.width_px);
+  right.height_px = static_cast<int>(factor * right.height_px);
+  for (double* value : {&right.fx, &right.fy, &right.cx, &right.cy}) *value *= factor;
+  return rig;
+}
+
+void check_rectification(const StereoRig& rig) {
+  const Rectifier rectifier(rig);
+  const StereoCamera& camera = rectifier.camera();
+  CHECK(camera.width_px == rig.left.width_px);
+  CHECK(camera.height_px == rig.left.height_px);
+  CHECK(rectifier.right_size() == cv::Size(rig.right.width_px, rig.right.height_px));
+  CHECK(camera.baseline_m == Approx(rig.T_right_left.inverse().translation().norm()));
+  CHECK(rectifier.coverage() > 0.997);  // a border of a pixel may be missing
+  const auto [left_columns, left_rows] = ramps(rig.left);
+  const auto [right_columns, right_rows] = ramps(rig.right);
+  const cv::Mat1f left_u = rectifier.left(left_columns);
+  const cv::Mat1f left_v = rectifier.left(left_rows);
+  const cv::Mat1f right_u = rectifier.right(right_columns);
+  const cv::Mat1f right_v = rectifier.right(right_rows);
+  // Interpolation works with 32nds of a pixel, and the cubic kernel (a = -0.75) bends a ramp: (2a + 1)
+  // (2t^3 - 3t^2
+  // + t) at a fraction t, at most 0.0481.
+  constexpr double kTolerance_px = 1.0 / 64.0 + 0.0482;
+  for (int v = 4; v < camera.height_px - 4; v += 31) {
+    for (int u = 44; u < camera.width_px - 4; u += 37) {
+      for (const int d : {2, 40}) {
+        CAPTURE(u, v, d);
+        const Eigen::Vector3d z = Eigen::Vector3i(u, v, d).cast<double>();
+        const Eigen::Vector3d p_left = rectifier.T_left_camera() * camera.back_project(z);
+        const Eigen::Vector2d left_px = project(rig.left, p_left);
+        const Eigen::Vector2d right_px = project(rig.right, rig.T_right_left * p_left);
+        CHECK(std::abs(static_cast<double>(left_u(v, u)) - left_px.x()) < kTolerance_px);
+        CHECK(std::abs(static_cast<double>(left_v(v, u)) - left_px.y()) < kTolerance_px);
+        CHECK(std::abs(static_cast<double>(right_u(v, u - d)) - right_px.x()) < kTolerance_px);
+        CHECK(std::abs(static_cast<double>(right_v(v, u - d)) - right_px.y()) < kTolerance_px);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 TEST_CASE("The rectified images of a point lie in one row, a disparity apart", "[rectifier]") {
   for (const auto model : {Distortion::kRadTan, Distortion::kEquidistant}) {
     const StereoRig rig = simulator::euroc_like_rig(model);
-    const Rectifier rectifier(rig);
-    const StereoCamera& camera = rectifier.camera();
-    CHECK(camera.baseline_m == Approx(rig.T_right_left.inverse().translation().norm()));
-    CHECK(rectifier.coverage() > 0.999);
-    const auto [left_columns, left_rows] = ramps(rig.left);
-    const auto [right_columns, right_rows] = ramps(rig.right);
-    const cv::Mat1f left_u = rectifier.left(left_columns);
-    const cv::Mat1f left_v = rectifier.left(left_rows);
-    const cv::Mat1f right_u = rectifier.right(right_columns);
-    const cv::Mat1f right_v = rectifier.right(right_rows);
-    // Interpolation works with 32nds of a pixel, and the cubic kernel (a = -0.75) bends a ramp: (2a + 1)
-    // (2t^3 - 3t^2
-    // + t) at a fraction t, at most 0.0481.
-    constexpr double kTolerance_px = 1.0 / 64.0 + 0.0482;
-    for (int v = 4; v < camera.height_px - 4; v += 31) {
-      for (int u = 44; u < camera.width_px - 4; u += 37) {
-        for (const int d : {2, 40}) {
-          CAPTURE(u, v, d);
-          const Eigen::Vector3d z = Eigen::Vector3i(u, v, d).cast<double>();
-          const Eigen::Vector3d p_left = rectifier.T_left_camera() * camera.back_project(z);
-          const Eigen::Vector2d left_px = project(rig.left, p_left);
-          const Eigen::Vector2d right_px = project(rig.right, rig.T_right_left * p_left);
-          CHECK(std::abs(static_cast<double>(left_u(v, u)) - left_px.x()) < kTolerance_px);
-          CHECK(std::abs(static_cast<double>(left_v(v, u)) - left_px.y()) < kTolerance_px);
-          CHECK(std::abs(static_cast<double>(right_u(v, u - d)) - right_px.x()) < kTolerance_px);
-          CHECK(std::abs(static_cast<double>(right_v(v, u - d)) - right_px.y()) < kTolerance_px);
-        }
-      }
+    CHECK(Rectifier(rig).coverage() > 0.999);
+    check_rectification(rig);
+  }
+}
+
+TEST_CASE("The two cameras may have images of different sizes", "[rectifier]") {
+  for (const auto model : {Distortion::kRadTan, Distortion::kEquidistant}) {
+    for (const double factor : {0.5, 0.75, 2.0}) {
+      CAPTURE(factor);
+      check_rectification(with_right_scaled(simulator::euroc_like_rig(model), factor));
     }
   }
+  StereoRig without = simulator::euroc_like_rig(Distortion::kRadTan);
+  without.right.width_px = 0;
+  CHECK_THROWS_WITH(Rectifier(without), Catch::Contains("the image sizes are 752x480 and 0x480"));
+}
+
+TEST_CASE("A recording whose cameras have images of different sizes is read", "[rectifier]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  fs::remove(folder / "calibration.yaml");
+  write_text(folder / "times.txt", "0\n0.1\n0.2\n");
+  const auto lens = [](int width, int height, double focal_px) {
+    return fmt::format("{{resolution: [{}, {}], intrinsics: [{}, {}, {}, {}], distortion_model: none}}\n",
+                       width, height, focal_px, focal_px, 0.5 * width, 0.5 * height);
+  };
+  const auto write_calibration = [&](const std::string& right) {
+    write_text(folder / "calibration.yaml",
+               "left: " + lens(320, 120, 200.0) + "right: " + right +
+                   "T_right_left: [1, 0, 0, -0.4, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n");
+  };
+  for (const auto& entry : fs::directory_iterator(folder / "right")) {
+    const cv::Mat image = cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE);
+    cv::Mat half;
+    cv::resize(image, half, cv::Size(160, 60));
+    cv::imwrite(entry.path().string(), half);
+  }
+  write_calibration(lens(160, 60, 100.0));
+  const auto scan = scan_sequence(folder.path(), "auto");
+  for (const auto& problem : scan.problems) CHECK(problem.text.empty());
+  CHECK(scan.sequence.camera.width_px == 320);
+  const StereoFrame frame = load_frame(scan.sequence, 1);
+  CHECK(frame.left.size() == cv::Size(320, 120));
+  CHECK(frame.right.size() == cv::Size(320, 120));
+  CHECK_FALSE(has_one_image_twice(scan.sequence, 1));
+  CHECK(load_pair(scan.sequence, {.left = 0, .right = 1, .swapped = true}).left.size() == cv::Size(320, 120));
+  // The size that is wrong is that of the right images.
+  write_calibration(lens(320, 120, 200.0));
+  const auto wrong = scan_sequence(folder.path(), "auto");
+  REQUIRE_FALSE(wrong.problems.empty());
+  CHECK_THAT(wrong.problems[0].text, Catch::Contains("resolution is 320x120, but ") &&
+                                         Catch::Contains("right/") &&
+                                         Catch::Contains("has 160x60 pixels; if it was only "
+                                                         "scaled, multiply fx, fy, cx and cy "
+                                                         "by 0.5"));
 }
 
 TEST_CASE("A lens of 150 degrees becomes a view of 110 without a black border", "[rectifier]") {
