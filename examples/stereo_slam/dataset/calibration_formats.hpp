@@ -20,7 +20,7 @@ struct CalibrationText {
   std::vector<YAML::Node> documents;  ///< at least one
 
   [[nodiscard]] const YAML::Node& root() const { return documents.front(); }
-  /// Whether the only document has this key. A point in it leads into a map: "Camera.fx".
+  /// Whether the first document has this key. A point in it leads into a map: "Camera.fx".
   [[nodiscard]] bool has(std::string_view key) const;
 };
 

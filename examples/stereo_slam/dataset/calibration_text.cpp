@@ -160,7 +160,6 @@ namespace fs = std::filesystem;
 }  // namespace
 
 bool CalibrationText::has(std::string_view key) const {
-  if (documents.size() != 1) return false;
   YAML::Node node = root();
   while (node.IsMap()) {
     const auto point = key.find('.');

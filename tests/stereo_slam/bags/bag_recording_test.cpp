@@ -221,6 +221,35 @@ TEST_CASE("Projection matrices in a bag that contradict each other are refused",
   }
 }
 
+TEST_CASE("The first calibrated camera_info counts, and needs no more than the images need", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  for (const char* name : {"uncalibrated_first.bag", "bare_rectified.bag", "bare_raw.bag"}) {
+    CAPTURE(name);
+    const auto scan = scan_bag(*folder / name, {});
+    CHECK(scan.problems.empty());
+    CHECK(scan.sequence.camera.baseline_m == Approx(0.4));
+    check_images(scan, *folder);
+  }
+  CHECK_THAT(error_of(*folder / "uncalibrated.bag"),
+             Catch::Contains("/stereo/left/camera_info: the camera matrix K is zero in all messages") &&
+                 Catch::Contains("--calibration FILE"));
+}
+
+TEST_CASE("A positive baseline in a camera_info is read, with a warning that names the topic", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  for (const char* name : {"rect_positive.bag", "raw_positive.bag"}) {
+    CAPTURE(name);
+    const auto scan = scan_bag(*folder / name, {});
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_FALSE(is_error(scan.problems[0]));
+    CHECK_THAT(scan.problems[0].text,
+               Catch::Contains("right/camera_info: P[3] of the right camera is 80, but must be negative"));
+    CHECK(scan.sequence.camera.baseline_m == Approx(0.4));
+  }
+}
+
 TEST_CASE("Errors of the library that reads bags are in plain words", "[bags]") {
   const auto folder = bags();
   if (!folder) return;

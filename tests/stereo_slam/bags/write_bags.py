@@ -94,6 +94,23 @@ def changed_projection(wanted_side, element, value):
     return info
 
 
+def uncalibrated(messages):
+    """Infos of which so many of each camera have a K of zeros, as drivers send them before a calibration."""
+    sent = {"left": 0, "right": 0}
+
+    def info(side):
+        sent[side] += 1
+        message = camera_info(side)
+        return CameraInfo(width=320, height=120) if sent[side] <= messages else message
+
+    return info
+
+
+def bare(side):
+    """Of rectified images, without what these do not need."""
+    return CameraInfo(width=320, height=120, K=camera_info(side).K, P=camera_info(side).P)
+
+
 def half(path, when):
     """An image of every second pixel of every second row."""
     message = image(path, when)
@@ -153,7 +170,12 @@ write("swapped.bag", stereo, info=lambda side: camera_info("right" if side == "l
 write("fisheye.bag", stereo, info=strange_lens)
 write("wider.bag", stereo, lambda path, when: wider(path, when) if "right" in path and path.endswith("3.png") else image(path, when))
 write("strange.bag", stereo, lambda path, when: image(path, when, "32FC1"))
+write("uncalibrated_first.bag", stereo, info=uncalibrated(2))
+write("uncalibrated.bag", stereo, info=uncalibrated(1000))
+write("bare_rectified.bag", rectified, info=bare)
+write("bare_raw.bag", stereo, info=bare)
 for name, topics in (("rect", rectified), ("raw", stereo)):
+    write(f"{name}_positive.bag", topics, info=lambda side: camera_info(side, baseline=-0.4))
     write(f"{name}_cx.bag", topics, info=changed_projection("right", 2, 180.0))
     write(f"{name}_fx.bag", topics, info=changed_projection("left", 0, 210.0))
     write(f"{name}_cy.bag", topics, info=changed_projection("right", 6, 70.0))
