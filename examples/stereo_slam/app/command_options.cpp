@@ -22,8 +22,9 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
       ->type_name("DIR");
   app.add_option(
          "--calibration", dataset.calibration,
-         "calibration of the camera, if it is not in the folder: calibration.yaml, camchain.yaml of Kalibr, "
-         "YAML or XML of OpenCV, or left.yaml of ROS with right.yaml beside it")
+         "calibration of the camera, if it is not in the folder: calibration.yaml, or a file of Kalibr, "
+         "OpenCV, "
+         "ROS (left.yaml with right.yaml beside it), a ZED, ORB-SLAM, stella_vslam, VINS, OpenVINS or Basalt")
       ->check(require_name)
       ->type_name("FILE");
   auto* left_topic =

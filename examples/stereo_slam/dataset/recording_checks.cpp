@@ -116,7 +116,10 @@ ImageCentre centre_of(const StereoSequence& sequence) {
     return {camera.cx, camera.cy, camera.width_px, camera.height_px};
   }
   const auto& [left, right] = std::pair(sequence.rig->left, sequence.rig->right);
-  return {0.5 * (left.cx + right.cx), 0.5 * (left.cy + right.cy), left.width_px, left.height_px};
+  const double across = static_cast<double>(left.width_px) / right.width_px;  // the sizes may differ
+  const double down = static_cast<double>(left.height_px) / right.height_px;
+  return {0.5 * (left.cx + across * right.cx), 0.5 * (left.cy + down * right.cy), left.width_px,
+          left.height_px};
 }
 
 std::optional<double> size_factor(const ImageCentre& centre) {

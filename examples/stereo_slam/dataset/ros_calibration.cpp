@@ -62,7 +62,8 @@ struct NamedCameraInfo {
   if (map.has(keys->D)) info.D = map.numbers({keys->D});
   read_numbers(map, keys->R, info.R);
   read_numbers(map, keys->P, info.P);
-  (void)pinhole_of(info, [&](const std::string& what) { map.fail(map.get({keys->K}), what); });
+  if (is_calibrated(info))
+    (void)pinhole_of(info, [&](const std::string& what) { map.fail(map.get({keys->K}), what); });
   if (map.has("camera_name")) camera.name = map.get({"camera_name"}).Scalar();
   if (map.has("header") && map.map("header").has("frame_id"))
     camera.name = map.map("header").get({"frame_id"}).Scalar();
@@ -77,7 +78,8 @@ struct NamedCameraInfo {
          });
 }
 
-/// The cameras of a file; the second and later messages of the same camera are left out.
+/// The cameras of a file. The second and later messages of the same camera are left out, and those of cameras
+/// that are not calibrated yet. Throws std::runtime_error if there is no other.
 [[nodiscard]] std::vector<NamedCameraInfo> read_camera_infos(const CalibrationText& text) {
   std::vector<NamedCameraInfo> cameras;
   for (const auto& document : text.documents) {
@@ -86,7 +88,14 @@ struct NamedCameraInfo {
     const auto same = [&](const NamedCameraInfo& other) {
       return other.info.K == camera.info.K && other.info.P == camera.info.P;
     };
-    if (std::none_of(cameras.begin(), cameras.end(), same)) cameras.push_back(std::move(camera));
+    if (is_calibrated(camera.info) && std::none_of(cameras.begin(), cameras.end(), same))
+      cameras.push_back(std::move(camera));
+  }
+  if (cameras.empty()) {
+    fail(text.file,
+         "the camera matrix K is zero, which says that the camera is not calibrated; calibrate the two "
+         "cameras as a "
+         "stereo pair");
   }
   return cameras;
 }

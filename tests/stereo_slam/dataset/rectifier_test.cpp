@@ -137,13 +137,13 @@ TEST_CASE("A recording whose cameras have images of different sizes is read", "[
   }
   write_calibration(lens(160, 60, 100.0));
   const auto scan = scan_sequence(folder.path(), "auto");
-  for (const auto& problem : scan.problems) CHECK(problem.text.empty());
+  for (const auto& problem : scan.problems) FAIL(problem.text);
   CHECK(scan.sequence.camera.width_px == 320);
   const StereoFrame frame = load_frame(scan.sequence, 1);
   CHECK(frame.left.size() == cv::Size(320, 120));
   CHECK(frame.right.size() == cv::Size(320, 120));
   CHECK_FALSE(has_one_image_twice(scan.sequence, 1));
-  CHECK(load_pair(scan.sequence, {.left = 0, .right = 1, .swapped = true}).left.size() == cv::Size(320, 120));
+  CHECK(load_raw_pair(scan.sequence, 0, 1).right.size() == cv::Size(160, 60));
   // The size that is wrong is that of the right images.
   write_calibration(lens(320, 120, 200.0));
   const auto wrong = scan_sequence(folder.path(), "auto");

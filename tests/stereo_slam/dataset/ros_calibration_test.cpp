@@ -122,6 +122,15 @@ TEST_CASE("Echoed camera_info of ROS 1 and 2 is read, from two files or from one
     write_text(folder / "both.yaml", left + right + "frame_rate_hz: 20\n");
     check_rig(read_calibration(folder / "both.yaml"), cameras, 320);
     CHECK(read_calibration(folder / "both.yaml").frame_rate_hz == 20.0);
+    std::string uncalibrated = left;
+    const auto K = uncalibrated.find(ros2 ? "\nk:" : "\nK:");
+    const auto first = uncalibrated.find_first_of("123456789", K);
+    uncalibrated.replace(first, 3, "000");
+    write_text(folder / "both.yaml", uncalibrated + left + right);
+    check_rig(read_calibration(folder / "both.yaml"), cameras, 320);
+    write_text(folder / "both.yaml", uncalibrated);
+    CHECK_THAT(calibration_error(folder / "both.yaml"),
+               Catch::Contains("both.yaml: the camera matrix K is zero"));
     write_text(folder / "alone.yaml", left);
     CHECK_THAT(calibration_error(folder / "alone.yaml"), Catch::Contains("is one camera of a ROS pair"));
     write_text(folder / "both.yaml", left + right + right.substr(0, right.find("binning")));
