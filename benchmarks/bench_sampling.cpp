@@ -6,6 +6,7 @@
 
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/cubature/point_sets.hpp>
+#include <antipode/distributions/pose_algebra.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 #include <antipode/sampling/sample_gaussian.hpp>
@@ -129,6 +130,32 @@ TEST_CASE("Covariances of poses", "[benchmark][sampling]") {
   };
   BENCHMARK_ADVANCED("change of the child frame")(Chronometer meter) {
     meter.measure([&](int i) { return compose(poses[at(i)], poses[at(i + 1)].pose()); });
+  };
+}
+
+TEST_CASE("Products of uncertain poses", "[benchmark][sampling]") {
+  Rng rng(4);
+  std::vector<PoseGaussian<double>> poses;
+  for (std::size_t k = 0; k < kDensities; ++k) {
+    poses.push_back(to_pose_gaussian(random_bingham_gaussian<double>(rng, 2.0, 6.0)));
+  }
+  const Matrix6<double> independent = Matrix6<double>::Zero();
+  const auto product = [](const DualQuaternion<double>& a, const DualQuaternion<double>& b) { return a * b; };
+  BENCHMARK_ADVANCED("first order")(Chronometer meter) {
+    meter.measure([&](int i) { return compose_first_order(poses[at(i)], poses[at(i + 1)]); });
+  };
+  BENCHMARK_ADVANCED("fourth order")(Chronometer meter) {
+    meter.measure([&](int i) { return compose(poses[at(i)], poses[at(i + 1)]); });
+  };
+  BENCHMARK_ADVANCED("24 points on the axes")(Chronometer meter) {
+    meter.measure([&](int i) {
+      return propagate(CubatureRule<12>{}, poses[at(i)], poses[at(i + 1)], independent, product);
+    });
+  };
+  BENCHMARK_ADVANCED("degree 5, 280 points")(Chronometer meter) {
+    meter.measure([&](int i) {
+      return propagate(Degree5Rule<12>{}, poses[at(i)], poses[at(i + 1)], independent, product);
+    });
   };
 }
 

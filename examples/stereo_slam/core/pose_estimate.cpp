@@ -36,7 +36,7 @@ LinkedPose add_link(const LinkedPose& T_a_b, const PoseGaussian& T_b_c, bool mea
 }
 
 LinkedPose compose(const LinkedPose& T_a_b, const PoseGaussian& T_b_c) {
-  return {compose(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.J_common};
+  return {compose_first_order(T_a_b.estimate, T_b_c), T_b_c.pose.inverse().adjoint() * T_a_b.J_common};
 }
 
 PoseGaussian with_calibration_error(const PoseGaussian& T_a_b, const CalibrationError& error) {

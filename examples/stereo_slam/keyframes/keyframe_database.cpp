@@ -44,7 +44,7 @@ std::size_t KeyframeDatabase::add(Keyframe keyframe) {
   keyframe.points.shrink_to_fit();
   if (!keyframes_.empty()) {
     const Keyframe& previous = keyframes_.back();
-    keyframe.T_world_keyframe = compose(previous.T_world_keyframe, keyframe.T_previous_keyframe);
+    keyframe.T_world_keyframe = compose_first_order(previous.T_world_keyframe, keyframe.T_previous_keyframe);
     keyframe.path_length_m = previous.path_length_m + keyframe.T_previous_keyframe.pose.translation().norm();
   }
   keyframes_.push_back(std::move(keyframe));
@@ -61,7 +61,7 @@ void KeyframeDatabase::correct(const std::vector<PoseGaussian>& T_world_keyframe
     keyframes_[id].T_world_keyframe =
         id < T_world_keyframe.size()
             ? T_world_keyframe[id]
-            : compose(keyframes_[id - 1].T_world_keyframe, keyframes_[id].T_previous_keyframe);
+            : compose_first_order(keyframes_[id - 1].T_world_keyframe, keyframes_[id].T_previous_keyframe);
   }
 }
 

@@ -165,13 +165,13 @@ std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasur
     const auto relative = [&](std::size_t from, std::size_t to) {
       PoseGaussian T_from_to;
       for (std::size_t id = std::min(from, to) + 1; id <= std::max(from, to); ++id) {
-        T_from_to = compose(T_from_to, keyframes[id].T_previous_keyframe);
+        T_from_to = compose_first_order(T_from_to, keyframes[id].T_previous_keyframe);
       }
       return from <= to ? T_from_to : antipode::inverse(T_from_to);
     };
-    const PoseGaussian expected =
-        compose(compose(relative(loop->old_keyframe, last.old_keyframe), last.T_old_new),
-                relative(last.new_keyframe, loop->new_keyframe));
+    const PoseGaussian expected = compose_first_order(
+        compose_first_order(relative(loop->old_keyframe, last.old_keyframe), last.T_old_new),
+        relative(last.new_keyframe, loop->new_keyframe));
     const double tolerated = settings_.gate_scale * settings_.max_chi2;
     if (mahalanobis_squared(expected, loop->T_old_new) > tolerated) agreeing_.clear();
   }

@@ -355,7 +355,7 @@ PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) con
         to));
   }
   const auto covariance = information.covariances(from, to);
-  const PoseGaussian relative = antipode::relative_pose<double>(
+  const PoseGaussian relative = antipode::relative_pose_first_order<double>(
       {poses[from], covariance.first}, {poses[to], covariance.second}, covariance.first_second);
   const Matrix6<double> J_common =
       information.J_common(to) - relative.pose.inverse().adjoint() * information.J_common(from);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <concepts>
 
@@ -92,34 +93,56 @@ struct CubatureRule {
   }
 };
 
-/// 1 + 2 Dim + 2^Dim points (15 for Dim = 3): the centre, +-sqrt(6) e_i and the corners sqrt(3/2) (+-1, ...,
-/// +-1). Exact to degree 5 with positive weights for Dim <= 6. Reference: Stroud, "Approximate calculation of
-/// multiple integrals", 1971 (E_n^r2 5-5).
+/// 1 + 2 Dim + 2^Dim points for Dim <= 6 (15 for Dim = 3), 2 Dim + 256 for 7 <= Dim <= 12: the centre, points
+/// on the axes and corners of a cube. Exact to degree 5 with positive weights. Reference: Stroud,
+/// "Approximate calculation of multiple integrals", 1971 (E_n^r2 5-5), with sqrt(6) e_i and sqrt(3/2) (+-1,
+/// ..., +-1).
+///
+/// From seven dimensions on, 256 of the corners do: those in which the products of up to five coordinates
+/// have the mean zero, because they are the words of a linear code whose dual has the distance six (Bose,
+/// 1961). With the axes at sqrt((Dim + 2)/2) and the corners at sqrt((Dim + 2)/(Dim - 2)) the centre has no
+/// weight.
 template <int Dim>
-requires(Dim >= 2 && Dim <= 6) struct Degree5Rule {
-  static constexpr int kDim = Dim;                       ///< of the points
-  static constexpr int kCorners = 1 << Dim;              ///< of the cube
-  static constexpr int kCount = 1 + 2 * Dim + kCorners;  ///< number of points
+requires(Dim >= 2 && Dim <= 12) struct Degree5Rule {
+  static constexpr int kDim = Dim;                                ///< of the points
+  static constexpr bool kAllCorners = Dim <= 6;                   ///< of the cube, and the centre
+  static constexpr int kCorners = kAllCorners ? 1 << Dim : 256;   ///< of the cube that are points
+  static constexpr int kFirstAxis = kAllCorners ? 1 : 0;          ///< number of points at the centre
+  static constexpr int kCount = kFirstAxis + 2 * Dim + kCorners;  ///< number of points
 
   /// The points for N(0, I), as columns, and their weights.
   template <std::floating_point Scalar>
   [[nodiscard]] WeightedSamples<Scalar, Dim, kCount> standard() const {
     using std::sqrt;
-    constexpr Scalar kAxisSquare = Scalar(6), kCornerSquare = Scalar(1.5);
+    constexpr Scalar n(Dim);
+    constexpr Scalar kAxisSquare = kAllCorners ? Scalar(6) : (n + 2) / Scalar(2);
+    constexpr Scalar kCornerSquare = kAllCorners ? Scalar(1.5) : (n + 2) / (n - 2);
     constexpr Scalar kAxisWeight = Scalar(1) / (kAxisSquare * kAxisSquare);
     constexpr Scalar kCornerWeight = Scalar(1) / (Scalar(kCorners) * kCornerSquare * kCornerSquare);
     const Scalar corner_entry = sqrt(kCornerSquare);
     WeightedSamples<Scalar, Dim, kCount> samples;
-    samples.points.col(0).setZero();
-    samples.weights[0] = Scalar(1) - Scalar(2 * Dim) * kAxisWeight - Scalar(kCorners) * kCornerWeight;
-    detail::set_axis_points<Scalar, Dim, kCount>(1, sqrt(kAxisSquare), samples.points);
-    for (int k = 1; k <= 2 * Dim; ++k) samples.weights[k] = kAxisWeight;
+    if constexpr (kAllCorners) {
+      samples.points.col(0).setZero();
+      samples.weights[0] = Scalar(1) - Scalar(2 * Dim) * kAxisWeight - Scalar(kCorners) * kCornerWeight;
+    }
+    detail::set_axis_points<Scalar, Dim, kCount>(kFirstAxis, sqrt(kAxisSquare), samples.points);
+    for (int k = 0; k < 2 * Dim; ++k) samples.weights[kFirstAxis + k] = kAxisWeight;
     for (int corner = 0; corner < kCorners; ++corner) {
-      const int k = 1 + 2 * Dim + corner;
-      for (int i = 0; i < Dim; ++i) samples.points(i, k) = corner >> i & 1 ? -corner_entry : corner_entry;
+      const int k = kFirstAxis + 2 * Dim + corner;
+      for (int i = 0; i < Dim; ++i)
+        samples.points(i, k) = is_negative(corner, i) ? -corner_entry : corner_entry;
       samples.weights[k] = kCornerWeight;
     }
     return samples;
+  }
+
+ private:
+  /// Whether coordinate i of a corner is negative: bit i of its number; from the ninth coordinate on, the
+  /// parity of some of the first eight.
+  [[nodiscard]] static constexpr bool is_negative(int corner, int i) {
+    constexpr int kParities[] = {0x1f, 0x67, 0xab, 0xd5};
+    return i < 8 ? (corner >> i & 1) != 0
+                 : std::popcount(static_cast<unsigned>(corner & kParities[i - 8])) % 2 != 0;
   }
 };
 

@@ -102,13 +102,31 @@ template <std::floating_point Scalar, PoseRule<BinghamGaussian<Scalar>> Rule>
   return moments.density(options.keep_coupling);
 }
 
+namespace detail {
+
+/// A rule for a function of N coordinates: exact to degree 5 where that takes few points.
+template <int N>
+[[nodiscard]] constexpr auto prediction_rule() {
+  if constexpr (N == 1) {
+    return UnscentedRule<1>{};
+  } else if constexpr (N <= 6) {
+    return MysovskikhRule<N>{};
+  } else {
+    return CubatureRule<N>{};
+  }
+}
+template <int N>
+using PredictionRule = decltype(prediction_rule<N>());
+
+}  // namespace detail
+
 /// The first-order prediction of a concentrated state, in closed form: with w = u E[v], x exp(xi) w exp(nu) =
 /// x w exp(Ad(w^-1) xi) exp(nu), so that P' = A P A^T + Q with A = Ad(w^-1).
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> predict_closed_form(const PoseGaussian<Scalar>& state,
                                                        const DualQuaternion<Scalar>& motion,
                                                        const PoseGaussian<Scalar>& noise) {
-  return compose(state, PoseGaussian<Scalar>{motion * noise.pose, noise.covariance});
+  return compose_first_order(state, PoseGaussian<Scalar>{motion * noise.pose, noise.covariance});
 }
 
 /// The first-order prediction in the split chart. The noise is still in the screw chart: in the axes of the
@@ -132,8 +150,9 @@ requires std::same_as<Split, SplitPoseGaussian<Scalar>>
                      detail::congruence<Scalar, 6, 6>(B, noise.covariance)};
 }
 
-/// The prediction of a concentrated state in any chart through sigma points in R^12, CubatureRule<12> say:
-/// the mean is right to second order, too.
+/// The prediction of a concentrated state in any chart through sigma points in R^12. With Degree5Rule<12>,
+/// mean and covariance are right to second order; the 24 points of CubatureRule<12> give the mean to second
+/// order, but miss what the product of two wide axes adds to a narrow one.
 template <std::floating_point Scalar, class Chart, GaussianRule Rule>
 requires(Rule::kDim == 12)
     [[nodiscard]] PoseGaussian<Scalar, Chart> predict(const PoseGaussian<Scalar, Chart>& state,
@@ -145,9 +164,11 @@ requires(Rule::kDim == 12)
 }
 
 /// The prediction of a state of any kind, a joint one say: x <- f(x). The covariance `noise` is added to that
-/// of the vector about the result. f maps a state to a state. Through the points of a rule, by default two
-/// for every dimension.
-template <ConcentratedDensity Density, class F, GaussianRule Rule = CubatureRule<Density::Chart::kDim>>
+/// of the vector about the result. f maps a state to a state. Through the points of a rule, by default one
+/// that is exact to degree 5 for up to six dimensions (57 points for a pose), and two points for every
+/// dimension of larger states.
+template <ConcentratedDensity Density, class F,
+          GaussianRule Rule = detail::PredictionRule<Density::Chart::kDim>>
 requires std::invocable<F&, const typename Density::Chart::Point&>
 [[nodiscard]] Density predict(const Density& state, F&& f,
                               const Matrix<typename Density::Scalar, Density::Chart::kDim>& noise,

@@ -148,7 +148,7 @@ Outcome drive(LoopThread thread, const Eyes& eyes = own, const Circumstances& ci
     auto& poses = outcome.closed;
     for (std::size_t k = 0; k < poses.size(); ++k) {
       poses[k] = k < correction->T_world_keyframe.size() ? correction->T_world_keyframe[k].estimate
-                                                         : compose(poses[k - 1], steps[k]);
+                                                         : compose_first_order(poses[k - 1], steps[k]);
     }
   };
   for (std::size_t frame = 0; frame < circumstances.keyframes * kFramesApart; ++frame) {
@@ -163,8 +163,9 @@ Outcome drive(LoopThread thread, const Eyes& eyes = own, const Circumstances& ci
     if (const auto from = eyes(k)) keyframe.points = town.view(k, *from);
     if (k > 0) keyframe.T_previous_keyframe = town.odometry(k);
     steps.push_back(keyframe.T_previous_keyframe);
-    outcome.open.push_back(k == 0 ? PoseGaussian{} : compose(outcome.open.back(), steps.back()));
-    outcome.closed.push_back(k == 0 ? PoseGaussian{} : compose(outcome.closed.back(), steps.back()));
+    outcome.open.push_back(k == 0 ? PoseGaussian{} : compose_first_order(outcome.open.back(), steps.back()));
+    outcome.closed.push_back(k == 0 ? PoseGaussian{}
+                                    : compose_first_order(outcome.closed.back(), steps.back()));
     const bool lost = keyframe.segment > 0 && outcome.segment_localised.size() < 2;
     loops.add_keyframe(std::move(keyframe), {}, lost ? CorrectionDelay::kShort : CorrectionDelay::kUsual);
   }

@@ -37,11 +37,11 @@ TEST_CASE("Poses of frames are compositions over their keyframes", "[stereo_slam
   CHECK(trajectory.reference_frame() == 4);
   const auto poses = trajectory.poses(0.0);
   REQUIRE(poses.size() == 6);
-  const PoseGaussian fourth = compose(step(2.0), step(2.0));
+  const PoseGaussian fourth = compose_first_order(step(2.0), step(2.0));
   CHECK(poses[0].pose.is_approx(Pose::identity(), 0.0));
   CHECK(poses[4].pose.is_approx(fourth.pose, 1e-12));
   CHECK(poses[4].covariance.isApprox(fourth.covariance, 1e-12));
-  CHECK(poses[5].pose.is_approx(compose(fourth, step(1.0)).pose, 1e-12));
+  CHECK(poses[5].pose.is_approx(compose_first_order(fourth, step(1.0)).pose, 1e-12));
 }
 
 TEST_CASE("The common error of the links adds up from keyframe to keyframe", "[stereo_slam][slam]") {
