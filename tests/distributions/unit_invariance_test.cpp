@@ -10,6 +10,7 @@
 #include <antipode/distributions/pose_gaussian_queries.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/filters/predict.hpp>
+#include <antipode/geometry/interpolation.hpp>
 
 #include "distributions/random_mixtures.hpp"
 #include "support/catch.hpp"
@@ -202,6 +203,28 @@ TEST_CASE("The unit of length does not matter to fits of samples", "[units][law]
       CHECK(difference(Screw{match_b.pose(), match_b.covariance()},
                        in_unit(Screw{match_a.pose(), match_a.covariance()}, unit)) <= kTolerance);
     }
+  }
+}
+
+TEST_CASE("The unit of length does not matter to the mean of poses", "[units][law]") {
+  Rng rng(5);
+  constexpr int kPoses = 9;
+  const Pose center = random_pose<double>(rng, 1e3);
+  Matrix<double, 8, kPoses> metres, scaled;
+  for (int k = 0; k < kPoses; ++k) metres.col(k) = nearby_pose(rng, center, 0.8, 100.0).coeffs();
+  const Vector<double, kPoses> weights = Vector<double, kPoses>::Ones();
+  const auto expected = mean(metres, weights);
+  REQUIRE(expected.converged);
+  for (const double unit : kUnits) {
+    CAPTURE(unit);
+    for (int k = 0; k < kPoses; ++k) {
+      scaled.col(k) = in_unit(Pose::from_coefficients(metres.col(k)), unit).coeffs();
+    }
+    const auto result = mean(scaled, weights);
+    REQUIRE(result.converged);
+    const Vector6<double> difference = in_unit(result.pose, 1 / unit).boxminus(expected.pose);
+    CHECK(difference.head<3>().norm() <= 1e-13);  // rad
+    CHECK(difference.tail<3>().norm() <= 1e-10);  // m, of 1e3 m
   }
 }
 

@@ -29,7 +29,8 @@ template <class A, class B>
 /// When the iteration of a mean ends.
 struct PoseMeanOptions {
   int max_iterations = 50;  ///< most steps
-  /// Step (rad, m) that counts as converged, in units of the rounding error of the largest pose.
+  /// Step that counts as converged, in units of rounding errors: of a rotation, and of the longest
+  /// translation.
   double tolerance = 16.0;
 };
 
@@ -85,15 +86,16 @@ requires(Poses::RowsAtCompileTime == 8 && Weights::ColsAtCompileTime == 1)
   const Vector4<Scalar> axis = detail::symmetric_eigen<Scalar, 4>(scatter).vectors.col(3);
   PoseMean<Scalar> result{.pose = Pose::from_rotation_translation(axis, translation)};
 
-  const Scalar small = Scalar(options.tolerance) * Eigen::NumTraits<Scalar>::epsilon() *
-                       (Scalar(1) + poses.cwiseAbs().maxCoeff());
+  const Scalar rounding = Scalar(2) * Scalar(options.tolerance) * Eigen::NumTraits<Scalar>::epsilon();
+  const Scalar longest = poses.template bottomRows<4>().cwiseAbs().maxCoeff();
   while (!result.converged && result.iterations < options.max_iterations) {
     Vector6<Scalar> step = Vector6<Scalar>::Zero();
     for (Eigen::Index k = 0; k < poses.cols(); ++k) {
       step += weights[k] / unit / total * Pose::unchecked(poses.col(k)).boxminus(result.pose);
     }
     result.pose = result.pose.boxplus(step).renormalized();
-    result.converged = step.norm() <= small;
+    result.converged =
+        step.template head<3>().norm() <= rounding && step.template tail<3>().norm() <= rounding * longest;
     ++result.iterations;
   }
   return result;
