@@ -96,11 +96,6 @@ Covariance process_noise() {
 // A root of it: what the simulation multiplies with draws of N(0, I).
 Covariance root_of(const Covariance& P) { return antipode::detail::cholesky_factor<double, 15>(P).value(); }
 
-double nees(const Filter::Belief& belief, const State& truth) {
-  const Tangent error = Chart::local(belief.state, truth);
-  return antipode::detail::solve_lower<double, 15, 1>(root_of(belief.covariance), error).squaredNorm();
-}
-
 // A turning, climbing flight: what the sensors read without noise.
 ImuReading reading(double t_s) {
   return {{0.1 * std::sin(0.5 * t_s), 0.05 * std::cos(0.3 * t_s), 0.2},

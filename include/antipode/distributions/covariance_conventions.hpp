@@ -44,7 +44,7 @@ namespace detail {
 template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> checked_pose_covariance(const Matrix6<Scalar>& P) {
   const Matrix6<Scalar> symmetric =
-      checked_symmetric<Scalar, 6>("pose covariance is not finite or not symmetric", P);
+      checked_covariance<Scalar, 6>("pose covariance is not finite or not symmetric", P);
   (void)root_of_covariance<Scalar, 6>("pose covariance has a negative eigenvalue", symmetric);
   return symmetric;
 }

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <concepts>
+#include <stdexcept>
 #include <type_traits>
 
+#include <antipode/detail/cholesky.hpp>
 #include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
@@ -22,8 +24,8 @@ struct StateGaussian {
   using Chart = Chart_;                   ///< in which xi is normally distributed
   using Scalar = typename Chart::Scalar;  ///< of coordinates
 
-  typename Chart::Point state;             ///< the mean
-  Matrix<Scalar, Chart::kDim> covariance;  ///< of xi
+  typename Chart::Point state{};                                                 ///< the mean
+  Matrix<Scalar, Chart::kDim> covariance = Matrix<Scalar, Chart::kDim>::Zero();  ///< of xi
 };
 
 /// PoseGaussian in any chart and StateGaussian: {mean, covariance of the vector about it}.
@@ -51,5 +53,28 @@ template <ConcentratedDensity Density>
 }
 
 }  // namespace detail
+
+/// e^T P^-1 e with e = C::local(x.state, state), as that of a pose (pose_gaussian_queries.hpp): chi-square
+/// with C::kDim degrees of freedom for draws of x. Throws std::domain_error if the covariance is singular,
+/// std::invalid_argument if it is not symmetric or not finite.
+template <Chart C>
+[[nodiscard]] typename C::Scalar mahalanobis_squared(const StateGaussian<C>& x,
+                                                     const typename C::Point& state) {
+  using Scalar = typename C::Scalar;
+  constexpr int N = C::kDim;
+  const auto L = detail::cholesky_factor<Scalar, N>(
+      detail::checked_covariance<Scalar, N>("state covariance is not finite or not symmetric", x.covariance));
+  if (!L) [[unlikely]] {
+    throw std::domain_error("a state density with a singular covariance has no Mahalanobis distance");
+  }
+  return detail::solve_lower<Scalar, N, 1>(*L, C::local(x.state, state)).squaredNorm();
+}
+
+/// The normalised estimation error squared (NEES) of an estimated joint state, given the true one:
+/// mahalanobis_squared. It is C::kDim on average if the covariance is right.
+template <Chart C>
+[[nodiscard]] typename C::Scalar nees(const StateGaussian<C>& estimate, const typename C::Point& truth) {
+  return mahalanobis_squared(estimate, truth);
+}
 
 }  // namespace antipode

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <concepts>
+#include <cstdint>
 #include <utility>
 
+#include <antipode/detail/check.hpp>
 #include <antipode/distributions/mixture.hpp>
 #include <antipode/distributions/mixture_reduction.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
@@ -57,34 +59,75 @@ class MixtureFilter {
   template <class Motion>
   Step predict(const Motion& T_before_now) {
     Step step;
-    keep(compose(belief_, T_before_now, options_.transport), step);
+    keep(reduced(compose(belief_, T_before_now, options_.transport), step));
     return step;
   }
 
-  /// The belief given a measurement of the same pose, independent of what is known (MPG Eqs. 19-20).
-  Step update(const Belief& measurement) {
+  /// A result of propose(), which commit() makes the belief.
+  class Proposal : public Step {
+   public:
+    /// The posterior; the belief as it was if the status is kNoSupport.
+    [[nodiscard]] const Belief& posterior() const noexcept { return posterior_; }
+
+   private:
+    friend MixtureFilter;
+    Proposal(const Step& step, Belief posterior, std::uint64_t belief)
+        : Step(step), posterior_(std::move(posterior)), belief_(belief) {}
+
+    Belief posterior_;
+    std::uint64_t belief_;  ///< the belief it was computed from
+  };
+
+  /// What update() would make of the belief, which stays as it is: to gate a measurement by log_evidence or
+  /// rejected_weight.
+  [[nodiscard]] Proposal propose(const Belief& measurement) const {
     Step step;
     auto fused = try_fuse(belief_, measurement, options_.fusion);
     if (!fused) {
       step.status = UpdateStatus::kNoSupport;
       step.rejected_weight = Scalar(1);
-      return step;
+      return {step, belief_, beliefs_};
     }
     step.log_evidence = fused->log_mass;
     step.rejected_weight = fused->rejected_weight;
     step.linearization_bound = fused->linearization_bound;
-    keep(fused->mixture, step);
-    return step;
+    auto posterior = reduced(fused->mixture, step);
+    return {step, std::move(posterior), beliefs_};
+  }
+  /// Makes the posterior of a proposal the belief, unless its status is other than kConverged; returns
+  /// whether. Throws std::invalid_argument if the belief has changed since the proposal was made: what was
+  /// learnt in between would be lost.
+  bool commit(const Proposal& proposal) {
+    if (proposal.belief_ != beliefs_) [[unlikely]] {
+      detail::throw_invalid("proposal is of an earlier belief; predictions and updates since it was made",
+                            beliefs_ - proposal.belief_);
+    }
+    if (proposal.status != UpdateStatus::kConverged) return false;
+    keep(proposal.posterior_);
+    return true;
+  }
+
+  /// The belief given a measurement of the same pose, independent of what is known (MPG Eqs. 19-20). It is
+  /// propose() and commit() in one.
+  Step update(const Belief& measurement) {
+    const Proposal proposal = propose(measurement);
+    (void)commit(proposal);
+    return proposal;
   }
 
  private:
-  void keep(const Belief& belief, Step& step) {
-    auto reduced = reduce(belief, options_.reduction);
-    step.reduction_bound = reduced.probability_bound;
-    belief_ = std::move(reduced.mixture);
+  [[nodiscard]] Belief reduced(const Belief& belief, Step& step) const {
+    auto result = reduce(belief, options_.reduction);
+    step.reduction_bound = result.probability_bound;
+    return std::move(result.mixture);
+  }
+  void keep(Belief belief) {
+    belief_ = std::move(belief);
+    ++beliefs_;
   }
 
   Belief belief_;
+  std::uint64_t beliefs_ = 0;  ///< how many there were before this one
   Options options_;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <concepts>
+#include <cstdint>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -202,7 +203,7 @@ class PoseFilter {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
     (void)checked(noise);
     if constexpr (std::same_as<Density, Belief>) {
-      density_ = finite(predict_closed_form(density_, T_before_now, noise));
+      keep(finite(predict_closed_form(density_, T_before_now, noise)));
     } else {
       predict_with(T_before_now, detail::converted_to<Density>(noise));
     }
@@ -213,7 +214,7 @@ class PoseFilter {
                const BinghamGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
     if constexpr (std::same_as<Density, Belief>) {
-      density_ = finite(predict_closed_form(density_, T_before_now, to_pose_gaussian(noise)));
+      keep(finite(predict_closed_form(density_, T_before_now, to_pose_gaussian(noise))));
     } else {
       predict_with(T_before_now, noise);
     }
@@ -226,27 +227,58 @@ class PoseFilter {
   requires std::same_as<Density, Belief>
   void predict(F&& f, const std::type_identity_t<Square>& jacobian,
                const std::type_identity_t<Square>& noise) {
-    density_ = checked(predict_closed_form(density_, std::forward<F>(f), jacobian,
-                                           checked(Belief{mean(), noise}).covariance));
+    keep(checked(predict_closed_form(density_, std::forward<F>(f), jacobian,
+                                     checked(Belief{mean(), noise}).covariance)));
   }
 
   /// Whether update() takes such a measurement.
   template <class Measurement>
   static constexpr bool kTakes = std::invocable<const Update&, const Density&, Measurement, const Rule&>;
 
-  /// The belief given a measurement: a log-likelihood (log_likelihood.hpp) or GaussianMeasurements; updates
-  /// that linearise the measurement take GaussianMeasurements only. If the result's status is not kConverged
-  /// the belief stays as it was.
+  /// A result of propose(), which commit() makes the belief.
+  class Proposal : public UpdateResult<Belief> {
+   private:
+    friend PoseFilter;
+    Proposal(UpdateResult<Belief> result, Density density, std::uint64_t belief)
+        : UpdateResult<Belief>(std::move(result)), density_(std::move(density)), belief_(belief) {}
+
+    Density density_;       ///< the posterior as the filter works with it
+    std::uint64_t belief_;  ///< the belief it was computed from
+  };
+
+  /// What update() would make of the belief, which stays as it is: to gate a measurement by its nis, or to
+  /// choose between measurements by log_evidence. Takes what update() takes.
   template <class Measurement>
-  UpdateResult<Belief> update(Measurement&& measurement) {
+  [[nodiscard]] Proposal propose(Measurement&& measurement) const {
     static_assert(
         kTakes<Measurement>,
         "PoseFilter::update: the filter takes a log-likelihood, callable as Scalar(state), or "
         "GaussianMeasurements with a model h(state, i); if it linearises, GaussianMeasurements only; "
         "if it is a Gauss-Newton filter, with a model h(state, i, J)");
     const auto result = update_(density_, std::forward<Measurement>(measurement), rule_);
-    if (result.status == UpdateStatus::kConverged) density_ = result.posterior;
-    return detail::as_update_result(result);
+    return {detail::as_update_result(result), result.posterior, beliefs_};
+  }
+  /// Makes the posterior of a proposal the belief, unless its status is other than kConverged; returns
+  /// whether. Throws std::invalid_argument if the belief has changed since the proposal was made: what was
+  /// learnt in between would be lost.
+  bool commit(const Proposal& proposal) {
+    if (proposal.belief_ != beliefs_) [[unlikely]] {
+      detail::throw_invalid("proposal is of an earlier belief; predictions and updates since it was made",
+                            beliefs_ - proposal.belief_);
+    }
+    if (proposal.status != UpdateStatus::kConverged) return false;
+    keep(proposal.density_);
+    return true;
+  }
+
+  /// The belief given a measurement: a log-likelihood (log_likelihood.hpp) or GaussianMeasurements; updates
+  /// that linearise the measurement take GaussianMeasurements only. If the result's status is not kConverged
+  /// the belief stays as it was. It is propose() and commit() in one.
+  template <class Measurement>
+  UpdateResult<Belief> update(Measurement&& measurement) {
+    const Proposal proposal = propose(std::forward<Measurement>(measurement));
+    (void)commit(proposal);
+    return proposal;
   }
 
  private:
@@ -267,12 +299,17 @@ class PoseFilter {
   }
   void predict_with(const Pose& T_before_now, const Density& noise) {
     const auto& options = update_.options;
-    density_ =
-        antipode::predict(density_, T_before_now, noise, rule_,
-                          {.keep_coupling = options.keep_coupling, .min_eigenvalue = options.min_eigenvalue});
+    keep(antipode::predict(
+        density_, T_before_now, noise, rule_,
+        {.keep_coupling = options.keep_coupling, .min_eigenvalue = options.min_eigenvalue}));
+  }
+  void keep(const Density& density) {
+    density_ = density;
+    ++beliefs_;
   }
 
   Density density_;
+  std::uint64_t beliefs_ = 0;  ///< how many there were before this one
   Rule rule_;
   Update update_;
 };
