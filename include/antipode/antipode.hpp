@@ -46,6 +46,7 @@
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
 #include <antipode/filters/robust_likelihood.hpp>
+#include <antipode/filters/smoothing_filter.hpp>
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/filters/update_status.hpp>
 #include <antipode/geometry/angles.hpp>

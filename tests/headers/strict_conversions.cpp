@@ -65,6 +65,14 @@ class Instances {
       return h(pose, i);
     };
     (void)gauss_newton_update(x, z, h_with_jacobian);
+    (void)linearized_update(x, z, with_angles<0>(z, h));
+    SmoothingFilter<LinearizedPoseFilter<Scalar>> smoothing{LinearizedPoseFilter<Scalar>(x)};
+    smoothing.predict(Pose(), x);
+    (void)smoothing.commit(smoothing.propose(gaussian));
+    (void)smoothing.smoothed();
+    using Navigation = ExtendedPoseChart<Scalar, 3>;
+    const StateGaussian<Navigation> navigation;
+    (void)nees(navigation, Navigation::retract(navigation.state, Navigation::local({}, navigation.state)));
     using AnyRows = NoisyMeasurement<Scalar, Eigen::Dynamic>;
     (void)linearized_update(x, std::vector<AnyRows>{{z[0].z, z[0].R}}, [&](const Pose& pose, std::size_t i) {
       return Vector<Scalar, Eigen::Dynamic>(h(pose, i));
