@@ -76,14 +76,14 @@ struct WrittenStamps {
 void append_stamp(WrittenStamps& stamps, const TrajectoryLayout& layout, const Fields& fields) {
   const std::size_t column = layout.columns ? layout.columns->stamp : 0;
   const long double value = stamp_of(fields[column]);
-  const auto part = layout.columns ? layout.columns->nanoseconds : std::nullopt;
   if (!stamps.values.empty() && value < stamps.values.back()) {
     throw std::runtime_error(fmt::format(
         "stamp {} is earlier than the one before; sort the lines by their stamps", fields[column]));
   }
   stamps.values.push_back(value);
   stamps.whole = stamps.whole && is_whole(fields[column]);
-  if (part) stamps.nanoseconds.push_back(stamp_of(fields[*part]));
+  if (layout.columns && layout.columns->nanoseconds)
+    stamps.nanoseconds.push_back(stamp_of(fields[*layout.columns->nanoseconds]));
 }
 
 /// The pose of a row.
