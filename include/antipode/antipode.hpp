@@ -26,6 +26,7 @@
 #include <antipode/distributions/pose_charts.hpp>
 #include <antipode/distributions/pose_fusion.hpp>
 #include <antipode/distributions/pose_gaussian.hpp>
+#include <antipode/distributions/pose_gaussian_fit.hpp>
 #include <antipode/distributions/pose_gaussian_queries.hpp>
 #include <antipode/distributions/projected_gaussian.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
