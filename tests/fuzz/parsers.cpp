@@ -16,6 +16,7 @@
 #include "stereo_slam/dataset/image_size.hpp"
 #include "stereo_slam/dataset/jpeg_data.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
+#include "stereo_slam/dataset/kitti_oxts.hpp"
 #include "stereo_slam/dataset/name_times.hpp"
 #include "stereo_slam/dataset/png_data.hpp"
 #include "stereo_slam/dataset/rectifier.hpp"
@@ -117,6 +118,23 @@ void times(Bytes bytes) {
   (void)folder().write("kitti_times/image_0/000001.png", {});
   const fs::path file = folder().write("kitti_times/times.txt", bytes);
   require_stamps(scan_kitti(file.parent_path()).sequence);
+}
+
+/// A time and a packet of KITTI's raw data.
+void kitti_raw(Bytes bytes) {
+  (void)folder().write("oxts/data/0000000000.txt", bytes);
+  const fs::path file = folder().write("oxts/timestamps.txt", bytes);
+  attempt_to_read([&] {
+    for (const auto& [index, stamp_ns] : read_kitti_stamps(file))
+      require(stamp_ns <= kLatestStamp_ns, "a stamp that wraps");
+  });
+  const std::string time = "2011-09-26 13:02:25.5\n";
+  (void)folder().write("oxts/timestamps.txt",
+                       {reinterpret_cast<const std::uint8_t*>(time.data()), time.size()});
+  attempt_to_read([&] {
+    for (const auto& T : read_oxts(file.parent_path()).T_world_imu)
+      require(finite_pose(T), "a pose is not finite");
+  });
 }
 
 void euroc_csv(Bytes bytes) {
@@ -279,6 +297,7 @@ std::vector<Target> parser_targets() {
           {"euroc_poses", trajectory<TrajectoryFormat::kEuroc>},
           {"euroc_csv", euroc_csv},
           {"image_names", image_names},
+          {"kitti_raw", kitti_raw},
           {"sensor_yaml", sensor_yaml},
           {"camchain", camchain},
           {"rig_file", rig_file},

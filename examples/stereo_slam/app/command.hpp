@@ -37,11 +37,12 @@ using Command = std::function<int()>;
 // Options that several commands have.
 
 struct DatasetOptions {
-  std::filesystem::path folder;  ///< or a video, a bag, a live camera
+  std::filesystem::path folder;  ///< or a video, a bag or its parts, a live camera
   std::string format = "auto";
   std::filesystem::path calibration;  ///< empty: the recording's own
   std::string left_topic;             ///< of a bag; empty: see choose_topics()
   std::string right_topic;
+  bool record_times = false;  ///< of a bag, not those in the headers
   std::optional<double> max_pair_distance_ms{};
   bool right_half_first = false;  ///< of images side by side
 };

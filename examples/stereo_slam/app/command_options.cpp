@@ -13,10 +13,11 @@
 namespace stereo_slam {
 
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
-  app.add_option(
-         "--dataset", dataset.folder,
-         "recording: a folder, the calibration.yaml in it, or a bag of ROS 1; with --calibration also a "
-         "video or a live camera (/dev/video0, a URL) with both images side by side, or two as LEFT,RIGHT")
+  app.add_option("--dataset", dataset.folder,
+                 "recording: a folder, the calibration.yaml in it, or a bag of ROS 1 (parts of one as "
+                 "BAG,BAG,...); with "
+                 "--calibration also a video or a live camera (/dev/video0, a URL) with both images side by "
+                 "side, or two as LEFT,RIGHT")
       ->required()
       ->check(require_name)
       ->type_name("DIR");
@@ -31,12 +32,16 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
       app.add_option(
              "--left-topic", dataset.left_topic,
              "topic of the left images in a bag; needed if the bag has no pair of topics, or more than one, "
-             "called left and right, cam0 and cam1, camera0 and camera1, or infra1 and infra2")
+             "called left and right, cam0 and cam1 or the like; the same as --right-topic for images that "
+             "show both "
+             "cameras side by side")
           ->type_name("TOPIC");
   app.add_option("--right-topic", dataset.right_topic, "topic of the right images in a bag")
       ->type_name("TOPIC")
       ->needs(left_topic);
   left_topic->needs("--right-topic");
+  app.add_flag("--record-times", dataset.record_times,
+               "in a bag, use the times at which the images were recorded, not the stamps in their headers");
   constexpr double kMostApart_ms = 1e6;
   app.add_option(
          "--max-pair-distance-ms", dataset.max_pair_distance_ms,
@@ -54,15 +59,17 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
 SequenceScan scan(const DatasetOptions& dataset) {
   PairingOptions pairing{.right_half_first = dataset.right_half_first};
   if (dataset.max_pair_distance_ms) pairing.most_apart_ns = std::llround(1e6 * *dataset.max_pair_distance_ms);
-  if (has_bag_name(dataset.folder)) {
+  if (is_bag_recording(dataset.folder)) {
     return scan_bag(dataset.folder, {.left_topic = dataset.left_topic,
                                      .right_topic = dataset.right_topic,
                                      .calibration = dataset.calibration,
-                                     .pairing = pairing});
+                                     .pairing = pairing,
+                                     .record_times = dataset.record_times});
   }
-  if (!dataset.left_topic.empty() || !dataset.right_topic.empty()) {
-    throw std::runtime_error(fmt::format("{}: is no bag; --left-topic and --right-topic are for bags (.bag)",
-                                         dataset.folder.string()));
+  if (!dataset.left_topic.empty() || !dataset.right_topic.empty() || dataset.record_times) {
+    throw std::runtime_error(
+        fmt::format("{}: is no bag; --left-topic, --right-topic and --record-times are for bags (.bag)",
+                    dataset.folder.string()));
   }
   return scan_sequence(dataset.folder, dataset.format, dataset.calibration, pairing);
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -155,32 +157,65 @@ bool begins_as_bag(const fs::path& file) {
 }  // namespace
 
 struct BagReader::Bag {
-  fs::path file;
-  rosbag::Bag bag;
+  struct Part {
+    fs::path file;
+    rosbag::Bag bag;
+  };
+
+  fs::path recording;
+  std::vector<std::unique_ptr<Part>> parts;                            // by time
   std::map<std::string, std::vector<rosbag::MessageInstance>> images;  // by topic
   std::mutex mutex;                                                    // rosbag::Bag is not thread-safe
 
-  explicit Bag(const fs::path& path) : file(path) {
+  explicit Bag(const fs::path& path) : recording(path) {
+    for (const auto& file : bag_files(path)) parts.push_back(open(file));
+    if (parts.size() < 2) return;
+    std::sort(parts.begin(), parts.end(),
+              [](const auto& a, const auto& b) { return begin_of(*a) < begin_of(*b); });
+    for (std::size_t i = 1; i < parts.size(); ++i) require_continuation(*parts[i - 1], *parts[i]);
+  }
+
+  static std::unique_ptr<Part> open(const fs::path& file) {
     if (!fs::exists(file)) fail(file, "no such file");
     if (fs::is_directory(file)) fail(file, "is a folder with the name of a bag; rename it");
     if (!fs::is_regular_file(file)) fail(file, "it is not an ordinary file; copy the bag to one");
     if (!begins_as_bag(file)) fail(file, "is no bag of ROS 1; check its name, or convert it to one");
-    call([&] {
+    auto part = std::make_unique<Part>();
+    part->file = file;
+    call(file, [&] {
       require_possible_lengths(file);
-      bag.open(file.string(), rosbag::bagmode::Read);
+      part->bag.open(file.string(), rosbag::bagmode::Read);
     });
+    return part;
   }
 
-  /// Calls a function that reads the bag, and adds the name of the bag to its errors.
-  void call(const std::function<void()>& read) const {
+  /// Seconds since 1970 of the first message.
+  static double begin_of(const Part& part) { return rosbag::View(part.bag).getBeginTime().toSec(); }
+
+  /// Bags of one recording follow each other within seconds.
+  static void require_continuation(const Part& before, const Part& after) {
+    constexpr double kLongestGap_s = 10.0;
+    constexpr double kLongestOverlap_s = 0.1;
+    const double gap_s = begin_of(after) - rosbag::View(before.bag).getEndTime().toSec();
+    if (gap_s >= -kLongestOverlap_s && gap_s <= kLongestGap_s) return;
+    fail(after.file,
+         fmt::format("begins {:.6g} s {} the end of {}, so they are no parts of one recording; name "
+                     "one of them",
+                     std::abs(gap_s), gap_s > 0.0 ? "after" : "before", before.file.filename().string()));
+  }
+
+  /// Calls a function that reads a bag, and adds the name of the bag to its errors.
+  static void call(const fs::path& name, const std::function<void()>& read) {
     try {
       read();
     } catch (const rosbag::BagUnindexedException&) {
-      fail(file, "the bag has no index, its recording was not ended; call `rosbag reindex`");
+      fail(name, "the bag has no index, its recording was not ended; call `rosbag reindex`");
     } catch (const std::exception& error) {
-      fail(file, with_advice(error));
+      fail(name, with_advice(error));
     }
   }
+
+  void call(const std::function<void()>& read) const { call(recording, read); }
 
   /// Calls `read_message` with image `i` of an indexed topic, and adds the names of both to its errors.
   void read(const std::string& topic, std::size_t i,
@@ -189,15 +224,25 @@ struct BagReader::Bag {
     try {
       read_message(images.at(topic).at(i));
     } catch (const std::exception& error) {
-      fail(file, fmt::format("image {} of {}: {}", i, topic, with_advice(error)));
+      fail(recording, fmt::format("image {} of {}: {}", i, topic, with_advice(error)));
+    }
+  }
+
+  /// Adds the messages of a topic, or of all if its name is empty, to a view.
+  void add_messages(const std::string& topic, rosbag::View& view) const {
+    for (const auto& part : parts) {
+      view.addQuery(part->bag, [&](const rosbag::ConnectionInfo* info) {
+        return topic.empty() || info->topic == topic;
+      });
     }
   }
 
   /// Calls `visit_message` with each message of a topic, until it returns false.
   void visit(const std::string& topic,
-             const std::function<bool(const rosbag::MessageInstance&)>& visit_message) {
+             const std::function<bool(const rosbag::MessageInstance&)>& visit_message) const {
     call([&] {
-      rosbag::View view(bag, [&](const rosbag::ConnectionInfo* info) { return info->topic == topic; });
+      rosbag::View view;
+      add_messages(topic, view);
       for (const rosbag::MessageInstance& message : view) {
         if (!visit_message(message)) return;
       }
@@ -205,16 +250,17 @@ struct BagReader::Bag {
   }
 };
 
-BagReader::BagReader(const fs::path& file) : bag_(std::make_unique<Bag>(file)) {}
+BagReader::BagReader(const fs::path& recording) : bag_(std::make_unique<Bag>(recording)) {}
 BagReader::~BagReader() = default;
 
 std::vector<BagTopic> BagReader::topics() const {
   std::map<std::string, BagTopic> by_name;
   bag_->call([&] {
-    rosbag::View view(bag_->bag);
+    rosbag::View view;
+    bag_->add_messages("", view);
     for (const rosbag::ConnectionInfo* info : view.getConnections()) {
-      rosbag::View topic(bag_->bag,
-                         [&](const rosbag::ConnectionInfo* other) { return other->topic == info->topic; });
+      rosbag::View topic;
+      bag_->add_messages(info->topic, topic);
       by_name[info->topic] = {info->topic, info->datatype, topic.size()};
     }
   });
@@ -224,15 +270,17 @@ std::vector<BagTopic> BagReader::topics() const {
   return topics;
 }
 
-std::vector<std::int64_t> BagReader::index_images(const std::string& topic) {
+std::vector<MessageTime> BagReader::index_images(const std::string& topic) {
   auto& images = bag_->images[topic];
-  std::vector<std::int64_t> stamps_ns;
+  images.clear();
+  std::vector<MessageTime> times;
   bag_->visit(topic, [&](const rosbag::MessageInstance& message) {
-    stamps_ns.push_back(Message(message).header_stamp_ns());
+    times.push_back({.header_ns = Message(message).header_stamp_ns(),
+                     .record_ns = static_cast<std::int64_t>(message.getTime().toNSec())});
     images.push_back(message);
     return true;
   });
-  return stamps_ns;
+  return times;
 }
 
 cv::Mat BagReader::image(const std::string& topic, std::size_t i, int bits) {

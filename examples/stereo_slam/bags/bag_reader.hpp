@@ -12,23 +12,29 @@
 #include <opencv2/core.hpp>
 
 #include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/bags/message_times.hpp"
 #include "stereo_slam/dataset/camera_info.hpp"
 
 namespace stereo_slam {
 
-/// The images and calibrations in a bag. Every function throws std::runtime_error that names the file when
-/// the bag cannot be read. In a program built without librosbag-storage-dev the constructor always throws.
+/// The files of a recording: a bag; the parts of one as BAG,BAG,...; or those in a folder. Throws
+/// std::runtime_error if a folder contains none.
+[[nodiscard]] std::vector<std::filesystem::path> bag_files(const std::filesystem::path& recording);
+
+/// The images and calibrations in a recording of one bag or several parts. Every function throws
+/// std::runtime_error that names the file when the bag cannot be read. In a program built without
+/// librosbag-storage-dev the constructor always throws.
 class BagReader {
  public:
-  explicit BagReader(const std::filesystem::path& file);
+  explicit BagReader(const std::filesystem::path& recording);
   ~BagReader();
   BagReader(const BagReader&) = delete;
   BagReader& operator=(const BagReader&) = delete;
 
   [[nodiscard]] std::vector<BagTopic> topics() const;
 
-  /// Indexes the images of a topic. Returns the stamps in their headers, ns, in order of recording.
-  [[nodiscard]] std::vector<std::int64_t> index_images(const std::string& topic);
+  /// Indexes the images of a topic. Returns their times, in order of recording.
+  [[nodiscard]] std::vector<MessageTime> index_images(const std::string& topic);
 
   /// Image `i`, from 0, of an indexed topic, as CV_8UC1. Of 16 bits a pixel, the lower `bits` are used.
   [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i, int bits = 16);

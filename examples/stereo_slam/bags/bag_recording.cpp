@@ -2,21 +2,24 @@
 #include "stereo_slam/bags/bag_recording.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdlib>
+#include <cctype>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "stereo_slam/bags/bag_reader.hpp"
 #include "stereo_slam/dataset/camera_info.hpp"
+#include "stereo_slam/dataset/euroc.hpp"
+#include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
+#include "stereo_slam/dataset/stamp_pairs.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -24,29 +27,6 @@ namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[nodiscard]] bool has_images(const BagTopic& topic) {
-  return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage";
-}
-
-/// Possible names of the right camera's topic, if `left` is the name of a left camera's topic, such as
-/// /cam0/image_raw (EuRoC, TUM-VI), /stereo/left/image_raw or /camera/infra1/image_rect_raw.
-[[nodiscard]] std::vector<std::string> partners_of(const std::string& left) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kSides = {
-      {{"left", "right"}, {"cam0", "cam1"}, {"camera0", "camera1"}, {"infra1", "infra2"}}};
-  std::vector<std::string> names;
-  for (const auto& [from, to] : kSides) {
-    std::string all = left;
-    std::size_t count = 0;
-    for (auto at = left.find(from); at != std::string::npos; at = left.find(from, at + 1)) {
-      names.push_back(std::string(left).replace(at, from.size(), to));
-      all.replace(all.find(from), from.size(), to);
-      ++count;
-    }
-    if (count > 1) names.push_back(std::move(all));  // /left/image_left and /right/image_right
-  }
-  return names;
-}
 
 /// "/cam0/image_raw/compressed" -> "/cam0/image_raw".
 [[nodiscard]] std::string without_transport(std::string image_topic) {
@@ -64,19 +44,27 @@ namespace fs = std::filesystem;
 /// The image pairs of a bag. A frame is a pair of image indices, one in each topic.
 class BagImages : public PairSource {
  public:
-  BagImages(std::shared_ptr<BagReader> reader, TopicPair topics)
-      : reader_(std::move(reader)), topics_(std::move(topics)) {}
+  BagImages(std::shared_ptr<BagReader> reader, TopicPair topics, fs::path recording)
+      : reader_(std::move(reader)), topics_(std::move(topics)), recording_(std::move(recording)) {}
 
   void add(std::size_t left, std::size_t right) { frames_.emplace_back(left, right); }
 
   [[nodiscard]] std::optional<RawPair> read(std::size_t index) override {
     const auto [left, right] = frames_.at(index);
-    return RawPair{reader_->image(topics_.left, left, bits_), reader_->image(topics_.right, right, bits_)};
+    cv::Mat image = reader_->image(topics_.left, left, bits_);
+    if (!topics_.side_by_side())
+      return RawPair{std::move(image), reader_->image(topics_.right, right, bits_)};
+    try {
+      return split(image);
+    } catch (const std::invalid_argument& error) {
+      fail(recording_, fmt::format("image {} of {}: {}", left, topics_.left, error.what()));
+    }
   }
 
   [[nodiscard]] std::optional<int> bits_of_16(std::size_t index) override {
     const auto [left, right] = frames_.at(index);
     const auto of_left = reader_->bits_of_16(topics_.left, left);
+    if (topics_.side_by_side()) return of_left;
     const auto of_right = of_left ? reader_->bits_of_16(topics_.right, right) : std::nullopt;
     return of_right ? std::optional(std::max(*of_left, *of_right)) : std::nullopt;
   }
@@ -86,72 +74,67 @@ class BagImages : public PairSource {
  private:
   std::shared_ptr<BagReader> reader_;
   TopicPair topics_;
+  fs::path recording_;
   int bits_ = 16;
   std::vector<std::pair<std::size_t, std::size_t>> frames_;
 };
 
-/// Refuses stamps that go back: either the clock or the order of the messages is wrong, and which of both
-/// cannot be known.
-void require_order(const std::vector<std::int64_t>& stamps_ns, const std::string& topic,
-                   const fs::path& file) {
-  for (std::size_t i = 1; i < stamps_ns.size(); ++i) {
-    if (stamps_ns[i] >= stamps_ns[i - 1]) continue;
-    fail(file,
-         fmt::format("image {} of {}: its stamp {} s is earlier than that of the image before, {} s; write "
-                     "the bag again with stamps in order",
-                     i, topic, format_seconds(stamps_ns[i]), format_seconds(stamps_ns[i - 1])));
+/// The images of a topic that have usable times. Adds a warning if some have not.
+[[nodiscard]] TimedImages timed_images(BagReader& reader, const std::string& topic, bool record_times,
+                                       SequenceScan& scan) {
+  const fs::path& recording = scan.sequence.folder;
+  const auto times = reader.index_images(topic);
+  TimedImages images;
+  try {
+    images = record_times ? by_record_times(times) : by_header_stamps(times);
+  } catch (const std::invalid_argument& error) {
+    fail(recording, fmt::format("{}: {}", topic, error.what()));
   }
+  const auto warn = [&](const std::string& text) {
+    scan.problems.push_back(
+        {Problem::Severity::kWarning, fmt::format("{}: {}; they are left out", recording.string(), text)});
+  };
+  if (images.repeated > 0)
+    warn(fmt::format("{} images of {} have the stamp of the image before", images.repeated, topic));
+  if (!images.out_of_order.empty()) {
+    const std::size_t first = images.out_of_order.front();
+    warn(fmt::format(
+        "{} of {} images of {} have stamps that do not fit between those around them, the first is image "
+        "{} with {} s",
+        images.out_of_order.size(), times.size(), topic, first, format_seconds(times[first].header_ns)));
+  }
+  return images;
 }
 
-/// Pairs images whose stamps differ by at most 1 ms. Of images with the same stamp, the first is used.
-void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, SequenceScan& scan) {
-  constexpr std::int64_t kTolerance_ns = 1'000'000;
-  const auto left = reader.index_images(topics.left);
-  const auto right = reader.index_images(topics.right);
-  const fs::path& file = scan.sequence.folder;
-  require_order(left, topics.left, file);
-  require_order(right, topics.right, file);
+/// Fills the frames with the pairs of images that are nearest in time.
+void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& options, BagImages& images,
+                 SequenceScan& scan) {
+  const fs::path& recording = scan.sequence.folder;
   auto& frames = scan.sequence.frames;
-  std::size_t repeated = 0;
-  for (std::size_t i = 0, j = 0; i < left.size() && j < right.size();) {
-    const std::int64_t later_ns = left[i] - right[j];
-    if (std::abs(later_ns) <= kTolerance_ns) {
-      if (frames.empty() || left[i] > frames.back().stamp_ns) {
-        frames.push_back({left[i], file, file});
-        images.add(i, j);
-      } else {
-        ++repeated;
-      }
+  const TimedImages left = timed_images(reader, topics.left, options.record_times, scan);
+  if (topics.side_by_side()) {
+    for (std::size_t i = 0; i < left.index.size(); ++i) {
+      frames.push_back({left.stamps_ns[i], recording, recording});
+      images.add(left.index[i], left.index[i]);
     }
-    if (later_ns <= kTolerance_ns) ++i;
-    if (later_ns >= -kTolerance_ns) ++j;
+    if (frames.size() < 2) fail(recording, fmt::format("has {} images of {}", frames.size(), topics.left));
+    return;
   }
-  if (frames.size() < 2) {
-    fail(file, fmt::format(
-                   "{} of {} images of {} and {} of {} have the same stamp within 1 ms; the cameras must be "
-                   "synchronised",
-                   frames.size(), left.size(), topics.left, right.size(), topics.right));
+  const TimedImages right = timed_images(reader, topics.right, options.record_times, scan);
+  const CameraStamps of_left{topics.left, left.stamps_ns};
+  const CameraStamps of_right{topics.right, right.stamps_ns};
+  const StampPairs pairs = paired_by_stamps(of_left, of_right, options.pairing, scan);
+  for (const auto& [i, j] : pairs.pairs) {
+    frames.push_back({left.stamps_ns[i], recording, recording});
+    images.add(left.index[i], right.index[j]);
   }
-  if (repeated > 0) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format("{}: {} pairs of {} and {} have the stamp of the pair before; they are left out",
-                     file.string(), repeated, topics.left, topics.right)});
-  }
-  const std::size_t alone = left.size() + right.size() - 2 * (frames.size() + repeated);
-  if (alone > 0) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format("{}: {} images of {} and {} have no partner of the same stamp; they are left "
-                     "out",
-                     file.string(), alone, topics.left, topics.right)});
-  }
+  warn_of_lone_images(of_left, of_right, pairs, scan);
 }
 
 /// The calibration in the folder of the bag: one of read_calibration()'s files, or as EuRoC or TUM-VI ship
 /// it.
-[[nodiscard]] std::optional<OwnCamera> calibration_beside(const fs::path& file) {
-  const fs::path folder = fs::absolute(file).parent_path();
+[[nodiscard]] std::optional<OwnCamera> calibration_beside(const fs::path& recording) {
+  const fs::path folder = fs::absolute(bag_files(recording).front()).parent_path();
   if (const auto found = find_calibration(folder); !found.empty()) return read_calibration(found);
   if (fs::exists(folder / "dso/camchain.yaml")) return read_calibration(folder / "dso/camchain.yaml");
   if (!fs::exists(folder / "mav0/cam0/sensor.yaml")) return std::nullopt;
@@ -167,6 +150,12 @@ void pair_images(BagReader& reader, const TopicPair& topics, BagImages& images, 
 
 /// The calibration in the bag's camera_info.
 [[nodiscard]] OwnCamera calibration_inside(BagReader& reader, const TopicPair& topics, const fs::path& file) {
+  if (topics.side_by_side()) {
+    fail(file,
+         fmt::format("{} shows both cameras, and a camera_info describes one; name the calibration of both: "
+                     "--calibration FILE",
+                     topics.left));
+  }
   const std::string left = camera_info_topic(topics.left);
   const std::string right = camera_info_topic(topics.right);
   const auto all = reader.topics();
@@ -222,66 +211,83 @@ void require_size(const StereoCamera& camera, const TopicPair& topics, BagImages
 
 }  // namespace
 
-bool has_bag_name(const fs::path& file) { return file.extension() == ".bag"; }
-
-std::vector<BagTopic> list_topics(const fs::path& file) { return BagReader(file).topics(); }
-
-TopicPair choose_topics(const std::vector<BagTopic>& topics, const BagOptions& options) {
-  std::vector<std::string> images;
-  for (const auto& topic : topics) {
-    if (has_images(topic)) images.push_back(topic.name);
-  }
-  const auto is_there = [&](const std::string& name) {
-    return std::find(images.begin(), images.end(), name) != images.end();
-  };
-  const std::string there =
-      images.empty() ? "there are none" : fmt::format("there are {}", fmt::join(images, ", "));
-  if (!options.left_topic.empty() || !options.right_topic.empty()) {
-    for (const auto& name : {options.left_topic, options.right_topic}) {
-      if (!is_there(name))
-        throw std::invalid_argument(fmt::format("'{}' is no topic of images; {}", name, there));
-    }
-    if (options.left_topic == options.right_topic)
-      throw std::invalid_argument(
-          fmt::format("{} is the topic of both cameras; {}", options.left_topic, there));
-    return {options.left_topic, options.right_topic};
-  }
-  std::vector<TopicPair> pairs;
-  for (const auto& left : images) {
-    for (const auto& right : partners_of(left)) {
-      if (is_there(right)) pairs.push_back({left, right});
-    }
-  }
-  if (pairs.size() != 1) {
-    throw std::invalid_argument(
-        fmt::format("{} pairs of image topics; name them: --left-topic, --right-topic; {}",
-                    pairs.empty() ? "no" : "several", there));
-  }
-  return pairs.front();
+bool has_bag_name(const fs::path& file) {
+  std::string name = file.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name.ends_with(".bag") || name.ends_with(".bag.active");
 }
 
-SequenceScan scan_bag(const fs::path& file, const BagOptions& options) {
+bool is_bag_recording(const fs::path& recording) {
+  std::error_code error;
+  if (has_bag_name(recording)) return true;
+  if (!fs::is_directory(recording, error) || looks_like_euroc(recording) || looks_like_kitti(recording))
+    return false;
+  for (const auto* images : {"left", "right"}) {
+    if (fs::exists(recording / images, error)) return false;
+  }
+  const fs::directory_iterator files(recording, error);
+  return !error && std::any_of(begin(files), end(files), [](const auto& file) {
+    return has_bag_name(file.path()) && !file.path().filename().string().starts_with('.');
+  });
+}
+
+std::vector<fs::path> bag_files(const fs::path& recording) {
+  if (fs::is_directory(recording) && !has_bag_name(recording)) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(recording)) {
+      const bool hidden = entry.path().filename().string().starts_with('.');
+      if (!hidden && has_bag_name(entry.path())) files.push_back(entry.path());
+    }
+    if (files.empty()) fail(recording, "contains no bags");
+    return files;
+  }
+  const std::string names = recording.string();
+  if (fs::exists(recording) || names.find(',') == std::string::npos) return {recording};
+  std::vector<fs::path> files;
+  for (std::size_t begin = 0; begin <= names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    files.emplace_back(names.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return files;
+}
+
+std::vector<BagTopic> list_topics(const fs::path& recording) { return BagReader(recording).topics(); }
+
+SequenceScan scan_bag(const fs::path& recording, const BagOptions& options) {
   SequenceScan scan;
   auto& sequence = scan.sequence;
-  sequence.folder = file;
+  sequence.folder = recording;
   sequence.format = "bag";
   attempt(scan.problems, Problem::Severity::kError, [&] {
-    const auto reader = std::make_shared<BagReader>(file);
+    const auto reader = std::make_shared<BagReader>(recording);
     TopicPair topics;
     try {
-      topics = choose_topics(reader->topics(), options);
+      topics = choose_topics(reader->topics(), options.left_topic, options.right_topic);
     } catch (const std::invalid_argument& error) {
-      fail(file, error.what());
+      fail(recording, error.what());
     }
     sequence.left_name = topics.left;
     sequence.right_name = topics.right;
-    const OwnCamera own = calibration_of(*reader, topics, file, options);
+    sequence.right_half_first = options.pairing.right_half_first;
+    if (sequence.right_half_first && !topics.side_by_side())
+      fail(recording,
+           "its images are not side by side, so --right-half-first does not apply; exchange the topics");
+    if (topics.is_guess) {
+      scan.problems.push_back(
+          {Problem::Severity::kWarning,
+           fmt::format("{}: {} is taken as the left and {} as the right camera, by their names; "
+                       "--left-topic and --right-topic name others",
+                       recording.string(), topics.left, topics.right)});
+    }
+    const OwnCamera own = calibration_of(*reader, topics, recording, options);
     for (const auto& warning : own.warnings) scan.problems.push_back({Problem::Severity::kWarning, warning});
-    const auto images = std::make_shared<BagImages>(reader, topics);
-    pair_images(*reader, topics, *images, scan);
-    if (own.rectified) require_size(*own.rectified, topics, *images, file);
+    const auto images = std::make_shared<BagImages>(reader, topics, recording);
+    pair_images(*reader, topics, options, *images, scan);
+    if (own.rectified) require_size(*own.rectified, topics, *images, recording);
     sequence.source = images;
-    set_camera(own, options.calibration.empty() ? file : options.calibration, sequence);
+    set_camera(own, options.calibration.empty() ? recording : options.calibration, sequence);
   });
   check_rig(scan);
   check_camera(scan);

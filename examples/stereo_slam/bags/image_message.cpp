@@ -29,11 +29,13 @@ struct Encoding {
 };
 
 /// ROS names a Bayer pattern by the pixels from the first row and column on, OpenCV by those from the second.
-constexpr std::array<Encoding, 14> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
+constexpr std::array<Encoding, 16> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
                                                   {"8UC1", CV_8UC1, kAsItIs},
                                                   {"mono16", CV_16UC1, kAsItIs},
                                                   {"16UC1", CV_16UC1, kAsItIs},
                                                   {"bgr8", CV_8UC3, cv::COLOR_BGR2GRAY},
+                                                  {"8UC3", CV_8UC3, cv::COLOR_BGR2GRAY},
+                                                  {"8UC4", CV_8UC4, cv::COLOR_BGRA2GRAY},
                                                   {"rgb8", CV_8UC3, cv::COLOR_RGB2GRAY},
                                                   {"bgra8", CV_8UC4, cv::COLOR_BGRA2GRAY},
                                                   {"rgba8", CV_8UC4, cv::COLOR_RGBA2GRAY},

@@ -24,8 +24,8 @@ struct ImageMessage {
 };
 
 /// The image as CV_8UC1. Throws std::invalid_argument for encodings other than mono8, mono16, 8UC1, 16UC1,
-/// bgr8, rgb8, bgra8, rgba8, bayer_*8, yuv422 and yuv422_yuy2, and for sizes that do not fit together. Of 16
-/// bits a pixel, the lower `bits` are used.
+/// bgr8, rgb8, bgra8, rgba8, 8UC3 and 8UC4 (which are read as bgr8 and bgra8), bayer_*8, yuv422 and
+/// yuv422_yuy2, and for sizes that do not fit together. Of 16 bits a pixel, the lower `bits` are used.
 [[nodiscard]] cv::Mat to_grey(const ImageMessage& message, int bits = 16);
 
 /// used_bits() of an image of 16 bits a pixel; nothing for another encoding. Throws like to_grey().

@@ -18,7 +18,7 @@ BagReader::BagReader(const std::filesystem::path& file) {
 
 BagReader::~BagReader() = default;
 std::vector<BagTopic> BagReader::topics() const { return {}; }
-std::vector<std::int64_t> BagReader::index_images(const std::string&) { return {}; }
+std::vector<MessageTime> BagReader::index_images(const std::string&) { return {}; }
 cv::Mat BagReader::image(const std::string&, std::size_t, int) { return {}; }
 std::optional<int> BagReader::bits_of_16(const std::string&, std::size_t) { return {}; }
 CameraInfo BagReader::camera_info(const std::string&) { return {}; }

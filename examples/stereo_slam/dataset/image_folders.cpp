@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -17,41 +17,14 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/image_names.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
-#include "stereo_slam/dataset/stamp_units.hpp"
 #include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Natural order: digits compare as numbers, img9 before img10.
-bool natural_less(const std::string& a, const std::string& b) {
-  const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!is_digit(a[i]) || !is_digit(b[j])) {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i;
-      ++j;
-      continue;
-    }
-    const auto number = [&](const std::string& text, std::size_t& at) {
-      while (at < text.size() && text[at] == '0') ++at;
-      const std::size_t begin = at;
-      while (at < text.size() && is_digit(text[at])) ++at;
-      return text.substr(begin, at - begin);
-    };
-    const std::string x = number(a, i);
-    const std::string y = number(b, j);
-    if (x.size() != y.size()) return x.size() < y.size();
-    if (x != y) return x < y;
-  }
-  if (i < a.size() || j < b.size()) return j < b.size();
-  return a < b;
-}
 
 std::vector<std::string> names_of(const std::vector<fs::path>& images) {
   std::vector<std::string> names;
@@ -71,93 +44,6 @@ std::map<std::string, fs::path> by_name(const std::vector<fs::path>& images) {
     }
   }
   return named;
-}
-
-/// An image's name as text and the number at its end, frame_0012 as "frame_" and 12; no number for names
-/// without one and for stamps.
-struct NumberedName {
-  std::string text;
-  std::optional<std::uint64_t> number;
-
-  explicit NumberedName(std::string name) : text(std::move(name)) {
-    constexpr std::size_t kMostDigits = 12;
-    const auto last_letter = text.find_last_not_of("0123456789");
-    const std::string digits = text.substr(last_letter == std::string::npos ? 0 : last_letter + 1);
-    if (digits.empty() || digits.size() > kMostDigits) return;
-    number = std::stoull(digits);
-    text.resize(text.size() - digits.size());
-  }
-};
-
-/// The images of lists by their names.
-struct ListedImage {
-  std::optional<std::int64_t> key;      ///< see NameTimes
-  std::optional<std::uint64_t> number;  ///< of the frame
-};
-using ListedImages = std::map<std::string, ListedImage>;
-
-ListedImages listed(const ImageList& left, const ImageList& right) {
-  ListedImages images;
-  for (const auto* list : {&left, &right}) {
-    for (std::size_t i = 0; i < list->files.size(); ++i) {
-      ListedImage& image = images[list->files[i].stem().string()];
-      if (!list->times.keys.empty()) image.key = list->times.keys[i];
-    }
-  }
-  return images;
-}
-
-/// Sets the numbers of frames: unknown times, or the numbers at the end of the names, if these differ in them
-/// only. False if the names are no numbers.
-bool set_numbers(ListedImages& images) {
-  std::set<std::string> texts;
-  std::set<std::uint64_t> numbers;
-  for (auto& [text, image] : images) {
-    const NumberedName name(text);
-    image.number = image.key ? std::optional(static_cast<std::uint64_t>(*image.key)) : name.number;
-    if (!image.number) return false;
-    if (!image.key) texts.insert(name.text);
-    numbers.insert(*image.number);
-  }
-  return texts.size() <= 1 && numbers.size() == images.size();
-}
-
-/// Positions by the numbers in the names; nothing if these are no numbers of frames.
-std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames, ListedImages images) {
-  if (!set_numbers(images)) return std::nullopt;
-  std::set<std::uint64_t> numbers;
-  for (const auto& [name, image] : images) numbers.insert(*image.number);
-  const std::uint64_t first = *numbers.begin();
-  // Every n-th image of a recording has numbers that differ by multiples of n.
-  std::uint64_t step = 0;
-  for (const auto number : numbers) step = std::gcd(step, number - first);
-  constexpr std::uint64_t kMostGaps = 10;  // times the images; beyond it the names are no numbers of frames
-  if (step == 0 || (*numbers.rbegin() - first) / step >= kMostGaps * numbers.size()) return std::nullopt;
-
-  FramePositions result;
-  for (const auto& frame : frames) {
-    const auto number = images.at(frame.left.stem().string()).number.value();
-    result.of_frame.push_back(static_cast<std::size_t>((number - first) / step));
-  }
-  result.count = static_cast<std::size_t>((*numbers.rbegin() - first) / step) + 1;
-  result.missing = result.count - numbers.size();
-  return result;
-}
-
-/// Positions in the order of the images.
-FramePositions by_order(const std::vector<StereoFiles>& frames, const ListedImages& images) {
-  std::vector<std::string> names;
-  for (const auto& [name, image] : images) names.push_back(name);
-  std::sort(names.begin(), names.end(), [&](const auto& a, const auto& b) {
-    const auto key_a = images.at(a).key;
-    const auto key_b = images.at(b).key;
-    return key_a && key_b && *key_a != *key_b ? *key_a < *key_b : natural_less(a, b);
-  });
-  std::map<std::string, std::size_t> positions;
-  for (std::size_t i = 0; i < names.size(); ++i) positions[names[i]] = i;
-  FramePositions result{.of_frame = {}, .count = names.size()};
-  for (const auto& frame : frames) result.of_frame.push_back(positions.at(frame.left.stem().string()));
-  return result;
 }
 
 /// The images by the numbers of their frames; empty if their names are no text with such a number.
@@ -239,6 +125,28 @@ void require_one_pattern(const std::vector<fs::path>& images) {
   }
 }
 
+/// Throws if names of different texts contain times: in which order they are is not known.
+void require_no_mixed_times(const std::vector<fs::path>& images) {
+  std::map<std::string, std::vector<std::string>> names;  // by what is between their numbers
+  for (const auto& image : images) {
+    const std::string name = image.stem().string();
+    std::string text;
+    std::copy_if(name.begin(), name.end(), std::back_inserter(text),
+                 [](unsigned char c) { return std::isdigit(c) == 0; });
+    names[text].push_back(name);
+  }
+  if (names.size() < 2) return;
+  for (const auto& [text, alike] : names) {
+    if (alike.size() < 2 || times_in(alike).keys.empty()) continue;
+    const auto& other = names.begin()->first == text ? std::next(names.begin()) : names.begin();
+    throw std::invalid_argument(
+        fmt::format("{} contains a time, and {} has another text than it; give all images of the folder "
+                    "names that differ in "
+                    "numbers only",
+                    alike.front(), other->second.front()));
+  }
+}
+
 /// The files with the times in their names, sorted by these, or in natural order.
 ImageList in_order(const fs::path& folder, std::vector<fs::path> files) {
   std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
@@ -248,11 +156,14 @@ ImageList in_order(const fs::path& folder, std::vector<fs::path> files) {
   ImageList list;
   try {
     list.times = times_in(names_of(files));
+    if (list.times.keys.empty()) {
+      require_one_pattern(files);
+      require_no_mixed_times(files);
+    }
   } catch (const std::invalid_argument& error) {
     fail(folder, error.what());
   }
   auto& [stamps_ns, keys, doubt] = list.times;
-  if (keys.empty()) require_one_pattern(files);
   std::vector<std::size_t> order(files.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto& sorted_by = keys;
@@ -284,26 +195,6 @@ void pair_by_stamps(const ImageList& left, const ImageList& right, const Pairing
   for (const auto& [i, j] : pairs.pairs)
     scan.sequence.frames.push_back({left.times.stamps_ns[i], left.files[i], right.files[j]});
   warn_of_lone_images(of_left, of_right, pairs, scan);
-}
-
-/// The positions of frames by times in a unit that is not known, counted in usual intervals.
-std::optional<FramePositions> by_interval(const std::vector<StereoFiles>& frames, const ListedImages& images,
-                                          std::int64_t interval) {
-  std::set<std::int64_t> positions;
-  const auto first = std::min_element(images.begin(), images.end(), [](const auto& a, const auto& b) {
-                       return a.second.key < b.second.key;
-                     })->second.key.value();
-  const auto position_of = [&](const ListedImage& image) {
-    return std::llround(static_cast<double>(image.key.value() - first) / static_cast<double>(interval));
-  };
-  for (const auto& [name, image] : images) positions.insert(position_of(image));
-  if (positions.size() != images.size()) return std::nullopt;
-  FramePositions result;
-  for (const auto& frame : frames)
-    result.of_frame.push_back(static_cast<std::size_t>(position_of(images.at(frame.left.stem().string()))));
-  result.count = static_cast<std::size_t>(*positions.rbegin()) + 1;
-  result.missing = result.count - positions.size();
-  return result;
 }
 
 /// The stamps of frames are those of their left images.
@@ -364,24 +255,6 @@ void pair_images(const ImageList& left_images, const ImageList& right_images, co
        fmt::format("holds {} images and {} holds {}, without a name in common; give the images of a pair one "
                    "name",
                    left.size(), right.front().parent_path().string(), right.size()));
-}
-
-FramePositions FramePositions::without_gaps(std::size_t count) {
-  FramePositions result{.of_frame = std::vector<std::size_t>(count), .count = count};
-  std::iota(result.of_frame.begin(), result.of_frame.end(), std::size_t{0});
-  return result;
-}
-
-FramePositions positions_of(const std::vector<StereoFiles>& frames, const ImageList& left,
-                            const ImageList& right) {
-  const ListedImages images = listed(left, right);
-  std::optional<FramePositions> counted;
-  if (!left.times.doubt.empty()) {
-    counted = by_interval(frames, images, usual_interval_ns(left.times.keys));
-  } else if (left.times.stamps_ns.empty()) {
-    counted = by_number(frames, images);
-  }
-  return counted ? std::move(*counted) : by_order(frames, images);
 }
 
 }  // namespace stereo_slam

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/kitti_projection.hpp"
+#include "stereo_slam/dataset/kitti_raw.hpp"
 #include "stereo_slam/dataset/times_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -20,14 +21,29 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Projection = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+/// The two cameras of a sequence: the grey ones, or the colour ones where only they are complete.
+struct KittiCameras {
+  int left = 0;
+  int right = 1;
+
+  [[nodiscard]] static std::string folder(int camera) { return fmt::format("image_{}", camera); }
+  [[nodiscard]] std::string left_folder() const { return folder(left); }
+  [[nodiscard]] std::string right_folder() const { return folder(right); }
+};
+
+KittiCameras cameras_in(const fs::path& sequence) {
+  const auto has = [&](int camera) { return fs::is_directory(sequence / KittiCameras::folder(camera)); };
+  const bool colour_only = has(2) && has(3) && !(has(0) && has(1));
+  return colour_only ? KittiCameras{.left = 2, .right = 3} : KittiCameras{};
+}
 
 std::string frame_name(std::size_t index) { return fmt::format("{:06}.png", index); }
 
 /// "P0: twelve numbers", row-major.
-Projection read_projection(const fs::path& file, const std::vector<TextLine>& lines, std::string_view key) {
+KittiProjection read_projection(const fs::path& file, const std::vector<TextLine>& lines, int camera) {
+  const std::string key = fmt::format("P{}:", camera);
   const TextLine* first = nullptr;
-  Projection projection;
+  KittiProjection projection{.name = fmt::format("P{}", camera), .P = {}};
   for (const auto& line : lines) {
     if (!line.text.starts_with(key)) continue;
     if (first != nullptr)
@@ -43,51 +59,26 @@ Projection read_projection(const fs::path& file, const std::vector<TextLine>& li
                   fmt::format("{} needs 12 numbers after it, a 3x4 matrix, and has {}", key, fields.size())));
     }
     const auto numbers = parse_numbers(std::string_view(line.text).substr(key.size()));
-    projection = Eigen::Map<const Projection>(numbers->data());
+    projection.P = Eigen::Map<const decltype(projection.P)>(numbers->data());
   }
   if (first != nullptr) return projection;
   fail(file, fmt::format("has no line '{} ...' with a 3x4 matrix; take the calib.txt of the sequence", key));
 }
 
-StereoCamera read_calib_txt(const fs::path& file) {
+/// The rectified cameras, and where the left one is in the frame of camera 0.
+struct KittiCalibration {
+  StereoCamera camera;
+  Eigen::Isometry3d T_camera_0_left = Eigen::Isometry3d::Identity();
+};
+
+KittiCalibration read_calib_txt(const fs::path& file, const KittiCameras& cameras) {
   if (!fs::exists(file)) fail(file, "missing; it holds the calibration as lines 'P0: ...' and 'P1: ...'");
   const auto lines = read_text_lines(file);
-  const Projection P0 = read_projection(file, lines, "P0:");
-  const Projection P1 = read_projection(file, lines, "P1:");
-  const double fx = P0(0, 0);
-  const double fy = P0(1, 1);
-  if (!(fx > 0.0 && fy > 0.0))
-    fail(file, fmt::format("P0 has focal lengths {} and {}; both must be positive", fx, fy));
-
-  const double tolerance_px = 1e-6 * fx;
-  Projection pinhole = Projection::Zero();
-  pinhole << fx, 0.0, P0(0, 2), P0(0, 3), 0.0, fy, P0(1, 2), 0.0, 0.0, 0.0, 1.0, 0.0;
-  if (!P0.isApprox(pinhole, 1e-6))
-    fail(file, "P0 is not [fx 0 cx 0; 0 fy cy 0; 0 0 1 0]; rectified images are needed");
-  if ((P1.leftCols<3>() - P0.leftCols<3>()).cwiseAbs().maxCoeff() > tolerance_px) {
-    fail(file,
-         "P0 and P1 have different intrinsics; rectified images with one common camera matrix are needed");
-  }
-  const Eigen::Vector3d shift = P1.col(3) - P0.col(3);  // px m, px m, m
-  const double baseline_m = -shift.x() / fx;
-  if (std::abs(baseline_m) < 1e-6) {
-    fail(file, "P1 gives a baseline of zero; its fourth number must be -fx times the baseline in metres");
-  }
-  if (baseline_m < 0.0) {
-    fail(file,
-         fmt::format(
-             "P1 gives a baseline of {:.6g} m, the right camera left of the left one; P0 and P1 or the two "
-             "cameras are swapped, or the fourth number of P1 lost its minus sign",
-             baseline_m));
-  }
-  constexpr double kMostAcross = 0.01;  // of the baseline
-  if (std::max(std::abs(shift.y()) / fy, std::abs(shift.z())) > kMostAcross * baseline_m) {
-    fail(file,
-         fmt::format("P1 has the fourth column ({:.6g}, {:.6g}, {:.6g}), but its second and third numbers "
-                     "must be 0: rectified cameras lie side by side; take the calib.txt of the sequence",
-                     P1(0, 3), P1(1, 3), P1(2, 3)));
-  }
-  return {.fx = fx, .fy = fy, .cx = P0(0, 2), .cy = P0(1, 2), .baseline_m = baseline_m};
+  const auto left = read_projection(file, lines, cameras.left);
+  const auto right = read_projection(file, lines, cameras.right);
+  KittiCalibration calibration{.camera = camera_of(left, right, file)};
+  calibration.T_camera_0_left.translation() = -left.position_of_camera_0_m();
+  return calibration;
 }
 
 std::vector<std::int64_t> read_stamps(const fs::path& file) {
@@ -98,10 +89,11 @@ std::vector<std::int64_t> read_stamps(const fs::path& file) {
 /// Number of frames by the image names of one folder: the highest frame index plus one.
 std::size_t count_images(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
-    const bool colour_only = fs::is_directory(folder.parent_path() / "image_2");
-    fail(folder, colour_only
-                     ? "no such folder; image_2 and image_3 are the colour cameras, the grey ones are needed"
-                     : "no such folder; it holds the images 000000.png, 000001.png ...");
+    const bool half_colour = fs::is_directory(folder.parent_path() / "image_2");
+    fail(folder,
+         half_colour
+             ? "no such folder; image_2 and image_3 are the colour cameras, which are used if both are there"
+             : "no such folder; it holds the images 000000.png, 000001.png ...");
   }
   constexpr std::size_t kMostFrames = 10'000'000;
   std::size_t count = 0, files = 0;
@@ -149,7 +141,7 @@ void read_first_image(StereoSequence& sequence) {
   }
 }
 
-void read_ground_truth(StereoSequence& sequence) {
+void read_ground_truth(StereoSequence& sequence, const Eigen::Isometry3d& T_camera_0_left) {
   const fs::path file = sequence.folder / "poses.txt";
   if (!fs::exists(file)) return;
   auto poses = read_trajectory(file, TrajectoryFormat::kKitti).poses;
@@ -157,35 +149,44 @@ void read_ground_truth(StereoSequence& sequence) {
     fail(file, fmt::format("has {} poses for {} frames; the ground truth is left out", poses.size(),
                            sequence.frames.size()));
   }
-  sequence.ground_truth = std::move(poses);
+  const bool is_camera_0 = T_camera_0_left.translation().isZero(0.0);
+  for (auto& T_world_camera_0 : poses)
+    sequence.ground_truth.push_back(is_camera_0 ? T_world_camera_0 : T_world_camera_0 * T_camera_0_left);
   for (const auto& frame : sequence.frames) sequence.ground_truth_ns.push_back(frame.stamp_ns);
 }
 
 }  // namespace
 
 bool looks_like_kitti(const fs::path& folder) {
-  for (const auto* part : {"calib.txt", "times.txt", "image_0", "image_1", "image_2"}) {
+  if (looks_like_kitti_raw(folder)) return true;
+  for (const auto* part : {"image_0", "image_1", "image_2"}) {
     if (fs::exists(folder / part)) return true;
   }
-  return false;
+  // Other recordings have files of these names, too.
+  const bool own_camera = fs::exists(folder / "left") || fs::exists(folder / "right");
+  return !own_camera && fs::exists(folder / "calib.txt");
 }
 
-SequenceScan scan_kitti(const fs::path& folder) {
+SequenceScan scan_kitti(const fs::path& folder, const PairingOptions& pairing) {
+  if (looks_like_kitti_raw(folder)) return scan_kitti_raw(folder, pairing);
   SequenceScan scan;
   StereoSequence& sequence = scan.sequence;
   auto& problems = scan.problems;
   sequence.folder = folder;
   sequence.format = "kitti";
-  sequence.left_name = "image_0";
-  sequence.right_name = "image_1";
+  const KittiCameras cameras = cameras_in(folder);
+  sequence.left_name = cameras.left_folder();
+  sequence.right_name = cameras.right_folder();
   constexpr auto kError = Problem::Severity::kError;
   constexpr auto kWarning = Problem::Severity::kWarning;
 
   std::optional<std::vector<std::int64_t>> stamps_ns;
   std::size_t images = 0;
-  attempt(problems, kError, [&] { sequence.camera = read_calib_txt(folder / "calib.txt"); });
+  KittiCalibration calibration;
+  attempt(problems, kError, [&] { calibration = read_calib_txt(folder / "calib.txt", cameras); });
+  sequence.camera = calibration.camera;
   attempt(problems, kError, [&] { stamps_ns = read_stamps(folder / "times.txt"); });
-  for (const auto* name : {"image_0", "image_1"}) {
+  for (const auto& name : {sequence.left_name, sequence.right_name}) {
     attempt(problems, kError, [&] { images = std::max(images, count_images(folder / name)); });
   }
   if (images == 0) return scan;
@@ -200,11 +201,11 @@ SequenceScan scan_kitti(const fs::path& folder) {
   });
   for (std::size_t i = 0; i < images; ++i) {
     const std::int64_t stamp_ns = stamps_ns && i < stamps_ns->size() ? (*stamps_ns)[i] : 0;
-    sequence.frames.push_back(
-        {stamp_ns, folder / "image_0" / frame_name(i), folder / "image_1" / frame_name(i)});
+    sequence.frames.push_back({stamp_ns, folder / sequence.left_name / frame_name(i),
+                               folder / sequence.right_name / frame_name(i)});
   }
   attempt(problems, kError, [&] { read_first_image(sequence); });
-  attempt(problems, kWarning, [&] { read_ground_truth(sequence); });
+  attempt(problems, kWarning, [&] { read_ground_truth(sequence, calibration.T_camera_0_left); });
   return scan;
 }
 

@@ -219,6 +219,14 @@ bool is_fraction(std::vector<std::int64_t> stamps_ns, const std::vector<std::int
   return count.empty() || *most - *least >= 2 * static_cast<std::int64_t>(count.size());
 }
 
+/// Throws if what is before a number from zero may be its sign.
+void require_no_sign(const NameTable& table, const TimeField& field, const std::vector<std::string>& names) {
+  const std::string& before = table.row(0).texts[field.first];
+  if (before != "-" && !before.ends_with("_-")) return;
+  throw std::invalid_argument(fmt::format(
+      "{} may be a negative time; rename the images with times from zero or since 1970", names.front()));
+}
+
 /// The times of a field; nothing if it has none, or if the rest of the names speaks against it.
 std::optional<NameTimes> times_of(const NameTable& table, const TimeField& field,
                                   const std::vector<std::string>& names) {
@@ -240,6 +248,7 @@ std::optional<NameTimes> times_of(const NameTable& table, const TimeField& field
   if (field.is_combined &&
       (times.stamps_ns.empty() || !is_fraction(times.stamps_ns, counted(table.column(field.end - 1)))))
     return std::nullopt;
+  if (!field.is_clock) require_no_sign(table, field, names);
   const auto wrong = contradiction(table, field, times.keys);
   if (!wrong) return times;
   if (!is_certain) return std::nullopt;

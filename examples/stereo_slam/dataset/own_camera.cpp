@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/calibration_file.hpp"
+#include "stereo_slam/dataset/frame_positions.hpp"
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/dataset/image_folders.hpp"
 #include "stereo_slam/dataset/live_camera.hpp"

@@ -114,7 +114,7 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
   const bool has_calibration = !calibration_in_folder.empty();
   if (format == "euroc" || (automatic && looks_like_euroc(folder))) return scan_euroc(folder, pairing);
   if (format == "kitti" || (automatic && !has_calibration && looks_like_kitti(folder)))
-    return scan_kitti(folder);
+    return scan_kitti(folder, pairing);
   if (!automatic || has_calibration) {
     return scan_own_camera(
         {.calibration = has_calibration ? calibration_in_folder : folder / kCalibrationFile, .dataset = {}},

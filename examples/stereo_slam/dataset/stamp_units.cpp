@@ -200,8 +200,13 @@ std::vector<std::int64_t> sort_keys_of(const std::vector<WrittenNumber>& numbers
 std::vector<WrittenNumber> with_decimals(const std::vector<WrittenNumber>& numbers) {
   constexpr std::array<std::size_t, 3> kCounters = {3, 6, 9};  // digits of ms, us, ns
   const Fractions fractions(numbers);
-  if (fractions.shortest == fractions.longest || fractions.begins_with_zero || fractions.longest > 9)
-    return numbers;
+  // Of a counter, nine of ten values have all its digits.
+  const bool has_all_digits =
+      std::find(kCounters.begin(), kCounters.end(), fractions.longest) != kCounters.end();
+  const bool may_be_counter = fractions.shortest != fractions.longest && !fractions.begins_with_zero &&
+                              fractions.longest <= kCounters.back();
+  if (!may_be_counter || (!has_all_digits && !fractions.ends_with_zero)) return numbers;
+  if (has_all_digits && fractions.ends_with_zero) return padded(numbers, fractions.longest);
   struct Candidate {
     std::vector<WrittenNumber> numbers;
     std::size_t odd;
@@ -212,8 +217,7 @@ std::vector<WrittenNumber> with_decimals(const std::vector<WrittenNumber>& numbe
     candidates.push_back({std::move(read), odd});
   };
   for (const auto width : kCounters) {
-    if (fractions.longest > width) continue;
-    add(padded(numbers, width));
+    if (fractions.longest <= width) add(padded(numbers, width));
     if (fractions.longest == width) break;
   }
   if (!fractions.ends_with_zero) add(numbers);

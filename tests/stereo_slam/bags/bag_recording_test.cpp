@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 
 #include "stereo_slam/bags/image_message.hpp"
+#include "stereo_slam/bags/message_times.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -73,7 +74,7 @@ std::string error_of(const fs::path& file, const BagOptions& options = {}) {
 TEST_CASE("A bag with camera_info is a recording, whatever its compression and encoding", "[bags]") {
   const auto folder = bags();
   if (!folder) return;
-  for (const char* name : {"stereo.bag", "compressed.bag", "lz4.bag", "rgb.bag"}) {
+  for (const char* name : {"stereo.bag", "compressed.bag", "lz4.bag", "rgb.bag", "8uc3.bag"}) {
     CAPTURE(name);
     check_images(scan_bag(*folder / name, {}), *folder);
   }
@@ -141,13 +142,16 @@ TEST_CASE(
     const char* reason;
   };
   for (const auto& [name, count, reason] :
-       {Bag{"gap.bag", "1 images of", "no partner"},
-        Bag{"repeated.bag", "1 pairs of", "the stamp of the pair before"}}) {
+       {Bag{"gap.bag", "1 of 5 images of", "no partner within 50 ms"},
+        Bag{"repeated.bag", "1 images of", "the stamp of the image before"},
+        Bag{"outlier.bag", "1 of 5 images of", "the first is image 2 with 410065408.0"}}) {
     CAPTURE(name);
     const auto scan = scan_bag(*folder / name, {});
-    REQUIRE(scan.problems.size() == 1);
-    CHECK_FALSE(is_error(scan.problems[0]));
-    CHECK_THAT(scan.problems[0].text, Catch::Contains(count) && Catch::Contains(reason));
+    REQUIRE_FALSE(scan.problems.empty());
+    for (const auto& problem : scan.problems) {
+      CHECK_FALSE(is_error(problem));
+      CHECK_THAT(problem.text, Catch::Contains(count) && Catch::Contains(reason));
+    }
     REQUIRE(scan.sequence.frames.size() == kFrames - 1);
     // The images before and after what is left out, image 2.
     for (const auto& [frame, image] : {std::pair{std::size_t{1}, 1}, {std::size_t{2}, 3}}) {
@@ -159,12 +163,130 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("The first or the last image of a bag may have a stamp far from its time", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  for (const auto& [name, first] : {std::pair{"first_zero.bag", 1}, {"last_late.bag", 0}}) {
+    CAPTURE(name);
+    const auto scan = scan_bag(*folder / name, {});
+    CHECK(scan.problems.size() == 2);  // of each topic
+    REQUIRE(scan.sequence.frames.size() == kFrames - 1);
+    CHECK(scan.sequence.frames[0].stamp_ns == kFirst_ns + 100'000'000LL * first);
+  }
+}
+
+TEST_CASE("A bag without stamps in its headers is refused, and read by the times of recording", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  CHECK_THAT(
+      error_of(*folder / "zero.bag"),
+      Catch::Contains("5 of its 5 images have the stamp zero in their headers; the option --record-times"));
+  const auto scan =
+      scan_bag(*folder / "zero.bag",
+               {.left_topic = "", .right_topic = "", .calibration = {}, .pairing = {}, .record_times = true});
+  CHECK(scan.problems.empty());
+  REQUIRE(scan.sequence.frames.size() == kFrames);
+  CHECK(scan.sequence.frames[4].stamp_ns == kFirst_ns + 430'000'000);
+}
+
+TEST_CASE("A topic named for both cameras shows them side by side", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  CHECK_THAT(error_of(*folder / "both.bag"),
+             Catch::Contains("--left-topic /zed/image --right-topic /zed/image"));
+  const TemporaryFolder elsewhere;
+  write_text(elsewhere / "rectified.yaml", tiny_calibration());
+  BagOptions options{.left_topic = "/zed/image", .right_topic = "/zed/image", .calibration = {}};
+  CHECK_THAT(error_of(*folder / "both.bag", options),
+             Catch::Contains("shows both cameras, and a camera_info describes"));
+  options.calibration = elsewhere / "rectified.yaml";
+  check_images(scan_bag(*folder / "both.bag", options), *folder);
+  options.pairing.right_half_first = true;
+  const auto frame = load_frame(scan_bag(*folder / "both.bag", options).sequence, 2);
+  CHECK(cv::norm(frame.left, original(*folder, "right", 2), cv::NORM_INF) == 0.0);
+}
+
+TEST_CASE("Parts of a bag are one recording, in the order of their times", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  const std::string parts = (*folder / "part_1.bag").string() + "," + (*folder / "part_0.bag").string();
+  CHECK(is_bag_recording(parts));
+  check_images(scan_bag(parts, {}), *folder);
+  CHECK(list_topics(parts).size() == 5);
+  const TemporaryFolder alone;
+  for (const auto* part : {"part_0.bag", "part_1.bag"}) fs::copy_file(*folder / part, alone / part);
+  write_text(alone / "._part_1.bag", "of macOS");
+  CHECK(is_bag_recording(alone.path()));
+  check_images(scan_bag(alone.path(), {}), *folder);
+  fs::copy_file(*folder / "stereo.bag", alone / "stereo.bag");
+  CHECK_THAT(error_of(alone.path()),
+             Catch::Contains("before the end of") && Catch::Contains("no parts of one recording"));
+}
+
+TEST_CASE("Bags are recognised by their names", "[bags]") {
+  for (const auto* name : {"a.bag", "a/b.BAG", "a.Bag", "2021-07-22.bag.active", "a.bag,b.bag"})
+    CHECK(has_bag_name(name));
+  for (const auto* name : {"a.bagx", "bag", "a.bag.gz", "a.active", ""}) CHECK_FALSE(has_bag_name(name));
+  const TemporaryFolder folder;
+  CHECK_FALSE(is_bag_recording(folder.path()));
+  write_text(folder / "a.bag", "");
+  CHECK(is_bag_recording(folder.path()));
+  fs::create_directories(folder / "mav0");
+  CHECK_FALSE(is_bag_recording(folder.path()));
+}
+
+TEST_CASE("Topics that count the cameras are a pair, with a warning", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  auto scan = scan_bag(*folder / "counted.bag", {});
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(
+      scan.problems[0].text,
+      Catch::Contains("/drive/Cam_2/image is taken as the left and /drive/Cam_3/image as the right camera"));
+  scan.problems.clear();
+  check_images(scan, *folder);
+}
+
+TEST_CASE("Stamps of messages are used where they are in order", "[bags]") {
+  const auto times_of = [](const std::vector<std::int64_t>& seconds) {
+    std::vector<MessageTime> times;
+    for (std::size_t i = 0; i < seconds.size(); ++i)
+      times.push_back({seconds[i] * 1'000'000'000, static_cast<std::int64_t>(i + 100) * 1'000'000'000});
+    return times;
+  };
+  const auto used = [&](const std::vector<std::int64_t>& seconds) {
+    return by_header_stamps(times_of(seconds)).index;
+  };
+  using Indices = std::vector<std::size_t>;
+  CHECK(used({1, 2, 3, 4}) == Indices{0, 1, 2, 3});
+  CHECK(used({1, 2, 900, 4, 5}) == Indices{0, 1, 3, 4});
+  CHECK(used({1, 2, 0, 4, 5}) == Indices{0, 1, 3, 4});
+  CHECK(used({0, 901, 902, 903}) == Indices{1, 2, 3});
+  CHECK(used({0, 1, 2, 3}) == Indices{0, 1, 2, 3});  // of a simulation
+  CHECK(used({1, 2, 3, 900}) == Indices{0, 1, 2});
+  CHECK(used({1, 2, 2, 3}) == Indices{0, 1, 3});
+  CHECK(used({}).empty());
+  CHECK(used({7}) == Indices{0});
+  CHECK_THAT(message_of([&] {
+               (void)used({1, 2, 3, 1, 2, 3});
+             }),
+             Catch::Contains("3 of its 6 images are out of order"));
+  CHECK_THAT(message_of([&] {
+               (void)used({0, 0, 0, 0});
+             }),
+             Catch::Contains("4 of its 4 images have the stamp zero"));
+  const auto recorded = by_record_times(times_of({0, 0, 0}));
+  CHECK(recorded.stamps_ns == std::vector<std::int64_t>{100'000'000'000, 101'000'000'000, 102'000'000'000});
+}
+
 TEST_CASE("A bag whose stamps go back is refused, and the image is named", "[bags]") {
   const auto folder = bags();
   if (!folder) return;
-  CHECK_THAT(error_of(*folder / "back.bag"),
-             Catch::Contains("image 3 of /stereo/left/image_raw") && Catch::Contains("is earlier than") &&
-                 Catch::Contains("1500000000.1") && !Catch::Contains("reindex"));
+  CHECK_THAT(
+      error_of(*folder / "back.bag"),
+      Catch::Contains("/stereo/left/image_raw: 2 of its 5 images are out of order: the stamp of image 3") &&
+          Catch::Contains("is earlier than") && Catch::Contains("1500000000.1") &&
+          !Catch::Contains("reindex"));
 }
 
 TEST_CASE("Lengths in a bag that cannot be are refused before memory is allocated for them", "[bags]") {
@@ -289,7 +411,9 @@ TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
   CHECK_THAT(error_of(*folder / "text.bag"), Catch::Contains("is no bag of ROS 1"));
   write_text(*folder / "empty.bag", "");
   CHECK_THAT(error_of(*folder / "empty.bag"), Catch::Contains("the bag is cut off or damaged"));
-  CHECK_THAT(error_of(*folder), Catch::Contains("is a folder"));
+  fs::create_directory(*folder / "folder.bag");
+  CHECK_THAT(error_of(*folder / "folder.bag"), Catch::Contains("is a folder"));
+  fs::remove(*folder / "folder.bag");
   CHECK_THAT(error_of(*folder / "strange.bag"),
              Catch::Contains("image 0 of /stereo/left/image_raw: the encoding 32FC1") &&
                  !Catch::Contains("reindex"));
@@ -311,22 +435,30 @@ TEST_CASE("Topics are chosen by name, and only pairs of images", "[bags]") {
     return result;
   };
   const auto chosen = [&](const std::vector<std::string>& names) {
-    return choose_topics(topics(names), {}).right;
+    return choose_topics(topics(names)).right;
   };
   CHECK(chosen({"/cam0/image_raw", "/cam1/image_raw", "/cam2/image_raw"}) == "/cam1/image_raw");
   CHECK(chosen({"/camera/infra1/image_rect_raw", "/camera/infra2/image_rect_raw"}) ==
         "/camera/infra2/image_rect_raw");
   CHECK(chosen({"/left_rig/left/image", "/left_rig/right/image"}) == "/left_rig/right/image");
   CHECK(chosen({"/left/image_left", "/right/image_right"}) == "/right/image_right");
+  CHECK(chosen({"/cam_a/image", "/cam_b/image", "/depth/image"}) == "/cam_b/image");
+  CHECK(chosen({"/Left/image", "/Right/image"}) == "/Right/image");
+  CHECK(chosen({"/image_02", "/image_03"}) == "/image_03");
+  CHECK(chosen({"/rig/l/image", "/rig/r/image"}) == "/rig/r/image");
+  CHECK(choose_topics(topics({"/cam1/a", "/cam2/a"})).is_guess);
+  CHECK_FALSE(choose_topics(topics({"/left", "/right"})).is_guess);
   const auto refused = [&](const std::vector<std::string>& names, const BagOptions& options) {
-    return message_of([&] { (void)choose_topics(topics(names), options); });
+    return message_of([&] { (void)choose_topics(topics(names), options.left_topic, options.right_topic); });
   };
   CHECK_THAT(refused({"/left/a", "/right/a", "/left/b", "/right/b"}, {}), Catch::Contains("several pairs"));
   CHECK_THAT(refused({}, {}), Catch::Contains("there are none"));
+  CHECK_THAT(refused({"/cam1/a", "/cam2/a", "/cam3/a"}, {}), Catch::Contains("several pairs"));
+  CHECK_THAT(refused({"/rgb/image", "/depth/image"}, {}), Catch::Contains("no pairs"));
+  CHECK_THAT(refused({"/a1/b1", "/a2/b3"}, {}), Catch::Contains("no pairs"));
   const BagOptions imu{.left_topic = "/imu0", .right_topic = "/a", .calibration = {}};
   CHECK_THAT(refused({"/a"}, imu), Catch::Contains("'/imu0' is no topic of images; there are /a"));
-  const BagOptions twice{.left_topic = "/a", .right_topic = "/a", .calibration = {}};
-  CHECK_THAT(refused({"/a"}, twice), Catch::Contains("/a is the topic of both cameras"));
+  CHECK(choose_topics(topics({"/a"}), "/a", "/a").side_by_side());
   const BagOptions half{.left_topic = "/a", .right_topic = "", .calibration = {}};
   CHECK_THAT(refused({"/a"}, half), Catch::Contains("'' is no topic of images"));
 }

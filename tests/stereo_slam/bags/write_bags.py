@@ -46,7 +46,7 @@ def image(path, when, encoding="mono8"):
         pixels = b"".join((16 * value + 7).to_bytes(2, "little") for value in pixels)
         message.encoding = "mono16"
         message.step = 640
-    elif encoding == "rgb8":
+    elif encoding in ("rgb8", "8UC3"):
         pixels = b"".join(bytes([value] * 3) for value in pixels)
         message.step = 960
     message.data = pixels
@@ -135,14 +135,36 @@ def wider(path, when):
     return message
 
 
-def write(name, topics, make=image, info=camera_info, compression="none", skip=None, taken=lambda frame: frame):
+def side_by_side(path, when):
+    """The left and the right image in one."""
+    message = image(path, when)
+    left = bytes(message.data)
+    right = grey(path.replace("/left/", "/right/"))
+    message.data = b"".join(left[320 * row:320 * (row + 1)] + right[320 * row:320 * (row + 1)] for row in range(120))
+    message.width, message.step = 640, 640
+    return message
+
+
+def with_stamp(seconds, wanted_frame=None):
+    """Images of which all, or that of one frame, have another stamp."""
+    def make(path, when):
+        message = image(path, when)
+        if wanted_frame is None or path.endswith(f"{wanted_frame:06}.png"):
+            message.header.stamp = genpy.Time(seconds, 0)
+        return message
+
+    return make
+
+
+def write(name, topics, make=image, info=camera_info, compression="none", skip=None, taken=lambda frame: frame,
+          recorded=range(1000)):
     """`topics` by side; images are recorded later than they were taken, the right ones first. `taken` is the
-    frame whose stamp a frame has."""
+    frame whose stamp a frame has; only the frames `recorded` are written."""
     with rosbag.Bag(f"{folder}/{name}", "w", compression=compression) as bag:
-        bag.write("/note", String("hello"), stamp(0))
+        bag.write("/note", String("hello"), stamp(recorded[0]))
         for frame, (left, right) in enumerate(zip(frames("left"), frames("right"))):
             for side, path in (("right", right), ("left", left)):
-                if skip == (side, frame):
+                if skip == (side, frame) or frame not in recorded or side not in topics:
                     continue
                 offset_ns = 400_000 if side == "right" else 0
                 bag.write(topics[side], make(path, stamp(taken(frame), offset_ns)), stamp(frame, 30_000_000))
@@ -181,3 +203,12 @@ for name, topics in (("rect", rectified), ("raw", stereo)):
     write(f"{name}_cy.bag", topics, info=changed_projection("right", 6, 70.0))
     write(f"{name}_Ty.bag", topics, info=changed_projection("right", 7, -80.0))
     write(f"{name}_both.bag", topics, info=changed_projection("left", 3, -40.0))
+write("zero.bag", stereo, with_stamp(0))
+write("outlier.bag", stereo, with_stamp(9_000_000_000 % 2**32, 2))
+write("first_zero.bag", stereo, with_stamp(0, 0))
+write("last_late.bag", stereo, with_stamp(1_600_000_000, 4))
+write("8uc3.bag", stereo, lambda path, when: image(path, when, "8UC3"))
+write("both.bag", {"left": "/zed/image"}, side_by_side)
+write("part_0.bag", stereo, recorded=range(0, 2))
+write("part_1.bag", stereo, recorded=range(2, 5))
+write("counted.bag", {"left": "/drive/Cam_2/image", "right": "/drive/Cam_3/image"})

@@ -96,6 +96,15 @@ TEST_CASE("Names that may be decimals or counters are refused, whatever the fram
              Catch::Contains("/left: 1626962384.9 may be the decimal number"));
 }
 
+TEST_CASE("Times in names with different texts are refused", "[folders]") {
+  const auto error = [](const std::vector<std::string>& names) {
+    return NamedRecording(names, names).error();
+  };
+  CHECK_THAT(error({"a_1626962384.5", "a_1626962384.55", "b_1626962384.6", "b_1626962384.65"}),
+             Catch::Contains("a_1626962384.5 contains a time, and b_1626962384.6 has another text than it"));
+  CHECK_THAT(error({"-0.10", "-0.05", "0.00", "0.05"}), Catch::Contains("-0.05 may be a negative time"));
+}
+
 TEST_CASE("Times in a unit that is not certain leave gaps where images are missing", "[folders]") {
   std::vector<std::string> names;
   for (int i = 0; i < 12; ++i) {  // in 100 ns

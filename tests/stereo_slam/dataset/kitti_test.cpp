@@ -64,6 +64,44 @@ TEST_CASE("A KITTI sequence is read with calibration, stamps, images and ground 
                  cv::NORM_INF) == 0.0);
 }
 
+TEST_CASE("The colour pair alone is read with P2 and P3, and the poses are those of its left camera",
+          "[kitti]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), 3);
+  fs::rename(folder / "image_0", folder / "image_2");
+  fs::rename(folder / "image_1", folder / "image_3");
+  write_text(folder / "calib.txt", read_text(folder / "calib.txt") +
+                                       "P2: 200 0 160 12.03 0 200 60 0.26 0 0 1 0.001\n"
+                                       "P3: 200 0 160 -67.97 0 200 60 0.4 0 0 1 0.001\n");
+  const auto scan = scan_sequence(folder.path(), "auto");
+  CHECK(scan.problems.empty());
+  const auto& sequence = scan.sequence;
+  CHECK(sequence.left_name == "image_2");
+  CHECK(sequence.right_name == "image_3");
+  CHECK(sequence.camera.baseline_m == Approx(0.4));
+  CHECK(load_frame(sequence, 2).right.cols == TinySequence::kWidth);
+  REQUIRE(sequence.ground_truth.size() == 3);
+  // x_2 = x_0 + K^-1 (12.03, 0.26, 0.001) = x_0 + (0.05935, 0.001, 0.001).
+  const Eigen::Vector3d expected(0.32 - 0.05935, -0.001, -0.001);
+  CHECK((sequence.ground_truth[2].translation() - expected).norm() < 1e-12);
+  // The grey pair is preferred where both are complete.
+  fs::copy(folder / "image_2", folder / "image_0");
+  CHECK(scan_sequence(folder.path(), "auto").sequence.left_name == "image_2");
+  fs::copy(folder / "image_3", folder / "image_1");
+  CHECK(scan_sequence(folder.path(), "auto").sequence.left_name == "image_0");
+}
+
+TEST_CASE("A folder of another recording with times.txt or calib.txt is no KITTI sequence", "[kitti]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  fs::remove(folder / "calibration.yaml");
+  write_text(folder / "times.txt", "0\n0.1\n0.2\n");
+  write_text(folder / "calib.txt", "");
+  CHECK_FALSE(looks_like_kitti(folder.path()));
+  CHECK_THAT(message_of([&] { (void)open_sequence(folder.path(), "auto"); }),
+             !Catch::Contains("image_0") || Catch::Contains("not a recording of a known layout"));
+}
+
 TEST_CASE("Ground truth is optional; one that does not fit is left out with a warning", "[kitti]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder.path(), 3);
@@ -128,7 +166,7 @@ TEST_CASE("A wrong calibration is refused", "[kitti]") {
              Catch::Contains("P0 has focal lengths 0 and 200"));
   CHECK_THAT(kitti_error_after(with_file(
                  "calib.txt", "P0: 200 9 160 0 0 200 60 0 0 0 1 0\nP1: 200 9 160 -80 0 200 60 0 0 0 1 0\n")),
-             Catch::Contains("P0 is not [fx 0 cx 0;"));
+             Catch::Contains("P0 is not [fx 0 cx tx;"));
   CHECK_THAT(kitti_error_after(with_file(
                  "calib.txt", "P0: 200 0 900 0 0 200 60 0 0 0 1 0\nP1: 200 0 900 -80 0 200 60 0 0 0 1 0\n")),
              Catch::Contains("the principal point (900, 60) lies outside the 320x120 images"));

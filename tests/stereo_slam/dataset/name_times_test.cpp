@@ -135,7 +135,11 @@ TEST_CASE("A counter after the point without leading zeros is no decimal fractio
 TEST_CASE("Names that may be decimals or counters, in two orders, are refused", "[name_times]") {
   CHECK_THAT(refusal({"1626962384.9", "1626962384.31", "1626962384.123"}),
              Catch::Contains("1626962384.9 may be the decimal number, or 1626962384 and a counter of 9"));
-  // Three images at equal intervals, if they are decimals.
+  // Counters of nanoseconds mostly have nine digits, so these seven are decimals, whatever the intervals.
+  CHECK(refusal({"1626962384.9", "1626962384.31", "1626962384.1234567"}).empty());
+  CHECK_THAT(refusal({"1626962384.9", "1626962384.310", "1626962384.12345"}),
+             Catch::Contains("may be the decimal"));
+  // Four images at equal intervals, if they are decimals.
   CHECK(refusal({"1626962384.9", "1626962385.15", "1626962385.4", "1626962385.65"}).empty());
 }
 
@@ -244,6 +248,13 @@ TEST_CASE("Times in a unit that is not certain are in order, and the units named
   CHECK(times.stamps_ns.empty());
   CHECK_THAT(times.doubt,
              Catch::Contains("1.5 may be in seconds (1.5 s between images) or in milliseconds (0.0015 s"));
+}
+
+TEST_CASE("Times with a sign before them are refused", "[name_times]") {
+  CHECK_THAT(refusal({"-0.95", "-0.90", "-0.85"}), Catch::Contains("-0.95 may be a negative time"));
+  CHECK_THAT(refusal({"t_-0.95", "t_-0.90", "t_-0.85"}), Catch::Contains("may be a negative time"));
+  CHECK(times_in({"-1626962384.5", "-1626962384.45"}).stamps_ns.size() == 2);  // a divider
+  CHECK(times_in({"cam-0.95", "cam-0.90", "cam-0.85"}).stamps_ns.size() == 3);
 }
 
 TEST_CASE("A number of the frame beside the stamp must be in the same order", "[name_times]") {

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/bags/topic_pair.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace stereo_slam {
+namespace {
+
+[[nodiscard]] bool has_images(const BagTopic& topic) {
+  return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage";
+}
+
+/// Possible names of the right camera's topic, if `left` is the name of a left camera's topic, such as
+/// /cam0/image_raw (EuRoC, TUM-VI), /stereo/left/image_raw or /camera/infra1/image_rect_raw.
+[[nodiscard]] std::vector<std::string> partners_of(const std::string& left) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kSides = {
+      {{"left", "right"}, {"cam0", "cam1"}, {"camera0", "camera1"}, {"infra1", "infra2"}}};
+  std::vector<std::string> names;
+  for (const auto& [from, to] : kSides) {
+    std::string all = left;
+    std::size_t count = 0;
+    for (auto at = left.find(from); at != std::string::npos; at = left.find(from, at + 1)) {
+      names.push_back(std::string(left).replace(at, from.size(), to));
+      all.replace(all.find(from), from.size(), to);
+      ++count;
+    }
+    if (count > 1) names.push_back(std::move(all));  // /left/image_left and /right/image_right
+  }
+  return names;
+}
+
+/// "/Cam_12/l" as "/", "cam", "_", "12", "/", "l".
+[[nodiscard]] std::vector<std::string> words_of(const std::string& name) {
+  const auto kind = [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return std::isdigit(byte) != 0 ? 'd' : std::isalpha(byte) != 0 ? 'a' : c;
+  };
+  std::vector<std::string> words;
+  char last = 0;
+  for (const char c : name) {
+    if (kind(c) != last || words.empty()) words.emplace_back();
+    words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    last = kind(c);
+  }
+  return words;
+}
+
+/// Whether two words are those of a left and a right camera, or count two cameras.
+[[nodiscard]] bool are_sides(const std::string& left, const std::string& right) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kSides = {
+      {{"left", "right"}, {"l", "r"}, {"a", "b"}, {"port", "starboard"}}};
+  for (const auto& side : kSides) {
+    if (left == side.first && right == side.second) return true;
+  }
+  const auto number_of = [](const std::string& word) {
+    std::uint64_t number = 0;
+    const char* const end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, number);
+    return error == std::errc{} && stop == end ? std::pair(true, number) : std::pair(false, number);
+  };
+  const auto [left_counts, left_number] = number_of(left);
+  const auto [right_counts, right_number] = number_of(right);
+  return left_counts && right_counts && right_number - left_number == 1;
+}
+
+/// Whether two names differ only in words that are sides.
+[[nodiscard]] bool differ_by_sides(const std::string& left, const std::string& right) {
+  const auto left_words = words_of(left);
+  const auto right_words = words_of(right);
+  if (left_words.size() != right_words.size() || left_words == right_words) return false;
+  for (std::size_t i = 0; i < left_words.size(); ++i) {
+    if (left_words[i] != right_words[i] && !are_sides(left_words[i], right_words[i])) return false;
+  }
+  return true;
+}
+
+/// The topics of images by name.
+class ImageTopics {
+ public:
+  explicit ImageTopics(const std::vector<BagTopic>& topics) {
+    for (const auto& topic : topics) {
+      if (has_images(topic)) names_.push_back(topic.name);
+    }
+  }
+
+  [[nodiscard]] bool contain(const std::string& name) const {
+    return std::find(names_.begin(), names_.end(), name) != names_.end();
+  }
+
+  [[nodiscard]] std::string list() const {
+    return names_.empty() ? "there are none" : fmt::format("there are {}", fmt::join(names_, ", "));
+  }
+
+  /// Pairs whose names say which is left.
+  [[nodiscard]] std::vector<TopicPair> named_pairs() const {
+    std::vector<TopicPair> pairs;
+    for (const auto& left : names_) {
+      for (const auto& right : partners_of(left)) {
+        if (contain(right)) pairs.push_back({left, right});
+      }
+    }
+    return pairs;
+  }
+
+  /// Pairs whose names count the cameras or name them otherwise.
+  [[nodiscard]] std::vector<TopicPair> other_pairs() const {
+    std::vector<TopicPair> pairs;
+    for (const auto& left : names_) {
+      for (const auto& right : names_) {
+        if (differ_by_sides(left, right)) pairs.push_back({left, right, true});
+      }
+    }
+    return pairs;
+  }
+
+  /// What to do if no pair or more than one is found.
+  [[nodiscard]] std::string advice() const {
+    if (names_.size() == 1) {
+      return fmt::format(
+          "if {0} shows both cameras side by side, name it for both: --left-topic {0} "
+          "--right-topic {0}; {1}",
+          names_.front(), list());
+    }
+    return fmt::format("name them: --left-topic, --right-topic; {}", list());
+  }
+
+ private:
+  std::vector<std::string> names_;
+};
+
+}  // namespace
+
+TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& left,
+                        const std::string& right) {
+  const ImageTopics images(topics);
+  if (!left.empty() || !right.empty()) {
+    for (const auto& name : {left, right}) {
+      if (!images.contain(name))
+        throw std::invalid_argument(fmt::format("'{}' is no topic of images; {}", name, images.list()));
+    }
+    return {left, right};
+  }
+  auto pairs = images.named_pairs();
+  if (pairs.empty()) pairs = images.other_pairs();
+  if (pairs.size() == 1) return pairs.front();
+  throw std::invalid_argument(
+      fmt::format("{} pairs of image topics; {}", pairs.empty() ? "no" : "several", images.advice()));
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+/// Which topics of a bag are those of the two cameras.
+namespace stereo_slam {
+
+struct BagTopic {
+  std::string name;
+  std::string type;  ///< "sensor_msgs/Image"
+  std::size_t messages = 0;
+};
+
+/// The names of the image topics of the left and the right camera; the same if its images show both.
+struct TopicPair {
+  std::string left;
+  std::string right;
+  bool is_guess = false;  ///< their names do not say that they are left and right
+
+  [[nodiscard]] bool side_by_side() const { return left == right; }
+};
+
+/// The topics named `left` and `right`, or, if these are empty, the only pair whose names differ by left and
+/// right, cam0 and cam1, camera0 and camera1, or infra1 and infra2; else the only one whose names differ by l
+/// and r, a and b, port and starboard, or a number and the next. Throws std::invalid_argument, listing the
+/// candidates, when there is no pair or more than one.
+[[nodiscard]] TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& left = "",
+                                      const std::string& right = "");
+
+}  // namespace stereo_slam

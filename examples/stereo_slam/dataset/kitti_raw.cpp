@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/kitti_raw.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/kitti_oxts.hpp"
+#include "stereo_slam/dataset/kitti_projection.hpp"
+#include "stereo_slam/dataset/lens_values.hpp"
+#include "stereo_slam/dataset/stamp_pairs.hpp"
+#include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/text_file.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+/// The lines "KEY: numbers" of a calibration file.
+class KittiValues {
+ public:
+  explicit KittiValues(const fs::path& file) : file_(file) {
+    for (const auto& line : read_text_lines(file)) {
+      const auto colon = line.text.find(':');
+      const auto numbers = colon == std::string::npos
+                               ? std::nullopt
+                               : parse_numbers(std::string_view(line.text).substr(colon + 1));
+      if (numbers) values_[line.text.substr(0, colon)] = *numbers;
+    }
+  }
+
+  [[nodiscard]] const fs::path& file() const { return file_; }
+
+  /// So many finite numbers.
+  [[nodiscard]] const std::vector<double>& get(const std::string& key, std::size_t count) const {
+    const auto found = values_.find(key);
+    if (found == values_.end())
+      fail(file_, fmt::format("has no line '{}: ...' of numbers; copy it again", key));
+    if (found->second.size() != count)
+      fail(file_, fmt::format("{} has {} numbers and needs {}", key, found->second.size(), count));
+    return found->second;
+  }
+
+  /// The rotation and the translation of two keys.
+  [[nodiscard]] Eigen::Isometry3d transform(const std::string& rotation,
+                                            const std::string& translation) const {
+    constexpr double kMostSkew = 1e-3;  // the files have seven digits
+    const RowMajor3 R = Eigen::Map<const RowMajor3>(get(rotation, 9).data());
+    if (!R.isUnitary(kMostSkew) || R.determinant() < 0.0)
+      fail(file_, fmt::format("{} is no rotation", rotation));
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = Eigen::Quaterniond(Eigen::Matrix3d(R)).normalized().toRotationMatrix();
+    T.translation() = Eigen::Map<const Eigen::Vector3d>(get(translation, 3).data());
+    return T;
+  }
+
+  [[nodiscard]] KittiProjection projection(const std::string& camera) const {
+    KittiProjection projection{.name = "P_rect_" + camera, .P = {}};
+    projection.P = Eigen::Map<const decltype(projection.P)>(get(projection.name, 12).data());
+    return projection;
+  }
+
+ private:
+  fs::path file_;
+  std::map<std::string, std::vector<double>> values_;
+};
+
+/// A drive: its folder, and the numbers of its two cameras.
+struct KittiDrive {
+  fs::path folder;
+  std::string left = "00";
+  std::string right = "01";
+
+  [[nodiscard]] fs::path camera(const std::string& number) const { return folder / ("image_" + number); }
+};
+
+bool has_cameras(const fs::path& folder) {
+  return fs::is_directory(folder / "image_00/data") || fs::is_directory(folder / "image_02/data");
+}
+
+/// The drive in a folder: itself, or the only one in the folder of a day.
+KittiDrive drive_in(const fs::path& folder) {
+  KittiDrive drive{.folder = folder};
+  if (!has_cameras(folder)) {
+    std::vector<fs::path> drives;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      if (entry.is_directory() && has_cameras(entry.path())) drives.push_back(entry.path());
+    }
+    std::sort(drives.begin(), drives.end());
+    if (drives.empty()) fail(folder, "contains no drive with image_00/data and image_01/data");
+    if (drives.size() > 1) {
+      fail(folder, fmt::format("contains {} drives; name one of them, such as {}", drives.size(),
+                               drives.front().filename().string()));
+    }
+    drive.folder = drives.front();
+  }
+  const auto has = [&](const char* camera) { return fs::is_directory(drive.camera(camera) / "data"); };
+  if (has("02") && has("03") && !(has("00") && has("01"))) {
+    drive.left = "02";
+    drive.right = "03";
+  }
+  return drive;
+}
+
+/// A calibration file in the drive or beside it; nothing if there is none.
+std::optional<fs::path> calibration_of_drive(const KittiDrive& drive, const std::string& name) {
+  for (const auto& folder : {drive.folder, fs::canonical(drive.folder).parent_path()}) {
+    if (fs::exists(folder / name)) return folder / name;
+  }
+  return std::nullopt;
+}
+
+/// The images of a camera that have a stamp.
+struct KittiImages {
+  std::vector<std::size_t> index;  ///< in the names
+  std::vector<fs::path> files;
+  std::vector<std::int64_t> stamps_ns;  ///< increase
+};
+
+KittiImages read_images(const fs::path& camera, SequenceScan& scan) {
+  const auto stamps_ns = read_kitti_stamps(camera / "timestamps.txt");
+  std::map<std::size_t, fs::path> files;
+  if (!fs::is_directory(camera / "data"))
+    fail(camera / "data", "no such folder; it holds 0000000000.png ...");
+  for (const auto& entry : fs::directory_iterator(camera / "data")) {
+    const std::string name = entry.path().stem().string();
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+    const bool numbered = error == std::errc{} && end == name.data() + name.size();
+    if (numbered && entry.path().extension() == ".png") files[index] = entry.path();
+  }
+  if (files.empty()) fail(camera / "data", "contains no images 0000000000.png, 0000000001.png ...");
+  KittiImages images;
+  std::size_t without_stamp = 0;
+  for (const auto& [index, file] : files) {
+    const auto stamp = stamps_ns.find(index);
+    if (stamp == stamps_ns.end()) {
+      ++without_stamp;
+      continue;
+    }
+    if (!images.stamps_ns.empty() && stamp->second <= images.stamps_ns.back()) {
+      throw std::runtime_error(
+          at_line(camera / "timestamps.txt", static_cast<int>(index) + 1,
+                  "the time is not later than that of the image before; copy the file again"));
+    }
+    images.index.push_back(index);
+    images.files.push_back(file);
+    images.stamps_ns.push_back(stamp->second);
+  }
+  if (without_stamp > 0) {
+    scan.problems.push_back({Problem::Severity::kWarning,
+                             fmt::format("{}: {} images have no line in timestamps.txt; they are left out",
+                                         camera.string(), without_stamp)});
+  }
+  return images;
+}
+
+/// Images of a sync drive with one number are a pair.
+StampPairs paired_by_index(const KittiImages& left, const KittiImages& right, const fs::path& folder) {
+  StampPairs result;
+  for (std::size_t i = 0; i < left.index.size(); ++i) {
+    const auto partner = std::lower_bound(right.index.begin(), right.index.end(), left.index[i]);
+    if (partner == right.index.end() || *partner != left.index[i]) continue;
+    result.pairs.emplace_back(i, static_cast<std::size_t>(partner - right.index.begin()));
+  }
+  if (result.pairs.size() < 2)
+    fail(folder, fmt::format("contains {} pairs of images with one number and times", result.pairs.size()));
+  return result;
+}
+
+void warn_of_unpaired(const KittiImages& left, const KittiImages& right, SequenceScan& scan) {
+  const std::size_t alone = left.index.size() + right.index.size() - 2 * scan.sequence.frames.size();
+  if (alone == 0) return;
+  scan.problems.push_back({Problem::Severity::kWarning,
+                           fmt::format("{}: {} images have no partner in the other camera; they are left out",
+                                       scan.sequence.folder.string(), alone)});
+}
+
+void pair_images_of_drive(const KittiDrive& drive, const PairingOptions& pairing, SequenceScan& scan) {
+  auto& sequence = scan.sequence;
+  const KittiImages left = read_images(drive.camera(drive.left), scan);
+  const KittiImages right = read_images(drive.camera(drive.right), scan);
+  const StampPairs pairs = sequence.rectifier
+                               ? paired_by_stamps({sequence.left_name, left.stamps_ns},
+                                                  {sequence.right_name, right.stamps_ns}, pairing, scan)
+                               : paired_by_index(left, right, sequence.folder);
+  for (const auto& [i, j] : pairs.pairs)
+    sequence.frames.push_back({left.stamps_ns[i], left.files[i], right.files[j]});
+  warn_of_unpaired(left, right, scan);
+}
+
+/// The raw camera S, K, D, with a trailing number.
+Lens lens_of(const KittiValues& values, const std::string& camera) {
+  Lens lens;
+  const auto refuse = [&](const std::string& what) {
+    fail(values.file(), fmt::format("camera {}: {}", camera, what));
+  };
+  set_size(lens, values.get("S_" + camera, 2), refuse);
+  set_camera_matrix(lens, values.get("K_" + camera, 9), refuse);
+  set_model(lens, "radtan", refuse);
+  set_coefficients(lens, values.get("D_" + camera, 5), refuse);
+  return lens;
+}
+
+/// T_camera0_imu, or why it is not known.
+Eigen::Isometry3d read_T_camera_0_imu(const KittiDrive& drive) {
+  Eigen::Isometry3d T_camera_0_imu = Eigen::Isometry3d::Identity();
+  for (const auto* name : {"calib_velo_to_cam.txt", "calib_imu_to_velo.txt"}) {
+    const auto file = calibration_of_drive(drive, name);
+    if (!file) {
+      fail(drive.folder / "oxts",
+           fmt::format("there is no {} in the drive or beside it, so the poses of the camera are "
+                       "not known; the ground truth is left out",
+                       name));
+    }
+    T_camera_0_imu = T_camera_0_imu * KittiValues(*file).transform("R", "T");
+  }
+  return T_camera_0_imu;
+}
+
+/// Which of the sizes in the calibration the images have.
+bool are_rectified(const KittiValues& values, const KittiDrive& drive, const ImageHeader& header) {
+  const auto has_size = [&](const std::string& key) {
+    const auto& size = values.get(key + drive.left, 2);
+    return size[0] == header.width_px && size[1] == header.height_px;
+  };
+  const bool rectified = has_size("S_rect_");
+  const bool raw = has_size("S_");
+  if (rectified && raw) return drive.folder.filename().string().find("extract") == std::string::npos;
+  if (rectified || raw) return rectified;
+  fail(values.file(),
+       fmt::format("says neither S_{0} nor S_rect_{0}, of raw and of rectified images, is {1}x{2} pixels, "
+                   "as the images are; take the calibration of this day",
+                   drive.left, header.width_px, header.height_px));
+}
+
+/// Any image of a camera, for the size.
+fs::path any_image(const fs::path& camera) {
+  std::vector<fs::path> images;
+  if (fs::is_directory(camera / "data")) {
+    for (const auto& entry : fs::directory_iterator(camera / "data")) {
+      if (entry.path().extension() == ".png") images.push_back(entry.path());
+    }
+  }
+  if (images.empty()) fail(camera / "data", "contains no images 0000000000.png, 0000000001.png ...");
+  return *std::min_element(images.begin(), images.end());
+}
+
+/// Sets the camera, and the body if it is known.
+void set_calibration(const KittiDrive& drive, const std::optional<Eigen::Isometry3d>& T_camera_0_imu,
+                     StereoSequence& sequence) {
+  const auto file = calibration_of_drive(drive, "calib_cam_to_cam.txt");
+  if (!file) {
+    fail(drive.folder,
+         "there is no calib_cam_to_cam.txt in the drive or beside it; it is in the download 'calib' of "
+         "the day");
+  }
+  const KittiValues values(*file);
+  const ImageHeader header = check_png(any_image(drive.camera(drive.left)));
+  if (are_rectified(values, drive, header)) {
+    const KittiProjection left = values.projection(drive.left);
+    sequence.camera = camera_of(left, values.projection(drive.right), *file);
+    sequence.camera.width_px = header.width_px;
+    sequence.camera.height_px = header.height_px;
+    if (!T_camera_0_imu) return;
+    const RowMajor3 R = Eigen::Map<const RowMajor3>(values.get("R_rect_00", 9).data());
+    const Eigen::Isometry3d T_camera_rectified_0 = Eigen::Translation3d(left.position_of_camera_0_m()) *
+                                                   Eigen::Quaterniond(Eigen::Matrix3d(R)).normalized();
+    sequence.T_body_camera = (T_camera_rectified_0 * *T_camera_0_imu).inverse();
+    return;
+  }
+  const Eigen::Isometry3d T_left_0 = values.transform("R_" + drive.left, "T_" + drive.left);
+  const Eigen::Isometry3d T_right_0 = values.transform("R_" + drive.right, "T_" + drive.right);
+  StereoRig rig{.left = lens_of(values, drive.left),
+                .right = lens_of(values, drive.right),
+                .T_right_left = T_right_0 * T_left_0.inverse(),
+                .T_body_left = std::nullopt};
+  if (T_camera_0_imu) rig.T_body_left = (T_left_0 * *T_camera_0_imu).inverse();
+  try {
+    set_rig(sequence, rig);
+  } catch (const std::runtime_error& error) {
+    fail(*file, error.what());
+  }
+}
+
+void read_truth_of_drive(const KittiDrive& drive, SequenceScan& scan) {
+  auto& sequence = scan.sequence;
+  constexpr std::int64_t kMargin_ns = 50'000'000;
+  const OxtsPoses poses = read_oxts(drive.folder / "oxts");
+  for (std::size_t i = 0; i < poses.stamps_ns.size(); ++i) {
+    if (poses.stamps_ns[i] < sequence.frames.front().stamp_ns - kMargin_ns) continue;
+    if (poses.stamps_ns[i] > sequence.frames.back().stamp_ns + kMargin_ns) break;
+    sequence.ground_truth.push_back(poses.T_world_imu[i] * *sequence.T_body_camera);
+    sequence.ground_truth_ns.push_back(poses.stamps_ns[i]);
+  }
+  if (sequence.ground_truth.empty())
+    fail(drive.folder / "oxts", "contains no pose at the time of the images");
+  if (poses.out_of_order == 0) return;
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format("{}: {} packets are not later than those before them; they are left out of the "
+                   "ground truth",
+                   (drive.folder / "oxts/timestamps.txt").string(), poses.out_of_order)});
+}
+
+}  // namespace
+
+bool looks_like_kitti_raw(const fs::path& folder) {
+  return has_cameras(folder) || fs::exists(folder / "calib_cam_to_cam.txt");
+}
+
+SequenceScan scan_kitti_raw(const fs::path& folder, const PairingOptions& pairing) {
+  constexpr auto kError = Problem::Severity::kError;
+  constexpr auto kWarning = Problem::Severity::kWarning;
+  SequenceScan scan;
+  auto& sequence = scan.sequence;
+  sequence.folder = folder;
+  sequence.format = "kitti";
+  KittiDrive drive;
+  attempt(scan.problems, kError, [&] { drive = drive_in(folder); });
+  if (!scan.problems.empty()) return scan;
+  sequence.left_name = "image_" + drive.left;
+  sequence.right_name = "image_" + drive.right;
+  std::optional<Eigen::Isometry3d> T_camera_0_imu;
+  const bool has_oxts = fs::is_directory(drive.folder / "oxts");
+  if (has_oxts) attempt(scan.problems, kWarning, [&] { T_camera_0_imu = read_T_camera_0_imu(drive); });
+  attempt(scan.problems, kError, [&] {
+    set_calibration(drive, T_camera_0_imu, sequence);
+    pair_images_of_drive(drive, pairing, scan);
+    (void)check_png(sequence.frames.front().left);
+  });
+  if (has_oxts && sequence.T_body_camera && !sequence.frames.empty())
+    attempt(scan.problems, kWarning, [&] { read_truth_of_drive(drive, scan); });
+  return scan;
+}
+
+}  // namespace stereo_slam
