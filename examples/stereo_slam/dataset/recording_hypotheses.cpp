@@ -61,6 +61,7 @@ StereoAgreement agreement_under(const Hypothesis& hypothesis, const StereoSequen
         pair.left = hypothesis.rectifier->left(pair.left);
         pair.right = hypothesis.rectifier->right(pair.right);
       }
+      if (pair.left.size() != pair.right.size()) return;  // not rectified, of cameras of different sizes
       frames.push_back({.index = index, .left = pair.left, .right = pair.right});
     });
   }

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "simulator/rendering/lens_view.hpp"
+#include "stereo_slam/dataset/recording_hypotheses.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
@@ -143,6 +144,7 @@ TEST_CASE("A recording whose cameras have images of different sizes is read", "[
   CHECK(frame.left.size() == cv::Size(320, 120));
   CHECK(frame.right.size() == cv::Size(320, 120));
   CHECK_FALSE(has_one_image_twice(scan.sequence, 1));
+  CHECK_NOTHROW((void)cause_of_disagreement(scan.sequence, Suspicion::kStrong));
   CHECK(load_raw_pair(scan.sequence, 0, 1).right.size() == cv::Size(160, 60));
   // The size that is wrong is that of the right images.
   write_calibration(lens(320, 120, 200.0));
