@@ -37,8 +37,8 @@ class RelativePoseCost final : public ceres::SizedCostFunction<6, 8, 8> {
   /// std::invalid_argument unless P is symmetric and positive definite.
   RelativePoseCost(const DualQuaternion<double>& T_a_b, const Matrix6<double>& covariance)
       : T_b_a_measured_(T_a_b.inverse()), factor_(covariance) {
-    (void)detail::checked_covariance<double, 6>("covariance of a relative pose is not finite or not symmetric",
-                                    covariance);
+    (void)detail::checked_covariance<double, 6>(
+        "covariance of a relative pose is not finite or not symmetric", covariance);
     if (factor_.info() != Eigen::Success) [[unlikely]] {
       detail::throw_invalid("covariance of a relative pose is not positive definite", covariance);
     }
