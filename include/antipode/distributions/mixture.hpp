@@ -146,6 +146,9 @@ struct MixtureFusionOptions {
   FusionOptions<Scalar> pair = {};                  ///< of each pair; max_angle is that of the gate
   PlausibilityGate gate = PlausibilityGate::kHard;  ///< which pairs are compatible
   FusionWeights weights = FusionWeights::kExact;    ///< of the pairs
+  /// A pair whose squared Mahalanobis distance is at most this passes the gate at any angle: wide components
+  /// whose tangent points are far apart may well agree. With zero the angle alone decides.
+  Scalar agreement = Scalar(0);
 };
 
 /// The normalised product of two mixtures.
@@ -217,13 +220,18 @@ template <class Component>
   int rejected_pairs = 0;
   for (const auto& [weight_a, density_a] : a) {
     for (const auto& [weight_b, density_b] : b) {
-      const Scalar log_alpha = detail::log_plausibility(density_a, density_b, options);
+      Scalar log_alpha = detail::log_plausibility(density_a, density_b, options);
+      std::optional<decltype(detail::fuse_plausible(density_a, density_b, options.pair))> product;
+      if (log_alpha > -kInfinity || options.agreement > Scalar(0)) {
+        product = detail::fuse_plausible(density_a, density_b, options.pair);
+        if (product->mahalanobis_squared <= options.agreement) log_alpha = Scalar(0);
+      }
       if (!(log_alpha > -kInfinity)) {
         rejected_weight += weight_a * weight_b;
         ++rejected_pairs;
         continue;
       }
-      auto fused = detail::fuse_plausible(density_a, density_b, options.pair);
+      auto& fused = *product;
       const Scalar log_lambda = options.weights == FusionWeights::kExact
                                     ? fused.log_mass
                                     : Scalar(-0.5) * fused.mahalanobis_squared;

@@ -20,7 +20,10 @@ namespace antipode {
 template <std::floating_point Scalar>
 struct MixtureFilterOptions {
   Transport transport = Transport::kLinearized;  ///< of the motion
-  MixtureFusionOptions<Scalar> fusion = {};      ///< of belief and measurement
+  /// Of belief and measurement. Components that agree are fused at any angle between them: a right
+  /// measurement is rejected by chance once in a thousand times (the quantile of chi-square with six
+  /// degrees).
+  MixtureFusionOptions<Scalar> fusion = {.agreement = Scalar(22.46)};
   /// Reduction of the belief after every prediction and update.
   MixtureReductionOptions<Scalar> reduction = {.max_components = 10, .min_weight = Scalar(1e-6)};
 };
