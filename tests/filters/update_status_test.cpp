@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <antipode/filters/detail/mode_search.hpp>
@@ -143,10 +144,13 @@ TEST_CASE("A second mode is found wherever it is on the axis, and one alone is n
           Vector6<double>(0.01, 0.01, 0.01, sigma * sigma, 1.0, 1.0).asDiagonal()};
       const auto posterior = detail::SqrtGaussian<SplitPoseGaussian<double>>::of(first).seen_from(origin);
       const auto search = [&](double other) {
+        const auto nowhere = [](const auto&) { return std::optional<detail::LocalModel<double, 6>>(); };
         return detail::has_second_mode<57>(
-            origin, posterior, [&](const Matrix<double, 6, 57>& tangents, Vector<double, 57>& values) {
+            origin, posterior, 0.0,
+            [&](const Matrix<double, 6, 57>& tangents, Vector<double, 57>& values) {
               for (int k = 0; k < 57; ++k) values[k] = two(0.3 + tangents(3, k), 0.3, other, sigma);
-            });
+            },
+            nowhere);
       };
       CHECK(search(second));
       CHECK_FALSE(search(0.3));

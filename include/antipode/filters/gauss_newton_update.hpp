@@ -220,8 +220,16 @@ class GaussNewtonIteration {
     if (!options_.check_modes) return false;
     result_.evaluations += Standard::kCount;
     const auto over_prior = linearize(origin_, measurements_, h, standard, {});
-    return (over_prior.bent() || over_prior.used == 0) &&
-           detail::is_ambiguous(origin_, density_, measurements_, h, result_.evaluations);
+    if (!over_prior.bent() && over_prior.used > 0) return false;
+    const auto local_model = [&](const SqrtGaussian<Density>& density) {
+      using Local = LocalModel<Scalar, N>;
+      ++result_.evaluations;
+      const auto fit = expand(density, measurements_, h_);
+      return fit.finite && fit.used > 0 ? std::optional<Local>({fit.model, fit.model.constant})
+                                        : std::nullopt;
+    };
+    MeasurementLikelihood<Density, Measurements, Values> likelihood{measurements_, h, result_.evaluations};
+    return likelihood.has_second_mode(origin_, density_, result_.log_evidence, local_model);
   }
 
   /// The posterior stays the prior.

@@ -82,7 +82,8 @@ struct LinearizedUpdateOptions {
   Scalar max_final_residual = Scalar(2);
   /// Whether to look for a second mode if the measurements are not linear over the prior, or over a density
   /// on the way to the posterior, and to report it as kNotGaussian (see quadratic_update.hpp). Evaluates each
-  /// model eight times for every dimension of the state. Not with robust weights.
+  /// model 16 times for every dimension of the state, and more if a second mode is likely. Not with robust
+  /// weights.
   bool check_modes = true;
   RobustWeight robust = RobustWeight::kNone;  ///< how much distant measurements count
   /// Mahalanobis distance at which a measurement begins to count less. It refers to the covariance S_i of the
@@ -221,7 +222,7 @@ class LinearizedIteration {
     do {
       if (!iterate(standard)) return result_;
     } while (result_.limit_hit && result_.steps < options_.max_iterations);
-    judge();
+    judge(standard);
     result_.posterior = density_.density();
     return result_;
   }
@@ -252,14 +253,28 @@ class LinearizedIteration {
     return true;
   }
 
-  void judge() {
+  template <class Standard>
+  void judge(const Standard& standard) {
     const bool check_modes = options_.check_modes && bent_ && options_.robust == RobustWeight::kNone;
     if (result_.limit_hit && !(last_step_ <= options_.settled_step)) {
       result_.status = UpdateStatus::kDiverged;
     } else if (!(result_.residual <= options_.max_final_residual) ||
-               (check_modes && is_ambiguous(origin_, density_, measurements_, h_, result_.evaluations))) {
+               (check_modes && is_ambiguous(standard))) {
       result_.status = UpdateStatus::kNotGaussian;
     }
+  }
+
+  template <class Standard>
+  [[nodiscard]] bool is_ambiguous(const Standard& standard) {
+    MeasurementLikelihood<Density, Measurements, Model> likelihood{measurements_, h_, result_.evaluations};
+    const auto local_model = [&](const SqrtGaussian<Density>& density) {
+      using Local = LocalModel<Scalar, N>;
+      result_.evaluations += Rule::kCount;
+      const auto fit = linearize(density, measurements_, h_, standard, options_);
+      return fit.finite && fit.used > 0 ? std::optional<Local>({fit.model, likelihood.at(density.mean)})
+                                        : std::nullopt;
+    };
+    return likelihood.has_second_mode(origin_, density_, result_.log_evidence, local_model);
   }
 
   /// The posterior stays the prior.

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
+#include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/detail/check.hpp>
 #include <antipode/detail/cholesky.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
@@ -14,6 +16,7 @@
 #include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/mode_ascent.hpp>
 #include <antipode/filters/detail/mode_search.hpp>
 #include <antipode/filters/detail/posterior_samples.hpp>
 #include <antipode/filters/detail/progression.hpp>
@@ -213,8 +216,31 @@ template <class Scalar, class L, class Rule>
   return true;
 }
 
-/// Whether prior times likelihood has a second mode: see ModeSearch. False if the covariance of the prior is
-/// singular.
+/// The log-likelihood to second order over a density, for a likelihood that takes Count poses at once.
+template <int Count, class Density, class L>
+[[nodiscard]] auto local_model_in_blocks(const SqrtGaussian<Density>& density, L& log_likelihood,
+                                         long& evaluations) {
+  using Scalar = typename Density::Scalar;
+  using Local = LocalModel<Scalar, 6>;
+  constexpr int kAll = MysovskikhRule<6>::kCount;
+  const auto likelihood = [&](const Matrix<Scalar, 8, kAll>& poses, Vector<Scalar, kAll>& values) {
+    for (int first = 0; first < kAll; first += Count) {
+      Matrix<Scalar, 8, Count> block;
+      Vector<Scalar, Count> found;
+      for (int k = 0; k < Count; ++k) block.col(k) = poses.col(std::min(first + k, kAll - 1));
+      evaluations += Count;
+      evaluate_log_likelihood(log_likelihood, block, found);
+      for (int k = first; k < std::min(first + Count, kAll); ++k) values[k] = found[k - first];
+    }
+  };
+  const auto standard = MysovskikhRule<6>{}.template standard<Scalar>();
+  const auto fit = fit_quadratic(density, Scalar(1), likelihood, standard);
+  const bool usable = fit.range.valid && fit.range.supported() && std::isfinite(fit.residual);
+  return usable ? std::optional<Local>({fit.model, fit.model.constant}) : std::nullopt;
+}
+
+/// Whether prior times likelihood has a second mode: see has_second_mode. False if the covariance of the
+/// prior is singular.
 template <class Scalar, class L, class Rule>
 [[nodiscard]] bool is_ambiguous(const BinghamGaussian<Scalar>& prior, L& log_likelihood, const Rule&,
                                 ProgressiveResult<Scalar>& result) {
@@ -228,7 +254,13 @@ template <class Scalar, class L, class Rule>
     result.evaluations += Rule::kCount;
     evaluate_over<Split>({posterior.mean, Matrix6<Scalar>::Identity()}, log_likelihood, tangents, values);
   };
-  return has_second_mode<Rule::kCount>(origin, posterior, evaluate);
+  const auto local_model = [&](const SqrtGaussian<Split>& density) {
+    return local_model_in_blocks<Rule::kCount>(density, log_likelihood, result.evaluations);
+  };
+  const auto first = local_model(posterior);
+  if (!first) return false;
+  const Scalar log_evidence = posterior.condition_prior(first->model).log_evidence;
+  return has_second_mode<Rule::kCount>(origin, posterior, log_evidence, evaluate, local_model);
 }
 
 /// The status of a posterior whose steps are done.

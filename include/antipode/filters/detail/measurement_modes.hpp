@@ -13,32 +13,47 @@
 
 namespace antipode::detail {
 
-/// Whether prior times the Gaussian likelihood of the measurements has a second mode: see ModeSearch.
+/// The Gaussian log-likelihood of measurements with their model h. Counts its evaluations.
 template <class Density, class Measurements, class Model>
-[[nodiscard]] bool is_ambiguous(const SqrtGaussian<Density>& prior, const SqrtGaussian<Density>& posterior,
-                                const Measurements& measurements, const Model& h, long& evaluations) {
+struct MeasurementLikelihood {
   using Scalar = typename Density::Scalar;
-  using Z = std::remove_cvref_t<decltype(measurements[0].z)>;
-  constexpr int N = Density::Chart::kDim, kDim = Z::RowsAtCompileTime, kCount = 8 * N + 1;
-  const auto evaluate = [&](const Matrix<Scalar, N, kCount>& tangents, Vector<Scalar, kCount>& values) {
-    evaluations += kCount;
-    values.setZero();
-    for (int k = 0; k < kCount; ++k) {
-      const auto state = Density::Chart::retract(posterior.mean, tangents.col(k));
-      const std::size_t count = measurements.size();
-      for (std::size_t i = 0; i < count; ++i) {
-        const std::optional<Z> predicted = h(state, i);
-        const auto root = cholesky_factor<Scalar, kDim>(measurements[i].R);
-        if (!predicted || !root) {
-          values[k] = -std::numeric_limits<Scalar>::infinity();
-          break;
-        }
-        const Z innovation = measurements[i].z - *predicted;
-        values[k] -= Scalar(0.5) * solve_lower<Scalar, kDim, 1>(*root, innovation).squaredNorm();
-      }
+  using State = typename Density::Chart::Point;
+  static constexpr int N = Density::Chart::kDim;
+
+  const Measurements& measurements;
+  const Model& h;
+  long& evaluations;
+
+  /// Without constants; -infinity if a measurement cannot be predicted.
+  [[nodiscard]] Scalar at(const State& state) const {
+    using Z = std::remove_cvref_t<decltype(measurements[0].z)>;
+    constexpr int kDim = Z::RowsAtCompileTime;
+    ++evaluations;
+    Scalar sum(0);
+    const std::size_t count = measurements.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::optional<Z> predicted = h(state, i);
+      const auto root = cholesky_factor<Scalar, kDim>(measurements[i].R);
+      if (!predicted || !root) return -std::numeric_limits<Scalar>::infinity();
+      const Z innovation = measurements[i].z - *predicted;
+      sum -= Scalar(0.5) * solve_lower<Scalar, kDim, 1>(*root, innovation).squaredNorm();
     }
-  };
-  return has_second_mode<kCount>(prior, posterior, evaluate);
-}
+    return sum;
+  }
+
+  /// Whether prior times likelihood has a second mode: see detail::has_second_mode.
+  template <class Local>
+  [[nodiscard]] bool has_second_mode(const SqrtGaussian<Density>& prior,
+                                     const SqrtGaussian<Density>& posterior, Scalar log_evidence,
+                                     Local& local_model) const {
+    constexpr int kCount = 16 * N + 1;  // all places of a search
+    const auto evaluate = [&](const Matrix<Scalar, N, kCount>& tangents, Vector<Scalar, kCount>& values) {
+      for (int k = 0; k < kCount; ++k) {
+        values[k] = at(Density::Chart::retract(posterior.mean, tangents.col(k)));
+      }
+    };
+    return detail::has_second_mode<kCount>(prior, posterior, log_evidence, evaluate, local_model);
+  }
+};
 
 }  // namespace antipode::detail
