@@ -101,9 +101,33 @@ void require_usable(const std::vector<Problem>& problems, bool quiet) {
   for (const auto& problem : problems) warn(problem.text, quiet);
 }
 
-/// Checks a few stereo pairs before the run: throws if the cameras are swapped, warns if the images are not
-/// rectified.
-void check_before_run(const StereoSequence& sequence, bool quiet) {
+/// Lets the search for matches reach the points that are near. Says so, or what to do if the user has set
+/// another range than that of the preset.
+void reach_near_points(const StereoAgreement& agreement, int width_px, Settings& settings, bool quiet) {
+  constexpr double kReserve = 1.5;
+  constexpr int kMost_px = 2000;  // of the setting
+  const double near_px = agreement.near_disparity_px;
+  int& range_px = settings.stereo.max_disparity_px;
+  if (!agreement.conclusive() || near_px <= range_px) return;
+  const int needed_px = std::min({static_cast<int>(kReserve * near_px), width_px - 1, kMost_px});
+  if (range_px != preset_settings(settings.preset).stereo.max_disparity_px) {
+    warn(fmt::format(
+             "more than 10 % of the points have disparities above {} px, which stereo.max_disparity_px "
+             "excludes; set it to {}",
+             range_px, needed_px),
+         quiet);
+    return;
+  }
+  warn(fmt::format("more than 10 % of the points have disparities above {} px, because they are near; "
+                   "stereo.max_disparity_px is raised to {} for this run",
+                   range_px, needed_px),
+       quiet);
+  range_px = needed_px;
+}
+
+/// Checks a few stereo pairs before the run: throws if the cameras are swapped, warns if the images do not
+/// fit the calibration, and adapts the range of disparities.
+void check_before_run(const StereoSequence& sequence, Settings& settings, bool quiet) {
   constexpr std::size_t kSampled = 3;
   std::vector<StereoFrame> frames{load_frame(sequence, 0)};
   std::vector<Problem> ignored;  // an unreadable image ends the run only when the run reaches it
@@ -111,7 +135,9 @@ void check_before_run(const StereoSequence& sequence, bool quiet) {
     if (i > 0)
       attempt(ignored, Problem::Severity::kWarning, [&] { frames.push_back(load_frame(sequence, i)); });
   }
-  require_usable(problems_of(check_stereo_agreement(frames), sequence, frames), quiet);
+  const StereoAgreement agreement = check_stereo_agreement(frames);
+  require_usable(problems_of(agreement, sequence, frames), quiet);
+  reach_near_points(agreement, sequence.camera.width_px, settings, quiet);
 }
 
 /// The settings of the preset, the file and the command line. Throws std::runtime_error if --loop-closure is
@@ -193,13 +219,13 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
 
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
-  const Settings settings = settings_of(arguments);
+  Settings settings = settings_of(arguments);
   if (settings.loop_closure.enabled && settings.map.layout != MapLayout::kAnchored)
     warn("no loop is closed, because map.layout is global", quiet);
   SequenceScan found = scan(arguments.dataset);
   require_usable(found.problems, quiet);
   const StereoSequence sequence = std::move(found.sequence);
-  check_before_run(sequence, quiet);
+  check_before_run(sequence, settings, quiet);
   std::optional<RunJson> json;
   if (arguments.json) json.emplace(*arguments.json, inputs_of(arguments), arguments.run);
   RunSummary summary = run(sequence, settings, arguments.run);

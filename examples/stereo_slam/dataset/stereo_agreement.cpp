@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "stereo_slam/core/corner_pairs.hpp"
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/parallel.hpp"
 
 namespace stereo_slam {
@@ -16,12 +18,21 @@ struct Offset {
 };
 
 template <class Value>
-double median(const std::vector<Offset>& offsets, const Value& value) {
+double median_of(const std::vector<Offset>& offsets, const Value& value) {
   std::vector<double> values(offsets.size());
   std::transform(offsets.begin(), offsets.end(), values.begin(), value);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
+}
+
+/// The disparity of near points: 90 % of the matches whose rows agree have a smaller one.
+double near_disparity_px(const std::vector<Offset>& offsets) {
+  constexpr double kMostRows_px = 2.0;
+  constexpr double kShare = 0.9;
+  std::vector<double> disparities_px;
+  for (const auto& [disparity_px, rows_px] : offsets) {
+    if (std::abs(rows_px) < kMostRows_px) disparities_px.push_back(disparity_px);
+  }
+  return quantile(std::move(disparities_px), kShare);
 }
 
 }  // namespace
@@ -52,8 +63,9 @@ StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
   const auto negative =
       std::count_if(offsets.begin(), offsets.end(), [](auto& o) { return o.disparity_px < -1.0; });
   agreement.matches = offsets.size();
-  agreement.row_offset_px = median(offsets, [](auto& o) { return std::abs(o.rows_px); });
-  agreement.median_disparity_px = median(offsets, [](auto& o) { return o.disparity_px; });
+  agreement.row_offset_px = median_of(offsets, [](auto& o) { return std::abs(o.rows_px); });
+  agreement.median_disparity_px = median_of(offsets, [](auto& o) { return o.disparity_px; });
+  agreement.near_disparity_px = near_disparity_px(offsets);
   agreement.beyond_share = static_cast<double>(beyond) / static_cast<double>(offsets.size());
   agreement.negative_share = beyond == 0 ? 0.0 : static_cast<double>(negative) / static_cast<double>(beyond);
   return agreement;

@@ -15,6 +15,7 @@ struct StereoAgreement {
   std::size_t matches = 0;
   double row_offset_px = 0.0;  ///< median of |v_left - v_right|: the rectification error plus 0.1 px of noise
   double median_disparity_px = 0.0;  ///< of u_left - u_right
+  double near_disparity_px = 0.0;    ///< 90 % of the disparities of matches in one row are below it
   double beyond_share = 0.0;         ///< share of the matches with a disparity beyond +-1 px
   double negative_share = 0.0;       ///< share of these whose disparity is negative
 

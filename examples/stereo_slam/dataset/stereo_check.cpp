@@ -2,11 +2,13 @@
 #include "stereo_slam/dataset/stereo_check.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "stereo_slam/dataset/camera_from_motion.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
 
 namespace stereo_slam {
@@ -48,6 +50,42 @@ std::optional<Suspicion> suspicion_of(const StereoAgreement& agreement) {
   if (agreement.row_offset_px > kMaxRowOffset_px || agreement.negative_share > kMaxNegativeShare)
     return Suspicion::kStrong;
   return agreement.row_offset_px > kSuspicious_px ? std::optional(Suspicion::kSlight) : std::nullopt;
+}
+
+/// Points in up to six pairs of frames, between which the camera may have turned. Those of a source are its
+/// first ones, which are read in order.
+std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& sequence) {
+  constexpr std::size_t kPairs = 6;
+  constexpr std::size_t kGap = 3;  // frames: enough for a turn of some degrees, and most points stay in view
+  if (sequence.live || sequence.frames.size() <= kGap) return {};
+  const std::size_t starts = sequence.frames.size() - kGap;
+  std::vector<std::vector<MovedPoint>> motions;
+  std::vector<Problem> ignored;  // unreadable images are reported elsewhere
+  StereoFrame second;
+  for (const std::size_t i : spread(sequence.source ? std::min(starts, kPairs * kGap) : starts, kPairs)) {
+    attempt(ignored, Problem::Severity::kWarning, [&] {
+      const StereoFrame first = second.index == i && !second.left.empty() ? second : load_frame(sequence, i);
+      second = load_frame(sequence, i + kGap);
+      motions.push_back(moved_points(first, second));
+    });
+  }
+  return motions;
+}
+
+/// A focal length with which points do not move as they do. Motion without turns does not show it.
+std::vector<Problem> wrong_focal_length(const StereoSequence& sequence) {
+  const auto& camera = sequence.camera;
+  const auto moved = camera_from_motion(camera, sampled_motions(sequence));
+  if (!moved || !moved->contradicts_calibration()) return {};
+  const double excess = 1.0 / moved->focal_factor - 1.0;
+  return {{Problem::Severity::kWarning,
+           fmt::format(
+               "{}: points move between frames as with a focal length of {:.0f} px, and the calibration "
+               "gives {:.0f} px{}, so that lengths ahead are {:.0f} % too {}; check that the calibration "
+               "was made for these images, with their size, and not for raw images if these are rectified",
+               sequence.folder.string(), moved->focal_factor * camera.fx, camera.fx,
+               sequence.rectifier ? " after rectification" : "", 100.0 * std::abs(excess),
+               excess > 0.0 ? "long" : "short")}};
 }
 
 /// What the images show, without a cause.
@@ -95,7 +133,9 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
     if (const auto cause = cause_of_disagreement(sequence, *suspicion)) return {*cause};
   }
   if (!agreement.conclusive()) return {too_few_matches(agreement, sequence)};
-  return observed(agreement, sequence);
+  auto problems = observed(agreement, sequence);
+  if (!problems.empty() || frames.empty()) return problems;
+  return wrong_focal_length(sequence);
 }
 
 }  // namespace stereo_slam

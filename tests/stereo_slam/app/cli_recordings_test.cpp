@@ -91,7 +91,7 @@ TEST_CASE("run and info warn of a calibration that does not rectify the images; 
              "0, 0.99985, -0.01745, 0,\n    0, 0.01745, 0.99985, 0");  // a degree about x
   const auto info = call({"info", "--dataset", folder / "in"});
   CHECK(info.status == 0);
-  CHECK_THAT(info.out, Catch::Contains("warning") && Catch::Contains("px apart in row"));
+  CHECK_THAT(info.out, Catch::Contains("warning") && Catch::Contains("the images look rectified already"));
   const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out"});
   CHECK(run.status == 0);
   const auto messages = split_lines(run.err);
@@ -127,4 +127,32 @@ TEST_CASE("simulate, info, run and evaluate work together on an EuRoC recording"
     CHECK(evaluate.status == 0);
     CHECK_THAT(evaluate.out, Catch::Contains("frames matched                  4"));
   }
+}
+
+TEST_CASE("run searches the disparities of points that are nearer than usual", "[cli]") {
+  constexpr int kDisparity_px = 190;  // more than the 160 px of the preset
+  constexpr int kWidth = 480;
+  constexpr int kFrames = 5;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", kFrames);
+  write_text(folder / "in/calib.txt",
+             "P0: 200 0 240 0 0 200 60 0 0 0 1 0\nP1: 200 0 240 -80 0 200 60 0 0 0 1 0\n");
+  const cv::Mat texture = tiny_texture(kWidth + kDisparity_px + TinySequence::kShift_px * kFrames);
+  for (int i = 0; i < kFrames; ++i) {
+    const cv::Rect left(TinySequence::kShift_px * i, 0, kWidth, TinySequence::kHeight);
+    cv::imwrite((folder / "in/image_0" / frame_name(i)).string(), texture(left));
+    cv::imwrite((folder / "in/image_1" / frame_name(i)).string(),
+                texture(left + cv::Point(kDisparity_px, 0)));
+  }
+  const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out"});
+  CHECK(run.status == 0);
+  REQUIRE(split_lines(run.err).size() == 1);
+  CHECK_THAT(run.err, Catch::Contains("stereo.max_disparity_px is raised to 285"));
+  CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("max_disparity_px: 285"));
+  CHECK_THAT(read_text(folder / "out/covariances.csv"), !Catch::Contains(",LOST,"));
+
+  write_text(folder / "range.yaml", "stereo: {max_disparity_px: 170}\n");
+  const auto set = call(
+      {"run", "--dataset", folder / "in", "--output", folder / "out2", "--config", folder / "range.yaml"});
+  CHECK_THAT(set.err, Catch::Contains("above 170 px, which stereo.max_disparity_px excludes; set it to 285"));
 }
