@@ -183,7 +183,7 @@ TEST_CASE("Earlier results and an earlier map are replaced only by a run that fi
   }
   const auto run = [&](const std::string& input) {
     return call({"run", "--dataset", folder / input, "--output", folder / "out", "--save-map",
-                 folder / "street.map", "--json", folder / "run.json", "--overwrite", "--quiet"});
+                 folder / "street.map", "--json", folder / "run.json", "--overwrite", "--quiet", "--strict"});
   };
   REQUIRE(run("in").status == 0);
   const auto poses = read_text(folder / "out/trajectory_kitti.txt");

@@ -316,7 +316,7 @@ TEST_CASE("Debug images of an earlier run stay until a run has replaced them", "
   write_tiny_sequence(folder / "in", 6);
   const auto run = [&](const std::string& output) {
     return call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / output, "--debug-images",
-                 folder / "images", "--overwrite"});
+                 folder / "images", "--overwrite", "--strict"});
   };
   REQUIRE(run("out").status == 0);
   const auto images = [&] {

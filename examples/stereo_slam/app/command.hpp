@@ -45,6 +45,7 @@ struct DatasetOptions {
   bool record_times = false;  ///< of a bag, not those in the headers
   std::optional<double> max_pair_distance_ms{};
   bool right_half_first = false;  ///< of images side by side
+  double scale = 1.0;             ///< of the images, from 0 to 1
 };
 
 /// Scans the recording or the camera that the options name; see scan_bag() and scan_sequence().

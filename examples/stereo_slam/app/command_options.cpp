@@ -54,9 +54,15 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
   let_be_one_of(app.add_option("--format", dataset.format,
                                "layout of the folder; euroc includes TUM-VI; default: auto"),
                 {"kitti", "euroc", "folders", "video", "auto"});
+  app.add_option("--scale", dataset.scale,
+                 "scale the images by this factor, and the calibration with them; default: 1")
+      ->check(number_between(0.01, 1.0))
+      ->type_name("FACTOR");
 }
 
-SequenceScan scan(const DatasetOptions& dataset) {
+namespace {
+
+[[nodiscard]] SequenceScan scan_unscaled(const DatasetOptions& dataset) {
   PairingOptions pairing{.right_half_first = dataset.right_half_first};
   if (dataset.max_pair_distance_ms) pairing.most_apart_ns = std::llround(1e6 * *dataset.max_pair_distance_ms);
   if (is_bag_recording(dataset.folder)) {
@@ -72,6 +78,15 @@ SequenceScan scan(const DatasetOptions& dataset) {
                     dataset.folder.string()));
   }
   return scan_sequence(dataset.folder, dataset.format, dataset.calibration, pairing);
+}
+
+}  // namespace
+
+SequenceScan scan(const DatasetOptions& dataset) {
+  SequenceScan scan = scan_unscaled(dataset);
+  scale_images(scan, dataset.scale);
+  check_memory(scan);
+  return scan;
 }
 
 CLI::Option* add_pose_frame_option(CLI::App& app, PoseFrame& frame) {

@@ -60,6 +60,8 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       "--overwrite", options.overwrite,
       "replace the results of an earlier run in --output when this run has finished; allow --save-map and "
       "--debug-images to replace files of an earlier run");
+  app.add_flag("--strict", options.strict,
+               "end the run at an image that is missing or cannot be read, instead of tracking without it");
   app.add_option("--max-frames", options.max_frames, "stop after N frames")
       ->check(whole_number_between(1, 1'000'000'000))
       ->type_name("N");
@@ -206,6 +208,16 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
       summary.realtime->max_ms);
 }
 
+/// What is said of the images that could not be read; empty if there were none.
+[[nodiscard]] std::string unreadable_text(const RunSummary& summary) {
+  const auto& unreadable = summary.unreadable;
+  if (unreadable.empty()) return "";
+  const std::string more = unreadable.size() > 1 ? "the first: " : "";
+  return fmt::format("{} of the images of {} frames could not be read, and were treated as missing{}; {}{}",
+                     unreadable.size(), summary.frames, unreadable.size() > 1 ? " (run.yaml names them)" : "",
+                     more, unreadable.front().fault);
+}
+
 /// Files that the run reads, besides the images.
 [[nodiscard]] std::vector<fs::path> inputs_of(const RunArguments& arguments) {
   std::vector<fs::path> inputs;
@@ -239,6 +251,8 @@ int run_command(const RunArguments& arguments) {
   if (!quiet) print_summary(summary, arguments.run);
   const std::string early_end = sequence.source ? sequence.source->warning() : "";
   if (!early_end.empty()) warn(early_end, quiet);
+  if (const std::string text = unreadable_text(summary); !text.empty() && summary.error.empty())
+    warn(text, quiet);
   if (summary.lost > 0 && summary.error.empty()) {
     warn(fmt::format(
              "{} of {} frames could not be tracked; their poses are predictions, see the column status of "

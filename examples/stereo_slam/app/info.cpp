@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <numbers>
-#include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -14,6 +14,7 @@
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
 namespace stereo_slam {
@@ -22,58 +23,96 @@ namespace {
 constexpr std::size_t kPrintedProblems = 20;
 constexpr std::size_t kSampled = 5;  // frames that are compared
 
-/// Checks both files of every frame; returns the frames without a fault.
-std::vector<std::size_t> check_images(SequenceScan& scan) {
-  constexpr std::size_t kLiveFrames = 5;
-  std::vector<std::size_t> whole;
-  if (scan.sequence.source) {  // finding faults would mean decoding all images, which takes as long as a run
-    whole.resize(scan.sequence.live ? kLiveFrames : scan.sequence.frames.size());
-    std::iota(whole.begin(), whole.end(), std::size_t{0});
-    return whole;
+/// What reading the images of a recording showed.
+struct ImageCheck {
+  std::vector<std::size_t> whole;   ///< frames without a fault
+  std::vector<std::string> faults;  ///< of the images that cannot be read
+  bool first_is_whole = true;       ///< the first frame has no fault
+  std::size_t images = 0;
+
+  void add_fault(std::size_t frame, std::string text) {
+    faults.push_back(std::move(text));
+    first_is_whole = first_is_whole && frame > 0;
   }
+
+  /// Whether so few images cannot be read that `run` loses hardly anything.
+  [[nodiscard]] bool faults_are_few() const {
+    constexpr double kFewShare = 0.01;
+    return first_is_whole && static_cast<double>(faults.size()) < kFewShare * static_cast<double>(images);
+  }
+};
+
+/// Checks both files of every frame. Those of a video, a bag or a camera are taken as whole: finding faults
+/// would mean decoding all images, which takes as long as a run.
+ImageCheck check_images(SequenceScan& scan) {
+  const auto& sequence = scan.sequence;
+  constexpr std::size_t kLiveFrames = 5;
+  const std::size_t frames = sequence.live ? kLiveFrames : sequence.frames.size();
+  ImageCheck check;
+  check.images = (sequence.side_by_side ? 1 : 2) * frames;
   bool colour = false;
-  for (std::size_t i = 0; i < scan.sequence.frames.size(); ++i) {
-    const auto& files = scan.sequence.frames[i];
-    bool good = true;
-    for (const bool is_left : {true, false}) {
-      const auto& file = is_left ? files.left : files.right;
-      try {
-        const ImageHeader header = check_image(file);
-        colour = colour || header.colour;
-        const cv::Size size(header.width_px, header.height_px);
-        const cv::Size all = image_size(scan.sequence, is_left);
-        if (size == cv::Size((scan.sequence.side_by_side ? 2 : 1) * all.width, all.height)) continue;
-        scan.problems.push_back(wrong_size(file.string(), size, all));
-      } catch (const std::runtime_error& error) {
-        scan.problems.push_back({Problem::Severity::kError, error.what()});
-      }
-      good = false;
+  const auto is_good = [&](std::size_t frame, bool is_left) {
+    const auto& file = is_left ? sequence.frames[frame].left : sequence.frames[frame].right;
+    try {
+      const ImageHeader header = check_image(file);
+      colour = colour || header.colour;
+      const cv::Size size(header.width_px, header.height_px);
+      const cv::Size all = recorded_size(sequence, is_left);
+      if (size == cv::Size((sequence.side_by_side ? 2 : 1) * all.width, all.height)) return true;
+      check.add_fault(frame, wrong_size(file.string(), size, all).text);
+    } catch (const std::runtime_error& error) {
+      check.add_fault(frame, file_error_text(error));
     }
-    if (good) whole.push_back(i);
+    return false;
+  };
+  for (std::size_t i = 0; i < frames; ++i) {
+    bool good = sequence.source || is_good(i, true);
+    if (!sequence.source && !sequence.side_by_side) good = is_good(i, false) && good;
+    if (good) check.whole.push_back(i);
   }
   if (colour) {
     scan.problems.push_back(
         {Problem::Severity::kWarning,
-         fmt::format("{}: images are in colour; they are converted to grey", scan.sequence.folder.string())});
+         fmt::format("{}: images are in colour; they are converted to grey", sequence.folder.string())});
   }
-  return whole;
+  return check;
 }
 
-/// Checks up to five frames, spread over the sequence, or the first ones of a video, bag or camera. Adds the
-/// problems found to the scan.
-StereoAgreement check_agreement(SequenceScan& scan, const std::vector<std::size_t>& whole_frames) {
+/// Loads up to five whole frames, spread over the sequence, or the first ones of a video, bag or camera.
+std::vector<StereoFrame> load_samples(const StereoSequence& sequence, ImageCheck& check) {
   std::vector<StereoFrame> frames;
-  const std::size_t range =
-      scan.sequence.source ? std::min(kSampled, whole_frames.size()) : whole_frames.size();
-  const auto sampled = spread(range, kSampled);
-  for (const std::size_t k : sampled) {
-    attempt(scan.problems, Problem::Severity::kError,
-            [&] { frames.push_back(load_frame(scan.sequence, whole_frames[k])); });
+  const std::size_t range = sequence.source ? std::min(kSampled, check.whole.size()) : check.whole.size();
+  for (const std::size_t k : spread(range, kSampled)) {
+    const std::size_t index = check.whole[k];
+    try {
+      frames.push_back(load_frame(sequence, index));
+    } catch (const std::runtime_error& error) {
+      check.add_fault(index, file_error_text(error));
+    }
   }
+  return frames;
+}
+
+/// Adds what cannot be read to the problems: as warnings, if it is so little that `run` loses hardly
+/// anything.
+void add_faults(const ImageCheck& check, SequenceScan& scan) {
+  const auto severity = check.faults_are_few() ? Problem::Severity::kWarning : Problem::Severity::kError;
+  for (const auto& fault : check.faults) scan.problems.push_back({severity, fault});
+  if (check.faults.empty() || severity == Problem::Severity::kError) return;
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format("{}: {} of {} images cannot be read; `run` treats them as missing, and with --strict ends "
+                   "at the first",
+                   scan.sequence.folder.string(), check.faults.size(), check.images)});
+}
+
+/// Compares the images of the two cameras in a few frames, and adds the problems found to the scan. Nothing
+/// is said about images of which some could not be read.
+StereoAgreement check_agreement(SequenceScan& scan, const ImageCheck& check,
+                                const std::vector<StereoFrame>& frames) {
   if (frames.empty()) return {};
   const StereoAgreement agreement = check_stereo_agreement(frames);
-  // Nothing is said about images of which some could not be read.
-  if (!agreement.conclusive() && frames.size() < sampled.size()) return agreement;
+  if (!agreement.conclusive() && !check.faults.empty()) return agreement;
   for (auto& problem : problems_of(agreement, scan.sequence, frames))
     scan.problems.push_back(std::move(problem));
   return agreement;
@@ -86,7 +125,10 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
              as_message(sequence.folder.string()), sequence.format.empty() ? "unknown" : sequence.format,
              sequence.live ? "without end" : std::to_string(frames.size()));
   if (camera.width_px > 0)
-    fmt::print(stream, "image size    {} x {} px\n", camera.width_px, camera.height_px);
+    fmt::print(stream, "image size    {} x {} px{}\n", camera.width_px, camera.height_px,
+               sequence.unscaled.empty()
+                   ? ""
+                   : fmt::format(", scaled from {} x {}", sequence.unscaled.width, sequence.unscaled.height));
   if (camera.fx > 0.0) {
     fmt::print(stream,
                "calibration   fx {:.6g}  fy {:.6g}  cx {:.6g}  cy {:.6g} px\nbaseline      {:.4f} m\n",
@@ -131,9 +173,11 @@ void print_problems(std::ostream& stream, const std::vector<Problem>& problems) 
 Inspection inspect(SequenceScan scan) {
   Inspection inspection{.scan = std::move(scan), .agreement = {}, .images_read = 0};
   if (inspection.scan.sequence.camera.width_px == 0) return inspection;
-  const auto whole_frames = check_images(inspection.scan);
-  inspection.agreement = check_agreement(inspection.scan, whole_frames);
-  if (inspection.scan.sequence.source) inspection.images_read = std::min(kSampled, whole_frames.size());
+  ImageCheck check = check_images(inspection.scan);
+  const auto frames = load_samples(inspection.scan.sequence, check);
+  add_faults(check, inspection.scan);
+  inspection.agreement = check_agreement(inspection.scan, check, frames);
+  if (inspection.scan.sequence.source) inspection.images_read = std::min(kSampled, check.whole.size());
   return inspection;
 }
 

@@ -43,6 +43,9 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
   json["frames"] = summary.frames;
   json["frames_lost"] = summary.lost;
   json["frames_by_status"] = summary.frames_by_status;
+  json["unreadable_images"] = Json::array();
+  for (const auto& image : summary.unreadable)
+    json["unreadable_images"].push_back({{"frame", image.frame}, {"fault", image.fault}});
   json["right_image_misfits"] = summary.right_image_misfits;
   json["right_image_displacement_px"] = number(summary.right_image_displacement_px);
   json["right_camera_turns"] = summary.right_camera_turns;

@@ -17,6 +17,7 @@ struct RunOptions {
   bool quiet = false;
   bool view = false;
   bool realtime = false;   ///< offer frames at the pace of their stamps; drop those not taken in time
+  bool strict = false;     ///< an image that cannot be read ends the run
   bool overwrite = false;  ///< replace the results of an earlier run
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< to localise in; with save_map, to extend
   std::optional<std::filesystem::path> save_map = std::nullopt;

@@ -110,10 +110,12 @@ class LiveResults {
   BackgroundSync sync_{[this] { streams_.sync(); }};  // last: ends before what it uses
 };
 
-/// Frame `i` of the recording; nothing if a video ends before it.
+/// Frame `i` of the recording; nothing if a video ends before it. An image that cannot be read is black, or
+/// with --strict an exception.
 std::optional<StereoFrame> load_unless_ended(const RunInput& input, std::size_t i) {
+  const auto load = input.options.strict ? load_frame : load_partial_frame;
   try {
-    return load_frame(input.sequence, i, input.settings.images);
+    return load(input.sequence, i, input.settings.images);
   } catch (const EndOfRecording&) {
     return std::nullopt;
   }
@@ -127,6 +129,13 @@ struct RunOutputs {
   RunRecord& record;
 };
 
+/// Notes the images that the frame lacks. If one file or video frame holds both, it is noted once.
+void note_faults(const StereoFrame& frame, RunRecord& record) {
+  if (!frame.has_left()) record.unreadable.push_back({frame.index, frame.left_fault});
+  if (!frame.has_right() && frame.right_fault != frame.left_fault)
+    record.unreadable.push_back({frame.index, frame.right_fault});
+}
+
 /// Processes frames until `next` returns nothing. Processed frames are numbered without gaps, whether or not
 /// frames were dropped.
 void process_frames(const std::function<std::optional<OfferedFrame>()>& next, const RunInput& input,
@@ -136,6 +145,7 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
   while (auto offered = next()) {
     StereoFrame& frame = offered->read.frame;
     const std::size_t position = std::exchange(frame.index, record.results.size());
+    note_faults(frame, record);
     const auto start = Clock::now();
     AssociationTrace trace;
     FrameResult result = slam.process(frame, outputs.display.needs_trace() ? &trace : nullptr);
@@ -344,6 +354,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
     });
   }
   header.frames_processed = record.results.size();
+  header.unreadable = record.unreadable;
   header.frame_cost = frame_cost(record);
   header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);

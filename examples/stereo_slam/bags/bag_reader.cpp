@@ -91,15 +91,16 @@ std::span<const std::uint8_t> next_compressed(Message& message) {
   return message.bytes();
 }
 
-cv::Mat read_image(const rosbag::MessageInstance& recorded, int bits) {
+cv::Mat read_image(const rosbag::MessageInstance& recorded, const GreyScale& scale) {
   Message message(recorded);
-  return is_compressed(recorded) ? decode_grey(next_compressed(message), bits)
-                                 : to_grey(next_image(message), bits);
+  return is_compressed(recorded) ? decode_grey(next_compressed(message), scale)
+                                 : to_grey(next_image(message), scale);
 }
 
-std::optional<int> read_bits(const rosbag::MessageInstance& recorded) {
+cv::Mat read_values(const rosbag::MessageInstance& recorded) {
   Message message(recorded);
-  return is_compressed(recorded) ? bits_of_16(next_compressed(message)) : bits_of_16(next_image(message));
+  return is_compressed(recorded) ? decode_16_bit(next_compressed(message))
+                                 : values_of_16(next_image(message));
 }
 
 CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
@@ -283,16 +284,17 @@ std::vector<MessageTime> BagReader::index_images(const std::string& topic) {
   return times;
 }
 
-cv::Mat BagReader::image(const std::string& topic, std::size_t i, int bits) {
+cv::Mat BagReader::image(const std::string& topic, std::size_t i, const GreyScale& scale) {
   cv::Mat image;
-  bag_->read(topic, i, [&](const rosbag::MessageInstance& message) { image = read_image(message, bits); });
+  bag_->read(topic, i, [&](const rosbag::MessageInstance& message) { image = read_image(message, scale); });
   return image;
 }
 
-std::optional<int> BagReader::bits_of_16(const std::string& topic, std::size_t i) {
-  std::optional<int> bits;
-  bag_->read(topic, i, [&](const rosbag::MessageInstance& message) { bits = read_bits(message); });
-  return bits;
+bool BagReader::add_values(const std::string& topic, std::size_t i, ValueCounts& values) {
+  cv::Mat image;
+  bag_->read(topic, i, [&](const rosbag::MessageInstance& message) { image = read_values(message); });
+  if (!image.empty()) values.add(image);
+  return !image.empty();
 }
 
 CameraInfo BagReader::camera_info(const std::string& topic) {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "stereo_slam/bags/bag_recording.hpp"
 #include "stereo_slam/bags/message_times.hpp"
 #include "stereo_slam/dataset/camera_info.hpp"
+#include "stereo_slam/dataset/grey_image.hpp"
 
 namespace stereo_slam {
 
@@ -36,11 +36,11 @@ class BagReader {
   /// Indexes the images of a topic. Returns their times, in order of recording.
   [[nodiscard]] std::vector<MessageTime> index_images(const std::string& topic);
 
-  /// Image `i`, from 0, of an indexed topic, as CV_8UC1. Of 16 bits a pixel, the lower `bits` are used.
-  [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i, int bits = 16);
+  /// Image `i`, from 0, of an indexed topic, as CV_8UC1; 16 bits a pixel by the scale.
+  [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i, const GreyScale& scale = {});
 
-  /// used_bits() of that image if it has 16 bits a pixel.
-  [[nodiscard]] std::optional<int> bits_of_16(const std::string& topic, std::size_t i);
+  /// Adds the values of that image if it has 16 bits a pixel. Returns whether it has.
+  [[nodiscard]] bool add_values(const std::string& topic, std::size_t i, ValueCounts& values);
 
   /// The first message of a topic of sensor_msgs/CameraInfo whose camera is calibrated; the last one if none
   /// is.

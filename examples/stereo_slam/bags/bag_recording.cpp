@@ -51,31 +51,36 @@ class BagImages : public PairSource {
 
   [[nodiscard]] std::optional<RawPair> read(std::size_t index) override {
     const auto [left, right] = frames_.at(index);
-    cv::Mat image = reader_->image(topics_.left, left, bits_);
-    if (!topics_.side_by_side())
-      return RawPair{std::move(image), reader_->image(topics_.right, right, bits_)};
+    RawPair pair;
+    pair.left =
+        load_or_fault([&, i = left] { return reader_->image(topics_.left, i, scale_); }, pair.left_fault);
+    if (!topics_.side_by_side()) {
+      pair.right = load_or_fault([&, i = right] { return reader_->image(topics_.right, i, scale_); },
+                                 pair.right_fault);
+      return pair;
+    }
+    pair.right_fault = pair.left_fault;
+    if (pair.left.empty()) return pair;
     try {
-      return split(image);
+      return split(pair.left);
     } catch (const std::invalid_argument& error) {
       fail(recording_, fmt::format("image {} of {}: {}", left, topics_.left, error.what()));
     }
   }
 
-  [[nodiscard]] std::optional<int> bits_of_16(std::size_t index) override {
+  [[nodiscard]] bool add_values(std::size_t index, ValueCounts& values) override {
     const auto [left, right] = frames_.at(index);
-    const auto of_left = reader_->bits_of_16(topics_.left, left);
-    if (topics_.side_by_side()) return of_left;
-    const auto of_right = of_left ? reader_->bits_of_16(topics_.right, right) : std::nullopt;
-    return of_right ? std::optional(std::max(*of_left, *of_right)) : std::nullopt;
+    if (!reader_->add_values(topics_.left, left, values)) return false;
+    return topics_.side_by_side() || reader_->add_values(topics_.right, right, values);
   }
 
-  void use_bits(int bits) override { bits_ = bits; }
+  void use_scale(const GreyScale& scale) override { scale_ = scale; }
 
  private:
   std::shared_ptr<BagReader> reader_;
   TopicPair topics_;
   fs::path recording_;
-  int bits_ = 16;
+  GreyScale scale_;
   std::vector<std::pair<std::size_t, std::size_t>> frames_;
 };
 
@@ -193,6 +198,7 @@ void require_size(const StereoCamera& camera, const TopicPair& topics, BagImages
                   const fs::path& file) {
   if (camera.width_px == 0) return;
   const auto pair = images.read(0);
+  require_complete(*pair);
   for (const auto& [topic, image] : {std::pair(topics.left, pair->left), {topics.right, pair->right}}) {
     if (image.cols == camera.width_px && image.rows == camera.height_px) continue;
     fail(file, fmt::format("{} says {}x{} pixels, but the images of {} have {}x{}; they may have been scaled "
@@ -291,7 +297,7 @@ SequenceScan scan_bag(const fs::path& recording, const BagOptions& options) {
   });
   check_rig(scan);
   check_camera(scan);
-  find_bits(scan);
+  find_scale(scan);
   return scan;
 }
 

@@ -88,7 +88,7 @@ std::array<cv::Mat, 2> bytes_of_16(const ImageMessage& message) {
 }
 
 /// A checked image with 16 bits a pixel as CV_16UC1.
-cv::Mat values_of_16(const ImageMessage& message) {
+cv::Mat checked_values_of_16(const ImageMessage& message) {
   const auto [upper, lower] = bytes_of_16(message);
   cv::Mat values;
   upper.convertTo(values, CV_16U, 256.0);
@@ -125,14 +125,14 @@ cv::Mat decode(std::span<const std::uint8_t> data, int flags) {
 
 }  // namespace
 
-std::optional<int> bits_of_16(const ImageMessage& message) {
+cv::Mat values_of_16(const ImageMessage& message) {
   const Encoding& encoding = encoding_of(message);
-  if (encoding.type != CV_16UC1) return std::nullopt;
+  if (encoding.type != CV_16UC1) return {};
   check_size(message, CV_ELEM_SIZE(encoding.type));
-  return used_bits(values_of_16(message));
+  return checked_values_of_16(message);
 }
 
-cv::Mat to_grey(const ImageMessage& message, int bits) {
+cv::Mat to_grey(const ImageMessage& message, const GreyScale& scale) {
   const Encoding& encoding = encoding_of(message);
   check_size(message, CV_ELEM_SIZE(encoding.type));
   // cv::Mat needs a pointer to non-const data; the image is only read.
@@ -145,20 +145,19 @@ cv::Mat to_grey(const ImageMessage& message, int bits) {
     return grey;
   }
   if (encoding.type == CV_8UC1) return image.clone();
-  return bits == 16 ? bytes_of_16(message)[0] : bytes_of_bits(values_of_16(message), bits);
+  return scale == GreyScale{} ? bytes_of_16(message)[0] : to_grey(checked_values_of_16(message), scale);
 }
 
-std::optional<int> bits_of_16(std::span<const std::uint8_t> compressed) {
-  if (is_jpeg(compressed)) return std::nullopt;  // eight bits, without decoding it
+cv::Mat decode_16_bit(std::span<const std::uint8_t> compressed) {
+  if (is_jpeg(compressed)) return {};  // eight bits, without decoding it
   const cv::Mat image = decode(compressed, kGrey | cv::IMREAD_ANYDEPTH);
-  if (image.depth() != CV_16U) return std::nullopt;
-  return used_bits(image);
+  return image.depth() == CV_16U ? image : cv::Mat();
 }
 
-cv::Mat decode_grey(std::span<const std::uint8_t> compressed, int bits) {
-  if (bits == 16) return decode(compressed, kGrey);
+cv::Mat decode_grey(std::span<const std::uint8_t> compressed, const GreyScale& scale) {
+  if (scale == GreyScale{}) return decode(compressed, kGrey);
   const cv::Mat image = decode(compressed, kGrey | cv::IMREAD_ANYDEPTH);
-  return image.depth() == CV_16U ? bytes_of_bits(image, bits) : image;
+  return image.depth() == CV_16U ? to_grey(image, scale) : image;
 }
 
 }  // namespace stereo_slam

@@ -3,12 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
+
+#include "stereo_slam/dataset/grey_image.hpp"
 
 /// Images as ROS messages carry them.
 namespace stereo_slam {
@@ -25,18 +26,18 @@ struct ImageMessage {
 
 /// The image as CV_8UC1. Throws std::invalid_argument for encodings other than mono8, mono16, 8UC1, 16UC1,
 /// bgr8, rgb8, bgra8, rgba8, 8UC3 and 8UC4 (which are read as bgr8 and bgra8), bayer_*8, yuv422 and
-/// yuv422_yuy2, and for sizes that do not fit together. Of 16 bits a pixel, the lower `bits` are used.
-[[nodiscard]] cv::Mat to_grey(const ImageMessage& message, int bits = 16);
+/// yuv422_yuy2, and for sizes that do not fit together. 16 bits a pixel become grey by the scale.
+[[nodiscard]] cv::Mat to_grey(const ImageMessage& message, const GreyScale& scale = {});
 
-/// used_bits() of an image of 16 bits a pixel; nothing for another encoding. Throws like to_grey().
-[[nodiscard]] std::optional<int> bits_of_16(const ImageMessage& message);
+/// An image of 16 bits a pixel as CV_16UC1; empty for another encoding. Throws like to_grey().
+[[nodiscard]] cv::Mat values_of_16(const ImageMessage& message);
 
 /// The image of a sensor_msgs/CompressedImage as CV_8UC1: JPEG, PNG or another format that OpenCV decodes.
-/// Throws std::invalid_argument for one that is damaged or too large. Of 16 bits a pixel, the lower `bits`
-/// are used.
-[[nodiscard]] cv::Mat decode_grey(std::span<const std::uint8_t> compressed, int bits = 16);
+/// Throws std::invalid_argument for one that is damaged or too large. 16 bits a pixel become grey by the
+/// scale.
+[[nodiscard]] cv::Mat decode_grey(std::span<const std::uint8_t> compressed, const GreyScale& scale = {});
 
-/// used_bits() of such an image if it has 16 bits a pixel; nothing for one of 8. Throws like decode_grey().
-[[nodiscard]] std::optional<int> bits_of_16(std::span<const std::uint8_t> compressed);
+/// Such an image as CV_16UC1 if it has 16 bits a pixel; empty if it has 8. Throws like decode_grey().
+[[nodiscard]] cv::Mat decode_16_bit(std::span<const std::uint8_t> compressed);
 
 }  // namespace stereo_slam

@@ -19,8 +19,8 @@ BagReader::BagReader(const std::filesystem::path& file) {
 BagReader::~BagReader() = default;
 std::vector<BagTopic> BagReader::topics() const { return {}; }
 std::vector<MessageTime> BagReader::index_images(const std::string&) { return {}; }
-cv::Mat BagReader::image(const std::string&, std::size_t, int) { return {}; }
-std::optional<int> BagReader::bits_of_16(const std::string&, std::size_t) { return {}; }
+cv::Mat BagReader::image(const std::string&, std::size_t, const GreyScale&) { return {}; }
+bool BagReader::add_values(const std::string&, std::size_t, ValueCounts&) { return false; }
 CameraInfo BagReader::camera_info(const std::string&) { return {}; }
 
 }  // namespace stereo_slam

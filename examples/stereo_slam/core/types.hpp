@@ -34,8 +34,13 @@ using Pose = antipode::DualQuaternion<double>;  ///< `T_a_b` maps coordinates of
 struct StereoFrame {
   std::size_t index = 0;      ///< from 0: in the recording as read, among the processed frames in the SLAM
   std::int64_t stamp_ns = 0;  ///< when both images were taken
-  cv::Mat left;               ///< of the left camera
-  cv::Mat right;              ///< of the right camera
+  cv::Mat left;               ///< of the left camera; black if there is none
+  cv::Mat right;              ///< of the right camera; black if there is none
+  std::string left_fault{};   ///< why there is no left image; empty if there is one
+  std::string right_fault{};  ///< why there is no right image
+
+  [[nodiscard]] bool has_left() const { return left_fault.empty(); }
+  [[nodiscard]] bool has_right() const { return right_fault.empty(); }
 };
 
 using Descriptor = std::array<std::uint8_t, 32>;  ///< 256-bit ORB descriptor

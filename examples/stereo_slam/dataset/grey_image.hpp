@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include <opencv2/core.hpp>
 
 #include "stereo_slam/core/types.hpp"
@@ -13,12 +16,44 @@ namespace stereo_slam {
 /// used. Throws std::invalid_argument for another type.
 [[nodiscard]] cv::Mat to_grey(const cv::Mat& image);
 
-/// The number of bits that the values of a CV_16UC1 image need, rounded up to an even number, at least eight:
-/// 12 if no value is above 4095.
-[[nodiscard]] int used_bits(const cv::Mat& image);
+/// Which of the values of 16 bits a pixel become which grey levels: (value - black) / step.
+struct GreyScale {
+  double black = 0.0;   ///< the value of grey level 0
+  double step = 256.0;  ///< from one grey level to the next; at least 1
 
-/// The lower `bits` of a CV_16UC1 image scaled to CV_8UC1; larger values become white.
-[[nodiscard]] cv::Mat bytes_of_bits(const cv::Mat& image, int bits);
+  /// The scale of a camera with so many bits, of which the upper eight are used.
+  [[nodiscard]] static GreyScale of_bits(int bits);
+
+  [[nodiscard]] bool operator==(const GreyScale&) const = default;
+};
+
+/// A CV_16UC1 image as CV_8UC1. Values beyond the scale become black and white.
+[[nodiscard]] cv::Mat to_grey(const cv::Mat& image, const GreyScale& scale);
+
+/// The values in images of 16 bits a pixel.
+class ValueCounts {
+ public:
+  /// Adds a CV_16UC1 image.
+  void add(const cv::Mat& image);
+
+  /// How many bits the largest value needs, rounded up to an even number, at least eight: 12 if none is above
+  /// 4095.
+  [[nodiscard]] int bits() const;
+
+  /// The smallest value that at least a share of all values do not exceed.
+  [[nodiscard]] double quantile(double share) const;
+
+  /// The scale of bits(), if it gives the images enough contrast. Otherwise, as of a thermal camera, the one
+  /// that gives the values between quantile(kTail) and quantile(1 - kTail) the middle half of all grey
+  /// levels.
+  [[nodiscard]] GreyScale scale() const;
+
+  static constexpr double kTail = 0.01;  ///< more than the hot pixels and the rows of metadata of a camera
+
+ private:
+  std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(65536);  // of 500 rows or more
+  double largest_ = 0.0;                                                   // of all rows
+};
 
 /// Equalises the contrast of both images locally (CLAHE), if the settings want it.
 void equalise_contrast(StereoFrame& frame, const ImageSettings& settings);

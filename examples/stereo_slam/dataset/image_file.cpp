@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,7 +15,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "stereo_slam/codecs/codecs.hpp"
-#include "stereo_slam/dataset/grey_image.hpp"
 #include "stereo_slam/dataset/jpeg_data.hpp"
 #include "stereo_slam/dataset/png_data.hpp"
 #include "stereo_slam/io/file_error.hpp"
@@ -26,8 +26,7 @@ namespace {
 std::string read_content(const std::filesystem::path& file) {
   constexpr std::size_t kMostImageBytes = std::size_t{256} << 20;
   std::error_code error;  // read_file() reports other errors
-  if (!std::filesystem::exists(file, error) && !error)
-    fail(file, "missing; restore the image or cut the sequence before it");
+  if (!std::filesystem::exists(file, error) && !error) fail(file, "missing; restore the image");
   std::string content = read_file(file, kMostImageBytes);
   if (content.empty()) fail(file, "the file is empty; copy or download it again");
   if (content.starts_with("version https://git-lfs.github.com/"))
@@ -35,7 +34,7 @@ std::string read_content(const std::filesystem::path& file) {
   return content;
 }
 
-std::span<const std::uint8_t> bytes_of(const std::string& content) {
+std::span<const std::uint8_t> bytes_of(std::string_view content) {
   return {reinterpret_cast<const std::uint8_t*>(content.data()), content.size()};
 }
 
@@ -46,8 +45,8 @@ void require_size(const std::filesystem::path& file, const ImageSize& size) {
     fail(file, fmt::format("is {} x {} pixels, an empty image; copy or record it again", size.width_px,
                            size.height_px));
   }
-  fail(file, fmt::format("is {} x {} pixels; images may have up to {} pixels, scale them down", size.width_px,
-                         size.height_px, kMostPixels));
+  fail(file, fmt::format("is {} x {} pixels; images may have up to {} pixels", size.width_px, size.height_px,
+                         kMostPixels));
 }
 
 PngHeader check_png_content(const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
@@ -76,15 +75,32 @@ void check_jpeg(const std::filesystem::path& file, std::span<const std::uint8_t>
 /// The orientation in the file is ignored: the calibration is of the sensor's pixels.
 constexpr int kGrey = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
 
-/// `flags` are cv::ImreadModes; for a plain grey PNG all give the same image.
+/// Whether the content is of a format, or of an unknown one and the name says so.
+bool is_format(const std::filesystem::path& file, std::string_view content, std::string_view beginning,
+               std::initializer_list<std::string_view> extensions) {
+  if (content.starts_with(beginning)) return true;
+  const bool named =
+      std::find(extensions.begin(), extensions.end(), lower_extension(file)) != extensions.end();
+  return named && !image_size(bytes_of(content));
+}
+
+bool is_png(const std::filesystem::path& file, std::string_view content) {
+  return is_format(file, content, "\x89PNG\r\n\x1A\n", {".png"});
+}
+
+bool is_jpeg(const std::filesystem::path& file, std::string_view content) {
+  return is_format(file, content, "\xFF\xD8", {".jpg", ".jpeg"});
+}
+
+/// `flags` are cv::ImreadModes; for a plain grey PNG all give the same image. The content decides on the
+/// format, whatever the name says.
 cv::Mat decode(const std::filesystem::path& file, int flags) {
   const std::string content = read_content(file);
   const auto bytes = bytes_of(content);
-  const std::string extension = lower_extension(file);
-  const bool plain_grey_png = extension == ".png" && check_png_content(file, bytes).plain_grey;
+  const bool plain_grey_png = is_png(file, content) && check_png_content(file, bytes).plain_grey;
   const auto size = image_size(bytes);
   if (size) require_size(file, *size);
-  if (extension == ".jpg" || extension == ".jpeg") check_jpeg(file, bytes);
+  if (is_jpeg(file, content)) check_jpeg(file, bytes);
   if (!size) fail(file, "the image cannot be decoded; convert or download it again");
   if (is_compressed_bmp(bytes))
     fail(file, "the BMP is compressed, which is not decoded reliably; store it uncompressed or as PNG");
@@ -107,33 +123,28 @@ cv::Mat decode(const std::filesystem::path& file, int flags) {
 
 }  // namespace
 
-ImageHeader check_png(const std::filesystem::path& file) {
-  const std::string content = read_content(file);
-  return check_png_content(file, bytes_of(content)).image;
-}
-
 bool has_image_name(const std::filesystem::path& file) {
-  constexpr std::array<std::string_view, 7> kNames = {".png", ".jpg", ".jpeg", ".pgm",
-                                                      ".bmp", ".tif", ".tiff"};
+  constexpr std::array<std::string_view, 10> kNames = {".png", ".jpg", ".jpeg", ".pgm",  ".ppm",
+                                                       ".pnm", ".bmp", ".tif",  ".tiff", ".webp"};
   return std::find(kNames.begin(), kNames.end(), lower_extension(file)) != kNames.end();
 }
 
 ImageHeader check_image(const std::filesystem::path& file) {
-  if (lower_extension(file) == ".png") return check_png(file);
+  const std::string content = read_content(file);
+  if (is_png(file, content)) return check_png_content(file, bytes_of(content)).image;
   const cv::Mat image = decode(file, cv::IMREAD_UNCHANGED);
   return {image.cols, image.rows, image.channels() > 1};
 }
 
-std::optional<int> bits_of_16(const std::filesystem::path& file) {
+cv::Mat load_16_bit_image(const std::filesystem::path& file) {
   const cv::Mat image = decode(file, kGrey | cv::IMREAD_ANYDEPTH);
-  if (image.depth() != CV_16U) return std::nullopt;
-  return used_bits(image);
+  return image.depth() == CV_16U ? image : cv::Mat();
 }
 
-cv::Mat load_gray_image(const std::filesystem::path& file, int bits) {
-  if (bits == 16) return decode(file, kGrey);
+cv::Mat load_gray_image(const std::filesystem::path& file, const GreyScale& scale) {
+  if (scale == GreyScale{}) return decode(file, kGrey);
   const cv::Mat image = decode(file, kGrey | cv::IMREAD_ANYDEPTH);
-  return image.depth() == CV_16U ? bytes_of_bits(image, bits) : decode(file, kGrey);
+  return image.depth() == CV_16U ? to_grey(image, scale) : decode(file, kGrey);
 }
 
 }  // namespace stereo_slam

@@ -110,6 +110,26 @@ class PnmHeader {
   return header.result(width_px, magnitude(header.number(22, 4)));
 }
 
+/// The first chunk: VP8 (a key frame), VP8L (lossless) or VP8X (extended).
+[[nodiscard]] std::optional<ImageSize> webp_size(std::span<const std::uint8_t> bytes) {
+  using namespace std::string_view_literals;
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  Header header(bytes, true);
+  const auto kind = text.size() < 16 ? ""sv : text.substr(12, 4);
+  constexpr std::uint32_t kSide = 0x3FFF;  // 14 bits
+  if (kind == "VP8 "sv) {
+    const auto width_px = header.number(26, 2) & kSide;
+    return header.result(width_px, header.number(28, 2) & kSide);
+  }
+  if (kind == "VP8L"sv) {
+    const auto sides = header.number(21, 4);
+    return header.result((sides & kSide) + 1, (sides >> 14 & kSide) + 1);
+  }
+  if (kind != "VP8X"sv) return std::nullopt;
+  const auto width_px = header.number(24, 3) + 1;
+  return header.result(width_px, header.number(27, 3) + 1);
+}
+
 /// What the first directory of a TIFF says.
 struct TiffHeader {
   ImageSize size;
@@ -189,6 +209,8 @@ std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (text.starts_with("\x89PNG\r\n\x1A\n"sv)) return png_size(bytes);
   if (text.starts_with("\xFF\xD8"sv)) return jpeg_size(bytes);
+  if (text.starts_with("RIFF"sv) && text.substr(std::min<std::size_t>(8, text.size())).starts_with("WEBP"sv))
+    return webp_size(bytes);
   if (text.starts_with("BM"sv)) return bmp_size(bytes);
   if (const auto tiff = tiff_header(bytes)) return tiff->size;
   if (text.size() > 2 && text[0] == 'P' && text[1] >= '1' && text[1] <= '6') return pnm_size(bytes);

@@ -20,13 +20,13 @@ struct ImageHeader {
   bool colour = false;
 };
 
-/// The largest image that is read, in pixels: 4096 x 4096. A run needs about fifty bytes of memory a pixel.
-constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 24;
+/// The largest image that is read, in pixels: 11585 x 11585.
+constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 27;
 
 /// Whether an image of this size is read: not empty, and at most kMostPixels.
 [[nodiscard]] bool is_supported(const ImageSize& size);
 
-/// The size of a PNG, JPEG, PNM, BMP or TIFF image, recognised by its first bytes, without decoding it.
+/// The size of a PNG, JPEG, WebP, PNM, BMP or TIFF image, recognised by its first bytes, without decoding it.
 /// Nothing for another format, and for a file that ends within its header.
 [[nodiscard]] std::optional<ImageSize> image_size(std::span<const std::uint8_t> bytes);
 

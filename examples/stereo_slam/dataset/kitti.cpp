@@ -128,7 +128,7 @@ std::size_t count_images(const fs::path& folder) {
 
 void read_first_image(StereoSequence& sequence) {
   const auto& file = sequence.frames.front().left;
-  const ImageHeader header = check_png(file);
+  const ImageHeader header = check_image(file);
   auto& camera = sequence.camera;
   camera.width_px = header.width_px;
   camera.height_px = header.height_px;

@@ -270,7 +270,7 @@ void set_calibration(const KittiDrive& drive, const std::optional<Eigen::Isometr
          "the day");
   }
   const KittiValues values(*file);
-  const ImageHeader header = check_png(any_image(drive.camera(drive.left)));
+  const ImageHeader header = check_image(any_image(drive.camera(drive.left)));
   if (are_rectified(values, drive, header)) {
     const KittiProjection left = values.projection(drive.left);
     sequence.camera = camera_of(left, values.projection(drive.right), *file);
@@ -341,7 +341,7 @@ SequenceScan scan_kitti_raw(const fs::path& folder, const PairingOptions& pairin
   attempt(scan.problems, kError, [&] {
     set_calibration(drive, T_camera_0_imu, sequence);
     pair_images_of_drive(drive, pairing, scan);
-    (void)check_png(sequence.frames.front().left);
+    (void)check_image(sequence.frames.front().left);
   });
   if (has_oxts && sequence.T_body_camera && !sequence.frames.empty())
     attempt(scan.problems, kWarning, [&] { read_truth_of_drive(drive, scan); });

@@ -55,9 +55,12 @@ struct LiveCamera::Device {
     throw std::runtime_error(fmt::format("{}: {}", name, what));
   }
 
-  cv::Mat retrieve() {
+  cv::Mat retrieve(std::string& fault) {
     const cv::Mat image = capture->retrieve();
-    if (image.empty()) fail("delivers an image that cannot be decoded");
+    if (image.empty()) {
+      fault = fmt::format("{}: delivers an image that cannot be decoded", name);
+      return {};
+    }
     if (image.total() > kMostPixels)
       fail(fmt::format("delivers images with more than {} pixels", kMostPixels));
     return to_grey(image);
@@ -81,10 +84,13 @@ std::optional<RawPair> LiveCamera::read(std::size_t) {
   began_ = true;
   RawPair pair;
   if (right_) {
-    pair = {left_->retrieve(), right_->retrieve()};
+    pair.left = left_->retrieve(pair.left_fault);
+    pair.right = right_->retrieve(pair.right_fault);
   } else {
+    const cv::Mat both = left_->retrieve(pair.left_fault);
+    pair.right_fault = pair.left_fault;
     try {
-      pair = split(left_->retrieve());
+      if (!both.empty()) pair = split(both);
     } catch (const std::invalid_argument& error) {
       left_->fail(error.what());
     }

@@ -188,6 +188,7 @@ void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& c
                      "must have been taken together",
                      sources.left.string(), left_count, sources.right.string(), right_count)});
   }
+  if (!own.times && !own.frame_rate_hz) video->use_own_times();
   set_stamps(
       own, calibration,
       {.positions = FramePositions::without_gaps(sequence.frames.size()), .video_rate_hz = video->rate_hz()},
@@ -232,6 +233,7 @@ std::pair<cv::Size, cv::Size> first_sizes(const StereoSequence& sequence) {
   if (sequence.source) {
     const auto images = sequence.source->read(0);
     if (!images) fail(sequence.folder, "contains no frame that can be decoded");
+    require_complete(*images);
     return {images->left.size(), images->right.size()};
   }
   const auto& files = sequence.frames.front();

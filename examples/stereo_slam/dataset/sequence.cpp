@@ -8,8 +8,6 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/euroc.hpp"
-#include "stereo_slam/dataset/grey_image.hpp"
-#include "stereo_slam/dataset/image_file.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/dataset/live_camera.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
@@ -28,47 +26,6 @@ SequenceScan unusable(const fs::path& folder, std::string text) {
   scan.sequence.folder = folder;
   scan.problems.push_back({Problem::Severity::kError, std::move(text)});
   return scan;
-}
-
-/// The file of the left or right image of a frame; in a bag, video or live camera, its name and the frame.
-std::string image_name(const StereoSequence& sequence, std::size_t index, bool is_left) {
-  if (sequence.source) {
-    return fmt::format("{}: frame {} of {}", sequence.folder.string(), index,
-                       is_left ? sequence.left_name : sequence.right_name);
-  }
-  const StereoFiles& files = sequence.frames.at(index);
-  return (is_left ? files.left : files.right).string();
-}
-
-void check_size(const cv::Mat& image, const StereoSequence& sequence, std::size_t index, bool is_left) {
-  const cv::Size all = image_size(sequence, is_left);
-  if (image.size() == all) return;
-  throw std::runtime_error(wrong_size(image_name(sequence, index, is_left), image.size(), all).text);
-}
-
-RawPair read_source(const StereoSequence& sequence, std::size_t index) {
-  auto images = sequence.source->read(index);
-  if (images) return std::move(*images);
-  throw EndOfRecording(sequence.live ? fmt::format("{}: delivers no more images", sequence.folder.string())
-                                     : fmt::format("{}: the video ends at frame {}, its header promises {}",
-                                                   sequence.folder.string(), index, sequence.frames.size()));
-}
-
-RawPair read_files(const StereoSequence& sequence, std::size_t left, std::size_t right) {
-  const auto& files = sequence.frames;
-  const int bits = sequence.bits;
-  if (!sequence.side_by_side)
-    return {load_gray_image(files.at(left).left, bits), load_gray_image(files.at(right).right, bits)};
-  const auto read_both = [&](std::size_t index) {
-    try {
-      return split(load_gray_image(files.at(index).left, bits));
-    } catch (const std::invalid_argument& error) {
-      throw std::runtime_error(fmt::format("{}: {}", files.at(index).left.string(), error.what()));
-    }
-  };
-  RawPair pair = read_both(left);
-  if (right != left) pair.right = read_both(right).right;
-  return pair;
 }
 
 /// Whether it is a file of a ROS 2 bag, or its folder.
@@ -128,41 +85,7 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
           name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
 }
 
-/// used_bits() of a pair with 16 bits a pixel; nothing if either image has 8.
-[[nodiscard]] std::optional<int> bits_of_pair(const StereoSequence& sequence, std::size_t index) {
-  if (sequence.source) return sequence.source->bits_of_16(index);
-  const auto left = bits_of_16(sequence.frames[index].left);
-  if (!left) return std::nullopt;
-  const auto right = bits_of_16(sequence.frames[index].right);
-  return right ? std::optional(std::max(*left, *right)) : std::nullopt;
-}
-
 }  // namespace
-
-void find_bits(SequenceScan& scan) {
-  constexpr std::size_t kMostPairs = 16;
-  auto& sequence = scan.sequence;
-  const std::size_t frames = sequence.frames.size();
-  const std::size_t pairs = std::min(kMostPairs, frames);
-  int bits = 0;
-  try {
-    for (std::size_t i = 0; i < pairs && bits < 16; ++i) {
-      const auto used = bits_of_pair(sequence, i * (frames - 1) / std::max<std::size_t>(pairs - 1, 1));
-      if (!used) return;
-      bits = std::max(bits, *used);
-    }
-  } catch (const std::runtime_error&) {
-    return;  // an image that cannot be read is reported where it is loaded
-  }
-  if (bits == 0 || bits == 16) return;
-  sequence.bits = bits;
-  if (sequence.source) sequence.source->use_bits(bits);
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: the images have 16 bits a pixel, but no value is above {} in the {} pairs examined; "
-                   "they are read as images of {} bits, and larger values as white",
-                   sequence.folder.string(), (1 << bits) - 1, pairs, bits)});
-}
 
 SequenceScan scan_sequence(const fs::path& folder, std::string_view format, const fs::path& calibration,
                            const PairingOptions& pairing) {
@@ -175,7 +98,7 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format, cons
   check_rig(scan);
   check_camera(scan);
   check_frame_rate(scan);
-  find_bits(scan);
+  find_scale(scan);
   return scan;
 }
 
@@ -203,6 +126,11 @@ cv::Size image_size(const StereoSequence& sequence, bool is_left) {
   return {sequence.camera.width_px, sequence.camera.height_px};
 }
 
+cv::Size recorded_size(const StereoSequence& sequence, bool is_left) {
+  if (sequence.unscaled.empty()) return image_size(sequence, is_left);
+  return is_left ? sequence.unscaled : sequence.unscaled_right;
+}
+
 Problem wrong_size(std::string_view image, const cv::Size& size, const cv::Size& all) {
   return {Problem::Severity::kError,
           fmt::format("{}: is {}x{} pixels where the sequence has {}x{}; all images must have the same size",
@@ -216,39 +144,6 @@ void set_rig(StereoSequence& sequence, const StereoRig& rig) {
   sequence.lenses = to_string(rig.left.distortion);
   if (rig.T_body_left) sequence.T_body_camera = *rig.T_body_left * rectifier->T_left_camera();
   sequence.rectifier = std::move(rectifier);
-}
-
-RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::size_t right) {
-  RawPair pair;
-  if (sequence.source) {
-    pair = read_source(sequence, left);
-    if (right != left) pair.right = read_source(sequence, right).right;
-  } else {
-    pair = read_files(sequence, left, right);
-  }
-  if (sequence.right_half_first) std::swap(pair.left, pair.right);
-  check_size(pair.left, sequence, left, /*is_left=*/true);
-  check_size(pair.right, sequence, right, /*is_left=*/false);
-  return pair;
-}
-
-bool has_one_image_twice(const StereoSequence& sequence, std::size_t index) {
-  const auto pair = load_raw_pair(sequence, index, index);
-  return pair.left.size() == pair.right.size() && cv::norm(pair.left, pair.right, cv::NORM_INF) == 0.0;
-}
-
-StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {
-  auto [left, right, stamp_ns] = load_raw_pair(sequence, index, index);
-  StereoFrame frame{.index = index,
-                    .stamp_ns = stamp_ns ? *stamp_ns : sequence.frames.at(index).stamp_ns,
-                    .left = left,
-                    .right = right};
-  if (sequence.rectifier) {
-    frame.left = sequence.rectifier->left(left);
-    frame.right = sequence.rectifier->right(right);
-  }
-  equalise_contrast(frame, settings);
-  return frame;
 }
 
 }  // namespace stereo_slam

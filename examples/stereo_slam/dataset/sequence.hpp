@@ -37,7 +37,7 @@ struct PairDistances {
   std::int64_t largest_ns = 0;
 };
 
-/// Stereo recording; its frames are rectified when they are loaded.
+/// Stereo recording; its frames are scaled and rectified when they are loaded.
 struct StereoSequence {
   std::filesystem::path folder;
   std::string format;              ///< "kitti", "euroc", "folders", "video", "bag" or "camera"
@@ -49,7 +49,9 @@ struct StereoSequence {
   bool live = false;                ///< a live camera: frames without end, which bring their own stamps
   bool side_by_side = false;        ///< the left file of a frame shows both images
   bool right_half_first = false;    ///< images side by side, from files or a source, begin with the right one
-  int bits = 16;                    ///< how many bits images with 16 bits a pixel use
+  cv::Size unscaled;                ///< of the left images as recorded, if they are scaled; else empty
+  cv::Size unscaled_right;          ///< of the right images
+  GreyScale scale;                  ///< of images with 16 bits a pixel
 
   std::optional<StereoRig> rig;                    ///< of raw images, also if it cannot be rectified
   std::shared_ptr<const Rectifier> rectifier;      ///< null for images that are rectified already
@@ -100,9 +102,17 @@ struct PairingOptions {
                                          const std::filesystem::path& calibration = {},
                                          const PairingOptions& pairing = {});
 
-/// Finds how many of 16 bits a pixel the images use: a camera of 12 bits may leave the upper four empty. Up
-/// to sixteen pairs, spread over the recording, decide. Adds a warning if it is fewer than 16.
-void find_bits(SequenceScan& scan);
+/// Finds which part of 16 bits a pixel the images use: a camera of 12 bits may leave the upper four empty,
+/// and a thermal one uses a small part. Up to sixteen pairs, spread over the recording, decide for all
+/// frames. Adds a warning if it is not the whole range.
+void find_scale(SequenceScan& scan);
+
+/// Lets the images be scaled when they are loaded, before they are rectified, and scales the calibration with
+/// them. `factor` is from 0 to 1. Adds an error for images that would become too small.
+void scale_images(SequenceScan& scan, double factor);
+
+/// Adds an error if a run with images of this size needs more than half of the machine's memory.
+void check_memory(SequenceScan& scan);
 
 /// The sequence of scan_sequence. Throws std::runtime_error with the first error.
 [[nodiscard]] StereoSequence open_sequence(const std::filesystem::path& folder, std::string_view format);
@@ -110,8 +120,11 @@ void find_bits(SequenceScan& scan);
 /// Runs one step of a scan. A std::exception of the step becomes a problem of the given severity.
 void attempt(std::vector<Problem>& problems, Problem::Severity severity, const std::function<void()>& step);
 
-/// The size of every left or right image before rectification.
+/// The size of every left or right image before rectification, but after scaling.
 [[nodiscard]] cv::Size image_size(const StereoSequence& sequence, bool is_left);
+
+/// The size of every left or right image in the recording.
+[[nodiscard]] cv::Size recorded_size(const StereoSequence& sequence, bool is_left);
 
 /// The problem that an image has another size than all images of its camera. `image` is the name of its file,
 /// or another name by which it is found.
@@ -121,7 +134,7 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
 /// Rectifier does.
 void set_rig(StereoSequence& sequence, const StereoRig& rig);
 
-/// The images of a left frame and of a right one, as they were taken. Throws like load_frame.
+/// The images of a left frame and of a right one, scaled but not rectified. Throws like load_frame.
 [[nodiscard]] RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::size_t right);
 
 /// Whether both cameras have the same image in frame `index`, before rectification. Throws like load_frame.
@@ -132,5 +145,10 @@ void set_rig(StereoSequence& sequence, const StereoRig& rig);
 /// early.
 [[nodiscard]] StereoFrame load_frame(const StereoSequence& sequence, std::size_t index,
                                      const ImageSettings& settings = {});
+
+/// Like load_frame, but an image that is missing, damaged or of another size is black in the frame, which
+/// says why.
+[[nodiscard]] StereoFrame load_partial_frame(const StereoSequence& sequence, std::size_t index,
+                                             const ImageSettings& settings = {});
 
 }  // namespace stereo_slam

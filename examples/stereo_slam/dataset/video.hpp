@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <filesystem>
 #include <memory>
@@ -16,7 +17,7 @@
 
 namespace stereo_slam {
 
-/// Whether the extension is that of a video: mp4, avi, mkv, mov, webm, m4v, mpg.
+/// Whether the extension is that of a video: mp4, avi, mkv, mov, webm, m4v, mpg, mpeg, ts, mts, wmv.
 [[nodiscard]] bool has_video_name(const std::filesystem::path& file);
 
 /// The video NAME.mp4, .avi ..., if there is one; else NAME.
@@ -47,12 +48,16 @@ class VideoPair : public PairSource {
   VideoPair(const std::filesystem::path& left, const std::filesystem::path& right);
   ~VideoPair() override;
 
-  /// Number of frames of the shorter video, by the headers.
+  /// Number of frames of the shorter video, by the headers, or counted where these have none.
   [[nodiscard]] std::size_t frames() const noexcept { return frames_; }
   [[nodiscard]] std::pair<std::size_t, std::size_t> frames_of_each() const noexcept {
     return frames_of_each_;
   }
-  [[nodiscard]] double rate_hz() const noexcept { return rate_hz_; }  ///< 0 if the header has none
+  /// The mean rate of the left video; 0 if it is not known.
+  [[nodiscard]] double rate_hz() const noexcept { return rate_hz_; }
+
+  /// Lets the pairs have the times of the left video's frames, which need not be equally far apart.
+  void use_own_times() noexcept { own_times_ = true; }
 
   /// Grey images of a frame; nothing if a video ends before it. Frame counts in headers are approximate, so a
   /// slightly early end is accepted. Throws std::runtime_error when the end is much too early.
@@ -65,7 +70,10 @@ class VideoPair : public PairSource {
  private:
   struct Decoder;
 
+  [[nodiscard]] std::optional<RawPair> read_images(std::size_t index);
   [[nodiscard]] std::optional<cv::Mat> read(Decoder& decoder, std::size_t index);
+  [[nodiscard]] bool ends_in_time(const Decoder& decoder) const;
+  [[nodiscard]] std::int64_t stamp_ns(std::size_t index);
   void require_in_step(std::size_t index);
   void note_repetition(std::size_t index, const RawPair& pair);
 
@@ -75,8 +83,10 @@ class VideoPair : public PairSource {
   std::pair<std::size_t, std::size_t> frames_of_each_;
   std::size_t frames_ = 0;
   double rate_hz_ = 0.0;
+  bool own_times_ = false;
   StampComparison stamps_;
-  std::size_t shown_ = 0;  ///< index of the pair that was read last
+  std::size_t shown_ = 0;      ///< index of the pair that was read last
+  std::int64_t shown_ns_ = 0;  ///< its stamp
   std::string warning_;
 };
 

@@ -33,9 +33,9 @@ void check_alignment(const SlamOptions& options) {
   return settings;
 }
 
-[[nodiscard]] cv::Mat grey(const cv::Mat& image, const char* side) {
-  if (image.empty()) throw std::invalid_argument(fmt::format("the {} image is empty", side));
-  return to_grey(image);
+[[nodiscard]] cv::Mat grey(const cv::Mat& left) {
+  if (left.empty()) throw std::invalid_argument("the left image is empty");
+  return to_grey(left);
 }
 
 }  // namespace
@@ -109,6 +109,10 @@ struct StereoSlam::State {
                                             size.width, size.height, calibrated.width, calibrated.height));
   }
 
+  [[nodiscard]] cv::Size right_size() const {
+    return rectifier ? rectifier->right_size() : cv::Size(camera.width_px, camera.height_px);
+  }
+
   [[nodiscard]] const Slam& begun() const {
     if (!slam) throw std::logic_error("no frame has been processed yet");
     return *slam;
@@ -155,7 +159,14 @@ FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::
     throw std::invalid_argument(fmt::format("the stamp {} ns is not later than {} ns, the one before",
                                             stamp_ns, state.frames.back().stamp_ns));
   }
-  StereoFrame frame{state.frames.size(), stamp_ns, grey(left, "left"), grey(right, "right")};
+  if (right.empty() && !state.slam) throw std::invalid_argument("the right image is empty");
+  StereoFrame frame{state.frames.size(), stamp_ns, grey(left), {}};
+  if (right.empty()) {
+    frame.right = cv::Mat::zeros(state.right_size(), CV_8UC1);
+    frame.right_fault = "the right image is empty";
+  } else {
+    frame.right = to_grey(right);
+  }
   const bool rectified = !state.raw && !state.rectifier;
   if (rectified && frame.left.size() != frame.right.size())
     throw std::invalid_argument("the two images differ in size");

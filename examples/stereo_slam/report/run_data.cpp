@@ -236,6 +236,7 @@ void add_figures(json& data, const RunRecord& record, const RunInfo& info) {
   data["preset"] = info.preset;
   data["state"] = info.header.state;
   data["error"] = info.header.error;
+  data["unreadable_images"] = info.header.unreadable.size();
   data["seconds"] = to_decimals(info.header.seconds, 3);
   data["peak_mb"] = to_decimals(info.header.peak_mb, 1);
   data["bytes_per_keyframe"] = info.header.bytes_per_keyframe;

@@ -80,6 +80,12 @@ void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
   // Quoted strings are always UTF-8: bytes of the name that are not are replaced.
   yaml << YAML::Key << "folder" << YAML::Value << YAML::DoubleQuoted << full_name(sequence);
   yaml << YAML::Key << "format" << YAML::Value << sequence.format;
+  yaml << YAML::Key << "image_size" << YAML::Value << YAML::Flow << YAML::BeginSeq << sequence.camera.width_px
+       << sequence.camera.height_px << YAML::EndSeq;
+  if (!sequence.unscaled.empty()) {
+    yaml << YAML::Key << "scaled_from" << YAML::Value << YAML::Flow << YAML::BeginSeq << sequence.unscaled.width
+         << sequence.unscaled.height << YAML::EndSeq;
+  }
   if (!sequence.live) yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
   yaml << YAML::EndMap;
 }
@@ -111,6 +117,20 @@ void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
     yaml << YAML::Key << "peak_mb" << YAML::Value << fmt::format("{:.1f}", header.peak_mb);
   if (header.bytes_per_keyframe > 0)
     yaml << YAML::Key << "bytes_per_keyframe" << YAML::Value << header.bytes_per_keyframe;
+  yaml << YAML::EndMap;
+}
+
+/// Names the first hundred; run.yaml is read again as settings, and so has to stay small.
+void emit_unreadable(YAML::Emitter& yaml, const std::vector<UnreadableImage>& unreadable) {
+  constexpr std::size_t kNamed = 100;
+  yaml << YAML::Key << "unreadable_images" << YAML::Value << YAML::BeginMap;
+  yaml << YAML::Key << "count" << YAML::Value << unreadable.size();
+  if (!unreadable.empty()) {
+    yaml << YAML::Key << "first" << YAML::Value << YAML::BeginSeq;
+    for (std::size_t i = 0; i < std::min(kNamed, unreadable.size()); ++i)
+      yaml << YAML::DoubleQuoted << unreadable[i].fault;
+    yaml << YAML::EndSeq;
+  }
   yaml << YAML::EndMap;
 }
 
@@ -225,6 +245,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   emit_frame_cost(yaml, header.frame_cost);
   if (header.realtime) emit_realtime(yaml, *header.realtime);
   emit_memory(yaml, header);
+  emit_unreadable(yaml, header.unreadable);
   emit_dataset(yaml, sequence);
   emit_host(yaml);
   yaml << YAML::EndMap;

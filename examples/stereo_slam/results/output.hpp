@@ -32,6 +32,12 @@ struct RealtimeRecord {
   double reading_delay_s = 0.0;       ///< by how much the last frame was offered late because of slow reading
 };
 
+/// An image that could not be read, which the run treated as missing.
+struct UnreadableImage {
+  std::size_t frame = 0;
+  std::string fault;  ///< its file, or its source and index, and what is wrong with it
+};
+
 /// Results of the frames processed so far.
 struct RunRecord {
   std::vector<FrameResult> results;      ///< of each frame, as known when it was processed
@@ -42,6 +48,7 @@ struct RunRecord {
   std::vector<PoseGaussian> trajectory;  ///< final T_world_camera, one a frame
   std::vector<MapPoint> map_points;
   std::vector<LoopEvent> loops;
+  std::vector<UnreadableImage> unreadable;
   double right_image_displacement_px = 0.0;  ///< Slam::right_image_displacement_px()
   std::optional<RealtimeRecord> realtime = std::nullopt;
 };
@@ -91,6 +98,7 @@ struct RunHeader {
   std::string pose_frame = "camera";  ///< frame whose poses the trajectories contain: "camera" or "body"
   double peak_mb = std::numeric_limits<double>::quiet_NaN();  ///< memory of the process; NaN where unknown
   std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
+  std::vector<UnreadableImage> unreadable{};
 };
 
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,

@@ -20,6 +20,7 @@ RunSummary summary_of(const RunRecord& record) {
     if (result.right_camera_turned) summary.right_camera_turns.push_back(result.index);
   }
   summary.right_image_displacement_px = record.right_image_displacement_px;
+  summary.unreadable = record.unreadable;
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
   summary.landmarks = record.map_points.size();
   for (const auto& loop : record.loops) ++(loop.accepted ? summary.loops_accepted : summary.loops_refused);
@@ -40,6 +41,12 @@ RunSummary summary_of(const RunRecord& record) {
 
 void require_tracked(const RunSummary& summary) {
   if (summary.frames <= 1 || summary.lost + 1 < summary.frames) return;
+  if (summary.unreadable.size() >= summary.frames / 2) {
+    throw std::runtime_error(
+        fmt::format("tracked {} of {} frames, because {} images could not be read; the first: {}",
+                    summary.frames - summary.lost, summary.frames, summary.unreadable.size(),
+                    summary.unreadable.front().fault));
+  }
   throw std::runtime_error(fmt::format(
       "tracked {} of {} frames: hardly any corner was matched between left and right and to the next frame; "
       "check for black, blurred or repeated images, swapped cameras, the calibration of another camera, a "

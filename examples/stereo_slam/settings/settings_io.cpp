@@ -155,9 +155,10 @@ class Overlay {
 
 /// Throws if the file of a run holds anything beside `settings:` that write_run_yaml does not write.
 void check_run_keys(const std::filesystem::path& file, const YAML::Node& document) {
-  constexpr std::array<std::string_view, 13> kRunKeys = {
-      "settings",   "version",  "written", "state",   "error", "frames_processed", "seconds", "pose_frame",
-      "frame_cost", "realtime", "memory",  "dataset", "host"};
+  constexpr std::array<std::string_view, 14> kRunKeys = {
+      "settings",         "version",           "written",    "state",      "error",
+      "frames_processed", "seconds",           "pose_frame", "frame_cost", "realtime",
+      "memory",           "unreadable_images", "dataset",    "host"};
   for (const auto& entry : document) {
     const auto key = as_text(entry.first);
     if (std::find(kRunKeys.begin(), kRunKeys.end(), key) != kRunKeys.end()) continue;

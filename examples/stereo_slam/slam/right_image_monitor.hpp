@@ -12,7 +12,7 @@ namespace stereo_slam {
 /// What is done with the right image of a frame.
 enum class RightImage {
   kFits,      ///< it is measured in
-  kIgnored,   ///< it does not fit the left one
+  kIgnored,   ///< it does not fit the left one, or there is none
   kDoubtful,  ///< it is measured in, but others before it did not fit; or it does not fit, but for so long
               ///< none has that the cameras may have moved relative to each other, which the online
               ///< rectification can learn
@@ -24,8 +24,10 @@ enum class RightImage {
 /// disparities are still right.
 class RightImageMonitor {
  public:
-  /// Begins a frame, about which nothing is known yet.
-  void begin_frame() {
+  /// Begins a frame, about which nothing is known yet. That a frame has no right image is no sign that those
+  /// of other frames do not fit.
+  void begin_frame(bool has_right = true) {
+    has_right_ = has_right;
     if (fits_) doubt_ = std::clamp(doubt_ + (*fits_ ? -1 : 1), 0, kPatience);
     suspicion_ = std::max(suspicion_ - 1, 0);
     fits_.reset();
@@ -33,7 +35,7 @@ class RightImageMonitor {
 
   /// Adds points of the frame that were searched in both images.
   void add(const RightImageFit& fit) {
-    if (fit.in_left < kEnoughPoints) return;
+    if (!has_right_ || fit.in_left < kEnoughPoints) return;
     const bool seen = static_cast<double>(fit.in_right) >= kLeastShare * static_cast<double>(fit.in_left);
     fits_ = fits() && seen && fit.row_spread_px <= largest_row_spread_px();
     if (fits()) learn(fit.row_spread_px);
@@ -47,6 +49,7 @@ class RightImageMonitor {
 
   /// What is to be done with the image, as far as the points added show.
   [[nodiscard]] RightImage judgement() const noexcept {
+    if (!has_right_) return RightImage::kIgnored;
     if (!fits()) return doubt_ < kPatience ? RightImage::kIgnored : RightImage::kDoubtful;
     return doubt_ == 0 && suspicion_ == 0 ? RightImage::kFits : RightImage::kDoubtful;
   }
@@ -75,6 +78,7 @@ class RightImageMonitor {
     *usual_row_spread_px_ += (change < 0.0 ? kFallRate : kRiseRate) * change;
   }
 
+  bool has_right_ = true;     // this frame
   std::optional<bool> fits_;  // of this frame; nothing if too few points were searched
   int suspicion_ = 0;         // frames for which images that fit are doubtful all the same
   int doubt_ = 0;             // counts earlier frames: up if they did not fit, down if they did

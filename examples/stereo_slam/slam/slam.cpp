@@ -70,7 +70,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   if (loops_) result.loop_corrected = apply(loops_->correction_due(recorded.index));
   if (loops_) clock.lap("loops");
   const StereoFrame frame = with_equal_brightness(recorded);
-  if (previous_.repeated_by(frame)) {
+  if (!can_measure(frame) || previous_.repeated_by(frame)) {
     pass_over(frame, result, clock);
     return result;
   }
@@ -125,7 +125,7 @@ OdometryResult Slam::measure_motion(const FrameImages& images) {
     expected.expectation = jerks_.steady() ? Expectation::kSteady : Expectation::kDoubtful;
   }
   OdometryResult odometry = frontend_->measure_motion(pyramids, view_of(images.frame), expected);
-  right_image_.begin_frame();
+  right_image_.begin_frame(images.frame.has_right());
   right_image_.add(odometry.right_image);
   if (!ignores_right_image()) return odometry;
   OdometryResult unmeasured;
@@ -210,7 +210,8 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_);  // Alg. 4
   note_static_points(tracked);
-  if (tracked.basis == PoseBasis::kLandmarks && result.right_image_fits) noise_.add(tracked.variance_ratio);
+  const bool both_images = result.right_image_fits && images.frame.has_right();
+  if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
   record(reported(tracked), tracked.measured(), result);
   result.odometry = tracked.odometry.T_previous_current;
   result.matches = static_cast<int>(tracked.matches.size());
@@ -253,7 +254,15 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
   previous_.lost = result.status == TrackingStatus::kLost;
 }
 
-/// A repeated image measures nothing: the pose is predicted, and the filter waits for the next image.
+/// Whether a pose can be measured in the images that the frame has. Without a right one, it can in the
+/// patches of landmarks.
+bool Slam::can_measure(const StereoFrame& frame) const {
+  const bool in_left = started_ && anchored() && settings_.refinement.enabled && !odometry_only();
+  return frame.has_left() && (frame.has_right() || in_left);
+}
+
+/// A repeated image measures nothing, and neither does one that is not there: the pose is predicted, and the
+/// filter waits for the next image.
 void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageClock& clock) {
   if (!started_) {
     record_unknown(result);
@@ -261,7 +270,8 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageC
     return;
   }
   const bool first = previous_.position + 1 == trajectory_.frames();
-  result.status = first && !previous_.lost ? TrackingStatus::kWeak : TrackingStatus::kLost;
+  const bool repeated = can_measure(frame);
+  result.status = repeated && first && !previous_.lost ? TrackingStatus::kWeak : TrackingStatus::kLost;
   PoseGaussian motion;
   motion.pose = velocity_.motion_until(frame.stamp_ns);
   const PoseDensity predicted =

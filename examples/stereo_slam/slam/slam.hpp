@@ -140,7 +140,8 @@ class Slam {
   void note_static_points(const TrackedPose& tracked);
   void prepare_next(const FrameImages& images, const std::vector<Match>& matches, const FrameResult& result);
 
-  // The unusual cases: a repeated image, and no map yet.
+  // The unusual cases: a repeated or missing image, and no map yet.
+  [[nodiscard]] bool can_measure(const StereoFrame& frame) const;
   void pass_over(const StereoFrame& frame, FrameResult& result, const StageClock& clock);
   void initialise(const FrameImages& images, FrameResult& result);
   void record_unknown(FrameResult& result);

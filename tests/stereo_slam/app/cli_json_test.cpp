@@ -18,9 +18,9 @@ nlohmann::json read_json(const fs::path& file) { return nlohmann::json::parse(re
 TEST_CASE("run --json says how a run went, also one that fails", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 8);
-  const std::vector<std::string> run = {"run",         "--quiet",           "--dataset",
-                                        folder / "in", "--output",          folder / "out",
-                                        "--json",      folder / "run.json", "--overwrite"};
+  const std::vector<std::string> run = {"run",         "--quiet",      "--dataset", folder / "in",
+                                        "--output",    folder / "out", "--json",    folder / "run.json",
+                                        "--overwrite", "--strict"};
   REQUIRE(call(run).status == 0);
   auto json = read_json(folder / "run.json");
   CHECK(json["state"] == "finished");

@@ -292,13 +292,43 @@ TEST_CASE("Broken input gives one line and status 1, from run and from info", "[
   check_refused(write_tiny_sequence, cases);
 }
 
-TEST_CASE("A run that fails at a frame saves the frames before it", "[cli]") {
+TEST_CASE("With --strict a run fails at an image that cannot be read, and saves the frames before it",
+          "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 5);
   truncate_file(folder / "in/image_1/000003.png", 0.5);
-  check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out"}),
-                         "(the 3 frames before it are saved)");
+  const std::vector<std::string> run = {"run",      "--dataset",    folder / "in",
+                                        "--output", folder / "out", "--strict"};
+  check_one_line_failure(call(run), "(the 3 frames before it are saved)");
   CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == 3);
+}
+
+TEST_CASE("Without --strict a warning counts the images that cannot be read, and names the first", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  truncate_file(folder / "in/image_1/000003.png", 0.5);
+  write_text(folder / "in/image_0/000005.png", "");
+  const std::vector<std::string> arguments = {"run",          "--dataset", folder / "in",      "--output",
+                                              folder / "out", "--json",    folder / "run.json"};
+  const auto run = call(arguments);
+  CHECK(run.status == 0);
+  CHECK_THAT(run.err,
+             Catch::Contains("warning: 2 of the images of 8 frames could not be read, and were treated as "
+                             "missing (run.yaml names them); the first: ") &&
+                 Catch::Contains("image_1/000003.png: the PNG is truncated"));
+  CHECK_THAT(read_text(folder / "out/run.yaml"),
+             Catch::Contains("count: 2") && Catch::Contains("image_0/000005.png: the file is empty"));
+  CHECK_THAT(read_text(folder / "run.json"),
+             Catch::Contains("\"frame\": 3") && Catch::Contains("image_0/000005.png: the file is empty"));
+  CHECK(split_lines(read_text(folder / "out/trajectory_kitti.txt")).size() == 8);
+}
+
+TEST_CASE("A run without a readable image but the first says that this is why nothing was tracked", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 5);
+  for (int i = 1; i < 5; ++i) truncate_file(folder / "in/image_0" / frame_name(i), 0.5);
+  check_one_line_failure(call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / "out"}),
+                         "because 4 images could not be read; the first: ");
 }
 
 TEST_CASE("Every other failure gives one line and status 1", "[cli]") {

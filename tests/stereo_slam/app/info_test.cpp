@@ -169,6 +169,24 @@ TEST_CASE("Images that are damaged behind their header are not called dark", "[i
   CHECK_THAT(info.text, !Catch::Contains("features match") && Catch::Contains("not usable as a whole"));
 }
 
+TEST_CASE("A recording is usable while few of its images cannot be read, and not the first", "[info]") {
+  const auto inspect_without = [](const std::vector<std::string>& images) {
+    const TemporaryFolder folder;
+    write_tiny_sequence(folder.path(), 110);
+    for (const auto& image : images) fs::remove(folder / image);
+    std::ostringstream out;
+    print_inspection(out, inspect(scan_sequence(folder.path(), "auto")));
+    return out.str();
+  };
+  CHECK_THAT(inspect_without({"image_1/000050.png", "image_0/000109.png"}),
+             Catch::Contains("verdict       usable, but see the 3 warnings above") &&
+                 Catch::Contains("warning       ") && Catch::Contains("image_1/000050.png: missing") &&
+                 Catch::Contains("2 of 220 images cannot be read; `run` treats them as missing"));
+  CHECK_THAT(inspect_without({"image_1/000050.png", "image_0/000051.png", "image_0/000052.png"}),
+             Catch::Contains("not usable as a whole (3 errors)"));
+  CHECK_THAT(inspect_without({"image_1/000000.png"}), Catch::Contains("not usable as a whole (1 error)"));
+}
+
 TEST_CASE("Left and right images that are the same draw a warning", "[info]") {
   const auto info = info_after([](const fs::path& folder) {
     fs::remove_all(folder / "image_1");

@@ -11,6 +11,7 @@
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/report/page_data.hpp"
+#include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "stereo_slam/support/tiny_video.hpp"
@@ -67,17 +68,98 @@ TEST_CASE("Every result file of a run has every frame", "[runner]") {
   CHECK(load_settings(folder / "out/run.yaml").preset == "default");
 }
 
-TEST_CASE("An image that cannot be read ends the run; the frames before it are saved", "[runner]") {
+TEST_CASE("An image that cannot be read ends a strict run; the frames before it are saved", "[runner]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 8);
   fs::remove(folder / "in/image_1/000005.png");
-  const auto summary = run_quietly(folder / "in", folder / "out");
+  RunOptions options{
+      .output = folder / "out", .max_frames = std::nullopt, .threads = std::nullopt, .quiet = true};
+  options.strict = true;
+  const auto summary = run(open_sequence(folder / "in", "auto"), Settings{}, options);
   CHECK(summary.frames == 5);
   CHECK_THAT(summary.error, Catch::Contains("image_1/000005.png: missing"));
   check_results(folder / "out", 5);
   CHECK_THAT(page_data(read_text(folder / "out/report.html"))["error"].get<std::string>(),
              Catch::Contains("image_1/000005.png: missing"));
   CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("state: failed"));
+}
+
+namespace {
+
+/// The statuses in covariances.csv, one letter a frame: IOWLR.
+std::string statuses(const fs::path& output) {
+  std::string letters;
+  const auto lines = split_lines(read_text(output / "covariances.csv"));
+  for (std::size_t i = 1; i < lines.size(); ++i) letters += lines[i].at(lines[i].find(',') + 1);
+  return letters;
+}
+
+}  // namespace
+
+TEST_CASE("An image that cannot be read costs its own frame only, whatever is wrong with it", "[runner]") {
+  using Break = std::function<void(const fs::path&)>;
+  const std::vector<std::pair<std::string, Break>> kinds = {
+      {"missing", [](const fs::path& file) { fs::remove(file); }},
+      {"the file is empty", [](const fs::path& file) { write_text(file, ""); }},
+      {"the PNG is truncated", [](const fs::path& file) { truncate_file(file, 0.5); }},
+      {"damaged (checksum)",
+       [](const fs::path& file) {
+         std::string bytes = read_text(file);
+         bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+         write_text(file, bytes);
+       }},
+      {"is 100x120 pixels", [](const fs::path& file) { cv::imwrite(file.string(), tiny_texture(100)); }},
+      {"cannot be read", [](const fs::path& file) { fs::remove(file), fs::create_directory(file); }}};
+  for (const auto& [text, damage] : kinds) {
+    CAPTURE(text);
+    const TemporaryFolder folder;
+    write_tiny_sequence(folder / "in", 10);
+    damage(folder / "in/image_1/000003.png");
+    damage(folder / "in/image_0/000006.png");
+    const auto summary = run_quietly(folder / "in", folder / "out");
+    CHECK(summary.error.empty());
+    check_results(folder / "out", 10);
+    REQUIRE(summary.unreadable.size() == 2);
+    CHECK(summary.unreadable[0].frame == 3);
+    CHECK(summary.unreadable[1].frame == 6);
+    CHECK_THAT(summary.unreadable[0].fault, Catch::Contains("image_1/000003.png: ") && Catch::Contains(text));
+    CHECK_THAT(summary.unreadable[1].fault, Catch::Contains("image_0/000006.png: ") && Catch::Contains(text));
+    CHECK(statuses(folder / "out") == "IOOWOOLOOO");
+    CHECK(summary.right_image_misfits.empty());
+    CHECK(page_data(read_text(folder / "out/report.html"))["unreadable_images"] == 2);
+    const auto poses = read_trajectory(folder / "out/trajectory_kitti.txt").poses;
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      CHECK(poses[i].translation().x() == Approx(0.16 * static_cast<double>(i)).margin(0.02));
+  }
+}
+
+TEST_CASE("Also every second image, and all from one on, cost their own frames only", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "second", 10);
+  for (int i = 1; i < 10; i += 2) fs::remove(folder / "second/image_0" / frame_name(i));
+  const auto every_second = run_quietly(folder / "second", folder / "out1");
+  CHECK(every_second.error.empty());
+  CHECK(statuses(folder / "out1") == "ILOLOLOLOL");
+  write_tiny_sequence(folder / "last", 10);
+  for (int i = 7; i < 10; ++i) fs::remove(folder / "last/image_1" / frame_name(i));
+  const auto last = run_quietly(folder / "last", folder / "out2");
+  CHECK(last.error.empty());
+  CHECK(statuses(folder / "out2") == "IOOOOOOWWW");
+  CHECK(last.unreadable.size() == 3);
+}
+
+TEST_CASE("Without a map, or by odometry alone, a frame without its right image is a gap", "[runner]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 8);
+  const auto sequence = open_sequence(folder / "in", "auto");
+  for (const int i : {0, 1, 5}) fs::remove(folder / "in/image_1" / frame_name(i));
+  const auto run_with = [&](const std::string& preset) {
+    RunOptions options{.output = folder / preset, .max_frames = std::nullopt, .threads = 1, .quiet = true};
+    CHECK(run(sequence, preset_settings(preset), options).error.empty());
+    return statuses(folder / preset);
+  };
+  CHECK(run_with("default") == "LLIOOWOO");
+  CHECK(run_with("odometry") == "LLIOOLOO");
 }
 
 TEST_CASE("The frames whose right image does not fit the left one are counted", "[runner]") {
@@ -140,9 +222,10 @@ TEST_CASE("A run that ends before its first frame writes valid files", "[runner]
   write_tiny_sequence(folder / "in", 3);
   auto sequence = open_sequence(folder / "in", "auto");
   fs::remove(folder / "in/image_0/000000.png");
-  const auto summary =
-      run(sequence, Settings{},
-          {.output = folder / "out", .max_frames = std::nullopt, .threads = std::nullopt, .quiet = true});
+  RunOptions options{
+      .output = folder / "out", .max_frames = std::nullopt, .threads = std::nullopt, .quiet = true};
+  options.strict = true;
+  const auto summary = run(sequence, Settings{}, options);
   CHECK_FALSE(summary.error.empty());
   check_report(folder / "out", 0);
 }

@@ -2,8 +2,10 @@
 #include "stereo_slam/dataset/image_file.hpp"
 
 #include <cmath>
+#include <functional>
 
 #include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/dataset/stereo_check.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -18,7 +20,7 @@ TEST_CASE("A grey PNG is read as it was written", "[image]") {
   REQUIRE(loaded.type() == CV_8UC1);
   REQUIRE(loaded.size() == image.size());
   CHECK(cv::norm(loaded, image, cv::NORM_INF) == 0.0);
-  const auto header = check_png(folder / "a.png");
+  const auto header = check_image(folder / "a.png");
   CHECK(header.width_px == 97);
   CHECK(header.height_px == TinySequence::kHeight);
   CHECK_FALSE(header.colour);
@@ -27,7 +29,7 @@ TEST_CASE("A grey PNG is read as it was written", "[image]") {
 TEST_CASE("A colour PNG is recognised and converted to grey", "[image]") {
   const TemporaryFolder folder;
   cv::imwrite((folder / "a.png").string(), cv::Mat(10, 20, CV_8UC3, cv::Scalar(0, 255, 0)));
-  CHECK(check_png(folder / "a.png").colour);
+  CHECK(check_image(folder / "a.png").colour);
   const cv::Mat loaded = load_gray_image(folder / "a.png");
   REQUIRE(loaded.type() == CV_8UC1);
   CHECK(std::abs(loaded.at<std::uint8_t>(5, 5) - 150) <= 1);  // 0.587 * 255
@@ -216,13 +218,16 @@ TEST_CASE("Of an image with 16 bits a pixel, the bits that are used decide the g
     image.convertTo(wide, CV_16U, std::ldexp(1.0, bits - 8));
     for (const auto* name : {"a.png", "a.pgm", "a.tiff"}) {
       cv::imwrite((folder / name).string(), wide);
-      CHECK(bits_of_16(folder / name) == bits);
-      CHECK(cv::norm(load_gray_image(folder / name, bits), image, cv::NORM_INF) == 0.0);
+      ValueCounts values;
+      values.add(load_16_bit_image(folder / name));
+      CHECK(values.bits() == bits);
+      CHECK(values.scale() == GreyScale::of_bits(bits));
+      CHECK(cv::norm(load_gray_image(folder / name, values.scale()), image, cv::NORM_INF) == 0.0);
     }
   }
   cv::imwrite(file.string(), image);
-  CHECK_FALSE(bits_of_16(file));
-  CHECK(cv::norm(load_gray_image(file, 12), image, cv::NORM_INF) == 0.0);
+  CHECK(load_16_bit_image(file).empty());
+  CHECK(cv::norm(load_gray_image(file, GreyScale::of_bits(12)), image, cv::NORM_INF) == 0.0);
 }
 
 TEST_CASE("A recording of a camera with 12 bits is read with its contrast, and a warning", "[image]") {
@@ -236,7 +241,7 @@ TEST_CASE("A recording of a camera with 12 bits is read with its contrast, and a
     cv::imwrite(entry.path().string(), image);
   }
   const SequenceScan scan = scan_sequence(folder / "12", "auto");
-  CHECK(scan.sequence.bits == 12);
+  CHECK(scan.sequence.scale == GreyScale::of_bits(12));
   REQUIRE(scan.problems.size() == 1);
   CHECK_FALSE(is_error(scan.problems[0]));
   CHECK_THAT(
@@ -246,4 +251,136 @@ TEST_CASE("A recording of a camera with 12 bits is read with its contrast, and a
   const auto wide = load_frame(scan.sequence, 1);
   CHECK(cv::norm(narrow.left, wide.left, cv::NORM_INF) == 0.0);
   CHECK(cv::norm(narrow.right, wide.right, cv::NORM_INF) == 0.0);
+}
+
+namespace {
+
+/// The tiny recording in `folder`/16, its grey levels `step` values apart from `black` on; `change` has the
+/// last word on each image, with the number of its frame.
+SequenceScan scan_16_bit(
+    const fs::path& folder, double black, double step,
+    const std::function<void(cv::Mat&, int)>& change = [](cv::Mat&, int) {}) {
+  fs::remove_all(folder / "16");
+  write_tiny_sequence(folder / "16", 6);
+  for (int i = 0; i < 6; ++i) {
+    for (const auto* camera : {"image_0", "image_1"}) {
+      const std::string file = folder / "16" / camera / frame_name(i);
+      cv::Mat image = cv::imread(file, cv::IMREAD_GRAYSCALE);
+      image.convertTo(image, CV_16U, step, black);
+      change(image, i);
+      cv::imwrite(file, image);
+    }
+  }
+  return scan_sequence(folder / "16", "auto");
+}
+
+/// The share of the pixels of an image with a grey level from `low` to `high`.
+double share_between(const cv::Mat& image, int low, int high) {
+  cv::Mat between;
+  cv::inRange(image, low, high, between);
+  return cv::countNonZero(between) / static_cast<double>(between.total());
+}
+
+}  // namespace
+
+TEST_CASE("A thermal recording, which uses a small part of 16 bits, is read with contrast", "[image]") {
+  const TemporaryFolder folder;
+  const auto hot_pixel = [](cv::Mat& image, int frame) {
+    if (frame == 2) image.at<std::uint16_t>(60, 100) = 65535;
+  };
+  const auto metadata = [](cv::Mat& image, int frame) {
+    for (int x = 0; x < 64; ++x) image.at<std::uint16_t>(0, x) = x % 2 == 0 ? 65535 : 0;
+    image.at<std::uint16_t>(0, 0) = static_cast<std::uint16_t>(frame);
+  };
+  const auto cold_sky = [](cv::Mat& image, int) { image.rowRange(0, 1) = 0; };
+  const std::vector<std::function<void(cv::Mat&, int)>> changes = {[](cv::Mat&, int) {}, hot_pixel, metadata,
+                                                                   cold_sky};
+  for (std::size_t k = 0; k < changes.size(); ++k) {
+    CAPTURE(k);
+    const SequenceScan scan = scan_16_bit(folder.path(), 7000.0, 900.0 / 255.0, changes[k]);
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_FALSE(is_error(scan.problems[0]));
+    CHECK_THAT(scan.problems[0].text,
+               Catch::Contains("98 % of the values in the 6 pairs examined are from 7") &&
+                   Catch::Contains("in all frames"));
+    for (const std::size_t i : {0U, 2U, 5U}) {
+      const StereoFrame frame = load_frame(scan.sequence, i);
+      CHECK(share_between(frame.left, 60, 196) > 0.95);
+      CHECK(share_between(frame.left, 1, 254) > 0.98);
+      CHECK(check_stereo_agreement({frame}).matches >= StereoAgreement::kEnoughMatches);
+    }
+  }
+}
+
+TEST_CASE("The scale of grey levels is the same for all frames, and follows no single one", "[image]") {
+  const TemporaryFolder folder;
+  const SequenceScan scan = scan_16_bit(folder.path(), 7000.0, 2.0, [](cv::Mat& image, int frame) {
+    image += frame == 3 ? 100 : 0;  // a warmer scene is brighter
+  });
+  const double before = cv::mean(load_frame(scan.sequence, 2).left)[0];
+  const double warm = cv::mean(load_frame(scan.sequence, 3).left)[0];
+  CHECK(warm - before == Approx(100.0 / scan.sequence.scale.step).margin(1.0));
+}
+
+TEST_CASE("Values that differ by noise only are not spread over all grey levels", "[image]") {
+  const TemporaryFolder folder;
+  const SequenceScan scan = scan_16_bit(folder.path(), 7000.0, 4.0 / 255.0);
+  CHECK(scan.sequence.scale.step == 1.0);
+  double least = 0.0;
+  double most = 0.0;
+  cv::minMaxLoc(load_frame(scan.sequence, 1).left, &least, &most);
+  CHECK(most - least <= 4.0);
+}
+
+TEST_CASE("A camera of 10 to 16 bits keeps the scale of its bits while the images have contrast", "[image]") {
+  const TemporaryFolder folder;
+  for (const int bits : {10, 12, 14, 16}) {
+    CAPTURE(bits);
+    const SequenceScan scan = scan_16_bit(folder.path(), 0.0, std::ldexp(1.0, bits - 8));
+    CHECK(scan.sequence.scale == GreyScale::of_bits(bits));
+    CHECK(scan.problems.size() == (bits == 16 ? 0 : 1));
+  }
+}
+
+TEST_CASE("An unreadable pair among those examined does not change the scale", "[image]") {
+  const TemporaryFolder folder;
+  const SequenceScan whole = scan_16_bit(folder.path(), 7000.0, 3.0);
+  truncate_file(folder / "16/image_1/000003.png", 0.5);
+  const SequenceScan scan = scan_sequence(folder / "16", "auto");
+  CHECK(scan.sequence.scale.step == Approx(whole.sequence.scale.step).epsilon(0.05));
+  CHECK_THAT(scan.problems.at(0).text, Catch::Contains("in the 5 pairs examined"));
+}
+
+TEST_CASE("The content of an image decides on its format, not its name", "[image]") {
+  const TemporaryFolder folder;
+  const cv::Mat image = tiny_texture(64);
+  const std::vector<std::string> formats = {".png", ".jpg", ".bmp", ".pgm", ".tif", ".webp"};
+  for (const auto& format : formats) {
+    if (!cv::haveImageWriter(format)) continue;
+    const std::vector<int> lossless = {cv::IMWRITE_WEBP_QUALITY, 101};
+    cv::imwrite((folder / ("a" + format)).string(), image, format == ".webp" ? lossless : std::vector<int>{});
+    for (const auto* name : {"b.png", "b.jpg", "b.JPG", "b.tiff", "b.bmp", "b.pgm", "b.webp"}) {
+      CAPTURE(format, name);
+      fs::copy_file(folder / ("a" + format), folder / name, fs::copy_options::overwrite_existing);
+      CHECK(cv::norm(load_gray_image(folder / name), image, cv::NORM_INF) <= (format == ".jpg" ? 40.0 : 0.0));
+      CHECK(check_image(folder / name).width_px == 64);
+      truncate_file(folder / name, 0.6);
+      CHECK_THAT(message_of([&] { (void)load_gray_image(folder / name); }), Catch::Contains(name));
+    }
+  }
+}
+
+TEST_CASE("PPM and WebP in colour are read, whatever the case of their extensions", "[image]") {
+  const TemporaryFolder folder;
+  cv::Mat colour;
+  cv::merge(std::vector{tiny_texture(64), tiny_texture(64), tiny_texture(64)}, colour);
+  for (const std::string format : {".ppm", ".webp"}) {
+    if (!cv::haveImageWriter(format)) continue;
+    cv::imwrite((folder / ("a" + format)).string(), colour);
+    CHECK(check_image(folder / ("a" + format)).colour);
+    CHECK(load_gray_image(folder / ("a" + format)).size() == colour.size());
+  }
+  for (const auto* name : {"a.PNG", "a.Jpg", "a.PPM", "a.webp", "a.WEBP", "a.pnm"})
+    CHECK(has_image_name(name));
+  for (const auto* name : {"a.txt", "a", ".png"}) CHECK_FALSE(has_image_name(name));
 }

@@ -88,6 +88,16 @@ TEST_CASE("Images in colour and with 16 bits are taken as grey ones", "[library]
   }
 }
 
+TEST_CASE("Where the right camera delivered no image, the left one alone is tracked", "[library]") {
+  StereoSlam slam(kTinyCamera);
+  for (int i = 0; i < 8; ++i) {
+    const auto [left, right] = tiny_images(i);
+    const auto result = slam.process(left, i == 4 ? cv::Mat() : right, i * kPeriod_ns);
+    if (i > 0) CHECK(result.status == (i == 4 ? TrackingStatus::kWeak : TrackingStatus::kOk));
+    CHECK(result.T_world_camera.pose.translation().x() == Approx(0.16 * i).margin(0.02));
+  }
+}
+
 TEST_CASE("What cannot be processed is refused, and changes nothing", "[library]") {
   StereoSlam slam(kTinyCamera);
   const auto [left, right] = tiny_images(0);

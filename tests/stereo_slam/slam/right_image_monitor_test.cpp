@@ -110,6 +110,18 @@ TEST_CASE("After frames that did not fit as many are doubtful, not counting thos
   CHECK(judge(monitor, kGood) == RightImage::kFits);
 }
 
+TEST_CASE("Frames without a right image raise no doubt about those that have one", "[stereo_slam][slam]") {
+  RightImageMonitor monitor;
+  CHECK(judge(monitor, kGood) == RightImage::kFits);
+  for (int i = 0; i < 50; ++i) {
+    monitor.begin_frame(/*has_right=*/false);
+    monitor.add(kElsewhere);
+    CHECK(monitor.judgement() == RightImage::kIgnored);
+    CHECK(monitor.fits());
+  }
+  CHECK(judge(monitor, kGood) == RightImage::kFits);
+}
+
 TEST_CASE("Right images are measured in again if none has fitted for twenty frames", "[stereo_slam][slam]") {
   RightImageMonitor monitor;
   CHECK(judge(monitor, kGood) == RightImage::kFits);

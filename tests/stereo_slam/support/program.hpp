@@ -129,7 +129,8 @@ inline void check_refused(const std::function<void(const fs::path&, int)>& write
     write_recording(folder / "in", 5);
     breaking(folder / "in");
     check_one_line_failure(call({"info", "--dataset", folder / "in"}), part);
-    check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out"}), part);
+    check_one_line_failure(call({"run", "--dataset", folder / "in", "--output", folder / "out", "--strict"}),
+                           part);
   }
 }
 

@@ -16,8 +16,8 @@ export function showRun(data, page) {
     page.append(el('p', {class: 'message'}, 'The run has no frames, so there is nothing to show.'), foot(data));
     return;
   }
-  const warning = trackingWarning(data);
-  if (warning) page.append(el('p', {class: 'message'}, warning));
+  const warnings = [unreadableWarning(data), trackingWarning(data)].filter((text) => text !== null);
+  for (const warning of warnings) page.append(el('p', {class: 'message'}, warning));
 
   const scene = runScene(data);
   const left = el('div', {class: 'left'});
@@ -38,6 +38,11 @@ export function showRun(data, page) {
     view.setCursor(scene.paths.map((path) => (path.cursor ? row : null)));
   }
   setRow(frames.time_s.length - 1);
+}
+
+function unreadableWarning(data) {
+  const images = data.unreadable_images;
+  return images > 0 ? `${count(images, 'image')} could not be read, and ${images === 1 ? 'was' : 'were'} treated as missing: run.yaml names them.` : null;
 }
 
 function trackingWarning(data) {

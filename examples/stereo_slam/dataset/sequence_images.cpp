@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+// The part of sequence.hpp that reads and scales the images.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <unistd.h>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+#include "stereo_slam/dataset/grey_image.hpp"
+#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/dataset/sequence.hpp"
+
+namespace stereo_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+cv::Size size_of(const StereoSequence& sequence) {
+  return {sequence.camera.width_px, sequence.camera.height_px};
+}
+
+/// The file of the left or right image of a frame; in a bag, video or live camera, its name and the frame.
+std::string image_name(const StereoSequence& sequence, std::size_t index, bool is_left) {
+  if (sequence.source) {
+    return fmt::format("{}: frame {} of {}", sequence.folder.string(), index,
+                       is_left ? sequence.left_name : sequence.right_name);
+  }
+  const StereoFiles& files = sequence.frames.at(index);
+  return (is_left ? files.left : files.right).string();
+}
+
+/// Makes an image of another size than the camera's an unreadable one.
+void check_size(const StereoSequence& sequence, std::size_t index, bool is_left, RawPair& pair) {
+  const cv::Size recorded = recorded_size(sequence, is_left);
+  cv::Mat& image = is_left ? pair.left : pair.right;
+  if (image.empty() || image.size() == recorded) return;
+  (is_left ? pair.left_fault : pair.right_fault) =
+      wrong_size(image_name(sequence, index, is_left), image.size(), recorded).text;
+  image.release();
+}
+
+RawPair read_source(const StereoSequence& sequence, std::size_t index) {
+  auto images = sequence.source->read(index);
+  if (images) return std::move(*images);
+  throw EndOfRecording(sequence.live ? fmt::format("{}: delivers no more images", sequence.folder.string())
+                                     : fmt::format("{}: the video ends at frame {}, its header promises {}",
+                                                   sequence.folder.string(), index, sequence.frames.size()));
+}
+
+/// Both images of a frame whose left file shows them side by side.
+RawPair read_side_by_side(const StereoSequence& sequence, std::size_t index) {
+  const fs::path& file = sequence.frames.at(index).left;
+  RawPair pair;
+  const cv::Mat both = load_or_fault([&] { return load_gray_image(file, sequence.scale); }, pair.left_fault);
+  try {
+    if (!both.empty()) return split(both);
+  } catch (const std::invalid_argument& error) {
+    pair.left_fault = fmt::format("{}: {}", file.string(), error.what());
+  }
+  pair.right_fault = pair.left_fault;
+  return pair;
+}
+
+RawPair read_recorded(const StereoSequence& sequence, std::size_t index) {
+  if (sequence.source) return read_source(sequence, index);
+  if (sequence.side_by_side) return read_side_by_side(sequence, index);
+  const StereoFiles& files = sequence.frames.at(index);
+  RawPair pair;
+  pair.left = load_or_fault([&] { return load_gray_image(files.left, sequence.scale); }, pair.left_fault);
+  pair.right = load_or_fault([&] { return load_gray_image(files.right, sequence.scale); }, pair.right_fault);
+  return pair;
+}
+
+RawPair read_frame(const StereoSequence& sequence, std::size_t index) {
+  RawPair pair = read_recorded(sequence, index);
+  if (sequence.right_half_first) {
+    std::swap(pair.left, pair.right);
+    std::swap(pair.left_fault, pair.right_fault);
+  }
+  return pair;
+}
+
+/// The raw left image of one frame and the right one of another, scaled; one that cannot be read is empty.
+RawPair load_images(const StereoSequence& sequence, std::size_t left, std::size_t right) {
+  RawPair pair = read_frame(sequence, left);
+  if (right != left) {
+    RawPair other = read_frame(sequence, right);
+    pair.right = std::move(other.right);
+    pair.right_fault = std::move(other.right_fault);
+  }
+  check_size(sequence, left, /*is_left=*/true, pair);
+  check_size(sequence, right, /*is_left=*/false, pair);
+  if (sequence.unscaled.empty()) return pair;
+  for (const bool is_left : {true, false}) {  // before rectification, which takes less time then
+    cv::Mat& image = is_left ? pair.left : pair.right;
+    if (image.empty()) continue;
+    cv::Mat scaled;
+    cv::resize(image, scaled, image_size(sequence, is_left), 0.0, 0.0, cv::INTER_AREA);
+    image = scaled;
+  }
+  return pair;
+}
+
+/// The rectified frame of a raw pair; an image that could not be read is black.
+StereoFrame rectified(const StereoSequence& sequence, std::size_t index, RawPair pair) {
+  const auto prepare = [&](const cv::Mat& image, bool is_left) -> cv::Mat {
+    if (image.empty()) return cv::Mat::zeros(size_of(sequence), CV_8UC1);
+    if (!sequence.rectifier) return image;
+    return is_left ? sequence.rectifier->left(image) : sequence.rectifier->right(image);
+  };
+  return {.index = index,
+          .stamp_ns = pair.stamp_ns ? *pair.stamp_ns : sequence.frames.at(index).stamp_ns,
+          .left = prepare(pair.left, true),
+          .right = prepare(pair.right, false),
+          .left_fault = std::move(pair.left_fault),
+          .right_fault = std::move(pair.right_fault)};
+}
+
+/// Adds the values of a pair. False if either image has 8 bits a pixel.
+[[nodiscard]] bool add_values(const StereoSequence& sequence, std::size_t index, ValueCounts& values) {
+  if (sequence.source) return sequence.source->add_values(index, values);
+  const StereoFiles& files = sequence.frames[index];
+  for (const auto& file : {files.left, files.right}) {
+    const cv::Mat image = load_16_bit_image(file);
+    if (image.empty()) return false;
+    values.add(image);
+  }
+  return true;
+}
+
+/// What is said of images that are not read as 16 bits.
+[[nodiscard]] std::string scale_text(const StereoSequence& sequence, const ValueCounts& values,
+                                     std::size_t pairs) {
+  const std::string images =
+      fmt::format("{}: the images have 16 bits a pixel, but", sequence.folder.string());
+  const int bits = values.bits();
+  if (sequence.scale == GreyScale::of_bits(bits)) {
+    return fmt::format(
+        "{} no value is above {} in the {} pairs examined; they are read as images of {} bits, and larger "
+        "values as white",
+        images, (1 << bits) - 1, pairs, bits);
+  }
+  return fmt::format(
+      "{} {:.0f} % of the values in the {} pairs examined are from {:.0f} to {:.0f}; in all frames {:.0f} is "
+      "read as black and {:.0f} as white",
+      images, 100.0 * (1.0 - 2.0 * ValueCounts::kTail), pairs, values.quantile(ValueCounts::kTail),
+      values.quantile(1.0 - ValueCounts::kTail), sequence.scale.black,
+      sequence.scale.black + 255.0 * sequence.scale.step);
+}
+
+/// The two scale factors are those of the rounded size.
+template <class Camera>
+[[nodiscard]] Camera scaled(Camera camera, const cv::Size& size) {
+  const double x = static_cast<double>(size.width) / camera.width_px;
+  const double y = static_cast<double>(size.height) / camera.height_px;
+  camera.fx *= x;
+  camera.fy *= y;
+  camera.cx = (camera.cx + 0.5) * x - 0.5;  // the centre of the first pixel is at 0
+  camera.cy = (camera.cy + 0.5) * y - 0.5;
+  camera.width_px = size.width;
+  camera.height_px = size.height;
+  return camera;
+}
+
+/// Physical memory; zero where unknown.
+[[nodiscard]] double machine_bytes() {
+  const auto pages = static_cast<double>(sysconf(_SC_PHYS_PAGES));
+  return std::max(0.0, pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
+}
+
+}  // namespace
+
+void find_scale(SequenceScan& scan) {
+  constexpr std::size_t kMostPairs = 16;
+  auto& sequence = scan.sequence;
+  const std::size_t frames = sequence.frames.size();
+  const std::size_t sampled = std::min(kMostPairs, frames);
+  ValueCounts values;
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < sampled; ++i) {
+    try {
+      if (!add_values(sequence, i * (frames - 1) / std::max<std::size_t>(sampled - 1, 1), values)) return;
+      ++pairs;
+    } catch (const std::runtime_error&) {  // an image that cannot be read is reported where it is loaded
+    }
+  }
+  if (pairs == 0 || values.scale() == GreyScale{}) return;
+  sequence.scale = values.scale();
+  if (sequence.source) sequence.source->use_scale(sequence.scale);
+  scan.problems.push_back({Problem::Severity::kWarning, scale_text(sequence, values, pairs)});
+}
+
+void scale_images(SequenceScan& scan, double factor) {
+  constexpr int kLeast_px = 32;
+  auto& sequence = scan.sequence;
+  const cv::Size left = image_size(sequence, true);
+  const cv::Size right = image_size(sequence, false);
+  if (factor == 1.0 || left.empty()) return;
+  const auto times_factor = [&](const cv::Size& size) {
+    return cv::Size(static_cast<int>(std::lround(factor * size.width)),
+                    static_cast<int>(std::lround(factor * size.height)));
+  };
+  const cv::Size size = times_factor(left);
+  attempt(scan.problems, Problem::Severity::kError, [&] {
+    if (std::min(size.width, size.height) < kLeast_px) {
+      throw std::runtime_error(fmt::format("{}: --scale {} makes images of {}x{} pixels; they need {} a side",
+                                           sequence.folder.string(), factor, size.width, size.height,
+                                           kLeast_px));
+    }
+    sequence.unscaled = left;
+    sequence.unscaled_right = right;
+    if (!sequence.rectifier) {
+      sequence.camera = scaled(sequence.camera, size);
+      return;
+    }
+    StereoRig rig = *sequence.rig;
+    rig.left = scaled(rig.left, size);
+    rig.right = scaled(rig.right, times_factor(right));
+    set_rig(sequence, rig);
+  });
+}
+
+void check_memory(SequenceScan& scan) {
+  constexpr double kBytesPerPixel = 50.0;  // of a run
+  constexpr double kMostShare = 0.5;
+  const auto& camera = scan.sequence.camera;
+  const double needed = kBytesPerPixel * camera.width_px * camera.height_px;
+  const double available = kMostShare * machine_bytes();
+  if (available == 0.0 || needed <= available) return;
+  const double percent = std::floor(100.0 * std::sqrt(available / needed));
+  scan.problems.push_back(
+      {Problem::Severity::kError,
+       fmt::format("{}: with images of {} x {} pixels a run needs {:.2g} GB, more than half of the memory of "
+                   "this machine; scale them, as by --scale {}",
+                   scan.sequence.folder.string(), camera.width_px, camera.height_px, 1e-9 * needed,
+                   std::max(0.01, 0.01 * percent))});
+}
+
+RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::size_t right) {
+  RawPair pair = load_images(sequence, left, right);
+  require_complete(pair);
+  return pair;
+}
+
+bool has_one_image_twice(const StereoSequence& sequence, std::size_t index) {
+  const auto pair = load_raw_pair(sequence, index, index);
+  return pair.left.size() == pair.right.size() && cv::norm(pair.left, pair.right, cv::NORM_INF) == 0.0;
+}
+
+StereoFrame load_frame(const StereoSequence& sequence, std::size_t index, const ImageSettings& settings) {
+  StereoFrame frame = rectified(sequence, index, load_raw_pair(sequence, index, index));
+  equalise_contrast(frame, settings);
+  return frame;
+}
+
+StereoFrame load_partial_frame(const StereoSequence& sequence, std::size_t index,
+                               const ImageSettings& settings) {
+  StereoFrame frame = rectified(sequence, index, load_images(sequence, index, index));
+  equalise_contrast(frame, settings);
+  return frame;
+}
+
+}  // namespace stereo_slam
