@@ -170,27 +170,6 @@ CameraStamps stamps_of_camera(const char* name, const std::vector<Row>& rows) {
   return camera;
 }
 
-/// The images that are listed but not there.
-class MissingImages {
- public:
-  [[nodiscard]] bool is_there(const fs::path& csv, const Row& row) {
-    if (fs::is_regular_file(row.image)) return true;
-    if (count_++ == 0) {
-      first_ = at_line(csv, row.line,
-                       fmt::format("{} is missing; restore the image or delete the row", row.image.string()));
-    }
-    return false;
-  }
-
-  [[nodiscard]] std::string text() const {
-    return count_ > 1 ? fmt::format("{} (and {} more like it)", first_, count_ - 1) : first_;
-  }
-
- private:
-  std::size_t count_ = 0;
-  std::string first_;
-};
-
 void pair_rows(const fs::path& mav, const std::vector<Row>& left, const std::vector<Row>& right,
                const PairingOptions& options, SequenceScan& scan) {
   if (left.size() < 2 || right.size() < 2) {
@@ -198,17 +177,8 @@ void pair_rows(const fs::path& mav, const std::vector<Row>& left, const std::vec
   }
   const StampPairs pairs =
       paired_by_stamps(stamps_of_camera("cam0", left), stamps_of_camera("cam1", right), options, scan);
-  MissingImages missing;
-  for (const auto& [i, j] : pairs.pairs) {
-    const bool left_is_there = missing.is_there(mav / "cam0/data.csv", left[i]);
-    const bool right_is_there = missing.is_there(mav / "cam1/data.csv", right[j]);
-    if (left_is_there && right_is_there)
-      scan.sequence.frames.push_back({left[i].stamp_ns, left[i].image, right[j].image});
-  }
-  if (!missing.text().empty()) {
-    scan.problems.push_back({kError, missing.text()});
-    return;
-  }
+  for (const auto& [i, j] : pairs.pairs)
+    scan.sequence.frames.push_back({left[i].stamp_ns, left[i].image, right[j].image});
   report_alone(mav / "cam0", left, pairs.left_alone, pairs, scan);
   report_alone(mav / "cam1", right, pairs.right_alone, pairs, scan);
 }
