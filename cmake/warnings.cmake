@@ -4,8 +4,8 @@ if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
   target_compile_options(antipode_warnings INTERFACE
     -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wcast-align -Wunused -Woverloaded-virtual
     -Wdouble-promotion -Wold-style-cast
-    # In a unity build (CMAKE_UNITY_BUILD) the names of one source are in sight of the next.
-    $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-shadow>
+    # In a unity build the names of one source are in sight of the next.
+    $<$<BOOL:${ANTIPODE_QUICK_BUILD}>:-Wno-shadow>
     $<$<BOOL:${ANTIPODE_WARNINGS_AS_ERRORS}>:-Werror>)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # GCC 12 reports false positives inside Eigen's fixed-size kernels at -O3.

@@ -44,9 +44,9 @@ fi
 for source in "${sources[@]:$most}"; do echo "tidy: $source is left out (--most $most)"; done
 sources=("${sources[@]:0:$most}")
 
-# Clang cannot read GCC's precompiled headers.
+# clang-tidy is to see each source alone.
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=clang++ \
-  -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DANTIPODE_PRECOMPILE_HEADERS=OFF -DANTIPODE_CHECK_HEADERS=OFF \
+  -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DANTIPODE_QUICK_BUILD=OFF -DANTIPODE_CHECK_HEADERS=OFF \
   -DANTIPODE_BUILD_BENCHMARKS=OFF >/dev/null
 listed() { grep -qF "\"$root/$1\"" "$build/compile_commands.json"; }
 for source in "${sources[@]}"; do

@@ -13,8 +13,7 @@ scale=${SCALE:-1}
 program=${STEREO_SLAM:-}
 
 if [ -z "$program" ]; then
-  "$root/cmake/install-dependencies.sh"
-  cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release
+  "$root/cmake/configure-release.sh"
   cmake --build "$root/build/release" --target stereo_slam
   program=$root/build/release/examples/stereo_slam/stereo_slam
 fi
