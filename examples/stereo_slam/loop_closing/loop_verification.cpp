@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <random>
 
-#include <Eigen/Cholesky>
-
 #include <antipode/distributions/pose_algebra.hpp>
 
 #include "stereo_slam/core/descriptor.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/loop_closing/perspective_pose.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 
@@ -133,8 +132,7 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
 }
 
 double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b) {
-  const Vector6<double> e = a.pose.boxminus(b.pose);
-  return e.dot(Matrix6<double>(a.covariance + b.covariance).ldlt().solve(e));
+  return mahalanobis_squared(a.pose.boxminus(b.pose), a.covariance + b.covariance);
 }
 
 Matrix6<double> gate_allowance(double length_m, const LoopVerificationSettings& settings) {

@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
@@ -16,6 +15,7 @@
 #include <antipode/ceres/relative_pose_cost.hpp>
 #include <antipode/distributions/pose_algebra.hpp>
 
+#include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/loop_closing/selected_inverse.hpp"
 
 namespace stereo_slam {
@@ -368,7 +368,7 @@ double LoopPrediction::mahalanobis_squared(const PoseGraphEdge& edge,
   const Vector6<double> e = edge.T_from_to.pose.boxminus(predicted.pose);
   const Matrix6<double> S =
       inflation.scale * (predicted.covariance + edge.T_from_to.covariance) + inflation.covariance;
-  return e.dot(S.ldlt().solve(e));
+  return stereo_slam::mahalanobis_squared(e, S);
 }
 
 }  // namespace stereo_slam

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <limits>
 
-#include <Eigen/Cholesky>
-
 #include "stereo_slam/core/chi_square.hpp"
+#include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/odometry/three_point_sample.hpp"
 
 namespace stereo_slam {
@@ -19,7 +18,7 @@ constexpr double kWidestRotation_rad = 0.3;  // a rotation that is known less we
 [[nodiscard]] bool well_posed(const Matrix6<double>& covariance) {
   return covariance.allFinite() &&
          covariance.topLeftCorner<3, 3>().trace() < kWidestRotation_rad * kWidestRotation_rad &&
-         Eigen::LLT<Matrix6<double>>(covariance).info() == Eigen::Success;
+         is_positive_definite(covariance);
 }
 
 [[nodiscard]] std::vector<std::uint8_t> flag_inliers(const std::vector<double>& distance2) {

@@ -6,10 +6,11 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <antipode/geometry/quaternion.hpp>
+
+#include "stereo_slam/core/symmetric_solve.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -57,14 +58,6 @@ struct NormalEquations {
     information.noalias() += JtW * l.J_pose;
     gradient.noalias() += JtW * l.innovation;
   }
-
-  [[nodiscard]] std::optional<Vector6<double>> solve() const {
-    const Eigen::LDLT<Matrix6<double>> ldlt(information);
-    if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return std::nullopt;
-    const Vector6<double> step = ldlt.solve(gradient);
-    if (!step.allFinite()) return std::nullopt;
-    return step;
-  }
 };
 
 [[nodiscard]] double cauchy_weight(double distance2) { return 1.0 / (1.0 + distance2 / kCauchyScale2); }
@@ -88,7 +81,7 @@ struct UsedCorrespondence {
     A += (w - 2.0 / 3.0 * distance2 * w * w / kCauchyScale2) * information;
     B += w * w * distance2 / 3.0 * information;
   }
-  const Matrix6<double> A_inverse = A.ldlt().solve(Matrix6<double>::Identity());
+  const Matrix6<double> A_inverse = solve_symmetric(A, Matrix6<double>::Identity());
   const Matrix6<double> covariance = A_inverse * B * A_inverse.transpose();
   return 0.5 * (covariance + covariance.transpose());
 }
@@ -195,7 +188,7 @@ std::optional<Pose> TwoViewAdjustment::minimal_solution(const std::array<std::si
       if (!l) return std::nullopt;
       equations.add(*l, S_inverse_[i], 1.0);
     }
-    const auto step = equations.solve();
+    const auto step = solve_semidefinite(equations.information, equations.gradient);
     if (!step || step->head<3>().norm() > kLargestRotation_rad) return std::nullopt;
     pose = pose.boxplus(*step);
     if (step->norm() < kMinimalStep) break;
@@ -229,7 +222,8 @@ std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
   at_accepted.linearize_at(accepted);
   double least_cost = at_accepted.cost();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const auto step = at_accepted.equations().solve();
+    const NormalEquations equations = at_accepted.equations();
+    const auto step = solve_semidefinite(equations.information, equations.gradient);
     if (!step) return std::nullopt;
     at_accepted.move(accepted, *step, next);
     if (step->norm() < kConvergedStep) {

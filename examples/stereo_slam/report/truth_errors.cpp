@@ -40,7 +40,7 @@ struct MatchedPoses {
   Matrix3<double> sum = Matrix3<double>::Zero();
   for (std::size_t i = 0; i < matched.pairs.size(); ++i)
     sum += matched.estimate[i].linear() * matched.truth[i].linear().transpose();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Matrix3<double>> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Vector3<double> signs = Vector3<double>::Ones();
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) signs[2] = -1.0;
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();

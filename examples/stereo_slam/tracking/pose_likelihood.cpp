@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 
 namespace stereo_slam {
@@ -52,10 +53,10 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& ma
     return map.landmarks[match.landmark].pose_cross_covariance.isZero(0.0);
   };
   if (std::all_of(matches.begin(), matches.end(), is_independent)) return;
-  const Eigen::LLT<Matrix6<double>> root(prior.covariance);
-  if (root.info() != Eigen::Success) return;
+  const auto whitening_of_prior = whitening_matrix(prior.covariance);
+  if (!whitening_of_prior) return;
   prior_ = prior.pose;
-  prior_whitening_ = root.matrixL().solve(Matrix6<double>(Matrix6<double>::Identity()));
+  prior_whitening_ = *whitening_of_prior;
   Matrix6<double> remaining = Matrix6<double>::Identity();
   for (std::size_t i = 0; i < count_; ++i) {
     const Landmark& landmark = map.landmarks[matches[i].landmark];
@@ -70,9 +71,9 @@ PoseLikelihood::PoseLikelihood(std::span<const Match> matches, const MapView& ma
   }
   // The matrix may not be positive definite by rounding, or because the model is of first order. The safer
   // model is then that of independent errors.
-  const Eigen::LLT<Matrix6<double>> factor(remaining);
-  correlated_ = factor.info() == Eigen::Success;
-  if (correlated_) shared_ = factor.solve(Matrix6<double>::Identity());
+  const auto shared = inverse_of_definite(remaining);
+  correlated_ = shared.has_value();
+  if (correlated_) shared_ = *shared;
 }
 
 double PoseLikelihood::evaluate(const antipode::Vector8<double>& pose) const {

@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <antipode/filters/progressive_update.hpp>
@@ -16,6 +15,7 @@
 
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/tracking/pose_likelihood.hpp"
 
@@ -173,8 +173,7 @@ struct WeightedMatches {
 [[nodiscard]] double normalised_innovation_squared(const PoseDensity& prior, const PoseDensity& posterior,
                                                    const PoseLikelihood& likelihood) {
   const Vector6<double> correction = posterior.pose().boxminus(prior.pose());
-  return likelihood.squared_distance(posterior.pose()) +
-         correction.dot(prior.covariance().ldlt().solve(correction));
+  return likelihood.squared_distance(posterior.pose()) + mahalanobis_squared(correction, prior.covariance());
 }
 
 /// Sums over residuals e with variances v and weights, for two components of the measurements.
@@ -212,7 +211,7 @@ struct InfluenceSums {
     sums.slopes += Vector2<double>::Constant(weight) - 2.0 * weighted.steepness * weight * weighted_squares;
     sums.weights += weight;
   }
-  const double known = prior.covariance().ldlt().solve(posterior.covariance()).trace();
+  const double known = solve_symmetric(prior.covariance(), posterior.covariance()).trace();
   const double fitted = 6.0 - std::clamp(known, 0.0, 6.0);
   return sums.variance_ratio() * (residuals / std::max(residuals - fitted, 1.0));
 }

@@ -2,9 +2,9 @@
 #include "stereo_slam/visualization/debug_image_folder.hpp"
 
 #include <ostream>
-#include <regex>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -21,11 +21,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Whether it is the name of a debug image: debug_000012.png, of six or more digits.
+[[nodiscard]] bool is_debug_image(std::string_view name) {
+  constexpr std::string_view kBegin = "debug_";
+  constexpr std::string_view kEnd = ".png";
+  constexpr std::size_t kLeastDigits = 6;
+  if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return false;
+  if (name.size() < kBegin.size() + kLeastDigits + kEnd.size()) return false;
+  name.remove_prefix(kBegin.size());
+  name.remove_suffix(kEnd.size());
+  return name.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 [[nodiscard]] std::vector<fs::path> debug_images_in(const fs::path& folder) {
-  const std::regex ours("debug_[0-9]{6,}\\.png");
   std::vector<fs::path> images;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (std::regex_match(entry.path().filename().string(), ours)) images.push_back(entry.path());
+    if (is_debug_image(entry.path().filename().string())) images.push_back(entry.path());
   }
   return images;
 }

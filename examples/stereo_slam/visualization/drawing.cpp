@@ -37,7 +37,8 @@ void draw_dot(cv::Mat& canvas, const Vector2<double>& centre_px, double radius_p
 
 void draw_ellipse(cv::Mat& canvas, const Vector2<double>& centre_px, const Matrix2<double>& covariance_px2,
                   double chi2, const cv::Scalar& colour) {
-  const Eigen::SelfAdjointEigenSolver<Matrix2<double>> axes(covariance_px2);
+  Eigen::SelfAdjointEigenSolver<Matrix2<double>> axes;
+  axes.computeDirect(covariance_px2);
   const Vector2<double> half_axes_px = (chi2 * axes.eigenvalues()).cwiseMax(0.0).cwiseSqrt();
   const Vector2<double> major = axes.eigenvectors().col(1);
   const cv::Point size = subpixel({half_axes_px.y(), half_axes_px.x()});
