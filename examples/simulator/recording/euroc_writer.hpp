@@ -7,7 +7,7 @@
 #include <ostream>
 
 #include "simulator/world/camera_path.hpp"
-#include "stereo_slam/dataset/stereo_rig.hpp"
+#include "stereo_slam/calibration/stereo_rig.hpp"
 
 /// The text files of a recording in EuRoC's layout. Numbers are written in the fewest digits that read back
 /// as exactly the same number.

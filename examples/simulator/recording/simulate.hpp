@@ -10,7 +10,7 @@
 #include "simulator/rendering/sensor.hpp"
 #include "simulator/world/camera_path.hpp"
 #include "simulator/world/world.hpp"
-#include "stereo_slam/dataset/stereo_rig.hpp"
+#include "stereo_slam/calibration/stereo_rig.hpp"
 
 /// Renders a town or a highway as a KITTI odometry or EuRoC sequence with exact ground truth.
 namespace stereo_slam::simulator {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "simulator/rendering/projection.hpp"
-#include "stereo_slam/dataset/stereo_rig.hpp"
+#include "stereo_slam/calibration/stereo_rig.hpp"
 
 namespace stereo_slam::simulator {
 

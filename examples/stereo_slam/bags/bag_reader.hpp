@@ -12,8 +12,8 @@
 
 #include "stereo_slam/bags/bag_recording.hpp"
 #include "stereo_slam/bags/message_times.hpp"
-#include "stereo_slam/dataset/camera_info.hpp"
-#include "stereo_slam/dataset/grey_image.hpp"
+#include "stereo_slam/calibration/camera_info.hpp"
+#include "stereo_slam/images/grey_image.hpp"
 
 namespace stereo_slam {
 

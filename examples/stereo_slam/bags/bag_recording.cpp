@@ -14,7 +14,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/bags/bag_reader.hpp"
-#include "stereo_slam/dataset/camera_info.hpp"
+#include "stereo_slam/calibration/camera_info.hpp"
 #include "stereo_slam/dataset/euroc.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"

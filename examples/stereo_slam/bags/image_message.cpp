@@ -13,9 +13,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "stereo_slam/codecs/codecs.hpp"
-#include "stereo_slam/dataset/grey_image.hpp"
-#include "stereo_slam/dataset/image_size.hpp"
-#include "stereo_slam/dataset/jpeg_data.hpp"
+#include "stereo_slam/images/grey_image.hpp"
+#include "stereo_slam/images/image_size.hpp"
+#include "stereo_slam/images/jpeg_data.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "stereo_slam/dataset/grey_image.hpp"
+#include "stereo_slam/images/grey_image.hpp"
 
 /// Images as ROS messages carry them.
 namespace stereo_slam {

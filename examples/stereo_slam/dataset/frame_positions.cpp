@@ -11,8 +11,8 @@
 #include <string>
 #include <utility>
 
-#include "stereo_slam/dataset/image_names.hpp"
-#include "stereo_slam/dataset/stamp_units.hpp"
+#include "stereo_slam/stamps/image_names.hpp"
+#include "stereo_slam/stamps/stamp_units.hpp"
 
 namespace stereo_slam {
 namespace {

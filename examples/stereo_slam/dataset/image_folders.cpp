@@ -16,8 +16,8 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/dataset/image_file.hpp"
-#include "stereo_slam/dataset/image_names.hpp"
+#include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/stamps/image_names.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
 #include "stereo_slam/io/file_error.hpp"
 

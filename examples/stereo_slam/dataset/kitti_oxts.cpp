@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/dataset/calendar.hpp"
+#include "stereo_slam/stamps/calendar.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 

@@ -15,10 +15,10 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/dataset/kitti_oxts.hpp"
 #include "stereo_slam/dataset/kitti_projection.hpp"
-#include "stereo_slam/dataset/lens_values.hpp"
+#include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"

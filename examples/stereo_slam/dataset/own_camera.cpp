@@ -10,14 +10,14 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/dataset/calibration_file.hpp"
+#include "stereo_slam/calibration/calibration_file.hpp"
 #include "stereo_slam/dataset/frame_positions.hpp"
-#include "stereo_slam/dataset/image_file.hpp"
+#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/dataset/image_folders.hpp"
-#include "stereo_slam/dataset/live_camera.hpp"
-#include "stereo_slam/dataset/stamp_units.hpp"
-#include "stereo_slam/dataset/times_file.hpp"
-#include "stereo_slam/dataset/video.hpp"
+#include "stereo_slam/images/live_camera.hpp"
+#include "stereo_slam/stamps/stamp_units.hpp"
+#include "stereo_slam/stamps/times_file.hpp"
+#include "stereo_slam/images/video.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "stereo_slam/dataset/calibration_file.hpp"
+#include "stereo_slam/calibration/calibration_file.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 
 namespace stereo_slam {

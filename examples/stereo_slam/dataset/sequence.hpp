@@ -16,8 +16,8 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/dataset/pair_source.hpp"
-#include "stereo_slam/dataset/rectifier.hpp"
+#include "stereo_slam/images/pair_source.hpp"
+#include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 /// A recording as plain data: the files of each frame and the camera. A new dataset format needs one function

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/core/median.hpp"
-#include "stereo_slam/dataset/stamp_units.hpp"
+#include "stereo_slam/stamps/stamp_units.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/own_camera.hpp"
 
-#include "stereo_slam/dataset/video.hpp"
+#include "stereo_slam/images/video.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "stereo_slam/support/tiny_video.hpp"

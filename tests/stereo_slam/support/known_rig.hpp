@@ -10,8 +10,8 @@
 #include <opencv2/calib3d.hpp>
 
 #include "simulator/rendering/lens_view.hpp"
-#include "stereo_slam/dataset/calibration_file.hpp"
-#include "stereo_slam/dataset/rectifier.hpp"
+#include "stereo_slam/calibration/calibration_file.hpp"
+#include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <opencv2/calib3d.hpp>
 
-#include "stereo_slam/dataset/calibration_file.hpp"
+#include "stereo_slam/calibration/calibration_file.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/images/grey_image.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stereo_slam {
+
+cv::Mat to_grey(const cv::Mat& image) {
+  const int channels = image.channels();
+  if ((image.depth() != CV_8U && image.depth() != CV_16U) ||
+      (channels != 1 && channels != 3 && channels != 4)) {
+    throw std::invalid_argument(fmt::format(
+        "an image of type {} is neither grey nor colour with 8 or 16 bits", cv::typeToString(image.type())));
+  }
+  cv::Mat bytes = image;
+  if (image.depth() == CV_16U) image.convertTo(bytes, CV_8U, 1.0 / 256.0);
+  if (channels == 1) return bytes.data == image.data ? image.clone() : bytes;
+  cv::Mat grey;
+  cv::cvtColor(bytes, grey, channels == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
+  return grey;
+}
+
+GreyScale GreyScale::of_bits(int bits) { return {.black = 0.0, .step = std::ldexp(1.0, bits - 8)}; }
+
+cv::Mat to_grey(const cv::Mat& image, const GreyScale& scale) {
+  cv::Mat grey;
+  image.convertTo(grey, CV_8U, 1.0 / scale.step, -scale.black / scale.step);
+  return grey;
+}
+
+void ValueCounts::add(const cv::Mat& image) {
+  constexpr int kEnoughRows = 500;  // so that a single one counts less than kTail
+  const int step_px = std::max(1, image.rows / kEnoughRows);
+  double largest = 0.0;
+  cv::minMaxLoc(image, nullptr, &largest);
+  largest_ = std::max(largest_, largest);
+  for (int y = 0; y < image.rows; y += step_px) {
+    const auto* row = image.ptr<std::uint16_t>(y);
+    for (int x = 0; x < image.cols; ++x) ++counts_[row[x]];
+  }
+}
+
+int ValueCounts::bits() const {
+  const int bits = std::bit_width(static_cast<std::uint16_t>(largest_));
+  return std::max(8, bits + bits % 2);
+}
+
+double ValueCounts::quantile(double share) const {
+  const auto all = static_cast<double>(std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0}));
+  double below = 0.0;
+  for (std::size_t value = 0; value < counts_.size(); ++value) {
+    below += static_cast<double>(counts_[value]);
+    if (below >= share * all) return static_cast<double>(value);
+  }
+  return largest_;
+}
+
+GreyScale ValueCounts::scale() const {
+  constexpr double kEnough = 64.0;  // grey levels; with half as many, KITTI 06 is lost
+  constexpr double kLevels = 256.0;
+  const GreyScale plain = GreyScale::of_bits(bits());
+  const double low = quantile(kTail);
+  const double high = quantile(1.0 - kTail);
+  const double step = std::max(1.0, 2.0 * (high - low) / kLevels);
+  if (high - low >= kEnough * plain.step || step >= plain.step) return plain;
+  return {.black = 0.5 * (low + high) - 0.5 * kLevels * step, .step = step};
+}
+
+void equalise_contrast(StereoFrame& frame, const ImageSettings& settings) {
+  if (!settings.clahe) return;
+  const auto clahe = cv::createCLAHE(settings.clahe_clip_limit, {settings.clahe_tiles, settings.clahe_tiles});
+  for (cv::Mat* image : {&frame.left, &frame.right}) {
+    cv::Mat result;
+    clahe->apply(*image, result);
+    *image = result;
+  }
+}
+
+}  // namespace stereo_slam
