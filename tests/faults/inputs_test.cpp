@@ -50,7 +50,9 @@ TEST_CASE("Pipes and devices in place of other inputs are refused", "[faults]") 
   write_tiny_sequence(folder / "in", 3);
   const std::string pipe = folder / "pipe";
   make_pipe(pipe);
-  const std::string poses = folder / "in/poses.txt";
+  const std::string poses = folder / "in/poses.txt", estimate = folder / "estimate.txt";
+  write_text(estimate,
+             "1 0 0 0.01 0 1 0 0 0 0 1 0\n" + read_text(poses).substr(read_text(poses).find('\n') + 1));
   for (const auto& source : std::vector<std::string>{pipe, "/dev/urandom", "/dev/tty0"}) {
     if (!fs::exists(source)) continue;
     check_bounded_failure({"run", "--dataset", folder / "in", "--output", folder / "out", "--config", source},
@@ -59,7 +61,8 @@ TEST_CASE("Pipes and devices in place of other inputs are refused", "[faults]") 
         {"run", "--dataset", folder / "in", "--output", folder / "out", "--load-map", source},
         "is not an ordinary file");
     check_bounded_failure({"evaluate", "--groundtruth", source, "--estimate", poses}, "");
-    check_bounded_failure({"evaluate", "--groundtruth", poses, "--estimate", poses, "--loops", source}, "");
+    check_bounded_failure({"evaluate", "--groundtruth", poses, "--estimate", estimate, "--loops", source},
+                          "");
     check_bounded_failure({"simulate", "--output", folder / "s", "--trajectory", source}, "");
   }
 }
@@ -284,9 +287,12 @@ TEST_CASE("Covariances of another run with as many frames are refused by their s
     CHECK(call({"run", "--quiet", "--dataset", folder / "in", "--output", folder / output}).status == 0);
   };
   run("1403715273.262142976\n1403715273.4\n1403715273.5\n1403715273.6\n1403715273.7\n", "out");
+  CHECK(call({"run", "--quiet", "--preset", "odometry", "--dataset", folder / "in", "--output",
+              folder / "truth"})
+            .status == 0);
   run("1403715273.262142976\n1403715273.4\n1403715273.5\n1403715273.61\n1403715273.71\n", "other");
   const auto evaluate = [&](const char* estimate, const std::string& covariances) {
-    return call({"evaluate", "--groundtruth", folder / "out" / estimate, "--estimate",
+    return call({"evaluate", "--groundtruth", folder / "truth" / estimate, "--estimate",
                  folder / "out" / estimate, "--covariances", covariances});
   };
   const std::string own = folder / "out/covariances.csv", other = folder / "other/covariances.csv";

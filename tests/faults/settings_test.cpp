@@ -111,7 +111,7 @@ TEST_CASE("Two poses of one stamp are named if they are far apart", "[faults]") 
     CHECK(result.status == 0);
     return result.err;
   };
-  CHECK(error_with("3 2.01 0 0 0 0 0 1\n").empty());
+  CHECK_THAT(error_with("3 2.01 0 0 0 0 0 1\n"), !Catch::Contains("the stamp of the pose before"));
   CHECK_THAT(error_with("3 99 0 0 0 0 0 1\n"),
              Catch::Contains("tum.txt: 1 pose has the stamp of the pose before"));
 }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 
+// Eigen's factorisations take NaN for positive.
 namespace stereo_slam {
 
 double mahalanobis_squared(const Vector6<double>& e, const Matrix6<double>& S) {
@@ -16,7 +17,7 @@ Matrix6<double> solve_symmetric(const Matrix6<double>& S, const Matrix6<double>&
 
 std::optional<Vector6<double>> solve_semidefinite(const Matrix6<double>& A, const Vector6<double>& b) {
   const Eigen::LDLT<Matrix6<double>> factor(A);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
+  if (!A.allFinite() || factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
   const Vector6<double> x = factor.solve(b);
   if (!x.allFinite()) return std::nullopt;
   return x;
@@ -24,18 +25,18 @@ std::optional<Vector6<double>> solve_semidefinite(const Matrix6<double>& A, cons
 
 std::optional<Matrix6<double>> inverse_of_definite(const Matrix6<double>& A) {
   const Eigen::LLT<Matrix6<double>> factor(A);
-  if (factor.info() != Eigen::Success) return std::nullopt;
+  if (!A.allFinite() || factor.info() != Eigen::Success) return std::nullopt;
   return Matrix6<double>(factor.solve(Matrix6<double>(Matrix6<double>::Identity())));
 }
 
 std::optional<Matrix6<double>> whitening_matrix(const Matrix6<double>& P) {
   const Eigen::LLT<Matrix6<double>> root(P);
-  if (root.info() != Eigen::Success) return std::nullopt;
+  if (!P.allFinite() || root.info() != Eigen::Success) return std::nullopt;
   return Matrix6<double>(root.matrixL().solve(Matrix6<double>(Matrix6<double>::Identity())));
 }
 
 bool is_positive_definite(const Matrix6<double>& P) {
-  return Eigen::LLT<Matrix6<double>>(P).info() == Eigen::Success;
+  return P.allFinite() && Eigen::LLT<Matrix6<double>>(P).info() == Eigen::Success;
 }
 
 }  // namespace stereo_slam

@@ -39,7 +39,9 @@ struct StereoFrame {
   std::string left_fault{};   ///< why there is no left image; empty if there is one
   std::string right_fault{};  ///< why there is no right image
 
+  /// Whether the left image could be read.
   [[nodiscard]] bool has_left() const { return left_fault.empty(); }
+  /// Whether the right image could be read.
   [[nodiscard]] bool has_right() const { return right_fault.empty(); }
 };
 

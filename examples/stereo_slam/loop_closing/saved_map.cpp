@@ -8,9 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
-
-#include <antipode/detail/cholesky.hpp>
 
 namespace stereo_slam {
 namespace {
@@ -40,13 +39,12 @@ template <int N>
   if ((P.array().abs() > (1.0 + kRounding) * bound.array()).any()) return false;
   const Vector scale = sigma.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
   const Matrix correlation = scale.asDiagonal() * P * scale.asDiagonal();
-  return antipode::detail::cholesky_factor<double, N>(correlation + kRounding * Matrix::Identity())
-      .has_value();
+  return Eigen::LLT<Matrix>(correlation + kRounding * Matrix::Identity()).info() == Eigen::Success;
 }
 
 template <int N>
 [[nodiscard]] bool is_positive_definite(const antipode::Matrix<double, N>& P) {
-  return is_covariance<N>(P) && antipode::detail::cholesky_factor<double, N>(P).has_value();
+  return is_covariance<N>(P) && Eigen::LLT<antipode::Matrix<double, N>>(P).info() == Eigen::Success;
 }
 
 [[nodiscard]] bool is_near(const Vector3<double>& position) {
