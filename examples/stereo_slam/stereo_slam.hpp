@@ -13,9 +13,9 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
+#include "stereo_slam/calibration/stereo_rig.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/calibration/stereo_rig.hpp"
 
 /// @file
 /// The stereo SLAM for use in other programs: link antipode::stereo_slam. Needs Eigen and OpenCV's core.

@@ -12,8 +12,8 @@
 #include <fmt/ostream.h>
 
 #include "stereo_slam/app/messages.hpp"
-#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
+#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 

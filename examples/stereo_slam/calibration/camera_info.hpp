@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/calibration/stereo_rig.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
 
 namespace stereo_slam {
 

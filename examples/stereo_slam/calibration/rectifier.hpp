@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
-#include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/calibration/stereo_rig.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
 
 namespace stereo_slam {
 

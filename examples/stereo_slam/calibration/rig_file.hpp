@@ -10,8 +10,8 @@
 #include <opencv2/core/types.hpp>
 #include <yaml-cpp/yaml.h>
 
-#include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/calibration/stereo_rig.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
 
 /// Calibrations in YAML. Every function throws std::runtime_error that names file, line and remedy.
 namespace stereo_slam {

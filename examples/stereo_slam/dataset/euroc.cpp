@@ -10,13 +10,13 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/calibration/rig_file.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
-#include "stereo_slam/stamps/stamp_units.hpp"
+#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/stamps/stamp_units.hpp"
 
 namespace stereo_slam {
 namespace {

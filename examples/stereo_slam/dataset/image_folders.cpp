@@ -16,10 +16,10 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/images/image_file.hpp"
-#include "stereo_slam/stamps/image_names.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
+#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/stamps/image_names.hpp"
 
 namespace stereo_slam {
 namespace {

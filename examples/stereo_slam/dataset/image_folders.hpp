@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "stereo_slam/stamps/name_times.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/stamps/name_times.hpp"
 
 /// The images in the folders of a camera of one's own: which are pairs, and which are missing.
 namespace stereo_slam {

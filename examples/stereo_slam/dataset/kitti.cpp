@@ -8,13 +8,13 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/dataset/kitti_projection.hpp"
 #include "stereo_slam/dataset/kitti_raw.hpp"
-#include "stereo_slam/stamps/times_file.hpp"
+#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/stamps/times_file.hpp"
 
 namespace stereo_slam {
 namespace {

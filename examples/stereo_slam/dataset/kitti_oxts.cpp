@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
-#include "stereo_slam/stamps/calendar.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/stamps/calendar.hpp"
 
 namespace stereo_slam {
 namespace {

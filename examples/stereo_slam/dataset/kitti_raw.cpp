@@ -15,11 +15,11 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/dataset/kitti_oxts.hpp"
 #include "stereo_slam/dataset/kitti_projection.hpp"
-#include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
+#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 

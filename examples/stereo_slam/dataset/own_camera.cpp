@@ -12,14 +12,14 @@
 
 #include "stereo_slam/calibration/calibration_file.hpp"
 #include "stereo_slam/dataset/frame_positions.hpp"
-#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/dataset/image_folders.hpp"
+#include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/images/live_camera.hpp"
-#include "stereo_slam/stamps/stamp_units.hpp"
-#include "stereo_slam/stamps/times_file.hpp"
 #include "stereo_slam/images/video.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/stamps/stamp_units.hpp"
+#include "stereo_slam/stamps/times_file.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/calibration/rig_file.hpp"
 #include "stereo_slam/dataset/euroc.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
-#include "stereo_slam/images/live_camera.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
-#include "stereo_slam/calibration/rig_file.hpp"
+#include "stereo_slam/images/live_camera.hpp"
 #include "stereo_slam/images/video.hpp"
 #include "stereo_slam/io/file_error.hpp"
 

@@ -14,10 +14,10 @@
 
 #include <Eigen/Geometry>
 
+#include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/images/pair_source.hpp"
-#include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 /// A recording as plain data: the files of each frame and the camera. A new dataset format needs one function

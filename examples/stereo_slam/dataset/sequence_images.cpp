@@ -10,9 +10,9 @@
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
+#include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/images/image_file.hpp"
-#include "stereo_slam/dataset/sequence.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/calibration/calibration_file.hpp"
-#include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/calibration/rectifier.hpp"
+#include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"

@@ -83,8 +83,8 @@ void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
   yaml << YAML::Key << "image_size" << YAML::Value << YAML::Flow << YAML::BeginSeq << sequence.camera.width_px
        << sequence.camera.height_px << YAML::EndSeq;
   if (!sequence.unscaled.empty()) {
-    yaml << YAML::Key << "scaled_from" << YAML::Value << YAML::Flow << YAML::BeginSeq << sequence.unscaled.width
-         << sequence.unscaled.height << YAML::EndSeq;
+    yaml << YAML::Key << "scaled_from" << YAML::Value << YAML::Flow << YAML::BeginSeq
+         << sequence.unscaled.width << sequence.unscaled.height << YAML::EndSeq;
   }
   if (!sequence.live) yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
   yaml << YAML::EndMap;

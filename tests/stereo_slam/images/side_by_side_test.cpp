@@ -4,9 +4,9 @@
 
 #include <set>
 
-#include "stereo_slam/images/live_camera.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/images/live_camera.hpp"
 #include "support/catch.hpp"
 
 using namespace stereo_slam;
