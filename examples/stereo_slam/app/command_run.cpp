@@ -229,6 +229,30 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
   return inputs;
 }
 
+/// What the run noticed of the right camera.
+void warn_of_right_camera(const RunSummary& summary, bool quiet) {
+  if (const auto& misfits = summary.right_image_misfits; !misfits.empty() && summary.error.empty()) {
+    warn(fmt::format("in {} of {} frames, from {} to {}, the right image does not fit the left one: it is of "
+                     "another moment, or the camera was covered or moved; these frames are WEAK or LOST",
+                     misfits.size(), summary.frames, misfits.front(), misfits.back()),
+         quiet);
+  }
+  constexpr double kNoticeable_px = 0.1;
+  if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
+    const std::string others = turns.size() > 1 ? fmt::format(", and {} more times", turns.size() - 1) : "";
+    warn(fmt::format("the right camera turned shortly before frame {}{}; poses may be wrong until "
+                     "that frame, and rest on what was learned while driving from then on",
+                     turns.front(), others),
+         quiet);
+  } else if (const double px = summary.right_image_displacement_px; std::abs(px) >= kNoticeable_px) {
+    warn(
+        fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned while "
+                    "driving; check cx of both cameras, and where the images were cut",
+                    std::abs(px), px > 0.0 ? "right" : "left"),
+        quiet);
+  }
+}
+
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   Settings settings = settings_of(arguments);
@@ -260,26 +284,7 @@ int run_command(const RunArguments& arguments) {
              summary.lost, summary.frames),
          quiet);
   }
-  if (const auto& misfits = summary.right_image_misfits; !misfits.empty() && summary.error.empty()) {
-    warn(fmt::format("in {} of {} frames, from {} to {}, the right image does not fit the left one: it is of "
-                     "another moment, or the camera was covered or moved; these frames are WEAK or LOST",
-                     misfits.size(), summary.frames, misfits.front(), misfits.back()),
-         quiet);
-  }
-  constexpr double kNoticeable_px = 0.1;
-  if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
-    const std::string others = turns.size() > 1 ? fmt::format(", and {} more times", turns.size() - 1) : "";
-    warn(fmt::format("the right camera turned shortly before frame {}{}; poses may be wrong until "
-                     "that frame, and rest on what was learned while driving from then on",
-                     turns.front(), others),
-         quiet);
-  } else if (const double px = summary.right_image_displacement_px; std::abs(px) >= kNoticeable_px) {
-    warn(
-        fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned while "
-                    "driving; check cx of both cameras, and where the images were cut",
-                    std::abs(px), px > 0.0 ? "right" : "left"),
-        quiet);
-  }
+  warn_of_right_camera(summary, quiet);
   constexpr double kNoticeable_s = 0.1;
   if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
     warn(fmt::format("images were not read in time, so the last frame was {:.1f} s late; use a faster disk, "

@@ -26,8 +26,8 @@ struct Hypothesis {
   bool swapped = false;
   Flip left = Flip::kNone;
   Flip right = Flip::kNone;
-  std::shared_ptr<const Rectifier> rectifier;  ///< null for images that are taken as they are
-  std::string cause;                           ///< what is wrong, and what to do
+  std::shared_ptr<const Rectifier> rectifier{};  ///< null for images that are taken as they are
+  std::string cause{};                           ///< what is wrong, and what to do
   Problem::Severity severity = Problem::Severity::kWarning;
 };
 

@@ -93,7 +93,7 @@ class NameTable {
 struct TimeField {
   std::size_t first = 0;
   std::size_t end = 0;
-  std::vector<WrittenNumber> numbers;
+  std::vector<WrittenNumber> numbers{};
   bool is_clock = false;     ///< a date or seconds since 1970
   bool is_combined = false;  ///< the fraction of the second is a column of its own
 };
