@@ -48,6 +48,10 @@ struct Linearization {
   return result;
 }
 
+[[nodiscard]] Matrix3<double> innovation_covariance(const Linearization& l, const Matrix3<double>& R) {
+  return R + l.J_point * R * l.J_point.transpose();
+}
+
 /// Normal equations of the pose, for its right perturbation.
 struct NormalEquations {
   Matrix6<double> information = Matrix6<double>::Zero();
@@ -66,17 +70,17 @@ struct NormalEquations {
 struct UsedCorrespondence {
   std::size_t index = 0;
   Linearization linearization;
+  Matrix3<double> S_inverse = Matrix3<double>::Zero();
   double distance2 = 0.0;  // squared Mahalanobis distance of the innovation
 };
 
 /// Covariance A^-1 B A^-1 of an M-estimate: B is the variance of the weighted residuals as observed, A the
 /// mean slope of the influence function.
-[[nodiscard]] Matrix6<double> sandwich_covariance(const std::vector<UsedCorrespondence>& used,
-                                                  const std::vector<Matrix3<double>>& S_inverse) {
+[[nodiscard]] Matrix6<double> sandwich_covariance(const std::vector<UsedCorrespondence>& used) {
   Matrix6<double> A = Matrix6<double>::Zero();
   Matrix6<double> B = Matrix6<double>::Zero();
-  for (const auto& [i, l, distance2] : used) {
-    const Matrix6<double> information = l.J_pose.transpose() * S_inverse[i] * l.J_pose;
+  for (const auto& [i, l, S_inverse, distance2] : used) {
+    const Matrix6<double> information = l.J_pose.transpose() * S_inverse * l.J_pose;
     const double w = cauchy_weight(distance2);
     A += (w - 2.0 / 3.0 * distance2 * w * w / kCauchyScale2) * information;
     B += w * w * distance2 / 3.0 * information;
@@ -86,14 +90,20 @@ struct UsedCorrespondence {
   return 0.5 * (covariance + covariance.transpose());
 }
 
-/// The correspondences of an adjustment, with the covariance of each measurement and the inverse of that of
-/// each innovation.
+/// The correspondences of an adjustment, with the covariance of each measurement, its inverse, and the
+/// inverse of that of each innovation at the initial motion.
 struct Problem {
   std::span<const StereoCorrespondence> correspondences;
   const StereoCamera& camera;
   const std::vector<Matrix3<double>>& R;
   const std::vector<Matrix3<double>>& S_inverse;
   const std::vector<std::uint8_t>& is_used;
+};
+
+/// The motion at which the covariances of the innovations are computed.
+enum class CovarianceAt {
+  kInitial,   ///< once; the initial motion is nearly always close enough
+  kEstimate,  ///< anew in each step
 };
 
 /// The motion and the points at one step.
@@ -109,7 +119,7 @@ class LinearizedProblem {
     used_.reserve(problem.correspondences.size());
   }
 
-  void linearize_at(const Estimate& estimate) {
+  void linearize_at(const Estimate& estimate, CovarianceAt covariance_at) {
     constexpr double kLargestProduct = 1e100;
     equations_ = {};
     used_.clear();
@@ -121,9 +131,12 @@ class LinearizedProblem {
       const auto l =
           linearize(problem_->correspondences[i], estimate.points[i], T_current_previous, problem_->camera);
       if (!l) continue;
-      const double distance2 = l->innovation.dot(problem_->S_inverse[i] * l->innovation);
-      equations_.add(*l, problem_->S_inverse[i], cauchy_weight(distance2));
-      used_.push_back({i, *l, distance2});
+      const Matrix3<double> S_inverse = covariance_at == CovarianceAt::kInitial
+                                            ? problem_->S_inverse[i]
+                                            : innovation_covariance(*l, problem_->R[i]).inverse();
+      const double distance2 = l->innovation.dot(S_inverse * l->innovation);
+      equations_.add(*l, S_inverse, cauchy_weight(distance2));
+      used_.push_back({i, *l, S_inverse, distance2});
       product *= 1.0 + distance2 / kCauchyScale2;
       if (product < kLargestProduct) continue;
       cost_ += std::log(product);
@@ -138,13 +151,21 @@ class LinearizedProblem {
   /// By Cauchy's loss.
   [[nodiscard]] double cost() const noexcept { return cost_; }
 
+  /// Whether the next step is longer than a tenth of a standard deviation of the motion: as a mean error,
+  /// that is one standard deviation of the path after a hundred motions.
+  [[nodiscard]] bool is_far_from_minimum() const {
+    constexpr double kShare = 0.1;
+    const auto step = solve_semidefinite(equations_.information, equations_.gradient);
+    return step && step->dot(equations_.gradient) > kShare * kShare;
+  }
+
   /// The estimate after a step of the motion: each point moves to where it fits best then.
   void move(const Estimate& from, const Vector6<double>& step, Estimate& to) const {
     to.T_previous_current = from.T_previous_current.boxplus(step).renormalized();
     to.points = from.points;
-    for (const auto& [i, l, distance2] : used_) {
+    for (const auto& [i, l, S_inverse, distance2] : used_) {
       const Vector3<double> correction =
-          problem_->R[i] * l.J_point.transpose() * problem_->S_inverse[i] * (l.innovation - l.J_pose * step);
+          problem_->R[i] * l.J_point.transpose() * S_inverse * (l.innovation - l.J_pose * step);
       to.points[i] = problem_->correspondences[i].previous + correction;
       to.points[i].z() = std::max(to.points[i].z(), kMinDisparity_px);
     }
@@ -168,7 +189,7 @@ TwoViewAdjustment::TwoViewAdjustment(std::span<const StereoCorrespondence> corre
   for (const auto& c : correspondences) {
     const Matrix3<double>& R = R_.emplace_back(noise(c));
     const auto l = linearize(c, c.previous, T_current_previous, camera_);
-    const Matrix3<double> S = l ? Matrix3<double>(R + l->J_point * R * l->J_point.transpose()) : 2.0 * R;
+    const Matrix3<double> S = l ? innovation_covariance(*l, R) : Matrix3<double>(2.0 * R);
     S_inverse_.push_back(S.inverse());
   }
 }
@@ -219,7 +240,8 @@ std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
   const Problem problem{correspondences_, camera_, R_, S_inverse_, is_used};
   LinearizedProblem at_accepted(problem);
   LinearizedProblem at_next(problem);
-  at_accepted.linearize_at(accepted);
+  CovarianceAt covariance_at = CovarianceAt::kInitial;
+  at_accepted.linearize_at(accepted, covariance_at);
   double least_cost = at_accepted.cost();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const NormalEquations equations = at_accepted.equations();
@@ -230,14 +252,22 @@ std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
       std::swap(accepted, next);
       break;
     }
-    at_next.linearize_at(next);
-    if (at_next.cost() > least_cost + kTolerance) break;
-    std::swap(accepted, next);
+    at_next.linearize_at(next, covariance_at);
+    if (at_next.cost() <= least_cost + kTolerance) {
+      std::swap(accepted, next);
+      std::swap(at_accepted, at_next);
+      least_cost = std::min(least_cost, at_accepted.cost());
+      continue;
+    }
+    if (covariance_at == CovarianceAt::kEstimate) break;
+    covariance_at = CovarianceAt::kEstimate;
+    at_next.linearize_at(accepted, covariance_at);
+    if (!at_next.is_far_from_minimum()) break;
     std::swap(at_accepted, at_next);
-    least_cost = std::min(least_cost, at_accepted.cost());
+    least_cost = at_accepted.cost();
   }
   if (at_accepted.used().empty()) return std::nullopt;
-  return PoseGaussian{accepted.T_previous_current, sandwich_covariance(at_accepted.used(), S_inverse_)};
+  return PoseGaussian{accepted.T_previous_current, sandwich_covariance(at_accepted.used())};
 }
 
 }  // namespace stereo_slam

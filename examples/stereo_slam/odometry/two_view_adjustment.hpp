@@ -21,13 +21,22 @@ struct StereoCorrespondence {
   std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else by the settings
 };
 
+/// Positions in the current left image.
+[[nodiscard]] inline std::vector<Vector2<double>> positions(const std::vector<StereoCorrespondence>& points) {
+  std::vector<Vector2<double>> result;
+  result.reserve(points.size());
+  for (const auto& point : points) result.emplace_back(point.current.head<2>());
+  return result;
+}
+
 /// Bundle adjustment of two stereo frames: the motion T_previous_current between them and the points they
 /// share.
 ///
 /// Both measurements of a point carry noise. Each Gauss-Newton step solves for the pose with the points
 /// eliminated, and then updates the points in (u, v, d), where their noise is Gaussian and far points stay
-/// unbiased. The covariances of the innovations are those at the motion `initial`. Keeps references to the
-/// correspondences and the camera.
+/// unbiased. The covariances of the innovations are those at the motion `initial`; where steps with them
+/// end more than a standard deviation from the minimum, as with disparities that are hardly larger than their
+/// noise, they are computed anew in each step. Keeps references to the correspondences and the camera.
 class TwoViewAdjustment {
  public:
   /// Covariance of each of the two measurements of a point, px^2.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/odometry/two_view_adjustment.hpp"
 
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -57,6 +58,57 @@ TEST_CASE("The adjustment stays at the minimum where the points hardly determine
       const Vector6<double> error = found->pose.boxminus(T_previous_current);
       CHECK(error.dot(found->covariance.ldlt().solve(error)) < kChi2_6_9999);
     }
+  }
+}
+
+/// The share of the true path that the adjustment measures over a plane, as a drone with a small baseline
+/// sees the ground, and its standard deviation.
+struct MeasuredShare {
+  double mean = 0.0;
+  double sigma = 0.0;
+};
+
+MeasuredShare share_of_path_over_plane(double disparity_px, double noise_px) {
+  const StereoCamera camera{450.0, 450.0, 376.0, 240.0, 0.1, 752, 480};
+  const double height_m = camera.fx * camera.baseline_m / disparity_px;
+  Vector6<double> xi = Vector6<double>::Zero();
+  xi[4] = -height_m / 60.0;  // 7.5 px of flow
+  const Pose T_previous_current = Pose::exp(xi);
+  constexpr int kTrials = 30;
+  constexpr std::size_t kPoints = 300;
+  double sum = 0.0, sum_of_squares = 0.0;
+  for (std::uint64_t seed = 1; seed <= kTrials; ++seed) {
+    std::mt19937_64 random(seed);
+    std::vector<StereoCorrespondence> correspondences;
+    while (correspondences.size() < kPoints) {
+      const StereoPoint z = test::random_measurement(random, camera, height_m, height_m + 1e-9);
+      const auto z_current = camera.project(T_previous_current.inverse() * camera.back_project(z));
+      const StereoPoint first = z + test::stereo_noise(random, noise_px);
+      if (!z_current || !(first.z() > 0.0)) continue;
+      correspondences.push_back({first, *z_current + test::stereo_noise(random, noise_px)});
+    }
+    const std::vector<std::uint8_t> all(correspondences.size(), 1);
+    const auto noise = [&](const StereoCorrespondence&) { return stereo_pixel_covariance(noise_px); };
+    const auto found =
+        TwoViewAdjustment(correspondences, camera, Pose::identity(), noise).solve(Pose::identity(), all);
+    REQUIRE(found);
+    const double share = found->pose.translation().norm() / T_previous_current.translation().norm();
+    sum += share;
+    sum_of_squares += share * share;
+  }
+  const double mean = sum / kTrials;
+  return {mean, std::sqrt((sum_of_squares / kTrials - mean * mean) / kTrials)};
+}
+
+TEST_CASE("The motion over ground whose disparities are a few times their noise is not too short",
+          "[stereo_slam][odometry]") {
+  // Disparities have sqrt(2) times the noise of a coordinate. Least squares for the innovations would measure
+  // 1 / (1 + (noise / disparity)^2) of the path: .96 and .99.
+  for (const double noise_px : {0.1, 0.05}) {
+    CAPTURE(noise_px);
+    const auto share = share_of_path_over_plane(0.75, noise_px);
+    CAPTURE(share.mean, share.sigma);
+    CHECK(std::abs(share.mean - 1.0) < 4.0 * share.sigma + 0.002);
   }
 }
 
