@@ -163,6 +163,16 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
 
 RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
                                                        const Pose& T_first_second) {
+  return add_motion(constraints, T_first_second, kConfidence);
+}
+
+RectificationEffect RectificationEstimator::consider_motion(std::span<const BiasConstraint> constraints,
+                                                            const Pose& T_first_second) {
+  return add_motion(constraints, T_first_second, 0.0);
+}
+
+RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
+                                                       const Pose& T_first_second, double confidence) {
   noticed_turn_ = false;
   constexpr std::size_t kMinConstraints = 30;
   if (constraints.size() < kMinConstraints) return {};
@@ -200,8 +210,8 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
       .derivative = -pose_derivative,
       .derivative_by_second = -factor.solve(pose_second),
       .motion = motions_++,
-      .evidence = {kConfidence * (bias_bias - pose_bias.transpose() * pose_derivative),
-                   kConfidence * (bias_vector - pose_derivative.transpose() * pose_vector)}};
+      .evidence = {confidence * (bias_bias - pose_bias.transpose() * pose_derivative),
+                   confidence * (bias_vector - pose_derivative.transpose() * pose_vector)}};
   effect.covariance = covariance_of(effect);
   noticed_turn_ = disparity_.add(effect.evidence);
   const Vector3<double> path_m = T_first_second.inverse().translation();

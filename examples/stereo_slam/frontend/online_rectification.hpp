@@ -134,6 +134,12 @@ class RectificationEstimator {
   /// 30 or do not determine the motion.
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second);
 
+  /// As add_motion(), but the points teach nothing about the disparity offset: only what its uncertainty
+  /// means for this motion and for the scale is counted. For points that are measured too roughly to teach,
+  /// or too briefly.
+  RectificationEffect consider_motion(std::span<const BiasConstraint> constraints,
+                                      const Pose& T_first_second);
+
   /// Best estimate so far.
   [[nodiscard]] RectificationResidual current() const {
     return RectificationResidual(camera_, coefficients_);
@@ -182,6 +188,8 @@ class RectificationEstimator {
 
   using MotionDerivative = Eigen::Matrix<double, 6, RectificationResidual::kTerms>;
 
+  RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second,
+                                 double confidence);
   void expect_disparity_offset();
   [[nodiscard]] Basis scale_derivative() const;
   [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect,

@@ -175,7 +175,7 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
       estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
   OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.jerk, {}};
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (motion.is_inlier[i]) result.inliers_px.push_back(matches[i].current.head<2>());
+    if (motion.is_inlier[i]) result.inliers.push_back(matches[i]);
   }
   return result;
 }
@@ -192,8 +192,8 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
   }
   tracks = std::move(measured.tracks);
   tracks.keep(measured.motion.is_inlier);
-  return {measured.motion.valid, measured.motion.T_previous_current, tracks.positions(), measured.motion.jerk,
-          measured.right_image};
+  return {measured.motion.valid, measured.motion.T_previous_current, correspondences(tracks.points()),
+          measured.motion.jerk, measured.right_image};
 }
 
 }  // namespace stereo_slam

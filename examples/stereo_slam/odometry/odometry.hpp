@@ -10,6 +10,7 @@
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 #include "stereo_slam/odometry/point_tracks.hpp"
+#include "stereo_slam/odometry/two_view_adjustment.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -18,8 +19,8 @@ namespace stereo_slam {
 struct OdometryResult {
   bool valid = false;
   PoseGaussian T_previous_current;
-  std::vector<Vector2<double>> inliers_px;  ///< positions of the inliers in the current left image
-  bool jerk = false;                        ///< the motion does not continue the expected one
+  std::vector<StereoCorrespondence> inliers;  ///< the points that give the motion
+  bool jerk = false;                          ///< the motion does not continue the expected one
   RightImageFit right_image;  ///< of the points followed; without points if by circular matching
 };
 

@@ -31,7 +31,7 @@ class FeatureFrontend final : public Frontend {
                                            const PoseGaussian& T_keyframe_camera, const FrameImages& images,
                                            const StereoView& view,
                                            const OdometryResult& odometry) const override {
-    const StereoFeatures usable{exclude_features(images.features.left, odometry.inliers_px,
+    const StereoFeatures usable{exclude_features(images.features.left, positions(odometry.inliers),
                                                  view.frame.left.size(), settings_.odometry.exclusion_px),
                                 images.features.right};
     return search.match_features(T_keyframe_camera, usable);

@@ -157,7 +157,7 @@ std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDen
   }
   if (trace) {
     if (association.flow.empty()) search.observe(association);
-    *trace = trace_association(association, odometry.inliers_px, settings_.association);
+    *trace = trace_association(association, positions(odometry.inliers), settings_.association);
   }
   return association.matches;
 }

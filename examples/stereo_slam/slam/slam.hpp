@@ -159,12 +159,12 @@ class Slam {
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
   void begin_segment(const FrameImages& images, const TrackedPose& tracked);
   void change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
-                       const std::vector<Match>& matches);
+                       const std::vector<Match>& matches, const OdometryResult& odometry);
   void begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points);
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
                                                          const std::vector<Vector2<double>>& reserved_px,
                                                          const ReobservedLandmarks& reobserved = {});
-  RectificationEffect refine_rectification(const std::vector<Match>& matches);
+  RectificationEffect refine_rectification(const std::vector<Match>& matches, const OdometryResult& odometry);
   [[nodiscard]] bool relearn_rows(const StereoFrame& frame);
 
   static constexpr int kRelearnInterval = 10;  // frames

@@ -33,8 +33,9 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
   }
   if (recognised) scene_ = {};
   // Not with a recognised keyframe: its matches were searched at the predicted pose.
-  change_keyframe(images, reported(tracked),
-                  fits_landmarks(tracked) ? tracked.matches : std::vector<Match>{});
+  const auto matches = fits_landmarks(tracked) ? tracked.matches : std::vector<Match>{};
+  const bool alone = tracked.basis == PoseBasis::kOdometry;
+  change_keyframe(images, reported(tracked), matches, alone ? tracked.odometry : OdometryResult{});
   return true;
 }
 
@@ -50,14 +51,14 @@ bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
 void Slam::begin_segment(const FrameImages& images, const TrackedPose& tracked) {
   segment_.begin_next();
   scene_ = {};
-  change_keyframe(images, reported(tracked), {});
+  change_keyframe(images, reported(tracked), {}, {});
   trajectory_.replace(previous_.position, antipode::inverse(tracked.odometry.T_previous_current));
 }
 
 /// Makes the current camera the reference of pose and landmarks.
 void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
-                           const std::vector<Match>& matches) {
-  const RectificationEffect effect = refine_rectification(matches);
+                           const std::vector<Match>& matches, const OdometryResult& odometry) {
+  const RectificationEffect effect = refine_rectification(matches, odometry);
   T_previous_keyframe.covariance += effect.covariance;
   trajectory_.add_keyframe(images.frame.index, T_previous_keyframe, effect);
   posterior_ = certain_pose();
@@ -105,13 +106,21 @@ bool Slam::relearn_rows(const StereoFrame& frame) {
 }
 
 /// Refines the rectification by the landmarks of the last keyframe that were matched in this frame. Returns
-/// how the frame's pose depends on the rectification.
-RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches) {
+/// how the frame's pose depends on the rectification. If the landmarks do not tell, points of the odometry
+/// do, which are given if it alone measured the motion. They are followed over one frame only, so they do not
+/// refine it.
+RectificationEffect Slam::refine_rectification(const std::vector<Match>& matches,
+                                               const OdometryResult& odometry) {
   if (!settings_.online_rectification.enabled || !settings_.refinement.enabled) return {};
   const RectificationResidual before = rectification_.current();
   const Pose T_keyframe_camera = posterior_.pose();
   RectificationEffect effect = rectification_.add_motion(
       bias_constraints(matches, local_map_.view(), T_keyframe_camera), T_keyframe_camera);
+  if (effect.derivative.isZero(0.0)) {
+    const Pose& T_previous_current = odometry.T_previous_current.pose;
+    effect = rectification_.consider_motion(bias_constraints(odometry.inliers, T_previous_current, camera_),
+                                            T_previous_current);
+  }
   rectification_.advance();
   if (rectification_.noticed_turn()) right_image_.distrust();
   frontend_->change_rectification(before, rectification_.current());

@@ -33,15 +33,17 @@ struct Prediction {
                             camera.back_projection_jacobian(first).col(2)};
 }
 
-/// The constraint of a point measured as `first` in the keyframe and by `match` in the camera at
-/// `T_keyframe_camera`. The error of the disparity in the keyframe affects both the prediction for the second
-/// camera and the derivatives. Linearised at the measured disparity, the constraints would be biased (errors
-/// in variables); therefore they are linearised at the most likely disparity given both measurements.
-[[nodiscard]] std::optional<BiasConstraint> constraint_of(const StereoPoint& first, const Match& match,
+/// The constraint of a point measured as `first` in the keyframe and as `second`, with covariance `noise`, in
+/// the camera at `T_keyframe_camera`. The error of the disparity in the keyframe affects both the prediction
+/// for the second camera and the derivatives. Linearised at the measured disparity, the constraints would be
+/// biased (errors in variables); therefore they are linearised at the most likely disparity given both
+/// measurements.
+[[nodiscard]] std::optional<BiasConstraint> constraint_of(const StereoPoint& first, const StereoPoint& second,
+                                                          const Matrix3<double>& noise,
                                                           const Pose& T_keyframe_camera,
                                                           const StereoCamera& camera) {
   const double variance = kDisparitySigma_px * kDisparitySigma_px;
-  const Matrix3<double> R = kCaution * match.R;
+  const Matrix3<double> R = kCaution * noise;
   const Pose T_camera_keyframe = T_keyframe_camera.inverse();
   StereoPoint likely = first;
   BiasConstraint result;
@@ -51,7 +53,7 @@ struct Prediction {
     const Vector3<double>& J = predicted->J_disparity;
     result.J_disparity = J;
     result.S_inverse = (R + variance * J * J.transpose()).inverse();
-    result.innovation = match.z - predicted->z - J * (first.z() - likely.z());
+    result.innovation = second - predicted->z - J * (first.z() - likely.z());
     if (iteration + 1 < kIterations) {
       const double step = variance * J.dot(result.S_inverse * result.innovation);
       likely.z() = std::max(first.z() + step, kMinDisparity_px);
@@ -60,7 +62,7 @@ struct Prediction {
   const HomogeneousPoint point{camera.back_project(likely)};
   result.J_pose = pose_jacobian(point, T_keyframe_camera, camera);
   result.first_px = first.head<2>();
-  result.second_px = match.z.head<2>();
+  result.second_px = second.head<2>();
   return result;
 }
 
@@ -75,7 +77,19 @@ std::vector<BiasConstraint> bias_constraints(const std::vector<Match>& matches, 
     const Landmark& landmark = map.landmarks[match.landmark];
     const auto first = project(to_point(landmark, landmark.mean, camera), Pose::identity(), camera);
     if (!first) continue;
-    const auto constraint = constraint_of(*first, match, T_keyframe_camera, camera);
+    const auto constraint = constraint_of(*first, match.z, match.R, T_keyframe_camera, camera);
+    if (constraint) constraints.push_back(*constraint);
+  }
+  return constraints;
+}
+
+std::vector<BiasConstraint> bias_constraints(const std::vector<StereoCorrespondence>& points,
+                                             const Pose& T_previous_current, const StereoCamera& camera) {
+  std::vector<BiasConstraint> constraints;
+  constraints.reserve(points.size());
+  for (const auto& point : points) {
+    const Matrix3<double> R = point.R.value_or(stereo_pixel_covariance(kDisparitySigma_px));
+    const auto constraint = constraint_of(point.previous, point.current, R, T_previous_current, camera);
     if (constraint) constraints.push_back(*constraint);
   }
   return constraints;

@@ -36,7 +36,7 @@ const Pose kDriven = test::car_motion(2.5);
 /// One keyframe of the estimator's life: points measured at its beginning and at its end, with the planted
 /// offset. Returns the effect of the rectification on the motion.
 RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& random,
-                          const RectificationResidual& truth, double sigma_px) {
+                          const RectificationResidual& truth, double sigma_px, bool learns = true) {
   const StereoCamera camera = test::kitti_camera();
   const Pose& motion = kDriven;
   const auto seen = [&](const StereoPoint& z) {
@@ -65,7 +65,8 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
                            first.z.head<2>(), second.z.head<2>()});
   }
   estimator.add_rows(rows);
-  RectificationEffect effect = estimator.add_motion(constraints, motion);
+  RectificationEffect effect =
+      learns ? estimator.add_motion(constraints, motion) : estimator.consider_motion(constraints, motion);
   estimator.advance();
   return effect;
 }
@@ -265,10 +266,31 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
   CHECK(resumed.current().coefficients() == estimator.current().coefficients());
 }
 
+TEST_CASE("A motion that teaches nothing makes lengths as uncertain as one that does",
+          "[stereo_slam][rectification]") {
+  const RectificationResidual exact(test::kitti_camera());
+  std::mt19937_64 random(6);
+  std::mt19937_64 same_random = random;
+  RectificationEstimator taught(test::kitti_camera(), {});
+  RectificationEstimator told(test::kitti_camera(), {});
+  const auto effect = drive(taught, random, exact, 0.1);
+  const auto considered = drive(told, same_random, exact, 0.1, /*learns=*/false);
+  CHECK(considered.evidence.information.isZero());
+  CHECK(considered.derivative.isApprox(effect.derivative));
+  CHECK(told.current().coefficients().row(0).isZero());
+  CHECK(considered.covariance.trace() > effect.covariance.trace());
+  // The points have disparities of 6 to 64 px, and the coefficients a standard deviation of .03 px or a
+  // little more: about .03 / 20.
+  CHECK(told.scale_sigma() >= taught.scale_sigma());
+  CHECK(told.scale_sigma() > 0.0005);
+  CHECK(told.scale_sigma() < 0.005);
+}
+
 TEST_CASE("Without data the estimate is the prior, zero", "[stereo_slam][rectification]") {
   RectificationEstimator estimator(test::kitti_camera(), {});
   estimator.add_rows({});
   CHECK(estimator.add_motion({}, Pose::identity()).covariance.isZero());
+  CHECK(estimator.consider_motion({}, Pose::identity()).covariance.isZero());
   CHECK(estimator.scale_sigma() == 0.0);
   estimator.advance();
   CHECK(estimator.current().coefficients() == Coefficients::Zero());

@@ -64,7 +64,7 @@ TEST_CASE("Points are followed and give the motion", "[stereo_slam][odometry]") 
   REQUIRE(odometry.valid);
   CHECK((odometry.T_previous_current.pose.translation() - sideways(5.0).translation()).norm() < 0.01);
   CHECK(tracks.points().size() >= begun.size() * 3 / 4);
-  CHECK(odometry.inliers_px.size() == tracks.points().size());
+  CHECK(odometry.inliers.size() == tracks.points().size());
   for (const auto& point : tracks.points()) {
     CHECK((point.z - *point.previous - Vector3<double>(-5.0, 0.0, 0.0)).norm() < 0.1);
   }
