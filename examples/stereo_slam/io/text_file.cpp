@@ -34,6 +34,17 @@ std::optional<double> parse_number(std::string_view field) {
   return value;
 }
 
+/// Whether a number has fewer characters after its point than another one, or fewer at all if neither has
+/// one.
+bool is_shorter(std::string_view number, std::string_view other) {
+  const auto after_point = [](std::string_view text) {
+    const auto point = text.find('.');
+    return point == std::string_view::npos ? 0 : text.size() - point;
+  };
+  if (after_point(number) == 0 && after_point(other) == 0) return number.size() < other.size();
+  return after_point(number) < after_point(other);
+}
+
 }  // namespace
 
 std::vector<TextLine> read_text_lines(const std::filesystem::path& file, Comments comments) {
@@ -72,6 +83,17 @@ void require_no_zero_byte(const std::filesystem::path& file, std::string_view te
   throw std::runtime_error(at_line(file, static_cast<int>(line),
                                    "there is a zero byte, so it is no text file in UTF-8, or it is "
                                    "damaged; check which file it is, or convert it"));
+}
+
+void require_whole_last_line(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
+  if (lines.size() < 2 || lines.back().ended) return;
+  const auto last = split_fields(lines.back().text);
+  const auto before = split_fields(lines[lines.size() - 2].text);
+  if (last.size() > before.size()) return;
+  if (last.size() == before.size() && (last.empty() || !is_shorter(last.back(), before.back()))) return;
+  throw std::runtime_error(at_line(file, lines.back().number,
+                                   "the last line has no line end and fewer digits than the one before; it "
+                                   "may be cut off: copy the file again, or add the line end"));
 }
 
 void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines) {

@@ -56,7 +56,11 @@ constexpr std::int64_t kLatestStamp_ns = 4'000'000'000'000'000'000;
 /// Throws std::runtime_error with the line if the file's text has a byte that is zero.
 void require_no_zero_byte(const std::filesystem::path& file, std::string_view text);
 
-/// Throws std::runtime_error if the last line has no line end: the file may be cut off within a number.
+/// Throws std::runtime_error if the last line has no line end, and fewer fields than the line before or fewer
+/// digits in the last one: it may be cut off. A missing line end alone is common.
+void require_whole_last_line(const std::filesystem::path& file, const std::vector<TextLine>& lines);
+
+/// Throws std::runtime_error if the last line has no line end, for files that the program itself writes.
 void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines);
 
 /// "file:line: message", the form of all errors about a line; printable.

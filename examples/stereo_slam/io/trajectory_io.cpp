@@ -182,7 +182,7 @@ std::string_view to_string(TrajectoryFormat format) noexcept {
 Trajectory read_trajectory(const std::filesystem::path& file, std::optional<TrajectoryFormat> format) {
   const auto lines = divide_lines(read_text_lines(file, Comments::kKept));
   if (lines.rows.empty()) throw std::runtime_error(fmt::format("{}: contains no poses", file.string()));
-  require_line_end(file, lines.rows);
+  require_whole_last_line(file, lines.rows);
   Trajectory trajectory;
   const TrajectoryLayout layout = layout_of(file, lines, format);
   WrittenRows written;

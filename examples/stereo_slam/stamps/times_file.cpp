@@ -8,19 +8,6 @@
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
-namespace {
-
-/// Throws for a last line without line end that is shorter than the line before: it may be cut off. A missing
-/// line end alone is common.
-void require_whole_time(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
-  if (lines.size() < 2 || lines.back().ended) return;
-  if (lines.back().text.size() >= lines[lines.size() - 2].text.size()) return;
-  throw std::runtime_error(at_line(file, lines.back().number,
-                                   "the last line has no line end and fewer digits than the one before; it "
-                                   "may be cut off: copy the file again, or add the line end"));
-}
-
-}  // namespace
 
 std::vector<std::int64_t> read_times(const std::filesystem::path& file) {
   const auto lines = read_text_lines(file);
@@ -40,7 +27,7 @@ std::vector<std::int64_t> read_times(const std::filesystem::path& file) {
     }
     stamps_ns.push_back(*stamp_ns);
   }
-  require_whole_time(file, lines);
+  require_whole_last_line(file, lines);
   return stamps_ns;
 }
 

@@ -127,3 +127,16 @@ TEST_CASE("A broken trajectory is refused with file, line and reason", "[traject
              Catch::Contains("t.txt:1: '2024-05-01 12:00:00' is not a stamp in numbers"));
   CHECK_THAT(read_error(kitti, TrajectoryFormat::kTum), Catch::Contains("12 fields, but TUM has 8"));
 }
+
+TEST_CASE("A trajectory without a last line end is read if its last row is whole", "[trajectory]") {
+  const std::string first = "0.5 1.25 2.25 3.25 0.0 0.0 0.0 1.0\n";
+  const std::string second = "0.6 1.50 2.50 3.50 0.0 0.0 0.6 0.8";
+  CHECK(read_error(first + second).empty());
+  CHECK(read_error(second).empty());
+  CHECK(read_error("0.5,1,2,3,0,0,0,1\n0.6,1,2,3,0,0,0,1").empty());
+  for (std::size_t kept = 1; kept < second.size(); ++kept) {
+    CAPTURE(kept);
+    CHECK_THAT(read_error(first + second.substr(0, kept)),
+               Catch::Contains("t.txt:2: ") && Catch::Contains("the last line has no line end"));
+  }
+}
