@@ -61,11 +61,20 @@ using StereoPoint = Vector3<double>;
 enum class TrackingStatus {
   kInitializing,  ///< the frame that starts the map and defines the world frame
   kOk,            ///< updated by landmarks, or by the odometry if the settings ask for no more
-  kWeak,  ///< from the odometry alone, from few landmarks, from a repeated image, from images of the two
-          ///< cameras that do not fit together, in front of a repetitive scene, or in a map segment whose
-          ///< place is not known yet
-  kLost,  ///< predicted only: the covariance grows
-  kRelocalised,  ///< first frame after a loss whose place in the map is known again
+  kWeak,          ///< measured, but with one of WeakReasons
+  kLost,          ///< predicted only: the covariance grows
+  kRelocalised,   ///< first frame after a loss whose place in the map is known again
+};
+
+/// Why the pose of a frame is less certain than its covariance says.
+struct WeakReasons {
+  bool odometry_alone = false;         ///< no landmarks measured it
+  bool few_landmarks = false;          ///< so few that they may agree by chance
+  bool repeated_image = false;         ///< the image is that of the frame before; the pose is predicted
+  bool repetitive_scene = false;       ///< the reference keyframe shows one pattern many times
+  bool right_image_unfit = false;      ///< the images of the two cameras do not fit together
+  bool right_camera_turned = false;    ///< a turn of the right camera was noticed
+  bool segment_not_localised = false;  ///< the place of the map segment in the world is not known yet
 };
 
 /// The name in the result files: "OK", say.
@@ -107,6 +116,7 @@ struct FrameResult {
   std::size_t index = 0;                                  ///< number of frames processed before this one
   std::int64_t stamp_ns = 0;                              ///< when the images were taken
   TrackingStatus status = TrackingStatus::kInitializing;  ///< what the pose is based on
+  WeakReasons weak;                                       ///< why the status is kWeak
   PoseGaussian T_world_camera;                            ///< of the rectified left camera
   Pose T_odometry_camera = Pose::identity();              ///< without loop corrections: continuous
   bool loop_corrected = false;  ///< a loop moved the keyframes before this frame was tracked

@@ -14,21 +14,6 @@
 namespace stereo_slam {
 namespace {
 
-/// Status of a frame in a scene that does not repeat itself, if the previous frame was not lost.
-[[nodiscard]] TrackingStatus status_of(PoseBasis basis, bool odometry_only) {
-  switch (basis) {
-    case PoseBasis::kNothing:
-      return TrackingStatus::kLost;
-    case PoseBasis::kOdometry:
-      return odometry_only ? TrackingStatus::kOk : TrackingStatus::kWeak;
-    case PoseBasis::kLandmarks:
-      return TrackingStatus::kOk;
-    case PoseBasis::kKeyframe:
-      return TrackingStatus::kRelocalised;
-  }
-  return TrackingStatus::kLost;
-}
-
 [[nodiscard]] FrameResult empty_result(const StereoFrame& frame) {
   FrameResult result;
   result.index = frame.index;
@@ -78,6 +63,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   clock.lap("images");
 
   std::vector<Match> matches;
+  FrameEvidence evidence{.after_loss = previous_.lost};
   if (started_) {
     const auto odometry = measure_motion(images);  // u_k, eq. 11
     clock.lap("odometry");
@@ -92,10 +78,12 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
       clock.lap("recognise");
     }
     integrate(tracked, images, result);  // trajectory, Alg. 4, keyframes
+    evidence.basis = tracked.basis;
   } else {
     initialise(images, result);
+    evidence.begins_map = started_;
   }
-  complete(images, result);
+  complete(images, evidence, result);
   clock.lap("map");
   const bool unmeasured = result.status == TrackingStatus::kLost || !result.right_image_fits;
   frames_without_right_ = unmeasured ? frames_without_right_ + 1 : 0;
@@ -191,19 +179,18 @@ bool Slam::jumps(const Pose& predicted, const Pose& measured) const {
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
-  const bool ambiguous =
-      anchored() && scene_.repeats_itself(reference_.left, reference_.keyframe.frame, images.frame.index);
   constexpr std::size_t kFewMatches = 15;  // so few may agree by chance, as in images blurred by motion
-  const bool few = tracked.basis == PoseBasis::kLandmarks && tracked.matches.size() < kFewMatches;
-  result.status = status_of(tracked.basis, odometry_only());
-  if (result.status == TrackingStatus::kOk && (ambiguous || few)) result.status = TrackingStatus::kWeak;
-  if (tracked.basis == PoseBasis::kOdometry && previous_.lost) result.status = TrackingStatus::kWeak;
-  if (tracked.basis == PoseBasis::kLandmarks && previous_.lost) result.status = TrackingStatus::kRelocalised;
-  if (result.status == TrackingStatus::kRelocalised) {
+  const bool by_landmarks = tracked.basis == PoseBasis::kLandmarks;
+  result.weak = {
+      .odometry_alone = tracked.basis == PoseBasis::kOdometry && (previous_.lost || !odometry_only()),
+      .few_landmarks = by_landmarks && tracked.matches.size() < kFewMatches,
+      .repetitive_scene =
+          anchored() && scene_.repeats_itself(reference_.left, reference_.keyframe.frame, images.frame.index),
+      .right_image_unfit = right_image_.judgement() != RightImage::kFits,
+  };
+  if (found_again(tracked.basis, previous_.lost)) {
     trajectory_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
   }
-  if (tracked.measured() && right_image_.judgement() != RightImage::kFits)
-    result.status = TrackingStatus::kWeak;
   result.right_image_fits = right_image_.fits();
   learn_velocity(tracked, images.frame.stamp_ns);
   posterior_ = tracked.posterior;
@@ -211,7 +198,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   if (settings_.map.update_landmarks) local_map_.update(tracked.matches, posterior_);  // Alg. 4
   note_static_points(tracked);
   const bool both_images = result.right_image_fits && images.frame.has_right();
-  if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
+  if (by_landmarks && both_images) noise_.add(tracked.variance_ratio);
   record(reported(tracked), tracked.measured(), result);
   result.odometry = tracked.odometry.T_previous_current;
   result.matches = static_cast<int>(tracked.matches.size());
@@ -219,8 +206,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   result.nis_dof = tracked.nis_dof;
   if (!tracked.measured() || !extend_map(tracked, images)) return;
   result.is_keyframe = true;
-  result.right_camera_turned = rectification_.noticed_turn();
-  if (result.right_camera_turned) result.status = TrackingStatus::kWeak;
+  result.right_camera_turned = result.weak.right_camera_turned = rectification_.noticed_turn();
   if (anchored()) record_keyframe(result);
 }
 
@@ -270,8 +256,8 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result, const StageC
     return;
   }
   const bool first = previous_.position + 1 == trajectory_.frames();
-  const bool repeated = can_measure(frame);
-  result.status = repeated && first && !previous_.lost ? TrackingStatus::kWeak : TrackingStatus::kLost;
+  result.weak.repeated_image = can_measure(frame) && first && !previous_.lost;
+  result.status = judge({.weak = result.weak});
   PoseGaussian motion;
   motion.pose = velocity_.motion_until(frame.stamp_ns);
   const PoseDensity predicted =
@@ -338,10 +324,12 @@ void Slam::record_keyframe(FrameResult& result) const {
 }
 
 /// Completes the result after the map update: the status takes into account whether the segment is localised.
-void Slam::complete(const FrameImages& images, FrameResult& result) {
-  const bool lost = result.status == TrackingStatus::kLost;
-  if (started_ && !lost && !segment_.localised()) result.status = TrackingStatus::kWeak;
-  if (!lost && segment_.take_newly_localised()) result.status = TrackingStatus::kRelocalised;
+void Slam::complete(const FrameImages& images, FrameEvidence evidence, FrameResult& result) {
+  result.weak.segment_not_localised = !segment_.localised();
+  evidence.weak = result.weak;
+  const bool lost = judge(evidence) == TrackingStatus::kLost;
+  evidence.segment_localised = !lost && segment_.take_newly_localised();
+  result.status = judge(evidence);
   result.segment = segment_.current();
   result.features = static_cast<int>(frontend_->count_features(images));
   result.landmarks = static_cast<int>(local_map_.landmarks().size());

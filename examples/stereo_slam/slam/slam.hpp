@@ -26,6 +26,7 @@
 #include "stereo_slam/slam/frame_images.hpp"
 #include "stereo_slam/slam/frontend.hpp"
 #include "stereo_slam/slam/global_map.hpp"
+#include "stereo_slam/slam/judgement.hpp"
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
 #include "stereo_slam/slam/noise_scale.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
@@ -151,7 +152,7 @@ class Slam {
   [[nodiscard]] PoseGaussian in_world(const PoseGaussian& T_keyframe_camera,
                                       const CalibrationError& error) const;
   void record_keyframe(FrameResult& result) const;
-  void complete(const FrameImages& images, FrameResult& result);
+  void complete(const FrameImages& images, FrameEvidence evidence, FrameResult& result);
   void learn_velocity(const TrackedPose& tracked, std::int64_t stamp_ns);
 
   // The map and its keyframes.

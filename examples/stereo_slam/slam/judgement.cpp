@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/slam/judgement.hpp"
+
+namespace stereo_slam {
+
+bool found_again(PoseBasis basis, bool after_loss) {
+  return basis == PoseBasis::kKeyframe || (basis == PoseBasis::kLandmarks && after_loss);
+}
+
+TrackingStatus judge(const FrameEvidence& evidence) {
+  const WeakReasons& weak = evidence.weak;
+  if (!evidence.begins_map && evidence.basis == PoseBasis::kNothing)
+    return weak.repeated_image ? TrackingStatus::kWeak : TrackingStatus::kLost;
+  if (evidence.segment_localised) return TrackingStatus::kRelocalised;
+  if (weak.right_image_unfit || weak.right_camera_turned || weak.segment_not_localised)
+    return TrackingStatus::kWeak;
+  if (evidence.begins_map) return TrackingStatus::kInitializing;
+  if (found_again(evidence.basis, evidence.after_loss)) return TrackingStatus::kRelocalised;
+  const bool doubtful = weak.odometry_alone || weak.few_landmarks || weak.repetitive_scene;
+  return doubtful ? TrackingStatus::kWeak : TrackingStatus::kOk;
+}
+
+}  // namespace stereo_slam

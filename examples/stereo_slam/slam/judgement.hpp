@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/slam/tracked_pose.hpp"
+
+namespace stereo_slam {
+
+/// What is known of a frame once it was measured and the map extended.
+struct FrameEvidence {
+  PoseBasis basis = PoseBasis::kNothing;
+  bool begins_map = false;         ///< the first frame with a map
+  bool after_loss = false;         ///< the previous frame was lost
+  bool segment_localised = false;  ///< the place of the map segment became known just before this frame
+  WeakReasons weak;
+};
+
+/// Whether the pose is measured in a map that was lost before.
+[[nodiscard]] bool found_again(PoseBasis basis, bool after_loss);
+
+/// The status of a frame. A frame whose place is known again says so, even if few landmarks tell or the scene
+/// is repetitive: both are checked when a place is recognised.
+[[nodiscard]] TrackingStatus judge(const FrameEvidence& evidence);
+
+}  // namespace stereo_slam
