@@ -23,9 +23,10 @@
 /// and the covariance to fourth order: two wide axes move the third by the product of their errors, which is
 /// most of the variance of a third axis that is narrow. propagate() takes any function through sigma points.
 /// Both are for concentrated poses, with rotations of some tenths of a radian. What both leave out is of the
-/// third order of a correlated pair, and of the fourth of an independent one. Source: adjoint calculus of
-/// SE(3), as for example in Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics",
-/// 2018.
+/// third order of a correlated pair, and of the fourth of an independent one. All functions throw
+/// std::invalid_argument, with the matrix, unless the covariances are finite and symmetric: if only one
+/// triangle of yours is set, copy it to the other one. Source: adjoint calculus of SE(3), as for example in
+/// Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics", 2018.
 namespace antipode {
 
 namespace detail {
@@ -37,7 +38,7 @@ template <class Scalar>
   const Matrix6<Scalar> AC = A * C;
   Matrix6<Scalar> sum = congruence<Scalar, 6, 6>(A, P);
   for (int j = 0; j < 6; ++j) {
-    for (int i = 0; i < 6; ++i) sum(i, j) = sum(i, j) + Q(i, j) + AC(i, j) + AC(j, i);
+    for (int i = 0; i < 6; ++i) sum(i, j) = sum(i, j) + Q(i, j) + (AC(i, j) + AC(j, i));
   }
   return sum;
 }
@@ -48,6 +49,8 @@ template <class Scalar>
                                                      const Matrix6<Scalar>& A, const PoseGaussian<Scalar>& x,
                                                      const PoseGaussian<Scalar>& y,
                                                      const Matrix6<Scalar>& cross) {
+  require_symmetric(x);
+  require_symmetric(y);
   const ProductMoments<Scalar> moments(
       PairMoments<Scalar>{congruence<Scalar, 6, 6>(A, x.covariance), y.covariance, A * cross});
   return {z.boxplus(moments.mean).renormalized(), moments.covariance};
@@ -66,6 +69,7 @@ template <std::floating_point Scalar>
 /// The density of the inverse of x. Exact: its error is -Ad(x) a.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> inverse(const PoseGaussian<Scalar>& x) {
+  detail::require_symmetric(x);
   return {x.pose.inverse(), detail::congruence<Scalar, 6, 6>(x.pose.adjoint(), x.covariance)};
 }
 
@@ -85,6 +89,8 @@ template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> compose_first_order(
     const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
     const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
+  detail::require_symmetric(x);
+  detail::require_symmetric(y);
   const Matrix6<Scalar> A = y.pose.inverse().adjoint();
   return {(x.pose * y.pose).renormalized(),
           detail::covariance_of_sum<Scalar>(A, x.covariance, y.covariance, cross)};
@@ -95,6 +101,8 @@ template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> relative_pose_first_order(
     const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
     const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
+  detail::require_symmetric(x);
+  detail::require_symmetric(y);
   const DualQuaternion<Scalar> z = (x.pose.inverse() * y.pose).renormalized();
   const Matrix6<Scalar> A = -z.inverse().adjoint();
   return {z, detail::covariance_of_sum<Scalar>(A, x.covariance, y.covariance, cross)};
