@@ -37,6 +37,7 @@
 ///     PoseGaussian      CubatureRule<6>, MysovskikhRule<6>, ...       PosteriorLinearization
 ///     PoseGaussian      any: it takes no samples                      GaussNewton
 ///     StateGaussian     CubatureRule<N>, ...                          PosteriorLinearization, GaussNewton
+///     StateGaussian     Degree5Rule<N>, N up to 18                    QuadraticProgression
 ///
 /// All compositions for poses have the same interface: they start from, predict with and report a
 /// PoseGaussian. The chart of the PoseGaussian is part of its type: the split chart is for filters that
