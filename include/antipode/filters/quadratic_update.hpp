@@ -199,7 +199,7 @@ class QuadraticIteration {
       const bool usable = fit.range.valid && fit.range.supported() && std::isfinite(fit.residual);
       return usable ? std::optional<Local>({fit.model, fit.model.constant}) : std::nullopt;
     };
-    return has_second_mode<Count>(origin_, density_, result_.log_evidence, evaluate, local_model);
+    return has_second_mode<Count>(origin_, density_, {result_.log_evidence}, evaluate, local_model);
   }
 
   [[nodiscard]] IterationState iterate() {
