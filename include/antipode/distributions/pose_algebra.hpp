@@ -59,6 +59,10 @@ template <class Scalar>
 }  // namespace detail
 
 /// The density of x y: x maps the middle frame to the outer one, y the inner frame to the middle one.
+///
+/// With a `cross` the covariance lacks what the cubic terms add to directions that the others do not reach:
+/// one axis known to .3 rad and the others to 1 mrad and 1 cm, 10 m apart, have an ANEES of 8.8 to 9.1
+/// instead of 6. propagate() with Degree5Rule<12> has 6.1 to 7.1 there, at about sixty times the cost.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> compose(const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
                                            const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
@@ -74,7 +78,8 @@ template <std::floating_point Scalar>
 }
 
 /// The density of x^-1 y, the pose of y as seen from x. If both come from the same map, `cross` is most of
-/// their covariances; without it the covariance of the relative pose is too large.
+/// their covariances; without it the covariance of the relative pose is too large. For what a `cross` leaves
+/// out, see compose().
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> relative_pose(const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
                                                  const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
@@ -84,7 +89,8 @@ template <std::floating_point Scalar>
 }
 
 /// compose() to first order, for errors of milliradians: the covariance is linear in those of x and y, and
-/// `cross` does not move the mean. A tenth of the time.
+/// `cross` does not move the mean. A fifth of the time. Two axes known to .1 rad and a third to 1 mrad have
+/// an ANEES of 31 instead of 6, at .3 rad of 1900; with 30 mrad, or if all are known equally well, it is 6.0.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> compose_first_order(
     const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,

@@ -197,8 +197,10 @@ class PoseFilter {
 
   /// x <- x u v with the measured motion u = T_before_now and its noise v, {identity, covariance},
   /// independent of x. In closed form for a PoseGaussian, through the samples of the rule for a
-  /// BinghamGaussian. Throws if the motion is not finite, the covariance of the noise not positive
-  /// semidefinite or the result not finite; the belief then stays as it was.
+  /// BinghamGaussian. The closed form is of first order, for rotations of tens of milliradians; see
+  /// predict_closed_form() for the size of its error and for what to use instead. Throws if the motion is not
+  /// finite, the covariance of the noise not positive semidefinite or the result not finite; the belief then
+  /// stays as it was.
   void predict(const Pose& T_before_now,
                const PoseGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
     detail::require_finite("motion is not finite", T_before_now.coeffs());
