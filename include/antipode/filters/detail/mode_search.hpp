@@ -242,10 +242,10 @@ class ModeSearch {
   Matrix<Scalar, N> directions_;  ///< unit columns in units of the prior, the narrowest first
   Vector<Scalar, N> variances_;   ///< of the posterior along them
   int lines_ = 0, places_ = 0;
-  std::array<Scalar, 2 * N> lengths_{};         ///< of the halves of the lines
+  std::array<Scalar, std::size_t{2} * N> lengths_{};  ///< of the halves of the lines
   Matrix<Scalar, 2 * N, kMostPlaces> heights_;  ///< log of prior times likelihood, a row for half a line
   Scalar peak_ = Scalar(0);                     ///< the same at the posterior's mean
-  std::array<Start, 4 * N> starts_{};
+  std::array<Start, std::size_t{4} * N> starts_{};
   std::size_t found_ = 0;
 };
 
