@@ -56,7 +56,7 @@ void check_degree_5(RulePoints rule) {
   const VectorXd weights = rule.weights;
   Rng rng(1);
   for (int trial = 0; trial < 10; ++trial) {
-    VectorXd a = random_matrix<double, 12, 1>(rng).head(rule.points.rows());
+    VectorXd a = random_matrix<double, 18, 1>(rng).head(rule.points.rows());
     a /= a.norm();
     MatrixXd expected = rule.identity();
     for (Eigen::Index j = 0; j < a.size(); ++j) expected.col(j) += 2.0 * a[j] * a;
@@ -85,6 +85,7 @@ TEMPLATE_TEST_CASE("Every Gaussian rule is symmetric with unit covariance", "[ru
   check_laws(points_of<TestType>(Degree5Rule<6>{}));
   check_laws(points_of<TestType>(Degree5Rule<7>{}));
   check_laws(points_of<TestType>(Degree5Rule<12>{}));
+  check_laws(points_of<TestType>(Degree5Rule<18>{}));
   check_laws(points_of<TestType>(MysovskikhRule<2>{}));
   check_laws(points_of<TestType>(MysovskikhRule<3>{}));
   check_laws(points_of<TestType>(MysovskikhRule<6>{}));
@@ -101,8 +102,12 @@ TEMPLATE_TEST_CASE("Degree-5 rules have the fourth moments of the Gaussian", "[r
   check_degree_5(points_of<TestType>(Degree5Rule<4>{}));
   check_degree_5(points_of<TestType>(Degree5Rule<6>{}));
   check_degree_5(points_of<TestType>(Degree5Rule<7>{}));
+  check_degree_5(points_of<TestType>(Degree5Rule<8>{}));
   check_degree_5(points_of<TestType>(Degree5Rule<9>{}));
+  check_degree_5(points_of<TestType>(Degree5Rule<10>{}));
   check_degree_5(points_of<TestType>(Degree5Rule<12>{}));
+  check_degree_5(points_of<TestType>(Degree5Rule<13>{}));
+  check_degree_5(points_of<TestType>(Degree5Rule<18>{}));
   check_degree_5(points_of<TestType>(MysovskikhRule<2>{}));
   check_degree_5(points_of<TestType>(MysovskikhRule<3>{}));
   check_degree_5(points_of<TestType>(MysovskikhRule<4>{}));
@@ -113,7 +118,10 @@ TEST_CASE("Rules have the number of points they are known for", "[rules]") {
   STATIC_REQUIRE(UnscentedRule<3>::kCount == 7);
   STATIC_REQUIRE(CubatureRule<3>::kCount == 6);
   STATIC_REQUIRE(Degree5Rule<3>::kCount == 15);
+  STATIC_REQUIRE(Degree5Rule<7>::kCount == 78);
+  STATIC_REQUIRE(Degree5Rule<9>::kCount == 146);
   STATIC_REQUIRE(Degree5Rule<12>::kCount == 280);
+  STATIC_REQUIRE(Degree5Rule<18>::kCount == 548);
   STATIC_REQUIRE(MysovskikhRule<6>::kCount == 57);
   STATIC_REQUIRE(!GaussianRule<Vector3<double>>);
 }

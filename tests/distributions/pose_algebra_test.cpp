@@ -174,6 +174,46 @@ TEST_CASE("Variances of zero are accepted, negative ones are not", "[algebra]") 
         }).starts_with("joint covariance of two states has a negative eigenvalue"));
 }
 
+TEST_CASE("A covariance of which only one triangle is set is refused by products and inverses",
+          "[algebra][error]") {
+  const Density good{Pose(), Matrix6<double>::Identity()};
+  for (const auto& [row, column] : {std::pair{0, 4}, std::pair{4, 0}}) {
+    CAPTURE(row);
+    Density triangle = good;
+    triangle.covariance(row, column) = 0.25;
+    const auto check_refused = [](const auto& f) {
+      const auto message = error_message(f);
+      CHECK(contains(message, "pose covariance is not finite or not symmetric: ["));
+      CHECK(contains(message, "0.25"));
+    };
+    check_refused([&] { return inverse(triangle); });
+    const std::vector<std::pair<Density, Density>> pairs = {{triangle, good}, {good, triangle}};
+    for (const auto& pair : pairs) {
+      const auto& [x, y] = pair;
+      check_refused([&, &x = x, &y = y] { return compose(x, y); });
+      check_refused([&, &x = x, &y = y] { return relative_pose(x, y); });
+      check_refused([&, &x = x, &y = y] { return compose_first_order(x, y); });
+      check_refused([&, &x = x, &y = y] { return relative_pose_first_order(x, y); });
+    }
+    // Both triangles, one of them with rounding errors.
+    triangle.covariance(column, row) = 0.25 * (1.0 + 1e-12);
+    CHECK_NOTHROW((void)compose(triangle, good));
+    CHECK_NOTHROW((void)relative_pose_first_order(good, triangle));
+  }
+}
+
+TEST_CASE("A difference of two poses with nearly the same error is symmetric", "[algebra][law]") {
+  // What is left of their covariances is so small that rounding errors of these would be large beside it.
+  Rng rng(4);
+  const Matrix6<double> P = 1e4 * random_covariance<double, 6>(rng);
+  const Density x{random_pose<double>(rng), P};
+  const Density y{x.pose * Pose::exp(random_twist<double>(rng, 0.1, 0.1)),
+                  P + 1e-6 * Matrix6<double>::Identity()};
+  for (const Density& z : {relative_pose_first_order(x, y, P), relative_pose(x, y, P)}) {
+    CHECK(z.covariance == z.covariance.transpose());
+  }
+}
+
 namespace {
 
 /// Errors of poses that are narrow along some axes and wide along others, with a lever arm between two poses.

@@ -111,3 +111,14 @@ TEST_CASE("What is no covariance is refused on the way to another chart", "[char
   const Split too_wide{Pose::identity(), pose_covariance<double>(10.0, 1.0)};
   CHECK_THROWS_AS(to_bingham_gaussian(too_wide), std::invalid_argument);
 }
+
+TEST_CASE("A covariance of which only one triangle is set has no other chart", "[charts][error]") {
+  Split triangle{Pose(), Matrix6<double>(1e-4 * Matrix6<double>::Identity())};
+  triangle.covariance(1, 5) = 5e-5;
+  const auto refused = [](const auto& f) {
+    return contains(error_message(f), "pose covariance is not finite or not symmetric: [");
+  };
+  CHECK(refused([&] { return to_bingham_gaussian(triangle); }));
+  CHECK(refused([&] { return in_chart<ScrewChart<double>>(triangle); }));
+  CHECK(refused([&] { return in_chart<SplitChart<double>>(triangle); }));
+}

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <antipode/distributions/detail/agreement.hpp>
 #include <antipode/distributions/mixture_queries.hpp>
 #include <antipode/distributions/projected_gaussian_conversions.hpp>
 #include <antipode/filters/mixture_filter.hpp>
@@ -165,6 +166,50 @@ TEST_CASE("A wide measurement that is right passes the gate", "[filter][random]"
   }
   // One of a thousand: two expected, and less than nine but for one run of 5000.
   CHECK(dropped <= 8);
+}
+
+TEST_CASE("Disagreement is chi-square with six degrees for narrow components, and less for wide ones",
+          "[filter][random]") {
+  constexpr int kTrials = 4000;
+  Rng rng(11);
+  for (const double sigma_u : {0.01, 0.1, 0.2, 0.3}) {
+    CAPTURE(sigma_u);
+    Vector6<double> sigma;
+    sigma << Vector3<double>::Constant(sigma_u), Vector3<double>::Constant(0.1);
+    const Matrix6<double> covariance = sigma.cwiseAbs2().asDiagonal();
+    double sum = 0.0;
+    int rejected = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const PoseComponent truth(random_pose<double>(rng), covariance);
+      const PoseComponent a(truth.sample(rng), covariance), b(truth.sample(rng), covariance);
+      const double d2 = detail::disagreement_squared(a, b);
+      CHECK(std::abs(d2 - detail::disagreement_squared(b, a)) <= 1e-9 * (1.0 + d2));
+      sum += d2;
+      rejected += d2 > 22.46;
+    }
+    const double error = std::sqrt(12.0 / kTrials);  // standard error of the mean
+    CHECK(sum / kTrials < 6.0 + 4.0 * error);
+    if (sigma_u == 0.01) CHECK(sum / kTrials > 6.0 - 4.0 * error);
+    CHECK(rejected <= 13);  // four of 4000 expected at most; more than 13 once in 10 000 runs
+  }
+}
+
+TEST_CASE("Components half a turn apart are as far apart as their angle", "[filter]") {
+  const Matrix6<double> covariance = 0.04 * Matrix6<double>::Identity();
+  Vector6<double> turn = Vector6<double>::Zero();
+  turn[2] = std::numbers::pi;
+  const PoseComponent a(Pose::identity(), covariance), b(Pose::exp(turn), covariance);
+  // Half a rotation vector of pi/2, and two variances of .04.
+  CHECK(detail::disagreement_squared(a, b) == Approx(std::pow(std::numbers::pi / 2, 2) / 0.08).epsilon(1e-9));
+  Filter filter{Filter::Belief(a)};
+  CHECK(filter.update(b).status == UpdateStatus::kNoSupport);
+  // Where both are certain about different positions, they do not agree, and nothing throws.
+  Matrix6<double> flat = covariance;
+  flat.row(3).setZero();
+  flat.col(3).setZero();
+  const Pose shifted = Pose::from_rotation_translation(Pose::exp(turn).rotation(), Vector3<double>(1, 0, 0));
+  Filter certain{Filter::Belief(PoseComponent(Pose::identity(), flat))};
+  CHECK(certain.update(PoseComponent(shifted, flat)).status == UpdateStatus::kNoSupport);
 }
 
 TEST_CASE("A measurement so far away that the mass underflows is no support", "[filter]") {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <string>
 
 #include <antipode/filters/predict.hpp>
 
 #include "distributions/random_densities.hpp"
 #include "filters/models.hpp"
 #include "support/catch.hpp"
+#include "support/error_message.hpp"
 
 using namespace antipode;
 using namespace antipode::test;
@@ -161,4 +163,32 @@ TEST_CASE("A certain state and no noise stay certain", "[predict]") {
   const auto predicted = predict(certain(x), u, certain({}), JointPoseRule{}, {.min_eigenvalue = 1e-14});
   CHECK(predicted.pose().is_approx(x * u, 1e-10));
   CHECK(predicted.covariance().norm() <= 1e-12);
+}
+
+TEST_CASE("A prediction with one triangle of a covariance is refused with its value", "[predict][error]") {
+  using Pose = DualQuaternion<double>;
+  using Split = SplitPoseGaussian<double>;
+  const Matrix6<double> full = Matrix6<double>::Identity();
+  const std::string of_pose = "pose covariance is not finite or not symmetric: [";
+  const std::string of_noise = "covariance of the noise is not finite or not symmetric: [";
+  const auto stay = [](const Pose& x) { return x; };
+  const auto refused = [](const auto& f, const std::string& why) {
+    const auto message = error_message(f);
+    return contains(message, why) && contains(message, "0.25");
+  };
+  for (const bool upper : {false, true}) {
+    CAPTURE(upper);
+    Matrix6<double> triangle = full;
+    triangle(upper ? 1 : 4, upper ? 4 : 1) = 0.25;
+    const PoseGaussian<double> state{Pose(), full}, bad{Pose(), triangle};
+    const Split split{Pose(), full}, bad_split{Pose(), triangle};
+    CHECK(refused([&] { return predict_closed_form(bad, Pose(), state); }, of_pose));
+    CHECK(refused([&] { return predict_closed_form(state, Pose(), bad); }, of_pose));
+    CHECK(refused([&] { return predict_closed_form(bad_split, Pose(), state); }, of_pose));
+    CHECK(refused([&] { return predict_closed_form(split, Pose(), bad); }, of_pose));
+    CHECK(refused([&] { return predict_closed_form(bad, stay, full, full); }, of_pose));
+    CHECK(refused([&] { return predict_closed_form(state, stay, full, triangle); }, of_noise));
+    CHECK(refused([&] { return predict(bad, stay, full); }, of_pose));
+    CHECK(refused([&] { return predict(state, stay, triangle); }, of_noise));
+  }
 }

@@ -120,7 +120,7 @@ TEST_CASE("A mixture filter proposes what its update would do", "[filters][propo
   const Pose backwards =
       Pose::from_rotation_translation(Vector4<double>(0, 0, 0, 1), Vector3<double>::Zero());
   const auto rejected =
-      proposed.propose(ProjectedGaussian<double>(backwards, 0.001 * Matrix6<double>::Identity()));
+      proposed.propose(ProjectedGaussian<double>(backwards, 0.04 * Matrix6<double>::Identity()));
   CHECK(rejected.status == UpdateStatus::kNoSupport);
   CHECK_FALSE(proposed.commit(rejected));
   CHECK(x_of(proposed.belief()) == x_of(updated.belief()));

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <stdexcept>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -258,6 +259,21 @@ TEST_CASE("What a singular covariance says is exact stays exact when smoothed", 
     CHECK_NOTHROW(LinearizedPoseFilter<double>(belief));
   }
   CHECK(filter.smoothed()[0].covariance.trace() < 0.1 * prior_sigma.squaredNorm());
+}
+
+TEST_CASE("A recorded prediction with one triangle of a covariance is refused",
+          "[filters][smoothing][error]") {
+  const Matrix6<double> full = Matrix6<double>::Identity();
+  Matrix6<double> triangle = full;
+  triangle(0, 3) = 0.25;
+  const Belief good{Pose(), full}, bad{Pose(), triangle};
+  using Recorded = RecordedPrediction<Belief>;
+  const Recorded step{good, good, full, full};
+  CHECK_NOTHROW((void)smooth(step, good));
+  CHECK_THROWS_AS(smooth(step, bad), std::invalid_argument);
+  CHECK_THROWS_AS(smooth(Recorded{bad, good, full, full}, good), std::invalid_argument);
+  CHECK_THROWS_AS(smooth(Recorded{good, bad, full, full}, good), std::invalid_argument);
+  CHECK_THROWS_AS(smooth(Recorded{good, good, full, triangle}, good), std::invalid_argument);
 }
 
 }  // namespace antipode::test

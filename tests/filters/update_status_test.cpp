@@ -146,7 +146,7 @@ TEST_CASE("A second mode is found wherever it is on the axis, and one alone is n
       const auto search = [&](double other) {
         const auto nowhere = [](const auto&) { return std::optional<detail::LocalModel<double, 6>>(); };
         return detail::has_second_mode<57>(
-            origin, posterior, 0.0,
+            origin, posterior, {0.0},
             [&](const Matrix<double, 6, 57>& tangents, Vector<double, 57>& values) {
               for (int k = 0; k < 57; ++k) values[k] = two(0.3 + tangents(3, k), 0.3, other, sigma);
             },

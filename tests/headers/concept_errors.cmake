@@ -12,12 +12,13 @@ set(expected_8 "PoseFilter::update: the filter takes .* if it linearises, Gaussi
 set(expected_9 "PoseFilter::update: the filter takes a log-likelihood, callable as Scalar\\(state\\)")
 set(expected_10 "linearized_update: the measurements must have size\\(\\) and, by index, the members z and R")
 set(expected_11 "progressive_update: the prior must be a BinghamGaussian")
+set(expected_12 "quadratic_update: for states of more than 18 dimensions pass a GaussianRule")
 # The library is parsed once.
 file(MAKE_DIRECTORY ${WORK_DIR})
 set(compile ${COMPILER} -std=c++20 -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR})
 execute_process(COMMAND ${compile} -x c++-header ${SOURCE_DIR}/include/antipode/antipode.hpp -o ${WORK_DIR}/antipode.hpp.gch
                 COMMAND_ERROR_IS_FATAL ANY)
-foreach(mistake RANGE 11)
+foreach(mistake RANGE 12)
   execute_process(
     COMMAND ${compile} -fsyntax-only -fmax-errors=1 -D MISTAKE=${mistake} -include ${WORK_DIR}/antipode.hpp
             ${SOURCE_DIR}/tests/headers/concept_errors.cpp

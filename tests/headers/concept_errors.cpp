@@ -43,6 +43,9 @@ struct NotAModel {};
   (void)linearized_update(prior, 3.0, position);
 #elif MISTAKE == 11
   (void)progressive_update(prior, no_error, antipode::RichPoseRule{});
+#elif MISTAKE == 12
+  (void)quadratic_update(antipode::StateGaussian<antipode::VectorChart<double, 19> >{},
+                         [](const antipode::Vector<double, 19>&) { return 0.0; });
 #endif
 }
 

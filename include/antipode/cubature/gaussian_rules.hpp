@@ -93,20 +93,22 @@ struct CubatureRule {
   }
 };
 
-/// 1 + 2 Dim + 2^Dim points for Dim <= 6 (15 for Dim = 3), 2 Dim + 256 for 7 <= Dim <= 12: the centre, points
-/// on the axes and corners of a cube. Exact to degree 5 with positive weights. Reference: Stroud,
-/// "Approximate calculation of multiple integrals", 1971 (E_n^r2 5-5), with sqrt(6) e_i and sqrt(3/2) (+-1,
-/// ..., +-1).
+/// 1 + 2 Dim + 2^Dim points for Dim <= 6 (15 for Dim = 3), then 2 Dim + 64 for 7, 128 up to 9, 256 up to 12
+/// and 512 up to 18 dimensions: the centre, points on the axes and corners of a cube. Exact to degree 5 with
+/// positive weights. Reference: Stroud, "Approximate calculation of multiple integrals", 1971 (E_n^r2 5-5),
+/// with sqrt(6) e_i and sqrt(3/2) (+-1, ..., +-1).
 ///
-/// From seven dimensions on, 256 of the corners do: those in which the products of up to five coordinates
+/// From seven dimensions on, some of the corners do: those in which the products of up to five coordinates
 /// have the mean zero, because they are the words of a linear code whose dual has the distance six (Bose,
 /// 1961). With the axes at sqrt((Dim + 2)/2) and the corners at sqrt((Dim + 2)/(Dim - 2)) the centre has no
 /// weight.
 template <int Dim>
-requires(Dim >= 2 && Dim <= 12) struct Degree5Rule {
-  static constexpr int kDim = Dim;                                ///< of the points
-  static constexpr bool kAllCorners = Dim <= 6;                   ///< of the cube, and the centre
-  static constexpr int kCorners = kAllCorners ? 1 << Dim : 256;   ///< of the cube that are points
+requires(Dim >= 2 && Dim <= 18) struct Degree5Rule {
+  static constexpr int kDim = Dim;               ///< of the points
+  static constexpr bool kAllCorners = Dim <= 6;  ///< of the cube, and the centre
+  /// The number of signs of a corner that determine the others.
+  static constexpr int kFreeSigns = kAllCorners ? Dim : Dim == 7 ? 6 : 7 + (Dim > 9) + (Dim > 12);
+  static constexpr int kCorners = 1 << kFreeSigns;                ///< of the cube that are points
   static constexpr int kFirstAxis = kAllCorners ? 1 : 0;          ///< number of points at the centre
   static constexpr int kCount = kFirstAxis + 2 * Dim + kCorners;  ///< number of points
 
@@ -137,12 +139,13 @@ requires(Dim >= 2 && Dim <= 12) struct Degree5Rule {
   }
 
  private:
-  /// Whether coordinate i of a corner is negative: bit i of its number; from the ninth coordinate on, the
-  /// parity of some of the first eight.
+  /// Whether coordinate i of a corner is negative: bit i of its number; of those without a free sign, the
+  /// parity of some of the others. No five of the units and these parities are linearly dependent: they are
+  /// the columns of a parity check matrix of a code of distance six.
   [[nodiscard]] static constexpr bool is_negative(int corner, int i) {
-    constexpr int kParities[] = {0x1f, 0x67, 0xab, 0xd5};
-    return i < 8 ? (corner >> i & 1) != 0
-                 : std::popcount(static_cast<unsigned>(corner & kParities[i - 8])) % 2 != 0;
+    constexpr int kParities[] = {0x1f, 0x67, 0xab, 0xd5, 0x12d, 0x156, 0x1b7, 0x1db, 0x1ee};
+    return i < kFreeSigns ? (corner >> i & 1) != 0
+                          : std::popcount(static_cast<unsigned>(corner & kParities[i - kFreeSigns])) % 2 != 0;
   }
 };
 

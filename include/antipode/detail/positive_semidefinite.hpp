@@ -82,6 +82,19 @@ template <class Scalar, int N>
   return symmetric;
 }
 
+/// Throws unless A is finite and symmetric as checked_covariance() demands. For functions that use A as it
+/// is: a matrix that is symmetric bit for bit, as most are, takes a subtraction for every pair of entries.
+template <class Scalar, int N>
+void require_covariance(std::string_view what, const Matrix<Scalar, N>& A) {
+  bool symmetric = true;
+  for (int j = 0; j < static_cast<int>(A.rows()); ++j) {
+    // NaN for entries that are not finite, on the diagonal too.
+    for (int i = j; i < static_cast<int>(A.rows()); ++i) symmetric &= A(i, j) - A(j, i) == Scalar(0);
+  }
+  if (!symmetric) [[unlikely]]
+    (void)checked_covariance<Scalar, N>(what, A);
+}
+
 /// A root of a positive semidefinite matrix, L L^T = A, and whether A is regular.
 template <class Scalar, int N>
 struct RootOfCovariance {

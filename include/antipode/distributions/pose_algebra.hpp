@@ -23,9 +23,10 @@
 /// and the covariance to fourth order: two wide axes move the third by the product of their errors, which is
 /// most of the variance of a third axis that is narrow. propagate() takes any function through sigma points.
 /// Both are for concentrated poses, with rotations of some tenths of a radian. What both leave out is of the
-/// third order of a correlated pair, and of the fourth of an independent one. Source: adjoint calculus of
-/// SE(3), as for example in Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics",
-/// 2018.
+/// third order of a correlated pair, and of the fourth of an independent one. All functions throw
+/// std::invalid_argument, with the matrix, unless the covariances are finite and symmetric: if only one
+/// triangle of yours is set, copy it to the other one. Source: adjoint calculus of SE(3), as for example in
+/// Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics", 2018.
 namespace antipode {
 
 namespace detail {
@@ -37,7 +38,7 @@ template <class Scalar>
   const Matrix6<Scalar> AC = A * C;
   Matrix6<Scalar> sum = congruence<Scalar, 6, 6>(A, P);
   for (int j = 0; j < 6; ++j) {
-    for (int i = 0; i < 6; ++i) sum(i, j) = sum(i, j) + Q(i, j) + AC(i, j) + AC(j, i);
+    for (int i = 0; i < 6; ++i) sum(i, j) = sum(i, j) + Q(i, j) + (AC(i, j) + AC(j, i));
   }
   return sum;
 }
@@ -48,6 +49,8 @@ template <class Scalar>
                                                      const Matrix6<Scalar>& A, const PoseGaussian<Scalar>& x,
                                                      const PoseGaussian<Scalar>& y,
                                                      const Matrix6<Scalar>& cross) {
+  require_symmetric(x);
+  require_symmetric(y);
   const ProductMoments<Scalar> moments(
       PairMoments<Scalar>{congruence<Scalar, 6, 6>(A, x.covariance), y.covariance, A * cross});
   return {z.boxplus(moments.mean).renormalized(), moments.covariance};
@@ -56,6 +59,10 @@ template <class Scalar>
 }  // namespace detail
 
 /// The density of x y: x maps the middle frame to the outer one, y the inner frame to the middle one.
+///
+/// With a `cross` the covariance lacks what the cubic terms add to directions that the others do not reach:
+/// one axis known to .3 rad and the others to 1 mrad and 1 cm, 10 m apart, have an ANEES of 8.8 to 9.1
+/// instead of 6. propagate() with Degree5Rule<12> has 6.1 to 7.1 there, at about sixty times the cost.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> compose(const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
                                            const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
@@ -66,11 +73,13 @@ template <std::floating_point Scalar>
 /// The density of the inverse of x. Exact: its error is -Ad(x) a.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> inverse(const PoseGaussian<Scalar>& x) {
+  detail::require_symmetric(x);
   return {x.pose.inverse(), detail::congruence<Scalar, 6, 6>(x.pose.adjoint(), x.covariance)};
 }
 
 /// The density of x^-1 y, the pose of y as seen from x. If both come from the same map, `cross` is most of
-/// their covariances; without it the covariance of the relative pose is too large.
+/// their covariances; without it the covariance of the relative pose is too large. For what a `cross` leaves
+/// out, see compose().
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> relative_pose(const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
                                                  const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
@@ -80,11 +89,14 @@ template <std::floating_point Scalar>
 }
 
 /// compose() to first order, for errors of milliradians: the covariance is linear in those of x and y, and
-/// `cross` does not move the mean. A tenth of the time.
+/// `cross` does not move the mean. A fifth of the time. Two axes known to .1 rad and a third to 1 mrad have
+/// an ANEES of 31 instead of 6, at .3 rad of 1900; with 30 mrad, or if all are known equally well, it is 6.0.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> compose_first_order(
     const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
     const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
+  detail::require_symmetric(x);
+  detail::require_symmetric(y);
   const Matrix6<Scalar> A = y.pose.inverse().adjoint();
   return {(x.pose * y.pose).renormalized(),
           detail::covariance_of_sum<Scalar>(A, x.covariance, y.covariance, cross)};
@@ -95,6 +107,8 @@ template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> relative_pose_first_order(
     const PoseGaussian<Scalar>& x, const PoseGaussian<Scalar>& y,
     const Matrix6<Scalar>& cross = Matrix6<Scalar>::Zero()) {
+  detail::require_symmetric(x);
+  detail::require_symmetric(y);
   const DualQuaternion<Scalar> z = (x.pose.inverse() * y.pose).renormalized();
   const Matrix6<Scalar> A = -z.inverse().adjoint();
   return {z, detail::covariance_of_sum<Scalar>(A, x.covariance, y.covariance, cross)};

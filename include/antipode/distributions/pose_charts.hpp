@@ -29,6 +29,7 @@ template <class To, std::floating_point Scalar, class From>
 requires std::same_as<typename To::Point, DualQuaternion<Scalar>>
 [[nodiscard]] PoseGaussian<Scalar, To> in_chart(const PoseGaussian<Scalar, From>& density) {
   if constexpr (std::same_as<To, From>) {
+    (void)detail::root_of(density);
     return density;
   } else {
     using Rule = MysovskikhRule<6>;
@@ -64,10 +65,11 @@ template <std::floating_point Scalar>
           detail::with_turned_position<Scalar>(density.covariance(), density.pose().rotation_matrix())};
 }
 
-/// The inverse of to_split_pose_gaussian. Throws if the rotation is too wide (see to_bingham_gaussian of a
-/// PoseGaussian).
+/// The inverse of to_split_pose_gaussian. Throws unless the covariance is symmetric and positive
+/// semidefinite, and if the rotation is too wide (see to_bingham_gaussian of a PoseGaussian).
 template <std::floating_point Scalar>
 [[nodiscard]] BinghamGaussian<Scalar> to_bingham_gaussian(const SplitPoseGaussian<Scalar>& density) {
+  detail::require_symmetric(density);
   const Matrix3<Scalar> R = density.pose.rotation_matrix();
   return to_bingham_gaussian(PoseGaussian<Scalar>{
       density.pose, detail::with_turned_position<Scalar>(density.covariance, R.transpose())});

@@ -39,6 +39,17 @@ concept ConcentratedDensity = Chart<typename Density::Chart> &&
 
 namespace detail {
 
+/// Throws unless the density's covariance is finite and symmetric.
+template <ConcentratedDensity Density>
+void require_symmetric(const Density& density) {
+  constexpr bool kPose =
+      std::same_as<typename Density::Chart::Point, DualQuaternion<typename Density::Scalar>>;
+  require_covariance<typename Density::Scalar, Density::Chart::kDim>(
+      kPose ? "pose covariance is not finite or not symmetric"
+            : "state covariance is not finite or not symmetric",
+      density.covariance);
+}
+
 /// A root of the density's covariance. Throws unless that is finite and positive semidefinite.
 template <ConcentratedDensity Density>
 [[nodiscard]] auto root_of(const Density& density) {

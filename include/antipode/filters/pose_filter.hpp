@@ -37,6 +37,7 @@
 ///     PoseGaussian      CubatureRule<6>, MysovskikhRule<6>, ...       PosteriorLinearization
 ///     PoseGaussian      any: it takes no samples                      GaussNewton
 ///     StateGaussian     CubatureRule<N>, ...                          PosteriorLinearization, GaussNewton
+///     StateGaussian     Degree5Rule<N>, N up to 18                    QuadraticProgression
 ///
 /// All compositions for poses have the same interface: they start from, predict with and report a
 /// PoseGaussian. The chart of the PoseGaussian is part of its type: the split chart is for filters that
@@ -196,8 +197,10 @@ class PoseFilter {
 
   /// x <- x u v with the measured motion u = T_before_now and its noise v, {identity, covariance},
   /// independent of x. In closed form for a PoseGaussian, through the samples of the rule for a
-  /// BinghamGaussian. Throws if the motion is not finite, the covariance of the noise not positive
-  /// semidefinite or the result not finite; the belief then stays as it was.
+  /// BinghamGaussian. The closed form is of first order, for rotations of tens of milliradians; see
+  /// predict_closed_form() for the size of its error and for what to use instead. Throws if the motion is not
+  /// finite, the covariance of the noise not positive semidefinite or the result not finite; the belief then
+  /// stays as it was.
   void predict(const Pose& T_before_now,
                const PoseGaussian<Scalar>& noise) requires std::same_as<State, Pose> {
     detail::require_finite("motion is not finite", T_before_now.coeffs());

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <concepts>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
 #include <antipode/cubature/gaussian_rules.hpp>
+#include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/pose_algebra.hpp>
@@ -104,6 +106,8 @@ template <std::floating_point Scalar, PoseRule<BinghamGaussian<Scalar>> Rule>
 
 namespace detail {
 
+inline constexpr std::string_view kAsymmetricNoise = "covariance of the noise is not finite or not symmetric";
+
 /// A rule for a function of N coordinates: exact to degree 5 where that takes few points.
 template <int N>
 [[nodiscard]] constexpr auto prediction_rule() {
@@ -121,7 +125,12 @@ using PredictionRule = decltype(prediction_rule<N>());
 }  // namespace detail
 
 /// The first-order prediction of a concentrated state, in closed form: with w = u E[v], x exp(xi) w exp(nu) =
-/// x w exp(Ad(w^-1) xi) exp(nu), so that P' = A P A^T + Q with A = Ad(w^-1).
+/// x w exp(Ad(w^-1) xi) exp(nu), so that P' = A P A^T + Q with A = Ad(w^-1). Throws unless both covariances
+/// are finite and symmetric.
+///
+/// For rotations of tens of milliradians. Two axes known to .1 rad move a third one that is known to 1 mrad:
+/// the ANEES is 31 instead of 6, at .3 rad 1900. compose(state, {motion * noise.pose, noise.covariance})
+/// has 6.0.
 template <std::floating_point Scalar>
 [[nodiscard]] PoseGaussian<Scalar> predict_closed_form(const PoseGaussian<Scalar>& state,
                                                        const DualQuaternion<Scalar>& motion,
@@ -135,10 +144,16 @@ template <std::floating_point Scalar>
 /// To first order in state and noise,
 ///
 ///     phi' = R_w^T phi + nu_phi,   d' = d - R [t_w]x phi + R R_w nu_rho,   w = u E[v].
+///
+/// Throws unless both covariances are finite and symmetric. Wide rotations need predict() with
+/// Degree5Rule<12>: the first order has an ANEES of 32 instead of 6 if two axes are known to .1 rad and the
+/// third to 1 mrad, and of 2000 and more if they are known to .3 rad; the rule has 6.0.
 template <ConcentratedDensity Split, std::floating_point Scalar = typename Split::Scalar>
 requires std::same_as<Split, SplitPoseGaussian<Scalar>>
 [[nodiscard]] Split predict_closed_form(const Split& state, const DualQuaternion<Scalar>& motion,
                                         const std::type_identity_t<PoseGaussian<Scalar>>& noise) {
+  detail::require_symmetric(state);
+  detail::require_symmetric(noise);
   const DualQuaternion<Scalar> w = motion * noise.pose;
   const DualQuaternion<Scalar> moved = (state.pose * w).renormalized();
   Matrix6<Scalar> A = Matrix6<Scalar>::Identity();
@@ -166,20 +181,24 @@ requires(Rule::kDim == 12)
 /// The prediction of a state of any kind, a joint one say: x <- f(x). The covariance `noise` is added to that
 /// of the vector about the result. f maps a state to a state. Through the points of a rule, by default one
 /// that is exact to degree 5 for up to six dimensions (57 points for a pose), and two points for every
-/// dimension of larger states.
+/// dimension of larger states. Throws unless the covariance of the state is positive semidefinite, and that
+/// of the noise finite and symmetric.
 template <ConcentratedDensity Density, class F,
           GaussianRule Rule = detail::PredictionRule<Density::Chart::kDim>>
 requires std::invocable<F&, const typename Density::Chart::Point&>
 [[nodiscard]] Density predict(const Density& state, F&& f,
                               const Matrix<typename Density::Scalar, Density::Chart::kDim>& noise,
                               const Rule& rule = {}) {
+  detail::require_covariance<typename Density::Scalar, Density::Chart::kDim>(detail::kAsymmetricNoise, noise);
   Density moved = propagate(rule, state, std::forward<F>(f));
   moved.covariance += noise;
   return moved;
 }
 
 /// The first-order prediction x <- f(x), with the Jacobian F of f at the mean: f(retract(x, a)) =
-/// retract(f(x), F a).
+/// retract(f(x), F a). Throws unless the covariances of state and noise are finite and symmetric. What f does
+/// to second order is left out; predict(state, f, noise) includes it, for up to
+/// six coordinates.
 template <ConcentratedDensity Density, class F>
 requires std::invocable<F&, const typename Density::Chart::Point&>
 [[nodiscard]] Density predict_closed_form(
@@ -188,6 +207,8 @@ requires std::invocable<F&, const typename Density::Chart::Point&>
     const std::type_identity_t<Matrix<typename Density::Scalar, Density::Chart::kDim>>& noise) {
   const auto& [mean, covariance] = state;
   constexpr int N = Density::Chart::kDim;
+  detail::require_symmetric(state);
+  detail::require_covariance<typename Density::Scalar, N>(detail::kAsymmetricNoise, noise);
   return {Density::Chart::normalized(f(mean)),
           detail::congruence<typename Density::Scalar, N, N>(jacobian, covariance) + noise};
 }

@@ -257,7 +257,7 @@ template <class Scalar, class L, class Rule>
   const auto local_model = [&](const SqrtGaussian<Split>& density) {
     return local_model_in_blocks<Rule::kCount>(density, log_likelihood, result.evaluations);
   };
-  return has_second_mode<Rule::kCount>(origin, posterior, result.log_evidence, evaluate, local_model);
+  return has_second_mode<Rule::kCount>(origin, posterior, {result.log_evidence}, evaluate, local_model);
 }
 
 /// The status of a posterior whose steps are done.

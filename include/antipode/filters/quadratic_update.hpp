@@ -199,7 +199,7 @@ class QuadraticIteration {
       const bool usable = fit.range.valid && fit.range.supported() && std::isfinite(fit.residual);
       return usable ? std::optional<Local>({fit.model, fit.model.constant}) : std::nullopt;
     };
-    return has_second_mode<Count>(origin_, density_, result_.log_evidence, evaluate, local_model);
+    return has_second_mode<Count>(origin_, density_, {result_.log_evidence}, evaluate, local_model);
   }
 
   [[nodiscard]] IterationState iterate() {
@@ -355,16 +355,41 @@ class QuadraticIteration {
   UpdateResult<Density> result_;
 };
 
+/// The default rule for states of more dimensions than there is one for.
+struct NoDefaultRule {};
+
+/// The rule of least points that is exact to degree 5 for N coordinates.
+template <int N>
+[[nodiscard]] constexpr auto quadratic_rule() {
+  if constexpr (N == 1) {
+    return UnscentedRule<1>{};
+  } else if constexpr (N <= 6) {
+    return MysovskikhRule<N>{};
+  } else if constexpr (N <= 18) {
+    return Degree5Rule<N>{};
+  } else {
+    return NoDefaultRule{};
+  }
+}
+template <int N>
+using QuadraticRule = decltype(quadratic_rule<N>());
+
 }  // namespace detail
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
-/// void(8 x Count poses, values) (see log_likelihood.hpp). The rule must be exact to degree 5. Throws on
-/// invalid options and covariances; numerical failures are reported in the status. The covariance of the
-/// prior may be singular: what it knows exactly, the posterior knows exactly.
-template <ConcentratedDensity Density, class L, class Rule = MysovskikhRule<Density::Chart::kDim>>
+/// void(8 x Count poses, values) (see log_likelihood.hpp). The rule must be exact to degree 5; by default it
+/// is MysovskikhRule up to six dimensions (57 points for a pose) and Degree5Rule up to eighteen (146 points
+/// for nine, 542 for fifteen). Throws on invalid options and covariances; numerical failures are reported in
+/// the status. The covariance of the prior may be singular: what it knows exactly, the posterior knows
+/// exactly.
+template <ConcentratedDensity Density, class L, class Rule = detail::QuadraticRule<Density::Chart::kDim>>
 [[nodiscard]] UpdateResult<Density> quadratic_update(
     const Density& prior, L&& log_likelihood,
     const QuadraticUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {
+  static_assert(
+      !std::same_as<Rule, detail::NoDefaultRule>,
+      "quadratic_update: for states of more than 18 dimensions pass a GaussianRule that is exact to "
+      "degree 5; or use linearized_update or gauss_newton_update, with GaussianMeasurements");
   static_assert(detail::GaussianRuleIn<Rule, Density::Chart::kDim>,
                 "quadratic_update: the rule must be a GaussianRule of the dimension of the state");
   static_assert(

@@ -116,10 +116,11 @@ concept RobustNoise = requires(const Noise& noise, Scalar squared_distance) {
 /// their model h(pose, i), which returns a vector or a std::optional of one. The counterpart of
 /// GaussianMeasurements for data with outliers.
 ///
-/// It is a log-likelihood, for quadratic_update, progressive_update and the filters that use them. A
-/// measurement that cannot be predicted, a landmark behind the camera say, counts as an outlier at
-/// `unpredictable` standard deviations. One whose squared distance overflows, a sentinel of 1e300 say, counts
-/// as an outlier at the largest distance, so that it does not disable the others.
+/// It is a log-likelihood, for quadratic_update (poses, and joint states of up to 18 dimensions),
+/// progressive_update and the filters that use them. A measurement that cannot be predicted, a landmark
+/// behind the camera say, counts as an outlier at `unpredictable` standard deviations. One whose squared
+/// distance overflows, a sentinel of 1e300 say, counts as an outlier at the largest distance, so that it does
+/// not disable the others.
 template <std::floating_point Scalar, int Dim, class Model, RobustNoise<Scalar> Noise>
 class RobustMeasurements {
  public:

@@ -97,7 +97,7 @@ template <class Scalar>
 }  // namespace detail
 
 /// What is known of the state before a prediction, given `after`: all that is known of the state after it.
-/// See the equations above.
+/// See the equations above. Throws unless the covariances of `step` and `after` are finite and symmetric.
 template <ConcentratedDensity Density>
 [[nodiscard]] Density smooth(const RecordedPrediction<Density>& step,
                              const std::type_identity_t<Density>& after) {
@@ -107,6 +107,10 @@ template <ConcentratedDensity Density>
   const auto& [mean, P] = step.before;
   const auto& [predicted_mean, P_predicted] = step.predicted;
   const auto& [after_mean, P_after] = after;
+  detail::require_symmetric(step.before);
+  detail::require_symmetric(step.predicted);
+  detail::require_symmetric(after);
+  detail::require_covariance<Scalar, N>(detail::kAsymmetricNoise, step.Q);
   const Matrix<Scalar, N> G = detail::smoothing_gain(step);
   const Vector<Scalar, N> d = Chart::local(predicted_mean, after_mean);
   const Vector<Scalar, N> shift = G * d;

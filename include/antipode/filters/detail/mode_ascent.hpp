@@ -42,6 +42,19 @@ struct LocalModel {
   Scalar log_likelihood;
 };
 
+/// e^-6, one of 400: the weight below which a second mode is negligible, as a fall of the log-density.
+template <class Scalar>
+inline constexpr Scalar kNegligibleFall{6};
+
+/// What is known of the mode in which an update settled.
+template <class Scalar>
+struct SettledMode {
+  Scalar log_evidence;
+  /// The log of prior times likelihood that a mode which explains the measurement has at least, all but one
+  /// time in a hundred; -infinity if the likelihood has unknown constants.
+  Scalar least_log_density = -std::numeric_limits<Scalar>::infinity();
+};
+
 /// Where an ascent ended.
 template <class Scalar>
 struct AscentEnd {
@@ -49,6 +62,9 @@ struct AscentEnd {
 
   Scalar log_density = kNowhere;   ///< of prior times likelihood at the highest point
   Scalar log_evidence = kNowhere;  ///< of the mode; kNowhere unless the ascent settled in one
+  /// Whether it passed a place that is no negligible part of the density, although it is six standard
+  /// deviations of the posterior or more away: the flank of a second mode, or a tail.
+  bool beyond_covariance = false;
 };
 
 /// The ascent of prior times likelihood from a place beside the posterior: back to it, or to another mode.
@@ -64,14 +80,36 @@ class ModeAscent {
   using End = AscentEnd<Scalar>;
 
  public:
-  ModeAscent(const SqrtGaussian<Density>& prior, const SqrtGaussian<Density>& posterior, Model& local_model)
-      : prior_(prior), posterior_(posterior), units_(prior, posterior), local_model_(local_model) {}
+  /// `peak` is the log of prior times likelihood at the posterior's mean.
+  ModeAscent(const SqrtGaussian<Density>& prior, const SqrtGaussian<Density>& posterior, Scalar peak,
+             Model& local_model)
+      : prior_(prior),
+        posterior_(posterior),
+        units_(prior, posterior),
+        peak_(peak),
+        local_model_(local_model) {}
 
   /// From the posterior's mean moved by a step in units of the prior. Ends nowhere if it leads back to the
-  /// posterior, or out of the chart.
+  /// posterior, or out of the chart, and at the first place beyond the posterior's covariance.
   [[nodiscard]] End from(const Vector<Scalar, N>& step) const {
     const Vector<Scalar, N> y = solve<Scalar, N, 1>(units_.posterior_root, step);
-    auto density = moved(posterior_, {y, Matrix<Scalar, N>::Identity(), 0, 0});
+    return climb(moved(posterior_, {y, Matrix<Scalar, N>::Identity(), 0, 0}));
+  }
+
+  /// The same from the prior's mean moved by y in its whitened coordinates.
+  [[nodiscard]] End from_prior(const Vector<Scalar, N>& y) const {
+    return climb(prior_.moved(prior_, {y, posterior_.whitened_root, 0, 0}));
+  }
+
+ private:
+  static constexpr int kMostFits = 16;
+  static constexpr Scalar kLoss{0.5};                // of the log-density: a smaller one is none
+  static constexpr Scalar kShortest = Scalar(0.01);  // share of a step
+  static constexpr Scalar kSettled = Scalar(0.3);    // standard deviations
+  static constexpr Scalar kSame{3};                  // standard deviations of the posterior
+  static constexpr Scalar kApart{6};                 // the same, of places at which the density is negligible
+
+  [[nodiscard]] End climb(std::optional<SqrtGaussian<Density>> density) const {
     if (!density) return {};
     auto last = *density;
     ConditionedGaussian<Scalar, N> climb{};
@@ -84,6 +122,9 @@ class ModeAscent {
         climb = density->condition_prior(local->model);
         if (!climb.finite() || !std::isfinite(climb.log_evidence)) return {};
         end.log_density = height;
+        end.beyond_covariance =
+            height > peak_ - kNegligibleFall<Scalar> && deviations_squared(*density) >= kApart * kApart;
+        if (end.beyond_covariance) return end;
         if (is_settled(climb, kSettled)) {
           end.log_evidence = climb.log_evidence;
           return end;
@@ -100,13 +141,6 @@ class ModeAscent {
     }
     return end;
   }
-
- private:
-  static constexpr int kMostFits = 16;
-  static constexpr Scalar kLoss{0.5};                // of the log-density: a smaller one is none
-  static constexpr Scalar kShortest = Scalar(0.01);  // share of a step
-  static constexpr Scalar kSettled = Scalar(0.3);    // standard deviations
-  static constexpr Scalar kSame{3};                  // standard deviations of the posterior
 
   [[nodiscard]] static Scalar height_of(const SqrtGaussian<Density>& density,
                                         const LocalModel<Scalar, N>& local) {
@@ -136,14 +170,19 @@ class ModeAscent {
     return std::nullopt;
   }
 
-  [[nodiscard]] bool is_posterior(const SqrtGaussian<Density>& density) const {
+  /// The squared distance from the posterior's mean, in the posterior's standard deviations.
+  [[nodiscard]] Scalar deviations_squared(const SqrtGaussian<Density>& density) const {
     const Vector<Scalar, N> away = density.whitened_mean - posterior_.whitened_mean;
-    return solve<Scalar, N, 1>(posterior_.whitened_root, away).squaredNorm() < kSame * kSame;
+    return solve<Scalar, N, 1>(posterior_.whitened_root, away).squaredNorm();
+  }
+  [[nodiscard]] bool is_posterior(const SqrtGaussian<Density>& density) const {
+    return deviations_squared(density) < kSame * kSame;
   }
 
   const SqrtGaussian<Density>& prior_;
   const SqrtGaussian<Density>& posterior_;
   const PriorUnits<Density> units_;
+  const Scalar peak_;
   Model& local_model_;
 };
 

@@ -84,6 +84,10 @@ class ModeSearch {
   [[nodiscard]] std::size_t count() const { return found_; }
   [[nodiscard]] const Start& start(std::size_t i) const { return starts_[i]; }
 
+  /// The number of lines, and their directions: unit vectors in units of the prior.
+  [[nodiscard]] int lines() const { return lines_; }
+  [[nodiscard]] Vector<Scalar, N> direction(int line) const { return directions_.col(line); }
+
   /// The log of prior times likelihood at the posterior's mean.
   [[nodiscard]] Scalar peak() const { return peak_; }
 
@@ -91,9 +95,8 @@ class ModeSearch {
   static constexpr Scalar kNarrow{0.25};  // posterior over prior variance, below which a line is searched
   static constexpr Scalar kNear{2};       // standard deviations of the posterior
   static constexpr Scalar kSmallest = Scalar(1e-30);
-  static constexpr Scalar kReach{3};       // standard deviations of the prior
-  static constexpr Scalar kRise{1};        // a smaller rise of the log-density is no second mode
-  static constexpr Scalar kNegligible{6};  // a mode lower by this has little weight
+  static constexpr Scalar kReach{3};  // standard deviations of the prior
+  static constexpr Scalar kRise{1};   // a smaller rise of the log-density is no second mode
   static constexpr int kMostRefinements{6};
   static constexpr Scalar kApart{18};    // fall of the log-density by the covariance: six deviations
   static constexpr Scalar kSlowFall{3};  // how much slower than the covariance says
@@ -185,7 +188,7 @@ class ModeSearch {
   /// Follows a rise to its top. Each finer grid is centred at the highest place found so far, as all places
   /// of that grid may be lower.
   [[nodiscard]] bool rises_to_second_mode(int line, Rise rise, Scalar top) {
-    for (int i = 0; i < kMostRefinements && top <= peak_ - kNegligible; ++i) {
+    for (int i = 0; i < kMostRefinements && top <= peak_ - kNegligibleFall<Scalar>; ++i) {
       const Scalar step = (rise.end - rise.begin) / Scalar(Count - 1);
       Matrix<Scalar, 2, Count> where;
       for (int k = 0; k < Count; ++k) {
@@ -201,7 +204,7 @@ class ModeSearch {
       rise.begin = rise.highest - step;
       rise.end = rise.highest + step;
     }
-    return top > peak_ - kNegligible;
+    return top > peak_ - kNegligibleFall<Scalar>;
   }
 
   /// Adds the most promising place of half a line, if it is promising at all, and the next farther one: the
@@ -239,33 +242,43 @@ class ModeSearch {
   Matrix<Scalar, N> directions_;  ///< unit columns in units of the prior, the narrowest first
   Vector<Scalar, N> variances_;   ///< of the posterior along them
   int lines_ = 0, places_ = 0;
-  std::array<Scalar, 2 * N> lengths_{};         ///< of the halves of the lines
+  std::array<Scalar, std::size_t{2} * N> lengths_{};  ///< of the halves of the lines
   Matrix<Scalar, 2 * N, kMostPlaces> heights_;  ///< log of prior times likelihood, a row for half a line
   Scalar peak_ = Scalar(0);                     ///< the same at the posterior's mean
-  std::array<Start, 4 * N> starts_{};
+  std::array<Start, std::size_t{4} * N> starts_{};
   std::size_t found_ = 0;
 };
 
-/// Whether prior times likelihood has a second mode that is not negligible beside the posterior, whose
-/// evidence is given: one on a line (ModeSearch), or one that an ascent finds (ModeAscent). Its evidence,
-/// which counts its width, decides; where an ascent does not settle, its height.
+/// Whether prior times likelihood has a second mode that is not negligible beside the posterior: one on a
+/// line (ModeSearch), or one that an ascent finds (ModeAscent). Its evidence, which counts its width,
+/// decides; where an ascent does not settle, its height.
+///
+/// The ascents start beside the lines. If the posterior does not explain the measurement, the right mode may
+/// be anywhere: then they also start from places all over the prior.
 template <int Count, class Density, class Evaluate, class Model>
 [[nodiscard]] bool has_second_mode(const SqrtGaussian<Density>& prior, const SqrtGaussian<Density>& posterior,
-                                   typename Density::Scalar log_evidence, Evaluate&& evaluate,
+                                   const SettledMode<typename Density::Scalar>& settled, Evaluate&& evaluate,
                                    Model&& local_model) {
   using Scalar = typename Density::Scalar;
-  constexpr Scalar kNegligible(6);  // e^-6: the weight of the second mode is one of 400
+  using Tangent = typename SqrtGaussian<Density>::Tangent;
   constexpr std::size_t kMostAscents = 6;
+  constexpr Scalar kWithinPrior{2};  // standard deviations
   ModeSearch<Density, Count, Evaluate> search(prior, posterior, evaluate);
   if (search.rises_again()) return true;
-  const ModeAscent<Density, Model> ascent(prior, posterior, local_model);
+  const ModeAscent<Density, Model> ascent(prior, posterior, search.peak(), local_model);
+  const auto finds_mode = [&](const AscentEnd<Scalar>& end) {
+    const bool in_mode = end.log_evidence > AscentEnd<Scalar>::kNowhere;
+    return end.beyond_covariance ||
+           (in_mode ? end.log_evidence > settled.log_evidence - kNegligibleFall<Scalar>
+                    : end.log_density > search.peak() - kNegligibleFall<Scalar>);
+  };
   for (std::size_t i = 0; i < std::min(search.count(), kMostAscents); ++i) {
-    const AscentEnd<Scalar> end = ascent.from(search.start(i).step);
-    const bool settled = end.log_evidence > AscentEnd<Scalar>::kNowhere;
-    if (settled ? end.log_evidence > log_evidence - kNegligible
-                : end.log_density > search.peak() - kNegligible) {
-      return true;
-    }
+    if (finds_mode(ascent.from(search.start(i).step))) return true;
+  }
+  if (search.peak() >= settled.least_log_density) return false;
+  for (int i = 0; i < 2 * search.lines(); ++i) {
+    const Tangent y = (i % 2 == 0 ? kWithinPrior : -kWithinPrior) * search.direction(i / 2);
+    if (finds_mode(ascent.from_prior(y))) return true;
   }
   return false;
 }
