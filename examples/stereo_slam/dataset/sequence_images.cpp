@@ -147,6 +147,16 @@ StereoFrame rectified(const StereoSequence& sequence, std::size_t index, RawPair
   return fmt::format(
       "{} {:.0f} % of the values in the {} pairs examined are from {:.0f} to {:.0f}; in all frames {:.0f} is "
       "read as black and {:.0f} as white",
+  if (sequence.scale.by_median) {
+    return fmt::format(
+        "{} the values in one image differ by {:.0f} only, and those of the {} pairs examined lie from "
+        "{:.0f} to "
+        "{:.0f}, as they drift or differ between the cameras; the median of each image is read as medium "
+        "grey, and "
+        "every {:.1f} values as one grey level",
+        images, values.range_of_one(), pairs, values.quantile(ValueCounts::kTail),
+        values.quantile(1.0 - ValueCounts::kTail), sequence.scale.step);
+  }
       images, 100.0 * (1.0 - 2.0 * ValueCounts::kTail), pairs, values.quantile(ValueCounts::kTail),
       values.quantile(1.0 - ValueCounts::kTail), sequence.scale.black,
       sequence.scale.black + 255.0 * sequence.scale.step);
