@@ -172,7 +172,7 @@ void print_problems(std::ostream& stream, const std::vector<Problem>& problems) 
 
 Inspection inspect(SequenceScan scan) {
   Inspection inspection{.scan = std::move(scan), .agreement = {}, .images_read = 0};
-  if (inspection.scan.sequence.camera.width_px == 0) return inspection;
+  if (inspection.scan.sequence.camera.width_px == 0 || inspection.scan.too_large) return inspection;
   ImageCheck check = check_images(inspection.scan);
   const auto frames = load_samples(inspection.scan.sequence, check);
   add_faults(check, inspection.scan);

@@ -181,7 +181,7 @@ std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame
   std::map<std::pair<float, float>, float> disparity_px;
   for (const auto& [left_px, right_px] : match_corners(corners, find_corners(first.right))) {
     const cv::Point2f offset = left_px - right_px;
-    if (std::abs(offset.y) < kMostRows_px && offset.x > kLeastDisparity_px)
+    if (std::abs(offset.y) < kMostRows_px * corners.unit_px && offset.x > kLeastDisparity_px)
       disparity_px[{left_px.x, left_px.y}] = offset.x;
   }
   std::vector<MovedPoint> points;

@@ -225,10 +225,11 @@ bool explains(const StereoAgreement& agreement, const StereoAgreement& recorded)
   constexpr double kGoodRows_px = 1.0;
   if (!agreement.conclusive() || agreement.matches < recorded.matches / 2) return false;
   if (agreement.negative_share > kFewNegative || agreement.median_disparity_px <= 0.0) return false;
-  if (!recorded.conclusive()) return agreement.row_offset_px < kGoodRows_px;
+  const double good_px = kGoodRows_px * agreement.unit_px;
+  if (!recorded.conclusive()) return agreement.row_offset_px < good_px;
   const bool turns_signs = recorded.negative_share > 1.0 - kFewNegative;
   return agreement.row_offset_px < 0.5 * recorded.row_offset_px ||
-         (turns_signs && agreement.row_offset_px < kGoodRows_px);
+         (turns_signs && agreement.row_offset_px < good_px);
 }
 
 /// The delay of the right images with which they agree best, if they agree better than as recorded. A slight

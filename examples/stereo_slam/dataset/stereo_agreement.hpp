@@ -13,6 +13,7 @@ struct StereoAgreement {
   std::size_t left_features = 0;  ///< found in all left images
   std::size_t right_features = 0;
   std::size_t matches = 0;
+  double unit_px = 1.0;        ///< see ImageCorners
   double row_offset_px = 0.0;  ///< median of |v_left - v_right|: the rectification error plus 0.1 px of noise
   double median_disparity_px = 0.0;  ///< of u_left - u_right
   double near_disparity_px = 0.0;    ///< 90 % of the disparities of matches in one row are below it
