@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -23,6 +24,13 @@ struct StereoAgreement {
   static constexpr std::size_t kEnoughMatches = 50;  ///< with fewer the check is inconclusive
 
   static constexpr std::size_t kFewFeatures = 4 * kEnoughMatches;  ///< a quarter of them match in most images
+
+  /// The range of disparities, px, that reaches the near points with a reserve.
+  [[nodiscard]] int needed_range_px(int width_px) const {
+    constexpr double kReserve = 1.5;
+    constexpr int kMost_px = 2000;  // of the setting
+    return std::min({static_cast<int>(kReserve * near_disparity_px), width_px - 1, kMost_px});
+  }
 
   [[nodiscard]] bool conclusive() const { return matches >= kEnoughMatches; }
 };
