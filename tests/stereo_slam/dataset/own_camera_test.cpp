@@ -195,9 +195,13 @@ TEST_CASE("Stamps in another unit, and a calibration of another camera, give a w
   write_text(folder / "calibration.yaml", tiny_calibration(""));
   write_text(folder / "calibration.yaml", tiny_calibration("times: t.txt\n"));
   write_text(folder / "t.txt", "0\n100\n200\n");  // in milliseconds
+  const auto recognised = scan_sequence(folder.path(), "auto");
+  REQUIRE(recognised.problems.size() == 1);
+  CHECK_THAT(recognised.problems[0].text, Catch::Contains("t.txt: its times are taken as milliseconds"));
+  write_text(folder / "calibration.yaml", tiny_calibration("frame_rate_hz: 0.05\n"));
   const auto slow = scan_sequence(folder.path(), "auto");
   REQUIRE(slow.problems.size() == 1);
-  CHECK_THAT(slow.problems[0].text, Catch::Contains("0.01 frames per second") &&
+  CHECK_THAT(slow.problems[0].text, Catch::Contains("0.05 frames per second") &&
                                         Catch::Contains("those in times.txt are in seconds"));
 }
 
