@@ -2,6 +2,8 @@
 // Files that are not what they should be: each ends with one line, soon, and without much memory.
 #include <sys/stat.h>
 
+#include <opencv2/imgcodecs.hpp>
+
 #include "stereo_slam/support/program.hpp"
 
 using namespace stereo_slam::test;
@@ -167,6 +169,29 @@ TEST_CASE("Images and resolutions that do not fit into memory are refused by the
   for (const auto* camera : {"cam0", "cam1"})
     replace_in(fs::path(folder / "euroc/mav0") / camera / "sensor.yaml", "[320, 120]", "[20000, 20000]");
   check_bounded_failure({"info", "--dataset", folder / "euroc"}, "resolution is 20000 x 20000");
+}
+
+TEST_CASE("Raw images that a run has no memory for are refused with the scale that fits", "[faults]") {
+  if (kReservesAddresses) return;  // the sanitizer sets no limit that the program could see
+  constexpr int kSide_px = 6000;
+  const TemporaryFolder folder;
+  for (const auto* side : {"left", "right"}) {
+    fs::create_directories(folder / "in" / side);
+    for (const auto* name : {"0.png", "1.png"})
+      cv::imwrite((folder / "in" / side / name).string(),
+                  cv::Mat(kSide_px, kSide_px, CV_8UC1, cv::Scalar(9)));
+  }
+  const std::string lens =
+      "  resolution: [6000, 6000]\n  intrinsics: [6000, 6000, 3000, 3000]\n  distortion_model: radtan\n"
+      "  distortion_coefficients: [-0.1, 0, 0, 0]\n";
+  write_text(folder / "in/calibration.yaml",
+             "left:\n" + lens + "right:\n" + lens +
+                 "T_right_left: [1, 0, 0, -0.1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\nframe_rate_hz: 10\n");
+  check_bounded_failure({"run", "--dataset", folder / "in", "--output", folder / "out"}, "by --scale 0.8");
+  const auto info = call({"info", "--dataset", folder / "in"}, bound_time_and_memory);
+  CHECK_THAT(info.out, Catch::Contains("by --scale 0.8") && Catch::Contains("not usable"));
+  const auto scaled = call({"info", "--dataset", folder / "in", "--scale", "0.1"}, bound_time_and_memory);
+  CHECK_THAT(scaled.out, Catch::Contains("600 x 600 px, scaled from 6000 x 6000"));
 }
 
 TEST_CASE("Loops are scored in seconds for a hundred thousand poses", "[faults]") {

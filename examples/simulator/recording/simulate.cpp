@@ -18,6 +18,7 @@
 #include "simulator/rendering/renderer.hpp"
 #include "simulator/textures/random.hpp"
 #include "simulator/world/traffic.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
 
 namespace stereo_slam::simulator {
 namespace {
@@ -151,6 +152,13 @@ class NewFolder {
 };
 
 }  // namespace
+
+std::vector<std::string> trajectory_remarks(const SimulationSettings& settings) {
+  if (!fs::is_regular_file(settings.trajectory)) return {};
+  auto remarks = read_trajectory(settings.trajectory).remarks;
+  for (auto& remark : remarks) remark.insert(0, settings.trajectory.string() + ": ");
+  return remarks;
+}
 
 CameraPath camera_path(const SimulationSettings& settings) {
   validate(settings);

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "simulator/rendering/projection.hpp"
 #include "simulator/rendering/sensor.hpp"
@@ -56,6 +58,10 @@ using Progress = std::function<bool(int done, int total)>;
 /// written; and std::runtime_error for files that cannot be written and for an `output` that is not empty.
 void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
               const Progress& progress = nullptr);
+
+/// What the user should know about how the trajectory was read, with its name; nothing for a pipe, which can
+/// be read only once.
+[[nodiscard]] std::vector<std::string> trajectory_remarks(const SimulationSettings& settings);
 
 /// The path that simulate() drives with these settings; throws like it.
 [[nodiscard]] CameraPath camera_path(const SimulationSettings& settings);

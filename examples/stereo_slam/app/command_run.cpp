@@ -106,23 +106,21 @@ void require_usable(const std::vector<Problem>& problems, bool quiet) {
 /// Lets the search for matches reach the points that are near. Says so, or what to do if the user has set
 /// another range than that of the preset.
 void reach_near_points(const StereoAgreement& agreement, int width_px, Settings& settings, bool quiet) {
-  constexpr double kReserve = 1.5;
-  constexpr int kMost_px = 2000;  // of the setting
   const double near_px = agreement.near_disparity_px;
   int& range_px = settings.stereo.max_disparity_px;
   if (!agreement.conclusive() || near_px <= range_px) return;
-  const int needed_px = std::min({static_cast<int>(kReserve * near_px), width_px - 1, kMost_px});
+  const int needed_px = agreement.needed_range_px(width_px);
   if (range_px != preset_settings(settings.preset).stereo.max_disparity_px) {
-    warn(fmt::format(
-             "more than 10 % of the points have disparities above {} px, which stereo.max_disparity_px "
-             "excludes; set it to {}",
-             range_px, needed_px),
+    warn(fmt::format("10 % of the points have disparities above {:.0f} px, beyond stereo.max_disparity_px, "
+                     "which is {}; set "
+                     "it to {}",
+                     near_px, range_px, needed_px),
          quiet);
     return;
   }
-  warn(fmt::format("more than 10 % of the points have disparities above {} px, because they are near; "
-                   "stereo.max_disparity_px is raised to {} for this run",
-                   range_px, needed_px),
+  warn(fmt::format("10 % of the points have disparities above {:.0f} px, because they are near; "
+                   "stereo.max_disparity_px is raised from {} to {} for this run",
+                   near_px, range_px, needed_px),
        quiet);
   range_px = needed_px;
 }

@@ -10,6 +10,7 @@
 #include "simulator/recording/simulate.hpp"
 #include "simulator/rendering/lens_view.hpp"
 #include "stereo_slam/app/command.hpp"
+#include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/app/progress.hpp"
 #include "stereo_slam/app/signals.hpp"
 
@@ -100,6 +101,9 @@ int simulate_command(const SimulateArguments& arguments) {
   if (arguments.format == "euroc") {
     settings.rig =
         simulator::euroc_like_rig(arguments.distortion.value_or(Distortion::kRadTan), arguments.scale);
+  }
+  if (!arguments.quiet) {
+    for (const auto& remark : simulator::trajectory_remarks(settings)) print_message("warning: " + remark);
   }
   const SignalGuard signals;
   Progress progress(arguments.quiet);

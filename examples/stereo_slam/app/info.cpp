@@ -16,6 +16,7 @@
 #include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -172,7 +173,7 @@ void print_problems(std::ostream& stream, const std::vector<Problem>& problems) 
 
 Inspection inspect(SequenceScan scan) {
   Inspection inspection{.scan = std::move(scan), .agreement = {}, .images_read = 0};
-  if (inspection.scan.sequence.camera.width_px == 0) return inspection;
+  if (inspection.scan.sequence.camera.width_px == 0 || inspection.scan.too_large) return inspection;
   ImageCheck check = check_images(inspection.scan);
   const auto frames = load_samples(inspection.scan.sequence, check);
   add_faults(check, inspection.scan);
@@ -203,6 +204,15 @@ void print_inspection(std::ostream& stream, const Inspection& inspection) {
   if (agreement.conclusive()) {
     fmt::print(stream, "stereo check  {} matches, row offset {:.2f} px, disparity {:.1f} px (medians)\n",
                agreement.matches, agreement.row_offset_px, agreement.median_disparity_px);
+  }
+  constexpr int kRange_px = StereoMatchingSettings{}.max_disparity_px;  // of every preset
+  if (agreement.conclusive() && agreement.near_disparity_px > kRange_px) {
+    fmt::print(stream,
+               "near points   10 % have disparities above {:.0f} px; `run` raises stereo.max_disparity_px "
+               "from {} to {}, "
+               "unless it is set\n",
+               agreement.near_disparity_px, kRange_px,
+               agreement.needed_range_px(scan.sequence.camera.width_px));
   }
   if (images_read > 0 && !scan.sequence.live) {
     fmt::print(

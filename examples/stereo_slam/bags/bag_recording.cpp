@@ -153,6 +153,40 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   return fs::path(without_transport(image_topic)).filename().string().find("rect") != std::string::npos;
 }
 
+/// Whether P[3], which ROS defines to be 0 for the left camera of a pair, says that a pair of topics is in
+/// order or is not; nothing if there is no camera_info or P[3] of both or of neither is 0.
+[[nodiscard]] std::optional<bool> are_in_order(BagReader& reader, const TopicPair& topics) {
+  const auto all = reader.topics();
+  const auto has_baseline = [&](const std::string& image_topic) -> std::optional<bool> {
+    const std::string name = camera_info_topic(image_topic);
+    if (std::none_of(all.begin(), all.end(), [&](const BagTopic& topic) { return topic.name == name; }))
+      return std::nullopt;
+    return reader.camera_info(name).P[3] != 0.0;
+  };
+  const auto left = has_baseline(topics.left);
+  const auto right = has_baseline(topics.right);
+  if (!left || !right || *left == *right) return std::nullopt;
+  return *right;
+}
+
+/// The topics of a bag. Those whose names do not say which is left are ordered by their camera_info, with a
+/// warning.
+[[nodiscard]] TopicPair topics_of(BagReader& reader, const fs::path& recording, const BagOptions& options,
+                                  std::vector<Problem>& problems) {
+  TopicPair topics = choose_topics(reader.topics(), options.left_topic, options.right_topic);
+  if (!topics.is_guess) return topics;
+  const auto in_order = are_in_order(reader, topics);
+  if (topics.is_unnamed && !in_order) refuse_topics(reader.topics());
+  if (in_order && !*in_order) std::swap(topics.left, topics.right);
+  problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format("{}: {} is taken as the left and {} as the right camera, by {}; "
+                   "--left-topic and --right-topic name others",
+                   recording.string(), topics.left, topics.right,
+                   in_order ? "P[3] of their camera_info, which is 0 for the left one" : "their names")});
+  return topics;
+}
+
 /// The calibration in the bag's camera_info.
 [[nodiscard]] OwnCamera calibration_inside(BagReader& reader, const TopicPair& topics, const fs::path& file) {
   if (topics.side_by_side()) {
@@ -270,7 +304,7 @@ SequenceScan scan_bag(const fs::path& recording, const BagOptions& options) {
     const auto reader = std::make_shared<BagReader>(recording);
     TopicPair topics;
     try {
-      topics = choose_topics(reader->topics(), options.left_topic, options.right_topic);
+      topics = topics_of(*reader, recording, options, scan.problems);
     } catch (const std::invalid_argument& error) {
       fail(recording, error.what());
     }
@@ -280,13 +314,6 @@ SequenceScan scan_bag(const fs::path& recording, const BagOptions& options) {
     if (sequence.right_half_first && !topics.side_by_side())
       fail(recording,
            "its images are not side by side, so --right-half-first does not apply; exchange the topics");
-    if (topics.is_guess) {
-      scan.problems.push_back(
-          {Problem::Severity::kWarning,
-           fmt::format("{}: {} is taken as the left and {} as the right camera, by their names; "
-                       "--left-topic and --right-topic name others",
-                       recording.string(), topics.left, topics.right)});
-    }
     const OwnCamera own = calibration_of(*reader, topics, recording, options);
     for (const auto& warning : own.warnings) scan.problems.push_back({Problem::Severity::kWarning, warning});
     const auto images = std::make_shared<BagImages>(reader, topics, recording);

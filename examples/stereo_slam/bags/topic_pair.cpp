@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <iterator>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -85,6 +87,19 @@ namespace {
   return true;
 }
 
+/// Whether two names differ in exactly one part between slashes.
+[[nodiscard]] bool differ_in_one_part(const std::string& a, const std::string& b) {
+  const std::filesystem::path first(a);
+  const std::filesystem::path second(b);
+  if (std::distance(first.begin(), first.end()) != std::distance(second.begin(), second.end())) return false;
+  std::size_t differing = 0;
+  std::mismatch(first.begin(), first.end(), second.begin(), [&](const auto& x, const auto& y) {
+    differing += x == y ? 0 : 1;
+    return true;
+  });
+  return differing == 1;
+}
+
 /// The topics of images by name.
 class ImageTopics {
  public:
@@ -124,6 +139,12 @@ class ImageTopics {
     return pairs;
   }
 
+  /// The only two topics, if they are of one kind.
+  [[nodiscard]] std::vector<TopicPair> unnamed_pairs() const {
+    if (names_.size() != 2 || !differ_in_one_part(names_[0], names_[1])) return {};
+    return {{names_[0], names_[1], true, true}};
+  }
+
   /// What to do if no pair or more than one is found.
   [[nodiscard]] std::string advice() const {
     if (names_.size() == 1) {
@@ -153,9 +174,14 @@ TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& 
   }
   auto pairs = images.named_pairs();
   if (pairs.empty()) pairs = images.other_pairs();
+  if (pairs.empty()) pairs = images.unnamed_pairs();
   if (pairs.size() == 1) return pairs.front();
-  throw std::invalid_argument(
-      fmt::format("{} pairs of image topics; {}", pairs.empty() ? "no" : "several", images.advice()));
+  if (pairs.empty()) refuse_topics(topics);
+  throw std::invalid_argument(fmt::format("several pairs of image topics; {}", images.advice()));
+}
+
+void refuse_topics(const std::vector<BagTopic>& topics) {
+  throw std::invalid_argument(fmt::format("no pairs of image topics; {}", ImageTopics(topics).advice()));
 }
 
 }  // namespace stereo_slam

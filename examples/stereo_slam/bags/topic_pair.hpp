@@ -18,7 +18,8 @@ struct BagTopic {
 struct TopicPair {
   std::string left;
   std::string right;
-  bool is_guess = false;  ///< their names do not say that they are left and right
+  bool is_guess = false;    ///< their names do not say that they are left and right
+  bool is_unnamed = false;  ///< nor do they number them: only a calibration can tell which is left
 
   [[nodiscard]] bool side_by_side() const { return left == right; }
 };
@@ -29,5 +30,8 @@ struct TopicPair {
 /// candidates, when there is no pair or more than one.
 [[nodiscard]] TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& left = "",
                                       const std::string& right = "");
+
+/// Throws std::invalid_argument: that there are no pairs of image topics, listing those there are.
+[[noreturn]] void refuse_topics(const std::vector<BagTopic>& topics);
 
 }  // namespace stereo_slam

@@ -158,6 +158,12 @@ double share_seen(const StereoRig& rig, const Rectification& r, int step = 1) {
   return cv::countNonZero(both) / static_cast<double>(both.total());
 }
 
+/// Every how many pixels of an image the coverage is looked at: at no more than two million.
+int coverage_step(const cv::Size& size) {
+  constexpr double kMostSamples = 2e6;
+  return std::max(1, static_cast<int>(std::ceil(std::sqrt(size.area() / kMostSamples))));
+}
+
 /// The rectification with another focal length, and the principal point in the image centre.
 Rectification with_focal_length(Rectification r, const Lens& lens, double focal_px) {
   const double shift = r.P_right(0, 3) / r.P_right(0, 0);
@@ -223,7 +229,7 @@ Rectifier::Rectifier(const StereoRig& rig) : left_size_(size_of(rig.left)), righ
   }
   T_left_camera_.linear() = R_camera_left.transpose();
 
-  coverage_ = share_seen(rig, r);
+  coverage_ = share_seen(rig, r, coverage_step(left_size_));
   constexpr double kMinCoverage = 0.5;
   if (!is_a_camera(camera_) || !(coverage_ > kMinCoverage)) {
     throw std::runtime_error(
@@ -232,16 +238,22 @@ Rectifier::Rectifier(const StereoRig& rig) : left_size_(size_of(rig.left)), righ
                     "extrinsics do not fit together",
                     100.0 * coverage_, focal_px));
   }
-  const auto left = lens_positions(rig.left, {r.R_left, r.P_left, left_size_});
-  const auto right = lens_positions(rig.right, {r.R_right, r.P_right, left_size_});
-  cv::convertMaps(left.first, left.second, left_.whole, left_.fraction, CV_16SC2);
-  cv::convertMaps(right.first, right.second, right_.whole, right_.fraction, CV_16SC2);
+  left_->lens = rig.left;
+  left_->R = r.R_left;
+  left_->P = r.P_left;
+  right_->lens = rig.right;
+  right_->R = r.R_right;
+  right_->P = r.P_right;
 }
 
-cv::Mat Rectifier::apply(const Maps& maps, const cv::Mat& image) {
+cv::Mat Rectifier::apply(View& view, const cv::Mat& image) const {
+  std::call_once(view.made, [&] {
+    const auto [columns, rows] = lens_positions(view.lens, {view.R, view.P, left_size_});
+    cv::convertMaps(columns, rows, view.whole, view.fraction, CV_16SC2);
+  });
   cv::Mat rectified;
   // Linear interpolation would blur each pixel differently and so bias the disparities.
-  cv::remap(image, rectified, maps.whole, maps.fraction, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  cv::remap(image, rectified, view.whole, view.fraction, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   return rectified;
 }
 

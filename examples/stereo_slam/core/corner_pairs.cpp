@@ -2,9 +2,11 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
 #include "stereo_slam/core/descriptor.hpp"
@@ -31,15 +33,25 @@ std::vector<cv::Point2f> align(const cv::Mat& left, const cv::Mat& right,
   return aligned_px;
 }
 
+/// An image without corners, reduced if it is large.
+ImageCorners reduced(const cv::Mat& image, double most_pixels) {
+  const double factor = std::sqrt(most_pixels / std::max(1.0, static_cast<double>(image.total())));
+  ImageCorners result{.image = image, .unit_px = 1.0F, .positions_px = {}, .descriptors = {}};
+  if (factor >= 1.0) return result;
+  cv::resize(image, result.image, {}, factor, factor, cv::INTER_AREA);
+  result.unit_px = static_cast<float>(1.0 / factor);
+  return result;
+}
+
 }  // namespace
 
-ImageCorners find_corners(const cv::Mat& image) {
+ImageCorners find_corners(const cv::Mat& image, double most_pixels) {
   constexpr int kFeatures = 1000;
   constexpr int kLevels = 2;  // coarser levels locate a corner no better than two pixels
   std::vector<cv::KeyPoint> points;
   cv::Mat rows;
-  cv::ORB::create(kFeatures, 1.2F, kLevels)->detectAndCompute(image, cv::noArray(), points, rows);
-  ImageCorners features{.image = image, .positions_px = {}, .descriptors = {}};
+  ImageCorners features = reduced(image, most_pixels);
+  cv::ORB::create(kFeatures, 1.2F, kLevels)->detectAndCompute(features.image, cv::noArray(), points, rows);
   cv::KeyPoint::convert(points, features.positions_px);
   features.descriptors.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -71,7 +83,8 @@ std::vector<CornerPair> match_corners(const ImageCorners& left, const ImageCorne
   std::vector<CornerPair> pairs;
   if (left_px.empty()) return pairs;
   const auto aligned_px = align(left.image, right.image, left_px, right_px);
-  for (std::size_t i = 0; i < left_px.size(); ++i) pairs.push_back({left_px[i], aligned_px[i]});
+  for (std::size_t i = 0; i < left_px.size(); ++i)
+    pairs.push_back({left.unit_px * left_px[i], right.unit_px * aligned_px[i]});
   return pairs;
 }
 

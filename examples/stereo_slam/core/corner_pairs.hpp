@@ -14,14 +14,19 @@ struct CornerPair {
   cv::Point2f left_px, right_px;
 };
 
-/// The ORB features of a grey image, and the image.
+/// How large an image may be in which corners are looked for as it is. Larger ones are seldom sharp in single
+/// pixels, and searching them takes a second.
+constexpr double kMostCornerPixels = 3e6;
+
+/// The ORB features of a grey image, and the image, which is reduced if it is larger than wanted.
 struct ImageCorners {
   cv::Mat image;
-  std::vector<cv::Point2f> positions_px;
+  float unit_px = 1.0F;                   ///< pixels of the given image in one of `image`
+  std::vector<cv::Point2f> positions_px;  ///< in `image`
   std::vector<Descriptor> descriptors;
 };
 
-[[nodiscard]] ImageCorners find_corners(const cv::Mat& image);
+[[nodiscard]] ImageCorners find_corners(const cv::Mat& image, double most_pixels = kMostCornerPixels);
 
 /// Mutually nearest ORB features of two grey images, to sub-pixel accuracy and without assuming
 /// rectification. Some pairs are wrong. Takes some ten milliseconds.

@@ -106,9 +106,12 @@ void move(Eigen::Isometry3d& T, const Vector6<double>& step) {
   T = change * T;
 }
 
-/// One Gauss-Newton step; the camera stays if `with_camera` is false. Returns the information of the camera.
+/// What of the camera is estimated besides the motions.
+enum class FreeCamera { kNothing, kCentre, kAll };
+
+/// One Gauss-Newton step. Returns the information of the camera.
 Eigen::Matrix3d step(Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs, double scale_px,
-                     bool with_camera) {
+                     FreeCamera free) {
   constexpr double kLongestStep = 0.2;  // of log f
   std::vector<PairEquations> equations;
   Eigen::Matrix3d S = Eigen::Matrix3d::Zero();
@@ -120,9 +123,10 @@ Eigen::Matrix3d step(Unknowns& x, const std::vector<std::vector<MovedPoint>>& pa
     s += e.g_camera - gain * e.g;
   }
   Eigen::Vector3d change = Eigen::Vector3d::Zero();
-  if (with_camera) {
-    Eigen::Matrix3d damped = S;
-    damped.diagonal() += Eigen::Vector3d(10.0, 1e-4, 1e-4);  // straight motion leaves the camera open
+  if (free != FreeCamera::kNothing) {
+    constexpr double kFixed = 1e15;
+    Eigen::Matrix3d damped = S;  // straight motion leaves the camera open
+    damped.diagonal() += Eigen::Vector3d(free == FreeCamera::kAll ? 10.0 : kFixed, 1e-4, 1e-4);
     change = -damped.ldlt().solve(s);
     change.x() = std::clamp(change.x(), -kLongestStep, kLongestStep);
   }
@@ -137,10 +141,10 @@ Eigen::Matrix3d step(Unknowns& x, const std::vector<std::vector<MovedPoint>>& pa
 
 /// Twenty steps. Returns the information of the camera, for a noise of 1 px.
 Eigen::Matrix3d iterate(Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs, double scale_px,
-                        bool with_camera) {
+                        FreeCamera free) {
   constexpr int kSteps = 20;
   Eigen::Matrix3d information;
-  for (int k = 0; k < kSteps; ++k) information = step(x, pairs, scale_px, with_camera);
+  for (int k = 0; k < kSteps; ++k) information = step(x, pairs, scale_px, free);
   return information;
 }
 
@@ -181,7 +185,7 @@ std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame
   std::map<std::pair<float, float>, float> disparity_px;
   for (const auto& [left_px, right_px] : match_corners(corners, find_corners(first.right))) {
     const cv::Point2f offset = left_px - right_px;
-    if (std::abs(offset.y) < kMostRows_px && offset.x > kLeastDisparity_px)
+    if (std::abs(offset.y) < kMostRows_px * corners.unit_px && offset.x > kLeastDisparity_px)
       disparity_px[{left_px.x, left_px.y}] = offset.x;
   }
   std::vector<MovedPoint> points;
@@ -200,7 +204,7 @@ bool CameraFromMotion::contradicts_calibration() const {
   constexpr double kLeastGain = 200.0;
   constexpr double kSigmas = 10.0;
   const double change = std::abs(std::log(focal_factor));
-  return change > kNoticeable && gain > kLeastGain && change > kSigmas * sigma;
+  return is_camera && change > kNoticeable && gain > kLeastGain && change > kSigmas * sigma;
 }
 
 std::optional<CameraFromMotion> camera_from_motion(const StereoCamera& camera,
@@ -215,16 +219,21 @@ std::optional<CameraFromMotion> camera_from_motion(const StereoCamera& camera,
   Unknowns calibrated{.focal_px = camera.fx,
                       .centre_px = {camera.cx, camera.cy},
                       .T_second_first = std::vector(pairs.size(), Eigen::Isometry3d::Identity())};
-  for (const double scale_px : {30.0, 5.0, 1.0}) (void)iterate(calibrated, pairs, scale_px, false);
+  for (const double scale_px : {30.0, 5.0, 1.0})
+    (void)iterate(calibrated, pairs, scale_px, FreeCamera::kNothing);
   Unknowns free = calibrated;
-  for (const double scale_px : {5.0, 1.0}) (void)iterate(free, pairs, scale_px, true);
+  for (const double scale_px : {5.0, 1.0}) (void)iterate(free, pairs, scale_px, FreeCamera::kAll);
   const double noise_px = std::max(noise_of(free, pairs), kLeastNoise_px);
-  (void)iterate(calibrated, pairs, kSharp * noise_px, false);
-  const Eigen::Matrix3d information = iterate(free, pairs, kSharp * noise_px, true);
+  for (const double scale_px : {5.0, 1.0, kSharp * noise_px})
+    (void)iterate(calibrated, pairs, scale_px, FreeCamera::kCentre);
+  const Eigen::Matrix3d information = iterate(free, pairs, kSharp * noise_px, FreeCamera::kAll);
+  const Eigen::Vector2d& centre_px = free.centre_px;
   return CameraFromMotion{
       .focal_factor = free.focal_px / camera.fx,
       .sigma = noise_px * std::sqrt(std::max(information.inverse()(0, 0), 0.0)),
-      .gain = cost(calibrated, pairs, kSharp, noise_px) - cost(free, pairs, kSharp, noise_px)};
+      .gain = cost(calibrated, pairs, kSharp, noise_px) - cost(free, pairs, kSharp, noise_px),
+      .is_camera = centre_px.x() > 0.0 && centre_px.x() < camera.width_px && centre_px.y() > 0.0 &&
+                   centre_px.y() < camera.height_px};
 }
 
 }  // namespace stereo_slam

@@ -30,7 +30,9 @@ struct MovedPoint {
 struct CameraFromMotion {
   double focal_factor = 1.0;  ///< its focal length in units of that of the calibration
   double sigma = 0.0;         ///< standard deviation of log(focal_factor)
-  double gain = 0.0;          ///< chi-square of the calibrated camera minus that of this one
+  double gain =
+      0.0;  ///< chi-square of the calibrated focal length, with any principal point, minus that of this
+  bool is_camera = true;  ///< the principal point is in the image
 
   /// Whether the calibrated focal length is clearly wrong. That of good recordings is off by up to 2.5 %, by
   /// errors of their rectification, with gains of some hundreds; that of straight motion by any amount, with

@@ -205,6 +205,29 @@ void set_stamps_of_left(const ImageList& left, std::vector<StereoFiles>& frames)
   for (auto& frame : frames) frame.stamp_ns = stamps_ns.at(frame.left);
 }
 
+/// Throws if the numbers of the images begin again at 0 or 1 after 9999 or the like: in the order of their
+/// numbers the end of the recording would come first.
+void require_no_wrap(const fs::path& folder, const std::vector<fs::path>& files) {
+  std::vector<std::uint64_t> numbers;
+  for (const auto& file : files) {
+    const auto number = NumberedName(file.stem().string()).number;
+    if (!number) return;
+    numbers.push_back(*number);
+  }
+  std::sort(numbers.begin(), numbers.end());
+  const std::string most = std::to_string(numbers.back());
+  const bool is_last = most.size() > 2 && most.find_first_not_of('9') == std::string::npos;
+  if (!is_last || numbers.front() > 1) return;
+  const auto is_gap = [&](std::uint64_t a, std::uint64_t b) { return b - a > numbers.size(); };
+  const auto gap = std::adjacent_find(numbers.begin(), numbers.end(), is_gap);
+  if (gap == numbers.end()) return;
+  fail(
+      folder,
+      fmt::format("the numbers of the images begin again at {} after {}, so their order is not known; add {} "
+                  "to those up to {}",
+                  numbers.front(), most, numbers.back() + 1 - numbers.front(), *gap));
+}
+
 }  // namespace
 
 ImageList list_images(const fs::path& folder) {
@@ -213,13 +236,12 @@ ImageList list_images(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const bool hidden = entry.path().filename().string().starts_with('.');  // as macOS's ._000000.png
     if (hidden || !has_image_name(entry.path())) continue;
-    if (entry.is_symlink() && !entry.exists()) {
-      fail(entry.path(), "is a link to a file that does not exist; restore the file or remove the link");
-    }
-    if (entry.is_regular_file()) images.push_back(entry.path());
+    const bool broken_link = entry.is_symlink() && !entry.exists();  // is an image that cannot be read
+    if (broken_link || entry.is_regular_file()) images.push_back(entry.path());
   }
   if (images.empty()) fail(folder, "contains no images (png, jpg, pgm, bmp, tif)");
   ImageList list = in_order(folder, std::move(images));
+  if (list.times.keys.empty() && list.times.stamps_ns.empty()) require_no_wrap(folder, list.files);
   require_different_stamps(list);
   return list;
 }

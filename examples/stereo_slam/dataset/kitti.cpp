@@ -81,7 +81,7 @@ KittiCalibration read_calib_txt(const fs::path& file, const KittiCameras& camera
   return calibration;
 }
 
-std::vector<std::int64_t> read_stamps(const fs::path& file) {
+FileTimes read_stamps(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "missing; it holds one time in seconds a frame");
   return read_times(file);
 }
@@ -185,7 +185,11 @@ SequenceScan scan_kitti(const fs::path& folder, const PairingOptions& pairing) {
   KittiCalibration calibration;
   attempt(problems, kError, [&] { calibration = read_calib_txt(folder / "calib.txt", cameras); });
   sequence.camera = calibration.camera;
-  attempt(problems, kError, [&] { stamps_ns = read_stamps(folder / "times.txt"); });
+  attempt(problems, kError, [&] {
+    FileTimes times = read_stamps(folder / "times.txt");
+    stamps_ns = std::move(times.stamps_ns);
+    if (!times.warning.empty()) problems.push_back({kWarning, std::move(times.warning)});
+  });
   for (const auto& name : {sequence.left_name, sequence.right_name}) {
     attempt(problems, kError, [&] { images = std::max(images, count_images(folder / name)); });
   }

@@ -29,9 +29,11 @@ namespace fs = std::filesystem;
 constexpr auto kError = Problem::Severity::kError;
 constexpr auto kWarning = Problem::Severity::kWarning;
 
-void set_times(const fs::path& file, const FramePositions& positions, std::vector<StereoFiles>& frames) {
+void set_times(const fs::path& file, const FramePositions& positions, SequenceScan& scan) {
+  auto& frames = scan.sequence.frames;
   if (!fs::exists(file)) fail(file, "missing; it must contain one time in seconds per frame");
-  const auto stamps_ns = read_times(file);
+  const auto [stamps_ns, warning] = read_times(file);
+  if (!warning.empty()) scan.problems.push_back({kWarning, warning});
   const bool of_all = stamps_ns.size() == positions.count;
   if (!of_all && stamps_ns.size() != frames.size()) {
     fail(file, fmt::format("has {} times for {} frames; there must be one for each", stamps_ns.size(),
@@ -66,14 +68,14 @@ void compare_rates(double frame_rate_hz, const NameTimes& times, SequenceScan& s
 void set_stamps(const OwnCamera& own, const fs::path& calibration, const KnownTimes& known,
                 SequenceScan& scan) {
   auto& frames = scan.sequence.frames;
-  if (own.times) return set_times(calibration.parent_path() / *own.times, known.positions, frames);
+  if (own.times) return set_times(calibration.parent_path() / *own.times, known.positions, scan);
   if (!known.in_names.stamps_ns.empty()) {
     if (own.frame_rate_hz) compare_rates(*own.frame_rate_hz, known.in_names, scan);
     return;
   }
   const fs::path usual_times = frames.front().left.parent_path().parent_path() / "times.txt";
   const double rate_hz = own.frame_rate_hz.value_or(known.video_rate_hz);
-  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return set_times(usual_times, known.positions, frames);
+  if (!(rate_hz > 0.0) && fs::exists(usual_times)) return set_times(usual_times, known.positions, scan);
   if (!(rate_hz > 0.0)) {
     const std::string& doubt = known.in_names.doubt;
     fail(calibration,

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/core/corner_pairs.hpp"
+#include "stereo_slam/dataset/calibration_scale.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/stereo_agreement.hpp"
 
@@ -82,14 +84,6 @@ StereoRig with_pose(StereoRig rig, const Eigen::Isometry3d& T_right_left) {
   return rig;
 }
 
-/// The rig with all values in pixels multiplied.
-StereoRig scaled(StereoRig rig, double factor) {
-  for (auto* lens : {&rig.left, &rig.right}) {
-    for (double* value_px : {&lens->fx, &lens->fy, &lens->cx, &lens->cy}) *value_px *= factor;
-  }
-  return rig;
-}
-
 /// Whether both cameras are in one image, so that messages have one name for them.
 bool is_one_image(const StereoSequence& sequence) {
   return sequence.side_by_side || sequence.left_name == sequence.right_name;
@@ -155,8 +149,45 @@ void add_rigs(std::vector<Hypothesis>& hypotheses, const StereoSequence& sequenc
                     "intrinsics and distortion"});
   hypotheses.push_back({.cause = "the images look rectified already, but the calibration is of raw images; "
                                  "use that of the rectified images (rectified: in calibration.yaml)"});
-  if (const auto factor = size_factor(centre_of(sequence)))
-    add_rig(hypotheses, scaled(rig, *factor), {.cause = other_size_text(centre_of(sequence), *factor)});
+}
+
+/// The corners that match between the raw images of some frames.
+std::vector<CornerPair> raw_pairs(const StereoSequence& sequence, const std::vector<std::size_t>& indices) {
+  std::vector<CornerPair> pairs;
+  std::vector<Problem> ignored;  // unreadable images are reported elsewhere
+  for (const std::size_t index : indices) {
+    attempt(ignored, Problem::Severity::kWarning, [&] {
+      const auto pair = load_raw_pair(sequence, index, index);
+      const auto found = match_corners(pair.left, pair.right);
+      pairs.insert(pairs.end(), found.begin(), found.end());
+    });
+  }
+  return pairs;
+}
+
+/// A calibration of raw cameras for images of another size, or with other focal lengths.
+void add_scales(std::vector<Hypothesis>& hypotheses, const StereoSequence& sequence,
+                const std::vector<std::size_t>& indices) {
+  constexpr double kLeast = 0.03;
+  const StereoRig& rig = *sequence.rig;
+  const auto pairs = raw_pairs(sequence, indices);
+  const auto is_other = [](double factor) { return std::abs(std::log(factor)) > kLeast; };
+  const double size = size_factor(centre_of(sequence)).value_or(best_factor(rig, pairs, with_size_factor));
+  if (is_other(size))
+    add_rig(hypotheses, with_size_factor(rig, size), {.cause = other_size_text(centre_of(sequence), size)});
+  const auto is_zero = [](const Lens& lens) {
+    return std::all_of(lens.coefficients.begin(), lens.coefficients.end(), [](double k) { return k == 0.0; });
+  };
+  if (is_zero(rig.left) && is_zero(rig.right)) {
+    add_rig(hypotheses, with_radial_distortion(rig, best_factor(rig, pairs, with_radial_distortion)),
+            {.cause = "the images look distorted, but the calibration has no distortion"});
+  }
+  const double focal = best_factor(rig, pairs, with_focal_factor);
+  if (!is_other(focal)) return;
+  add_rig(hypotheses, with_focal_factor(rig, focal),
+          {.cause =
+               fmt::format("the focal lengths of the calibration look about {:.0f} % too {} for these images",
+                           100.0 * std::abs(1.0 / focal - 1.0), focal < 1.0 ? "long" : "short")});
 }
 
 /// Mistakes in the calibration of raw cameras that place the right camera anywhere but on the right.
@@ -205,7 +236,8 @@ std::vector<Hypothesis> rejected_rigs(const StereoSequence& sequence) {
 }
 
 /// What may be wrong with a recording, apart from delays.
-std::vector<Hypothesis> hypotheses_of(const StereoSequence& sequence, Suspicion suspicion) {
+std::vector<Hypothesis> hypotheses_of(const StereoSequence& sequence, const std::vector<std::size_t>& indices,
+                                      Suspicion suspicion) {
   std::vector<Hypothesis> hypotheses;
   if (sequence.rectifier || suspicion == Suspicion::kStrong) {
     hypotheses.push_back({.swapped = true,
@@ -213,7 +245,10 @@ std::vector<Hypothesis> hypotheses_of(const StereoSequence& sequence, Suspicion 
                           .cause = swap_text(sequence),
                           .severity = Problem::Severity::kError});
   }
-  if (sequence.rectifier && sequence.rig) add_rigs(hypotheses, sequence);
+  if (sequence.rectifier && sequence.rig) {
+    add_rigs(hypotheses, sequence);
+    add_scales(hypotheses, sequence, indices);
+  }
   if (suspicion == Suspicion::kStrong) add_flips(hypotheses, sequence);
   return hypotheses;
 }
@@ -225,10 +260,11 @@ bool explains(const StereoAgreement& agreement, const StereoAgreement& recorded)
   constexpr double kGoodRows_px = 1.0;
   if (!agreement.conclusive() || agreement.matches < recorded.matches / 2) return false;
   if (agreement.negative_share > kFewNegative || agreement.median_disparity_px <= 0.0) return false;
-  if (!recorded.conclusive()) return agreement.row_offset_px < kGoodRows_px;
+  const double good_px = kGoodRows_px * agreement.unit_px;
+  if (!recorded.conclusive()) return agreement.row_offset_px < good_px;
   const bool turns_signs = recorded.negative_share > 1.0 - kFewNegative;
   return agreement.row_offset_px < 0.5 * recorded.row_offset_px ||
-         (turns_signs && agreement.row_offset_px < kGoodRows_px);
+         (turns_signs && agreement.row_offset_px < good_px);
 }
 
 /// The delay of the right images with which they agree best, if they agree better than as recorded. A slight
@@ -309,7 +345,7 @@ std::string seen(const StereoAgreement& recorded) {
 std::optional<Problem> cause_of_disagreement(const StereoSequence& sequence, Suspicion suspicion) {
   const auto indices = compared_frames(sequence);
   const auto recorded = agreement_under({.rectifier = sequence.rectifier}, sequence, indices);
-  auto found = explanations(hypotheses_of(sequence, suspicion), sequence, indices, recorded);
+  auto found = explanations(hypotheses_of(sequence, indices, suspicion), sequence, indices, recorded);
   if (auto delay = best_delay(sequence, indices, recorded, suspicion))
     found.insert(found.begin(), std::move(*delay));
   return best_problem(found, sequence.folder.string(), seen(recorded));

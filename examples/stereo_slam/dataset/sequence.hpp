@@ -81,6 +81,7 @@ struct Problem {
 struct SequenceScan {
   StereoSequence sequence;
   std::vector<Problem> problems;
+  bool too_large = false;  ///< its images must not be loaded; see check_memory
 };
 
 /// Thrown where a video ends slightly before the frame count of its header, or a live camera stops delivering
@@ -111,7 +112,8 @@ void find_scale(SequenceScan& scan);
 /// them. `factor` is from 0 to 1. Adds an error for images that would become too small.
 void scale_images(SequenceScan& scan, double factor);
 
-/// Adds an error if a run with images of this size needs more than half of the machine's memory.
+/// Adds an error if a run with images of this size needs more than half of the memory that the process may
+/// use, and says that they are too large.
 void check_memory(SequenceScan& scan);
 
 /// The sequence of scan_sequence. Throws std::runtime_error with the first error.

@@ -2,8 +2,11 @@
 // The part of sequence.hpp that reads and scales the images.
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <sys/resource.h>
 #include <unistd.h>
 #include <utility>
 
@@ -144,6 +147,16 @@ StereoFrame rectified(const StereoSequence& sequence, std::size_t index, RawPair
         "values as white",
         images, (1 << bits) - 1, pairs, bits);
   }
+  if (sequence.scale.by_median) {
+    return fmt::format(
+        "{} the values in one image differ by {:.0f} only, and those of the {} pairs examined lie from "
+        "{:.0f} to "
+        "{:.0f}, as they drift or differ between the cameras; the median of each image is read as medium "
+        "grey, and "
+        "every {:.1f} values as one grey level",
+        images, values.range_of_one(), pairs, values.quantile(ValueCounts::kTail),
+        values.quantile(1.0 - ValueCounts::kTail), sequence.scale.step);
+  }
   return fmt::format(
       "{} {:.0f} % of the values in the {} pairs examined are from {:.0f} to {:.0f}; in all frames {:.0f} is "
       "read as black and {:.0f} as white",
@@ -166,10 +179,24 @@ template <class Camera>
   return camera;
 }
 
-/// Physical memory; zero where unknown.
-[[nodiscard]] double machine_bytes() {
+/// The number in a file of the kernel; infinite if there is none, as where it says "max".
+[[nodiscard]] double number_in(const fs::path& file) {
+  std::ifstream stream(file);
+  double value = 0.0;
+  return stream >> value ? value : std::numeric_limits<double>::infinity();
+}
+
+/// The memory that this process may use: that of the machine, of its container or of `ulimit -v`.
+[[nodiscard]] double available_bytes() {
   const auto pages = static_cast<double>(sysconf(_SC_PHYS_PAGES));
-  return std::max(0.0, pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
+  double bytes = pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+  if (!(bytes > 0.0)) bytes = std::numeric_limits<double>::infinity();
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+    bytes = std::min(bytes, static_cast<double>(limit.rlim_cur));
+  for (const auto* file : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
+    bytes = std::min(bytes, number_in(file));
+  return bytes;
 }
 
 }  // namespace
@@ -225,19 +252,23 @@ void scale_images(SequenceScan& scan, double factor) {
 }
 
 void check_memory(SequenceScan& scan) {
-  constexpr double kBytesPerPixel = 50.0;  // of a run
+  constexpr double kBytesPerPixel = 65.0;  // of a run with raw images, measured at 20 megapixels
   constexpr double kMostShare = 0.5;
   const auto& camera = scan.sequence.camera;
   const double needed = kBytesPerPixel * camera.width_px * camera.height_px;
-  const double available = kMostShare * machine_bytes();
-  if (available == 0.0 || needed <= available) return;
-  const double percent = std::floor(100.0 * std::sqrt(available / needed));
+  const double available = kMostShare * available_bytes();
+  if (needed <= available) return;
+  scan.too_large = true;
+  const double already = scan.sequence.unscaled.empty()
+                             ? 1.0
+                             : static_cast<double>(camera.width_px) / scan.sequence.unscaled.width;
+  const double percent = std::floor(100.0 * already * std::sqrt(available / needed));
   scan.problems.push_back(
       {Problem::Severity::kError,
-       fmt::format("{}: with images of {} x {} pixels a run needs {:.2g} GB, more than half of the memory of "
-                   "this machine; scale them, as by --scale {}",
+       fmt::format("{}: with images of {} x {} pixels a run needs {:.2g} GB, more than half of the {:.2g} GB "
+                   "that it may use; scale them, as by --scale {}",
                    scan.sequence.folder.string(), camera.width_px, camera.height_px, 1e-9 * needed,
-                   std::max(0.01, 0.01 * percent))});
+                   1e-9 * available / kMostShare, std::max(0.01, 0.01 * percent))});
 }
 
 RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::size_t right) {

@@ -50,6 +50,7 @@ StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
   for (const auto& frame : frames) {
     ImageCorners left, right;
     run_both([&] { left = find_corners(frame.left); }, [&] { right = find_corners(frame.right); });
+    agreement.unit_px = static_cast<double>(left.unit_px);
     agreement.left_features += left.positions_px.size();
     agreement.right_features += right.positions_px.size();
     for (const auto& [left_px, right_px] : match_corners(left, right)) {

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/dataset/camera_from_motion.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
 
@@ -47,9 +48,9 @@ std::optional<Suspicion> suspicion_of(const StereoAgreement& agreement) {
   constexpr double kSuspicious_px = 0.15;
   if (!agreement.conclusive())
     return lacks_features(agreement) ? std::nullopt : std::optional(Suspicion::kStrong);
-  if (agreement.row_offset_px > kMaxRowOffset_px || agreement.negative_share > kMaxNegativeShare)
-    return Suspicion::kStrong;
-  return agreement.row_offset_px > kSuspicious_px ? std::optional(Suspicion::kSlight) : std::nullopt;
+  const double rows = agreement.row_offset_px / agreement.unit_px;
+  if (rows > kMaxRowOffset_px || agreement.negative_share > kMaxNegativeShare) return Suspicion::kStrong;
+  return rows > kSuspicious_px ? std::optional(Suspicion::kSlight) : std::nullopt;
 }
 
 /// Points in up to six pairs of frames, between which the camera may have turned. Those of a source are its
@@ -88,6 +89,33 @@ std::vector<Problem> wrong_focal_length(const StereoSequence& sequence) {
                excess > 0.0 ? "long" : "short")}};
 }
 
+/// How many corners of a frame match in rows that agree, in images of at most so many pixels.
+std::size_t agreeing_matches(const StereoFrame& frame, double most_pixels) {
+  const ImageCorners left = find_corners(frame.left, most_pixels);
+  const auto pairs = match_corners(left, find_corners(frame.right, most_pixels));
+  const float most_px = 2.0F * left.unit_px;
+  return static_cast<std::size_t>(std::count_if(pairs.begin(), pairs.end(), [&](const CornerPair& pair) {
+    return std::abs(pair.left_px.y - pair.right_px.y) < most_px;
+  }));
+}
+
+/// Large images that match when they are reduced and not as they are, so that a run would not track them.
+std::vector<Problem> unsharp_images(const StereoAgreement& agreement, const StereoSequence& sequence,
+                                    const StereoFrame& frame) {
+  constexpr std::size_t kFewer = 4;
+  if (agreement.unit_px <= 1.0) return {};
+  const std::size_t reduced = agreeing_matches(frame, kMostCornerPixels);
+  const std::size_t whole = agreeing_matches(frame, static_cast<double>(frame.left.total()));
+  if (kFewer * whole > reduced) return {};
+  return {
+      {Problem::Severity::kWarning,
+       fmt::format(
+           "{}: the images are not sharp at their size of {}x{} px: {} features match in a pair, and {} if "
+           "they are reduced; use --scale {:.2g}",
+           sequence.folder.string(), frame.left.cols, frame.left.rows, whole, reduced,
+           1.0 / agreement.unit_px)}};
+}
+
 /// What the images show, without a cause.
 std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequence& sequence) {
   constexpr auto kWarning = Problem::Severity::kWarning;
@@ -100,11 +128,12 @@ std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequ
          fmt::format("{}: {:.0f} % of the disparities are negative, as if {} were not of the left camera",
                      folder, 100.0 * agreement.negative_share, sequence.left_name)});
   }
-  if (agreement.row_offset_px > kMaxRowOffset_px) {
+  const double most_px = kMaxRowOffset_px * agreement.unit_px;
+  if (agreement.row_offset_px > most_px) {
     problems.push_back(
         {kWarning,
          fmt::format("{}: matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); {}",
-                     folder, agreement.row_offset_px, kMaxRowOffset_px,
+                     folder, agreement.row_offset_px, most_px,
                      sequence.rectifier ? "the calibration does not fit these images"
                                         : "the images are not rectified, or not of one moment")});
   }
@@ -135,7 +164,8 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   if (!agreement.conclusive()) return {too_few_matches(agreement, sequence)};
   auto problems = observed(agreement, sequence);
   if (!problems.empty() || frames.empty()) return problems;
-  return wrong_focal_length(sequence);
+  problems = unsharp_images(agreement, sequence, frames.front());
+  return problems.empty() ? wrong_focal_length(sequence) : problems;
 }
 
 }  // namespace stereo_slam

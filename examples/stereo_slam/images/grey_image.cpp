@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <stdexcept>
 
@@ -31,17 +32,31 @@ cv::Mat to_grey(const cv::Mat& image) {
 GreyScale GreyScale::of_bits(int bits) { return {.black = 0.0, .step = std::ldexp(1.0, bits - 8)}; }
 
 cv::Mat to_grey(const cv::Mat& image, const GreyScale& scale) {
+  constexpr double kMediumGrey = 128.0;
+  constexpr double kHalf = 0.5;
+  double black = scale.black;
+  if (scale.by_median) {
+    ValueCounts values;
+    values.add(image);
+    black = values.quantile(kHalf) - kMediumGrey * scale.step;
+  }
   cv::Mat grey;
-  image.convertTo(grey, CV_8U, 1.0 / scale.step, -scale.black / scale.step);
+  image.convertTo(grey, CV_8U, 1.0 / scale.step, -black / scale.step);
   return grey;
 }
 
 void ValueCounts::add(const cv::Mat& image) {
+  ValueCounts one;
+  one.count(image);
+  ranges_.push_back(one.quantile(1.0 - kTail) - one.quantile(kTail));
+  largest_ = std::max(largest_, one.largest_);
+  std::transform(counts_.begin(), counts_.end(), one.counts_.begin(), counts_.begin(), std::plus<>());
+}
+
+void ValueCounts::count(const cv::Mat& image) {
   constexpr int kEnoughRows = 500;  // so that a single one counts less than kTail
   const int step_px = std::max(1, image.rows / kEnoughRows);
-  double largest = 0.0;
-  cv::minMaxLoc(image, nullptr, &largest);
-  largest_ = std::max(largest_, largest);
+  cv::minMaxLoc(image, nullptr, &largest_);
   for (int y = 0; y < image.rows; y += step_px) {
     const auto* row = image.ptr<std::uint16_t>(y);
     for (int x = 0; x < image.cols; ++x) ++counts_[row[x]];
@@ -63,14 +78,27 @@ double ValueCounts::quantile(double share) const {
   return largest_;
 }
 
+double ValueCounts::range_of_one() const {
+  if (ranges_.empty()) return 0.0;
+  auto ranges = ranges_;
+  const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
+  std::nth_element(ranges.begin(), middle, ranges.end());
+  return *middle;
+}
+
 GreyScale ValueCounts::scale() const {
   constexpr double kEnough = 64.0;  // grey levels; with half as many, KITTI 06 is lost
   constexpr double kLevels = 256.0;
+  constexpr double kMuchMore = 1.5;
   const GreyScale plain = GreyScale::of_bits(bits());
   const double low = quantile(kTail);
   const double high = quantile(1.0 - kTail);
-  const double step = std::max(1.0, 2.0 * (high - low) / kLevels);
-  if (high - low >= kEnough * plain.step || step >= plain.step) return plain;
+  const double one = range_of_one();
+  const bool by_median = high - low > kMuchMore * one;
+  const double range = by_median ? one : high - low;
+  const double step = std::max(1.0, 2.0 * range / kLevels);
+  if (range >= kEnough * plain.step || step >= plain.step) return plain;
+  if (by_median) return {.black = 0.0, .step = step, .by_median = true};
   return {.black = 0.5 * (low + high) - 0.5 * kLevels * step, .step = step};
 }
 

@@ -18,8 +18,9 @@ namespace stereo_slam {
 
 /// Which of the values of 16 bits a pixel become which grey levels: (value - black) / step.
 struct GreyScale {
-  double black = 0.0;   ///< the value of grey level 0
-  double step = 256.0;  ///< from one grey level to the next; at least 1
+  double black = 0.0;      ///< the value of grey level 0
+  double step = 256.0;     ///< from one grey level to the next; at least 1
+  bool by_median = false;  ///< the median of each image becomes medium grey, and `black` has no meaning
 
   /// The scale of a camera with so many bits, of which the upper eight are used.
   [[nodiscard]] static GreyScale of_bits(int bits);
@@ -43,16 +44,24 @@ class ValueCounts {
   /// The smallest value that at least a share of all values do not exceed.
   [[nodiscard]] double quantile(double share) const;
 
-  /// The scale of bits(), if it gives the images enough contrast. Otherwise, as of a thermal camera, the one
-  /// that gives the values between quantile(kTail) and quantile(1 - kTail) the middle half of all grey
-  /// levels.
+  /// The middle one of the ranges of the values in single images, without a share of kTail at each end.
+  [[nodiscard]] double range_of_one() const;
+
+  /// The scale of bits(), if it gives single images enough contrast. Otherwise, as of a thermal camera, the
+  /// one that gives the values between quantile(kTail) and quantile(1 - kTail) the middle half of all grey
+  /// levels. If these are much more than the values in single images, because the values drift or those of
+  /// the two cameras differ, the one that gives half of all grey levels to each image, by its median.
   [[nodiscard]] GreyScale scale() const;
 
   static constexpr double kTail = 0.01;  ///< more than the hot pixels and the rows of metadata of a camera
 
  private:
+  /// The values of a single image.
+  void count(const cv::Mat& image);
+
   std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(65536);  // of 500 rows or more
   double largest_ = 0.0;                                                   // of all rows
+  std::vector<double> ranges_;                                             // of the images
 };
 
 /// Equalises the contrast of both images locally (CLAHE), if the settings want it.

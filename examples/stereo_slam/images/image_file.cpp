@@ -26,7 +26,11 @@ namespace {
 std::string read_content(const std::filesystem::path& file) {
   constexpr std::size_t kMostImageBytes = std::size_t{256} << 20;
   std::error_code error;  // read_file() reports other errors
-  if (!std::filesystem::exists(file, error) && !error) fail(file, "missing; restore the image");
+  if (!std::filesystem::exists(file, error) && !error) {
+    fail(file, std::filesystem::is_symlink(file, error)
+                   ? "is a link to a file that does not exist; restore the file or remove the link"
+                   : "missing; restore the image");
+  }
   std::string content = read_file(file, kMostImageBytes);
   if (content.empty()) fail(file, "the file is empty; copy or download it again");
   if (content.starts_with("version https://git-lfs.github.com/"))

@@ -196,7 +196,8 @@ std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) {
 std::int64_t VideoPair::stamp_ns(std::size_t index) {
   constexpr double kRounding_ns = 1e6;
   const double own_ns = 1e6 * left_->stamp_ms;
-  const double even_ns = rate_hz_ > 0.0 ? 1e9 * static_cast<double>(index) / rate_hz_ : 0.0;
+  const auto frame = static_cast<double>(frame_of(index, /*is_left=*/true));
+  const double even_ns = rate_hz_ > 0.0 ? 1e9 * frame / rate_hz_ : 0.0;
   const bool known = index == 0 || (std::isfinite(own_ns) && own_ns > 0.0);
   const bool even = rate_hz_ > 0.0 && (!known || std::abs(own_ns - even_ns) <= kRounding_ns);
   std::int64_t stamp_ns = std::llround(even ? even_ns : own_ns);
@@ -218,19 +219,40 @@ bool StampComparison::in_step(std::size_t index, double difference_ms, double to
   return !agree(0, 1) || agree(1, 2) || agree(1, 3) || !agree(2, 3);
 }
 
-/// Throws if one of the videos lacks a frame that the other has: all pairs after it would be wrong.
-void VideoPair::require_in_step(std::size_t index) {
+/// The frame of a video that is in a pair.
+std::size_t VideoPair::frame_of(std::size_t index, bool is_left) const {
+  std::size_t frame = index;
+  for (const auto& skip : skips_) {
+    if (skip.of_left == is_left && skip.from <= index) frame += skip.frames;
+  }
+  return frame;
+}
+
+/// Leaves out frames of one video if the other lacks them, from the pair before this one on, and replaces the
+/// image of this pair.
+void VideoPair::keep_in_step(std::size_t index, cv::Mat& left, cv::Mat& right) {
   if (rate_hz_ == 0.0) return;
   constexpr double kMostOfAFrame = 0.75;
   const double ahead_ms = left_->stamp_ms - right_->stamp_ms;
   if (stamps_.in_step(index, ahead_ms, kMostOfAFrame * 1e3 / rate_hz_)) return;
-  const bool left_lacks = ahead_ms > stamps_.before_ms();
+  const double jump_ms = ahead_ms - stamps_.before_ms();
+  const bool left_lacks = jump_ms > 0.0;
+  const auto frames =
+      static_cast<std::size_t>(std::max(1LL, std::llround(1e-3 * std::abs(jump_ms) * rate_hz_)));
   const auto& [lacking, other] =
       left_lacks ? std::pair(left_->file, right_->file) : std::pair(right_->file, left_->file);
-  fail(lacking,
-       fmt::format("lacks a frame before frame {}: from there on its stamps are ahead of those of {}, "
-                   "so left and right images do not belong together; convert both videos again",
-                   index - 1, other.string()));
+  skips_.push_back({.from = index - 1, .of_left = !left_lacks, .frames = frames});
+  stamps_.restart();
+  if (warning_.empty()) {
+    warning_ = fmt::format(
+        "{}: lacks {} before frame {} that {} has, by their times; from the next frame on the "
+        "images are paired without it",
+        lacking.string(), frames == 1 ? "a frame" : fmt::format("{} frames", frames), index - 1,
+        other.string());
+  }
+  cv::Mat& image = left_lacks ? right : left;
+  const auto next = (left_lacks ? right_ : left_)->read(frame_of(index, !left_lacks));
+  if (next) image = *next;
 }
 
 /// Sets the warning if the image of one camera is exactly that of the frame before, and the other camera's is
@@ -274,7 +296,7 @@ std::optional<RawPair> VideoPair::read(std::size_t index) {
 }
 
 std::optional<RawPair> VideoPair::read_images(std::size_t index) {
-  auto left = read(*left_, index);
+  auto left = read(*left_, frame_of(index, true));
   if (!left) return std::nullopt;
   RawPair pair;
   if (left->empty()) pair.left_fault = left_->fault_of(index);
@@ -289,10 +311,10 @@ std::optional<RawPair> VideoPair::read_images(std::size_t index) {
       fail(left_->file, error.what());
     }
   }
-  auto right = read(*right_, index);
+  auto right = read(*right_, frame_of(index, false));
   if (!right) return std::nullopt;
   if (right->empty()) pair.right_fault = right_->fault_of(index);
-  require_in_step(index);
+  keep_in_step(index, *left, *right);
   pair.left = *left;
   pair.right = *right;
   note_repetition(index, pair);

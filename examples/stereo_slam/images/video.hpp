@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -34,13 +35,17 @@ class StampComparison {
   /// The difference before the jump, ms, once in_step() has returned false.
   [[nodiscard]] double before_ms() const { return recent_ms_.front(); }
 
+  /// Forgets the differences, after what made them jump was corrected.
+  void restart() { recent_ms_.clear(); }
+
  private:
   std::size_t last_ = 0;
   std::deque<double> recent_ms_;
 };
 
-/// Two video files read in step, or one that shows both cameras side by side. Reading in order is fast; an
-/// earlier frame restarts from the beginning.
+/// Two video files read in step, or one that shows both cameras side by side. Where one of two lacks frames
+/// that the other has, by its times, these are left out from the second frame after them on. Reading in order
+/// is fast; an earlier frame restarts from the beginning.
 class VideoPair : public PairSource {
  public:
   /// `right` is empty for images side by side. Throws std::runtime_error that names the file when one is
@@ -74,10 +79,19 @@ class VideoPair : public PairSource {
   [[nodiscard]] std::optional<cv::Mat> read(Decoder& decoder, std::size_t index);
   [[nodiscard]] bool ends_in_time(const Decoder& decoder) const;
   [[nodiscard]] std::int64_t stamp_ns(std::size_t index);
-  void require_in_step(std::size_t index);
+  void keep_in_step(std::size_t index, cv::Mat& left, cv::Mat& right);
   void note_repetition(std::size_t index, const RawPair& pair);
 
+  /// From a pair on, how many more frames of a video are left out.
+  struct Skip {
+    std::size_t from = 0;
+    bool of_left = false;
+    std::size_t frames = 0;
+  };
+  [[nodiscard]] std::size_t frame_of(std::size_t index, bool is_left) const;
+
   std::mutex mutex_;
+  std::vector<Skip> skips_;
   std::unique_ptr<Decoder> left_;
   std::unique_ptr<Decoder> right_;  // null for images side by side
   std::pair<std::size_t, std::size_t> frames_of_each_;

@@ -2,7 +2,6 @@
 #include "stereo_slam/io/stamp_unit.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <system_error>
@@ -13,24 +12,9 @@
 namespace stereo_slam {
 namespace {
 
-constexpr std::array kStampUnits = {StampUnit::kSeconds, StampUnit::kMilliseconds, StampUnit::kMicroseconds,
-                                    StampUnit::kNanoseconds};
-
-[[nodiscard]] long double nanoseconds_in(StampUnit unit) {
-  switch (unit) {
-    case StampUnit::kSeconds:
-      return 1e9L;
-    case StampUnit::kMilliseconds:
-      return 1e6L;
-    case StampUnit::kMicroseconds:
-      return 1e3L;
-    case StampUnit::kNanoseconds:
-      break;
-  }
-  return 1.0L;
+[[nodiscard]] long double seconds_in(StampUnit unit) {
+  return 1e-9L * static_cast<long double>(nanoseconds_in(unit));
 }
-
-[[nodiscard]] long double seconds_in(StampUnit unit) { return 1e-9L * nanoseconds_in(unit); }
 
 [[nodiscard]] long double middle_of(std::vector<long double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -73,17 +57,15 @@ std::optional<long double> parse_stamp(std::string_view text) {
 }
 
 std::optional<std::int64_t> to_nanoseconds(long double stamp, StampUnit unit) {
-  const long double stamp_ns = stamp * nanoseconds_in(unit);
+  const long double stamp_ns = stamp * static_cast<long double>(nanoseconds_in(unit));
   if (!(std::fabs(stamp_ns) <= static_cast<long double>(kLatestStamp_ns))) return std::nullopt;
   return static_cast<std::int64_t>(std::llround(stamp_ns));
 }
 
-StampUnit unit_of_stamps(std::span<const long double> stamps, StampUnit expected) {
+StampUnit unit_of_stamps(std::span<const long double> stamps, StampUnit expected, const UsualSteps& usual) {
   constexpr long double kEarliest_s = 3e8L;
   constexpr long double kLatest_s = 4e9L;
   constexpr long double kLongestPause_s = 3600.0L;
-  constexpr long double kShortestStep_s = 2e-5L;
-  constexpr long double kLongestStep_s = 20.0L;
   constexpr long double kUsualStep_s = 0.05L;
   if (stamps.empty()) return expected;
   const auto step = median_step(stamps);
@@ -95,7 +77,9 @@ StampUnit unit_of_stamps(std::span<const long double> stamps, StampUnit expected
   }
   if (!step) return expected;
   const long double expected_s = *step * seconds_in(expected);
-  if (expected_s >= kShortestStep_s && expected_s <= kLongestStep_s) return expected;
+  if (expected_s >= static_cast<long double>(usual.shortest_s) &&
+      expected_s <= static_cast<long double>(usual.longest_s))
+    return expected;
   const auto unlikeliness = [&](StampUnit unit) {
     return std::fabs(std::log(*step * seconds_in(unit) / kUsualStep_s));
   };

@@ -16,44 +16,35 @@
 #include <fmt/ranges.h>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/io/stamp_unit.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
 
-struct Unit {
-  std::string_view name;
-  int decimals;  ///< of this unit in nanoseconds
-  std::int64_t in_ns;
-};
-
-constexpr std::array<Unit, 4> kUnits = {{{"seconds", 9, 1'000'000'000},
-                                         {"milliseconds", 6, 1'000'000},
-                                         {"microseconds", 3, 1'000},
-                                         {"nanoseconds", 0, 1}}};
-
-constexpr std::int64_t kSecond_ns = kUnits[0].in_ns;
+constexpr std::int64_t kSecond_ns = nanoseconds_in(StampUnit::kSeconds);
 constexpr std::int64_t kLongestRun_ns = 100 * 86'400 * kSecond_ns;  // of a clock that began at zero
 constexpr std::int64_t kFrom1990_ns = 631'152'000 * kSecond_ns;
 
 /// Nothing for a number beyond kLatestStamp_ns.
-std::optional<std::int64_t> to_ns(const WrittenNumber& number, const Unit& unit) {
+std::optional<std::int64_t> to_ns(const WrittenNumber& number, StampUnit unit) {
   std::int64_t whole = 0;
   const char* const end = number.whole.data() + number.whole.size();
   const auto [stop, error] = std::from_chars(number.whole.data(), end, whole);
-  if (error != std::errc{} || stop != end || whole > kLatestStamp_ns / unit.in_ns) return std::nullopt;
+  const std::int64_t unit_ns = nanoseconds_in(unit);
+  if (error != std::errc{} || stop != end || whole > kLatestStamp_ns / unit_ns) return std::nullopt;
   const auto digit = [&](std::size_t i) {
     return i < number.fraction.size() ? std::int64_t{number.fraction[i] - '0'} : 0;
   };
-  const auto decimals = static_cast<std::size_t>(unit.decimals);
+  std::size_t decimals = 0;
   std::int64_t fraction_ns = 0;
-  for (std::size_t i = 0; i < decimals; ++i) fraction_ns = 10 * fraction_ns + digit(i);
-  const std::int64_t stamp_ns = whole * unit.in_ns + fraction_ns + (digit(decimals) >= 5 ? 1 : 0);
+  for (std::int64_t left = unit_ns; left > 1; left /= 10) fraction_ns = 10 * fraction_ns + digit(decimals++);
+  const std::int64_t stamp_ns = whole * unit_ns + fraction_ns + (digit(decimals) >= 5 ? 1 : 0);
   return stamp_ns <= kLatestStamp_ns ? std::optional(stamp_ns) : std::nullopt;
 }
 
 /// Empty if a number is too large for the unit.
-std::vector<std::int64_t> all_to_ns(const std::vector<WrittenNumber>& numbers, const Unit& unit) {
+std::vector<std::int64_t> all_to_ns(const std::vector<WrittenNumber>& numbers, StampUnit unit) {
   std::vector<std::int64_t> stamps_ns;
   stamps_ns.reserve(numbers.size());
   for (const auto& number : numbers) {
@@ -87,7 +78,7 @@ bool may_count_frames(const std::vector<WrittenNumber>& written) {
   constexpr std::int64_t kLargestStep = 1000;
   constexpr std::int64_t kSmallestTime = 10;
   constexpr std::size_t kMostOdd = 5;  // one of so many
-  const auto numbers = all_to_ns(written, kUnits.back());
+  const auto numbers = all_to_ns(written, kStampUnits.back());
   const std::int64_t usual = usual_interval_ns(numbers);
   if (usual >= kLargestStep) return false;
   std::int64_t step = 0;
@@ -98,7 +89,7 @@ bool may_count_frames(const std::vector<WrittenNumber>& written) {
 
 /// A reading of the numbers.
 struct Reading {
-  const Unit* unit = nullptr;
+  StampUnit unit = StampUnit::kSeconds;
   std::vector<std::int64_t> stamps_ns;
   bool since_1970 = false;
   bool usual = false;
@@ -113,9 +104,9 @@ bool are_whole(const std::vector<WrittenNumber>& numbers) {
 /// Every unit in which the numbers are times.
 std::vector<Reading> readings_of(const std::vector<WrittenNumber>& numbers) {
   std::vector<Reading> readings;
-  for (const auto& unit : kUnits) {
-    if (unit.in_ns == kSecond_ns && are_whole(numbers)) continue;
-    Reading reading{.unit = &unit, .stamps_ns = all_to_ns(numbers, unit)};
+  for (const StampUnit unit : kStampUnits) {
+    if (unit == StampUnit::kSeconds && are_whole(numbers)) continue;
+    Reading reading{.unit = unit, .stamps_ns = all_to_ns(numbers, unit)};
     if (reading.stamps_ns.empty()) continue;
     reading.since_1970 = are_since_1970(reading.stamps_ns);
     reading.usual = is_usual_interval(usual_interval_ns(reading.stamps_ns));
@@ -137,7 +128,7 @@ std::string doubt_about(const std::vector<WrittenNumber>& numbers, const std::ve
   }
   std::vector<std::string> units;
   for (const auto& reading : readings) {
-    units.push_back(fmt::format("{} ({:.3g} s between images)", reading.unit->name,
+    units.push_back(fmt::format("{} ({:.3g} s between images)", to_string(reading.unit),
                                 1e-9 * static_cast<double>(usual_interval_ns(reading.stamps_ns))));
   }
   return fmt::format("{} may be in {}", text, fmt::join(units, " or in "));
@@ -191,7 +182,7 @@ std::size_t count_odd_intervals(std::vector<std::int64_t> stamps_ns) {
 }
 
 std::vector<std::int64_t> sort_keys_of(const std::vector<WrittenNumber>& numbers) {
-  for (const auto& unit : kUnits) {
+  for (const StampUnit unit : kStampUnits) {
     if (auto keys = all_to_ns(numbers, unit); !keys.empty()) return keys;
   }
   return {};

@@ -157,12 +157,17 @@ TEST_CASE("run searches the disparities of points that are nearer than usual", "
   const auto run = call({"run", "--dataset", folder / "in", "--output", folder / "out"});
   CHECK(run.status == 0);
   REQUIRE(split_lines(run.err).size() == 1);
-  CHECK_THAT(run.err, Catch::Contains("stereo.max_disparity_px is raised to 285"));
+  CHECK_THAT(run.err, Catch::Contains("stereo.max_disparity_px is raised from 160 to 285"));
   CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("max_disparity_px: 285"));
   CHECK_THAT(read_text(folder / "out/covariances.csv"), !Catch::Contains(",LOST,"));
+
+  const auto info = call({"info", "--dataset", folder / "in"});
+  CHECK_THAT(info.out, Catch::Contains(
+                           "disparities above 190 px; `run` raises stereo.max_disparity_px from 160 to 285"));
 
   write_text(folder / "range.yaml", "stereo: {max_disparity_px: 170}\n");
   const auto set = call(
       {"run", "--dataset", folder / "in", "--output", folder / "out2", "--config", folder / "range.yaml"});
-  CHECK_THAT(set.err, Catch::Contains("above 170 px, which stereo.max_disparity_px excludes; set it to 285"));
+  CHECK_THAT(set.err,
+             Catch::Contains("above 190 px, beyond stereo.max_disparity_px, which is 170; set it to 285"));
 }

@@ -247,6 +247,24 @@ TEST_CASE("Topics that count the cameras are a pair, with a warning", "[bags]") 
   check_images(scan, *folder);
 }
 
+TEST_CASE("Topics whose names do not say which is left are ordered by their calibration", "[bags]") {
+  const auto folder = bags();
+  if (!folder) return;
+  for (const auto& [bag, left] :
+       {std::pair("reversed.bag", "/cam_b/image"), {"unnamed.bag", "/other/image"}}) {
+    CAPTURE(bag);
+    auto scan = scan_bag(*folder / bag, {});
+    CHECK(scan.sequence.left_name == left);
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_THAT(scan.problems[0].text, Catch::Contains("by P[3] of their camera_info"));
+    scan.problems.clear();
+    check_images(scan, *folder);
+  }
+  CHECK_THAT(
+      error_of(*folder / "unnamed_without.bag"),
+      Catch::Contains("no pairs of image topics; name them") && Catch::Contains("/main/image, /other/image"));
+}
+
 TEST_CASE("Stamps of messages are used where they are in order", "[bags]") {
   const auto times_of = [](const std::vector<std::int64_t>& seconds) {
     std::vector<MessageTime> times;
@@ -448,13 +466,15 @@ TEST_CASE("Topics are chosen by name, and only pairs of images", "[bags]") {
   CHECK(chosen({"/rig/l/image", "/rig/r/image"}) == "/rig/r/image");
   CHECK(choose_topics(topics({"/cam1/a", "/cam2/a"})).is_guess);
   CHECK_FALSE(choose_topics(topics({"/left", "/right"})).is_guess);
+  CHECK_FALSE(choose_topics(topics({"/cam1/a", "/cam2/a"})).is_unnamed);
+  CHECK(choose_topics(topics({"/main/a", "/other/a"})).is_unnamed);
   const auto refused = [&](const std::vector<std::string>& names, const BagOptions& options) {
     return message_of([&] { (void)choose_topics(topics(names), options.left_topic, options.right_topic); });
   };
   CHECK_THAT(refused({"/left/a", "/right/a", "/left/b", "/right/b"}, {}), Catch::Contains("several pairs"));
   CHECK_THAT(refused({}, {}), Catch::Contains("there are none"));
   CHECK_THAT(refused({"/cam1/a", "/cam2/a", "/cam3/a"}, {}), Catch::Contains("several pairs"));
-  CHECK_THAT(refused({"/rgb/image", "/depth/image"}, {}), Catch::Contains("no pairs"));
+  CHECK_THAT(refused({"/rgb/image", "/depth/image", "/x/image"}, {}), Catch::Contains("no pairs"));
   CHECK_THAT(refused({"/a1/b1", "/a2/b3"}, {}), Catch::Contains("no pairs"));
   const BagOptions imu{.left_topic = "/imu0", .right_topic = "/a", .calibration = {}};
   CHECK_THAT(refused({"/a"}, imu), Catch::Contains("'/imu0' is no topic of images; there are /a"));

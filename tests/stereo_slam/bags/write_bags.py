@@ -211,4 +211,8 @@ write("8uc3.bag", stereo, lambda path, when: image(path, when, "8UC3"))
 write("both.bag", {"left": "/zed/image"}, side_by_side)
 write("part_0.bag", stereo, recorded=range(0, 2))
 write("part_1.bag", stereo, recorded=range(2, 5))
+write("reversed.bag", {"left": "/cam_b/image", "right": "/cam_a/image"})
+write("unnamed.bag", {"left": "/other/image", "right": "/main/image"})
+write("unnamed_without.bag", {"left": "/other/image", "right": "/main/image"},
+      info=lambda side: CameraInfo(width=320, height=120))
 write("counted.bag", {"left": "/drive/Cam_2/image", "right": "/drive/Cam_3/image"})

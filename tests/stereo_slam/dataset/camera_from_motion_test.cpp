@@ -92,6 +92,19 @@ TEST_CASE("Straight motion, standing still and few points contradict no calibrat
   CHECK(camera_from_motion(kCamera, {{}, motions(0.05)[0], {}}));
 }
 
+TEST_CASE("A nearly straight drive contradicts no calibration, whatever its principal point",
+          "[motion][data]") {
+  const auto data = data_folder();
+  if (!data) return;
+  for (const std::size_t frames : {12U, 20U, 30U, 51U}) {
+    CAPTURE(frames);
+    StereoSequence sequence = open_sequence(*data / "kitti/06_0000-0050", "kitti");
+    sequence.frames.resize(frames);
+    const std::vector<StereoFrame> compared{load_frame(sequence, 0), load_frame(sequence, frames / 2)};
+    CHECK(problems_of(check_stereo_agreement(compared), sequence, compared).empty());
+  }
+}
+
 TEST_CASE("A drive with turns contradicts a wrong focal length, and not the right one", "[motion][data]") {
   const auto data = data_folder();
   if (!data) return;

@@ -143,11 +143,24 @@ TEST_CASE("An image without a number among numbered ones is refused; texts befor
   CHECK(error_with("", "1403636579763555584").empty());
 }
 
-TEST_CASE("An image that is a link to nothing is named, not left out", "[folders]") {
+TEST_CASE("An image that is a link to nothing is named, and costs its own frame only", "[folders]") {
   const NamedRecording recording(numbered("", 6), numbered("", 6));
   recording.replace_by_link("right/000003.png", "/nowhere/000003.png");
-  CHECK_THAT(recording.error(),
+  const StereoSequence sequence = recording.scan().sequence;
+  REQUIRE(sequence.frames.size() == 6);
+  CHECK_THAT(message_of([&] { (void)load_frame(sequence, 3); }),
              Catch::Contains("right/000003.png: is a link to a file that does not exist; restore"));
+  CHECK(load_partial_frame(sequence, 3).has_left());
+}
+
+TEST_CASE("A counter of images that begins again after its last number is refused", "[folders]") {
+  std::vector<std::string> names;
+  for (int i = 9996; i < 10'002; ++i) names.push_back(fmt::format("{:04}", i % 10'000));
+  CHECK_THAT(NamedRecording(names, names).error(),
+             Catch::Contains("begin again at 0 after 9999") && Catch::Contains("add 10000 to those up to 1"));
+  names.clear();
+  for (int i = 0; i < 12; ++i) names.push_back(fmt::format("{:03}", 988 + i));  // ends with 999
+  CHECK(NamedRecording(names, names).scan().problems.empty());
 }
 
 TEST_CASE("Images whose names differ between the cameras are paired by their numbers", "[folders]") {

@@ -136,11 +136,11 @@ TEST_CASE("Images that need more memory than the machine has are refused with th
   scan.sequence.camera.width_px = scan.sequence.camera.height_px = 4096;
   check_memory(scan);
   CHECK(scan.problems.empty());
+  CHECK_FALSE(scan.too_large);
   scan.sequence.camera.width_px = scan.sequence.camera.height_px = 2'000'000;
   check_memory(scan);
   REQUIRE(scan.problems.size() == 1);
   CHECK(is_error(scan.problems[0]));
-  CHECK_THAT(scan.problems[0].text,
-             Catch::Contains("more than half of the memory of this machine; scale them, "
-                             "as by --scale 0.0"));
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("GB that it may use; scale them, as by --scale 0.0"));
+  CHECK(scan.too_large);
 }

@@ -303,3 +303,32 @@ TEST_CASE("The real KITTI excerpts open", "[kitti][data]") {
   CHECK(sequence.camera.baseline_m == Approx(386.1448 / 718.856).epsilon(1e-12));
   CHECK(load_frame(sequence, 200).stamp_ns == sequence.frames[200].stamp_ns);
 }
+
+TEST_CASE("Times in another unit than seconds are recognised by their steps or their size, and named",
+          "[kitti]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), 6);
+  const auto scan_with = [&](const std::function<std::string(int)>& time) {
+    std::string text;
+    for (int i = 0; i < 6; ++i) text += time(i) + "\n";
+    write_text(folder / "times.txt", text);
+    return scan_sequence(folder.path(), "auto");
+  };
+  const std::vector<std::pair<std::string, std::function<std::string(int)>>> files = {
+      {"milliseconds", [](int i) { return fmt::format("{}", 5000 + 100 * i); }},
+      {"milliseconds", [](int i) { return fmt::format("{:.3f}", 100.0 * i); }},
+      {"microseconds", [](int i) { return fmt::format("{}", 100'000 * i); }},
+      {"nanoseconds",
+       [](int i) { return fmt::format("{}", std::int64_t{1403636579763555584} + 100'000'000 * i); }},
+      {"milliseconds", [](int i) { return fmt::format("{}", std::int64_t{1626962384000} + 100 * i); }}};
+  for (const auto& [unit, time] : files) {
+    CAPTURE(unit, time(1));
+    const SequenceScan scan = scan_with(time);
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_FALSE(is_error(scan.problems[0]));
+    CHECK_THAT(scan.problems[0].text, Catch::Contains("times.txt: its times are taken as " + unit));
+    CHECK(scan.sequence.frames[5].stamp_ns - scan.sequence.frames[0].stamp_ns == 500'000'000);
+  }
+  CHECK(scan_with([](int i) { return fmt::format("{}", i); }).problems.empty());
+  CHECK(scan_with([](int i) { return fmt::format("{:.1f}", 4.0 * i); }).problems.empty());
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "simulator/recording/simulate.hpp"
 #include "simulator/rendering/lens_view.hpp"
+#include "stereo_slam/dataset/calibration_scale.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/stereo_check.hpp"
 #include "stereo_slam/support/support.hpp"
@@ -180,4 +181,23 @@ TEST_CASE("A rig with the right camera on the left is explained by the images", 
   REQUIRE(scan.problems.size() == 1);
   CHECK_THAT(scan.problems[0].text,
              Catch::Contains("to the left of the left one; exchange the two cameras, or"));
+}
+
+TEST_CASE("Raw images of EuRoC show by their rows a calibration of another size or focal length", "[data]") {
+  const auto data = data_folder();
+  if (!data) return;
+  const StereoSequence sequence = open_sequence(*data / "euroc/MH_01_easy_first150", "euroc");
+  CHECK(text_of_problems(sequence).empty());
+  const auto text_with = [&](const StereoRig& rig) {
+    return text_of_problems(with_rig(sequence, rig).sequence);
+  };
+  CHECK_THAT(text_with(with_focal_factor(*sequence.rig, 1.09)),
+             Catch::Contains("% too long for these images"));
+  CHECK_THAT(text_with(with_focal_factor(*sequence.rig, 0.9)),
+             Catch::Contains("% too short for these images"));
+  CHECK_THAT(text_with(with_size_factor(*sequence.rig, 0.889)),
+             Catch::Contains("looks made for images of about 6"));
+  StereoRig straight = *sequence.rig;
+  for (auto* lens : {&straight.left, &straight.right}) lens->coefficients = {0.0, 0.0, 0.0, 0.0};
+  CHECK_THAT(text_with(straight), Catch::Contains("look distorted, but the calibration has no distortion"));
 }

@@ -322,6 +322,31 @@ TEST_CASE("The scale of grey levels is the same for all frames, and follows no s
   CHECK(warm - before == Approx(100.0 / scan.sequence.scale.step).margin(1.0));
 }
 
+TEST_CASE("Thermal images whose values drift, or differ between the cameras, keep their contrast",
+          "[image]") {
+  const TemporaryFolder folder;
+  const SequenceScan still = scan_16_bit(folder / "still", 21000.0, 900.0 / 255.0);
+  CHECK_FALSE(still.sequence.scale.by_median);
+  const SequenceScan drifting = scan_16_bit(folder / "drifting", 21000.0, 900.0 / 255.0,
+                                            [](cv::Mat& image, int i) { image += 700 * i; });
+  int images = 0;  // left and right ones in turn
+  const SequenceScan unlike =
+      scan_16_bit(folder / "unlike", 21000.0, 900.0 / 255.0,
+                  [&](cv::Mat& image, int) { image += images++ % 2 == 0 ? 0 : 9000; });
+  const StereoFrame expected = load_frame(drifting.sequence, 0);
+  for (const auto* scan : {&drifting, &unlike}) {
+    CHECK(scan->sequence.scale.by_median);
+    REQUIRE(scan->problems.size() == 1);
+    CHECK_THAT(scan->problems[0].text, Catch::Contains("the median of each image is read as medium grey"));
+    for (std::size_t i = 0; i < scan->sequence.frames.size(); ++i) {
+      const StereoFrame frame = load_frame(scan->sequence, i);
+      CHECK(share_between(frame.left, 1, 254) > 0.97);
+      CHECK(check_stereo_agreement({frame}).matches >= StereoAgreement::kEnoughMatches);
+    }
+    CHECK(cv::norm(load_frame(scan->sequence, 0).left, expected.left, cv::NORM_INF) <= 1.0);
+  }
+}
+
 TEST_CASE("Values that differ by noise only are not spread over all grey levels", "[image]") {
   const TemporaryFolder folder;
   const SequenceScan scan = scan_16_bit(folder.path(), 7000.0, 4.0 / 255.0);

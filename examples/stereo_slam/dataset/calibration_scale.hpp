@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "stereo_slam/calibration/stereo_rig.hpp"
+#include "stereo_slam/core/corner_pairs.hpp"
+
+namespace stereo_slam {
+
+/// The rig with all values in pixels multiplied: that of images of another size.
+[[nodiscard]] StereoRig with_size_factor(StereoRig rig, double factor);
+
+/// The rig with its focal lengths multiplied, and the principal points where they are.
+[[nodiscard]] StereoRig with_focal_factor(StereoRig rig, double factor);
+
+/// The rig with the radial distortion k1 = log(factor) in both lenses, and k2 = k1^2, as most lenses have it.
+[[nodiscard]] StereoRig with_radial_distortion(StereoRig rig, double factor);
+
+/// How far corners of the raw right images lie from the epipolar lines of their partners, px (median). After
+/// rectification this is the distance of their rows.
+[[nodiscard]] double epipolar_distance_px(const StereoRig& rig, const std::vector<CornerPair>& pairs);
+
+/// The factor from 0.6 to 1.6 with which the corners lie nearest to these lines. A wrong size or focal length
+/// bends the lines, differently in the two images, because their lenses are not parallel or not alike.
+[[nodiscard]] double best_factor(const StereoRig& rig, const std::vector<CornerPair>& pairs,
+                                 StereoRig (*with_factor)(StereoRig, double));
+
+}  // namespace stereo_slam
