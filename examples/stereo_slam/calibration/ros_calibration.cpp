@@ -41,6 +41,11 @@ void read_numbers(const YamlMap& map, const char* key, std::array<double, kCount
   std::copy(values.begin(), values.end(), numbers.begin());
 }
 
+/// Whether a list has no value, as `D:` or `data: null`; some writers mean an empty one.
+[[nodiscard]] bool is_null(const YAML::Node& list) {
+  return list.IsNull() || (list.IsMap() && list["data"] && list["data"].IsNull());
+}
+
 /// One camera of a file, and its name there.
 struct NamedCameraInfo {
   std::string name;
@@ -59,7 +64,7 @@ struct NamedCameraInfo {
   read_numbers(map, keys->K, info.K);
   if (map.has("distortion_model") && !map.get({"distortion_model"}).Scalar().empty())
     info.distortion_model = map.text({"distortion_model"});
-  if (map.has(keys->D)) info.D = map.numbers({keys->D});
+  if (map.has(keys->D) && !is_null(map.get({keys->D}))) info.D = map.numbers({keys->D});
   read_numbers(map, keys->R, info.R);
   read_numbers(map, keys->P, info.P);
   if (is_calibrated(info))

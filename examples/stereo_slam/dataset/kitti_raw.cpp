@@ -320,7 +320,12 @@ void read_truth_of_drive(const KittiDrive& drive, SequenceScan& scan) {
 }  // namespace
 
 bool looks_like_kitti_raw(const fs::path& folder) {
-  return has_cameras(folder) || fs::exists(folder / "calib_cam_to_cam.txt");
+  if (has_cameras(folder) || fs::exists(folder / "calib_cam_to_cam.txt")) return true;
+  // A day whose calibration is missing.
+  std::error_code unreadable;
+  const fs::directory_iterator entries(folder, unreadable);
+  return std::any_of(begin(entries), end(entries),
+                     [](const auto& entry) { return has_cameras(entry.path()); });
 }
 
 SequenceScan scan_kitti_raw(const fs::path& folder, const PairingOptions& pairing) {

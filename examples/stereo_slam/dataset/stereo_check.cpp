@@ -11,6 +11,7 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/dataset/camera_from_motion.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
+#include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -116,6 +117,23 @@ std::vector<Problem> unsharp_images(const StereoAgreement& agreement, const Ster
            1.0 / agreement.unit_px)}};
 }
 
+/// A scene without near points: landmarks are not used there, and a common error of all disparities, of which
+/// no motion tells, is a large part of them.
+std::vector<Problem> far_scene(const StereoAgreement& agreement, const StereoSequence& sequence) {
+  constexpr double kCommonError_px = 0.03;  // as online rectification allows for with a good calibration
+  const double most_baselines = MapSettings{}.max_baselines;
+  const double least_px = sequence.camera.fx / most_baselines;
+  if (!(agreement.near_disparity_px < least_px) || !(agreement.median_disparity_px > kCommonError_px))
+    return {};
+  return {{Problem::Severity::kWarning,
+           fmt::format(
+               "{}: nine of ten points are farther than {:.0f} baselines ({:.3g} m), beyond which landmarks "
+               "are not used (map.max_baselines): poses will come from frame to frame, as WEAK, and "
+               "lengths are uncertain by about {:.0f} %; a larger distance between the cameras helps",
+               sequence.folder.string(), most_baselines, most_baselines * sequence.camera.baseline_m,
+               100.0 * kCommonError_px / agreement.median_disparity_px)}};
+}
+
 /// What the images show, without a cause.
 std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequence& sequence) {
   constexpr auto kWarning = Problem::Severity::kWarning;
@@ -145,13 +163,16 @@ std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequ
 std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoSequence& sequence,
                                  const std::vector<StereoFrame>& frames) {
   constexpr double kLeastBeyondShare = 0.01;
+  constexpr double kNoDisparity_px = 0.1;  // median; a drone's ground at 600 baselines has .75 px
   // Rectified by two maps, one image shows disparities. Single pairs may be equal, such as black ones. A live
   // camera has no earlier images.
   const bool twice = sequence.rectifier && !sequence.live && !frames.empty() &&
                      std::all_of(frames.begin(), frames.end(), [&](const StereoFrame& frame) {
                        return has_one_image_twice(sequence, frame.index);
                      });
-  if (agreement.conclusive() && (agreement.beyond_share < kLeastBeyondShare || twice)) {
+  const bool flat =
+      agreement.beyond_share < kLeastBeyondShare && std::abs(agreement.median_disparity_px) < kNoDisparity_px;
+  if (agreement.conclusive() && (flat || twice)) {
     return {{twice ? Problem::Severity::kError : Problem::Severity::kWarning,
              fmt::format("{}: {} and {} show the same image (no disparity), so the scale is unknown; check "
                          "that the images are of two cameras",
@@ -165,7 +186,8 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   auto problems = observed(agreement, sequence);
   if (!problems.empty() || frames.empty()) return problems;
   problems = unsharp_images(agreement, sequence, frames.front());
-  return problems.empty() ? wrong_focal_length(sequence) : problems;
+  if (problems.empty()) problems = wrong_focal_length(sequence);
+  return problems.empty() ? far_scene(agreement, sequence) : problems;
 }
 
 }  // namespace stereo_slam

@@ -48,6 +48,23 @@ TEST_CASE("Projection matrices of a ROS pair that contradict each other are refu
   check_rig(read_calibration(folder / "left.yaml"), cameras, 320);
 }
 
+TEST_CASE("A distortion without a value is none", "[calibration]") {
+  const TemporaryFolder folder;
+  const Cameras cameras;
+  for (const std::string given : {"D:\n", "D: null\n", "D: []\n", "D: {rows: 0, cols: 0, data: null}\n"}) {
+    CAPTURE(given);
+    std::string both;
+    for (const double baseline_m : {0.0, 0.5}) {
+      both += fmt::format(
+          "height: 120\nwidth: 320\ndistortion_model: ''\n{}K: [200, 0, 160, 0, 200, 60, 0, 0, 1]\n"
+          "R: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nP: [200, 0, 160, {}, 0, 200, 60, 0, 0, 0, 1, 0]\n---\n",
+          given, -200.0 * baseline_m);
+    }
+    write_text(folder / "both.yaml", both);
+    CHECK(calibration_error(folder / "both.yaml").empty());
+  }
+}
+
 TEST_CASE("A baseline in P is read by its sign where it is clear, and warned about where it is not",
           "[calibration]") {
   const TemporaryFolder folder;

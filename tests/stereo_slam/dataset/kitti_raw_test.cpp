@@ -201,6 +201,10 @@ TEST_CASE("A damaged drive is refused with the file", "[kitti]") {
   };
   CHECK_THAT(error_after([](const auto& drive) { fs::remove(drive.day() / "calib_cam_to_cam.txt"); }),
              Catch::Contains("there is no calib_cam_to_cam.txt in the drive or beside it"));
+  const TinyDrive whole_day(3, /*raw=*/false);
+  fs::remove(whole_day.day() / "calib_cam_to_cam.txt");
+  CHECK_THAT(message_of([&] { (void)open_sequence(whole_day.day(), "auto"); }),
+             Catch::Contains("there is no calib_cam_to_cam.txt in the drive or beside it"));
   CHECK_THAT(with_calibration("P_rect_01", "P_wrong_01"),
              Catch::Contains("calib_cam_to_cam.txt: has no line 'P_rect_01"));
   CHECK_THAT(with_calibration("S_rect_00: 3.2", "S_rect_00: 9.2"),

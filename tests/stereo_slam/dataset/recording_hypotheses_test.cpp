@@ -201,3 +201,25 @@ TEST_CASE("Raw images of EuRoC show by their rows a calibration of another size 
   for (auto* lens : {&straight.left, &straight.right}) lens->coefficients = {0.0, 0.0, 0.0, 0.0};
   CHECK_THAT(text_with(straight), Catch::Contains("look distorted, but the calibration has no distortion"));
 }
+
+TEST_CASE("Small disparities are those of a far scene, and none at all are those of one image",
+          "[stereo_slam][dataset]") {
+  const Drive drive(/*raw=*/false);
+  const std::vector<StereoFrame> frames = {load_frame(drive.sequence, 0)};
+  StereoAgreement agreement;
+  agreement.left_features = agreement.right_features = 2000;
+  agreement.matches = 500;
+  const auto said_of = [&](double median_px, double near_px) {
+    agreement.median_disparity_px = median_px;
+    agreement.near_disparity_px = near_px;
+    const auto problems = problems_of(agreement, drive.sequence, frames);
+    return problems.empty() ? std::string() : problems.front().text;
+  };
+  CHECK_THAT(said_of(0.01, 0.03), Catch::Contains("image_0 and image_1 show the same image"));
+  CHECK_THAT(said_of(0.75, 0.8),
+             Catch::Contains("nine of ten points are farther than 140 baselines (75.2 m)") &&
+                 Catch::Contains("lengths are uncertain by about 4 %"));
+  agreement.beyond_share = 0.9;
+  CHECK_THAT(said_of(1.5, 2.0), Catch::Contains("lengths are uncertain by about 2 %"));
+  CHECK(said_of(1.5, 2.5).empty());
+}
