@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -89,7 +90,9 @@ struct KittiDrive {
 };
 
 bool has_cameras(const fs::path& folder) {
-  return fs::is_directory(folder / "image_00/data") || fs::is_directory(folder / "image_02/data");
+  std::error_code unreadable;  // other readers say so
+  return fs::is_directory(folder / "image_00/data", unreadable) ||
+         fs::is_directory(folder / "image_02/data", unreadable);
 }
 
 /// The drive in a folder: itself, or the only one in the folder of a day.

@@ -42,7 +42,8 @@ TEST_CASE(
     "[euroc]") {
   const TemporaryFolder folder;
   write_tiny_euroc(folder.path(), 4);
-  const StereoAgreement good{.matches = 1000, .median_disparity_px = 15.0, .beyond_share = 0.9};
+  const StereoAgreement good{
+      .matches = 1000, .median_disparity_px = 15.0, .near_disparity_px = 30.0, .beyond_share = 0.9};
   const auto problems = [&] {
     const auto sequence = open_sequence(folder.path(), "auto");
     return problems_of(good, sequence, {load_frame(sequence, 0)});

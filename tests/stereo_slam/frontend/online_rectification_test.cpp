@@ -273,17 +273,20 @@ TEST_CASE("A motion that teaches nothing makes lengths as uncertain as one that 
   std::mt19937_64 same_random = random;
   RectificationEstimator taught(test::kitti_camera(), {});
   RectificationEstimator told(test::kitti_camera(), {});
-  const auto effect = drive(taught, random, exact, 0.1);
-  const auto considered = drive(told, same_random, exact, 0.1, /*learns=*/false);
+  RectificationEffect effect, considered;
+  for (int keyframe = 0; keyframe < 20; ++keyframe) {
+    effect = drive(taught, random, exact, 0.1);
+    considered = drive(told, same_random, exact, 0.1, /*learns=*/false);
+  }
   CHECK(considered.evidence.information.isZero());
-  CHECK(considered.derivative.isApprox(effect.derivative));
+  CHECK(considered.derivative.isApprox(effect.derivative, 0.05));
   CHECK(told.current().coefficients().row(0).isZero());
   CHECK(considered.covariance.trace() > effect.covariance.trace());
-  // The points have disparities of 6 to 64 px, and the coefficients a standard deviation of .03 px or a
-  // little more: about .03 / 20.
-  CHECK(told.scale_sigma() >= taught.scale_sigma());
-  CHECK(told.scale_sigma() > 0.0005);
-  CHECK(told.scale_sigma() < 0.005);
+  // The points have disparities of 6 to 64 px, and each coefficient has a standard deviation of .03 px or a
+  // little more: about .03 / 20 for each of those that change lengths.
+  CHECK(told.scale_sigma() > taught.scale_sigma());
+  CHECK(told.scale_sigma() > 0.0015);
+  CHECK(told.scale_sigma() < 0.01);
 }
 
 TEST_CASE("Without data the estimate is the prior, zero", "[stereo_slam][rectification]") {
