@@ -22,14 +22,18 @@ namespace {
   return *middle;
 }
 
-/// Median of the steps that are not zero; nothing without such.
-[[nodiscard]] std::optional<long double> median_step(std::span<const long double> stamps) {
+/// The steps that are not zero, without their signs.
+[[nodiscard]] std::vector<long double> steps_of(std::span<const long double> stamps) {
   std::vector<long double> steps;
   for (std::size_t i = 1; i < stamps.size(); ++i) {
     if (stamps[i] != stamps[i - 1]) steps.push_back(std::fabs(stamps[i] - stamps[i - 1]));
   }
-  if (steps.empty()) return std::nullopt;
-  return middle_of(std::move(steps));
+  return steps;
+}
+
+[[nodiscard]] bool is_usual(long double step_s, const UsualSteps& usual) {
+  return step_s >= static_cast<long double>(usual.shortest_s) &&
+         step_s <= static_cast<long double>(usual.longest_s);
 }
 
 }  // namespace
@@ -68,23 +72,26 @@ StampUnit unit_of_stamps(std::span<const long double> stamps, StampUnit expected
   constexpr long double kLongestPause_s = 3600.0L;
   constexpr long double kUsualStep_s = 0.05L;
   if (stamps.empty()) return expected;
-  const auto step = median_step(stamps);
+  const auto steps = steps_of(stamps);
+  const long double step = steps.empty() ? 0.0L : middle_of(steps);
   const long double middle = middle_of({stamps.begin(), stamps.end()});
   for (const StampUnit unit : kStampUnits) {
     const long double since_1970_s = middle * seconds_in(unit);
-    const long double step_s = step.value_or(0.0L) * seconds_in(unit);
-    if (since_1970_s >= kEarliest_s && since_1970_s <= kLatest_s && step_s <= kLongestPause_s) return unit;
+    if (since_1970_s >= kEarliest_s && since_1970_s <= kLatest_s &&
+        step * seconds_in(unit) <= kLongestPause_s)
+      return unit;
   }
-  if (!step) return expected;
-  const long double expected_s = *step * seconds_in(expected);
-  if (expected_s >= static_cast<long double>(usual.shortest_s) &&
-      expected_s <= static_cast<long double>(usual.longest_s))
-    return expected;
+  if (steps.empty() || is_usual(step * seconds_in(expected), usual)) return expected;
   const auto unlikeliness = [&](StampUnit unit) {
-    return std::fabs(std::log(*step * seconds_in(unit) / kUsualStep_s));
+    return std::fabs(std::log(step * seconds_in(unit) / kUsualStep_s));
   };
-  return *std::min_element(kStampUnits.begin(), kStampUnits.end(),
-                           [&](StampUnit a, StampUnit b) { return unlikeliness(a) < unlikeliness(b); });
+  const StampUnit likeliest =
+      *std::min_element(kStampUnits.begin(), kStampUnits.end(),
+                        [&](StampUnit a, StampUnit b) { return unlikeliness(a) < unlikeliness(b); });
+  const auto fitting = std::count_if(steps.begin(), steps.end(), [&](long double other) {
+    return is_usual(other * seconds_in(likeliest), usual);
+  });
+  return 2 * static_cast<std::size_t>(fitting) > steps.size() ? likeliest : expected;
 }
 
 }  // namespace stereo_slam

@@ -47,7 +47,8 @@ struct UsualSteps {
 
 /// The unit of a file's stamps: the one in which they are times since 1970, from 1979 to 2096, if their steps
 /// are possible in this unit; otherwise `expected`, unless it makes the median step shorter or longer than is
-/// usual; then the unit in which the median step is nearest to 50 ms.
+/// usual; then the unit in which the median step is nearest to 50 ms, if most steps are usual in it. Single
+/// wrong stamps do not decide.
 [[nodiscard]] StampUnit unit_of_stamps(std::span<const long double> stamps, StampUnit expected,
                                        const UsualSteps& usual = {});
 
