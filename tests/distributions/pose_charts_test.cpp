@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <random>
 #include <stdexcept>
 
 #include <antipode/distributions/pose_charts.hpp>
+#include <antipode/filters/pose_filter.hpp>
 
 #include "filters/models.hpp"
 #include "support/catch.hpp"
@@ -121,4 +123,22 @@ TEST_CASE("A covariance of which only one triangle is set has no other chart", "
   CHECK(refused([&] { return to_bingham_gaussian(triangle); }));
   CHECK(refused([&] { return in_chart<ScrewChart<double>>(triangle); }));
   CHECK(refused([&] { return in_chart<SplitChart<double>>(triangle); }));
+}
+
+TEMPLATE_TEST_CASE("A known pose is known in every chart, and filters start with it", "[charts]", float,
+                   double) {
+  using Scalar = TestType;
+  Rng rng(7);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (int trial = 0; trial < 200; ++trial) {
+    CAPTURE(trial);
+    Vector6<Scalar> xi;
+    for (auto& x : xi) x = Scalar(uniform(rng));
+    xi.template tail<3>() *= Scalar(100);
+    const PoseGaussian<Scalar> known{DualQuaternion<Scalar>::exp(xi), Matrix6<Scalar>::Zero()};
+    const auto split = in_chart<SplitChart<Scalar>>(known);
+    CHECK(split.covariance.cwiseAbs().maxCoeff() < Scalar(1e-12));
+    CHECK_NOTHROW(SplitPoseFilter<Scalar>(split));
+    CHECK_NOTHROW(QuadraticPoseFilter<Scalar>(in_chart<ScrewChart<Scalar>>(split)));
+  }
 }

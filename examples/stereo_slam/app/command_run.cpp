@@ -60,8 +60,10 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       "--overwrite", options.overwrite,
       "replace the results of an earlier run in --output when this run has finished; allow --save-map and "
       "--debug-images to replace files of an earlier run");
-  app.add_flag("--strict", options.strict,
-               "end the run at an image that is missing or cannot be read, instead of tracking without it");
+  app.add_flag(
+      "--strict", options.strict,
+      "end the run at an image that cannot be read, or that is missing although a list of images names it, "
+      "instead of tracking without it");
   app.add_option("--max-frames", options.max_frames, "stop after N frames")
       ->check(whole_number_between(1, 1'000'000'000))
       ->type_name("N");

@@ -105,6 +105,26 @@ namespace {
   return info;
 }
 
+/// How Camera.fx and Camera.bf, which ORB-SLAM tracks with, contradict LEFT.P and RIGHT.P; empty if they do
+/// not.
+[[nodiscard]] std::string contradiction_of(const YamlMap& root, const CameraInfo& left,
+                                           const StereoRig& rig) {
+  constexpr double kMostDifference = 0.02;  // relative; files have rounded values
+  if (!root.has("Camera")) return {};
+  const YamlMap camera = root.map("Camera");
+  if (!camera.has("fx")) return {};
+  const double fx = camera.number("fx");
+  const double P_fx = left.P[0];
+  if (std::abs(fx / P_fx - 1.0) > kMostDifference)
+    return fmt::format("Camera.fx is {:.6g}, but LEFT.P has {:.6g}, which is used", fx, P_fx);
+  if (!camera.has("bf")) return {};
+  const double baseline_m = camera.number("bf") / fx;
+  const double used_m = rig.T_right_left.translation().norm();
+  if (std::abs(baseline_m / used_m - 1.0) <= kMostDifference) return {};
+  return fmt::format("Camera.bf gives a baseline of {:.4g} m, but RIGHT.P one of {:.4g} m, which is used",
+                     baseline_m, used_m);
+}
+
 [[nodiscard]] OwnCamera read_orb_rectification(const YamlMap& root) {
   OwnCamera own;
   try {
@@ -112,6 +132,8 @@ namespace {
     const CameraInfo right = read_orb_camera_info(root, "RIGHT");
     own.rig = rig_of(left, right);
     if (const auto warning = baseline_warning(left, right); !warning.empty())
+      own.warnings.push_back(fmt::format("{}: {}", root.file().string(), warning));
+    if (const auto warning = contradiction_of(root, left, *own.rig); !warning.empty())
       own.warnings.push_back(fmt::format("{}: {}", root.file().string(), warning));
   } catch (const std::invalid_argument& error) {
     fail(root.file(), error.what());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/calibration_scale.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -50,8 +51,35 @@ StereoRig with_radial_distortion(StereoRig rig, double factor) {
   return rig;
 }
 
-double epipolar_distance_px(const StereoRig& rig, const std::vector<CornerPair>& pairs) {
-  if (pairs.empty()) return 0.0;
+bool has_distortion(const StereoRig& rig) {
+  const auto is_distorted = [](const Lens& lens) {
+    return std::any_of(lens.coefficients.begin(), lens.coefficients.end(), [](double k) { return k != 0.0; });
+  };
+  return is_distorted(rig.left) || is_distorted(rig.right);
+}
+
+StereoRig with_opposite_distortion(StereoRig rig) {
+  for (auto* lens : {&rig.left, &rig.right}) {
+    for (double& k : lens->coefficients) k = -k;
+  }
+  return rig;
+}
+
+StereoRig with_other_lens_model(StereoRig rig) {
+  for (auto* lens : {&rig.left, &rig.right}) {
+    lens->distortion =
+        lens->distortion == Distortion::kEquidistant ? Distortion::kRadTan : Distortion::kEquidistant;
+    lens->coefficients.resize(4, 0.0);
+  }
+  return rig;
+}
+
+namespace {
+
+/// The signed distances of corners of the raw right images from the epipolar lines of their partners, px:
+/// positive below the line.
+std::vector<double> epipolar_distances_px(const StereoRig& rig, const std::vector<CornerPair>& pairs) {
+  if (pairs.empty()) return {};
   std::vector<cv::Point2d> left_px(pairs.size());
   std::vector<cv::Point2d> right_px(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -65,11 +93,29 @@ double epipolar_distance_px(const StereoRig& rig, const std::vector<CornerPair>&
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Eigen::Vector3d line =
         t.cross(rig.T_right_left.linear() * Eigen::Vector3d(left[i].x, left[i].y, 1.0));
-    const double distance =
-        std::abs(line.dot(Eigen::Vector3d(right[i].x, right[i].y, 1.0))) / line.head<2>().norm();
+    const double distance = line.dot(Eigen::Vector3d(right[i].x, right[i].y, 1.0)) / line.head<2>().norm();
     if (std::isfinite(distance)) distances_px.push_back(rig.right.fy * distance);
   }
-  return median(distances_px);
+  return distances_px;
+}
+
+}  // namespace
+
+double row_displacement_px(const StereoRig& rig, const std::vector<CornerPair>& pairs) {
+  return median(epipolar_distances_px(rig, pairs));
+}
+
+StereoRig with_row_displacement(StereoRig rig, double displacement_px) {
+  rig.right.cy += displacement_px;
+  return rig;
+}
+
+double epipolar_distance_px(const StereoRig& rig, const std::vector<CornerPair>& pairs) {
+  auto distances_px = epipolar_distances_px(rig, pairs);
+  // A displacement of the right image along the columns is another mistake than a wrong scale.
+  const double displacement_px = median(distances_px);
+  for (double& distance_px : distances_px) distance_px = std::abs(distance_px - displacement_px);
+  return median(std::move(distances_px));
 }
 
 double best_factor(const StereoRig& rig, const std::vector<CornerPair>& pairs,

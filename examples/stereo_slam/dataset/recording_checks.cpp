@@ -105,7 +105,8 @@ void check_view(SequenceScan& scan) {
     advice += fmt::format("{}if these are {}, divide the translation by {} (to {:.4g} m)",
                           advice.empty() ? "" : "; ", name, per_metre, baseline_m);
   }
-  return advice.empty() ? "few cameras are so far apart, so check the translation" : advice;
+  if (advice.empty()) return "few cameras are so far apart, so check the translation";
+  return advice + "; if they are squares of the calibration board, multiply it by the width of one";
 }
 
 }  // namespace
@@ -186,10 +187,12 @@ void check_camera(SequenceScan& scan) {
   }
   check_view(scan);
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
-  const std::string advice = baseline_m > kLongest_m ? unit_advice(baseline_m)
-                                                     : "multiply the translation by the length of its unit, "
-                                                       "or by the width of a square of the calibration "
-                                                       "board";
+  const std::string advice = baseline_m > kLongest_m
+                                 ? unit_advice(baseline_m)
+                                 : "multiply the translation by the length of its unit, "
+                                   "or by the width of a square of the calibration "
+                                   "board; a product of focal length and baseline (bf, P[3]) "
+                                   "may lack the focal length";
   scan.problems.push_back(
       {Problem::Severity::kWarning,
        fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres; {}",

@@ -147,6 +147,13 @@ void add_rigs(std::vector<Hypothesis>& hypotheses, const StereoSequence& sequenc
   add_rig(hypotheses, exchanged,
           {.cause = "the lenses of the two cameras look exchanged in the calibration; exchange their "
                     "intrinsics and distortion"});
+  if (has_distortion(rig)) {
+    add_rig(hypotheses, with_opposite_distortion(rig),
+            {.cause = "the coefficients of the distortion look to have the wrong sign"});
+    add_rig(hypotheses, with_other_lens_model(rig),
+            {.cause = fmt::format("the coefficients of the distortion look like those of the model {}",
+                                  rig.left.distortion == Distortion::kRadTan ? "equidistant" : "radtan")});
+  }
   hypotheses.push_back({.cause = "the images look rectified already, but the calibration is of raw images; "
                                  "use that of the rectified images (rectified: in calibration.yaml)"});
 }
@@ -169,16 +176,23 @@ std::vector<CornerPair> raw_pairs(const StereoSequence& sequence, const std::vec
 void add_scales(std::vector<Hypothesis>& hypotheses, const StereoSequence& sequence,
                 const std::vector<std::size_t>& indices) {
   constexpr double kLeast = 0.03;
+  constexpr double kLeastRows_px = 1.0;
+  constexpr double kMostRest_px = 0.5;  // besides a displacement, lenses bend the rows a little
   const StereoRig& rig = *sequence.rig;
   const auto pairs = raw_pairs(sequence, indices);
+  const double rows_px = row_displacement_px(rig, pairs);
+  if (std::abs(rows_px) > kLeastRows_px && epipolar_distance_px(rig, pairs) < kMostRest_px) {
+    add_rig(
+        hypotheses, with_row_displacement(rig, rows_px),
+        {.cause = fmt::format("the right images lie {:.1f} px {} than the calibration says, as if a camera "
+                              "was turned since, or its images cropped",
+                              std::abs(rows_px), rows_px > 0.0 ? "lower" : "higher")});
+  }
   const auto is_other = [](double factor) { return std::abs(std::log(factor)) > kLeast; };
   const double size = size_factor(centre_of(sequence)).value_or(best_factor(rig, pairs, with_size_factor));
   if (is_other(size))
     add_rig(hypotheses, with_size_factor(rig, size), {.cause = other_size_text(centre_of(sequence), size)});
-  const auto is_zero = [](const Lens& lens) {
-    return std::all_of(lens.coefficients.begin(), lens.coefficients.end(), [](double k) { return k == 0.0; });
-  };
-  if (is_zero(rig.left) && is_zero(rig.right)) {
+  if (!has_distortion(rig)) {
     add_rig(hypotheses, with_radial_distortion(rig, best_factor(rig, pairs, with_radial_distortion)),
             {.cause = "the images look distorted, but the calibration has no distortion"});
   }

@@ -68,7 +68,13 @@ StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
   agreement.median_disparity_px = median_of(offsets, [](auto& o) { return o.disparity_px; });
   agreement.near_disparity_px = near_disparity_px(offsets);
   agreement.beyond_share = static_cast<double>(beyond) / static_cast<double>(offsets.size());
-  agreement.negative_share = beyond == 0 ? 0.0 : static_cast<double>(negative) / static_cast<double>(beyond);
+  // Few large disparities of a far scene are wrong matches; there the median tells the sign.
+  constexpr double kLeastShare = 0.05;
+  constexpr double kNoise_px = 0.1;
+  agreement.negative_share = agreement.beyond_share >= kLeastShare
+                                 ? static_cast<double>(negative) / static_cast<double>(beyond)
+                             : agreement.median_disparity_px < -kNoise_px ? 1.0
+                                                                          : 0.0;
   return agreement;
 }
 

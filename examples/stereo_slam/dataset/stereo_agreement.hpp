@@ -19,7 +19,8 @@ struct StereoAgreement {
   double median_disparity_px = 0.0;  ///< of u_left - u_right
   double near_disparity_px = 0.0;    ///< 90 % of the disparities of matches in one row are below it
   double beyond_share = 0.0;         ///< share of the matches with a disparity beyond +-1 px
-  double negative_share = 0.0;       ///< share of these whose disparity is negative
+  double negative_share =
+      0.0;  ///< share of these whose disparity is negative; in a far scene 1 or 0, by the median
 
   static constexpr std::size_t kEnoughMatches = 50;  ///< with fewer the check is inconclusive
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -117,6 +118,26 @@ std::vector<Problem> unsharp_images(const StereoAgreement& agreement, const Ster
            1.0 / agreement.unit_px)}};
 }
 
+/// How much rectification magnifies raw images beyond what lenses do: they have barrel distortion, or hardly
+/// any.
+std::optional<double> excessive_magnification(const StereoSequence& sequence) {
+  constexpr double kMost = 1.15;
+  if (!sequence.rectifier || !sequence.rig) return std::nullopt;
+  const double magnification = 2.0 * sequence.camera.fx / (sequence.rig->left.fx + sequence.rig->right.fx);
+  return magnification > kMost ? std::optional(magnification) : std::nullopt;
+}
+
+Problem excessive_magnification_problem(const StereoSequence& sequence, double magnification) {
+  return {
+      Problem::Severity::kWarning,
+      fmt::format(
+          "{}: rectification by this calibration magnifies the images by {:.0f} % (focal length {:.0f} px "
+          "instead of {:.0f}), which lenses hardly need; check signs and order of the coefficients of the "
+          "distortion",
+          sequence.folder.string(), 100.0 * (magnification - 1.0), sequence.camera.fx,
+          sequence.camera.fx / magnification)};
+}
+
 /// A scene without near points: landmarks are not used there, and a common error of all disparities, of which
 /// no motion tells, is a large part of them.
 std::vector<Problem> far_scene(const StereoAgreement& agreement, const StereoSequence& sequence) {
@@ -178,10 +199,13 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
                          "that the images are of two cameras",
                          sequence.folder.string(), sequence.left_name, sequence.right_name)}};
   }
-  const auto suspicion = suspicion_of(agreement);
+  const auto magnification = excessive_magnification(sequence);
+  auto suspicion = suspicion_of(agreement);
+  if (magnification && !suspicion) suspicion = Suspicion::kSlight;
   if (suspicion && !frames.empty()) {
     if (const auto cause = cause_of_disagreement(sequence, *suspicion)) return {*cause};
   }
+  if (magnification) return {excessive_magnification_problem(sequence, *magnification)};
   if (!agreement.conclusive()) return {too_few_matches(agreement, sequence)};
   auto problems = observed(agreement, sequence);
   if (!problems.empty() || frames.empty()) return problems;

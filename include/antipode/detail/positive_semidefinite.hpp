@@ -20,11 +20,13 @@ template <class Scalar>
 inline constexpr Scalar kSymmetryTolerance = std::max(Scalar(1e-9),
                                                       Scalar(32) * std::numeric_limits<Scalar>::epsilon());
 
-/// The size of a matrix that its rounding errors are compared with: `size`, but not less than the smallest
-/// normal number. The entries of smaller matrices are rounded to multiples of a fixed number.
+/// The size of a matrix that its rounding errors are compared with: `size`, but not less than the square of
+/// 64 epsilon. Poses are rounded to some epsilon, so that an exactly known one comes back with variances of
+/// about this size, of either sign.
 template <class Scalar>
 [[nodiscard]] Scalar rounding_scale(Scalar size) {
-  return std::max(size, std::numeric_limits<Scalar>::min());
+  constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
+  return std::max(size, kRounding * kRounding);
 }
 
 /// (A + A^T)/2. Throws unless A is finite and symmetric within kSymmetryTolerance.

@@ -326,6 +326,13 @@ void check_options(const LinearizedUpdateOptions<Scalar>& options) {
 /// is not enough), and if R or the prediction differs in length from z. The status is kNotFinite if a
 /// measurement is not finite or its R not positive definite, and kNoSupport if no measurement can be
 /// predicted; the posterior then is the prior.
+///
+/// The points of the default rule lie on the axes, so that the covariance does not see products of two
+/// coordinates, such as roll times pitch in a measured heading, nor does the status. A heading known to .005
+/// rad, under priors of .2 rad, has an ANEES of 14 instead of 6 with kConverged, and 16 instead of 9 with a
+/// velocity in the state; at .1 rad it is 10 of 9. A rule with other points is right or says kNotGaussian:
+/// MysovskikhRule for poses (5.9 to 6.1), Degree5Rule for states of up to 18 dimensions (8.9 to 9.2, at eight
+/// times the cost).
 template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model,
           class Rule = CubatureRule<Density::Chart::kDim>>
 [[nodiscard]] UpdateResult<Density> linearized_update(

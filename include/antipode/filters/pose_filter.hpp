@@ -331,12 +331,15 @@ using RichPoseFilter = PoseFilter<BinghamGaussian<Scalar>, RichPoseRule, Progres
 template <std::floating_point Scalar>
 using QuadraticPoseFilter = PoseFilter<PoseGaussian<Scalar>, MysovskikhRule<6>, QuadraticProgression<Scalar>>;
 
-/// For a few vector measurements with Gaussian noise: the fastest.
+/// For a few vector measurements with Gaussian noise and priors of up to .1 rad: the fastest. Under wider
+/// ones its covariance may be too small (see linearized_update); LinearizedSplitPoseFilter has points that
+/// see it.
 template <std::floating_point Scalar>
 using LinearizedPoseFilter =
     PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, PosteriorLinearization<Scalar>>;
 
-/// For measurements whose model provides its Jacobians.
+/// For measurements whose model provides its Jacobians, and priors of up to .1 rad (see
+/// LinearizedPoseFilter).
 template <std::floating_point Scalar>
 using GaussNewtonPoseFilter = PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, GaussNewton<Scalar>>;
 
@@ -350,7 +353,9 @@ template <std::floating_point Scalar>
 using LinearizedSplitPoseFilter =
     PoseFilter<SplitPoseGaussian<Scalar>, MysovskikhRule<6>, PosteriorLinearization<Scalar>>;
 
-/// For joint states: StateFilter<ProductChart<SplitChart<double>, VectorChart<double, 3>>>.
+/// For joint states: StateFilter<ProductChart<SplitChart<double>, VectorChart<double, 3>>>. For attitudes
+/// known to more than .1 rad, use PoseFilter<StateGaussian<C>, Degree5Rule<C::kDim>, ...> instead (see
+/// linearized_update).
 template <Chart C>
 using StateFilter =
     PoseFilter<StateGaussian<C>, CubatureRule<C::kDim>, PosteriorLinearization<typename C::Scalar>>;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <opencv2/imgproc.hpp>
+
 #include "simulator/recording/simulate.hpp"
 #include "simulator/rendering/lens_view.hpp"
 #include "stereo_slam/dataset/calibration_scale.hpp"
@@ -200,6 +202,36 @@ TEST_CASE("Raw images of EuRoC show by their rows a calibration of another size 
   StereoRig straight = *sequence.rig;
   for (auto* lens : {&straight.left, &straight.right}) lens->coefficients = {0.0, 0.0, 0.0, 0.0};
   CHECK_THAT(text_with(straight), Catch::Contains("look distorted, but the calibration has no distortion"));
+  CHECK_THAT(text_with(with_opposite_distortion(*sequence.rig)),
+             Catch::Contains("look to have the wrong sign") || Catch::Contains("check signs and order"));
+  CHECK_THAT(text_with(with_other_lens_model(*sequence.rig)), Catch::Contains("those of the model radtan"));
+  StereoRig wild = *sequence.rig;
+  wild.left.coefficients.resize(5, 0.9);
+  CHECK_THAT(text_with(wild), Catch::Contains("check signs and order of the coefficients"));
+}
+
+TEST_CASE("A displacement of the right image is no other size of the images", "[stereo_slam][dataset]") {
+  const Drive drive(/*raw=*/true);
+  StereoRig high = *drive.sequence.rig;
+  high.right.cy -= 4.0;
+  const auto text = text_of_problems(with_rig(drive.sequence, high).sequence);
+  CHECK_THAT(text,
+             Catch::Contains("the right images lie 4.") && Catch::Contains("than the calibration says"));
+  CHECK_THAT(text, !Catch::Contains("images of about"));
+}
+
+TEST_CASE("Few wrong matches do not decide the sign of a far scene's disparities", "[stereo_slam][dataset]") {
+  const Drive drive(/*raw=*/false);
+  StereoFrame far = load_frame(drive.sequence, 0);
+  far.right = far.left.clone();
+  const cv::Matx23d by_half_a_pixel(1.0, 0.0, -0.4, 0.0, 1.0, 0.0);
+  cv::warpAffine(far.left, far.right, by_half_a_pixel, far.left.size(), cv::INTER_LINEAR,
+                 cv::BORDER_REPLICATE);
+  const auto forwards = check_stereo_agreement({far});
+  CHECK(forwards.median_disparity_px == Approx(0.4).margin(0.1));
+  CHECK(forwards.negative_share == 0.0);
+  std::swap(far.left, far.right);
+  CHECK(check_stereo_agreement({far}).negative_share == 1.0);
 }
 
 TEST_CASE("Small disparities are those of a far scene, and none at all are those of one image",
