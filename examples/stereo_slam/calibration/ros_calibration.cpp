@@ -137,7 +137,7 @@ void sort_cameras(std::vector<NamedCameraInfo>& cameras) {
     fail(left,
          "is one camera of a ROS pair; call the two files left.yaml and right.yaml, and name the left one");
   }
-  const fs::path right = left.parent_path() / name;
+  fs::path right = left.parent_path() / name;
   if (!fs::exists(right)) fail(right, "missing; it has to be beside the camera_info of the left camera");
   return right;
 }

@@ -12,6 +12,7 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/dataset/camera_from_motion.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
+#include "stereo_slam/dataset/uniform_borders.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -118,6 +119,22 @@ std::vector<Problem> unsharp_images(const StereoAgreement& agreement, const Ster
            1.0 / agreement.unit_px)}};
 }
 
+/// Rectified images that were padded to a size. Those that are rectified here have borders of their own.
+std::vector<Problem> padded_images(const StereoSequence& sequence, const std::vector<StereoFrame>& frames) {
+  if (sequence.rectifier) return {};
+  const UniformBorders borders = uniform_borders(frames);
+  const cv::Size size = frames.front().left.size();
+  if (!borders.pad(size.width, size.height)) return {};
+  return {{Problem::Severity::kWarning,
+           fmt::format(
+               "{}: the images have borders of one grey value (left {}, right {}, top {}, bottom {} px), as "
+               "if they were scaled to {}x{} px and padded; check that the calibration is of the padded "
+               "images: if they were scaled, its focal lengths too, and the principal point moved by the "
+               "borders",
+               sequence.folder.string(), borders.left, borders.right, borders.top, borders.bottom,
+               size.width - borders.left - borders.right, size.height - borders.top - borders.bottom)}};
+}
+
 /// How much rectification magnifies raw images beyond what lenses do: they have barrel distortion, or hardly
 /// any.
 std::optional<double> excessive_magnification(const StereoSequence& sequence) {
@@ -209,6 +226,8 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   if (!agreement.conclusive()) return {too_few_matches(agreement, sequence)};
   auto problems = observed(agreement, sequence);
   if (!problems.empty() || frames.empty()) return problems;
+  problems = padded_images(sequence, frames);
+  if (!problems.empty()) return problems;
   problems = unsharp_images(agreement, sequence, frames.front());
   if (problems.empty()) problems = wrong_focal_length(sequence);
   return problems.empty() ? far_scene(agreement, sequence) : problems;

@@ -71,7 +71,7 @@ template <class Scalar, int N>
 [[nodiscard]] Matrix<Scalar, N> checked_covariance(std::string_view what, const Matrix<Scalar, N>& A) {
   using std::abs;
   using std::sqrt;
-  const Matrix<Scalar, N> symmetric = checked_symmetric<Scalar, N>(what, A);
+  Matrix<Scalar, N> symmetric = checked_symmetric<Scalar, N>(what, A);
   const Vector<Scalar, N> largest = largest_of_triples<Scalar, N>(symmetric);
   for (int j = 0; j < static_cast<int>(A.rows()); ++j) {
     for (int i = j + 1; i < static_cast<int>(A.rows()); ++i) {

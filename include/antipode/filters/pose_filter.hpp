@@ -279,7 +279,7 @@ class PoseFilter {
   /// the belief stays as it was. It is propose() and commit() in one.
   template <class Measurement>
   UpdateResult<Belief> update(Measurement&& measurement) {
-    const Proposal proposal = propose(std::forward<Measurement>(measurement));
+    Proposal proposal = propose(std::forward<Measurement>(measurement));
     (void)commit(proposal);
     return proposal;
   }

@@ -6,6 +6,7 @@
 #include "stereo_slam/dataset/calibration_scale.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/dataset/uniform_borders.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -232,6 +233,33 @@ TEST_CASE("Few wrong matches do not decide the sign of a far scene's disparities
   CHECK(forwards.negative_share == 0.0);
   std::swap(far.left, far.right);
   CHECK(check_stereo_agreement({far}).negative_share == 1.0);
+}
+
+TEST_CASE("Images that were scaled and padded are noticed by their borders", "[stereo_slam][dataset]") {
+  const Drive drive(/*raw=*/false);
+  std::vector<StereoFrame> frames;
+  const auto padded = [](const cv::Mat& image, int border_px) {
+    cv::Mat scaled, result;
+    const cv::Size inside(image.cols - 2 * border_px, image.rows - 2 * border_px * image.rows / image.cols);
+    cv::resize(image, scaled, inside, 0, 0, cv::INTER_AREA);
+    const int rows_px = (image.rows - inside.height) / 2;
+    cv::copyMakeBorder(scaled, result, rows_px, image.rows - inside.height - rows_px, border_px, border_px,
+                       cv::BORDER_CONSTANT, 0);
+    return result;
+  };
+  for (const int i : {0, 5, 10}) {
+    StereoFrame frame = load_frame(drive.sequence, static_cast<std::size_t>(i));
+    CHECK_FALSE(uniform_borders({frame}).pad(frame.left.cols, frame.left.rows));
+    frame.left = padded(frame.left, 60);
+    frame.right = padded(frame.right, 60);
+    frames.push_back(frame);
+  }
+  frames.push_back(frames.back());
+  frames.back().left = cv::Mat::zeros(frames.back().left.size(), CV_8U);  // a lost image
+  const auto problems = problems_of(check_stereo_agreement(frames), drive.sequence, frames);
+  REQUIRE(problems.size() == 1);
+  CHECK_THAT(problems[0].text, Catch::Contains("left 60, right 60") && Catch::Contains("scaled to 376x"));
+  CHECK_FALSE(uniform_borders({}).pad(100, 100));
 }
 
 TEST_CASE("Small disparities are those of a far scene, and none at all are those of one image",

@@ -164,7 +164,7 @@ class ModeAscent {
                                                                     const ConditionedGaussian<Scalar, N>& y,
                                                                     Scalar& share) const {
     for (; share >= kShortest; share /= Scalar(2)) {
-      const auto to = moved(from, share < Scalar(1) ? damped(y, share) : y);
+      auto to = moved(from, share < Scalar(1) ? damped(y, share) : y);
       if (to) return to;
     }
     return std::nullopt;

@@ -133,7 +133,8 @@ class ModeSearch {
       Matrix<Scalar, 2, Count> where = Matrix<Scalar, 2, Count>::Zero();  // line and place
       for (int k = 0; k < Count && first + k < all; ++k) {
         const int half_line = (first + k) / places_;
-        where(0, k) = Scalar(half_line / 2);
+        const int line = half_line / 2;
+        where(0, k) = Scalar(line);
         where(1, k) = place(half_line, (first + k) % places_);
       }
       const Vector<Scalar, Count> values = log_density(where);
