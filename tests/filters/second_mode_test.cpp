@@ -98,7 +98,7 @@ struct PatternSeenFrom {
   [[nodiscard]] std::optional<Vector2<Scalar>> operator()(const DualQuaternion<Scalar>& x, std::size_t i,
                                                           Matrix<Scalar, 2, 6>& J) const {
     // (x exp(xi))^-1 = x^-1 exp(-Ad(x) xi)
-    const auto z = pattern(x.inverse(), i, J);
+    auto z = pattern(x.inverse(), i, J);
     J = (-J * x.adjoint()).eval();
     return z;
   }

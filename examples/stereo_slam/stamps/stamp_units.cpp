@@ -127,6 +127,7 @@ std::string doubt_about(const std::vector<WrittenNumber>& numbers, const std::ve
         text);
   }
   std::vector<std::string> units;
+  units.reserve(readings.size());
   for (const auto& reading : readings) {
     units.push_back(fmt::format("{} ({:.3g} s between images)", to_string(reading.unit),
                                 1e-9 * static_cast<double>(usual_interval_ns(reading.stamps_ns))));

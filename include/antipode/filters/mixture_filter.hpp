@@ -114,7 +114,7 @@ class MixtureFilter {
   /// The belief given a measurement of the same pose, independent of what is known (MPG Eqs. 19-20). It is
   /// propose() and commit() in one.
   Step update(const Belief& measurement) {
-    const Proposal proposal = propose(measurement);
+    Proposal proposal = propose(measurement);
     (void)commit(proposal);
     return proposal;
   }

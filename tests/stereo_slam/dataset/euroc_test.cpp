@@ -171,6 +171,7 @@ TEST_CASE("Stamps of data.csv in another unit are read in it", "[euroc]") {
     return stamps_ns;
   };
   std::vector<std::int64_t> expected;
+  expected.reserve(4);
   for (int i = 0; i < 4; ++i) expected.push_back(std::stoll(tiny_stamp(i)));
   CHECK(stamps_with([](int i) { return fmt::format("1000000000.{}", i); }) == expected);
   CHECK(stamps_with([](int i) { return fmt::format("1000000000.{}00000000", i); }) == expected);

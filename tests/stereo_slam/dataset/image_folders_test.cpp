@@ -74,6 +74,7 @@ TEST_CASE("Images of both cameras are in the order of the stamps in their names"
   // Seconds and a counter of microseconds without leading zeros.
   const auto names = [](const std::string& side) {
     std::vector<std::string> result;
+    result.reserve(50);
     for (int i = 0; i < 50; ++i)
       result.push_back(fmt::format("{}_{}.{}", side, 1'626'962'384 + i / 20, i % 20 * 50'000));
     return result;
