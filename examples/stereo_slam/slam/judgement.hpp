@@ -12,7 +12,7 @@ struct FrameEvidence {
   bool begins_map = false;         ///< the first frame with a map
   bool after_loss = false;         ///< the previous frame was lost
   bool segment_localised = false;  ///< the place of the map segment became known just before this frame
-  WeakReasons weak;
+  WeakReasons weak{};
 };
 
 /// Whether the pose is measured in a map that was lost before.
