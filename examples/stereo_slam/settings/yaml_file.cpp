@@ -68,7 +68,12 @@ class Guard : public YAML::EventHandler {
  public:
   Guard(const fs::path& file, std::string_view text) : file_(file), text_(text) {}
 
-  void OnDocumentStart(const YAML::Mark&) override {}
+  /// The parser stops before a character that begins no value, and finds an empty document there again and
+  /// again.
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (mark.pos == document_pos_) fail(file_, mark, "not valid YAML: no value begins with this character");
+    document_pos_ = mark.pos;
+  }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
@@ -100,6 +105,7 @@ class Guard : public YAML::EventHandler {
   const fs::path& file_;
   std::string_view text_;
   int depth_ = 0;
+  int document_pos_ = -1;
 };
 
 /// Refuses a key without a name, or `images.` without the name of the setting.

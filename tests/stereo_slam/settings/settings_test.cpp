@@ -161,6 +161,8 @@ TEST_CASE("YAML that cannot be parsed is refused in plain words", "[settings]") 
         Fault{"seed: @3\n", "1: not valid YAML: a value begins with a character that YAML reserves"},
         Fault{"seed: [3}\n", "1: not valid YAML: a ] or } closes nothing"},
         Fault{"seed: 3\nimages: - 3\n", "2: not valid YAML: a list begins with - where none can be"},
+        Fault{",\n", "1: not valid YAML: no value begins with this character"},
+        Fault{"seed: 3\n---\n,a\n", "3: not valid YAML: no value begins with this character"},
         Fault{"seed: & 3\n", "1: not valid YAML: an & stands without a name"},
         Fault{"seed: * 3\n", "1: not valid YAML: a * stands without a name"},
         Fault{"seed: \"C:\\d\"\n", "1: not valid YAML: a \\ in double quotes begins no known character"},
