@@ -211,4 +211,28 @@ requires(Dim >= 2 && Dim <= 6) struct MysovskikhRule {
   }
 };
 
+namespace detail {
+
+/// In place of a rule where there is none.
+struct NoRule {};
+
+template <int Dim>
+[[nodiscard]] constexpr auto rule_of_degree_5() {
+  if constexpr (Dim == 1) {
+    return UnscentedRule<1>{};
+  } else if constexpr (Dim <= 6) {
+    return MysovskikhRule<Dim>{};
+  } else if constexpr (Dim <= 18) {
+    return Degree5Rule<Dim>{};
+  } else {
+    return NoRule{};
+  }
+}
+
+/// The rule with the fewest points that is exact to degree 5; NoRule above 18 dimensions.
+template <int Dim>
+using RuleOfDegree5 = decltype(rule_of_degree_5<Dim>());
+
+}  // namespace detail
+
 }  // namespace antipode

@@ -110,17 +110,7 @@ inline constexpr std::string_view kAsymmetricNoise = "covariance of the noise is
 
 /// A rule for a function of N coordinates: exact to degree 5 where that takes few points.
 template <int N>
-[[nodiscard]] constexpr auto prediction_rule() {
-  if constexpr (N == 1) {
-    return UnscentedRule<1>{};
-  } else if constexpr (N <= 6) {
-    return MysovskikhRule<N>{};
-  } else {
-    return CubatureRule<N>{};
-  }
-}
-template <int N>
-using PredictionRule = decltype(prediction_rule<N>());
+using PredictionRule = std::conditional_t<(N <= 6), RuleOfDegree5<N>, CubatureRule<N>>;
 
 }  // namespace detail
 

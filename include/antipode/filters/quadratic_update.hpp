@@ -355,25 +355,6 @@ class QuadraticIteration {
   UpdateResult<Density> result_;
 };
 
-/// The default rule for states of more dimensions than there is one for.
-struct NoDefaultRule {};
-
-/// The rule of least points that is exact to degree 5 for N coordinates.
-template <int N>
-[[nodiscard]] constexpr auto quadratic_rule() {
-  if constexpr (N == 1) {
-    return UnscentedRule<1>{};
-  } else if constexpr (N <= 6) {
-    return MysovskikhRule<N>{};
-  } else if constexpr (N <= 18) {
-    return Degree5Rule<N>{};
-  } else {
-    return NoDefaultRule{};
-  }
-}
-template <int N>
-using QuadraticRule = decltype(quadratic_rule<N>());
-
 }  // namespace detail
 
 /// The posterior of `prior` and a measurement with the given log-likelihood, either Scalar(pose) or
@@ -382,12 +363,12 @@ using QuadraticRule = decltype(quadratic_rule<N>());
 /// for nine, 542 for fifteen). Throws on invalid options and covariances; numerical failures are reported in
 /// the status. The covariance of the prior may be singular: what it knows exactly, the posterior knows
 /// exactly.
-template <ConcentratedDensity Density, class L, class Rule = detail::QuadraticRule<Density::Chart::kDim>>
+template <ConcentratedDensity Density, class L, class Rule = detail::RuleOfDegree5<Density::Chart::kDim>>
 [[nodiscard]] UpdateResult<Density> quadratic_update(
     const Density& prior, L&& log_likelihood,
     const QuadraticUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {
   static_assert(
-      !std::same_as<Rule, detail::NoDefaultRule>,
+      !std::same_as<Rule, detail::NoRule>,
       "quadratic_update: for states of more than 18 dimensions pass a GaussianRule that is exact to "
       "degree 5; or use linearized_update or gauss_newton_update, with GaussianMeasurements");
   static_assert(detail::GaussianRuleIn<Rule, Density::Chart::kDim>,
