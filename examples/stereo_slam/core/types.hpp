@@ -72,8 +72,8 @@ struct WeakReasons {
   bool few_landmarks = false;          ///< so few that they may agree by chance
   bool repeated_image = false;         ///< the image is that of the frame before; the pose is predicted
   bool repetitive_scene = false;       ///< the reference keyframe shows one pattern many times
-  bool right_image_unfit = false;      ///< the images of the two cameras do not fit together
-  bool right_camera_turned = false;    ///< a turn of the right camera was noticed
+  bool right_image_unfit = false;      ///< it does not fit the left one, or others did not shortly before
+  bool right_camera_turned = false;    ///< that was noticed, and happened a few frames or keyframes before
   bool segment_not_localised = false;  ///< the place of the map segment in the world is not known yet
 };
 
@@ -116,12 +116,12 @@ struct FrameResult {
   std::size_t index = 0;                                  ///< number of frames processed before this one
   std::int64_t stamp_ns = 0;                              ///< when the images were taken
   TrackingStatus status = TrackingStatus::kInitializing;  ///< what the pose is based on
-  WeakReasons weak;                                       ///< why the status is kWeak
-  PoseGaussian T_world_camera;                            ///< of the rectified left camera
-  Pose T_odometry_camera = Pose::identity();              ///< without loop corrections: continuous
-  bool loop_corrected = false;  ///< a loop moved the keyframes before this frame was tracked
-  std::size_t segment = 0;      ///< map segment: a loss begins a new one if nothing is recognised
-  std::size_t keyframe = 0;     ///< frame of the reference keyframe; for a new keyframe, of the one before it
+  WeakReasons weak;             ///< why the status is kWeak; for a lost frame, what else was noticed
+  PoseGaussian T_world_camera;  ///< of the rectified left camera
+  Pose T_odometry_camera = Pose::identity();  ///< without loop corrections: continuous
+  bool loop_corrected = false;                ///< a loop moved the keyframes before this frame was tracked
+  std::size_t segment = 0;   ///< map segment: a loss begins a new one if nothing is recognised
+  std::size_t keyframe = 0;  ///< frame of the reference keyframe; for a new keyframe, of the one before it
   /// Of the pose relative to the keyframe. Of the errors of `calibration` it contains only the uncertainty of
   /// the disparity offset.
   Matrix6<double> relative_covariance = Matrix6<double>::Zero();
@@ -130,12 +130,11 @@ struct FrameResult {
   int features = 0;   ///< points that the odometry follows; with `--preset paper`, features of the left image
   int landmarks = 0;  ///< in the local map, after the frame
   int matches = 0;    ///< landmarks that were found in the frame
-  bool is_keyframe = false;          ///< whether the frame became a keyframe
-  bool right_image_fits = true;      ///< false: of another moment than the left one, or covered
-  bool right_camera_turned = false;  ///< a turn was noticed, which happened a few frames or keyframes before
-  double nis = 0.0;                  ///< normalised innovation squared of the pose update
-  int nis_dof = 0;                   ///< its degrees of freedom
-  std::vector<StageTime> times;      ///< of the stages of this frame
+  bool is_keyframe = false;      ///< whether the frame became a keyframe
+  bool right_image_fits = true;  ///< false: of another moment than the left one, or covered
+  double nis = 0.0;              ///< normalised innovation squared of the pose update
+  int nis_dof = 0;               ///< its degrees of freedom
+  std::vector<StageTime> times;  ///< of the stages of this frame
 };
 
 /// A loop that consecutive keyframes confirmed.

@@ -17,7 +17,7 @@ RunSummary summary_of(const RunRecord& record) {
   for (const auto& result : record.results) {
     ++summary.frames_by_status[to_string(result.status)];
     if (!result.right_image_fits) summary.right_image_misfits.push_back(result.index);
-    if (result.right_camera_turned) summary.right_camera_turns.push_back(result.index);
+    if (result.weak.right_camera_turned) summary.right_camera_turns.push_back(result.index);
   }
   summary.right_image_displacement_px = record.right_image_displacement_px;
   summary.unreadable = record.unreadable;

@@ -88,7 +88,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   const bool unmeasured = result.status == TrackingStatus::kLost || !result.right_image_fits;
   frames_without_right_ = unmeasured ? frames_without_right_ + 1 : 0;
   if (started_ && frames_without_right_ % kRelearnInterval == 2 && relearn_rows(frame)) {
-    result.right_camera_turned = true;
+    result.weak.right_camera_turned = true;
     right_image_.distrust();
   }
   prepare_next(images, matches, result);
@@ -206,7 +206,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   result.nis_dof = tracked.nis_dof;
   if (!tracked.measured() || !extend_map(tracked, images)) return;
   result.is_keyframe = true;
-  result.right_camera_turned = result.weak.right_camera_turned = rectification_.noticed_turn();
+  result.weak.right_camera_turned = rectification_.noticed_turn();
   if (anchored()) record_keyframe(result);
 }
 

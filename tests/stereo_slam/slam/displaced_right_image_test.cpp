@@ -52,7 +52,7 @@ TEST_CASE("Lengths are right although the right image was cut in the wrong colum
   CAPTURE(columns);
   Slam slam(drive.sequence.camera, Settings{});
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
-    CHECK_FALSE(process(slam, i, columns, 0).right_camera_turned);
+    CHECK_FALSE(process(slam, i, columns, 0).weak.right_camera_turned);
   }
   slam.finish();
   CHECK(std::abs(slam.right_image_displacement_px() - columns) < 0.2);
@@ -73,7 +73,7 @@ TEST_CASE("A right camera that turns in mid-drive is noticed, and lengths are ri
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
     const auto result = process(slam, i, i >= kTurn ? 2 : 0, 0);
     if (i > 0 && i < kTurn) CHECK(result.status == TrackingStatus::kOk);
-    if (result.right_camera_turned && !noticed) noticed = i;
+    if (result.weak.right_camera_turned && !noticed) noticed = i;
     if (noticed) CHECK(result.status == TrackingStatus::kWeak);  // twenty frames
   }
   REQUIRE(noticed);
@@ -126,7 +126,7 @@ TEST_CASE("A right camera that turns up in mid-drive is found again", "[stereo_s
   bool noticed = false;
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
     const auto result = process(slam, i, 0, i >= kTurn ? rows : 0);
-    noticed |= result.right_camera_turned;
+    noticed |= result.weak.right_camera_turned;
     if (i < kFound) continue;
     CAPTURE(i);
     CHECK(noticed);
@@ -139,7 +139,7 @@ TEST_CASE("Nothing is noticed where the right image is in its place", "[stereo_s
   const test::RenderedDrive& drive = long_street();
   Slam slam(drive.sequence.camera, Settings{});
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
-    CHECK_FALSE(process(slam, i, 0, 0).right_camera_turned);
+    CHECK_FALSE(process(slam, i, 0, 0).weak.right_camera_turned);
   }
   CHECK(slam.right_image_displacement_px() == 0.0);
 }
