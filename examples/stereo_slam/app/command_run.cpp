@@ -114,8 +114,7 @@ void reach_near_points(const StereoAgreement& agreement, int width_px, Settings&
   const int needed_px = agreement.needed_range_px(width_px);
   if (range_px != preset_settings(settings.preset).stereo.max_disparity_px) {
     warn(fmt::format("10 % of the points have disparities above {:.0f} px, beyond stereo.max_disparity_px, "
-                     "which is {}; set "
-                     "it to {}",
+                     "which is {}; set it to {}",
                      near_px, range_px, needed_px),
          quiet);
     return;

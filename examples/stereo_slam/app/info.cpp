@@ -209,8 +209,7 @@ void print_inspection(std::ostream& stream, const Inspection& inspection) {
   if (agreement.conclusive() && agreement.near_disparity_px > kRange_px) {
     fmt::print(stream,
                "near points   10 % have disparities above {:.0f} px; `run` raises stereo.max_disparity_px "
-               "from {} to {}, "
-               "unless it is set\n",
+               "from {} to {}, unless it is set\n",
                agreement.near_disparity_px, kRange_px,
                agreement.needed_range_px(scan.sequence.camera.width_px));
   }

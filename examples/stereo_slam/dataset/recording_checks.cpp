@@ -189,10 +189,9 @@ void check_camera(SequenceScan& scan) {
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
   const std::string advice = baseline_m > kLongest_m
                                  ? unit_advice(baseline_m)
-                                 : "multiply the translation by the length of its unit, "
-                                   "or by the width of a square of the calibration "
-                                   "board; a product of focal length and baseline (bf, P[3]) "
-                                   "may lack the focal length";
+                                 : "multiply the translation by the length of its unit, or by the width of "
+                                   "a square of the calibration board; a product of focal length and "
+                                   "baseline (bf, P[3]) may lack the focal length";
   scan.problems.push_back(
       {Problem::Severity::kWarning,
        fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres; {}",

@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/core/corner_pairs.hpp"
-#include "stereo_slam/dataset/calibration_scale.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
+#include "stereo_slam/dataset/rig_variants.hpp"
 #include "stereo_slam/dataset/stereo_agreement.hpp"
 
 namespace stereo_slam {

@@ -150,10 +150,8 @@ StereoFrame rectified(const StereoSequence& sequence, std::size_t index, RawPair
   if (sequence.scale.by_median) {
     return fmt::format(
         "{} the values in one image differ by {:.0f} only, and those of the {} pairs examined lie from "
-        "{:.0f} to "
-        "{:.0f}, as they drift or differ between the cameras; the median of each image is read as medium "
-        "grey, and "
-        "every {:.1f} values as one grey level",
+        "{:.0f} to {:.0f}, as they drift or differ between the cameras; the median of each image is read "
+        "as medium grey, and every {:.1f} values as one grey level",
         images, values.range_of_one(), pairs, values.quantile(ValueCounts::kTail),
         values.quantile(1.0 - ValueCounts::kTail), sequence.scale.step);
   }

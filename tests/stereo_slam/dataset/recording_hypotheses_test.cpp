@@ -3,8 +3,8 @@
 
 #include "simulator/recording/simulate.hpp"
 #include "simulator/rendering/lens_view.hpp"
-#include "stereo_slam/dataset/calibration_scale.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
+#include "stereo_slam/dataset/rig_variants.hpp"
 #include "stereo_slam/dataset/stereo_check.hpp"
 #include "stereo_slam/dataset/uniform_borders.hpp"
 #include "stereo_slam/support/support.hpp"

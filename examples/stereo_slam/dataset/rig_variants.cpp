@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/dataset/calibration_scale.hpp"
+#include "stereo_slam/dataset/rig_variants.hpp"
 
 #include <algorithm>
 #include <cmath>

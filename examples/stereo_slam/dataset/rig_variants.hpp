@@ -6,6 +6,8 @@
 #include "stereo_slam/calibration/stereo_rig.hpp"
 #include "stereo_slam/core/corner_pairs.hpp"
 
+/// Rigs as they would be without a mistake in the calibration, and how well corners of the raw images fit a
+/// rig.
 namespace stereo_slam {
 
 /// The rig with all values in pixels multiplied: that of images of another size.
