@@ -4,8 +4,6 @@
 #include <cstdlib>
 #include <sys/wait.h>
 
-#include "stereo_slam/bags/image_message.hpp"
-#include "stereo_slam/bags/message_times.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -265,38 +263,6 @@ TEST_CASE("Topics whose names do not say which is left are ordered by their cali
       Catch::Contains("no pairs of image topics; name them") && Catch::Contains("/main/image, /other/image"));
 }
 
-TEST_CASE("Stamps of messages are used where they are in order", "[bags]") {
-  const auto times_of = [](const std::vector<std::int64_t>& seconds) {
-    std::vector<MessageTime> times;
-    for (std::size_t i = 0; i < seconds.size(); ++i)
-      times.push_back({seconds[i] * 1'000'000'000, static_cast<std::int64_t>(i + 100) * 1'000'000'000});
-    return times;
-  };
-  const auto used = [&](const std::vector<std::int64_t>& seconds) {
-    return by_header_stamps(times_of(seconds)).index;
-  };
-  using Indices = std::vector<std::size_t>;
-  CHECK(used({1, 2, 3, 4}) == Indices{0, 1, 2, 3});
-  CHECK(used({1, 2, 900, 4, 5}) == Indices{0, 1, 3, 4});
-  CHECK(used({1, 2, 0, 4, 5}) == Indices{0, 1, 3, 4});
-  CHECK(used({0, 901, 902, 903}) == Indices{1, 2, 3});
-  CHECK(used({0, 1, 2, 3}) == Indices{0, 1, 2, 3});  // of a simulation
-  CHECK(used({1, 2, 3, 900}) == Indices{0, 1, 2});
-  CHECK(used({1, 2, 2, 3}) == Indices{0, 1, 3});
-  CHECK(used({}).empty());
-  CHECK(used({7}) == Indices{0});
-  CHECK_THAT(message_of([&] {
-               (void)used({1, 2, 3, 1, 2, 3});
-             }),
-             Catch::Contains("3 of its 6 images are out of order"));
-  CHECK_THAT(message_of([&] {
-               (void)used({0, 0, 0, 0});
-             }),
-             Catch::Contains("4 of its 4 images have the stamp zero"));
-  const auto recorded = by_record_times(times_of({0, 0, 0}));
-  CHECK(recorded.stamps_ns == std::vector<std::int64_t>{100'000'000'000, 101'000'000'000, 102'000'000'000});
-}
-
 TEST_CASE("A bag whose stamps go back is refused, and the image is named", "[bags]") {
   const auto folder = bags();
   if (!folder) return;
@@ -444,83 +410,4 @@ TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
                whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
     CHECK_THAT(error_of(*folder / "cut.bag"), Catch::Contains("`rosbag reindex`"));
   }
-}
-
-TEST_CASE("Topics are chosen by name, and only pairs of images", "[bags]") {
-  const auto topics = [](const std::vector<std::string>& names) {
-    std::vector<BagTopic> result{{"/imu0", "sensor_msgs/Imu", 9}};
-    for (const auto& name : names) result.push_back({name, "sensor_msgs/Image", 3});
-    return result;
-  };
-  const auto chosen = [&](const std::vector<std::string>& names) {
-    return choose_topics(topics(names)).right;
-  };
-  CHECK(chosen({"/cam0/image_raw", "/cam1/image_raw", "/cam2/image_raw"}) == "/cam1/image_raw");
-  CHECK(chosen({"/camera/infra1/image_rect_raw", "/camera/infra2/image_rect_raw"}) ==
-        "/camera/infra2/image_rect_raw");
-  CHECK(chosen({"/left_rig/left/image", "/left_rig/right/image"}) == "/left_rig/right/image");
-  CHECK(chosen({"/left/image_left", "/right/image_right"}) == "/right/image_right");
-  CHECK(chosen({"/cam_a/image", "/cam_b/image", "/depth/image"}) == "/cam_b/image");
-  CHECK(chosen({"/Left/image", "/Right/image"}) == "/Right/image");
-  CHECK(chosen({"/image_02", "/image_03"}) == "/image_03");
-  CHECK(chosen({"/rig/l/image", "/rig/r/image"}) == "/rig/r/image");
-  CHECK(choose_topics(topics({"/cam1/a", "/cam2/a"})).is_guess);
-  CHECK_FALSE(choose_topics(topics({"/left", "/right"})).is_guess);
-  CHECK_FALSE(choose_topics(topics({"/cam1/a", "/cam2/a"})).is_unnamed);
-  CHECK(choose_topics(topics({"/main/a", "/other/a"})).is_unnamed);
-  const auto refused = [&](const std::vector<std::string>& names, const BagOptions& options) {
-    return message_of([&] { (void)choose_topics(topics(names), options.left_topic, options.right_topic); });
-  };
-  CHECK_THAT(refused({"/left/a", "/right/a", "/left/b", "/right/b"}, {}), Catch::Contains("several pairs"));
-  CHECK_THAT(refused({}, {}), Catch::Contains("there are none"));
-  CHECK_THAT(refused({"/cam1/a", "/cam2/a", "/cam3/a"}, {}), Catch::Contains("several pairs"));
-  CHECK_THAT(refused({"/rgb/image", "/depth/image", "/x/image"}, {}), Catch::Contains("no pairs"));
-  CHECK_THAT(refused({"/a1/b1", "/a2/b3"}, {}), Catch::Contains("no pairs"));
-  const BagOptions imu{.left_topic = "/imu0", .right_topic = "/a", .calibration = {}};
-  CHECK_THAT(refused({"/a"}, imu), Catch::Contains("'/imu0' is no topic of images; there are /a"));
-  CHECK(choose_topics(topics({"/a"}), "/a", "/a").side_by_side());
-  const BagOptions half{.left_topic = "/a", .right_topic = "", .calibration = {}};
-  CHECK_THAT(refused({"/a"}, half), Catch::Contains("'' is no topic of images"));
-}
-
-TEST_CASE("Images of messages are checked against their size", "[bags]") {
-  std::vector<std::uint8_t> data(64);
-  for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::uint8_t>(i);
-  const ImageMessage good{
-      .width = 8, .height = 4, .step = 16, .encoding = "mono8", .big_endian = false, .data = data};
-  CHECK(to_grey(good).at<std::uint8_t>(3, 7) == 55);  // rows may be padded
-  auto message = good;
-  message.encoding = "mono16";
-  CHECK(to_grey(message).at<std::uint8_t>(1, 2) == 21);
-  message.big_endian = true;
-  CHECK(to_grey(message).at<std::uint8_t>(1, 2) == 20);
-  ValueCounts values;
-  values.add(values_of_16(message));
-  CHECK(values.bits() == 14);  // the largest value is 0x3E3F
-  CHECK(to_grey(message, GreyScale::of_bits(14)).at<std::uint8_t>(1, 2) == 80);
-  CHECK(values_of_16(good).empty());
-  message.encoding = "bgr8";
-  CHECK_THAT(message_of([&] { (void)to_grey(message); }), Catch::Contains("truncated"));
-  message = good;
-  message.height = 5;
-  CHECK_THAT(message_of([&] { (void)to_grey(message); }), Catch::Contains("truncated"));
-  message.width = message.height = 0xFFFFFFFF;
-  CHECK_THAT(message_of([&] { (void)to_grey(message); }), Catch::Contains("images may have up to"));
-  message = good;
-  message.width = 0;
-  CHECK_THAT(message_of([&] { (void)to_grey(message); }), Catch::Contains("has 0 x 4 pixels, it is empty"));
-  for (const char* bayer : {"bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"}) {
-    message = good;
-    message.encoding = bayer;
-    CHECK(to_grey(message).size() == cv::Size(8, 4));
-  }
-  CHECK_THAT(message_of([] {
-               (void)decode_grey(std::vector<std::uint8_t>{1, 2, 3});
-             }),
-             Catch::Contains("cannot be decoded"));
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", tiny_texture(64), jpeg);
-  CHECK(decode_grey(jpeg).cols == 64);
-  jpeg.erase(jpeg.begin() + static_cast<std::ptrdiff_t>(jpeg.size() / 2), jpeg.end() - 200);
-  CHECK_THAT(message_of([&] { (void)decode_grey(jpeg); }), Catch::Contains("the JPEG is damaged"));
 }

@@ -114,6 +114,12 @@ inline void check_one_line_failure(const Result& result, const std::string& part
   CHECK_THAT(result.err, Catch::StartsWith("stereo_slam: ") && Catch::Contains(part));
 }
 
+/// The same within bounds of time and memory.
+inline void check_bounded_failure(const std::vector<std::string>& arguments, const std::string& part) {
+  CAPTURE(arguments);
+  check_one_line_failure(call(arguments, bound_time_and_memory), part);
+}
+
 /// Something that makes a recording unusable, and a part of what is said about it.
 struct Breaking {
   const char* part;
