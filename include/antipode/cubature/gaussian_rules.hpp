@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <concepts>
+#include <type_traits>
 
 #include <antipode/detail/check.hpp>
 #include <antipode/eigen_types.hpp>
@@ -232,6 +233,10 @@ template <int Dim>
 /// The rule with the fewest points that is exact to degree 5; NoRule above 18 dimensions.
 template <int Dim>
 using RuleOfDegree5 = decltype(rule_of_degree_5<Dim>());
+
+/// RuleOfDegree5, and above 18 dimensions points on the axes.
+template <int Dim>
+using DefaultRule = std::conditional_t<(Dim <= 18), RuleOfDegree5<Dim>, CubatureRule<Dim>>;
 
 }  // namespace detail
 

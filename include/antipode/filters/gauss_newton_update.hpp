@@ -50,7 +50,7 @@ struct GaussNewtonOptions {
   /// reported as kNotGaussian. In trials, the mean NEES was at most 6.6 for residuals below 0.4.
   Scalar max_final_residual = Scalar(0.5);
   /// Whether to look for a second mode if the measurements are not linear over the prior, as in
-  /// linearized_update. The test for linearity evaluates each model twice for every dimension of the state.
+  /// linearized_update. The test for linearity evaluates each model at the points of the check at the end.
   bool check_modes = true;
   /// Below this log-likelihood at the mean the result is reported as diverged.
   Scalar min_log_likelihood = -std::numeric_limits<Scalar>::infinity();
@@ -119,6 +119,7 @@ template <class Density, class Measurements, class Model>
 class GaussNewtonIteration {
   using Scalar = typename Density::Scalar;
   static constexpr int N = Density::Chart::kDim;
+  using Rule = DefaultRule<N>;
 
  public:
   GaussNewtonIteration(const Density& prior, const Measurements& measurements, const Model& h,
@@ -200,9 +201,9 @@ class GaussNewtonIteration {
         return std::optional<Z>(h_(state, i, J));
       }
     };
-    const auto standard = CubatureRule<N>{}.template standard<Scalar>();
+    const auto standard = Rule{}.template standard<Scalar>();
     const auto over_posterior = linearize(density_, measurements_, values_of_h, standard, {});
-    result_.evaluations += CubatureRule<N>::kCount;
+    result_.evaluations += Rule::kCount;
     result_.residual = over_posterior.finite && over_posterior.used > 0
                            ? std::sqrt(over_posterior.residual)
                            : std::numeric_limits<Scalar>::infinity();

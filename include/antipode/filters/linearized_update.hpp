@@ -31,10 +31,10 @@
 ///
 /// Each iteration regresses every h_i on the points of a sigma point rule over the current density, h_i ~
 /// mean_i + A_i y + e_i with Cov(e_i) = Omega_i, and conditions the original prior on these linear models
-/// with the noise R_i + Omega_i. No derivatives are needed. It is the cheapest update if the noise is
-/// Gaussian and h and R are known. For any other likelihood, and for data with outliers, use
-/// quadratic_update. Reference: Garcia-Fernandez, Svensson, Morelande, Sarkka, "Posterior linearization
-/// filter: principles and implementation using sigma points", 2015.
+/// with the noise R_i + Omega_i. No derivatives are needed. It is for a few
+/// measurements with Gaussian noise and known h and R. For any other likelihood, for data with outliers and
+/// for many measurements, use quadratic_update. Reference: Garcia-Fernandez, Svensson, Morelande, Sarkka,
+/// "Posterior linearization filter: principles and implementation using sigma points", 2015.
 namespace antipode {
 
 /// Measurements by index: a vector, array or span of NoisyMeasurement.
@@ -78,8 +78,9 @@ struct LinearizedUpdateOptions {
   Scalar settled_step = Scalar(0.2);
   /// A posterior with a larger residual, the root of the sum of tr(R^-1 Omega_i), is reported as
   /// kNotGaussian. Its covariance contains the Omega_i and is as large as the error on average, but large
-  /// errors are more frequent than for a Gaussian.
-  Scalar max_final_residual = Scalar(2);
+  /// errors are more frequent than for a Gaussian. The unit is the noise of one measured number. Measured in
+  /// docs/results/consistency.md.
+  Scalar max_final_residual = Scalar(1);
   /// Whether to look for a second mode if the measurements are not linear over the prior, or over a density
   /// on the way to the posterior, and to report it as kNotGaussian (see quadratic_update.hpp). Evaluates each
   /// model 16 times for every dimension of the state, and more if a second mode is likely. Not with robust
@@ -327,14 +328,14 @@ void check_options(const LinearizedUpdateOptions<Scalar>& options) {
 /// measurement is not finite or its R not positive definite, and kNoSupport if no measurement can be
 /// predicted; the posterior then is the prior.
 ///
-/// The points of the default rule lie on the axes, so that the covariance does not see products of two
-/// coordinates, such as roll times pitch in a measured heading, nor does the status. A heading known to .005
-/// rad, under priors of .2 rad, has an ANEES of 14 instead of 6 with kConverged, and 16 instead of 9 with a
-/// velocity in the state; at .1 rad it is 10 of 9. A rule with other points is right or says kNotGaussian:
-/// MysovskikhRule for poses (5.9 to 6.1), Degree5Rule for states of up to 18 dimensions (8.9 to 9.2, at eight
-/// times the cost).
+/// The default rule is exact to degree 5 for states of up to 18 dimensions: MysovskikhRule up to six (57
+/// points for a pose), Degree5Rule above (146 points for nine dimensions, 542 for fifteen). CubatureRule has
+/// 2 N points, all on the axes, and is enough if the attitude is known to .05 rad. It does not see products
+/// of two coordinates, such as roll times pitch in a measured heading, and no status says so: a heading known
+/// to .005 rad under priors of .2 rad has an ANEES of 14 instead of 6, and 16 instead of 9 with a velocity in
+/// the state; at .1 rad it is 10 of 9. Larger states have these points.
 template <ConcentratedDensity Density, IndexedMeasurements Measurements, class Model,
-          class Rule = CubatureRule<Density::Chart::kDim>>
+          class Rule = detail::DefaultRule<Density::Chart::kDim>>
 [[nodiscard]] UpdateResult<Density> linearized_update(
     const Density& prior, const Measurements& measurements, const Model& h,
     const LinearizedUpdateOptions<typename Density::Scalar>& options = {}, const Rule& rule = {}) {

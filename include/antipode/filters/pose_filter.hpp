@@ -34,9 +34,9 @@
 ///     density           rules                                         updates
 ///     BinghamGaussian   PaperPoseRule, RichPoseRule, JointPoseRule    ProgressiveReweighting
 ///     PoseGaussian      MysovskikhRule<6>, Degree5Rule<6>             QuadraticProgression
-///     PoseGaussian      CubatureRule<6>, MysovskikhRule<6>, ...       PosteriorLinearization
+///     PoseGaussian      MysovskikhRule<6>, CubatureRule<6>, ...       PosteriorLinearization
 ///     PoseGaussian      any: it takes no samples                      GaussNewton
-///     StateGaussian     CubatureRule<N>, ...                          PosteriorLinearization, GaussNewton
+///     StateGaussian     Degree5Rule<N>, CubatureRule<N>, ...          PosteriorLinearization, GaussNewton
 ///     StateGaussian     Degree5Rule<N>, N up to 18                    QuadraticProgression
 ///
 /// All compositions for poses have the same interface: they start from, predict with and report a
@@ -331,17 +331,15 @@ using RichPoseFilter = PoseFilter<BinghamGaussian<Scalar>, RichPoseRule, Progres
 template <std::floating_point Scalar>
 using QuadraticPoseFilter = PoseFilter<PoseGaussian<Scalar>, MysovskikhRule<6>, QuadraticProgression<Scalar>>;
 
-/// For a few vector measurements with Gaussian noise and priors of up to .1 rad: the fastest. Under wider
-/// ones its covariance may be too small (see linearized_update); LinearizedSplitPoseFilter has points that
-/// see it.
+/// For a few vector measurements with Gaussian noise. With CubatureRule<6> in place of MysovskikhRule<6> it
+/// is faster, and right if the attitude is known to .05 rad (see linearized_update).
 template <std::floating_point Scalar>
 using LinearizedPoseFilter =
-    PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, PosteriorLinearization<Scalar>>;
+    PoseFilter<PoseGaussian<Scalar>, MysovskikhRule<6>, PosteriorLinearization<Scalar>>;
 
-/// For measurements whose model provides its Jacobians, and priors of up to .1 rad (see
-/// LinearizedPoseFilter).
+/// For measurements whose model provides its Jacobians.
 template <std::floating_point Scalar>
-using GaussNewtonPoseFilter = PoseFilter<PoseGaussian<Scalar>, CubatureRule<6>, GaussNewton<Scalar>>;
+using GaussNewtonPoseFilter = PoseFilter<PoseGaussian<Scalar>, MysovskikhRule<6>, GaussNewton<Scalar>>;
 
 /// For positions measured while the attitude is uncertain (altimeter, GPS, ranges, bearings): rotation and
 /// position apart.
@@ -353,11 +351,12 @@ template <std::floating_point Scalar>
 using LinearizedSplitPoseFilter =
     PoseFilter<SplitPoseGaussian<Scalar>, MysovskikhRule<6>, PosteriorLinearization<Scalar>>;
 
-/// For joint states: StateFilter<ProductChart<SplitChart<double>, VectorChart<double, 3>>>. For attitudes
-/// known to more than .1 rad, use PoseFilter<StateGaussian<C>, Degree5Rule<C::kDim>, ...> instead (see
-/// linearized_update).
+/// For joint states: StateFilter<ProductChart<SplitChart<double>, VectorChart<double, 3>>>. Its rule is exact
+/// to degree 5 for up to 18 dimensions. For larger states, and for faster updates, use
+/// PoseFilter<StateGaussian<C>, CubatureRule<C::kDim>, ...>, which is right if the attitude is known to .05
+/// rad (see linearized_update).
 template <Chart C>
 using StateFilter =
-    PoseFilter<StateGaussian<C>, CubatureRule<C::kDim>, PosteriorLinearization<typename C::Scalar>>;
+    PoseFilter<StateGaussian<C>, detail::DefaultRule<C::kDim>, PosteriorLinearization<typename C::Scalar>>;
 
 }  // namespace antipode

@@ -108,10 +108,6 @@ namespace detail {
 
 inline constexpr std::string_view kAsymmetricNoise = "covariance of the noise is not finite or not symmetric";
 
-/// A rule for a function of N coordinates: exact to degree 5 where that takes few points.
-template <int N>
-using PredictionRule = std::conditional_t<(N <= 6), RuleOfDegree5<N>, CubatureRule<N>>;
-
 }  // namespace detail
 
 /// The first-order prediction of a concentrated state, in closed form: with w = u E[v], x exp(xi) w exp(nu) =
@@ -170,11 +166,10 @@ requires(Rule::kDim == 12)
 
 /// The prediction of a state of any kind, a joint one say: x <- f(x). The covariance `noise` is added to that
 /// of the vector about the result. f maps a state to a state. Through the points of a rule, by default one
-/// that is exact to degree 5 for up to six dimensions (57 points for a pose), and two points for every
-/// dimension of larger states. Throws unless the covariance of the state is positive semidefinite, and that
-/// of the noise finite and symmetric.
-template <ConcentratedDensity Density, class F,
-          GaussianRule Rule = detail::PredictionRule<Density::Chart::kDim>>
+/// that is exact to degree 5 for up to 18 dimensions (57 points for a pose, 146 for nine dimensions), and two
+/// points for every dimension of larger states. Throws unless the covariance of the state is positive
+/// semidefinite, and that of the noise finite and symmetric.
+template <ConcentratedDensity Density, class F, GaussianRule Rule = detail::DefaultRule<Density::Chart::kDim>>
 requires std::invocable<F&, const typename Density::Chart::Point&>
 [[nodiscard]] Density predict(const Density& state, F&& f,
                               const Matrix<typename Density::Scalar, Density::Chart::kDim>& noise,
@@ -188,7 +183,7 @@ requires std::invocable<F&, const typename Density::Chart::Point&>
 /// The first-order prediction x <- f(x), with the Jacobian F of f at the mean: f(retract(x, a)) =
 /// retract(f(x), F a). Throws unless the covariances of state and noise are finite and symmetric. What f does
 /// to second order is left out; predict(state, f, noise) includes it, for up to
-/// six coordinates.
+/// eighteen coordinates.
 template <ConcentratedDensity Density, class F>
 requires std::invocable<F&, const typename Density::Chart::Point&>
 [[nodiscard]] Density predict_closed_form(
