@@ -72,7 +72,7 @@ class PatchTemplate {
 ///
 /// `left_px2` and `right_px2` are the covariances of the two alignments. The noise of the template displaces
 /// both positions equally, which does not change the disparity. The variance of this displacement was
-/// measured on rendered drives (docs/results/accuracy.md).
+/// measured on rendered drives (docs/results/history/2026-11-24-patches.md).
 [[nodiscard]] Eigen::Matrix3d stereo_patch_covariance(const Eigen::Matrix2d& left_px2,
                                                       const Eigen::Matrix2d& right_px2);
 
