@@ -27,7 +27,7 @@ fi
 
 failed=0
 for recording in "$@"; do
-  for preset in default paper; do
+  for preset in default fast odometry paper; do
     results=$out/$(basename "$recording")_$preset
     if [ ! "${results}_before/covariances.csv" -nt "$before" ]; then
       rm -rf "${results}_before"

@@ -63,16 +63,16 @@ TEST_CASE("Settings at the ends of their ranges run", "[faults]") {
   }
 }
 
-TEST_CASE("Loops that a global map cannot have are named", "[faults]") {
+TEST_CASE("Loops that the preset paper cannot have are named", "[faults]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);
-  write_text(folder / "s.yaml", "map: {layout: global}\n");
+  write_text(folder / "s.yaml", "preset: paper\nloop_closure: {enabled: true}\n");
   const std::vector<std::string> run = {"run",          "--dataset",   folder / "in", "--output",
                                         folder / "out", "--overwrite", "--config",    folder / "s.yaml"};
   const auto result = call(run);
   CHECK(result.status == 0);
-  CHECK(result.err == "stereo_slam: warning: no loop is closed, because map.layout is global\n");
-  write_text(folder / "s.yaml", "map: {layout: global}\nloop_closure: {enabled: false}\n");
+  CHECK(result.err == "stereo_slam: warning: no loop is closed, because the preset paper has no keyframes\n");
+  write_text(folder / "s.yaml", "preset: paper\n");
   CHECK(call(run).err.empty());
 }
 

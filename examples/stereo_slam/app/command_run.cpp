@@ -142,15 +142,15 @@ void check_before_run(const StereoSequence& sequence, Settings& settings, bool q
 }
 
 /// The settings of the preset, the file and the command line. Throws std::runtime_error if --loop-closure is
-/// given and the map has a layout in which no loop can be closed.
+/// given with a preset that closes no loops.
 [[nodiscard]] Settings settings_of(const RunArguments& arguments) {
   Settings settings = arguments.config ? load_settings(*arguments.config, arguments.preset)
                                        : preset_settings(arguments.preset.value_or("default"));
   if (arguments.loop_closure_flag->count() > 0) {
-    if (arguments.loop_closure && settings.map.layout != MapLayout::kAnchored) {
+    if (arguments.loop_closure && settings.program == Program::kPaper) {
       throw std::runtime_error(
-          "no loop can be closed with map.layout: global, which the preset paper has; leave out "
-          "--loop-closure, or use another preset or layout");
+          "the preset paper has one map without keyframes, and closes no loops; leave out --loop-closure, or "
+          "use another preset");
     }
     settings.loop_closure.enabled = arguments.loop_closure;
   }
@@ -255,8 +255,8 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   Settings settings = settings_of(arguments);
-  if (settings.loop_closure.enabled && settings.map.layout != MapLayout::kAnchored)
-    warn("no loop is closed, because map.layout is global", quiet);
+  if (settings.loop_closure.enabled && settings.program == Program::kPaper)
+    warn("no loop is closed, because the preset paper has no keyframes", quiet);
   SequenceScan found = scan(arguments.dataset);
   require_usable(found.problems, quiet);
   const StereoSequence sequence = std::move(found.sequence);

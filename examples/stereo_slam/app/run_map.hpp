@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "stereo_slam/app/run_options.hpp"
@@ -9,13 +10,13 @@
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/settings.hpp"
-#include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/slam/tracker.hpp"
 
 /// The map files of a run: --load-map and --save-map.
 namespace stereo_slam {
 
 /// Throws std::runtime_error unless the run keeps keyframes, of which saved maps consist: only loop closure
-/// in the anchored layout keeps them.
+/// keeps them.
 void require_keyframes(const Settings& settings);
 
 /// Throws unless --save-map can be written at the end of the run, and replaces nothing but an earlier map.
@@ -29,7 +30,7 @@ void check_save_map(const RunOptions& options);
                                                              bool finished, const EarlierFile& earlier);
 
 /// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
-[[nodiscard]] Slam make_slam(const StereoSequence& sequence, const Settings& settings,
-                             const RunOptions& options);
+[[nodiscard]] std::unique_ptr<Tracker> make_slam(const StereoSequence& sequence, const Settings& settings,
+                                                 const RunOptions& options);
 
 }  // namespace stereo_slam

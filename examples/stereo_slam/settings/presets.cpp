@@ -12,6 +12,7 @@ namespace {
 /// The DQV-SLAM paper's choices, section IV: detected corners as measurements, one global map with landmarks
 /// updated in every frame, 7 x 7 pose samples, no correlation, subsets of 30. The paper does not give tau.
 void apply_paper(Settings& settings) {
+  settings.program = Program::kPaper;
   settings.calibration = {.principal_point_sigma_px = 0.0,
                           .common_error_px = 0.0,
                           .scale_sigma_per_px = 0.0,
@@ -19,20 +20,17 @@ void apply_paper(Settings& settings) {
   settings.online_rectification.enabled = false;
   settings.odometry.window_px = 15;
   settings.odometry.pyramid_levels = 3;
-  settings.refinement.enabled = false;
   settings.update.method = PoseUpdateMethod::kPaper;
   settings.update.tau = 0.05;
   settings.update.student_t_inverse_dof = 0.0;
   settings.update.noise_from_residuals = false;
-  settings.map.layout = MapLayout::kGlobal;
-  settings.map.update_landmarks = true;
   settings.map.clear_correlation = -1.0;
   settings.map.pixel_sigma_px = settings.association.feature_sigma_px;
   settings.loop_closure.enabled = false;
 }
 
 void apply_odometry(Settings& settings) {
-  settings.update.method = PoseUpdateMethod::kNone;
+  settings.program = Program::kOdometry;
   settings.loop_closure.enabled = false;
 }
 

@@ -141,8 +141,6 @@ void add_association(Table& table) {
 
 void add_refinement(Table& table) {
   SettingsGroup(table, "refinement", &Settings::refinement)
-      .add("enabled", &RefinementSettings::enabled,
-           "measure landmarks with sub-pixel accuracy by aligning the patches of their keyframe")
       .add("min_correlation", &RefinementSettings::min_correlation, {-1.0, 1.0}, "",
            "smallest correlation of the aligned patches")
       .add("max_shift_px", &RefinementSettings::max_shift_px, {0.1, 20.0}, "px",
@@ -157,20 +155,14 @@ void add_refinement(Table& table) {
 
 void add_update(Table& table) {
   SettingsGroup(table, "update", &Settings::update)
-      .add("method", &UpdateSettings::method,
-           {{"paper", PoseUpdateMethod::kPaper},
-            {"progressive", PoseUpdateMethod::kProgressive},
-            {"quadratic", PoseUpdateMethod::kQuadratic},
-            {"none", PoseUpdateMethod::kNone}},
-           "pose update; paper: Alg. 2 of DQV-SLAM as published, none: odometry alone")
       .add("tau", &UpdateSettings::tau, {0.001, 0.99}, "",
-           "smallest likelihood ratio within a progression step (methods paper and progressive)")
+           "smallest likelihood ratio within a progression step (--preset paper)")
       .add("max_correspondences", &UpdateSettings::max_correspondences, {3, 100000}, "",
-           "number of matches per subset (method paper)")
+           "number of matches per subset (--preset paper)")
       .add("regularizer_sigma_m", &UpdateSettings::regularizer_sigma_m, {0.0, 1.0}, "m",
-           "standard deviation of the translation noise added between subsets (method paper)")
+           "standard deviation of the translation noise added between subsets (--preset paper)")
       .add("regularizer_forgetting", &UpdateSettings::regularizer_forgetting, {0.0, 1e-3}, "",
-           "relative increase of the orientation uncertainty between subsets (method paper)")
+           "relative increase of the orientation uncertainty between subsets (--preset paper)")
       .add("robust_cap", &UpdateSettings::robust_cap, {1.0, 1e6}, "",
            "squared Mahalanobis distance beyond which a match is removed after the first update")
       .add("student_t_inverse_dof", &UpdateSettings::student_t_inverse_dof, {0.0, 1.0}, "",
@@ -181,16 +173,13 @@ void add_update(Table& table) {
       .add(
           "noise_from_residuals", &UpdateSettings::noise_from_residuals,
           "scale the covariances to the residuals of the landmarks in the last updates, along and across the "
-          "rows; no effect without refinement");
+          "rows; not with --preset paper");
 }
 
 void add_map(Table& table) {
   SettingsGroup(table, "map", &Settings::map)
-      .add("layout", &MapSettings::layout,
-           {{"anchored", MapLayout::kAnchored}, {"global", MapLayout::kGlobal}},
-           "anchored: poses and landmarks relative to the last keyframe; global: one map, as in the paper")
       .add("max_new_landmarks", &MapSettings::max_new_landmarks, {10, 100000}, "",
-           "largest number of new landmarks per keyframe (anchored) or frame (global)")
+           "largest number of new landmarks per keyframe, and per frame with --preset paper")
       .add("cell_px", &MapSettings::cell_px, {8, 512}, "px", "grid cell over which new landmarks are spread")
       .add("inverse_depth_beyond_baselines", &MapSettings::inverse_depth_beyond_baselines, {0.0, 1e6},
            "baselines", "depth beyond which landmarks are stored in inverse depth")
@@ -203,11 +192,6 @@ void add_map(Table& table) {
            "added")
       .add("pixel_sigma_px", &MapSettings::pixel_sigma_px, {0.01, 10.0}, "px",
            "standard deviation of a new landmark's coordinates, added to the noise estimated from its patch")
-      .add("update_landmarks", &MapSettings::update_landmarks,
-           "update the landmarks after every pose update (Alg. 4)")
-      .add("track_correlation", &MapSettings::track_correlation,
-           "keep the correlation of pose and landmark errors; needs the anchored layout without "
-           "update_landmarks")
       .add("cull_after_frames", &MapSettings::cull_after_frames, {1, 100000}, "frames",
            "time after which a landmark that is not observed is dropped");
 }
@@ -224,7 +208,7 @@ void add_keyframes(Table& table) {
 
 void add_loop_closure(Table& table) {
   SettingsGroup(table, "loop_closure", &Settings::loop_closure)
-      .add("enabled", &LoopClosureSettings::enabled, "close loops; anchored layout only")
+      .add("enabled", &LoopClosureSettings::enabled, "close loops; not with --preset paper")
       .add("max_points", &LoopClosureSettings::max_points, {50, 10000}, "",
            "largest number of points that a keyframe keeps for place recognition")
       .add("latency_frames", &LoopClosureSettings::latency_frames, {1, 1000}, "frames",
@@ -311,6 +295,16 @@ Table make_table() {
 const std::vector<SettingsField>& settings_fields() {
   static const Table table = make_table();
   return table;
+}
+
+std::span<const RemovedKey> removed_keys() {
+  static constexpr std::array<RemovedKey, 5> kRemoved = {
+      {{"map.layout", "the preset decides: paper has one global map, the others have keyframes"},
+       {"map.update_landmarks", "the preset paper updates its landmarks, the others do not"},
+       {"map.track_correlation", "it is always kept, but by the preset paper"},
+       {"refinement.enabled", "patches are always aligned, but with the preset paper"},
+       {"update.method", "the presets paper and odometry have other methods than the default"}}};
+  return kRemoved;
 }
 
 std::span<const RenamedKey> renamed_keys() {

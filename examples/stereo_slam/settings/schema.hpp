@@ -34,4 +34,12 @@ struct RenamedKey {
 
 [[nodiscard]] std::span<const RenamedKey> renamed_keys();
 
+/// A key of an earlier version that is no setting any more.
+struct RemovedKey {
+  std::string_view key;
+  std::string_view reason;  ///< and what to use instead
+};
+
+[[nodiscard]] std::span<const RemovedKey> removed_keys();
+
 }  // namespace stereo_slam

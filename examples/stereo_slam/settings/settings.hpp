@@ -87,7 +87,6 @@ struct AssociationSettings {
 
 /// Sub-pixel measurement of the reference keyframe's landmarks.
 struct RefinementSettings {
-  bool enabled = true;
   double min_correlation = 0.8;
   double max_shift_px = 3.0;
   double max_row_error_px = 1.0;
@@ -100,7 +99,6 @@ enum class PoseUpdateMethod {
   kPaper,  ///< Alg. 2 with 7 x 7 points; orientation and translation independent; subsets of the matches
   kProgressive,  ///< Alg. 2 with degree-5 points; orientation and translation coupled
   kQuadratic,    ///< antipode::quadratic_update: quadratic fits of the log-likelihood
-  kNone,         ///< no correction while tracking: the odometry alone, as a baseline
 };
 
 /// Pose update (sec. III-B and IV-D).
@@ -116,27 +114,18 @@ struct UpdateSettings {
   bool noise_from_residuals = true;
 };
 
-/// In which frame the state is held (see docs/conventions.md).
-enum class MapLayout {
-  kGlobal,    ///< the paper's: one map in the first camera's frame, landmarks updated in every frame
-  kAnchored,  ///< pose and landmarks relative to the last keyframe; absolute pose by composition
-};
-
 /// Landmarks (sec. IV-E).
 struct MapSettings {
-  MapLayout layout = MapLayout::kAnchored;
   int max_new_landmarks = 500;
   int cell_px = 40;
   double inverse_depth_beyond_baselines = 40.0;
   double max_baselines = 140.0;
   double clear_correlation = 0.95;
   double pixel_sigma_px = 0.075;
-  bool update_landmarks = false;
-  bool track_correlation = true;
   int cull_after_frames = 5;
 };
 
-/// When the anchored layout takes a new keyframe.
+/// When a new keyframe is taken.
 struct KeyframeSettings {
   double min_match_ratio = 0.6;
   int min_matches = 60;
@@ -187,8 +176,16 @@ struct LoopClosureSettings {
   double spacing_baselines = 18.6;
 };
 
+/// What follows the camera.
+enum class Program {
+  kSlam,      ///< landmarks relative to a keyframe, loops
+  kPaper,     ///< the DQV-SLAM paper as published
+  kOdometry,  ///< as kSlam, but the landmarks do not correct the pose: the odometry alone, as a baseline
+};
+
 struct Settings {
-  std::string preset = "default";  ///< the preset that the other values started from
+  std::string preset = "default";    ///< the preset that the other values started from
+  Program program = Program::kSlam;  ///< that of the preset
   std::uint64_t seed = 1;
   ImageSettings images;
   FeatureSettings features;

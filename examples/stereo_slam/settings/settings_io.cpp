@@ -94,6 +94,10 @@ const SettingsField& field_of(const std::string& key) {
     if (renamed.old_key == key)
       throw std::runtime_error(fmt::format("{} is called {} now", key, renamed.key));
   }
+  for (const auto& removed : removed_keys()) {
+    if (removed.key == key)
+      throw std::runtime_error(fmt::format("{} is no setting any more: {}", key, removed.reason));
+  }
   const auto& fields = settings_fields();
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.key == key; });
   if (field == fields.end()) {

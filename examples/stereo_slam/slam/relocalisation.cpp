@@ -43,10 +43,6 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
   if (verified.check != LoopCheck::kVerified) return std::nullopt;
 
   const MapView map{source.landmarks, view.camera};
-  UpdateSettings update_settings = settings.update;
-  if (update_settings.method == PoseUpdateMethod::kNone) {  // tracking needs no update, this does
-    update_settings.method = PoseUpdateMethod::kQuadratic;
-  }
   const PoseGaussian& rough = verified.loop.T_old_new;
   const auto prior = PoseDensity::from_pose_covariance(rough.pose, kPriorScale * rough.covariance);
   PoseGaussian expected = antipode::to_pose_gaussian(prior);
@@ -55,7 +51,7 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
     const auto matches =
         align_landmarks(association, source, view, expected.pose, settings.refinement).matches;
     if (matches.size() < static_cast<std::size_t>(rule.min_inliers)) return std::nullopt;
-    const auto update = update_pose(prior, matches, map, update_settings);
+    const auto update = update_pose(prior, matches, map, settings.update);
     if (!update.converged) return std::nullopt;
     const std::size_t agreeing = update.used.size();
     if (agreeing >= static_cast<std::size_t>(rule.min_inliers) &&
@@ -71,14 +67,14 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
 /// tracked, a pose that would need a jerk is not believed: the points may be on a vehicle.
 std::optional<PoseDensity> Slam::relocalise(const FrameImages& images, const PoseDensity& prior) const {
   // Features of all pyramid levels: the camera may have come nearer since the keyframe.
-  const StereoView view = view_of(images.frame);
+  const StereoView view = right_camera_.view_of(images.frame);
   const auto points =
       measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
   Keyframe keyframe = reference_.keyframe;
-  if (!frontend_->describes_points()) describe(keyframe.points, reference_.left);
+  describe(keyframe.points, reference_.left);
   auto found =
       recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
-  if (found && velocity_.known() && !previous_.lost) {
+  if (found && motion_.known() && !previous_.lost) {
     const Pose T_previous_keyframe = posterior_.pose().inverse();
     if (!continues(T_previous_keyframe * found->pose(), T_previous_keyframe * prior.pose()))
       return std::nullopt;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/repetition.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/keyframes/keyframe_database.hpp"
@@ -19,6 +20,14 @@ struct ReferenceKeyframe {
   Keyframe keyframe;          ///< points and pose, as loop closure got them
   cv::Mat left;               ///< left image
   std::size_t landmarks = 0;  ///< number of landmarks when the keyframe was created
+  SceneRepetition scene;      ///< whether such images are ambiguous
+
+  /// Whether there is one: the map has begun.
+  [[nodiscard]] bool begun() const { return !left.empty(); }
+  /// Whether the image shows one pattern many times, asked in this frame.
+  [[nodiscard]] bool is_ambiguous(std::size_t frame) {
+    return scene.repeats_itself(left, keyframe.frame, frame);
+  }
 };
 
 /// T_keyframe_camera from the images and their `points` alone, without a prior; nothing if the keyframe is

@@ -38,16 +38,19 @@ namespace {
 }  // namespace
 
 PoseDensity predict_pose(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
-                         bool odometry_valid, const Settings& settings, const UnseenSteps& unseen) {
-  const Matrix6<double> covariance =
-      motion_covariance(T_previous_current, odometry_valid, unseen, settings.motion);
-  if (settings.update.method == PoseUpdateMethod::kPaper) {
-    const auto noise = decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance));
-    return antipode::predict(posterior, T_previous_current.pose, noise, antipode::PaperPoseRule{},
-                             {.keep_coupling = false});
-  }
+                         bool odometry_valid, const MotionSettings& settings, const UnseenSteps& unseen) {
+  const Matrix6<double> covariance = motion_covariance(T_previous_current, odometry_valid, unseen, settings);
   return antipode::to_bingham_gaussian(antipode::predict_closed_form(
       antipode::to_pose_gaussian(posterior), T_previous_current.pose, {Pose::identity(), covariance}));
+}
+
+PoseDensity predict_as_in_paper(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
+                                bool odometry_valid, const MotionSettings& settings,
+                                const UnseenSteps& unseen) {
+  const Matrix6<double> covariance = motion_covariance(T_previous_current, odometry_valid, unseen, settings);
+  const auto noise = decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance));
+  return antipode::predict(posterior, T_previous_current.pose, noise, antipode::PaperPoseRule{},
+                           {.keep_coupling = false});
 }
 
 }  // namespace stereo_slam

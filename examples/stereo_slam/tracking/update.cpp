@@ -239,7 +239,6 @@ double expected_variance_ratio(const UpdateSettings& settings) {
 
 PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches, const MapView& map,
                        const UpdateSettings& settings) {
-  if (settings.method == PoseUpdateMethod::kNone) return {.posterior = prior};
   if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
 
   // The innovations contain the prior's error: the wide cap allows for it. The second update starts from the

@@ -11,7 +11,7 @@
 
 namespace stereo_slam {
 
-/// Result of a pose update. Without convergence or enough matches, and with PoseUpdateMethod::kNone, the
+/// Result of a pose update. Without convergence or enough matches the
 /// posterior is the prior.
 struct PoseUpdate {
   PoseDensity posterior;

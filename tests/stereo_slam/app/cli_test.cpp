@@ -198,13 +198,14 @@ TEST_CASE("The command line overrides whether the settings close loops", "[cli]"
 TEST_CASE("--loop-closure is refused before the run if no loop can be closed", "[cli]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 2);
-  write_text(folder / "global.yaml", "map: {layout: global}\n");
+  write_text(folder / "paper.yaml", "preset: paper\n");
   const auto run = [&](const std::vector<std::string>& options) {
     return run_on(folder / "in", folder, options);
   };
   for (const auto& options : std::vector<std::vector<std::string>>{
-           {"--preset", "paper", "--loop-closure"}, {"--config", folder / "global.yaml", "--loop-closure"}}) {
-    check_one_line_failure(run(options), "no loop can be closed with map.layout: global");
+           {"--preset", "paper", "--loop-closure"}, {"--config", folder / "paper.yaml", "--loop-closure"}}) {
+    check_one_line_failure(run(options),
+                           "the preset paper has one map without keyframes, and closes no loops");
     CHECK_FALSE(fs::exists(folder / "out"));
   }
   CHECK(run({"--preset", "paper", "--no-loop-closure"}).status == 0);

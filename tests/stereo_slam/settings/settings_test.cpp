@@ -137,6 +137,19 @@ TEST_CASE("A renamed setting is refused with its present name", "[settings]") {
   }
 }
 
+TEST_CASE("A setting that is gone is refused with what took its place", "[settings]") {
+  CHECK_THAT(load_error("map: {layout: global}"),
+             Catch::Contains("map.layout is no setting any more: the preset decides"));
+  CHECK_THAT(load_error("update:\n  method: none\n"),
+             Catch::Contains("s.yaml:2: update.method is no setting"));
+  std::set<std::string_view> keys;
+  for (const auto& field : settings_fields()) keys.insert(field.key);
+  for (const auto& removed : removed_keys()) {
+    CAPTURE(removed.key);
+    CHECK_FALSE(keys.contains(removed.key));
+  }
+}
+
 TEST_CASE("The listing names the default of a setting only where the value differs from it", "[settings]") {
   Settings settings;
   settings.features.count = 700;

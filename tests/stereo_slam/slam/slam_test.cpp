@@ -52,9 +52,9 @@ const Recording& straight_recording() {
 }
 
 std::vector<FrameResult> run(const Settings& settings) {
-  Slam slam(straight_recording().camera, settings);
+  const auto slam = make_tracker(straight_recording().camera, settings);
   std::vector<FrameResult> results;
-  for (const auto& frame : straight_recording().frames) results.push_back(slam.process(frame));
+  for (const auto& frame : straight_recording().frames) results.push_back(slam->process(frame));
   return results;
 }
 

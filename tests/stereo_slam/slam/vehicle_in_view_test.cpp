@@ -48,13 +48,13 @@ TEST_CASE("A part of the vehicle in view does not stop the camera", "[stereo_sla
   const test::RenderedDrive drive(street(12));
   const std::string preset = GENERATE("default", "fast", "paper");
   CAPTURE(preset);
-  Slam slam(drive.sequence.camera, preset_settings(preset));
+  const auto slam = make_tracker(drive.sequence.camera, preset_settings(preset));
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
     StereoFrame frame = load_frame(drive.sequence, i);
     const cv::Size image = frame.left.size();
     const int top = image.height * 85 / 100;
     cover(frame, surface(image), {0, top, image.width, image.height - top}, 0);
-    const auto result = slam.process(frame);
+    const auto result = slam->process(frame);
     if (i == 0) continue;
     CAPTURE(i);
     CHECK(result.status == TrackingStatus::kOk);

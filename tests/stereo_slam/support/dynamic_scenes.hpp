@@ -14,7 +14,7 @@
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
-#include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/slam/tracker.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "support/files.hpp"
 
@@ -77,13 +77,13 @@ struct DynamicOutcome {
 /// Runs the SLAM on a drive.
 inline DynamicOutcome run_among_vehicles(const DynamicDrive& drive, const Settings& settings) {
   DynamicOutcome outcome;
-  Slam slam(drive.sequence().camera, settings);
+  const auto slam = make_tracker(drive.sequence().camera, settings);
   cv::Mat1b mask_before;
   for (std::size_t i = 0; i < drive.sequence().frames.size(); ++i) {
     const StereoFrame frame = load_frame(drive.sequence(), i);
     const cv::Mat1b mask = drive.mask(i);
     AssociationTrace trace;
-    outcome.results.push_back(slam.process(frame, &trace));
+    outcome.results.push_back(slam->process(frame, &trace));
     MovingShare features;
     for (const auto& feature : extract_features(frame.left, settings.features)) {
       features.add(mask, feature.position_px);
@@ -101,9 +101,9 @@ inline DynamicOutcome run_among_vehicles(const DynamicDrive& drive, const Settin
     for (const auto& px : trace.odometry_px) outcome.odometry.add(mask, px);
     mask_before = mask;
   }
-  slam.finish();
+  slam->finish();
   Trajectory estimate;
-  for (const auto& pose : slam.trajectory()) {
+  for (const auto& pose : slam->trajectory()) {
     Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
     T_world_camera.linear() = pose.pose.rotation_matrix();
     T_world_camera.translation() = pose.pose.translation();

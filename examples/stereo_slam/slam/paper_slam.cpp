@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/slam/paper_slam.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "stereo_slam/frontend/equal_brightness.hpp"
+#include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/frontend/stereo_points.hpp"
+#include "stereo_slam/local_map/landmark_tracks.hpp"
+#include "stereo_slam/slam/judgement.hpp"
+#include "stereo_slam/slam/stage_clock.hpp"
+#include "stereo_slam/tracking/association_trace.hpp"
+#include "stereo_slam/tracking/landmark_search.hpp"
+#include "stereo_slam/tracking/predict.hpp"
+#include "stereo_slam/tracking/update.hpp"
+
+namespace stereo_slam {
+
+PaperSlam::PaperSlam(const StereoCamera& camera, const Settings& settings)
+    : camera_(camera), settings_(settings), posterior_(certain_pose()), map_(camera, settings.map) {}
+
+FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* trace) {
+  StageClock clock;
+  FrameResult result = empty_result(recorded);
+  const StereoFrame frame = with_equal_brightness(recorded);
+  if (!frame.has_left() || !frame.has_right() || previous_.repeated_by(frame)) {
+    pass_over(frame, result);
+    return result;
+  }
+  FrameImages images = prepare_images(frame, PyramidSides::kBoth, previous_);
+  images.features = extract_features(frame, settings_.features);
+  clock.lap("images");
+  FrameEvidence evidence{.after_loss = previous_.lost};
+  std::vector<Match> matches;
+  if (begun_) {
+    const TrackedPose tracked = track(images, trace, clock);
+    integrate(tracked, images, result);
+    matches = tracked.matches;
+    evidence.basis = tracked.basis;
+  } else {
+    begin(images, result);
+    evidence.begins_map = begun_;
+  }
+  evidence.weak = result.weak;
+  result.status = judge(evidence);
+  result.features = static_cast<int>(images.features.left.size());
+  result.landmarks = static_cast<int>(map_.landmarks().size());
+  clock.lap("map");
+  prepare_next(images, matches, result);
+  clock.lap("stereo");
+  result.times = clock.times();
+  return result;
+}
+
+/// The pose of a frame: system input, prediction, data association, progressive update.
+TrackedPose PaperSlam::track(const FrameImages& images, AssociationTrace* trace, StageClock& clock) const {
+  const std::int64_t stamp_ns = images.frame.stamp_ns;
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
+  OdometryResult odometry = odometry_from_circle(pyramids, odometry_points_, view_of(images.frame),
+                                                 motion_.expected_until(stamp_ns), settings_);  // u_k, eq. 11
+  clock.lap("odometry");
+  const PoseDensity prior =
+      predict_as_in_paper(posterior_, odometry.T_previous_current, odometry.valid, settings_.motion,
+                          motion_.unseen_until(stamp_ns));  // eqs. 5-7
+  clock.lap("predict");
+  std::vector<Match> matches = find_landmarks(images, prior, odometry, trace);  // Alg. 3, sec. IV-C
+  clock.lap("associate");
+  const PoseUpdate update = update_pose(prior, matches, map_.view(), settings_.update);  // eq. 13, Alg. 2
+  clock.lap("update");
+  PoseBasis basis = PoseBasis::kNothing;
+  if (odometry.valid) basis = PoseBasis::kOdometry;
+  if (update.converged) basis = PoseBasis::kLandmarks;
+  return {.prior = prior,
+          .posterior = update.posterior,
+          .basis = basis,
+          .odometry = std::move(odometry),
+          .matches = std::move(matches),
+          .nis = update.nis,
+          .nis_dof = update.nis_dof,
+          .variance_ratio = update.variance_ratio};
+}
+
+/// The landmarks in the features of both images that the odometry does not use.
+std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const PoseDensity& prior,
+                                             const OdometryResult& odometry, AssociationTrace* trace) const {
+  const MapView map = map_.view();
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
+  const Pose T_world_previous = posterior_.pose();
+  const LandmarkSearch search(map, cv::Mat(), pyramids, T_world_previous, settings_);
+  const StereoFeatures usable{exclude_features(images.features.left, positions(odometry.inliers),
+                                               images.frame.left.size(), settings_.odometry.exclusion_px),
+                              images.features.right};
+  Association association = search.match_features(to_pose_gaussian(prior), usable);
+  if (trace) {
+    if (association.flow.empty()) search.observe(association);
+    *trace = trace_association(association, positions(odometry.inliers), settings_.association);
+  }
+  return association.matches;
+}
+
+/// Takes the posterior over, and updates the landmarks and the list of them. Landmarks that moved with the
+/// camera are static points of the next circular matching.
+void PaperSlam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
+  constexpr std::size_t kFewMatches = 15;  // as in Slam
+  result.weak = {
+      .odometry_alone = tracked.basis == PoseBasis::kOdometry,
+      .few_landmarks = tracked.basis == PoseBasis::kLandmarks && tracked.matches.size() < kFewMatches};
+  if (found_again(tracked.basis, previous_.lost)) {
+    path_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
+  }
+  motion_.learn(tracked, posterior_.pose(), previous_.lost, images.frame.stamp_ns);
+  posterior_ = tracked.posterior;
+  map_.record_observations(tracked.matches, images.features.left, images.frame.index);
+  map_.update(tracked.matches, posterior_);  // Alg. 4
+  odometry_points_.static_points.clear();
+  if (tracked.basis == PoseBasis::kLandmarks && motion_.steady()) {
+    for (const auto& match : tracked.matches) odometry_points_.static_points.push_back(match.z);
+  }
+  path_.append(to_pose_gaussian(posterior_), tracked.measured(), {}, result);
+  result.odometry = tracked.odometry.T_previous_current;
+  result.matches = static_cast<int>(tracked.matches.size());
+  result.nis = tracked.nis;
+  result.nis_dof = tracked.nis_dof;
+  if (!tracked.measured()) return;
+  map_.cull(images.frame.index);  // sec. IV-E
+  (void)add_landmarks(images, positions(tracked.matches));
+}
+
+/// Adds landmarks at features with a stereo match, away from `reserved_px`. Returns how many there were.
+std::size_t PaperSlam::add_landmarks(const FrameImages& images,
+                                     const std::vector<Vector2<double>>& reserved_px) {
+  const auto points =
+      measure_stereo_points(view_of(images.frame), images.features.left, reserved_px, settings_);
+  std::vector<std::uint32_t> ids;
+  for (std::size_t i = 0; i < points.measured.size(); ++i) ids.push_back(map_.new_id());
+  map_.add(points, ids, to_pose_gaussian(posterior_), images.frame);
+  return ids.size();
+}
+
+/// Chooses the points of the next frame's circular matching: those with a stereo match, away from the
+/// landmarks.
+void PaperSlam::prepare_next(const FrameImages& images, const std::vector<Match>& matches,
+                             const FrameResult& result) {
+  auto landmarks_px = positions(matches);
+  for (const auto& landmark : map_.landmarks()) {
+    if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
+  }
+  odometry_points_.points =
+      select_odometry_points(view_of(images.frame), images.features.left, landmarks_px, settings_);
+  previous_.replace_pyramids(images.pyramids);
+  previous_.T_keyframe_camera = posterior_.pose();
+  previous_.position = path_.frames() - 1;
+  previous_.lost = result.status == TrackingStatus::kLost;
+}
+
+/// Begins the map, if the images show enough for one.
+void PaperSlam::begin(const FrameImages& images, FrameResult& result) {
+  path_.begin(images.frame.index);
+  map_.restart(0);
+  odometry_points_ = {};
+  begun_ = add_landmarks(images, {}) >= static_cast<std::size_t>(settings_.update.min_matches);
+  if (!begun_) return path_.append_unknown({}, result);
+  motion_.found(images.frame.stamp_ns);
+  path_.append(to_pose_gaussian(posterior_), true, {}, result);
+  result.is_keyframe = true;
+}
+
+/// A repeated image measures nothing, and neither does one that is not there: the pose is predicted.
+void PaperSlam::pass_over(const StereoFrame& frame, FrameResult& result) {
+  if (!begun_) return path_.append_unknown({}, result);
+  const bool first = previous_.position + 1 == path_.frames();
+  result.weak.repeated_image = frame.has_left() && frame.has_right() && first && !previous_.lost;
+  result.status = judge({.weak = result.weak});
+  PoseGaussian motion;
+  motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
+  const PoseDensity predicted =
+      predict_as_in_paper(posterior_, motion, false, settings_.motion, motion_.unseen_until(frame.stamp_ns));
+  path_.append(to_pose_gaussian(predicted), false, {}, result);
+}
+
+std::vector<LandmarkTrack> PaperSlam::landmark_tracks() const {
+  if (path_.frames() == 0) return {};
+  return tracks_in_view(map_.view(), posterior_.pose(), path_.frames() - 1);
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/local_map/local_map.hpp"
+#include "stereo_slam/odometry/odometry.hpp"
+#include "stereo_slam/settings/settings.hpp"
+#include "stereo_slam/slam/frame_images.hpp"
+#include "stereo_slam/slam/motion_model.hpp"
+#include "stereo_slam/slam/path.hpp"
+#include "stereo_slam/slam/stage_clock.hpp"
+#include "stereo_slam/slam/tracked_pose.hpp"
+#include "stereo_slam/slam/tracker.hpp"
+
+namespace stereo_slam {
+
+/// The DQV-SLAM paper as published (`--preset paper`), for comparison: see docs/papers.md.
+///
+/// One map in the frame of the first camera. The pose has a Bingham density, orientation and translation
+/// independent; Alg. 2 updates it with 7 x 7 points, by subsets of the matches. ORB features measure the
+/// landmarks, which Alg. 4 updates in every frame. There are no keyframes and no loops, and the calibration
+/// is taken as exact.
+class PaperSlam final : public Tracker {
+ public:
+  PaperSlam(const StereoCamera& camera, const Settings& settings);
+
+  FrameResult process(const StereoFrame& recorded, AssociationTrace* trace = nullptr) override;
+
+  [[nodiscard]] std::vector<PoseGaussian> trajectory() const override { return path_.poses({}); }
+  [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const override {
+    return path_.keyframes().relative_covariances();
+  }
+  [[nodiscard]] CalibrationError calibration_error() const override { return {}; }
+  [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(map_); }
+  [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
+    return path_.archived_map_points(map_);
+  }
+  [[nodiscard]] std::vector<LandmarkTrack> landmark_tracks() const override;
+
+ private:
+  [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
+    return {frame, camera_, RectificationResidual(camera_)};
+  }
+
+  // The boxes of Fig. 2.
+  [[nodiscard]] TrackedPose track(const FrameImages& images, AssociationTrace* trace,
+                                  StageClock& clock) const;
+  [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseDensity& prior,
+                                                  const OdometryResult& odometry,
+                                                  AssociationTrace* trace) const;
+  void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
+  [[nodiscard]] std::size_t add_landmarks(const FrameImages& images,
+                                          const std::vector<Vector2<double>>& reserved_px);
+  void prepare_next(const FrameImages& images, const std::vector<Match>& matches, const FrameResult& result);
+
+  void begin(const FrameImages& images, FrameResult& result);
+  void pass_over(const StereoFrame& frame, FrameResult& result);
+
+  StereoCamera camera_;
+  Settings settings_;
+  PoseDensity posterior_;           // T_world_camera of the last frame
+  LocalMap map_;                    // landmarks in the world
+  OdometryPoints odometry_points_;  // where circular matching starts
+  MotionModel motion_;              // what the odometry expects
+  Path path_;                       // poses of the frames
+  PreviousFrame previous_;          // what the next frame is tracked from
+  bool begun_ = false;              // there is a map
+};
+
+}  // namespace stereo_slam

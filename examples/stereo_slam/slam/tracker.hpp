@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "stereo_slam/core/landmark_track.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/loop_closing/async_loop_closer.hpp"
+#include "stereo_slam/loop_closing/saved_map.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+struct AssociationTrace;
+
+/// What the command line and other programs need of a system that follows a stereo camera: `Slam`, the
+/// product, or `PaperSlam`, the DQV-SLAM paper as published.
+///
+/// Frames go in one by one, in order. Reads and writes no files. The results do not depend on threads.
+class Tracker {
+ public:
+  Tracker() = default;
+  Tracker(const Tracker&) = delete;
+  Tracker& operator=(const Tracker&) = delete;
+  virtual ~Tracker() = default;
+
+  /// Tracks one rectified frame and updates the map. Every frame gets a pose; its status says what the pose
+  /// was measured against. Fills `trace`, if there is one, with how landmarks were searched for.
+  virtual FrameResult process(const StereoFrame& recorded, AssociationTrace* trace = nullptr) = 0;
+
+  /// Call after the last frame: what is still being computed, or is better known at the end, corrects the
+  /// earlier poses.
+  virtual void finish() {}
+
+  /// T_world_camera of every frame so far. A loop closure may have moved earlier ones.
+  [[nodiscard]] virtual std::vector<PoseGaussian> trajectory() const = 0;
+
+  /// FrameResult::relative_covariance of every frame so far, as known now: finish() changes it.
+  [[nodiscard]] virtual std::vector<Matrix6<double>> relative_covariances() const = 0;
+
+  /// Errors of the calibration that all frames share, as known now.
+  [[nodiscard]] virtual CalibrationError calibration_error() const = 0;
+
+  /// Horizontal displacement of the right image that its rows do not show, at the principal point; zero as
+  /// long as the calibration seems right, px.
+  [[nodiscard]] virtual double right_image_displacement_px() const { return 0.0; }
+
+  /// All landmarks so far in world coordinates, with those of a loaded map once the run is localised in it.
+  /// Complete after finish().
+  [[nodiscard]] virtual std::vector<MapPoint> map_points() const = 0;
+
+  /// The same without the landmarks that are tracked now, for display: brought up to date and not copied.
+  /// Valid until the next call of a function that is not const.
+  [[nodiscard]] virtual const std::vector<MapPoint>& archived_map_points() = 0;
+
+  /// The landmarks that are in view of the last frame.
+  [[nodiscard]] virtual std::vector<LandmarkTrack> landmark_tracks() const = 0;
+
+  /// The map for a later run, with the one that this run started with; complete after finish(). Throws
+  /// std::logic_error without loop closure, which keeps the keyframes.
+  [[nodiscard]] virtual SavedMap saved_map() const {
+    throw std::logic_error("a map without loop closure has no keyframes to save");
+  }
+
+  /// Loops so far, accepted and refused; complete after finish().
+  [[nodiscard]] virtual std::vector<LoopEvent> loop_events() const { return {}; }
+
+  /// The same without waiting: nothing while the loop-closing thread works.
+  [[nodiscard]] virtual std::optional<std::span<const LoopEvent>> loop_events_if_idle() const {
+    return std::span<const LoopEvent>{};
+  }
+
+  /// Memory that loop closure uses for keyframes and place recognition, bytes; zero without loop closure.
+  [[nodiscard]] virtual std::size_t keyframe_memory_bytes() const { return 0; }
+};
+
+/// The system that the settings' preset names. It starts with the map of an earlier run, unless `loaded` is
+/// empty (see Slam). Throws std::invalid_argument for a map without loop closure, and for that of another
+/// camera.
+[[nodiscard]] std::unique_ptr<Tracker> make_tracker(const StereoCamera& camera, const Settings& settings,
+                                                    LoopThread loop_thread = LoopThread::kNone,
+                                                    const SavedMap& loaded = {},
+                                                    MapUse use = MapUse::kContinue);
+
+}  // namespace stereo_slam
