@@ -94,6 +94,36 @@ struct WeakReasons {
   return "UNKNOWN";
 }
 
+/// One flag of WeakReasons, and what it is called.
+struct WeakReason {
+  bool WeakReasons::*flag;
+  const char* name;  ///< in the result files
+  const char* text;  ///< in plain words
+};
+
+/// All reasons, in the order in which they are written.
+inline constexpr std::array kWeakReasons = {
+    WeakReason{&WeakReasons::odometry_alone, "odometry_alone", "odometry without landmarks"},
+    WeakReason{&WeakReasons::few_landmarks, "few_landmarks", "few landmarks"},
+    WeakReason{&WeakReasons::repeated_image, "repeated_image", "the same image again"},
+    WeakReason{&WeakReasons::repetitive_scene, "repetitive_scene", "repetitive scene"},
+    WeakReason{&WeakReasons::right_image_unfit, "right_image_unfit", "right image missing or in doubt"},
+    WeakReason{&WeakReasons::right_camera_turned, "right_camera_turned", "right camera turned"},
+    WeakReason{&WeakReasons::segment_not_localised, "segment_not_localised", "place in the map unknown"},
+};
+static_assert(kWeakReasons.size() * sizeof(bool) == sizeof(WeakReasons), "every reason has a name");
+
+/// The names of the reasons that hold: "few_landmarks;segment_not_localised", say. Empty if none does.
+[[nodiscard]] inline std::string to_string(const WeakReasons& weak) {
+  std::string names;
+  for (const auto& reason : kWeakReasons) {
+    if (!(weak.*reason.flag)) continue;
+    if (!names.empty()) names += ';';
+    names += reason.name;
+  }
+  return names;
+}
+
 /// Pose with the covariance of its right perturbation: T = pose * exp(xi), xi = (rotation, translation) in
 /// rad and m.
 using PoseGaussian = antipode::PoseGaussian<double>;
