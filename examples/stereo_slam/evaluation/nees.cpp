@@ -37,6 +37,18 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
                      [name](TrackingStatus status) { return name == to_string(status); });
 }
 
+/// Whether a text is names of reasons with semicolons between them, or nothing.
+[[nodiscard]] bool are_reasons(std::string_view text) {
+  while (!text.empty()) {
+    const std::string_view name = text.substr(0, text.find(';'));
+    const bool known = std::any_of(kWeakReasons.begin(), kWeakReasons.end(),
+                                   [name](const WeakReason& reason) { return name == reason.name; });
+    if (!known) return false;
+    text.remove_prefix(std::min(name.size() + 1, text.size()));
+  }
+  return true;
+}
+
 [[nodiscard]] double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
@@ -146,29 +158,60 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
   }
 }
 
-/// Throws std::runtime_error unless the first line has the names of the columns.
-void check_header(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
+/// Whether the file has the column of the reasons, which is the last one and which earlier versions did not
+/// write. Throws std::runtime_error unless the first line has the names of the columns.
+[[nodiscard]] bool has_reasons(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
   const auto names = [](std::string_view text) {
     const auto fields = split_fields(text);
     return std::multiset<std::string_view>(fields.begin(), fields.end());
   };
   const std::string usual = covariance_columns();
-  if (!lines.empty() && lines.front().text == usual) return;
-  if (!lines.empty() && names(lines.front().text) == names(usual))
+  const std::string earlier = usual.substr(0, usual.rfind(','));
+  const std::string_view first = lines.empty() ? "" : std::string_view(lines.front().text);
+  if (first == usual || first == earlier) return first == usual;
+  if (names(first) == names(usual) || names(first) == names(earlier))
     fail(file, "its columns are in another order than those that `run` writes; restore their order");
-  if (lines.empty() || !lines.front().text.starts_with("stamp_s,status,"))
+  if (!first.starts_with("stamp_s,status,"))
     fail(file, "not a covariances.csv: the header stamp_s,status,... is missing");
   fail(file, "its columns are not those of this version of stereo_slam; run this version on the recording");
 }
 
-/// What is wrong with a row of which a field cannot be read.
-[[nodiscard]] std::string fault_of_row(const std::vector<std::string_view>& fields) {
-  const std::string expected = fmt::format("expected stamp, status and {} numbers", kColumns - 2);
+/// What is wrong with a row of which a field before the reasons cannot be read.
+[[nodiscard]] std::string fault_of_row(const std::vector<std::string_view>& fields, bool before_reasons) {
+  const std::string expected = fmt::format("expected stamp, status and {} numbers{}", kColumns - 2,
+                                           before_reasons ? " before the reasons" : "");
   if (fields.size() != kColumns) return fmt::format("{}, not {} fields", expected, fields.size());
   const auto wrong =
       std::find_if(fields.begin() + 2, fields.end(), [](auto field) { return !parse_numbers(field); });
   if (wrong == fields.end()) return fmt::format("{}; '{}' is not a stamp", expected, fields[0]);
   return fmt::format("{}; '{}' is not a finite number", expected, *wrong);
+}
+
+/// The row of a frame, from its line. Throws std::runtime_error naming file, line and what was wrong.
+[[nodiscard]] CovarianceRow row_of(const std::filesystem::path& file, const TextLine& line, std::size_t frame,
+                                   bool with_reasons) {
+  const auto refuse = [&](std::string_view fault) {
+    throw std::runtime_error(at_line(file, line.number, fault));
+  };
+  const std::string_view text = line.text;
+  const auto end = with_reasons ? std::min(text.rfind(','), text.size()) : text.size();
+  const std::string_view reasons = end < text.size() ? text.substr(end + 1) : "";
+  const auto fields = split_fields(text.substr(0, end));
+  const auto numbers =
+      fields.size() == kColumns ? parse_numbers({fields[2].data(), text.data() + end}) : std::nullopt;
+  const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
+  if (!stamp_ns) refuse(fault_of_row(fields, with_reasons));
+  if (!is_status(fields[1])) refuse(fmt::format("\"{}\" is not a status", fields[1]));
+  if (!are_reasons(reasons)) refuse(fmt::format("\"{}\" is not a list of reasons", reasons));
+  const double* tail = numbers->data() + kTriangle;
+  constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error
+  if (*std::min_element(tail + 2, tail + kBetween) < 0.0 ||
+      *std::max_element(tail + 2, tail + kBetween) > kMost)
+    refuse("degrees of freedom and standard deviations must be from 0 to 1e9");
+  if (tail[0] < 0.0 || tail[0] > static_cast<double>(frame)) refuse("the keyframe must be an earlier frame");
+  return {
+      static_cast<std::size_t>(tail[0]), from_triangle(tail + kBetween), tail[1], static_cast<int>(tail[2]),
+      {tail[3], tail[4], tail[5]},       from_triangle(numbers->data()), stamp_ns};
 }
 
 }  // namespace
@@ -181,40 +224,12 @@ bool is_same_stamp(std::int64_t a_ns, std::int64_t b_ns) {
 std::vector<CovarianceRow> read_covariances(const std::filesystem::path& file) {
   std::vector<CovarianceRow> rows;
   auto lines = read_text_lines(file);
-  check_header(file, lines);
+  const bool with_reasons = has_reasons(file, lines);
   require_line_end(file, lines);
   rows.reserve(lines.size() - 1);
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    const int number = lines[i].number;
-    const std::string text = std::move(lines[i].text);  // its memory is not needed any longer
-    const auto fields = split_fields(text);
-    const auto numbers = fields.size() == kColumns
-                             ? parse_numbers({fields[2].data(), text.data() + text.size()})
-                             : std::nullopt;
-    const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
-    if (!stamp_ns) {
-      throw std::runtime_error(at_line(file, number, fault_of_row(fields)));
-    }
-    if (!is_status(fields[1])) {
-      throw std::runtime_error(at_line(file, number, fmt::format("\"{}\" is not a status", fields[1])));
-    }
-    const double* tail = numbers->data() + kTriangle;
-    constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error
-    if (*std::min_element(tail + 2, tail + kBetween) < 0.0 ||
-        *std::max_element(tail + 2, tail + kBetween) > kMost) {
-      throw std::runtime_error(
-          at_line(file, number, "degrees of freedom and standard deviations must be from 0 to 1e9"));
-    }
-    if (tail[0] < 0.0 || tail[0] > static_cast<double>(rows.size())) {
-      throw std::runtime_error(at_line(file, number, "the keyframe must be an earlier frame"));
-    }
-    rows.push_back({static_cast<std::size_t>(tail[0]),
-                    from_triangle(tail + kBetween),
-                    tail[1],
-                    static_cast<int>(tail[2]),
-                    {tail[3], tail[4], tail[5]},
-                    from_triangle(numbers->data()),
-                    stamp_ns});
+    const TextLine line = std::move(lines[i]);  // its memory is not needed any longer
+    rows.push_back(row_of(file, line, rows.size(), with_reasons));
   }
   return rows;
 }

@@ -26,7 +26,8 @@ namespace {
 
 std::string covariance_columns() {
   return "stamp_s,status" + triangle("") +
-         ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,common_error_rad" + triangle("keyframe_");
+         ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,common_error_rad" + triangle("keyframe_") +
+         ",reasons";
 }
 
 }  // namespace stereo_slam

@@ -5,7 +5,7 @@
 
 namespace stereo_slam {
 
-/// The first line of covariances.csv: the names of its columns.
+/// The first line of covariances.csv: the names of its columns. Files of earlier versions lack the last one.
 [[nodiscard]] std::string covariance_columns();
 
 }  // namespace stereo_slam

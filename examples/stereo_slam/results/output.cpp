@@ -275,7 +275,7 @@ void write_covariances_row(std::ostream& stream, const FrameResult& result,
              result.calibration.scale_sigma, result.calibration.axes_sigma_rad,
              result.calibration.common_error_rad);
   print_triangle(result.relative_covariance);
-  stream << '\n';
+  fmt::print(stream, ",{}\n", to_string(result.weak));
 }
 
 void write_covariances(std::ostream& stream, const RunRecord& record) {

@@ -117,8 +117,8 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
 [[nodiscard]] std::span<const char* const> result_files();
 
 /// Writes one line per frame: stamp, status and the upper triangle of the 6x6 covariance of xi in
-/// T_world_camera = mean * exp(xi); then keyframe, NIS, the errors that all frames share, and the covariance
-/// relative to the keyframe.
+/// T_world_camera = mean * exp(xi); then keyframe, NIS, the errors that all frames share, the covariance
+/// relative to the keyframe, and the names of WeakReasons that hold, whatever the status is.
 void write_covariances(std::ostream& stream, const RunRecord& record);
 void write_covariances_header(std::ostream& stream);
 /// The line of a frame; `covariance` is that of T_world_camera.

@@ -94,6 +94,12 @@ std::string statuses(const fs::path& output) {
   return letters;
 }
 
+/// The reasons of a frame in covariances.csv.
+std::string reasons(const fs::path& output, std::size_t frame) {
+  const auto line = split_lines(read_text(output / "covariances.csv")).at(frame + 1);
+  return line.substr(line.rfind(',') + 1);
+}
+
 }  // namespace
 
 TEST_CASE("An image that cannot be read costs its own frame only, whatever is wrong with it", "[runner]") {
@@ -126,6 +132,8 @@ TEST_CASE("An image that cannot be read costs its own frame only, whatever is wr
     CHECK_THAT(summary.unreadable[1].fault, Catch::Contains("image_0/000006.png: ") && Catch::Contains(text));
     CHECK(statuses(folder / "out") == "IOOWOOLOOO");
     CHECK(summary.right_image_misfits.empty());
+    CHECK(reasons(folder / "out", 3) == "right_image_unfit");
+    CHECK(reasons(folder / "out", 4).empty());
     CHECK(page_data(read_text(folder / "out/report.html"))["unreadable_images"] == 2);
     const auto poses = read_trajectory(folder / "out/trajectory_kitti.txt").poses;
     for (std::size_t i = 0; i < poses.size(); ++i)

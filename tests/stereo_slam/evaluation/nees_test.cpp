@@ -260,6 +260,36 @@ TEST_CASE("evaluate reads covariances.csv as run writes it", "[nees]") {
   }
 }
 
+TEST_CASE("evaluate reads a covariances.csv with reasons, and one of before that column", "[nees]") {
+  const TemporaryFolder folder;
+  RunRecord record;
+  record.results.resize(2);
+  record.trajectory.resize(2);
+  record.results[0].nis = 2.5;
+  record.results[1].weak = {.few_landmarks = true, .segment_not_localised = true};
+  std::ostringstream out;
+  write_covariances(out, record);
+  const auto file = folder / "covariances.csv";
+  const std::string text = out.str();
+  write_text(file, text);
+  CHECK(read_covariances(file).size() == 2);
+  const std::string earlier = std::regex_replace(text, std::regex(",[^,\n]*\n"), "\n");
+  write_text(file, earlier);
+  const auto rows = read_covariances(file);
+  REQUIRE(rows.size() == 2);
+  CHECK(rows[0].nis == 2.5);
+  const auto refusal = [&](const std::string& with_fault) {
+    write_text(file, with_fault);
+    return message_of([&] { (void)read_covariances(file); });
+  };
+  CHECK_THAT(refusal(std::regex_replace(text, std::regex("few_"), "few ")),
+             Catch::Contains("covariances.csv:3: \"few landmarks;segment_not_localised\" is not a list"));
+  CHECK_THAT(refusal(covariance_columns() + earlier.substr(earlier.find('\n'))),
+             Catch::Contains("covariances.csv:2: expected stamp, status and 48 numbers before the reasons"));
+  CHECK_THAT(refusal(earlier.substr(0, earlier.find('\n')) + text.substr(text.find('\n'))),
+             Catch::Contains("covariances.csv:3: expected stamp, status and 48 numbers, not 51 fields"));
+}
+
 TEST_CASE("Stamps of the same frame differ by a microsecond at most", "[nees]") {
   CHECK(is_same_stamp(1'403'715'273'262'142'976, 1'403'715'273'262'143'976));
   CHECK_FALSE(is_same_stamp(1'403'715'273'262'143'977, 1'403'715'273'262'142'976));
@@ -312,8 +342,8 @@ TEST_CASE("Another file, or that of another run, is refused with its name", "[ne
   CHECK_THAT(message_of([&] { (void)read_covariances(file); }), Catch::Contains("covariances.csv:2"));
   const auto count = std::count(columns.begin(), columns.end(), ',');
   std::string row = "0.0,OK";
-  for (auto i = count; i > 2; --i) row += ",0";
-  write_text(file, columns + "\n" + row + ",nan\n");
+  for (auto i = count; i > 3; --i) row += ",0";
+  write_text(file, columns + "\n" + row + ",nan,\n");
   CHECK_THAT(message_of([&] { (void)read_covariances(file); }),
              Catch::Contains("covariances.csv:2") && Catch::Contains("'nan' is not a finite number"));
   write_text(file, "status,stamp_s" + columns.substr(columns.find(",rx_rx")) + "\n");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <regex>
 #include <sstream>
 
 #include <fmt/ranges.h>
@@ -107,6 +108,14 @@ TEST_CASE("Runs of the same name are told apart by their folders", "[compare]") 
                             report::read_run_folder(folder / "y/06")};
   const json data = report::comparison_data(runs, std::nullopt);
   CHECK(data["runs"][0]["name"] != data["runs"][1]["name"]);
+}
+
+TEST_CASE("A run of before the column of the reasons can be compared", "[compare]") {
+  const TemporaryFolder folder;
+  write_run(folder / "a", slower_drive(50), "  preset: default\n");
+  const auto file = folder / "a/covariances.csv";
+  write_text(file, std::regex_replace(read_text(file), std::regex(",[^,\n]*\n"), "\n"));
+  CHECK(report::read_run_folder(folder / "a").lost == 1);
 }
 
 TEST_CASE("Folders that are no runs and damaged files are errors that name the file", "[compare]") {

@@ -51,10 +51,23 @@ TEST_CASE("covariances.csv names every column and holds the upper triangle row b
   CHECK_THAT(lines[0], Catch::StartsWith("stamp_s,status,rx_rx_rad2,rx_ry_rad2,rx_rz_rad2,rx_tx_rad_m"));
   CHECK_THAT(lines[0], Catch::Contains(",ty_tz_m2,tz_tz_m2,keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,"
                                        "common_error_rad,keyframe_rx_rx_rad2,"));
-  CHECK_THAT(lines[0], Catch::EndsWith(",keyframe_tz_tz_m2"));
-  CHECK(std::count(lines[0].begin(), lines[0].end(), ',') == 49);
+  CHECK_THAT(lines[0], Catch::EndsWith(",keyframe_tz_tz_m2,reasons"));
+  CHECK(std::count(lines[0].begin(), lines[0].end(), ',') == 50);
   CHECK(lines[2] ==
-        "0.100000000,OK,0,1,2,3,4,5,11,12,13,14,15,22,23,24,25,33,34,35,44,45,55,0,0,0,0,0,0" + zeros);
+        "0.100000000,OK,0,1,2,3,4,5,11,12,13,14,15,22,23,24,25,33,34,35,44,45,55,0,0,0,0,0,0" + zeros + ",");
+}
+
+TEST_CASE("The reasons are the last column of covariances.csv, whatever the status is", "[output]") {
+  RunRecord record = two_frames();
+  record.results[0].status = TrackingStatus::kLost;
+  record.results[0].weak.right_image_unfit = true;
+  record.results[1].weak = {.few_landmarks = true, .segment_not_localised = true};
+  std::ostringstream out;
+  write_covariances(out, record);
+  const auto lines = split_lines(out.str());
+  REQUIRE(lines.size() == 3);
+  CHECK_THAT(lines[1], Catch::EndsWith(",0,right_image_unfit"));
+  CHECK_THAT(lines[2], Catch::EndsWith(",0,few_landmarks;segment_not_localised"));
 }
 
 TEST_CASE("timing.csv has a column for every stage; unknown memory is left empty", "[output]") {
