@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -191,6 +192,21 @@ void check_before_run(const StereoSequence& sequence, Settings& settings, bool q
   return fmt::format("{} (the {} {})", summary.error, frames, places_of(summary, options, "saved"));
 }
 
+/// How many frames are WEAK, and the most frequent reasons; empty if none is.
+[[nodiscard]] std::string weak_text(const RunSummary& summary) {
+  const auto weak = summary.frames_by_status.find(to_string(TrackingStatus::kWeak));
+  if (weak == summary.frames_by_status.end()) return "";
+  std::vector<std::pair<std::size_t, const char*>> reasons;
+  for (std::size_t i = 0; i < kWeakReasons.size(); ++i)
+    reasons.emplace_back(summary.weak_frames_by_reason[i], kWeakReasons[i].text);
+  std::ranges::stable_sort(reasons, std::greater{}, [](const auto& reason) { return reason.first; });
+  constexpr std::size_t kNamed = 3;
+  std::string list;
+  for (std::size_t i = 0; i < kNamed && reasons[i].first > 0; ++i)
+    list += fmt::format("{}{} ({})", i == 0 ? ": " : ", ", reasons[i].second, reasons[i].first);
+  return fmt::format("{} of {} frames WEAK{}", weak->second, summary.frames, list);
+}
+
 void print_summary(const RunSummary& summary, const RunOptions& options) {
   const FrameCost& cost = summary.frame_cost;
   fmt::print("{} frames in {:.1f} s, {:.1f} frames per second, {} landmarks; results {}\n", summary.frames,
@@ -200,6 +216,7 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
       "time per frame: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms; CPU {:.1f} ms, and {:.1f} "
       "ms to read its images\n",
       cost.median_ms, cost.p95_ms, cost.max_ms, cost.cpu_ms - cost.read_cpu_ms, cost.read_cpu_ms);
+  if (const std::string weak = weak_text(summary); !weak.empty()) fmt::print("{}\n", weak);
   if (!summary.realtime) return;
   fmt::print(
       "real time: {} frames dropped; latency: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms\n",

@@ -30,6 +30,15 @@ constexpr std::string_view kBeginning = "{\n  \"stereo_slam\": \"";
           {"cpu_ms", number(cost.cpu_ms)}};
 }
 
+/// The reasons that frames have, by their names.
+[[nodiscard]] Json reason_counts(const ReasonCounts& counts) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] > 0) json[kWeakReasons[i].name] = counts[i];
+  }
+  return json;
+}
+
 void write_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,
                 const Settings& settings) {
   Json json;
@@ -43,6 +52,7 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
   json["frames"] = summary.frames;
   json["frames_lost"] = summary.lost;
   json["frames_by_status"] = summary.frames_by_status;
+  json["weak_frames_by_reason"] = reason_counts(summary.weak_frames_by_reason);
   json["unreadable_images"] = Json::array();
   for (const auto& image : summary.unreadable)
     json["unreadable_images"].push_back({{"frame", image.frame}, {"fault", image.fault}});

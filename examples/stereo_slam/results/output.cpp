@@ -166,6 +166,15 @@ std::size_t count_frames(const RunRecord& record, const std::function<bool(const
   return static_cast<std::size_t>(std::count_if(record.results.begin(), record.results.end(), property));
 }
 
+ReasonCounts count_reasons(const RunRecord& record, TrackingStatus status) {
+  ReasonCounts counts{};
+  for (const auto& result : record.results) {
+    if (result.status != status) continue;
+    for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += result.weak.*kWeakReasons[i].flag ? 1 : 0;
+  }
+  return counts;
+}
+
 FrameCost frame_cost(const RunRecord& record) {
   const auto mean = [](const std::vector<double>& values) {
     const auto count = static_cast<double>(std::max<std::size_t>(values.size(), 1));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -56,6 +57,12 @@ struct RunRecord {
 /// Number of frames with a property.
 [[nodiscard]] std::size_t count_frames(const RunRecord& record,
                                        const std::function<bool(const FrameResult&)>& property);
+
+/// How many frames have each of kWeakReasons, in the same order. A frame may have several.
+using ReasonCounts = std::array<std::size_t, kWeakReasons.size()>;
+
+/// Of the frames with a status.
+[[nodiscard]] ReasonCounts count_reasons(const RunRecord& record, TrackingStatus status);
 
 /// Cost per frame. median, p95 and max are of the processing time without reading the images; CPU times are
 /// means over the frames, of all threads of the process.

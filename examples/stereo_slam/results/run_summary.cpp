@@ -19,6 +19,7 @@ RunSummary summary_of(const RunRecord& record) {
     if (!result.right_image_fits) summary.right_image_misfits.push_back(result.index);
     if (result.weak.right_camera_turned) summary.right_camera_turns.push_back(result.index);
   }
+  summary.weak_frames_by_reason = count_reasons(record, TrackingStatus::kWeak);
   summary.right_image_displacement_px = record.right_image_displacement_px;
   summary.unreadable = record.unreadable;
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);

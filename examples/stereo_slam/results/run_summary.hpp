@@ -17,6 +17,7 @@ struct RunSummary {
   std::size_t frames = 0;
   std::size_t lost = 0;  ///< frames without odometry and landmarks, and those before the map began
   std::map<std::string, std::size_t> frames_by_status;
+  ReasonCounts weak_frames_by_reason{};          ///< why frames have the status kWeak
   std::vector<std::size_t> right_image_misfits;  ///< frames whose right image does not fit the left one
   std::vector<std::size_t> right_camera_turns;   ///< frames in which a turn of the right camera was noticed
   double right_image_displacement_px = 0.0;      ///< that the rows do not show, at the end

@@ -1,5 +1,5 @@
 # The object is complete, and its members are those of the table in docs/datasets.md.
-for member in stereo_slam dataset format preset output state error frames frames_lost frames_by_status unreadable_images right_image_misfits right_image_displacement_px right_camera_turns keyframes landmarks \
+for member in stereo_slam dataset format preset output state error frames frames_lost frames_by_status weak_frames_by_reason unreadable_images right_image_misfits right_image_displacement_px right_camera_turns keyframes landmarks \
   loops_accepted loops_refused path_m last_sigma_m last_sigma_deg seconds frames_per_second frame peak_memory_mb; do
   grep -q "^  \"$member\": " run.json
   grep -q "\`$member\`" "$SOURCE_DIR/docs/datasets.md"

@@ -29,6 +29,7 @@ TEST_CASE("run --json says how a run went, also one that fails", "[cli]") {
   CHECK(json["frames"] == 8);
   CHECK(json["frames_lost"] == 0);
   CHECK(json["frames_by_status"]["OK"] == 7);
+  CHECK(json["weak_frames_by_reason"].empty());
   CHECK(json["path_m"].get<double>() == Approx(7 * 0.16).margin(0.1));
   CHECK(json["last_sigma_m"].get<double>() > 0.0);
   CHECK(json["frame"]["median_ms"].get<double>() > 0.0);

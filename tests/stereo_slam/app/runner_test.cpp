@@ -134,6 +134,7 @@ TEST_CASE("An image that cannot be read costs its own frame only, whatever is wr
     CHECK(summary.right_image_misfits.empty());
     CHECK(reasons(folder / "out", 3) == "right_image_unfit");
     CHECK(reasons(folder / "out", 4).empty());
+    CHECK(summary.weak_frames_by_reason == ReasonCounts{0, 0, 0, 0, 1, 0, 0});
     CHECK(page_data(read_text(folder / "out/report.html"))["unreadable_images"] == 2);
     const auto poses = read_trajectory(folder / "out/trajectory_kitti.txt").poses;
     for (std::size_t i = 0; i < poses.size(); ++i)

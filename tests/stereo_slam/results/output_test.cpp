@@ -70,6 +70,21 @@ TEST_CASE("The reasons are the last column of covariances.csv, whatever the stat
   CHECK_THAT(lines[2], Catch::EndsWith(",0,few_landmarks;segment_not_localised"));
 }
 
+TEST_CASE("Frames are counted by reason, each status by itself", "[output]") {
+  RunRecord record;
+  record.results.resize(4);
+  for (auto& result : record.results) {
+    result.status = TrackingStatus::kWeak;
+    result.weak.few_landmarks = true;
+  }
+  record.results[1].weak.segment_not_localised = true;
+  record.results[2].status = TrackingStatus::kLost;
+  record.results[3].status = TrackingStatus::kRelocalised;
+  CHECK(count_reasons(record, TrackingStatus::kWeak) == ReasonCounts{0, 2, 0, 0, 0, 0, 1});
+  CHECK(count_reasons(record, TrackingStatus::kLost) == ReasonCounts{0, 1, 0, 0, 0, 0, 0});
+  CHECK(count_reasons(record, TrackingStatus::kOk) == ReasonCounts{});
+}
+
 TEST_CASE("timing.csv has a column for every stage; unknown memory is left empty", "[output]") {
   std::ostringstream out;
   write_timing(out, two_frames());
