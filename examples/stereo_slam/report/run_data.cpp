@@ -81,6 +81,15 @@ void add_poses(json& frames, const RunRecord& record, const Rows& rows) {
   frames["speed_mps"] = array_of(rows, [&](std::size_t k) { return to_decimals(speeds_mps[k], 2); });
 }
 
+/// The reasons that hold as a number: bit i is that of kWeakReasons[i].
+[[nodiscard]] unsigned reason_bits(const WeakReasons& weak) {
+  unsigned bits = 0;
+  for (std::size_t i = 0; i < kWeakReasons.size(); ++i) {
+    if (weak.*kWeakReasons[i].flag) bits |= 1U << i;
+  }
+  return bits;
+}
+
 /// What the tracking reports of each frame.
 void add_tracking(json& frames, const RunRecord& record, const Rows& rows) {
   const auto of_results = [&](const auto& value) {
@@ -92,6 +101,7 @@ void add_tracking(json& frames, const RunRecord& record, const Rows& rows) {
     return to_decimals(1e-9 * static_cast<double>(result.stamp_ns - begin_ns), 3);
   });
   frames["status"] = of_results([](const FrameResult& result) { return static_cast<int>(result.status); });
+  frames["reasons"] = of_results([](const FrameResult& result) { return reason_bits(result.weak); });
   frames["keyframe"] = of_results([](const FrameResult& result) { return result.keyframe; });
   frames["segment"] = of_results([](const FrameResult& result) { return result.segment; });
   frames["features"] = of_results([](const FrameResult& result) { return result.features; });
@@ -222,6 +232,16 @@ void add_costs(json& frames, const RunRecord& record, const Rows& rows) {
   return counts;
 }
 
+/// Each of kWeakReasons in plain words, with the numbers of frames that have it.
+[[nodiscard]] json reasons_json(const RunRecord& record) {
+  const ReasonCounts weak = count_reasons(record, TrackingStatus::kWeak),
+                     lost = count_reasons(record, TrackingStatus::kLost);
+  json array = json::array();
+  for (std::size_t i = 0; i < kWeakReasons.size(); ++i)
+    array.push_back({{"text", kWeakReasons[i].text}, {"weak", weak[i]}, {"lost", lost[i]}});
+  return array;
+}
+
 [[nodiscard]] json loop_counts(const std::vector<LoopEvent>& loops) {
   const auto accepted = std::count_if(loops.begin(), loops.end(), [](auto& loop) { return loop.accepted; });
   return {{"accepted", accepted}, {"refused", static_cast<std::ptrdiff_t>(loops.size()) - accepted}};
@@ -246,6 +266,7 @@ void add_figures(json& data, const RunRecord& record, const RunInfo& info) {
   data["length_m"] = lengths_m.empty() ? 0.0 : to_decimals(lengths_m.back(), 2);
   data["median_ms"] = to_decimals(median(record.total_ms), 2);
   data["status_counts"] = status_counts(record);
+  data["reasons"] = reasons_json(record);
   data["loop_counts"] = loop_counts(record.loops);
 }
 

@@ -39,9 +39,15 @@ RunRecord laps(std::size_t frames) {
         test::at({0.0, 0.0, 0.02 * static_cast<double>(k)}) * record.trajectory[k].pose;
     record.map_points[k].position_world = position * 1.2 - Vector3<double>(0.0, 2.0, 0.0);
   }
-  for (std::size_t k = 120; k < 140; ++k) record.results[k].status = TrackingStatus::kLost;
+  for (std::size_t k = 120; k < 140; ++k) {
+    record.results[k].status = TrackingStatus::kLost;
+    record.results[k].weak.right_image_unfit = true;
+  }
   record.results[140].status = TrackingStatus::kRelocalised;
-  for (std::size_t k = 60; k < 70; ++k) record.results[k].status = TrackingStatus::kWeak;
+  for (std::size_t k = 60; k < 70; ++k) {
+    record.results[k].status = TrackingStatus::kWeak;
+    record.results[k].weak = {.few_landmarks = true, .segment_not_localised = k < 65};
+  }
   record.loops = {{frames / 2 + 5, 5, false, 55, 3.25, true}, {frames / 2 + 20, 80, false, 31, 99.0, false}};
   return record;
 }
@@ -71,10 +77,15 @@ void write_pages(const std::filesystem::path& folder) {
     info.ground_truth.stamps_ns.push_back(record.results[k].stamp_ns);
     info.ground_truth.poses.push_back((record.trajectory[k].pose * test::at({0.1, 0.0, 0.0})).isometry());
   }
-  const json texts = {"two laps</b>", "20 of 400 frames were lost", "ground truth", "refused",
-                      "1 sigma, enlarged"};
-  const json full = {{"texts", texts},      {"charts", kCharts + 3}, {"view", true},
-                     {"interactive", true}, {"turns", true},         {"frame_at_30_percent", 120}};
+  const json texts = {"two laps</b>",      "20 of 400 frames were lost", "ground truth", "refused",
+                      "1 sigma, enlarged", "Why frames are weak",        "few landmarks"};
+  const json full = {{"texts", texts},
+                     {"charts", kCharts + 3},
+                     {"view", true},
+                     {"interactive", true},
+                     {"turns", true},
+                     {"frame_at_30_percent", 120},
+                     {"reasons_at_30_percent", {"nothing measured the pose", "right image missing"}}};
   write(folder, "laps", record, info, full);
   json flat = full;
   flat["turns"] = false;

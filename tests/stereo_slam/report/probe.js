@@ -60,6 +60,8 @@
     const slider = document.querySelector('.slider input');
     if (slider) {
       check(heading().includes(`Frame ${expected.frame_at_30_percent}`), `${heading()} instead of frame ${expected.frame_at_30_percent}`);
+      for (const reason of expected.reasons_at_30_percent)
+        check(document.querySelector('.cursor-card').innerText.includes(reason), `the frame at the cursor is lost, but not because “${reason}”`);
       slider.value = 0;
       slider.dispatchEvent(new Event('input'));
       check(heading().startsWith('Frame 0 '), 'the slider does not move the cursor');

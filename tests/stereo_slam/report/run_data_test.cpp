@@ -45,6 +45,26 @@ TEST_CASE("The data of a run has its final state and key figures", "[report]") {
                                   {"accepted", true}}));
 }
 
+TEST_CASE("The data of a run tells why frames are weak or lost, and how many", "[report]") {
+  auto record = drive(101);
+  for (const std::size_t k : {20U, 21U}) {
+    record.results[k].status = TrackingStatus::kWeak;
+    record.results[k].weak.few_landmarks = true;
+  }
+  record.results[21].weak.segment_not_localised = true;
+  record.results[22].status = TrackingStatus::kLost;
+  record.results[22].weak.segment_not_localised = true;
+  const json data = report::run_data(record, {});
+  REQUIRE(data["reasons"].size() == kWeakReasons.size());
+  CHECK(data["reasons"][1] == json({{"text", "few landmarks"}, {"weak", 2}, {"lost", 0}}));
+  CHECK(data["reasons"][6] == json({{"text", "place in the map unknown"}, {"weak", 1}, {"lost", 1}}));
+  const json& reasons = data["frames"]["reasons"];
+  CHECK(reasons[19] == 0);
+  CHECK(reasons[20] == 0b10);
+  CHECK(reasons[21] == 0b1000010);
+  CHECK(reasons[22] == 0b1000000);
+}
+
 TEST_CASE("Every quantity has an element for every frame", "[report]") {
   const json data = report::run_data(
       drive(101), {.header = {}, .dataset = "", .preset = "", .ground_truth = true_drive(101)});

@@ -1,8 +1,8 @@
 import {el} from './dom.js';
 import {fixed, number, sigmaMetres} from './format.js';
-import {kStatuses} from './status.js';
+import {kStatuses, reasonTexts} from './status.js';
 
-/// Shows the frame at the cursor: slider, image, status, pose and its standard deviations.
+/// Shows the frame at the cursor: slider, image, status and the reasons for it, pose and its standard deviations.
 export class CursorPanel {
   constructor(parent, data, onRow) {
     this.data = data;
@@ -13,12 +13,13 @@ export class CursorPanel {
     this.play = el('button', {type: 'button', class: 'play', 'aria-label': 'Play', onclick: () => this.togglePlay(onRow)}, '▶');
     this.heading = el('h2', {});
     this.badge = el('span', {class: 'badge'});
+    this.reasons = el('span', {class: 'reasons'});
     this.image = el('img', {alt: ''});
     this.caption = el('figcaption', {});
     this.picture = el('figure', {class: 'thumbnail'}, this.image, this.caption);
     this.list = el('dl', {class: 'pose'});
     parent.append(el('section', {class: 'card cursor-card'}, el('div', {class: 'slider'}, this.play, this.slider),
-      el('div', {class: 'cursor-head'}, this.heading, this.badge),
+      el('div', {class: 'cursor-head'}, this.heading, this.badge, this.reasons),
       el('div', {class: 'cursor-body'}, data.thumbnails.length > 0 ? this.picture : null, this.list)));
   }
 
@@ -30,6 +31,7 @@ export class CursorPanel {
     this.badge.textContent = `${status.mark || '●'} ${status.text}`;
     this.badge.style.setProperty('--c', `var(--${status.colour})`);
     this.badge.title = status.meaning;
+    this.reasons.textContent = reasonTexts(data, row).join('; ');
     this.showThumbnail(frames.index[row]);
     const vector = (values, size) => values.slice(size * row, size * row + size);
     const [x, y, z] = vector(frames.position_m, 3);

@@ -27,7 +27,7 @@ export function showRun(data, page) {
   const panel = new CursorPanel(left, data, (row) => setRow(row));
   const charts = new ChartGroup(right, frames.time_s, (row) => setRow(row));
   for (const chart of runCharts(data)) charts.add(chart);
-  page.append(loopTable(data, (row) => setRow(row)), foot(data));
+  page.append(...reasonTable(data), loopTable(data, (row) => setRow(row)), foot(data));
 
   let shown = -1;
   function setRow(row) {
@@ -69,6 +69,18 @@ function facts(data) {
   ];
   return el('dl', {class: 'facts'}, list.map(([name, value, more, css]) =>
     el('div', {}, el('dt', {}, name), el('dd', {class: css}, String(value), more ? el('small', {}, more) : null))));
+}
+
+/// Why frames are weak or lost, with the number of frames for each reason; nothing if no reason held.
+function reasonTable(data) {
+  const reasons = data.reasons.filter((reason) => reason.weak + reason.lost > 0);
+  if (reasons.length === 0) return [];
+  const head = ['reason', 'weak frames', 'lost frames'].map((name) => el('th', {}, name));
+  const rows = reasons.map((reason) => el('tr', {}, el('th', {scope: 'row'}, reason.text), [reason.weak, reason.lost].map((frames) => el('td', {}, String(frames)))));
+  return [el('section', {class: 'card'}, el('h3', {}, 'Why frames are weak'),
+    el('table', {}, el('thead', {}, el('tr', {}, head)), el('tbody', {}, rows)),
+    el('p', {class: 'note'}, 'A frame may have several reasons. A lost frame is lost because nothing measured its pose; its reasons say what else was noticed. ' +
+      'The column “reasons” of covariances.csv has those of every frame.'))];
 }
 
 function loopTable(data, setRow) {

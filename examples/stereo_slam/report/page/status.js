@@ -15,3 +15,11 @@ export const kStatuses = [
 
 /// Names of the rows of the status chart, from below.
 export const kStatusRows = kStatuses.slice().sort((a, b) => a.row - b.row).map((status) => status.text);
+
+/// Why a frame is weak or lost, in plain words; empty for other frames.
+export function reasonTexts({frames, reasons}, row) {
+  const {name} = kStatuses[frames.status[row]];
+  const noticed = reasons.filter((_, bit) => frames.reasons[row] >> bit & 1).map((reason) => reason.text);
+  if (name === 'LOST') return ['nothing measured the pose', ...noticed];
+  return name === 'WEAK' ? noticed : [];
+}
