@@ -357,6 +357,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   }
   header.frames_processed = record.results.size();
   header.unreadable = record.unreadable;
+  header.weak_frames_by_reason = summary.weak_frames_by_reason;
   header.frame_cost = frame_cost(record);
   header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);

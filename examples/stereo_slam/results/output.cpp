@@ -120,6 +120,14 @@ void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
   yaml << YAML::EndMap;
 }
 
+void emit_reasons(YAML::Emitter& yaml, const ReasonCounts& counts) {
+  yaml << YAML::Key << "weak_frames_by_reason" << YAML::Value << YAML::Flow << YAML::BeginMap;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] > 0) yaml << YAML::Key << kWeakReasons[i].name << YAML::Value << counts[i];
+  }
+  yaml << YAML::EndMap;
+}
+
 /// Names the first hundred; run.yaml is read again as settings, and so has to stay small.
 void emit_unreadable(YAML::Emitter& yaml, const std::vector<UnreadableImage>& unreadable) {
   constexpr std::size_t kNamed = 100;
@@ -254,6 +262,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   emit_frame_cost(yaml, header.frame_cost);
   if (header.realtime) emit_realtime(yaml, *header.realtime);
   emit_memory(yaml, header);
+  emit_reasons(yaml, header.weak_frames_by_reason);
   emit_unreadable(yaml, header.unreadable);
   emit_dataset(yaml, sequence);
   emit_host(yaml);

@@ -106,6 +106,7 @@ struct RunHeader {
   double peak_mb = std::numeric_limits<double>::quiet_NaN();  ///< memory of the process; NaN where unknown
   std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
   std::vector<UnreadableImage> unreadable{};
+  ReasonCounts weak_frames_by_reason{};
 };
 
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,

@@ -159,10 +159,10 @@ class Overlay {
 
 /// Throws if the file of a run holds anything beside `settings:` that write_run_yaml does not write.
 void check_run_keys(const std::filesystem::path& file, const YAML::Node& document) {
-  constexpr std::array<std::string_view, 14> kRunKeys = {
+  constexpr std::array<std::string_view, 15> kRunKeys = {
       "settings",         "version",           "written",    "state",      "error",
       "frames_processed", "seconds",           "pose_frame", "frame_cost", "realtime",
-      "memory",           "unreadable_images", "dataset",    "host"};
+      "memory",           "unreadable_images", "dataset",    "host",       "weak_frames_by_reason"};
   for (const auto& entry : document) {
     const auto key = as_text(entry.first);
     if (std::find(kRunKeys.begin(), kRunKeys.end(), key) != kRunKeys.end()) continue;

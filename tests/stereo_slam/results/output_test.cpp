@@ -3,6 +3,7 @@
 
 #include <cstring>
 #include <limits>
+#include <map>
 #include <sstream>
 #include <unistd.h>
 
@@ -215,6 +216,22 @@ TEST_CASE("run.yaml leaves out unknown memory", "[output]") {
   header.peak_mb = 321.04;
   header.bytes_per_keyframe = 55000;
   CHECK_THAT(yaml(header), Catch::Contains("peak_mb: 321.0") && Catch::Contains("bytes_per_keyframe: 55000"));
+}
+
+TEST_CASE("run.yaml counts the weak frames by reason, and leaves out reasons that none has", "[output]") {
+  const TemporaryFolder folder;
+  StereoSequence sequence;
+  sequence.folder = "street";
+  const auto counts = [&](const ReasonCounts& weak) {
+    RunHeader header{.state = "finished", .error = ""};
+    header.weak_frames_by_reason = weak;
+    write_run_yaml(folder.path(), header, sequence, {});
+    return YAML::LoadFile((folder / "run.yaml").string())["weak_frames_by_reason"]
+        .as<std::map<std::string, int>>();
+  };
+  CHECK(counts({}).empty());
+  CHECK(counts({0, 8, 0, 0, 0, 0, 5}) ==
+        std::map<std::string, int>{{"few_landmarks", 8}, {"segment_not_localised", 5}});
 }
 
 TEST_CASE("A result file that cannot be written does not prevent the others", "[output]") {
