@@ -37,7 +37,8 @@ for recording in "$@"; do
     "$after" run --dataset "$recording" --preset "$preset" --output "${results}_after" --quiet 2>"${results}_after.log"
     for file in trajectory_kitti.txt covariances.csv trajectory_online.txt loops.csv; do
       [ -f "${results}_before/$file" ] || continue
-      if cmp "${results}_before/$file" "${results}_after/$file"; then
+      # Without the reasons, the last column of covariances.csv, which earlier programs do not write.
+      if cmp <(cut -d, -f-50 "${results}_before/$file") <(cut -d, -f-50 "${results}_after/$file"); then
         echo "identical: $(basename "$recording") $preset $file"
       else
         failed=1

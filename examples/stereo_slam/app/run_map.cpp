@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 }  // namespace
 
 void require_keyframes(const Settings& settings) {
-  if (settings.loop_closure.enabled && settings.program != Program::kPaper) return;
+  if (settings.loop_closure.enabled && settings.tracker != TrackerKind::kPaper) return;
   throw std::runtime_error("--save-map and --load-map need loop closure; use the default preset");
 }
 

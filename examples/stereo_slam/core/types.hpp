@@ -96,9 +96,9 @@ struct WeakReasons {
 
 /// One flag of WeakReasons, and what it is called.
 struct WeakReason {
-  bool WeakReasons::*flag;
-  const char* name;  ///< in the result files
-  const char* text;  ///< in plain words
+  bool WeakReasons::*flag;  ///< the member
+  const char* name;         ///< in the result files
+  const char* text;         ///< in plain words
 };
 
 /// All reasons, in the order in which they are written.

@@ -14,23 +14,28 @@
 namespace stereo_slam {
 namespace {
 
+constexpr int kPyramidLevels = 4;     // most that an image has
+constexpr double kScaleFactor = 1.2;  // between levels of the pyramid
+constexpr int kCell_px = 32;          // over which features are spread
+constexpr int kFastThreshold = 6;     // grey levels; each cell keeps its strongest corners
+
 constexpr int kPatchSize_px = 31;
 
 // The detector returns many more corners than are kept: the grid chooses among them.
 constexpr int kCandidatesPerFeature = 4;
 
 /// Levels of the pyramid that are large enough for a described patch, at least one.
-[[nodiscard]] int usable_levels(const cv::Size& image, const FeatureSettings& settings) {
+[[nodiscard]] int usable_levels(const cv::Size& image) {
   double side_px = std::min(image.width, image.height);
   int levels = 1;
-  while (levels < settings.levels && (side_px /= settings.scale_factor) > 2 * kDescriptorReach_px) ++levels;
+  while (levels < kPyramidLevels && (side_px /= kScaleFactor) > 2 * kDescriptorReach_px) ++levels;
   return levels;
 }
 
 [[nodiscard]] cv::Ptr<cv::ORB> make_orb(const cv::Size& image, const FeatureSettings& settings) {
-  return cv::ORB::create(kCandidatesPerFeature * settings.count, static_cast<float>(settings.scale_factor),
-                         usable_levels(image, settings), kDescriptorReach_px, 0, 2, cv::ORB::HARRIS_SCORE,
-                         kPatchSize_px, settings.fast_threshold);
+  return cv::ORB::create(kCandidatesPerFeature * settings.count, static_cast<float>(kScaleFactor),
+                         usable_levels(image), kDescriptorReach_px, 0, 2, cv::ORB::HARRIS_SCORE,
+                         kPatchSize_px, kFastThreshold);
 }
 
 /// Grid cells, each with its candidates ordered by strength.
@@ -108,7 +113,7 @@ std::vector<Feature> extract_features(const cv::Mat& image, const FeatureSetting
   std::vector<cv::KeyPoint> candidates;
   orb->detect(image, candidates);
 
-  FeatureGrid grid(image.size(), settings.cell_px);
+  FeatureGrid grid(image.size(), kCell_px);
   for (const auto& candidate : candidates) grid.insert(candidate);
   auto keypoints = grid.spread(static_cast<std::size_t>(settings.count), kMinDistance_px);
 

@@ -15,6 +15,10 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kMinDisparity_px = 0.3;  // of a match
+constexpr double kMaxRowError_px = 1.0;   // of a match: epipolar check
+constexpr double kMinCorrelation = 0.85;  // of the aligned patches
+
 constexpr int kRadius_px = 5;
 constexpr int kSide_px = 2 * kRadius_px + 1;
 
@@ -149,7 +153,7 @@ class LikelySlopes {
   const auto patch = PatchTemplate::extract(left, point_px, {}, texture);
   if (!patch) return std::nullopt;
   const auto found = patch->align(right, {point_px.x() - *disparity, right_row});
-  if (!found || found->correlation < settings.min_correlation) return std::nullopt;
+  if (!found || found->correlation < kMinCorrelation) return std::nullopt;
   const auto upright = view.rectification.measure(point_px, found->position_px);
   const LikelySlopes likely(upright.z, view.camera);
   const auto slanted = refine_slanted(left, point_px, right, found->position_px, likely.all());
@@ -159,8 +163,8 @@ class LikelySlopes {
   measured.on_common_surface = likely.contain(slanted.disparity_slope);
   // The left position was not aligned. The noise of the left patch counts as much as that of the right one.
   measured.covariance_px2 = stereo_patch_covariance(found->covariance_px2, found->covariance_px2);
-  if (std::abs(measured.row_error_px) > settings.max_row_error_px) return std::nullopt;
-  if (measured.z.z() < settings.min_disparity_px) return std::nullopt;
+  if (std::abs(measured.row_error_px) > kMaxRowError_px) return std::nullopt;
+  if (measured.z.z() < kMinDisparity_px) return std::nullopt;
   return measured;
 }
 

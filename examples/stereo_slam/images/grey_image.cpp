@@ -14,6 +14,13 @@
 
 namespace stereo_slam {
 
+namespace {
+
+constexpr double kClaheClipLimit = 3.0;  // of the contrast gain
+constexpr int kClaheTiles = 8;           // per side of the image
+
+}  // namespace
+
 cv::Mat to_grey(const cv::Mat& image) {
   const int channels = image.channels();
   if ((image.depth() != CV_8U && image.depth() != CV_16U) ||
@@ -104,7 +111,7 @@ GreyScale ValueCounts::scale() const {
 
 void equalise_contrast(StereoFrame& frame, const ImageSettings& settings) {
   if (!settings.clahe) return;
-  const auto clahe = cv::createCLAHE(settings.clahe_clip_limit, {settings.clahe_tiles, settings.clahe_tiles});
+  const auto clahe = cv::createCLAHE(kClaheClipLimit, {kClaheTiles, kClaheTiles});
   for (cv::Mat* image : {&frame.left, &frame.right}) {
     cv::Mat result;
     clahe->apply(*image, result);

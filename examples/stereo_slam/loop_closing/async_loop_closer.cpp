@@ -56,7 +56,7 @@ AsyncLoopCloser::AsyncLoopCloser(const StereoCamera& camera, const Settings& set
                                  const SavedMap& loaded, MapUse use)
     : state_(new State{.closer = LoopCloser(camera, settings, loaded, use),
                        .thread = thread,
-                       .latency_frames = static_cast<std::size_t>(settings.loop_closure.latency_frames),
+                       .latency_frames = static_cast<std::size_t>(kCorrectionLatency_frames),
                        .keyframes = use == MapUse::kContinue ? loaded.keyframes.size() : 0}) {}
 AsyncLoopCloser::~AsyncLoopCloser() = default;
 AsyncLoopCloser::AsyncLoopCloser(AsyncLoopCloser&&) noexcept = default;

@@ -21,9 +21,12 @@ enum class LoopThread {
   kOwn,   ///< one of its own
 };
 
+/// Frames from a keyframe to the correction by its loop, in which the loop-closing thread works.
+inline constexpr int kCorrectionLatency_frames = 15;
+
 /// When the correction of a keyframe takes effect.
 enum class CorrectionDelay {
-  kUsual,  ///< after loop_closure.latency_frames, and one more frame for each 50 keyframes
+  kUsual,  ///< after kCorrectionLatency_frames, and one more frame for each 50 keyframes
   kShort,  ///< after at most three frames: the camera's pose in the map is not known without it
 };
 

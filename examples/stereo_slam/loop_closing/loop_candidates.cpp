@@ -6,6 +6,10 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kViewRadius_m =
+    10.0;  // within which keyframes are candidates by their pose, without descriptors
+constexpr double kMinShareInView = 0.5;  // of the points of such a candidate that project into the image
+
 /// Share of the points of one keyframe that project into the image of another.
 [[nodiscard]] double share_in_view(const Keyframe& keyframe, const Keyframe& viewer,
                                    const StereoCamera& camera) {
@@ -56,11 +60,11 @@ std::optional<std::size_t> LoopCandidates::most_in_view(const Keyframe& keyframe
                                                         std::size_t end) const {
   const Vector3<double> position = keyframe.T_world_keyframe.pose.translation();
   std::optional<std::size_t> best;
-  double best_share = settings_.min_share_in_view;
+  double best_share = kMinShareInView;
   for (std::size_t id = 0; id < end; ++id) {
     const Keyframe& old = graph[id];
     if (!graph.segments().joined(old.segment, keyframe.segment)) continue;
-    if ((old.T_world_keyframe.pose.translation() - position).norm() > settings_.view_radius_m) continue;
+    if ((old.T_world_keyframe.pose.translation() - position).norm() > kViewRadius_m) continue;
     const double share = share_in_view(old, keyframe, camera_);
     if (share <= best_share) continue;
     best = id;

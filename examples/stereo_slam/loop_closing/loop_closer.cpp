@@ -7,10 +7,13 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kLoopCovarianceScale = 2.0;  // for errors that the points of a loop have in common
+constexpr int kMaxPoints = 500;               // that a keyframe keeps for place recognition
+
 /// The loop as an edge of the graph, with the covariance that accounts for what its points have in common.
-[[nodiscard]] PoseGraphEdge edge_of(const LoopMeasurement& loop, const LoopVerificationSettings& settings) {
+[[nodiscard]] PoseGraphEdge edge_of(const LoopMeasurement& loop) {
   PoseGraphEdge edge{loop.old_keyframe, loop.new_keyframe, loop.T_old_new};
-  edge.T_from_to.covariance *= settings.covariance_scale;
+  edge.T_from_to.covariance *= kLoopCovarianceScale;
   return edge;
 }
 
@@ -21,7 +24,7 @@ LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, con
     : camera_(camera),
       settings_(settings),
       ids_(extent_of(loaded)),
-      graph_(static_cast<std::size_t>(settings.loop_closure.max_points),
+      graph_(static_cast<std::size_t>(kMaxPoints),
              std::min(settings.calibration.common_error_px / camera.fx, kLargestCalibrationError)),
       candidates_(camera, settings.place_recognition),
       consistency_(settings.loop_verification) {
@@ -105,11 +108,11 @@ std::vector<LoopMeasurement> LoopCloser::confirm(const std::optional<LoopMeasure
 /// and records an event for every loop.
 std::vector<LoopMeasurement> LoopCloser::gate(const std::vector<LoopMeasurement>& loops) {
   if (loops.empty()) return {};
-  for (const auto& loop : loops) graph_.join_segments(edge_of(loop, settings_.loop_verification));
+  for (const auto& loop : loops) graph_.join_segments(edge_of(loop));
   const LoopPrediction prediction(graph_.pose_graph(), settings_.pose_graph);
   std::vector<LoopMeasurement> passed;
   for (const auto& loop : loops) {
-    const double chi2 = gate_distance(edge_of(loop, settings_.loop_verification), prediction);
+    const double chi2 = gate_distance(edge_of(loop), prediction);
     const bool passes = chi2 <= settings_.loop_verification.max_chi2;
     record_event(loop, chi2, passes);
     if (passes) passed.push_back(loop);
@@ -123,7 +126,7 @@ double LoopCloser::gate_distance(const PoseGraphEdge& loop, const LoopPrediction
   if (!prediction.knows(loop.from, loop.to)) return 0.0;
   const auto& rule = settings_.loop_verification;
   const double length_m = graph_.path_length_m(loop.from, loop.to);
-  return prediction.mahalanobis_squared(loop, {rule.gate_scale, gate_allowance(length_m, rule)});
+  return prediction.mahalanobis_squared(loop, {rule.gate_scale, gate_allowance(length_m)});
 }
 
 /// Records a loop with its squared Mahalanobis distance from the prediction.
@@ -140,7 +143,7 @@ void LoopCloser::record_event(const LoopMeasurement& loop, double chi2, bool acc
 /// Makes loops constraints of the graph, and unites the landmarks that both of their keyframes observe.
 void LoopCloser::accept(const std::vector<LoopMeasurement>& loops) {
   for (const auto& loop : loops) {
-    graph_.add_loop(edge_of(loop, settings_.loop_verification));
+    graph_.add_loop(edge_of(loop));
     for (const auto& [old_landmark, new_landmark] : loop.same_landmarks) {
       identity_.unite(old_landmark, new_landmark);
     }

@@ -15,6 +15,13 @@
 namespace stereo_slam {
 namespace {
 
+constexpr int kMaxDescriptorDistance = 64;  // bits of 256, of a match
+constexpr double kDescriptorRatio = 0.9;    // largest, of best to second-best distance
+constexpr double kSearchRadius_px = 8.0;    // of guided matching, around a predicted point
+constexpr double kDrift_m_per_m =
+    0.003;  // allowed for calibration errors that the covariance does not contain
+constexpr double kDrift_rad_per_m = 1e-5;  // likewise
+
 /// Indices of the same point in the old and the new keyframe.
 struct PointPair {
   std::size_t old_point = 0;
@@ -23,8 +30,7 @@ struct PointPair {
 
 /// Pairs of points whose descriptors are each other's nearest and clearly nearer than the second nearest.
 [[nodiscard]] std::vector<PointPair> match_descriptors(const Keyframe& old_keyframe,
-                                                       const Keyframe& new_keyframe,
-                                                       const LoopVerificationSettings& settings) {
+                                                       const Keyframe& new_keyframe) {
   std::vector<NearestDescriptor> of_old(old_keyframe.points.size());
   std::vector<NearestDescriptor> of_new(new_keyframe.points.size());
   for (std::size_t i = 0; i < of_old.size(); ++i) {
@@ -38,8 +44,8 @@ struct PointPair {
   std::vector<PointPair> pairs;
   for (std::size_t i = 0; i < of_old.size(); ++i) {
     const auto& nearest = of_old[i];
-    if (nearest.distance <= settings.max_descriptor_distance && of_new[nearest.index].index == i &&
-        nearest.distance <= settings.descriptor_ratio * nearest.second) {
+    if (nearest.distance <= kMaxDescriptorDistance && of_new[nearest.index].index == i &&
+        nearest.distance <= kDescriptorRatio * nearest.second) {
       pairs.push_back({i, nearest.index});
     }
   }
@@ -49,8 +55,7 @@ struct PointPair {
 /// Pairs of points found where the pose predicts the old points: near in the image, in disparity and in
 /// descriptor. A new point goes to one old point, the first of those with the nearest descriptor.
 [[nodiscard]] std::vector<PointPair> match_guided(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
-                                                  const Pose& T_old_new, const StereoCamera& camera,
-                                                  const LoopVerificationSettings& settings) {
+                                                  const Pose& T_old_new, const StereoCamera& camera) {
   const Pose T_new_old = T_old_new.inverse();
   std::vector<NearestDescriptor> of_new(new_keyframe.points.size());
   std::vector<NearestDescriptor> of_old(old_keyframe.points.size());
@@ -59,17 +64,17 @@ struct PointPair {
     if (!z) continue;
     for (std::size_t j = 0; j < new_keyframe.points.size(); ++j) {
       const Vector3<double> e = measurement(new_keyframe.points[j]) - *z;
-      if (e.cwiseAbs().maxCoeff() > settings.search_radius_px) continue;
+      if (e.cwiseAbs().maxCoeff() > kSearchRadius_px) continue;
       const int distance =
           hamming_distance(old_keyframe.points[i].descriptor, new_keyframe.points[j].descriptor);
-      if (distance > settings.max_descriptor_distance) continue;
+      if (distance > kMaxDescriptorDistance) continue;
       of_old[i].offer(j, distance);
       of_new[j].offer(i, distance);
     }
   }
   std::vector<PointPair> pairs;
   for (std::size_t i = 0; i < of_old.size(); ++i) {
-    const bool found = of_old[i].distance <= settings.max_descriptor_distance;
+    const bool found = of_old[i].distance <= kMaxDescriptorDistance;
     if (found && of_new[of_old[i].index].index == i) pairs.push_back({i, of_old[i].index});
   }
   return pairs;
@@ -95,7 +100,7 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   LoopVerification result;
   result.loop.old_keyframe = old_keyframe.id;
   result.loop.new_keyframe = new_keyframe.id;
-  const auto pairs = match_descriptors(old_keyframe, new_keyframe, settings);
+  const auto pairs = match_descriptors(old_keyframe, new_keyframe);
   result.matches = static_cast<int>(pairs.size());
   // Guided matching finds more pairs than the descriptors alone, but needs a pose to start from. For that
   // half of settings.min_inliers pairs are enough.
@@ -107,7 +112,7 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   const auto rough = perspective_pose(correspondences(old_keyframe, new_keyframe, pairs), fewest_matches,
                                       camera, settings, random);
   if (!rough) return result;
-  const auto guided = match_guided(old_keyframe, new_keyframe, *rough, camera, settings);
+  const auto guided = match_guided(old_keyframe, new_keyframe, *rough, camera);
 
   result.check = LoopCheck::kTooFewInliers;
   constexpr int kRefinementDraws = 30;  // few: the rough pose competes as the initial one
@@ -135,11 +140,11 @@ double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b) {
   return mahalanobis_squared(a.pose.boxminus(b.pose), a.covariance + b.covariance);
 }
 
-Matrix6<double> gate_allowance(double length_m, const LoopVerificationSettings& settings) {
-  const double rotation_rad = settings.drift_rad_per_m * length_m;
+Matrix6<double> gate_allowance(double length_m) {
+  const double rotation_rad = kDrift_rad_per_m * length_m;
   // A path that returns to its start was nowhere farther from it than half its length.
   const double swing_m = rotation_rad * 0.5 * length_m;
-  const double stretch_m = settings.drift_m_per_m * length_m;
+  const double stretch_m = kDrift_m_per_m * length_m;
   Vector6<double> variance;
   variance << Vector3<double>::Constant(rotation_rad * rotation_rad),
       Vector3<double>::Constant(stretch_m * stretch_m + swing_m * swing_m);
@@ -174,7 +179,7 @@ std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasur
     if (mahalanobis_squared(expected, loop->T_old_new) > tolerated) agreeing_.clear();
   }
   agreeing_.push_back(*loop);
-  const auto needed = static_cast<std::size_t>(settings_.consecutive);
+  const auto needed = static_cast<std::size_t>(kConsecutiveLoops);
   if (agreeing_.size() < needed) return {};
   if (agreeing_.size() == needed) return agreeing_;
   return {*loop};

@@ -43,12 +43,15 @@ struct LoopVerification {
                                            const StereoCamera& camera,
                                            const LoopVerificationSettings& settings, std::uint64_t seed);
 
+/// Keyframes in a row whose loops must agree (sec. IV-F).
+inline constexpr int kConsecutiveLoops = 3;
+
 /// Accepts loops that consecutive keyframes agree on.
 class LoopConsistency {
  public:
   explicit LoopConsistency(const LoopVerificationSettings& settings) : settings_(settings) {}
 
-  /// Adds the loop measured at a keyframe, or that there is none. Once settings.consecutive keyframes in a
+  /// Adds the loop measured at a keyframe, or that there is none. Once kConsecutiveLoops keyframes in a
   /// row agree, returns all loops of the row, then one by one. A row stays within one pair of segments: the
   /// pose between segments is a guess.
   [[nodiscard]] std::vector<LoopMeasurement> add(const std::optional<LoopMeasurement>& loop,
@@ -65,6 +68,6 @@ class LoopConsistency {
 /// Covariance that the gate on loops adds for systematic errors over a path of `length_m`, which the
 /// covariances of the estimates do not contain. The path is stretched in proportion to its length. It is also
 /// rotated in proportion to its length, which displaces its end.
-[[nodiscard]] Matrix6<double> gate_allowance(double length_m, const LoopVerificationSettings& settings);
+[[nodiscard]] Matrix6<double> gate_allowance(double length_m);
 
 }  // namespace stereo_slam

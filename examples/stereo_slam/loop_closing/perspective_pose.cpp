@@ -17,6 +17,8 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kMaxReprojectionError_px = 4.0;  // of a RANSAC inlier, in (u, v, disparity)
+
 /// The same point in the coordinates of both cameras.
 struct PointInBoth {
   Vector3<double> previous;
@@ -66,7 +68,7 @@ class PerspectiveRansac {
       : correspondences_(correspondences),
         camera_(camera),
         sigma_px_(settings.pixel_sigma_px),
-        max_error2_(settings.max_reprojection_error_px * settings.max_reprojection_error_px) {
+        max_error2_(kMaxReprojectionError_px * kMaxReprojectionError_px) {
     points_.reserve(correspondences.size());
     for (const auto& c : correspondences) {
       points_.push_back(back_projected(c, camera, settings.pixel_sigma_px));

@@ -10,6 +10,10 @@
 namespace stereo_slam {
 namespace {
 
+constexpr int kLeafSize = 48;       // descriptors at which a leaf is split
+constexpr int kCandidates = 3;      // most that are verified at a keyframe
+constexpr double kMinScore = 0.01;  // fraction of the points that voted for a candidate, weighted by rarity
+
 constexpr std::size_t kNeighbours = 3;  // keyframes before and after that show the same place
 
 [[gnu::always_inline]] inline void append_similar_by(const HalfDescriptor& half,
@@ -63,7 +67,7 @@ PlaceRecognition::PlaceRecognition(const PlaceRecognitionSettings& settings) : s
   for (int tree = 0; tree < settings.trees; ++tree) {
     const int half = tree % 2;
     const int trees_of_this_half = (settings.trees + 1 - half) / 2;
-    trees_.emplace_back(half, tree / 2, trees_of_this_half, static_cast<std::size_t>(settings.leaf_size));
+    trees_.emplace_back(half, tree / 2, trees_of_this_half, static_cast<std::size_t>(kLeafSize));
   }
 }
 
@@ -108,8 +112,8 @@ std::vector<PlaceCandidate> PlaceRecognition::best_of(std::vector<PlaceCandidate
   std::vector<PlaceCandidate> best;
   std::stable_sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.score > b.score; });
   for (const auto& candidate : all) {
-    if (best.size() >= static_cast<std::size_t>(settings_.candidates) ||
-        candidate.score < settings_.min_score || candidate.votes == 0) {
+    if (best.size() >= static_cast<std::size_t>(kCandidates) || candidate.score < kMinScore ||
+        candidate.votes == 0) {
       break;
     }
     const bool shadowed = std::any_of(best.begin(), best.end(), [&](const auto& c) {

@@ -15,6 +15,8 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kMaxClosureError_px = 1.0;  // where circular matching ends, from where it began
+
 using Points = std::vector<cv::Point2f>;
 
 /// Correspondences of the points that circular matching brings back to where they started.
@@ -51,7 +53,7 @@ using Points = std::vector<cv::Point2f>;
     if (!(left.found[i] && right.found[i] && back.found[i] && closed.found[i])) continue;
     const double closure_error_px = (to_eigen(closed.points[i]) - points[i].head<2>()).norm();
     const auto measured = rectification.measure(to_eigen(left.points[i]), to_eigen(right.points[i]));
-    if (closure_error_px > settings.max_closure_error_px ||
+    if (closure_error_px > kMaxClosureError_px ||
         std::abs(measured.row_error_px) > settings.max_row_error_px || measured.z.z() <= 0.0) {
       continue;
     }

@@ -40,6 +40,6 @@ struct RemovedKey {
   std::string_view reason;  ///< and what to use instead
 };
 
-[[nodiscard]] std::span<const RemovedKey> removed_keys();
+[[nodiscard]] const std::vector<RemovedKey>& removed_keys();
 
 }  // namespace stereo_slam

@@ -64,10 +64,11 @@ std::set<std::string> group_keys() {
   return groups;
 }
 
-/// The current groups and those of renamed keys.
+/// The current groups and those of keys that were renamed or removed.
 std::set<std::string> readable_groups() {
   std::set<std::string> groups = group_keys();
   for (const auto& renamed : renamed_keys()) insert_groups(renamed.old_key, groups);
+  for (const auto& removed : removed_keys()) insert_groups(removed.key, groups);
   return groups;
 }
 

@@ -74,7 +74,7 @@ class Slam final : public Tracker {
  private:
   /// What a frame is measured against as long as it is tracked.
   [[nodiscard]] PoseBasis usual_basis() const {
-    return settings_.program == Program::kOdometry ? PoseBasis::kOdometry : PoseBasis::kLandmarks;
+    return settings_.tracker == TrackerKind::kOdometry ? PoseBasis::kOdometry : PoseBasis::kLandmarks;
   }
 
   /// Whether the landmarks were searched where the pose is, so that those found fit it.

@@ -8,7 +8,7 @@ namespace stereo_slam {
 
 std::unique_ptr<Tracker> make_tracker(const StereoCamera& camera, const Settings& settings,
                                       LoopThread loop_thread, const SavedMap& loaded, MapUse use) {
-  if (settings.program != Program::kPaper)
+  if (settings.tracker != TrackerKind::kPaper)
     return std::make_unique<Slam>(camera, settings, loop_thread, loaded, use);
   if (!loaded.keyframes.empty()) {
     throw std::invalid_argument(

@@ -17,6 +17,11 @@
 namespace stereo_slam {
 namespace {
 
+constexpr int kMaxDescriptorDistance = 64;  // bits of 256, of a match
+constexpr double kDescriptorRatio = 0.9;    // largest, of best to second-best distance in the search region
+constexpr int kFlowWindow_px = 15;          // side of the optical-flow window
+constexpr double kFlowRelativeTolerance = 0.2;  // of the flow gate, as a fraction of the length of the flow
+
 /// Expected position of a landmark in one image.
 struct SearchRegion {
   Vector2<double> centre_px;
@@ -48,8 +53,7 @@ class FeatureImage {
 
   /// Feature with the most similar descriptor inside the region's 99 % ellipse.
   [[nodiscard]] std::optional<Candidate> most_similar(const SearchRegion& region,
-                                                      const Descriptor& descriptor,
-                                                      const AssociationSettings& settings) const {
+                                                      const Descriptor& descriptor) const {
     const Matrix2<double> information = region.covariance.inverse();
     const Vector2<double> half_size = (kChi2_2_99 * region.covariance.diagonal()).cwiseSqrt();
     Candidate best;
@@ -65,8 +69,8 @@ class FeatureImage {
         second = std::min(second, distance);
       }
     });
-    if (best.distance > settings.max_descriptor_distance) return std::nullopt;
-    if (best.distance > settings.descriptor_ratio * second) return std::nullopt;
+    if (best.distance > kMaxDescriptorDistance) return std::nullopt;
+    if (best.distance > kDescriptorRatio * second) return std::nullopt;
     return best;
   }
 
@@ -95,9 +99,9 @@ class FeatureSearch {
   [[nodiscard]] std::optional<FeatureMatch> match(const PredictedLandmark& p,
                                                   const Descriptor& descriptor) const {
     const Matrix3<double> S = innovation_covariance(p, settings_);
-    const auto left = left_.most_similar(left_region(p.z, S), descriptor, settings_);
+    const auto left = left_.most_similar(left_region(p.z, S), descriptor);
     if (!left) return std::nullopt;
-    const auto right = right_.most_similar(right_region(p.z, S), descriptor, settings_);
+    const auto right = right_.most_similar(right_region(p.z, S), descriptor);
     if (!right) return std::nullopt;
     const Vector2<double>& at_left = features_.left[left->feature].position_px;
     const Vector2<double>& at_right = features_.right[right->feature].position_px;
@@ -127,8 +131,7 @@ class FeatureSearch {
 
 std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<PredictedLandmark>& predicted,
                                                       const MapView& map, const Pose& T_keyframe_previous,
-                                                      const ConsecutivePyramids& pyramids,
-                                                      const AssociationSettings& settings) {
+                                                      const ConsecutivePyramids& pyramids) {
   std::vector<std::optional<LandmarkFlow>> flow(predicted.size());
   std::vector<std::size_t> tracked;
   std::vector<cv::Point2f> start;
@@ -143,7 +146,7 @@ std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<Predicte
     guess.emplace_back(static_cast<float>(predicted[i].z.x()), static_cast<float>(predicted[i].z.y()));
   }
   const auto followed = track_points(pyramids.previous.left, pyramids.current.left, start, guess,
-                                     {.window_px = settings.flow_window_px});
+                                     {.window_px = kFlowWindow_px});
   for (std::size_t k = 0; k < tracked.size(); ++k) {
     if (!followed.found[k]) continue;
     flow[tracked[k]] = {to_eigen(start[k]), to_eigen(followed.points[k])};
@@ -161,7 +164,7 @@ std::vector<std::optional<Vector2<double>>> gate_by_flow(const std::vector<Predi
     const PredictedLandmark& p = predicted[i];
     const double spread_px = std::sqrt(kChi2_2_99 * p.pose_part.topLeftCorner<2, 2>().trace());
     if (flow_agrees(to_px - from_px, p.z.head<2>() - from_px, settings.flow_tolerance_px + spread_px,
-                    settings.flow_relative_tolerance)) {
+                    kFlowRelativeTolerance)) {
       search_start_px[i] = to_px;
     }
   }

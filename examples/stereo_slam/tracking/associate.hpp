@@ -34,7 +34,7 @@ struct Association {
 /// of the last posterior.
 [[nodiscard]] std::vector<std::optional<LandmarkFlow>> observe_flow(
     const std::vector<PredictedLandmark>& predicted, const MapView& map, const Pose& T_keyframe_previous,
-    const ConsecutivePyramids& pyramids, const AssociationSettings& settings);
+    const ConsecutivePyramids& pyramids);
 
 /// End, in the current left image, of each flow that agrees with the predicted one in length and direction.
 /// Nothing for flows that do not agree, such as those of moving objects (sec. IV-C, Fig. 4 a).

@@ -13,6 +13,11 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kMinCorrelation = 0.8;  // of the aligned patches
+constexpr double kMaxShift_px = 3.0;     // of the aligned position from its start
+constexpr double kMaxRowError_px = 1.0;  // between left and right position: epipolar check
+constexpr double kGateSigma_px = 1.0;    // of an aligned coordinate, for the innovation gate
+
 constexpr double kUnknownDisparity_px = 100.0;  // standard deviation of a disparity that is not measured
 
 /// The landmark's plane in the keyframe, whose disparity has the slope that was measured there.
@@ -57,7 +62,7 @@ struct PatchMeasurement {
     if (!right) return result;
     const auto measured = view.rectification.measure(left->position_px, right->position_px);
     result.search.row_error_px = measured.row_error_px;
-    if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) return result;
+    if (std::abs(measured.row_error_px) > kMaxRowError_px || !(measured.z.z() > 0.0)) return result;
     result.match = match(predicted, measured.z, covariance(*left, *right));
     return result;
   }
@@ -69,8 +74,8 @@ struct PatchMeasurement {
                                                               const Vector2<double>& start_px) const {
     const auto patch = PatchTemplate::extract(source.left, landmark.anchor_px, warp, texture);
     if (!patch) return std::nullopt;
-    auto aligned = patch->align(image, start_px, settings.max_shift_px);
-    if (!aligned || aligned->correlation < settings.min_correlation) return std::nullopt;
+    auto aligned = patch->align(image, start_px, kMaxShift_px);
+    if (!aligned || aligned->correlation < kMinCorrelation) return std::nullopt;
     return aligned;
   }
 
@@ -79,7 +84,7 @@ struct PatchMeasurement {
                                            const Matrix3<double>& R) const {
     const Vector3<double> innovation = z - predicted.z;
     const Matrix3<double> S =
-        predicted.landmark_part + predicted.pose_part + stereo_pixel_covariance(settings.gate_sigma_px);
+        predicted.landmark_part + predicted.pose_part + stereo_pixel_covariance(kGateSigma_px);
     if (innovation.dot(S.llt().solve(innovation)) > kChi2_3_99) return std::nullopt;
     return Match{predicted.index, z, R, predicted, std::nullopt};
   }

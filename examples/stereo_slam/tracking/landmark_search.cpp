@@ -29,8 +29,7 @@ Association LandmarkSearch::predict(const PoseGaussian& T_keyframe_camera) const
 }
 
 void LandmarkSearch::observe(Association& association) const {
-  association.flow =
-      observe_flow(association.predicted, map_, T_keyframe_previous_, pyramids_, settings_.association);
+  association.flow = observe_flow(association.predicted, map_, T_keyframe_previous_, pyramids_);
   association.search_start_px = gate_by_flow(association.predicted, association.flow, settings_.association);
 }
 

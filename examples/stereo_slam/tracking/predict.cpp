@@ -9,6 +9,9 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kMinRotationSigma_rad = 2e-4;   // of a measured motion, per axis
+constexpr double kMinTranslationSigma_m = 2e-3;  // of a measured motion, per axis
+
 /// Noise v_k of the prediction.
 [[nodiscard]] Matrix6<double> motion_covariance(const PoseGaussian& T_previous_current, bool odometry_valid,
                                                 const UnseenSteps& unseen, const MotionSettings& settings) {
@@ -25,8 +28,7 @@ namespace {
     return diagonal(std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad,
                     growth * settings.lost_translation_sigma_m);
   }
-  return settings.covariance_scale * T_previous_current.covariance +
-         diagonal(settings.min_rotation_sigma_rad, settings.min_translation_sigma_m);
+  return T_previous_current.covariance + diagonal(kMinRotationSigma_rad, kMinTranslationSigma_m);
 }
 
 /// The density without its correlation of orientation and translation.

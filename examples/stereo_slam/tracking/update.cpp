@@ -22,6 +22,11 @@
 namespace stereo_slam {
 namespace {
 
+constexpr int kMaxCorrespondences = 30;       // matches of a subset (sec. IV-D)
+constexpr double kRegularizerSigma_m = 1e-3;  // of the translation noise between subsets; not in the paper
+constexpr double kRegularizerForgetting =
+    1e-3;  // relative increase of the orientation uncertainty between subsets; not in the paper
+
 /// The matches in an order in which every consecutive subset is spread over the image: round-robin over the
 /// matches sorted by column.
 [[nodiscard]] std::vector<Match> interleaved(const std::vector<Match>& matches, int max_subset) {
@@ -48,7 +53,7 @@ namespace {
 /// Alg. 2 on subsets of the matches, with orientation and translation independent (sec. IV-D).
 [[nodiscard]] PoseUpdate update_as_in_paper(const PoseDensity& prior, const std::vector<Match>& matches,
                                             const MapView& map, double cap, const UpdateSettings& settings) {
-  const auto ordered = interleaved(matches, settings.max_correspondences);
+  const auto ordered = interleaved(matches, kMaxCorrespondences);
   const auto likelihood_of = [&](int begin, int end) {
     const std::span<const Match> all(ordered);
     return PoseLikelihood(all.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin)),
@@ -57,9 +62,9 @@ namespace {
   const auto result = antipode::progressive_update_subsets(
       prior, static_cast<int>(ordered.size()), likelihood_of, antipode::PaperPoseRule{},
       {.progressive = {.tau = settings.tau, .keep_coupling = false},
-       .max_size = settings.max_correspondences,
-       .min_translation_sigma_m = settings.regularizer_sigma_m,
-       .forgetting = settings.regularizer_forgetting});
+       .max_size = kMaxCorrespondences,
+       .min_translation_sigma_m = kRegularizerSigma_m,
+       .forgetting = kRegularizerForgetting});
   return {.posterior = result.posterior, .converged = is_settled(result.status)};
 }
 

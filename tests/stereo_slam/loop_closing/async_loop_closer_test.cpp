@@ -218,7 +218,7 @@ TEST_CASE("Loops of one revisit keep their distance, and remove the drift all th
   const Outcome spaced = drive(LoopThread::kNone, own, {.spacing_baselines = baselines});
   const auto& loops = spaced.map.loops;
   const auto& keyframes = spaced.map.keyframes;
-  const auto first_row = static_cast<std::size_t>(LoopVerificationSettings{}.consecutive);
+  const auto first_row = static_cast<std::size_t>(kConsecutiveLoops);
   REQUIRE(loops.size() > first_row);
   for (std::size_t i = first_row; i < loops.size(); ++i) {
     const double path_m = keyframes[loops[i].to].path_length_m - keyframes[loops[i - 1].to].path_length_m;
@@ -276,10 +276,10 @@ TEST_CASE("Corrections take effect at the same frames, with the same bits, with 
   const Outcome second = drive(LoopThread::kOwn);
   CHECK(first.corrected_at == second.corrected_at);
   REQUIRE_FALSE(first.corrected_at.empty());
-  // One frame more than the setting for each fifty keyframes.
+  // One frame more than usual for each fifty keyframes.
   bool is_due = false;
   for (std::size_t k = 0; k < kKeyframes; ++k) {
-    const auto latency = static_cast<std::size_t>(LoopClosureSettings{}.latency_frames) + k / 50;
+    const auto latency = static_cast<std::size_t>(kCorrectionLatency_frames) + k / 50;
     is_due = is_due || first.corrected_at.front() == k * kFramesApart + latency;
   }
   CHECK(is_due);

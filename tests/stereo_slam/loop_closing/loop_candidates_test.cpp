@@ -11,7 +11,7 @@ namespace stereo_slam {
 namespace {
 
 constexpr std::size_t kPointsPerView = 40;
-const PlaceRecognitionSettings kPlaces{.min_gap_frames = 60, .view_radius_m = 10.0};
+const PlaceRecognitionSettings kPlaces{.min_gap_frames = 60};
 
 /// Two keyframes with points of their own, the second ahead of the first by a distance and by frames.
 std::vector<Keyframe> two_keyframes(double distance_m, std::size_t frames) {

@@ -150,8 +150,8 @@ TEST_CASE("A loop is accepted when three keyframes in a row agree on it", "[ster
 
 TEST_CASE("The allowance of the gate grows with the path length, and is zero for none",
           "[stereo_slam][loops]") {
-  CHECK(gate_allowance(0.0, kSettings).isZero());
-  const Matrix6<double> P = gate_allowance(700.0, kSettings);
+  CHECK(gate_allowance(0.0).isZero());
+  const Matrix6<double> P = gate_allowance(700.0);
   CHECK(P(0, 0) == Approx(7e-3 * 7e-3));
   CHECK(P(5, 5) == Approx(2.1 * 2.1 + 2.45 * 2.45));
 }

@@ -76,11 +76,12 @@ TEST_CASE("Every setting has a unique key, a description and a range", "[setting
 }
 
 TEST_CASE("A file changes the settings that it names; the others keep the preset's values", "[settings]") {
-  const Settings settings = load_text("seed: 9\nfeatures:\n  count: 700  # fewer\n  scale_factor: 1.25\n");
+  const Settings settings =
+      load_text("seed: 9\nfeatures:\n  count: 700  # fewer\nkeyframes: {min_match_ratio: 0.5}\n");
   CHECK(settings.seed == 9);
   CHECK(settings.features.count == 700);
-  CHECK(settings.features.scale_factor == 1.25);
-  CHECK(settings.features.levels == Settings{}.features.levels);
+  CHECK(settings.keyframes.min_match_ratio == 0.5);
+  CHECK(settings.keyframes.max_frames == Settings{}.keyframes.max_frames);
 }
 
 TEST_CASE("An empty file means the default preset", "[settings]") {
@@ -105,8 +106,9 @@ TEST_CASE("A value out of range is refused with file, line, key, value and range
   CHECK_THAT(load_error("features: {count: many}"), Catch::Contains("features.count is many"));
   CHECK_THAT(load_error("features: {count: [1, 2]}"), Catch::Contains("features.count is [...]"));
   CHECK_THAT(load_error("features: {count: }"), Catch::Contains("features.count is nothing"));
-  CHECK_THAT(load_error("features: {scale_factor: .nan}"), Catch::Contains("a number from 1.01 to 2"));
-  CHECK_THAT(load_error("features: {cell_px: 9999}"), Catch::Contains("a whole number from 8 to 512 px"));
+  CHECK_THAT(load_error("keyframes: {min_match_ratio: .nan}"), Catch::Contains("a number from 0 to 1"));
+  CHECK_THAT(load_error("stereo: {max_disparity_px: 9999}"),
+             Catch::Contains("a whole number from 8 to 2000 px"));
   CHECK_THAT(load_error("preset: papr"),
              Catch::Contains("s.yaml:1: preset is papr, but must be one of: default, fast, paper"));
 }
@@ -126,8 +128,6 @@ TEST_CASE("An unknown setting is refused; the message suggests the nearest known
 TEST_CASE("A renamed setting is refused with its present name", "[settings]") {
   CHECK_THAT(load_error("rectification:\n  refine: false\n"),
              Catch::EndsWith("s.yaml:2: rectification.refine is called online_rectification.enabled now"));
-  CHECK_THAT(load_error("odometry: {max_loop_error_px: 1}"),
-             Catch::EndsWith("odometry.max_loop_error_px is called odometry.max_closure_error_px now"));
   std::set<std::string_view> keys;
   for (const auto& field : settings_fields()) keys.insert(field.key);
   for (const auto& renamed : renamed_keys()) {
@@ -142,6 +142,9 @@ TEST_CASE("A setting that is gone is refused with what took its place", "[settin
              Catch::Contains("map.layout is no setting any more: the preset decides"));
   CHECK_THAT(load_error("update:\n  method: none\n"),
              Catch::Contains("s.yaml:2: update.method is no setting"));
+  CHECK_THAT(load_error("association: {flow_window_px: 15}"),
+             Catch::EndsWith("association.flow_window_px is no setting any more: its value is that of the "
+                             "preset; leave it out"));
   std::set<std::string_view> keys;
   for (const auto& field : settings_fields()) keys.insert(field.key);
   for (const auto& removed : removed_keys()) {

@@ -202,10 +202,6 @@ TEST_CASE("A frame in which hardly a landmark is found is not called certain", "
 TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[stereo_slam][slam]") {
   Settings settings;
   settings.features.count = 20000;
-  settings.features.levels = 12;
-  settings.features.scale_factor = 2.0;
-  settings.features.cell_px = 8;
-  settings.features.fast_threshold = 1;
   settings.odometry.window_px = 21;
   Slam slam(straight_recording().camera, settings);
   CHECK(slam.process(straight_recording().frames[0]).status == TrackingStatus::kInitializing);
