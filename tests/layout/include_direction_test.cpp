@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <optional>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -232,6 +233,38 @@ TEST_CASE("No folder of the SLAM has more than 20 source files", "[layout]") {
     CAPTURE(folder);
     CHECK(count <= kMostSources);
   }
+}
+
+TEST_CASE("The algorithm includes nothing of the program but settings and file access", "[layout]") {
+  const std::set<std::string> algorithm = {
+      "stereo_slam/core",      "stereo_slam/frontend", "stereo_slam/odometry",     "stereo_slam/local_map",
+      "stereo_slam/keyframes", "stereo_slam/tracking", "stereo_slam/loop_closing", "stereo_slam/slam"};
+  for (const auto& folder : algorithm) {
+    for (const auto& included : kMayInclude.at(folder)) {
+      CAPTURE(folder, included);
+      const bool allowed = included == "stereo_slam/settings" || included == "stereo_slam/io";
+      CHECK((allowed || algorithm.contains(included)));
+    }
+  }
+}
+
+/// Number of lines of a file of stereo_slam that match.
+[[nodiscard]] int count_lines(const std::string& file, const std::string& pattern) {
+  std::ifstream stream(fs::path(ANTIPODE_SOURCE_DIR) / "examples/stereo_slam" / file);
+  REQUIRE(stream);
+  const std::regex regex(pattern);
+  int count = 0;
+  for (std::string text; std::getline(stream, text);) count += std::regex_search(text, regex);
+  return count;
+}
+
+TEST_CASE("The SLAM can be known: at most 25 settings, and ten members that hold its state", "[layout]") {
+  const int settings = count_lines("settings/schema.cpp", R"(\.add\()");
+  CHECK(settings >= 20);
+  CHECK(settings <= 25);
+  const int members = count_lines("slam/slam.hpp", R"(^  [A-Z]\w+ \w+_;)");
+  CHECK(members >= 8);
+  CHECK(members <= 10);
 }
 
 TEST_CASE("Upward includes, private headers and unknown folders are reported", "[layout]") {

@@ -14,8 +14,7 @@ namespace stereo_slam {
 /// The data of the previous frame that the next frame is tracked from.
 struct PreviousFrame {
   StereoPyramid pyramids;
-  StereoPyramid before;  ///< pyramids of the frame before, whose memory the next frame reuses
-  Pose T_keyframe_camera = Pose::identity();
+  StereoPyramid before;      ///< pyramids of the frame before, whose memory the next frame reuses
   std::size_t position = 0;  ///< in the trajectory
   bool lost = false;         ///< its pose was only predicted
 

@@ -150,7 +150,6 @@ void PaperSlam::prepare_next(const FrameImages& images, const std::vector<Match>
   odometry_points_.points =
       select_odometry_points(view_of(images.frame), images.features.left, landmarks_px, settings_);
   previous_.replace_pyramids(images.pyramids);
-  previous_.T_keyframe_camera = posterior_.pose();
   previous_.position = path_.frames() - 1;
   previous_.lost = result.status == TrackingStatus::kLost;
 }

@@ -1,9 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/path.hpp"
 
+#include <stdexcept>
+#include <utility>
+
 #include "stereo_slam/core/pose_estimate.hpp"
 
 namespace stereo_slam {
+
+Path::Path(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread,
+           const SavedMap& loaded, MapUse use)
+    : loops_(std::in_place, camera, settings, loop_thread, loaded, use) {
+  if (loaded.keyframes.empty()) return;
+  segment_ = SegmentState::in_loaded_map();
+  global_map_ = GlobalMap(loaded);
+}
 
 void Path::append(const PoseGaussian& T_keyframe_camera, bool measured, const CalibrationError& error,
                   FrameResult& result) {
@@ -30,6 +41,26 @@ void Path::report_keyframe(FrameResult& result) const {
   result.T_world_camera.covariance = in_world(PoseGaussian{}, result.calibration).covariance;
 }
 
+bool Path::correct_before(std::size_t frame) {
+  const auto correction = loops_ ? loops_->correction_due(frame) : std::nullopt;
+  if (correction) correct(*correction);
+  return correction.has_value();
+}
+
+void Path::search_loops(const Keyframe& keyframe, const cv::Mat& left) {
+  if (!loops_) return;
+  loops_->add_keyframe(keyframe, left,
+                       segment_.localised() ? CorrectionDelay::kUsual : CorrectionDelay::kShort);
+}
+
+void Path::finish(const RectificationEstimator* rectification) {
+  std::vector<KeyframeLink> links;
+  if (rectification != nullptr) links = trajectory_.remeasure(*rectification);
+  const auto correction = loops_ ? loops_->finish(links) : std::nullopt;
+  if (correction) correct(*correction);
+}
+
+/// Moves the keyframes, and what is relative to them.
 void Path::correct(const LoopCorrection& correction) {
   segment_.correct(correction.segment_localised);
   trajectory_.correct(correction.T_world_keyframe);
@@ -46,6 +77,22 @@ std::vector<PoseGaussian> Path::poses(const CalibrationError& error) const {
 PoseGaussian Path::in_world(const PoseGaussian& T_keyframe_camera, const CalibrationError& error) const {
   const LinkedPose T_world_camera = trajectory_.in_world(T_keyframe_camera);
   return with_calibration_error(T_world_camera.with_common_error(error.common_error_rad), error);
+}
+
+std::vector<LoopEvent> Path::loop_events() const {
+  return loops_ ? loops_->events() : std::vector<LoopEvent>{};
+}
+
+std::optional<std::span<const LoopEvent>> Path::loop_events_if_idle() const {
+  return loops_ ? loops_->events_if_idle() : std::span<const LoopEvent>{};
+}
+
+std::size_t Path::keyframe_memory_bytes() const { return loops_ ? loops_->memory_bytes() : 0; }
+
+void Path::save(const LocalMap& local_map, SavedMap& map) const {
+  if (!loops_) throw std::logic_error("a map without loop closure has no keyframes to save");
+  map.points = global_map_.all(local_map, trajectory_, /*with_loaded=*/true);
+  loops_->save(map);
 }
 
 }  // namespace stereo_slam

@@ -2,28 +2,34 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/keyframes/keyframe_database.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
+#include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
+#include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/global_map.hpp"
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
 #include "stereo_slam/slam/segment_state.hpp"
 
 namespace stereo_slam {
 
-/// Where the camera was, and the landmarks that it left behind: all poses, the map segment, and the landmarks
-/// in the world. Poses of frames are relative to keyframes, which loops move.
+/// Where the camera was, and the landmarks that it left behind: all poses, the map segment, the landmarks in
+/// the world, and the loops. Poses of frames are relative to keyframes, which loops move.
 class Path {
  public:
+  /// Without loops.
   Path() = default;
-  /// In the world of an earlier run, where this one is not localised yet.
-  explicit Path(const SavedMap& loaded)
-      : segment_(SegmentState::in_loaded_map()), global_map_(GlobalMap(loaded)) {}
+  /// With loops. If `loaded` has keyframes, in the world of this earlier run, where the new one is not
+  /// localised yet.
+  Path(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& loaded,
+       MapUse use);
 
   /// Makes `frame` the first keyframe, whose camera is the world's frame.
   void begin(std::size_t frame) { trajectory_.begin(frame); }
@@ -36,11 +42,17 @@ class Path {
   /// Appends a frame before the first keyframe, of which nothing is known.
   void append_unknown(const CalibrationError& error, FrameResult& result);
 
+  /// Moves the keyframes by the loop correction that is due before this frame. Returns whether there is one.
+  bool correct_before(std::size_t frame);
+
   /// Makes the last frame the reference keyframe, see KeyframeTrajectory.
   void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
                     const RectificationEffect& effect) {
     trajectory_.add_keyframe(frame, T_previous_keyframe, effect);
   }
+
+  /// Gives the points of the reference keyframe to the loop closing; `left` is its image.
+  void search_loops(const Keyframe& keyframe, const cv::Mat& left);
 
   /// Replaces the covariances in the result of the last frame by those of the keyframe that it became.
   void report_keyframe(FrameResult& result) const;
@@ -58,13 +70,9 @@ class Path {
     trajectory_.continue_odometry(expected, found);
   }
 
-  /// Moves the keyframes, and what is relative to them.
-  void correct(const LoopCorrection& correction);
-
-  /// Corrects all motions to the present estimate of the rectification, see KeyframeTrajectory.
-  std::vector<KeyframeLink> remeasure(const RectificationEstimator& rectification) {
-    return trajectory_.remeasure(rectification);
-  }
+  /// After the last frame: corrects all motions to the last estimate of the rectification, if there is one,
+  /// and applies the loop corrections that are still being computed.
+  void finish(const RectificationEstimator* rectification);
 
   [[nodiscard]] SegmentState& segment() noexcept { return segment_; }
   [[nodiscard]] const SegmentState& segment() const noexcept { return segment_; }
@@ -79,22 +87,31 @@ class Path {
   [[nodiscard]] std::vector<MapPoint> map_points(const LocalMap& local_map) const {
     return global_map_.all(local_map, trajectory_, segment_.any_localised());
   }
-  /// The same with those of the loaded map in any case.
-  [[nodiscard]] std::vector<MapPoint> map_points_to_save(const LocalMap& local_map) const {
-    return global_map_.all(local_map, trajectory_, /*with_loaded=*/true);
-  }
   /// Those that have left the local map.
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points(const LocalMap& local_map) {
     return global_map_.archived(local_map, trajectory_, segment_.any_localised());
   }
 
+  /// Whether loops are searched for.
+  [[nodiscard]] bool has_loops() const noexcept { return loops_.has_value(); }
+  /// The loops so far; nothing of them without loop closing.
+  [[nodiscard]] std::vector<LoopEvent> loop_events() const;
+  /// The same without waiting: nothing while the loop-closing thread works.
+  [[nodiscard]] std::optional<std::span<const LoopEvent>> loop_events_if_idle() const;
+  /// Memory that loop closing uses, bytes.
+  [[nodiscard]] std::size_t keyframe_memory_bytes() const;
+  /// Sets the keyframes, the loops and the landmarks of `map`. Throws std::logic_error without loop closing.
+  void save(const LocalMap& local_map, SavedMap& map) const;
+
  private:
   [[nodiscard]] PoseGaussian in_world(const PoseGaussian& T_keyframe_camera,
                                       const CalibrationError& error) const;
+  void correct(const LoopCorrection& correction);
 
   KeyframeTrajectory trajectory_;
   SegmentState segment_;
   GlobalMap global_map_;
+  std::optional<AsyncLoopCloser> loops_;
 };
 
 }  // namespace stereo_slam

@@ -23,21 +23,20 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
       local_map_(camera, settings.map),
       noise_(expected_variance_ratio(settings.update)),
       right_camera_(camera, settings.online_rectification) {
-  if (settings.loop_closure.enabled) loops_.emplace(camera, settings, loop_thread, loaded, use);
+  if (settings.loop_closure.enabled) path_ = Path(camera, settings, loop_thread, loaded, use);
   if (loaded.keyframes.empty()) return;
-  if (!loops_) {
+  if (!path_.has_loops()) {
     throw std::invalid_argument("a run is localised in a loaded map by loop closure; enable loop_closure");
   }
   check_camera_of(loaded, camera);
   right_camera_ = RightCamera::resumed(camera, settings.online_rectification, loaded.rectification);
-  path_ = Path(loaded);
 }
 
 FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) {
   StageClock clock;
   FrameResult result = empty_result(recorded);
-  if (loops_) result.loop_corrected = apply(loops_->correction_due(recorded.index));
-  if (loops_) clock.lap("loops");
+  result.loop_corrected = path_.correct_before(recorded.index);
+  if (path_.has_loops()) clock.lap("loops");
   const StereoFrame frame = with_equal_brightness(recorded);
   if (!can_measure(frame) || previous_.repeated_by(frame)) {
     pass_over(frame, result);
@@ -74,12 +73,6 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   clock.lap("stereo");
   result.times = clock.times();
   return result;
-}
-
-/// Moves the keyframes. The state of the filter is relative to the last one and stays as it is.
-bool Slam::apply(const std::optional<LoopCorrection>& correction) {
-  if (correction) path_.correct(*correction);
-  return correction.has_value();
 }
 
 OdometryResult Slam::measure_motion(const FrameImages& images) {
@@ -157,10 +150,11 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   if (found_again(tracked.basis, previous_.lost)) {
     path_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
   }
-  motion_.learn(tracked, posterior_.pose(), previous_.lost, images.frame.stamp_ns);
+  const Pose T_keyframe_previous = posterior_.pose();
+  motion_.learn(tracked, T_keyframe_previous, previous_.lost, images.frame.stamp_ns);
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
-  note_static_points(tracked);
+  note_static_points(tracked, T_keyframe_previous);
   const bool both_images = result.right_image_fits && images.frame.has_right();
   if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
   path_.append(reported(tracked), tracked.measured(), calibration_error(), result);
@@ -189,10 +183,10 @@ WeakReasons Slam::weaknesses(const TrackedPose& tracked, std::size_t frame) {
 /// Notes which points are static, for the next frame: those that move with the landmarks. For some frames
 /// after a jerk no point is, because a vehicle may have been taken for the street, and its points must not
 /// outvote the street's.
-void Slam::note_static_points(const TrackedPose& tracked) {
+void Slam::note_static_points(const TrackedPose& tracked, const Pose& T_keyframe_previous) {
   std::optional<Pose> T_previous_current;
   if (fits_landmarks(tracked) && motion_.steady()) {
-    T_previous_current = previous_.T_keyframe_camera.inverse() * posterior_.pose();
+    T_previous_current = T_keyframe_previous.inverse() * posterior_.pose();
   }
   tracks_.compare_with(T_previous_current, right_camera_.camera(), settings_.odometry.pixel_sigma_px);
 }
@@ -226,7 +220,6 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
     tracks_.replenish(right_camera_.view_of(images.frame), images.corners, landmarks_px, settings_);
   }
   previous_.replace_pyramids(images.pyramids);
-  previous_.T_keyframe_camera = posterior_.pose();
   previous_.position = path_.frames() - 1;
   previous_.lost = result.status == TrackingStatus::kLost;
 }
@@ -282,10 +275,6 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   return pose;
 }
 
-void Slam::finish() {
-  std::vector<KeyframeLink> links;
-  if (right_camera_.learns()) links = path_.remeasure(right_camera_.rectification());
-  if (loops_) apply(loops_->finish(links));
-}
+void Slam::finish() { path_.finish(right_camera_.learns() ? &right_camera_.rectification() : nullptr); }
 
 }  // namespace stereo_slam

@@ -67,9 +67,11 @@ class Slam final : public Tracker {
   }
   [[nodiscard]] std::vector<LandmarkTrack> landmark_tracks() const override;
   [[nodiscard]] SavedMap saved_map() const override;
-  [[nodiscard]] std::vector<LoopEvent> loop_events() const override;
-  [[nodiscard]] std::optional<std::span<const LoopEvent>> loop_events_if_idle() const override;
-  [[nodiscard]] std::size_t keyframe_memory_bytes() const override;
+  [[nodiscard]] std::vector<LoopEvent> loop_events() const override { return path_.loop_events(); }
+  [[nodiscard]] std::optional<std::span<const LoopEvent>> loop_events_if_idle() const override {
+    return path_.loop_events_if_idle();
+  }
+  [[nodiscard]] std::size_t keyframe_memory_bytes() const override { return path_.keyframe_memory_bytes(); }
 
  private:
   /// What a frame is measured against as long as it is tracked.
@@ -81,8 +83,6 @@ class Slam final : public Tracker {
   [[nodiscard]] bool fits_landmarks(const TrackedPose& tracked) const {
     return tracked.basis == PoseBasis::kLandmarks || tracked.basis == usual_basis();
   }
-
-  bool apply(const std::optional<LoopCorrection>& correction);
 
   // The stages of process(), in its order.
   [[nodiscard]] OdometryResult measure_motion(const FrameImages& images);
@@ -96,7 +96,7 @@ class Slam final : public Tracker {
                                                       const PoseDensity& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
   [[nodiscard]] WeakReasons weaknesses(const TrackedPose& tracked, std::size_t frame);
-  void note_static_points(const TrackedPose& tracked);
+  void note_static_points(const TrackedPose& tracked, const Pose& T_keyframe_previous);
   void complete(const FrameImages& images, FrameEvidence evidence, FrameResult& result);
   void prepare_next(const FrameImages& images, const std::vector<Match>& matches, const FrameResult& result);
 
@@ -125,9 +125,8 @@ class Slam final : public Tracker {
   PointTracks tracks_;           // what the odometry follows
   MotionModel motion_;           // what it expects
   RightCamera right_camera_;     // what its images teach about it
-  Path path_;                    // poses of keyframes and frames, landmarks in the world
+  Path path_;                    // poses of keyframes and frames, landmarks in the world, loops
   PreviousFrame previous_;       // what the next frame is tracked from
-  std::optional<AsyncLoopCloser> loops_;
 };
 
 }  // namespace stereo_slam

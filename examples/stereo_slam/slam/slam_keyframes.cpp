@@ -66,18 +66,15 @@ void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_ke
 
 void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points) {
   const StereoFrame& frame = images.frame;
-  const SegmentState& segment = path_.segment();
   reference_.left = frame.left.clone();
   reference_.landmarks = local_map_.landmarks().size();
   reference_.keyframe = {};
   reference_.keyframe.frame = frame.index;
   reference_.keyframe.stamp_ns = frame.stamp_ns;
-  reference_.keyframe.segment = segment.current();
+  reference_.keyframe.segment = path_.segment().current();
   reference_.keyframe.points = std::move(points);
   reference_.keyframe.T_previous_keyframe = path_.keyframes().T_previous_reference();
-  if (!loops_) return;
-  loops_->add_keyframe(reference_.keyframe, reference_.left,
-                       segment.localised() ? CorrectionDelay::kUsual : CorrectionDelay::kShort);
+  path_.search_loops(reference_.keyframe, reference_.left);
 }
 
 /// Adds landmarks at corners with a stereo match; a corner at a re-observed landmark keeps its id. Returns

@@ -32,23 +32,11 @@ std::vector<LandmarkTrack> Slam::landmark_tracks() const {
 }
 
 SavedMap Slam::saved_map() const {
-  if (!loops_) return Tracker::saved_map();
   SavedMap map;
   map.camera = right_camera_.camera();
   map.rectification = right_camera_.rectification().estimate();
-  map.points = path_.map_points_to_save(local_map_);
-  loops_->save(map);
+  path_.save(local_map_, map);
   return map;
 }
-
-std::vector<LoopEvent> Slam::loop_events() const {
-  return loops_ ? loops_->events() : std::vector<LoopEvent>{};
-}
-
-std::optional<std::span<const LoopEvent>> Slam::loop_events_if_idle() const {
-  return loops_ ? loops_->events_if_idle() : std::span<const LoopEvent>{};
-}
-
-std::size_t Slam::keyframe_memory_bytes() const { return loops_ ? loops_->memory_bytes() : 0; }
 
 }  // namespace stereo_slam
