@@ -11,6 +11,14 @@ PoseDensity certain_pose() {
   return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
 }
 
+Matrix6<double> unknown_pose_covariance() {
+  constexpr double kRotation_rad = 1.0;
+  constexpr double kTranslation_m = 100.0;
+  Vector6<double> sigma;
+  sigma << Vector3<double>::Constant(kRotation_rad), Vector3<double>::Constant(kTranslation_m);
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
 Vector6<double> common_error_per_rad(const PoseGaussian& link) {
   constexpr double kFullChange_rad = 0.05;  // a third of that between two keyframes of a moving vehicle
   const Vector6<double> variances = link.covariance.diagonal().cwiseMax(0.0);

@@ -16,6 +16,9 @@ using PoseDensity = antipode::BinghamGaussian<double>;
 /// have a covariance of zero.
 [[nodiscard]] PoseDensity certain_pose();
 
+/// Covariance of a pose of which nothing is known: a radian and a hundred metres.
+[[nodiscard]] Matrix6<double> unknown_pose_covariance();
+
 /// Limit of the relative errors and angles that a calibration may leave: more is no calibration.
 inline constexpr double kLargestCalibrationError = 0.5;
 

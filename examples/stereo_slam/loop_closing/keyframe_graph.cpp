@@ -6,20 +6,6 @@
 #include <utility>
 
 namespace stereo_slam {
-namespace {
-
-/// Covariance of an edge that keeps the graph connected with practically no information on the pose.
-[[nodiscard]] Matrix6<double> uninformative_covariance() {
-  constexpr double kRotation_rad = 1.0;
-  constexpr double kTranslation_m = 100.0;
-  Vector6<double> variance;
-  variance << Vector3<double>::Constant(kRotation_rad * kRotation_rad),
-      Vector3<double>::Constant(kTranslation_m * kTranslation_m);
-  return variance.asDiagonal();
-}
-
-}  // namespace
-
 KeyframeGraph::KeyframeGraph(std::size_t max_points, double common_error_rad)
     : keyframes_(max_points), common_error_rad_(common_error_rad) {}
 
@@ -46,7 +32,7 @@ std::size_t KeyframeGraph::add(Keyframe keyframe) {
 }
 
 PoseGaussian KeyframeGraph::unknown_link() const {
-  return {keyframes_.back().T_world_keyframe.pose.inverse(), uninformative_covariance()};
+  return {keyframes_.back().T_world_keyframe.pose.inverse(), unknown_pose_covariance()};
 }
 
 void KeyframeGraph::join_segments(const PoseGraphEdge& loop) {
@@ -95,7 +81,7 @@ void KeyframeGraph::drop_guesses() {
     auto& guess = odometry_[segments_.first_keyframe(s) - 1];
     const Pose& T_world_from = keyframes_[guess.from].T_world_keyframe.pose;
     const Pose& T_world_to = keyframes_[guess.to].T_world_keyframe.pose;
-    guess.T_from_to = {(T_world_from.inverse() * T_world_to).renormalized(), uninformative_covariance()};
+    guess.T_from_to = {(T_world_from.inverse() * T_world_to).renormalized(), unknown_pose_covariance()};
     guess.measured = false;
   }
 }

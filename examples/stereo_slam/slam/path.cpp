@@ -28,12 +28,8 @@ void Path::append(const PoseGaussian& T_keyframe_camera, bool measured, const Ca
 }
 
 void Path::append_unknown(const CalibrationError& error, FrameResult& result) {
-  constexpr double kRotation_rad = 1.0;
-  constexpr double kTranslation_m = 100.0;
-  Vector6<double> sigma;
-  sigma << Vector3<double>::Constant(kRotation_rad), Vector3<double>::Constant(kTranslation_m);
   result.status = TrackingStatus::kLost;
-  append({Pose::identity(), sigma.cwiseAbs2().asDiagonal()}, false, error, result);
+  append({Pose::identity(), unknown_pose_covariance()}, false, error, result);
 }
 
 void Path::report_keyframe(FrameResult& result) const {
