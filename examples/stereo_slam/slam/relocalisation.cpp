@@ -4,7 +4,6 @@
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/loop_closing/loop_verification.hpp"
-#include "stereo_slam/slam/slam.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -61,25 +60,6 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
     expected.pose = update.posterior.pose();  // the covariance stays that of the prior, where updates start
   }
   return std::nullopt;
-}
-
-/// The pose by the points of the last keyframe, if they are recognised. In the first frame that is not
-/// tracked, a pose that would need a jerk is not believed: the points may be on a vehicle.
-std::optional<PoseDensity> Slam::relocalise(const FrameImages& images, const PoseDensity& prior) const {
-  // Features of all pyramid levels: the camera may have come nearer since the keyframe.
-  const StereoView view = right_camera_.view_of(images.frame);
-  const auto points =
-      measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
-  Keyframe keyframe = reference_.keyframe;
-  describe(keyframe.points, reference_.left);
-  auto found =
-      recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
-  if (found && motion_.known() && !previous_.lost) {
-    const Pose T_previous_keyframe = posterior_.pose().inverse();
-    if (!continues(T_previous_keyframe * found->pose(), T_previous_keyframe * prior.pose()))
-      return std::nullopt;
-  }
-  return found;
 }
 
 }  // namespace stereo_slam

@@ -45,23 +45,12 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   }
   const FrameImages images = prepare_images(frame, PyramidSides::kLeft, previous_);
   clock.lap("images");
-
-  std::vector<Match> matches;
   FrameEvidence evidence{.after_loss = previous_.lost};
+  std::vector<Match> matches;
   if (reference_.begun()) {
-    const auto odometry = measure_motion(images);  // u_k, eq. 11
-    clock.lap("odometry");
-    const auto prior = predict(odometry, frame.stamp_ns);  // eqs. 5-7
-    clock.lap("predict");
-    matches = find_landmarks(images, prior, odometry, trace);  // Alg. 3
-    clock.lap("associate");
-    auto tracked = update(prior, odometry, matches);  // eq. 13
-    clock.lap("update");
-    if (!right_camera_.is_ignored() && (previous_.lost || !tracked.measured())) {
-      tracked.use_keyframe(relocalise(images, tracked.prior));
-      clock.lap("recognise");
-    }
+    const TrackedPose tracked = track(images, trace, clock);
     integrate(tracked, images, result);  // trajectory, keyframes
+    matches = tracked.matches;
     evidence.basis = tracked.basis;
   } else {
     initialise(images, result);
@@ -73,6 +62,23 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   clock.lap("stereo");
   result.times = clock.times();
   return result;
+}
+
+/// The pose of a frame: system input, prediction, data association, update; if it is lost, relocalisation.
+TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, StageClock& clock) {
+  const auto odometry = measure_motion(images);  // u_k, eq. 11
+  clock.lap("odometry");
+  const auto prior = predict(odometry, images.frame.stamp_ns);  // eqs. 5-7
+  clock.lap("predict");
+  auto matches = find_landmarks(images, prior, odometry, trace);  // Alg. 3
+  clock.lap("associate");
+  auto tracked = update(prior, odometry, std::move(matches));  // eq. 13
+  clock.lap("update");
+  if (!right_camera_.is_ignored() && (previous_.lost || !tracked.measured())) {
+    tracked.use_keyframe(relocalise(images, tracked.prior));
+    clock.lap("recognise");
+  }
+  return tracked;
 }
 
 OdometryResult Slam::measure_motion(const FrameImages& images) {
@@ -142,6 +148,25 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
 /// ignored, this may be because those of the two were swapped, or those of the other one are late.
 bool Slam::jumps(const Pose& predicted, const Pose& measured) const {
   return (measured.translation() - predicted.translation()).norm() > 0.5 * right_camera_.camera().baseline_m;
+}
+
+/// The pose by the points of the last keyframe, if they are recognised. In the first frame that is not
+/// tracked, a pose that would need a jerk is not believed: the points may be on a vehicle.
+std::optional<PoseDensity> Slam::relocalise(const FrameImages& images, const PoseDensity& prior) const {
+  // Features of all pyramid levels: the camera may have come nearer since the keyframe.
+  const StereoView view = right_camera_.view_of(images.frame);
+  const auto points =
+      measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
+  Keyframe keyframe = reference_.keyframe;
+  describe(keyframe.points, reference_.left);
+  auto found =
+      recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
+  if (found && motion_.known() && !previous_.lost) {
+    const Pose T_previous_keyframe = posterior_.pose().inverse();
+    if (!continues(T_previous_keyframe * found->pose(), T_previous_keyframe * prior.pose()))
+      return std::nullopt;
+  }
+  return found;
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {

@@ -85,6 +85,7 @@ class Slam final : public Tracker {
   }
 
   // The stages of process(), in its order.
+  [[nodiscard]] TrackedPose track(const FrameImages& images, AssociationTrace* trace, StageClock& clock);
   [[nodiscard]] OdometryResult measure_motion(const FrameImages& images);
   [[nodiscard]] PoseDensity predict(const OdometryResult& odometry, std::int64_t stamp_ns);
   [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseDensity& prior,
