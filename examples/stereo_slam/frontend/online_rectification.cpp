@@ -101,8 +101,8 @@ Vector2<double> RectificationResidual::rms_offset_px() const {
           std::sqrt(mean_square(coefficients_.row(1).transpose()))};
 }
 
-RectificationResidual::Measurement RectificationResidual::measure(const Vector2<double>& left_px,
-                                                                  const Vector2<double>& right_px) const {
+StereoMeasurement RectificationResidual::measure(const Vector2<double>& left_px,
+                                                 const Vector2<double>& right_px) const {
   const Vector2<double> difference = left_px - right_px + coefficients_ * basis(left_px);
   return {{left_px.x(), left_px.y(), difference.x()}, difference.y()};
 }
@@ -130,7 +130,7 @@ RectificationEstimate RectificationEstimator::estimate() const {
   return {coefficients_, rows_.information, rows_.vector, disparity.information, disparity.vector};
 }
 
-void RectificationEstimator::add_rows(std::span<const RectificationResidual::Measurement> matches) {
+void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches) {
   const RectificationResidual residual = current();
   for (const auto& match : matches) {
     const RectificationResidual::Basis terms = residual.basis(match.z.head<2>());

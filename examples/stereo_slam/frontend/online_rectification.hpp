@@ -10,6 +10,7 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/disparity_offset.hpp"
+#include "stereo_slam/frontend/stereo_measurement.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -40,21 +41,12 @@ class RectificationResidual {
   /// Position of the point in the right image, px.
   [[nodiscard]] Vector2<double> right_position(const StereoPoint& z) const;
 
-  struct Measurement {
-    StereoPoint z;
-    double row_error_px = 0.0;                                  ///< left minus right row, corrected
-    Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
-    Matrix3<double> covariance_px2 = Matrix3<double>::Zero();   ///< of z, if measured by patches; else zero
-    // Of the two patches, if measured by match_stereo():
-    double correlation = 0.0;
-    bool on_common_surface = false;  ///< the slope is that of a road, a wall, or a surface facing the camera
-  };
-
   /// Root mean square, over the image, of the offset in u and of that in v, px.
   [[nodiscard]] Vector2<double> rms_offset_px() const;
 
   /// Stereo measurement of a point seen at `left_px` and `right_px`, corrected by this residual.
-  [[nodiscard]] Measurement measure(const Vector2<double>& left_px, const Vector2<double>& right_px) const;
+  [[nodiscard]] StereoMeasurement measure(const Vector2<double>& left_px,
+                                          const Vector2<double>& right_px) const;
 
  private:
   StereoCamera camera_;
@@ -122,7 +114,7 @@ class RectificationEstimator {
                                                       const RectificationEstimate& estimate);
 
   /// Stereo matches of one frame, measured with current().
-  void add_rows(std::span<const RectificationResidual::Measurement> matches);
+  void add_rows(std::span<const StereoMeasurement> matches);
 
   /// Begins the row offset anew, if corners of a pair, matched without assuming rectification, agree that the
   /// right image is displaced or rolled far from current(). Returns whether they do. Call it where hardly any

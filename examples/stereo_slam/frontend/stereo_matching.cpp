@@ -140,9 +140,9 @@ class LikelySlopes {
   std::size_t count_ = 0;
 };
 
-[[nodiscard]] std::optional<RectificationResidual::Measurement> match_point(
-    const StereoView& view, const Vector2<double>& point_px, double texture,
-    const StereoMatchingSettings& settings) {
+[[nodiscard]] std::optional<StereoMeasurement> match_point(const StereoView& view,
+                                                           const Vector2<double>& point_px, double texture,
+                                                           const StereoMatchingSettings& settings) {
   const cv::Mat& left = view.frame.left;
   const cv::Mat& right = view.frame.right;
   const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
@@ -170,10 +170,10 @@ class LikelySlopes {
 
 }  // namespace
 
-std::vector<std::optional<RectificationResidual::Measurement>> match_stereo(
-    const StereoView& view, const std::vector<Vector2<double>>& points_px,
-    const StereoMatchingSettings& settings) {
-  std::vector<std::optional<RectificationResidual::Measurement>> matches(points_px.size());
+std::vector<std::optional<StereoMeasurement>> match_stereo(const StereoView& view,
+                                                           const std::vector<Vector2<double>>& points_px,
+                                                           const StereoMatchingSettings& settings) {
+  std::vector<std::optional<StereoMeasurement>> matches(points_px.size());
   const double texture = min_texture(view.frame.left);
   cv::parallel_for_(cv::Range(0, static_cast<int>(points_px.size())), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {

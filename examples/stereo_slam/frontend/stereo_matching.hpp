@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/frontend/stereo_measurement.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -16,7 +16,7 @@ namespace stereo_slam {
 /// The search along the row minimises the sum of absolute differences; patch alignment refines the best
 /// disparity. A point without texture, with two similar candidates, or whose alignment leaves the row has no
 /// match.
-[[nodiscard]] std::vector<std::optional<RectificationResidual::Measurement>> match_stereo(
+[[nodiscard]] std::vector<std::optional<StereoMeasurement>> match_stereo(
     const StereoView& view, const std::vector<Vector2<double>>& points_px,
     const StereoMatchingSettings& settings);
 

@@ -6,7 +6,7 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/frontend/stereo_measurement.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -15,7 +15,7 @@ namespace stereo_slam {
 /// Features with a stereo match, from which landmarks and keyframes are created. Both lists have one entry
 /// per point, but `descriptors` is empty if the points have none.
 struct StereoPoints {
-  std::vector<RectificationResidual::Measurement> measured;
+  std::vector<StereoMeasurement> measured;
   std::vector<Descriptor> descriptors;
 };
 

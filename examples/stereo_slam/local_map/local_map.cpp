@@ -43,7 +43,7 @@ constexpr int kEstablished = 3;  // observations after which a landmark is kept 
 /// How far a patch can be believed to show a single surface: the correlation, less one if the point is near
 /// and its disparity has the slope of no common surface. At a small depth another surface in the patch,
 /// behind the upper edge of a car say, soon moves by several tenths of a pixel relative to the point.
-[[nodiscard]] double clarity(const RectificationResidual::Measurement& measured, const StereoCamera& camera) {
+[[nodiscard]] double clarity(const StereoMeasurement& measured, const StereoCamera& camera) {
   constexpr double kNear_baselines = 60.0;
   const bool near = measured.z.z() > camera.fx / kNear_baselines;
   return measured.correlation - (near && !measured.on_common_surface ? 1.0 : 0.0);

@@ -23,7 +23,7 @@ constexpr double kLeastSigma_px = 0.025;  // of a coordinate, however sharp the 
 /// A point as found in the current frame.
 struct MeasuredPoint {
   PairSearch search;
-  std::optional<RectificationResidual::Measurement> measured;
+  std::optional<StereoMeasurement> measured;
 };
 
 /// Measures points of the previous left image in the current frame.

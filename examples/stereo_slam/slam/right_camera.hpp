@@ -48,7 +48,7 @@ class RightCamera {
   /// Points that were searched in both images.
   void saw(const RightImageFit& fit) { monitor_.add(fit); }
   /// Stereo matches of a frame, measured as view_of() says.
-  void saw_rows(std::span<const RectificationResidual::Measurement> matches) {
+  void saw_rows(std::span<const StereoMeasurement> matches) {
     if (learns_) rectification_.add_rows(matches);
   }
   /// Learns the row offset anew from a pair in which hardly any stereo match is found, or none was searched

@@ -44,7 +44,7 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
     return estimator.current().measure(z.head<2>() + Vector2<double>(noise(), noise()),
                                        truth.right_position(z) + Vector2<double>(noise(), noise()));
   };
-  std::vector<RectificationResidual::Measurement> rows;
+  std::vector<StereoMeasurement> rows;
   std::vector<BiasConstraint> constraints;
   while (constraints.size() < 200) {
     const StereoPoint z = test::random_measurement(random, camera, 6.0, 60.0);

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// A point measured in both images of a frame.
+struct StereoMeasurement {
+  StereoPoint z;
+  double row_error_px = 0.0;                                  ///< left minus right row, corrected
+  Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
+  Matrix3<double> covariance_px2 = Matrix3<double>::Zero();   ///< of z, if measured by patches; else zero
+  // Of the two patches, if measured by match_stereo():
+  double correlation = 0.0;
+  bool on_common_surface = false;  ///< the slope is that of a road, a wall, or a surface facing the camera
+};
+
+}  // namespace stereo_slam
