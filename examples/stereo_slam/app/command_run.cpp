@@ -148,7 +148,7 @@ void check_before_run(const StereoSequence& sequence, Settings& settings, bool q
   Settings settings = arguments.config ? load_settings(*arguments.config, arguments.preset)
                                        : preset_settings(arguments.preset.value_or("default"));
   if (arguments.loop_closure_flag->count() > 0) {
-    if (arguments.loop_closure && settings.tracker == TrackerKind::kPaper) {
+    if (arguments.loop_closure && settings.system == SystemKind::kPaper) {
       throw std::runtime_error(
           "the preset paper has one map without keyframes, and closes no loops; leave out --loop-closure, or "
           "use another preset");
@@ -272,7 +272,7 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   Settings settings = settings_of(arguments);
-  if (settings.loop_closure.enabled && settings.tracker == TrackerKind::kPaper)
+  if (settings.loop_closure.enabled && settings.system == SystemKind::kPaper)
     warn("no loop is closed, because the preset paper has no keyframes", quiet);
   SequenceScan found = scan(arguments.dataset);
   require_usable(found.problems, quiet);

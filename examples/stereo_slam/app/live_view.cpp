@@ -5,7 +5,7 @@
 
 namespace stereo_slam {
 
-void LiveView::show(const StereoFrame& frame, const FrameResult& result, Tracker& slam) {
+void LiveView::show(const StereoFrame& frame, const FrameResult& result, SlamSystem& slam) {
   using Clock = std::chrono::steady_clock;
   marks_.push_back({result.status, result.is_keyframe});
   const auto loops = slam.loop_events_if_idle();

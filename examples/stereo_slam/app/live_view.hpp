@@ -6,7 +6,7 @@
 #include "stereo_slam/app/duty_cycle.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/slam/tracker.hpp"
+#include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/visualization/view.hpp"
 #include "stereo_slam/visualization/view_image.hpp"
 
@@ -19,7 +19,7 @@ class LiveView {
   explicit LiveView(const StereoCamera& camera) : camera_(camera) {}
 
   /// To be called with every frame, after it was processed.
-  void show(const StereoFrame& frame, const FrameResult& result, Tracker& slam);
+  void show(const StereoFrame& frame, const FrameResult& result, SlamSystem& slam);
 
  private:
   StereoCamera camera_;

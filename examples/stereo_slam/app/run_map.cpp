@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 }  // namespace
 
 void require_keyframes(const Settings& settings) {
-  if (settings.loop_closure.enabled && settings.tracker != TrackerKind::kPaper) return;
+  if (settings.loop_closure.enabled && settings.system != SystemKind::kPaper) return;
   throw std::runtime_error("--save-map and --load-map need loop closure; use the default preset");
 }
 
@@ -57,10 +57,10 @@ std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map
   return other;
 }
 
-std::unique_ptr<Tracker> make_slam(const StereoSequence& sequence, const Settings& settings,
-                                   const RunOptions& options) {
+std::unique_ptr<SlamSystem> make_slam(const StereoSequence& sequence, const Settings& settings,
+                                      const RunOptions& options) {
   const auto thread = options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn;
-  if (!options.load_map) return make_tracker(sequence.camera, settings, thread);
+  if (!options.load_map) return make_slam_system(sequence.camera, settings, thread);
   require_keyframes(settings);
   const SavedMap known = load_map(*options.load_map);
   if (known.keyframes.empty()) {
@@ -68,8 +68,8 @@ std::unique_ptr<Tracker> make_slam(const StereoSequence& sequence, const Setting
         fmt::format("{}: the map is empty; load a map of a longer run", options.load_map->string()));
   }
   try {
-    return make_tracker(sequence.camera, settings, thread, known,
-                        options.save_map ? MapUse::kContinue : MapUse::kLocalise);
+    return make_slam_system(sequence.camera, settings, thread, known,
+                            options.save_map ? MapUse::kContinue : MapUse::kLocalise);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(fmt::format("{}: {}", options.load_map->string(), error.what()));
   }

@@ -10,7 +10,7 @@
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/settings.hpp"
-#include "stereo_slam/slam/tracker.hpp"
+#include "stereo_slam/slam/slam_system.hpp"
 
 /// The map files of a run: --load-map and --save-map.
 namespace stereo_slam {
@@ -30,7 +30,7 @@ void check_save_map(const RunOptions& options);
                                                              bool finished, const EarlierFile& earlier);
 
 /// The SLAM, with the map of --load-map if there is one. Errors of the map name its file.
-[[nodiscard]] std::unique_ptr<Tracker> make_slam(const StereoSequence& sequence, const Settings& settings,
-                                                 const RunOptions& options);
+[[nodiscard]] std::unique_ptr<SlamSystem> make_slam(const StereoSequence& sequence, const Settings& settings,
+                                                    const RunOptions& options);
 
 }  // namespace stereo_slam

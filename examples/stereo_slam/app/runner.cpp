@@ -28,7 +28,7 @@
 #include "stereo_slam/results/output.hpp"
 #include "stereo_slam/results/result_streams.hpp"
 #include "stereo_slam/results/run_folder.hpp"
-#include "stereo_slam/slam/tracker.hpp"
+#include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/visualization/debug_image_folder.hpp"
 
@@ -66,7 +66,7 @@ class FrameDisplay {
 
   [[nodiscard]] bool needs_trace() const { return debug_images_.has_value(); }
 
-  void show(const StereoFrame& frame, const FrameResult& result, Tracker& slam,
+  void show(const StereoFrame& frame, const FrameResult& result, SlamSystem& slam,
             const AssociationTrace& trace) {
     if (view_) view_->show(frame, result, slam);
     if (debug_images_) debug_images_->write(frame, result, trace);
@@ -96,7 +96,7 @@ class LiveResults {
   [[nodiscard]] bool begun() const { return streams_.begun(); }
 
   /// Writes the last frame of the record. After a keyframe, another thread flushes the files to the disk.
-  void append(const RunRecord& record, const Tracker& slam) {
+  void append(const RunRecord& record, const SlamSystem& slam) {
     folder_.require_in_place();
     if (record.results.size() == 1) begin_();
     streams_.append_frame(record);
@@ -140,7 +140,7 @@ void note_faults(const StereoFrame& frame, RunRecord& record) {
 /// Processes frames until `next` returns nothing. Processed frames are numbered without gaps, whether or not
 /// frames were dropped.
 void process_frames(const std::function<std::optional<OfferedFrame>()>& next, const RunInput& input,
-                    Tracker& slam, RunOutputs& outputs) {
+                    SlamSystem& slam, RunOutputs& outputs) {
   RunRecord& record = outputs.record;
   double cpu_ms = process_cpu_ms();
   while (auto offered = next()) {
@@ -172,7 +172,7 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
 
 /// Processes the recording to its end or until a signal. An exception that stops the run is passed on; the
 /// record keeps the frames before it.
-void process_recording(const RunInput& input, Tracker& slam, RunOutputs outputs) {
+void process_recording(const RunInput& input, SlamSystem& slam, RunOutputs outputs) {
   const auto load = [&](std::size_t i) { return load_unless_ended(input, i); };
   if (outputs.record.realtime) {
     RealtimeReader reader(load, input.frames, input.sequence.live ? Pace::kAsRead : Pace::kStamps);
@@ -232,7 +232,7 @@ std::optional<Eigen::Isometry3d> body_of(const StereoSequence& sequence, const R
 }
 
 /// Adds what the SLAM knows only at the end: final trajectory, map and loops.
-void add_final_results(const Tracker& slam, RunRecord& record) {
+void add_final_results(const SlamSystem& slam, RunRecord& record) {
   record.trajectory = slam.trajectory();
   record.trajectory.resize(record.results.size());
   const auto covariances = slam.relative_covariances();
@@ -245,7 +245,7 @@ void add_final_results(const Tracker& slam, RunRecord& record) {
   record.right_image_displacement_px = slam.right_image_displacement_px();
 }
 
-std::size_t bytes_per_keyframe(const Tracker& slam, const RunRecord& record) {
+std::size_t bytes_per_keyframe(const SlamSystem& slam, const RunRecord& record) {
   const std::size_t keyframes = count_frames(record, &FrameResult::is_keyframe);
   return keyframes > 0 ? slam.keyframe_memory_bytes() / keyframes : 0;
 }
@@ -320,8 +320,8 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
     earlier_map = earlier_file(*options.save_map);
   }
   if (options.threads) cv::setNumThreads(*options.threads);
-  const std::unique_ptr<Tracker> tracker = make_slam(sequence, settings, options);
-  Tracker& slam = *tracker;
+  const std::unique_ptr<SlamSystem> system = make_slam(sequence, settings, options);
+  SlamSystem& slam = *system;
   const SignalGuard signals;
   const RunFolder folder(options.output, options.overwrite);
   FrameDisplay display(options, sequence.camera);

@@ -146,7 +146,7 @@ struct FrameResult {
   std::size_t index = 0;                                  ///< number of frames processed before this one
   std::int64_t stamp_ns = 0;                              ///< when the images were taken
   TrackingStatus status = TrackingStatus::kInitializing;  ///< what the pose is based on
-  WeakReasons weak;             ///< why the status is kWeak; for a lost frame, what else was noticed
+  WeakReasons weak;             ///< why the status is kWeak; for other statuses, what else was noticed
   PoseGaussian T_world_camera;  ///< of the rectified left camera
   Pose T_odometry_camera = Pose::identity();  ///< without loop corrections: continuous
   bool loop_corrected = false;                ///< a loop moved the keyframes before this frame was tracked

@@ -12,7 +12,7 @@
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
-#include "stereo_slam/slam/tracker.hpp"
+#include "stereo_slam/slam/slam_system.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -48,7 +48,7 @@ struct StereoSlam::State {
   std::optional<Rectifier> rectifier;
   std::optional<Eigen::Isometry3d> T_body_camera;
   SavedMap known;
-  std::unique_ptr<Tracker> slam;
+  std::unique_ptr<SlamSystem> slam;
   std::vector<FramePose> frames;  // poses are filled in when they are asked for
   std::vector<std::size_t> keyframes;
 
@@ -82,7 +82,7 @@ struct StereoSlam::State {
     const auto thread = options.loop_thread ? LoopThread::kOwn : LoopThread::kNone;
     const auto use = options.extend_map ? MapUse::kContinue : MapUse::kLocalise;
     try {
-      slam = make_tracker(camera, settings, thread, known, use);
+      slam = make_slam_system(camera, settings, thread, known, use);
     } catch (const std::invalid_argument& error) {
       if (!options.load_map) throw;
       throw std::invalid_argument(fmt::format("{}: {}", options.load_map->string(), error.what()));
@@ -113,7 +113,7 @@ struct StereoSlam::State {
     return rectifier ? rectifier->right_size() : cv::Size(camera.width_px, camera.height_px);
   }
 
-  [[nodiscard]] const Tracker& begun() const {
+  [[nodiscard]] const SlamSystem& begun() const {
     if (!slam) throw std::logic_error("no frame has been processed yet");
     return *slam;
   }

@@ -12,7 +12,7 @@ namespace {
 /// The DQV-SLAM paper's choices, section IV: detected corners as measurements, one global map with landmarks
 /// updated in every frame, 7 x 7 pose samples, no correlation, subsets of 30. The paper does not give tau.
 void apply_paper(Settings& settings) {
-  settings.tracker = TrackerKind::kPaper;
+  settings.system = SystemKind::kPaper;
   settings.calibration = {.principal_point_sigma_px = 0.0,
                           .common_error_px = 0.0,
                           .scale_sigma_per_px = 0.0,
@@ -30,7 +30,7 @@ void apply_paper(Settings& settings) {
 }
 
 void apply_odometry(Settings& settings) {
-  settings.tracker = TrackerKind::kOdometry;
+  settings.system = SystemKind::kOdometry;
   settings.loop_closure.enabled = false;
 }
 

@@ -6,8 +6,8 @@
 
 /// Every setting of the SLAM and its default, and what only presets and tests change, which has a comment
 /// here. The meaning, unit and range of each setting are in schema.cpp only; the YAML reader checks values
-/// against the range, and `stereo_slam --print-settings` prints all three. What nothing changes is a constant
-/// beside its use.
+/// against the range, and `stereo_slam --print-settings` prints all three. Most other
+/// numbers are constants beside their use.
 namespace stereo_slam {
 
 /// Preparation of the images.
@@ -57,7 +57,7 @@ struct OdometrySettings {
   double pixel_sigma_px = 0.4;
 };
 
-/// Noise v_k of the prediction (eq. 11): the odometry's covariance plus a floor.
+/// Noise v_k of the prediction (eq. 11) of a frame without odometry.
 struct MotionSettings {
   double lost_rotation_sigma_rad = 0.03;
   double lost_translation_sigma_m = 0.5;
@@ -100,7 +100,7 @@ struct UpdateSettings {
 struct MapSettings {
   int max_new_landmarks = 500;
   int cell_px = 40;  ///< grid cell over which new landmarks are spread
-  /// Baselinesdepth beyond which landmarks are stored in inverse depth.
+  /// Depth beyond which landmarks are stored in inverse depth.
   double inverse_depth_beyond_baselines = 40.0;
   double max_baselines = 140.0;
   /// Landmarks whose patches correlate less in the two images, or are near and on no common surface, are
@@ -155,15 +155,15 @@ struct LoopClosureSettings {
 };
 
 /// What follows the camera.
-enum class TrackerKind {
+enum class SystemKind {
   kSlam,      ///< landmarks relative to a keyframe, loops
   kPaper,     ///< the DQV-SLAM paper as published
   kOdometry,  ///< as kSlam, but the landmarks do not correct the pose: the odometry alone, as a baseline
 };
 
 struct Settings {
-  std::string preset = "default";            ///< the preset that the other values started from
-  TrackerKind tracker = TrackerKind::kSlam;  ///< that of the preset
+  std::string preset = "default";         ///< the preset that the other values started from
+  SystemKind system = SystemKind::kSlam;  ///< that of the preset
   std::uint64_t seed = 1;
   ImageSettings images;
   FeatureSettings features;

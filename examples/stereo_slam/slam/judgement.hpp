@@ -10,7 +10,7 @@ namespace stereo_slam {
 struct FrameEvidence {
   PoseBasis basis = PoseBasis::kNothing;
   bool begins_map = false;         ///< the first frame with a map
-  bool after_loss = false;         ///< the previous frame was lost
+  bool after_loss = false;         ///< the previous frame that was measured in was lost
   bool segment_localised = false;  ///< the place of the map segment became known just before this frame
   WeakReasons weak{};
 };
@@ -18,8 +18,8 @@ struct FrameEvidence {
 /// Whether the pose is measured in a map that was lost before.
 [[nodiscard]] bool found_again(PoseBasis basis, bool after_loss);
 
-/// The status of a frame. A frame whose place is known again says so, even if few landmarks tell or the scene
-/// is repetitive: both are checked when a place is recognised.
+/// The status of a frame. A frame that is measured in the map again after a loss is kRelocalised, even if few
+/// landmarks tell or the scene is repetitive; its reasons say so.
 [[nodiscard]] TrackingStatus judge(const FrameEvidence& evidence);
 
 }  // namespace stereo_slam

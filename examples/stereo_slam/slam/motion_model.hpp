@@ -25,7 +25,8 @@ class MotionModel {
   /// Whether a motion was measured.
   [[nodiscard]] bool known() const noexcept { return velocity_.known(); }
 
-  /// Whether no motion jerked in the last frames. Else a vehicle may have been taken for the street.
+  /// Whether no motion in the last frames was a jerk, a sudden change. After one, the motion may be that of a
+  /// vehicle.
   [[nodiscard]] bool steady() const noexcept { return jerks_.steady(); }
 
   /// Learns from a tracked frame. `T_keyframe_previous` is the posterior of the frame before, which was lost

@@ -27,6 +27,7 @@ FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* tr
   const StereoFrame frame = with_equal_brightness(recorded);
   if (!frame.has_left() || !frame.has_right() || previous_.repeated_by(frame)) {
     pass_over(frame, result);
+    result.times = clock.times();
     return result;
   }
   FrameImages images = prepare_images(frame, PyramidSides::kBoth, previous_);
@@ -82,26 +83,24 @@ TrackedPose PaperSlam::track(const FrameImages& images, AssociationTrace* trace,
           .variance_ratio = update.variance_ratio};
 }
 
-/// The landmarks in the features of both images that the odometry does not use.
+/// The landmarks in the features of both images; in the left one without those that the odometry uses.
 std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const PoseDensity& prior,
                                              const OdometryResult& odometry, AssociationTrace* trace) const {
   const MapView map = map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_world_previous = posterior_.pose();
-  const LandmarkSearch search(map, cv::Mat(), pyramids, T_world_previous, settings_);
+  const cv::Mat no_patches;
+  const LandmarkSearch search(map, no_patches, pyramids, T_world_previous, settings_);
   const StereoFeatures usable{exclude_features(images.features.left, positions(odometry.inliers),
                                                images.frame.left.size(), settings_.odometry.exclusion_px),
                               images.features.right};
   Association association = search.match_features(to_pose_gaussian(prior), usable);
-  if (trace) {
-    if (association.flow.empty()) search.observe(association);
-    *trace = trace_association(association, positions(odometry.inliers), settings_.association);
-  }
+  if (trace) *trace = trace_association(association, positions(odometry.inliers), settings_.association);
   return association.matches;
 }
 
-/// Takes the posterior over, and updates the landmarks and the list of them. Landmarks that moved with the
-/// camera are static points of the next circular matching.
+/// Makes the posterior the state, updates the landmarks, and drops and adds some. The matched landmarks are
+/// static points of the next circular matching.
 void PaperSlam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
   constexpr std::size_t kFewMatches = 15;  // as in Slam
   result.weak = {
@@ -128,7 +127,8 @@ void PaperSlam::integrate(const TrackedPose& tracked, const FrameImages& images,
   (void)add_landmarks(images, positions(tracked.matches));
 }
 
-/// Adds landmarks at features with a stereo match, away from `reserved_px`. Returns how many there were.
+/// Adds landmarks at features with a stereo match, away from `reserved_px`. Returns the number of such
+/// features.
 std::size_t PaperSlam::add_landmarks(const FrameImages& images,
                                      const std::vector<Vector2<double>>& reserved_px) {
   const auto points =

@@ -13,19 +13,20 @@
 #include "stereo_slam/slam/frame_images.hpp"
 #include "stereo_slam/slam/motion_model.hpp"
 #include "stereo_slam/slam/path.hpp"
+#include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
 #include "stereo_slam/slam/tracked_pose.hpp"
-#include "stereo_slam/slam/tracker.hpp"
 
 namespace stereo_slam {
 
-/// The DQV-SLAM paper as published (`--preset paper`), for comparison: see docs/papers.md.
+/// The filter of the DQV-SLAM paper, without its loop closing (`--preset paper`), for comparison:
+/// docs/papers.md lists the differences.
 ///
 /// One map in the frame of the first camera. The pose has a Bingham density, orientation and translation
 /// independent; Alg. 2 updates it with 7 x 7 points, by subsets of the matches. ORB features measure the
 /// landmarks, which Alg. 4 updates in every frame. There are no keyframes and no loops, and the calibration
 /// is taken as exact.
-class PaperSlam final : public Tracker {
+class PaperSlam final : public SlamSystem {
  public:
   PaperSlam(const StereoCamera& camera, const Settings& settings);
 
@@ -33,7 +34,7 @@ class PaperSlam final : public Tracker {
 
   [[nodiscard]] std::vector<PoseGaussian> trajectory() const override { return path_.poses({}); }
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const override {
-    return path_.keyframes().relative_covariances();
+    return path_.trajectory().relative_covariances();
   }
   [[nodiscard]] CalibrationError calibration_error() const override { return {}; }
   [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(map_); }

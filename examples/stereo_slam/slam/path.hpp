@@ -20,18 +20,17 @@
 
 namespace stereo_slam {
 
-/// Where the camera was, and the landmarks that it left behind: all poses, the map segment, the landmarks in
-/// the world, and the loops. Poses of frames are relative to keyframes, which loops move.
+/// Where the camera was: the poses of keyframes in the world and of all frames relative to them, the map
+/// segment, and the loops, which move keyframes. It converts landmarks to world coordinates.
 class Path {
  public:
   /// Without loops.
   Path() = default;
-  /// With loops. If `loaded` has keyframes, in the world of this earlier run, where the new one is not
-  /// localised yet.
+  /// With loops. If `loaded` has keyframes, poses get into its world once a loop localises the run there.
   Path(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& loaded,
        MapUse use);
 
-  /// Makes `frame` the first keyframe, whose camera is the world's frame.
+  /// Makes `frame` the first keyframe; world coordinates are those of its camera.
   void begin(std::size_t frame) { trajectory_.begin(frame); }
 
   /// Appends the pose of the next frame relative to the reference keyframe, and writes it into the result.
@@ -57,7 +56,7 @@ class Path {
   /// Replaces the covariances in the result of the last frame by those of the keyframe that it became.
   void report_keyframe(FrameResult& result) const;
 
-  /// Begins a map segment: where the last frame is, is a guess from here on.
+  /// Begins a map segment, because the pose of the last frame relative to the segment before is a guess.
   void begin_segment() { segment_.begin_next(); }
 
   /// Replaces the pose of an earlier frame by one relative to the reference keyframe.
@@ -75,15 +74,14 @@ class Path {
   void finish(const RectificationEstimator* rectification);
 
   [[nodiscard]] SegmentState& segment() noexcept { return segment_; }
-  [[nodiscard]] const SegmentState& segment() const noexcept { return segment_; }
-  [[nodiscard]] const KeyframeTrajectory& keyframes() const noexcept { return trajectory_; }
+  [[nodiscard]] const KeyframeTrajectory& trajectory() const noexcept { return trajectory_; }
   /// Number of frames so far.
   [[nodiscard]] std::size_t frames() const noexcept { return trajectory_.frames(); }
 
   /// T_world_camera of every frame so far, with the errors that all frames share.
   [[nodiscard]] std::vector<PoseGaussian> poses(const CalibrationError& error) const;
 
-  /// All landmarks in the world, with those of a loaded map once a segment is localised in it.
+  /// The established landmarks in the world, with those of a loaded map once a segment is localised in it.
   [[nodiscard]] std::vector<MapPoint> map_points(const LocalMap& local_map) const {
     return global_map_.all(local_map, trajectory_, segment_.any_localised());
   }
@@ -94,7 +92,7 @@ class Path {
 
   /// Whether loops are searched for.
   [[nodiscard]] bool has_loops() const noexcept { return loops_.has_value(); }
-  /// The loops so far; nothing of them without loop closing.
+  /// The loops so far; empty without loop closing.
   [[nodiscard]] std::vector<LoopEvent> loop_events() const;
   /// The same without waiting: nothing while the loop-closing thread works.
   [[nodiscard]] std::optional<std::span<const LoopEvent>> loop_events_if_idle() const;

@@ -18,8 +18,8 @@ bool RightCamera::relearn_rows(const StereoFrame& frame) {
 }
 
 bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
-  frames_without_ = unmeasured ? frames_without_ + 1 : 0;
-  if (frames_without_ % kRelearnInterval != 2 || !relearn_rows(frame)) return false;
+  unmeasured_frames_ = unmeasured ? unmeasured_frames_ + 1 : 0;
+  if (unmeasured_frames_ % kRelearnInterval != kFirstRelearn || !relearn_rows(frame)) return false;
   monitor_.distrust();
   return true;
 }

@@ -87,9 +87,9 @@ OdometryResult Slam::measure_motion(const FrameImages& images) {
   OdometryResult odometry =
       odometry_from_tracks(tracks_, pyramids, right_camera_.view_of(images.frame), expected, settings_);
   right_camera_.begin_frame(images.frame.has_right());
-  right_camera_.saw(odometry.right_image);
+  right_camera_.add_fit(odometry.right_image);
   if (!right_camera_.is_ignored()) return odometry;
-  OdometryResult unmeasured;
+  OdometryResult unmeasured;  // without disparities there is no length
   unmeasured.T_previous_current.pose = expected.T_previous_current;
   return unmeasured;
 }
@@ -111,8 +111,8 @@ std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDen
     return search.align_patches(expected, right_camera_.view_of(images.frame), odometry.valid);
   };
   Association association = find();
-  if (!previous_.lost) {  // else the landmarks may be those of another place, which no image shows
-    right_camera_.saw(association.right_image);
+  if (!previous_.lost) {  // else the predicted pose may be wrong: missing landmarks tell nothing of the image
+    right_camera_.add_fit(association.right_image);
     const bool searched_right = association.right_image.in_left > 0;
     if (searched_right && right_camera_.is_ignored()) association = find();
   }
@@ -144,8 +144,8 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
           .variance_ratio = update.variance_ratio};
 }
 
-/// Whether a measured position is half a baseline or more from the predicted one. If one camera's images are
-/// ignored, this may be because those of the two were swapped, or those of the other one are late.
+/// Whether a measured position is more than half a baseline from the predicted one. If the right images are
+/// ignored, this may mean that the two images are swapped, or that the left ones are late.
 bool Slam::jumps(const Pose& predicted, const Pose& measured) const {
   return (measured.translation() - predicted.translation()).norm() > 0.5 * right_camera_.camera().baseline_m;
 }
@@ -178,7 +178,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   const Pose T_keyframe_previous = posterior_.pose();
   motion_.learn(tracked, T_keyframe_previous, previous_.lost, images.frame.stamp_ns);
   posterior_ = tracked.posterior;
-  local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
+  local_map_.record_observations(tracked.matches, {}, images.frame.index);
   note_static_points(tracked, T_keyframe_previous);
   const bool both_images = result.right_image_fits && images.frame.has_right();
   if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
@@ -205,9 +205,9 @@ WeakReasons Slam::weaknesses(const TrackedPose& tracked, std::size_t frame) {
   };
 }
 
-/// Notes which points are static, for the next frame: those that move with the landmarks. For some frames
-/// after a jerk no point is, because a vehicle may have been taken for the street, and its points must not
-/// outvote the street's.
+/// Notes which points are static, for the next frame: those whose motion in the image agrees with that of the
+/// camera. For some frames after a jerk (a sudden change of the measured motion) no point counts as static:
+/// the motion may be that of a vehicle, whose points must not outvote the street's.
 void Slam::note_static_points(const TrackedPose& tracked, const Pose& T_keyframe_previous) {
   std::optional<Pose> T_previous_current;
   if (fits_landmarks(tracked) && motion_.steady()) {
@@ -285,9 +285,9 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   result.is_keyframe = true;
 }
 
-/// The posterior with the covariance that is reported: if it was measured against landmarks, scaled to the
-/// noise that the residuals show, or else to the assumed noise. The filter itself goes on with the assumed
-/// noise.
+/// The posterior with the covariance that is reported. If landmarks measured the pose, it is scaled to the
+/// noise that the residuals show, or, with noise_from_residuals off, to the assumed noise. Otherwise it stays
+/// as it is. The filter itself goes on with the assumed noise.
 PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = to_pose_gaussian(tracked.posterior);
   if (tracked.basis != PoseBasis::kLandmarks) return pose;

@@ -24,19 +24,21 @@
 #include "stereo_slam/slam/path.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
 #include "stereo_slam/slam/right_camera.hpp"
+#include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
 #include "stereo_slam/slam/tracked_pose.hpp"
-#include "stereo_slam/slam/tracker.hpp"
 
 namespace stereo_slam {
 
-/// The stereo SLAM: the filter of the DQV-SLAM paper's Fig. 2, made right for long drives.
+/// The stereo SLAM. Its steps are those of the DQV-SLAM paper's Fig. 2.
 ///
-/// The state of the filter is the pose of the camera relative to a reference keyframe. Landmarks are relative
-/// to this keyframe too; patches of its image are aligned at them. A loop closer corrects the keyframes.
-/// Runs on OpenCV's threads and on one for loop closing. With `--preset odometry` the landmarks are searched,
-/// but do not correct the pose: a baseline for the filter.
-class Slam final : public Tracker {
+/// The state of the filter is the pose of the camera relative to a reference keyframe, with a Gaussian error:
+/// a closed-form prediction, and antipode::quadratic_update with 57 points. Landmarks are relative to the
+/// keyframe too. They are found in a frame by aligning patches of the keyframe's image. Loop closing corrects
+/// the poses of keyframes. Runs on OpenCV's threads and, if asked for, on one of its own for loop closing.
+/// With `--preset odometry` the landmarks are searched, but do not correct the pose: a baseline for the
+/// filter.
+class Slam final : public SlamSystem {
  public:
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread = LoopThread::kNone);
 
@@ -55,7 +57,7 @@ class Slam final : public Tracker {
 
   [[nodiscard]] std::vector<PoseGaussian> trajectory() const override;
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const override {
-    return path_.keyframes().relative_covariances();
+    return path_.trajectory().relative_covariances();
   }
   [[nodiscard]] CalibrationError calibration_error() const override;
   [[nodiscard]] double right_image_displacement_px() const override {
@@ -74,17 +76,17 @@ class Slam final : public Tracker {
   [[nodiscard]] std::size_t keyframe_memory_bytes() const override { return path_.keyframe_memory_bytes(); }
 
  private:
-  /// What a frame is measured against as long as it is tracked.
+  /// What the pose of a tracked frame is measured against: with `--preset odometry` no landmarks correct it.
   [[nodiscard]] PoseBasis usual_basis() const {
-    return settings_.tracker == TrackerKind::kOdometry ? PoseBasis::kOdometry : PoseBasis::kLandmarks;
+    return settings_.system == SystemKind::kOdometry ? PoseBasis::kOdometry : PoseBasis::kLandmarks;
   }
 
-  /// Whether the landmarks were searched where the pose is, so that those found fit it.
+  /// Whether the pose fits the landmarks that were found: either they gave it, or the odometry as usual.
   [[nodiscard]] bool fits_landmarks(const TrackedPose& tracked) const {
     return tracked.basis == PoseBasis::kLandmarks || tracked.basis == usual_basis();
   }
 
-  // The stages of process(), in its order.
+  // The steps of process(), and their parts.
   [[nodiscard]] TrackedPose track(const FrameImages& images, AssociationTrace* trace, StageClock& clock);
   [[nodiscard]] OdometryResult measure_motion(const FrameImages& images);
   [[nodiscard]] PoseDensity predict(const OdometryResult& odometry, std::int64_t stamp_ns);
@@ -120,14 +122,14 @@ class Slam final : public Tracker {
 
   Settings settings_;
   PoseDensity posterior_;        // T_keyframe_camera of the last frame: the state of the filter
-  LocalMap local_map_;           // landmarks of the reference keyframe
-  ReferenceKeyframe reference_;  // its image and points
-  NoiseScale noise_;             // of the landmarks' measurements
-  PointTracks tracks_;           // what the odometry follows
-  MotionModel motion_;           // what it expects
-  RightCamera right_camera_;     // what its images teach about it
-  Path path_;                    // poses of keyframes and frames, landmarks in the world, loops
-  PreviousFrame previous_;       // what the next frame is tracked from
+  LocalMap local_map_;           // landmarks of the reference keyframe, and the archive of earlier ones
+  ReferenceKeyframe reference_;  // image and points of the reference keyframe
+  NoiseScale noise_;             // how much larger errors are than assumed, by the residuals of landmarks
+  PointTracks tracks_;           // the points that the odometry follows
+  MotionModel motion_;           // the motion that is expected of the next frame
+  RightCamera right_camera_;     // rectification error, and whether right images fit
+  Path path_;                    // poses of keyframes and frames, loops, landmarks in world coordinates
+  PreviousFrame previous_;       // pyramids of the last measured frame, and whether it was lost
 };
 
 }  // namespace stereo_slam

@@ -10,7 +10,8 @@
 
 namespace stereo_slam {
 
-/// Removes old landmarks, and adds new ones where it is time to. Returns whether the frame became a keyframe.
+/// Takes a keyframe or begins a map segment if it is time to, and otherwise drops old landmarks. Returns
+/// whether the frame became a keyframe.
 bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
   if (right_camera_.is_ignored()) {
     local_map_.cull(images.frame.index);
@@ -22,7 +23,7 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
   }
   const bool recognised = tracked.basis == PoseBasis::kKeyframe;
   if (!recognised && !needs_keyframe(images.frame.index, tracked.matches.size())) {
-    local_map_.cull(images.frame.index);  // not before: the matches refer to the list of landmarks
+    local_map_.cull(images.frame.index);  // at the end: the matches refer to the list of landmarks
     return false;
   }
   if (recognised) reference_.scene = {};
@@ -37,7 +38,7 @@ bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
   const auto& rule = settings_.keyframes;
   return static_cast<double>(matches) < rule.min_match_ratio * static_cast<double>(reference_.landmarks) ||
          matches < static_cast<std::size_t>(rule.min_matches) ||
-         frame >= path_.keyframes().reference_frame() + static_cast<std::size_t>(rule.max_frames);
+         frame >= path_.trajectory().reference_frame() + static_cast<std::size_t>(rule.max_frames);
 }
 
 /// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The pose of the
@@ -49,7 +50,8 @@ void Slam::begin_segment(const FrameImages& images, const TrackedPose& tracked) 
   path_.replace(previous_.position, antipode::inverse(tracked.odometry.T_previous_current));
 }
 
-/// Makes the current camera the reference of pose and landmarks.
+/// Makes the current frame the reference keyframe of pose and landmarks, and refines the rectification by the
+/// matches with the last one.
 void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
                            const std::vector<Match>& matches, const OdometryResult& odometry) {
   const RectificationResidual before = right_camera_.rectification().current();
@@ -60,7 +62,7 @@ void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_ke
   path_.add_keyframe(images.frame.index, T_previous_keyframe, effect);
   posterior_ = certain_pose();
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
-  local_map_.restart(path_.keyframes().reference());
+  local_map_.restart(path_.trajectory().reference());
   begin_keyframe(images, add_landmarks(images, reobserved));
 }
 
@@ -73,12 +75,12 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   reference_.keyframe.stamp_ns = frame.stamp_ns;
   reference_.keyframe.segment = path_.segment().current();
   reference_.keyframe.points = std::move(points);
-  reference_.keyframe.T_previous_keyframe = path_.keyframes().T_previous_reference();
+  reference_.keyframe.T_previous_keyframe = path_.trajectory().T_previous_reference();
   path_.search_loops(reference_.keyframe, reference_.left);
 }
 
 /// Adds landmarks at corners with a stereo match; a corner at a re-observed landmark keeps its id. Returns
-/// what they were made from.
+/// all these corners, also those that became no landmark.
 std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
                                                const ReobservedLandmarks& reobserved) {
   const StereoFrame& frame = images.frame;
@@ -88,7 +90,7 @@ std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
     ids.push_back(known ? *known : local_map_.new_id());
   }
   local_map_.add(points, ids, to_pose_gaussian(posterior_), frame);
-  right_camera_.saw_rows(points.measured);
+  right_camera_.add_rows(points.measured);
   return keyframe_points(points, ids);
 }
 

@@ -52,7 +52,7 @@ const Recording& straight_recording() {
 }
 
 std::vector<FrameResult> run(const Settings& settings) {
-  const auto slam = make_tracker(straight_recording().camera, settings);
+  const auto slam = make_slam_system(straight_recording().camera, settings);
   std::vector<FrameResult> results;
   for (const auto& frame : straight_recording().frames) results.push_back(slam->process(frame));
   return results;

@@ -48,7 +48,7 @@ TEST_CASE("A part of the vehicle in view does not stop the camera", "[stereo_sla
   const test::RenderedDrive drive(street(12));
   const std::string preset = GENERATE("default", "fast", "paper");
   CAPTURE(preset);
-  const auto slam = make_tracker(drive.sequence.camera, preset_settings(preset));
+  const auto slam = make_slam_system(drive.sequence.camera, preset_settings(preset));
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
     StereoFrame frame = load_frame(drive.sequence, i);
     const cv::Size image = frame.left.size();

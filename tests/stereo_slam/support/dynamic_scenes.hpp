@@ -14,7 +14,7 @@
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
-#include "stereo_slam/slam/tracker.hpp"
+#include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "support/files.hpp"
 
@@ -77,7 +77,7 @@ struct DynamicOutcome {
 /// Runs the SLAM on a drive.
 inline DynamicOutcome run_among_vehicles(const DynamicDrive& drive, const Settings& settings) {
   DynamicOutcome outcome;
-  const auto slam = make_tracker(drive.sequence().camera, settings);
+  const auto slam = make_slam_system(drive.sequence().camera, settings);
   cv::Mat1b mask_before;
   for (std::size_t i = 0; i < drive.sequence().frames.size(); ++i) {
     const StereoFrame frame = load_frame(drive.sequence(), i);

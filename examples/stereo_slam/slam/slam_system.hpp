@@ -19,23 +19,23 @@ namespace stereo_slam {
 
 struct AssociationTrace;
 
-/// What the command line and other programs need of a system that follows a stereo camera: `Slam`, the
-/// product, or `PaperSlam`, the DQV-SLAM paper as published.
+/// What the command line and other programs need of a SLAM system: `Slam`, the product, or `PaperSlam`, the
+/// filter of the DQV-SLAM paper.
 ///
 /// Frames go in one by one, in order. Reads and writes no files. The results do not depend on threads.
-class Tracker {
+class SlamSystem {
  public:
-  Tracker() = default;
-  Tracker(const Tracker&) = delete;
-  Tracker& operator=(const Tracker&) = delete;
-  virtual ~Tracker() = default;
+  SlamSystem() = default;
+  SlamSystem(const SlamSystem&) = delete;
+  SlamSystem& operator=(const SlamSystem&) = delete;
+  virtual ~SlamSystem() = default;
 
-  /// Tracks one rectified frame and updates the map. Every frame gets a pose; its status says what the pose
-  /// was measured against. Fills `trace`, if there is one, with how landmarks were searched for.
+  /// Tracks one rectified frame and updates the map. Every frame gets a pose; its status says how far it
+  /// can be trusted. Fills `trace`, if there is one, with how landmarks were searched for.
   virtual FrameResult process(const StereoFrame& recorded, AssociationTrace* trace = nullptr) = 0;
 
-  /// Call after the last frame: what is still being computed, or is better known at the end, corrects the
-  /// earlier poses.
+  /// Call after the last frame. It corrects earlier poses by what was still being computed, and by what is
+  /// better known at the end.
   virtual void finish() {}
 
   /// T_world_camera of every frame so far. A loop closure may have moved earlier ones.
@@ -47,12 +47,12 @@ class Tracker {
   /// Errors of the calibration that all frames share, as known now.
   [[nodiscard]] virtual CalibrationError calibration_error() const = 0;
 
-  /// Horizontal displacement of the right image that its rows do not show, at the principal point; zero as
-  /// long as the calibration seems right, px.
+  /// Horizontal displacement of the right image at the principal point, which row offsets cannot reveal; zero
+  /// as long as the calibration seems right, px.
   [[nodiscard]] virtual double right_image_displacement_px() const { return 0.0; }
 
-  /// All landmarks so far in world coordinates, with those of a loaded map once the run is localised in it.
-  /// Complete after finish().
+  /// The established landmarks in world coordinates, with those of a loaded map once the run is localised in
+  /// it: they were seen in three frames and are not at infinity. Complete after finish().
   [[nodiscard]] virtual std::vector<MapPoint> map_points() const = 0;
 
   /// The same without the landmarks that are tracked now, for display: brought up to date and not copied.
@@ -81,11 +81,12 @@ class Tracker {
 };
 
 /// The system that the settings' preset names. It starts with the map of an earlier run, unless `loaded` is
-/// empty (see Slam). Throws std::invalid_argument for a map without loop closure, and for that of another
-/// camera.
-[[nodiscard]] std::unique_ptr<Tracker> make_tracker(const StereoCamera& camera, const Settings& settings,
-                                                    LoopThread loop_thread = LoopThread::kNone,
-                                                    const SavedMap& loaded = {},
-                                                    MapUse use = MapUse::kContinue);
+/// empty (see Slam). Throws std::invalid_argument if a map is given and loop closure is off, or the
+/// map is of another camera.
+[[nodiscard]] std::unique_ptr<SlamSystem> make_slam_system(const StereoCamera& camera,
+                                                           const Settings& settings,
+                                                           LoopThread loop_thread = LoopThread::kNone,
+                                                           const SavedMap& loaded = {},
+                                                           MapUse use = MapUse::kContinue);
 
 }  // namespace stereo_slam
