@@ -89,8 +89,7 @@ void add_loop_options(CLI::App& app, EvaluateArguments& arguments) {
                     ->check(require_name)
                     ->type_name("FILE");
   app.add_option("--min-gap-frames", arguments.revisits.min_gap_frames,
-                 "smallest number of frames between two visits of a place; the same as the setting "
-                 "place_recognition.min_gap_frames")
+                 "smallest number of frames between two visits of a place; the SLAM has 60")
       ->needs(loops)
       ->check(whole_number_between(1, 1'000'000))
       ->capture_default_str()

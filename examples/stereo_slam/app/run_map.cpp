@@ -19,7 +19,10 @@ namespace fs = std::filesystem;
 
 void require_keyframes(const Settings& settings) {
   if (settings.loop_closure.enabled && settings.system != SystemKind::kPaper) return;
-  throw std::runtime_error("--save-map and --load-map need loop closure; use the default preset");
+  throw std::runtime_error(
+      settings.system == SystemKind::kPaper
+          ? "--save-map and --load-map need keyframes, which the preset paper does not have"
+          : "--save-map and --load-map need loop closure; give --loop-closure");
 }
 
 void check_save_map(const RunOptions& options) {

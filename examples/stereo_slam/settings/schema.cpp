@@ -60,7 +60,7 @@ void add_calibration(Table& table) {
 void add_online_rectification(Table& table) {
   SettingsGroup(table, "online_rectification", &Settings::online_rectification)
       .add("enabled", &OnlineRectificationSettings::enabled,
-           "estimate the remaining errors of the rectification during the run")
+           "estimate the remaining errors of the rectification during the run; not with --preset paper")
       .add("row_sigma_px", &OnlineRectificationSettings::row_sigma_px, {0.001, 20.0}, "px",
            "prior standard deviation of the row offset at the image border")
       .add("disparity_sigma_px", &OnlineRectificationSettings::disparity_sigma_px, {0.001, 20.0}, "px",
@@ -87,7 +87,8 @@ void add_motion(Table& table) {
 void add_refinement(Table& table) {
   SettingsGroup(table, "refinement", &Settings::refinement)
       .add("pixel_sigma_px", &RefinementSettings::pixel_sigma_px, {0.01, 10.0}, "px",
-           "standard deviation of an aligned coordinate, added to the noise estimated from its patch");
+           "standard deviation of an aligned coordinate, added to the noise estimated from its patch; not "
+           "with --preset paper");
 }
 
 void add_update(Table& table) {
@@ -111,9 +112,10 @@ void add_map(Table& table) {
 void add_keyframes(Table& table) {
   SettingsGroup(table, "keyframes", &Settings::keyframes)
       .add("min_match_ratio", &KeyframeSettings::min_match_ratio, {0.0, 1.0}, "",
-           "a new keyframe is taken if a smaller fraction of the last keyframe's landmarks is matched")
+           "a new keyframe is taken if a smaller fraction of the last keyframe's landmarks is matched; not "
+           "with --preset paper")
       .add("max_frames", &KeyframeSettings::max_frames, {1, 100000}, "frames",
-           "largest distance between successive keyframes");
+           "largest distance between successive keyframes; not with --preset paper");
 }
 
 void add_loop_closure(Table& table) {

@@ -89,16 +89,21 @@ std::string allowed_with_unit(const SettingsField& field) {
   return field.unit.empty() ? field.allowed : fmt::format("{} {}", field.allowed, field.unit);
 }
 
+/// What is said about a key that is no setting any more; nothing for others.
+std::string reason_of_removal(const std::string& key) {
+  for (const auto& removed : removed_keys()) {
+    if (removed.key == key) return fmt::format("{} is no setting any more: {}", key, removed.reason);
+  }
+  return {};
+}
+
 /// Throws std::runtime_error for a key that no setting has.
 const SettingsField& field_of(const std::string& key) {
   for (const auto& renamed : renamed_keys()) {
     if (renamed.old_key == key)
       throw std::runtime_error(fmt::format("{} is called {} now", key, renamed.key));
   }
-  for (const auto& removed : removed_keys()) {
-    if (removed.key == key)
-      throw std::runtime_error(fmt::format("{} is no setting any more: {}", key, removed.reason));
-  }
+  if (const auto reason = reason_of_removal(key); !reason.empty()) throw std::runtime_error(reason);
   const auto& fields = settings_fields();
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.key == key; });
   if (field == fields.end()) {
@@ -120,19 +125,13 @@ class Overlay {
  public:
   Overlay(const std::filesystem::path& file, Settings& settings) : file_(file), settings_(settings) {}
 
-  void apply(const YAML::Node& map, const std::string& prefix = "") {
-    for (const auto& entry : map) {
-      if (!entry.first.IsScalar()) fail(entry.first, "a key must be a plain word");
-      const std::string key = prefix + entry.first.Scalar();
-      if (key == "preset") continue;
-      if (groups_.contains(key)) {
-        if (!entry.second.IsMap())
-          fail(entry.first, fmt::format("{} is a group of settings, not a value", key));
-        apply(entry.second, key + ".");
-      } else {
-        set(key, entry.first, entry.second);
-      }
-    }
+  void apply(const YAML::Node& root) {
+    apply(root, "");
+    if (gone_.empty()) return;
+    const std::string others =
+        gone_.size() > 1 ? fmt::format("; neither are {}", fmt::join(gone_.begin() + 1, gone_.end(), ", "))
+                         : "";
+    throw std::runtime_error(first_gone_ + others);
   }
 
   [[noreturn]] void fail(const YAML::Node& where, const std::string& message) const {
@@ -140,7 +139,32 @@ class Overlay {
   }
 
  private:
+  void apply(const YAML::Node& map, const std::string& prefix) {
+    for (const auto& entry : map) {
+      if (!entry.first.IsScalar()) fail(entry.first, "a key must be a plain word");
+      const std::string key = prefix + entry.first.Scalar();
+      if (key == "preset") continue;
+      if (groups_.contains(key)) {
+        if (!entry.second.IsMap()) {
+          fail(entry.first,
+               group_keys().contains(key)
+                   ? fmt::format("{} is a group of settings, not a value; write its settings below it", key)
+                   : fmt::format("{} has no settings any more; leave it out", key));
+        }
+        apply(entry.second, key + ".");
+      } else {
+        set(key, entry.first, entry.second);
+      }
+    }
+  }
+
   void set(const std::string& key, const YAML::Node& name, const YAML::Node& value) {
+    const auto& removed = removed_keys();
+    if (std::any_of(removed.begin(), removed.end(), [&](const auto& r) { return r.key == key; })) {
+      if (gone_.empty()) first_gone_ = at_line(file_, name.Mark().line + 1, reason_of_removal(key));
+      gone_.push_back(key);
+      return;
+    }
     const SettingsField* field = nullptr;
     try {
       field = &field_of(key);
@@ -155,7 +179,9 @@ class Overlay {
   const std::filesystem::path& file_;
   Settings& settings_;
   const std::set<std::string> groups_ = readable_groups();
-  std::set<std::string> given_;  // keys so far: `images.clahe: true` and `images: {clahe: true}` are one
+  std::vector<std::string> gone_;  // keys so far that are no settings any more
+  std::string first_gone_;         // the message about the first of them
+  std::set<std::string> given_;    // keys so far: `images.clahe: true` and `images: {clahe: true}` are one
 };
 
 /// Throws if the file of a run holds anything beside `settings:` that write_run_yaml does not write.
@@ -194,6 +220,13 @@ Settings load_settings(const std::filesystem::path& file, std::optional<std::str
 
   Settings settings;
   const YAML::Node named = root["preset"];
+  if (is_run_yaml && preset && named && as_text(named) != *preset) {
+    throw std::runtime_error(at_line(
+        file, named.Mark().line + 1,
+        fmt::format("these are all settings of a run with the preset {}, not {}; use that preset, or a "
+                    "file that has only what you change",
+                    as_text(named), *preset)));
+  }
   try {
     settings = preset_settings(preset ? std::string(*preset) : named ? as_text(named) : "default");
   } catch (const std::runtime_error& error) {

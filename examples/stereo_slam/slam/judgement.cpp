@@ -10,7 +10,7 @@ bool found_again(PoseBasis basis, bool after_loss) {
 TrackingStatus judge(const FrameEvidence& evidence) {
   const WeakReasons& weak = evidence.weak;
   if (!evidence.begins_map && evidence.basis == PoseBasis::kNothing)
-    return weak.repeated_image ? TrackingStatus::kWeak : TrackingStatus::kLost;
+    return evidence.waits ? TrackingStatus::kWeak : TrackingStatus::kLost;
   if (evidence.segment_localised) return TrackingStatus::kRelocalised;
   if (weak.right_image_unfit || weak.right_camera_turned || weak.segment_not_localised)
     return TrackingStatus::kWeak;

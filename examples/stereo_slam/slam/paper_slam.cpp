@@ -117,7 +117,7 @@ void PaperSlam::integrate(const TrackedPose& tracked, const FrameImages& images,
   if (tracked.basis == PoseBasis::kLandmarks && motion_.steady()) {
     for (const auto& match : tracked.matches) odometry_points_.static_points.push_back(match.z);
   }
-  path_.append(to_pose_gaussian(posterior_), tracked.measured(), {}, result);
+  path_.append(to_pose_gaussian(posterior_), tracked.measured(), calibration_error(), result);
   result.odometry = tracked.odometry.T_previous_current;
   result.matches = static_cast<int>(tracked.matches.size());
   result.nis = tracked.nis;
@@ -160,23 +160,24 @@ void PaperSlam::begin(const FrameImages& images, FrameResult& result) {
   map_.restart(0);
   odometry_points_ = {};
   begun_ = add_landmarks(images, {}) >= static_cast<std::size_t>(settings_.update.min_matches);
-  if (!begun_) return path_.append_unknown({}, result);
+  if (!begun_) return path_.append_unknown(calibration_error(), result);
   motion_.found(images.frame.stamp_ns);
-  path_.append(to_pose_gaussian(posterior_), true, {}, result);
+  path_.append(to_pose_gaussian(posterior_), true, calibration_error(), result);
   result.is_keyframe = true;
 }
 
 /// A repeated image measures nothing, and neither does one that is not there: the pose is predicted.
 void PaperSlam::pass_over(const StereoFrame& frame, FrameResult& result) {
-  if (!begun_) return path_.append_unknown({}, result);
-  const bool first = previous_.position + 1 == path_.frames();
-  result.weak.repeated_image = frame.has_left() && frame.has_right() && first && !previous_.lost;
-  result.status = judge({.weak = result.weak});
+  if (!begun_) return path_.append_unknown(calibration_error(), result);
+  const bool repeated = frame.has_left() && frame.has_right();
+  const bool waits = repeated && previous_.position + 1 == path_.frames() && !previous_.lost;
+  result.weak = {.repeated_image = repeated, .right_image_unfit = !frame.has_right()};
+  result.status = judge({.waits = waits, .weak = result.weak});
   PoseGaussian motion;
   motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
   const PoseDensity predicted =
       predict_as_in_paper(posterior_, motion, false, settings_.motion, motion_.unseen_until(frame.stamp_ns));
-  path_.append(to_pose_gaussian(predicted), false, {}, result);
+  path_.append(to_pose_gaussian(predicted), false, calibration_error(), result);
 }
 
 std::vector<LandmarkTrack> PaperSlam::landmark_tracks() const {

@@ -24,19 +24,23 @@ namespace stereo_slam {
 ///
 /// One map in the frame of the first camera. The pose has a Bingham density, orientation and translation
 /// independent; Alg. 2 updates it with 7 x 7 points, by subsets of the matches. ORB features measure the
-/// landmarks, which Alg. 4 updates in every frame. There are no keyframes and no loops, and the calibration
-/// is taken as exact.
+/// landmarks, which Alg. 4 updates in every frame. There are no keyframes and no loops, and no
+/// errors of the calibration are estimated.
 class PaperSlam final : public SlamSystem {
  public:
   PaperSlam(const StereoCamera& camera, const Settings& settings);
 
   FrameResult process(const StereoFrame& recorded, AssociationTrace* trace = nullptr) override;
 
-  [[nodiscard]] std::vector<PoseGaussian> trajectory() const override { return path_.poses({}); }
+  [[nodiscard]] std::vector<PoseGaussian> trajectory() const override {
+    return path_.poses(calibration_error());
+  }
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const override {
     return path_.trajectory().relative_covariances();
   }
-  [[nodiscard]] CalibrationError calibration_error() const override { return {}; }
+  [[nodiscard]] CalibrationError calibration_error() const override {
+    return allowed_calibration_error(settings_.calibration, camera_);
+  }
   [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(map_); }
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
     return path_.archived_map_points(map_);

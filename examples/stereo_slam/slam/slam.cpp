@@ -260,9 +260,12 @@ bool Slam::can_measure(const StereoFrame& frame) const {
 /// filter waits for the next image.
 void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
   if (!reference_.begun()) return path_.append_unknown(calibration_error(), result);
-  const bool first = previous_.position + 1 == path_.frames();
-  result.weak.repeated_image = can_measure(frame) && first && !previous_.lost;
-  result.status = judge({.weak = result.weak});
+  const bool repeated = can_measure(frame);
+  const bool waits = repeated && previous_.position + 1 == path_.frames() && !previous_.lost;
+  result.weak = {.repeated_image = repeated,
+                 .right_image_unfit = !frame.has_right(),
+                 .segment_not_localised = !path_.segment().localised()};
+  result.status = judge({.waits = waits, .weak = result.weak});
   PoseGaussian motion;
   motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
   const PoseDensity predicted =

@@ -145,6 +145,12 @@ TEST_CASE("A setting that is gone is refused with what took its place", "[settin
   CHECK_THAT(load_error("association: {flow_window_px: 15}"),
              Catch::EndsWith("association.flow_window_px is no setting any more: its value is that of the "
                              "preset; leave it out"));
+  CHECK_THAT(
+      load_error("map: {layout: global, max_baselines: 100, cell_px: 40}\nplace_recognition: {trees: 2}"),
+      Catch::EndsWith("others have keyframes; neither are map.cell_px, place_recognition.trees"));
+  CHECK_THAT(load_error("place_recognition:\nseed: 2\n"),
+             Catch::EndsWith("s.yaml:1: place_recognition has no settings any more; leave it out"));
+  CHECK_THAT(load_error("map:\nseed: 2\n"), Catch::Contains("map is a group of settings, not a value"));
   std::set<std::string_view> keys;
   for (const auto& field : settings_fields()) keys.insert(field.key);
   for (const auto& removed : removed_keys()) {
@@ -210,6 +216,10 @@ TEST_CASE("A file of the wrong shape is refused", "[settings]") {
   CHECK(load_error("version: 1\nsettings: {seed: 3}\n").empty());
   CHECK_THAT(load_error("settings: {seed: 3}\nfeatures: {count: 300}\n"),
              Catch::Contains("s.yaml:2: features stands outside `settings:`"));
+  const std::string of_run = "version: 1\nsettings: {preset: fast, seed: 3}\n";
+  CHECK(load_text(of_run, "fast").seed == 3);
+  CHECK_THAT(message_of([&] { (void)load_text(of_run, "paper"); }),
+             Catch::Contains("settings of a run with the preset fast, not paper"));
   const TemporaryFolder folder;
   CHECK_THAT(message_of([&] { (void)load_settings(folder / "none.yaml"); }),
              Catch::Contains("none.yaml: cannot be read"));

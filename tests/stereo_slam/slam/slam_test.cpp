@@ -199,6 +199,19 @@ TEST_CASE("A frame in which hardly a landmark is found is not called certain", "
   }
 }
 
+TEST_CASE("A calibration error that is stated is in the covariance, with every system",
+          "[stereo_slam][slam]") {
+  const std::string preset = GENERATE("default", "paper", "odometry");
+  CAPTURE(preset);
+  Settings settings = preset_settings(preset);
+  settings.calibration.scale_sigma = 0.2;
+  const auto results = run(settings);
+  const auto& [pose, covariance] = results.back().T_world_camera;
+  CHECK(results.back().calibration.scale_sigma >= 0.2);
+  const double length_m = pose.translation().norm();
+  CHECK(std::sqrt(covariance.bottomRightCorner<3, 3>().trace()) >= 0.19 * length_m);
+}
+
 TEST_CASE("The largest pyramid that may be asked for is cut to the image", "[stereo_slam][slam]") {
   Settings settings;
   settings.features.count = 20000;
