@@ -262,7 +262,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   emit_frame_cost(yaml, header.frame_cost);
   if (header.realtime) emit_realtime(yaml, *header.realtime);
   emit_memory(yaml, header);
-  if (header.frames_processed > 0) emit_reasons(yaml, header.weak_frames_by_reason);
+  if (header.state != "running") emit_reasons(yaml, header.weak_frames_by_reason);
   emit_unreadable(yaml, header.unreadable);
   emit_dataset(yaml, sequence);
   emit_host(yaml);

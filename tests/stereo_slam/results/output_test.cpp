@@ -232,6 +232,8 @@ TEST_CASE("run.yaml counts the weak frames by reason, and leaves out reasons tha
   CHECK(counts({}).empty());
   CHECK(counts({0, 8, 0, 0, 0, 0, 5}) ==
         std::map<std::string, int>{{"few_landmarks", 8}, {"segment_not_localised", 5}});
+  write_run_yaml(folder.path(), {.state = "running", .error = ""}, sequence, {});  // not known yet
+  CHECK_FALSE(YAML::LoadFile((folder / "run.yaml").string())["weak_frames_by_reason"]);
 }
 
 TEST_CASE("A result file that cannot be written does not prevent the others", "[output]") {
