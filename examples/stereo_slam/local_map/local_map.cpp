@@ -100,6 +100,14 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
   }
 }
 
+std::vector<Vector2<double>> LocalMap::observed_in(std::size_t frame) const {
+  std::vector<Vector2<double>> positions_px;
+  for (const auto& landmark : landmarks_) {
+    if (landmark.last_seen == frame) positions_px.push_back(landmark.last_px);
+  }
+  return positions_px;
+}
+
 void LocalMap::record_observations(const std::vector<Match>& matches,
                                    const std::vector<Feature>& left_features, std::size_t frame) {
   for (const auto& match : matches) {

@@ -54,6 +54,9 @@ class LocalMap {
   void add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
            const PoseGaussian& T_keyframe_camera, const StereoFrame& frame);
 
+  /// Positions in the left image of the landmarks that were observed in this frame, px.
+  [[nodiscard]] std::vector<Vector2<double>> observed_in(std::size_t frame) const;
+
   /// Records when and where the matched landmarks were observed.
   void record_observations(const std::vector<Match>& matches, const std::vector<Feature>& left_features,
                            std::size_t frame);

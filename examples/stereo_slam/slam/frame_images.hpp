@@ -21,8 +21,15 @@ struct PreviousFrame {
   /// Whether a frame has a bit-identical left image, such as a camera that hangs delivers.
   [[nodiscard]] bool repeated_by(const StereoFrame& frame) const;
 
-  /// Replaces the pyramids by `next`.
-  void replace_pyramids(StereoPyramid next) { before = std::exchange(pyramids, std::move(next)); }
+  /// Whether this is the last of `frames` frames: none was passed over since.
+  [[nodiscard]] bool is_last_of(std::size_t frames) const noexcept { return position + 1 == frames; }
+
+  /// Becomes the last of `frames` frames, whose pyramids are `next`.
+  void replace(StereoPyramid next, std::size_t frames, bool is_lost) {
+    before = std::exchange(pyramids, std::move(next));
+    position = frames - 1;
+    lost = is_lost;
+  }
 };
 
 /// A frame with the data that is extracted from its images once and used by all stages. Refers to the frame.

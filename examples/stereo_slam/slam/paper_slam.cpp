@@ -70,17 +70,7 @@ TrackedPose PaperSlam::track(const FrameImages& images, AssociationTrace* trace,
   clock.lap("associate");
   const PoseUpdate update = update_pose(prior, matches, map_.view(), settings_.update);  // eq. 13, Alg. 2
   clock.lap("update");
-  PoseBasis basis = PoseBasis::kNothing;
-  if (odometry.valid) basis = PoseBasis::kOdometry;
-  if (update.converged) basis = PoseBasis::kLandmarks;
-  return {.prior = prior,
-          .posterior = update.posterior,
-          .basis = basis,
-          .odometry = std::move(odometry),
-          .matches = std::move(matches),
-          .nis = update.nis,
-          .nis_dof = update.nis_dof,
-          .variance_ratio = update.variance_ratio};
+  return TrackedPose::updated(prior, std::move(odometry), std::move(matches), update);
 }
 
 /// The landmarks in the features of both images; in the left one without those that the odometry uses.
@@ -102,10 +92,12 @@ std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const Po
 /// Makes the posterior the state, updates the landmarks, and drops and adds some. The matched landmarks are
 /// static points of the next circular matching.
 void PaperSlam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
-  constexpr std::size_t kFewMatches = 15;  // as in Slam
-  result.weak = {
-      .odometry_alone = tracked.basis == PoseBasis::kOdometry,
-      .few_landmarks = tracked.basis == PoseBasis::kLandmarks && tracked.matches.size() < kFewMatches};
+  const bool by_odometry = tracked.basis == PoseBasis::kOdometry;
+  if (by_odometry && previous_.lost)
+    path_.begin_segment();  // relative to a guess; no loop will tell its place
+  result.weak = {.odometry_alone = by_odometry,
+                 .few_landmarks = tracked.has_few_landmarks(),
+                 .segment_not_localised = !path_.segment().localised()};
   if (found_again(tracked.basis, previous_.lost)) {
     path_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
   }
@@ -118,10 +110,7 @@ void PaperSlam::integrate(const TrackedPose& tracked, const FrameImages& images,
     for (const auto& match : tracked.matches) odometry_points_.static_points.push_back(match.z);
   }
   path_.append(to_pose_gaussian(posterior_), tracked.measured(), calibration_error(), result);
-  result.odometry = tracked.odometry.T_previous_current;
-  result.matches = static_cast<int>(tracked.matches.size());
-  result.nis = tracked.nis;
-  result.nis_dof = tracked.nis_dof;
+  tracked.report(result);
   if (!tracked.measured()) return;
   map_.cull(images.frame.index);  // sec. IV-E
   (void)add_landmarks(images, positions(tracked.matches));
@@ -143,15 +132,11 @@ std::size_t PaperSlam::add_landmarks(const FrameImages& images,
 /// landmarks.
 void PaperSlam::prepare_next(const FrameImages& images, const std::vector<Match>& matches,
                              const FrameResult& result) {
-  auto landmarks_px = positions(matches);
-  for (const auto& landmark : map_.landmarks()) {
-    if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
-  }
+  auto landmarks_px = positions(matches);  // also those that were culled
+  for (const auto& px : map_.observed_in(images.frame.index)) landmarks_px.push_back(px);
   odometry_points_.points =
       select_odometry_points(view_of(images.frame), images.features.left, landmarks_px, settings_);
-  previous_.replace_pyramids(images.pyramids);
-  previous_.position = path_.frames() - 1;
-  previous_.lost = result.status == TrackingStatus::kLost;
+  previous_.replace(images.pyramids, path_.frames(), result.status == TrackingStatus::kLost);
 }
 
 /// Begins the map, if the images show enough for one.
@@ -170,8 +155,10 @@ void PaperSlam::begin(const FrameImages& images, FrameResult& result) {
 void PaperSlam::pass_over(const StereoFrame& frame, FrameResult& result) {
   if (!begun_) return path_.append_unknown(calibration_error(), result);
   const bool repeated = frame.has_left() && frame.has_right();
-  const bool waits = repeated && previous_.position + 1 == path_.frames() && !previous_.lost;
-  result.weak = {.repeated_image = repeated, .right_image_unfit = !frame.has_right()};
+  const bool waits = repeated && previous_.is_last_of(path_.frames()) && !previous_.lost;
+  result.weak = {.repeated_image = repeated,
+                 .right_image_unfit = !frame.has_right(),
+                 .segment_not_localised = !path_.segment().localised()};
   result.status = judge({.waits = waits, .weak = result.weak});
   PoseGaussian motion;
   motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;

@@ -10,6 +10,7 @@
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
 #include "stereo_slam/settings/settings.hpp"
+#include "stereo_slam/slam/calibration_error.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
 #include "stereo_slam/slam/motion_model.hpp"
 #include "stereo_slam/slam/path.hpp"

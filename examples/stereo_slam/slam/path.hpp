@@ -20,13 +20,6 @@
 
 namespace stereo_slam {
 
-/// Errors that the calibration may have: what the settings allow, and in proportion to the row offset that
-/// was `seen_px` (rms), since errors that no image shows are assumed to be as large as those that images
-/// show. `scale_sigma` is what is known of the scale besides.
-[[nodiscard]] CalibrationError allowed_calibration_error(const CalibrationSettings& allowed,
-                                                         const StereoCamera& camera, double seen_px = 0.0,
-                                                         double scale_sigma = 0.0);
-
 /// Where the camera was: the poses of keyframes in the world and of all frames relative to them, the map
 /// segment, and the loops, which move keyframes. It converts landmarks to world coordinates.
 class Path {

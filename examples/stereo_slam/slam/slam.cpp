@@ -131,17 +131,8 @@ TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometr
   const bool left_alone = right_camera_.is_ignored();
   if (left_alone && jumps(prior.pose(), update.posterior.pose())) update = {.posterior = prior};
   local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used);
-  PoseBasis basis = PoseBasis::kNothing;
-  if (odometry.valid) basis = PoseBasis::kOdometry;
-  if (update.converged) basis = PoseBasis::kLandmarks;
-  return {.prior = prior,
-          .posterior = update.posterior,
-          .basis = basis,
-          .odometry = odometry,
-          .matches = std::move(matches),
-          .nis = update.nis,
-          .nis_dof = update.nis_dof - (left_alone ? static_cast<int>(update.used.size()) : 0),
-          .variance_ratio = update.variance_ratio};
+  if (left_alone) update.nis_dof -= static_cast<int>(update.used.size());  // they have no disparity
+  return TrackedPose::updated(prior, odometry, std::move(matches), update);
 }
 
 /// Whether a measured position is more than half a baseline from the predicted one. If the right images are
@@ -183,10 +174,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   const bool both_images = result.right_image_fits && images.frame.has_right();
   if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
   path_.append(reported(tracked), tracked.measured(), calibration_error(), result);
-  result.odometry = tracked.odometry.T_previous_current;
-  result.matches = static_cast<int>(tracked.matches.size());
-  result.nis = tracked.nis;
-  result.nis_dof = tracked.nis_dof;
+  tracked.report(result);
   if (!tracked.measured() || !extend_map(tracked, images)) return;
   result.is_keyframe = true;
   result.weak.right_camera_turned = right_camera_.noticed_turn();
@@ -195,11 +183,10 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
 
 /// Why the pose may be less certain than its covariance says, as far as the measurements tell.
 WeakReasons Slam::weaknesses(const TrackedPose& tracked, std::size_t frame) {
-  constexpr std::size_t kFewMatches = 15;  // so few may agree by chance, as in images blurred by motion
   return {
       .odometry_alone =
           tracked.basis == PoseBasis::kOdometry && (previous_.lost || usual_basis() != PoseBasis::kOdometry),
-      .few_landmarks = tracked.basis == PoseBasis::kLandmarks && tracked.matches.size() < kFewMatches,
+      .few_landmarks = tracked.has_few_landmarks(),
       .repetitive_scene = reference_.is_ambiguous(frame),
       .right_image_unfit = right_camera_.judgement() != RightImage::kFits,
   };
@@ -235,18 +222,14 @@ void Slam::complete(const FrameImages& images, FrameEvidence evidence, FrameResu
 /// Chooses the points that the odometry of the next frame starts from, away from the landmarks.
 void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& matches,
                         const FrameResult& result) {
-  auto landmarks_px = positions(matches);
-  for (const auto& landmark : local_map_.landmarks()) {
-    if (landmark.last_seen == images.frame.index) landmarks_px.push_back(landmark.last_px);
-  }
+  auto landmarks_px = positions(matches);  // also those of the keyframe before, if there is a new one
+  for (const auto& px : local_map_.observed_in(images.frame.index)) landmarks_px.push_back(px);
   if (right_camera_.is_ignored()) {
     tracks_ = {};  // no point has a disparity
   } else {
     tracks_.replenish(right_camera_.view_of(images.frame), images.corners, landmarks_px, settings_);
   }
-  previous_.replace_pyramids(images.pyramids);
-  previous_.position = path_.frames() - 1;
-  previous_.lost = result.status == TrackingStatus::kLost;
+  previous_.replace(images.pyramids, path_.frames(), result.status == TrackingStatus::kLost);
 }
 
 /// Whether a pose can be measured in the images that the frame has. Without a right one, it can in the
@@ -261,7 +244,7 @@ bool Slam::can_measure(const StereoFrame& frame) const {
 void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
   if (!reference_.begun()) return path_.append_unknown(calibration_error(), result);
   const bool repeated = can_measure(frame);
-  const bool waits = repeated && previous_.position + 1 == path_.frames() && !previous_.lost;
+  const bool waits = repeated && previous_.is_last_of(path_.frames()) && !previous_.lost;
   result.weak = {.repeated_image = repeated,
                  .right_image_unfit = !frame.has_right(),
                  .segment_not_localised = !path_.segment().localised()};

@@ -7,6 +7,7 @@
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/local_map/match.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
+#include "stereo_slam/tracking/update.hpp"
 
 namespace stereo_slam {
 
@@ -29,7 +30,18 @@ struct TrackedPose {
   int nis_dof = 0;
   Vector2<double> variance_ratio = Vector2<double>::Ones();  ///< see PoseUpdate
 
+  /// The prior, corrected by an update with `matches`.
+  [[nodiscard]] static TrackedPose updated(const PoseDensity& prior, OdometryResult odometry,
+                                           std::vector<Match> matches, const PoseUpdate& update);
+
   [[nodiscard]] bool measured() const noexcept { return basis != PoseBasis::kNothing; }
+
+  /// Whether landmarks measured the pose, but so few that they may agree by chance, as in images blurred by
+  /// motion.
+  [[nodiscard]] bool has_few_landmarks() const noexcept;
+
+  /// Writes motion, matches and innovation into the result.
+  void report(FrameResult& result) const;
 
   /// Takes the pose relative to the reference keyframe as the posterior, if the keyframe was recognised.
   void use_keyframe(const std::optional<PoseDensity>& recognised) {

@@ -72,7 +72,7 @@ struct Outcome {
 };
 
 /// The errors are those of positions relative to the recording's frame `origin`.
-Outcome run(const Drive& drive, Slam& slam, std::size_t origin) {
+Outcome run(const Drive& drive, SlamSystem& slam, std::size_t origin) {
   Outcome outcome;
   for (std::size_t step = 0; step < drive.seen.size(); ++step) {
     StereoFrame frame = recording().frames[drive.seen[step]];
@@ -159,6 +159,22 @@ TEST_CASE("Odometry alone is OK while it measures, and does not claim to know it
                            slam, 0);
   CAPTURE(outcome.letters());
   CHECK(outcome.letters().substr(0, 32) == "I" + std::string(kCarried - 1, 'O') + std::string(11, 'L') + "W");
+  for (std::size_t i = 32; i < seen.size(); ++i) CHECK(outcome.statuses[i] == TrackingStatus::kWeak);
+}
+
+TEST_CASE("The paper's filter does not claim to know its place after a loss",
+          "[stereo_slam][relocalisation]") {
+  const auto slam = make_slam_system(recording().camera, preset_settings("paper"));
+  constexpr std::size_t kCarried = 20;  // to another street, while the images are black
+  auto seen = range(0, 30);
+  for (const std::size_t i : range(90, 110)) seen.push_back(i);
+  const auto outcome = run({seen,
+                            [](std::size_t step, StereoFrame& frame) {
+                              if (step >= kCarried && step < 30) blacken(frame);
+                            }},
+                           *slam, 0);
+  CAPTURE(outcome.letters());
+  CHECK(outcome.letters().substr(0, kCarried) == "I" + std::string(kCarried - 1, 'O'));
   for (std::size_t i = 32; i < seen.size(); ++i) CHECK(outcome.statuses[i] == TrackingStatus::kWeak);
 }
 

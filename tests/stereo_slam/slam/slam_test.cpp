@@ -199,6 +199,24 @@ TEST_CASE("A frame in which hardly a landmark is found is not called certain", "
   }
 }
 
+TEST_CASE("A frame that is passed over says why, also when it is lost", "[stereo_slam][slam]") {
+  const std::string preset = GENERATE("default", "paper", "odometry");
+  CAPTURE(preset);
+  const auto slam = make_slam_system(straight_recording().camera, preset_settings(preset));
+  for (std::size_t i = 0; i < 10; ++i) {
+    StereoFrame frame = straight_recording().frames[std::min<std::size_t>(i, 5)];
+    frame.index = i;
+    frame.stamp_ns = straight_recording().frames[i].stamp_ns;
+    if (i == 9) frame.left_fault = frame.right_fault = "missing";
+    const auto result = slam->process(frame);
+    CAPTURE(i);
+    CHECK(result.weak.repeated_image == (i > 5 && i < 9));
+    if (i == 6) CHECK(result.status == TrackingStatus::kWeak);
+    if (i > 6) CHECK(result.status == TrackingStatus::kLost);
+    if (i == 9) CHECK(result.weak.right_image_unfit);
+  }
+}
+
 TEST_CASE("A calibration error that is stated is in the covariance, with every system",
           "[stereo_slam][slam]") {
   const std::string preset = GENERATE("default", "paper", "odometry");
