@@ -14,6 +14,9 @@ RunSummary summary_of(const RunRecord& record) {
   summary.frames = record.results.size();
   summary.lost =
       count_frames(record, [](const FrameResult& result) { return result.status == TrackingStatus::kLost; });
+  summary.unmeasured = count_frames(record, [](const FrameResult& result) {
+    return result.status == TrackingStatus::kLost || result.weak.repeated_image;
+  });
   for (const auto& result : record.results) {
     ++summary.frames_by_status[to_string(result.status)];
     if (!result.right_image_fits) summary.right_image_misfits.push_back(result.index);
@@ -41,18 +44,18 @@ RunSummary summary_of(const RunRecord& record) {
 }
 
 void require_tracked(const RunSummary& summary) {
-  if (summary.frames <= 1 || summary.lost + 1 < summary.frames) return;
+  if (summary.frames <= 1 || summary.unmeasured + 1 < summary.frames) return;
   if (summary.unreadable.size() >= summary.frames / 2) {
     throw std::runtime_error(
         fmt::format("tracked {} of {} frames, because {} images could not be read; the first: {}",
-                    summary.frames - summary.lost, summary.frames, summary.unreadable.size(),
+                    summary.frames - summary.unmeasured, summary.frames, summary.unreadable.size(),
                     summary.unreadable.front().fault));
   }
   throw std::runtime_error(fmt::format(
       "tracked {} of {} frames: hardly any corner was matched between left and right and to the next frame; "
       "check for black, blurred or repeated images, swapped cameras, the calibration of another camera, a "
       "low frame rate, and settings that allow too few points; --clahe helps with dark images",
-      summary.frames - summary.lost, summary.frames));
+      summary.frames - summary.unmeasured, summary.frames));
 }
 
 }  // namespace stereo_slam

@@ -15,7 +15,8 @@ namespace stereo_slam {
 /// How a run ended.
 struct RunSummary {
   std::size_t frames = 0;
-  std::size_t lost = 0;  ///< frames without odometry and landmarks, and those before the map began
+  std::size_t lost = 0;        ///< frames without odometry and landmarks, and those before the map began
+  std::size_t unmeasured = 0;  ///< frames that are lost, or have the image of the frame before
   std::map<std::string, std::size_t> frames_by_status;
   ReasonCounts weak_frames_by_reason{};          ///< why frames have the status kWeak
   std::vector<std::size_t> right_image_misfits;  ///< frames whose right image does not fit the left one
