@@ -109,8 +109,9 @@ namespace fs = std::filesystem;
     if (const std::string section = section_name(text); !section.empty()) {
       if (section == "image")
         cameras.emplace_back(YAML::NodeType::Map);
-      else
+      else if (!cameras.empty())
         cameras.back()["camera_name"] = section;
+      key.clear();
       continue;
     }
     const auto* const name = std::find_if(std::begin(kNames), std::end(kNames),
@@ -120,15 +121,18 @@ namespace fs = std::filesystem;
       continue;
     }
     const auto numbers = parse_numbers(text);
-    if (!numbers || key.empty())
+    if (!numbers || key.empty() || cameras.empty())
       throw std::runtime_error(at_line(file, line.number, "holds neither numbers nor a name of ost.txt"));
-    const bool single = key.starts_with("image_") && numbers->size() == 1;
+    YAML::Node entry = cameras.back()[key];
+    const bool single = key.starts_with("image_");
+    if (single && (numbers->size() != 1 || entry.IsScalar()))
+      throw std::runtime_error(at_line(file, line.number, "expected one number for width and for height"));
     for (const double number : *numbers) {
       const std::string value = fmt::format("{:.17g}", number);
       if (single)
-        cameras.back()[key] = value;
+        entry = value;
       else
-        cameras.back()[key].push_back(value);
+        entry.push_back(value);
     }
   }
   return cameras;

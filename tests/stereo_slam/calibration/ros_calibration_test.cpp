@@ -182,6 +182,10 @@ TEST_CASE("ROS's ost.txt is read if it has both cameras", "[calibration]") {
              Catch::Contains("ost.txt:3: holds neither numbers nor a name"));
   write_text(folder / "ost.txt", "[image]\nwidth\n320\n");
   CHECK_THAT(calibration_error(folder / "ost.txt"), Catch::Contains("ost.txt: "));
+  for (const char* numbers : {"320\n1.0 0.0", "320\n320", "320 120"}) {
+    write_text(folder / "ost.txt", fmt::format("[image]\nwidth\n{}\n", numbers));
+    CHECK_THAT(calibration_error(folder / "ost.txt"), Catch::Contains("expected one number for width"));
+  }
 }
 
 TEST_CASE("camera_info says which camera is not calibrated, and needs no R where P shows the lens's image",
