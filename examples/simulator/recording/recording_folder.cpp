@@ -91,6 +91,19 @@ void RecordingFolder::write_times_and_poses(const CameraPath& path) const {
   });
 }
 
+void RecordingFolder::write_disturbance(const std::vector<RightCameraError>& errors,
+                                        const PinholeCamera& camera) const {
+  write_file(root_ / "disturbance.csv", [&](std::ostream& stream) {
+    stream << "frame,u_px,v_px,roll_px,pitch_rad,yaw_rad,roll_rad,delay_s\n";
+    for (std::size_t frame = 0; frame < errors.size(); ++frame) {
+      const Eigen::Vector3d& rotation = errors[frame].rotation_rad;
+      const Eigen::Vector3d moved = displacement_px(camera, rotation);
+      stream << fmt::format("{},{},{},{},{},{},{},{}\n", frame, moved.x(), moved.y(), moved.z(), rotation.x(),
+                            rotation.y(), rotation.z(), errors[frame].delay_s);
+    }
+  });
+}
+
 void RecordingFolder::write_image(const cv::Mat1b& image, std::size_t side, std::size_t frame) const {
   write_png(image, images_[side] / name(frame));
 }

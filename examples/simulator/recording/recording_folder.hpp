@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -26,6 +27,8 @@ class RecordingFolder {
 
   void write_cameras() const;
   void write_times_and_poses(const CameraPath& path) const;
+  /// disturbance.csv: what happens to the right camera in each frame.
+  void write_disturbance(const std::vector<RightCameraError>& errors, const PinholeCamera& camera) const;
   /// `side` is 0 for the left camera, 1 for the right one.
   void write_image(const cv::Mat1b& image, std::size_t side, std::size_t frame) const;
   /// The mask of the moving objects in the left image.

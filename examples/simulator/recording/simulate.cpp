@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -29,6 +30,14 @@ void require(bool ok, const std::string& what, double value) {
   if (!ok) throw std::invalid_argument(what + ", not " + std::to_string(value));
 }
 
+void validate(const RigDisturbance& disturbance) {
+  constexpr double kLargest_px = 20.0;
+  require(disturbance.vibration_px >= 0.0 && disturbance.vibration_px <= kLargest_px,
+          "vibration_px must be in [0, 20]", disturbance.vibration_px);
+  require(disturbance.vibration_frames >= 0.0 && disturbance.vibration_frames <= 1e6,
+          "vibration_frames must be in [0, 1e6]", disturbance.vibration_frames);
+}
+
 void validate(const SimulationSettings& settings) {
   require(settings.frames >= 0, "frames must not be negative", settings.frames);
   require(settings.dynamic_objects >= 0, "dynamic_objects must not be negative", settings.dynamic_objects);
@@ -37,6 +46,7 @@ void validate(const SimulationSettings& settings) {
           settings.rectification_error_px);
   if (settings.rig && settings.rectification_error_px > 0.0)
     throw std::invalid_argument("rectification_error_px is of rectified images, not of a rig");
+  validate(settings.disturbance);
   require(settings.baseline_m > 0.0, "baseline_m must be positive", settings.baseline_m);
   require(settings.camera_height_m > 0.0, "camera_height_m must be positive", settings.camera_height_m);
   require(settings.threads >= 0, "threads must not be negative", settings.threads);
@@ -56,18 +66,35 @@ void validate(const SimulationSettings& settings) {
 /// The two cameras that are rendered. With a rectification error, the recorded calibration differs from them.
 struct StereoViews {
   std::vector<LensView> lenses;  ///< left and right; none if both are pinholes
-  Eigen::Isometry3d T_left_right;
+  Eigen::Isometry3d T_left_right = Eigen::Isometry3d::Identity();
+  std::vector<RightCameraError> errors;  ///< of each frame; empty: none
 };
 
-StereoViews stereo_views(const SimulationSettings& settings) {
+/// Size and focal lengths of the right camera.
+PinholeCamera right_camera(const SimulationSettings& settings) {
+  if (!settings.rig) return settings.camera;
+  const Lens& lens = settings.rig->right;
+  return {lens.width_px, lens.height_px, lens.fx, lens.fy, lens.cx, lens.cy};
+}
+
+StereoViews stereo_views(const SimulationSettings& settings, std::size_t frames) {
+  StereoViews views;
+  if (settings.disturbance.any()) {
+    views.errors = right_camera_errors(settings.disturbance, right_camera(settings), frames, settings.seed);
+  }
   std::optional<StereoRig> rig = settings.rig;
   constexpr double kNegligible_px = 1e-9;
   if (settings.rectification_error_px > kNegligible_px) {
     rig = misrectified_rig(settings.camera, settings.baseline_m,
                            {settings.rectification_error_px, settings.seed});
   }
-  if (!rig) return {{}, Eigen::Isometry3d(Eigen::Translation3d(settings.baseline_m, 0.0, 0.0))};
-  return {{LensView(rig->left), LensView(rig->right)}, rig->T_right_left.inverse()};
+  if (rig) {
+    views.lenses = {LensView(rig->left), LensView(rig->right)};
+    views.T_left_right = rig->T_right_left.inverse();
+  } else {
+    views.T_left_right = Eigen::Translation3d(settings.baseline_m, 0.0, 0.0);
+  }
+  return views;
 }
 
 /// Renders and writes stereo pairs. Each thread has its own Camera.
@@ -92,9 +119,10 @@ class Camera {
                          : CameraPath{path[frame]};
     const auto moving = traffic_.at(frame);
     for (std::size_t side = 0; side < 2; ++side) {
-      const cv::Mat1f light = see(side, T_world_left, moving);
+      const Eigen::Isometry3d T_left_camera = side == 0 ? Eigen::Isometry3d::Identity() : T_left_right(frame);
+      const cv::Mat1f light = see(side, T_world_left, T_left_camera, moving);
       if (side == 0 && settings_.moving_masks) {
-        const cv::Mat1b mask = light != see(side, T_world_left, {});
+        const cv::Mat1b mask = light != see(side, T_world_left, T_left_camera, {});
         folder_.write_mask(mask, frame);
       }
       const double gain = exposure_gain(settings_.sensor, settings_.seed, time_s, static_cast<int>(side));
@@ -106,10 +134,10 @@ class Camera {
  private:
   /// The light that falls on the sensor of one camera (0 left, 1 right): the mean over the poses.
   [[nodiscard]] cv::Mat1f see(std::size_t side, const CameraPath& T_world_left,
-                              const std::vector<Face>& moving) {
+                              const Eigen::Isometry3d& T_left_camera, const std::vector<Face>& moving) {
     cv::Mat1f light;
     for (const auto& pose : T_world_left) {
-      const cv::Mat1f seen = renderers_[side].render(pose * T_left_camera(side), moving);
+      const cv::Mat1f seen = renderers_[side].render(pose * T_left_camera, moving);
       if (light.empty()) {
         light = seen;
       } else {
@@ -120,8 +148,10 @@ class Camera {
     return views_.lenses.empty() ? light : views_.lenses[side].through(light);
   }
 
-  [[nodiscard]] Eigen::Isometry3d T_left_camera(std::size_t side) const {
-    return side == 0 ? Eigen::Isometry3d::Identity() : views_.T_left_right;
+  [[nodiscard]] Eigen::Isometry3d T_left_right(std::size_t frame) const {
+    if (views_.errors.empty()) return views_.T_left_right;
+    return views_.T_left_right *
+           Eigen::Isometry3d(rotation_matrix(views_.errors[frame].rotation_rad).transpose());
   }
 
   const SimulationSettings& settings_;
@@ -150,6 +180,50 @@ class NewFolder {
   fs::path folder_;
   bool existed_ = false;
 };
+
+/// The text files of a recording whose first frames are those of `path`.
+void write_texts(const RecordingFolder& folder, const SimulationSettings& settings, const StereoViews& views,
+                 const CameraPath& path) {
+  folder.write_times_and_poses(path);
+  if (views.errors.empty()) return;
+  folder.write_disturbance({views.errors.begin(), views.errors.begin() + static_cast<long>(path.size())},
+                           right_camera(settings));
+}
+
+/// Calls work(frame) of a new make_worker() in every thread for all frames, and progress after each, until it
+/// returns false. Returns the number of frames done, which are the first ones.
+template <class MakeWorker>
+std::size_t for_all_frames(std::size_t frames, int threads, const Progress& progress,
+                           const MakeWorker& make_worker) {
+  std::atomic<std::size_t> next_frame = 0;
+  std::mutex mutex;
+  std::size_t done = 0;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    try {
+      auto worker = make_worker();
+      for (std::size_t frame = next_frame++; frame < frames; frame = next_frame++) {
+        worker(frame);
+        const std::lock_guard lock(mutex);
+        ++done;
+        const bool go_on = !progress || progress(static_cast<int>(done), static_cast<int>(frames));
+        if (!go_on) next_frame = frames;
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+      next_frame = frames;
+    }
+  };
+  const auto processors = std::max(1U, std::thread::hardware_concurrency());
+  {
+    std::vector<std::jthread> workers;
+    for (unsigned i = 0; i < (threads > 0 ? static_cast<unsigned>(threads) : processors); ++i)
+      workers.emplace_back(work);
+  }
+  if (failure) std::rethrow_exception(failure);
+  return done;
+}
 
 }  // namespace
 
@@ -198,6 +272,7 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
   validate(settings);
   const NewFolder claimed(output);  // before the path and the world, which may take minutes to build
   CameraPath path = camera_path(settings);
+  const StereoViews views = stereo_views(settings, path.size());
   const World world(path, {.scenery = settings.scenery,
                            .seed = settings.seed,
                            .camera_height_m = settings.camera_height_m,
@@ -205,42 +280,17 @@ void simulate(const SimulationSettings& settings, const fs::path& output, const 
                            .street = {}});
   const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
 
-  const StereoViews views = stereo_views(settings);
   const RecordingFolder folder(settings, output);
   folder.write_cameras();
-  folder.write_times_and_poses(path);
-
+  write_texts(folder, settings, views, path);
   // Each worker renders and writes whole frames, so that one writes while another renders.
-  std::atomic<std::size_t> next_frame = 0;
-  std::mutex mutex;
-  std::size_t done = 0;
-  std::exception_ptr failure;
-  const auto work = [&] {
-    try {
-      Camera camera(settings, world, traffic, views, folder);
-      for (std::size_t frame = next_frame++; frame < path.size(); frame = next_frame++) {
-        camera.shoot(path, frame);
-        const std::lock_guard lock(mutex);
-        ++done;
-        const bool go_on = !progress || progress(static_cast<int>(done), static_cast<int>(path.size()));
-        if (!go_on) next_frame = path.size();
-      }
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      if (!failure) failure = std::current_exception();
-      next_frame = path.size();
-    }
-  };
-  const auto processors = std::max(1U, std::thread::hardware_concurrency());
-  const auto threads = settings.threads > 0 ? static_cast<unsigned>(settings.threads) : processors;
-  {
-    std::vector<std::jthread> workers;
-    for (unsigned i = 0; i < threads; ++i) workers.emplace_back(work);
-  }
-  if (failure) std::rethrow_exception(failure);
+  const std::size_t done = for_all_frames(path.size(), settings.threads, progress, [&] {
+    const auto camera = std::make_shared<Camera>(settings, world, traffic, views, folder);
+    return [&path, camera](std::size_t frame) { camera->shoot(path, frame); };
+  });
   if (done == path.size()) return;
   path.resize(done);  // frames are begun in order and all that were begun are finished
-  folder.write_times_and_poses(path);
+  write_texts(folder, settings, views, path);
 }
 
 }  // namespace stereo_slam::simulator

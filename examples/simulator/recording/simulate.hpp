@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "simulator/rendering/projection.hpp"
+#include "simulator/rendering/rig_disturbance.hpp"
 #include "simulator/rendering/sensor.hpp"
 #include "simulator/world/camera_path.hpp"
 #include "simulator/world/world.hpp"
@@ -31,6 +32,7 @@ struct SimulationSettings {
   /// relative rotation, an offset of the principal point and radial distortion, drawn with the seed. Not with
   /// `rig`.
   double rectification_error_px = 0.0;
+  RigDisturbance disturbance;     ///< of the right camera, unknown to the recorded calibration
   double camera_height_m = 1.65;  ///< above the road, > 0
   int samples_per_pixel = 8;      ///< for anti-aliasing: 4, 8 or 16
   int texture_size_px = 1024;     ///< side of the large textures, a power of two >= 64
@@ -52,9 +54,10 @@ using Progress = std::function<bool(int done, int total)>;
 /// Writes a recording into `output`, which is created when missing: calib.txt (P0 .. P3), times.txt,
 /// poses.txt, image_0/%06d.png and image_1/%06d.png; or, with a rig, mav0 with cam0, cam1 and
 /// state_groundtruth_estimate0. With `moving_masks`, the folder `moving` beside image_0 or cam0 holds masks
-/// of the moving objects, white on black. The text files are written first, then each pair of images as soon
-/// as it is rendered. Throws std::invalid_argument for settings out of range and std::runtime_error for a
-/// trajectory that cannot be read or leads more than 20 km away from its start, both before anything is
+/// of the moving objects, white on black. With `disturbance`, disturbance.csv holds the RightCameraError of
+/// every frame, and its displacements in pixels. The text files are written first, then each pair of images
+/// as soon as it is rendered. Throws std::invalid_argument for settings out of range and std::runtime_error
+/// for a trajectory that cannot be read or leads more than 20 km away from its start, both before anything is
 /// written; and std::runtime_error for files that cannot be written and for an `output` that is not empty.
 void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
               const Progress& progress = nullptr);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "simulator/rendering/rig_disturbance.hpp"
 #include "simulator/textures/random.hpp"
 
 namespace stereo_slam::simulator {
@@ -24,16 +25,10 @@ struct Causes {
   }
 };
 
-[[nodiscard]] Eigen::Matrix3d rotation_of(const Causes& causes) {
-  const double angle = causes.rotation.norm();
-  if (!(angle > 0.0)) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, causes.rotation / angle).toRotationMatrix();
-}
-
 /// Displacement of the distant point that the ideal camera sees at `px`.
 [[nodiscard]] Vector2d displacement(const PinholeCamera& camera, const Causes& causes, const Vector2d& px) {
   const Vector3d ideal((px.x() - camera.cx) / camera.fx, (px.y() - camera.cy) / camera.fy, 1.0);
-  const Vector2d real = (rotation_of(causes) * ideal).hnormalized();
+  const Vector2d real = (rotation_matrix(causes.rotation) * ideal).hnormalized();
   const Vector2d distorted = (1.0 + causes.k1 * real.squaredNorm()) * real;
   return Vector2d(camera.fx * distorted.x() + camera.cx, camera.fy * distorted.y() + camera.cy) +
          causes.principal_point_px - px;
@@ -94,7 +89,7 @@ StereoRig misrectified_rig(const PinholeCamera& camera, double baseline_m, const
   StereoRig rig;
   rig.left = lens(Vector2d::Zero(), 0.0);
   rig.right = lens(causes.principal_point_px, causes.k1);
-  rig.T_right_left.linear() = rotation_of(causes);
+  rig.T_right_left.linear() = rotation_matrix(causes.rotation);
   rig.T_right_left.translation() = rig.T_right_left.linear() * Vector3d(-baseline_m, 0.0, 0.0);
   return rig;
 }

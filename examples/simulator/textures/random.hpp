@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 
 namespace stereo_slam::simulator {
 
@@ -37,6 +39,12 @@ class Random {
   }
 
   constexpr bool chance(double probability) noexcept { return uniform() < probability; }
+
+  /// Standard normal (Box and Muller).
+  double normal() noexcept {
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+    return radius * std::cos(2.0 * std::numbers::pi * uniform());
+  }
 
   /// An element of a container.
   template <class Container>

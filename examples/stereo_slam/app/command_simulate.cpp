@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include <charconv>
 #include <cstdint>
 #include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -26,6 +29,30 @@ struct SimulateArguments {
   std::optional<Distortion> distortion;
   simulator::SimulationSettings settings;
 };
+
+/// A number of a list, with the range that it is checked for.
+struct ListedNumber {
+  double* value;
+  double least;
+  double most;
+};
+
+/// Adds an option that takes `needed` or more numbers, separated by commas.
+void add_list_option(CLI::App& app, const std::string& name, const std::vector<ListedNumber>& numbers,
+                     std::size_t needed, const std::string& description) {
+  const auto read = [=](const std::string& text) {
+    const auto items = CLI::detail::split(text, ',');
+    if (items.size() < needed || items.size() > numbers.size())
+      throw CLI::ValidationError(name, fmt::format("{} has {} numbers", text, items.size()));
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const auto& [value, least, most] = numbers[i];
+      const std::string error = number_between(least, most)(items[i]);
+      if (!error.empty()) throw CLI::ValidationError(name, error);
+      std::from_chars(items[i].data(), items[i].data() + items[i].size(), *value);
+    }
+  };
+  app.add_option_function<std::string>(name, read, description);
+}
 
 void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
   app.add_option("--trajectory", settings.trajectory,
@@ -55,6 +82,23 @@ void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
                "also write masks of the moving objects in the left images, to the folder moving");
 }
 
+/// What real rigs do that their calibrations do not say.
+void add_rig_options(CLI::App& app, SimulateArguments& arguments) {
+  simulator::SimulationSettings& settings = arguments.settings;
+  app.add_option(
+         "--rectification-error", settings.rectification_error_px,
+         "error of the right camera's calibration (rotation, principal point and radial distortion), as "
+         "its largest displacement in pixels at scale 1; with --format kitti")
+      ->check(number_between(0.0, 20.0))
+      ->type_name("PX");
+  simulator::RigDisturbance& disturbance = settings.disturbance;
+  add_list_option(
+      app, "--rig-vibration",
+      {{&disturbance.vibration_px, 0.0, 20.0}, {&disturbance.vibration_frames, 0.0, 1e6}}, 1,
+      "PX[,FRAMES]: the right camera turns anew in every frame; standard deviation of the "
+      "displacement in u in pixels at scale 1 (.3 of it in v, and by roll), and correlation time");
+}
+
 void add_recording_options(CLI::App& app, SimulateArguments& arguments) {
   app.add_option("--fps", arguments.settings.fps, "frames per second")
       ->check(number_between(0.1, 1000.0))
@@ -80,12 +124,6 @@ void add_recording_options(CLI::App& app, SimulateArguments& arguments) {
       ->check(number_between(0.0, 1000.0))
       ->capture_default_str()
       ->type_name("MS");
-  app.add_option(
-         "--rectification-error", arguments.settings.rectification_error_px,
-         "error of the right camera's calibration (rotation, principal point and radial distortion), as "
-         "its largest displacement in pixels at scale 1; with --format kitti")
-      ->check(number_between(0.0, 20.0))
-      ->type_name("PX");
   app.add_option("--threads", arguments.settings.threads,
                  "number of threads; 0 is one per processor; the images do not depend on it")
       ->check(whole_number_between(0, 1024))
@@ -97,6 +135,7 @@ int simulate_command(const SimulateArguments& arguments) {
   simulator::SimulationSettings settings = arguments.settings;
   settings.camera = scaled(settings.camera, arguments.scale);
   settings.rectification_error_px *= arguments.scale;
+  settings.disturbance.vibration_px *= arguments.scale;
   settings.sensor.exposure_s = 1e-3 * arguments.exposure_ms;
   if (arguments.format == "euroc") {
     settings.rig =
@@ -126,6 +165,7 @@ Command add_simulate(CLI::App& parent) {
       ->type_name("DIR");
   add_scene_options(app, arguments->settings);
   add_recording_options(app, *arguments);
+  add_rig_options(app, *arguments);
   app.parse_complete_callback([arguments] {
     if (arguments->distortion && arguments->format != "euroc")
       throw CLI::ValidationError("--distortion", "needs --format euroc");

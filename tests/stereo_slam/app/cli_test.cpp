@@ -70,6 +70,11 @@ TEST_CASE("A missing name and a value that an option does not have are named", "
        "--pose-frame: 1 is not one of body, camera"},
       {{"info", "--dataset", "x", "--format", "rosbag"},
        "--format: rosbag is not one of kitti, euroc, folders, video, auto"},
+      {{"simulate", "--output", "x", "--rig-vibration", "-1"},
+       "--rig-vibration: -1 is not a number from 0 to 20"},
+      {{"simulate", "--output", "x", "--rig-vibration", "1,nan"},
+       "--rig-vibration: nan is not a number from 0 to"},
+      {{"simulate", "--output", "x", "--rig-vibration", "1,2,3"}, "--rig-vibration: 1,2,3 has 3 numbers"},
       {{"simulate", "--output", "x", "--exposure", "200"},
        "--exposure: is longer than the time between two frames"}};
   for (const auto& [arguments, message] : cases) {

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+// What real rigs do that their calibrations do not say: the images show what the settings and disturbance.csv
+// say.
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <opencv2/features2d.hpp>
+#include <opencv2/video/tracking.hpp>
+
+#include "simulator/recording/simulate.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::simulator;
+using namespace stereo_slam::test;
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr PinholeCamera kSmall{400, 160, 230.0, 230.0, 199.3, 79.6};
+
+/// Three frames without noise and without drifting exposure.
+SimulationSettings rig_settings() {
+  SimulationSettings settings;
+  settings.frames = 3;
+  settings.camera = kSmall;
+  settings.samples_per_pixel = 8;
+  settings.texture_size_px = 256;
+  settings.sensor.noise_sigma = 0.0;
+  settings.sensor.exposure_change = 0.0;
+  return settings;
+}
+
+cv::Mat image_of(const fs::path& recording, int side, int frame) {
+  return cv::imread((recording / fmt::format("image_{}", side) / frame_name(frame)).string(),
+                    cv::IMREAD_UNCHANGED);
+}
+
+/// Median distance of points of `before`, tracked into `after`, to where `moved` says that they are.
+template <class Moved>
+double median_error_px(const cv::Mat& before, const cv::Mat& after, const Moved& moved) {
+  std::vector<cv::Point2f> from, to;
+  cv::goodFeaturesToTrack(before, from, 200, 0.02, 6.0);
+  std::vector<unsigned char> found;
+  std::vector<float> residuals;
+  cv::calcOpticalFlowPyrLK(before, after, from, to, found, residuals);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (found[i] == 0) continue;
+    errors.push_back((Vector2d(to[i].x, to[i].y) - moved(Vector2d(from[i].x, from[i].y))).norm());
+  }
+  REQUIRE(errors.size() > 60);
+  std::nth_element(errors.begin(), errors.begin() + static_cast<long>(errors.size() / 2), errors.end());
+  return errors[errors.size() / 2];
+}
+
+/// Where a camera sees a distant point after it was rotated by `rotation_rad`.
+Vector2d rotated(const Vector3d& rotation_rad, const Vector2d& px) {
+  const Vector3d ray((px.x() - kSmall.cx) / kSmall.fx, (px.y() - kSmall.cy) / kSmall.fy, 1.0);
+  const Vector2d seen = (rotation_matrix(rotation_rad) * ray).hnormalized();
+  return {kSmall.fx * seen.x() + kSmall.cx, kSmall.fy * seen.y() + kSmall.cy};
+}
+
+/// The rows of disturbance.csv: frame, displacements, rotation, delay.
+std::vector<std::vector<double>> disturbances(const fs::path& recording) {
+  auto lines = split_lines(read_text(recording / "disturbance.csv"));
+  REQUIRE(lines.at(0) == "frame,u_px,v_px,roll_px,pitch_rad,yaw_rad,roll_rad,delay_s");
+  std::vector<std::vector<double>> rows;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    std::istringstream cells(lines[i]);
+    rows.emplace_back();
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
+    REQUIRE(rows.back().size() == 8);
+  }
+  return rows;
+}
+
+constexpr double kTracking_px = 0.05;  // error of tracking without noise
+
+}  // namespace
+
+TEST_CASE("A vibrating right camera sees points where disturbance.csv says", "[simulate][rig]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = rig_settings();
+  simulator::simulate(settings, folder / "steady");
+  CHECK_FALSE(fs::exists(folder / "steady/disturbance.csv"));
+  settings.disturbance.vibration_px = 2.0;
+  simulator::simulate(settings, folder / "vibrating");
+  const auto rows = disturbances(folder / "vibrating");
+  REQUIRE(rows.size() == 3);
+  for (int i = 0; i < 3; ++i) {
+    const auto& row = rows[static_cast<std::size_t>(i)];
+    const Vector3d rotation(row[4], row[5], row[6]);
+    CHECK(displacement_px(kSmall, rotation).isApprox(Vector3d(row[1], row[2], row[3]), 1e-12));
+    CHECK(median_error_px(image_of(folder / "steady", 1, i), image_of(folder / "vibrating", 1, i),
+                          [&](const Vector2d& px) { return rotated(rotation, px); }) < kTracking_px);
+    CHECK(read_text(folder / "steady/image_0" / frame_name(i)) ==
+          read_text(folder / "vibrating/image_0" / frame_name(i)));
+  }
+  CHECK(read_text(folder / "steady/calib.txt") == read_text(folder / "vibrating/calib.txt"));
+}
+
+TEST_CASE("A disturbed recording that is stopped lists the frames that it has", "[simulate][rig]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = rig_settings();
+  settings.frames = 40;
+  settings.disturbance.vibration_px = 1.0;
+  simulator::simulate(settings, folder / "seq", [](int done, int) { return done < 2; });
+  CHECK(disturbances(folder / "seq").size() == read_trajectory(folder / "seq/poses.txt").poses.size());
+}
+
+TEST_CASE("Disturbances out of range are refused by name before anything is written", "[simulate][rig]") {
+  const TemporaryFolder folder;
+  const auto refuse = [&](const char* name, const auto& set) {
+    for (const double value : {std::nan(""), -1e9, 1e9}) {
+      SimulationSettings settings = rig_settings();
+      set(settings, value);
+      CHECK_THAT(message_of([&] { simulator::simulate(settings, folder / "seq"); }), Catch::Contains(name));
+      CHECK_THROWS_AS(simulator::simulate(settings, folder / "seq"), std::invalid_argument);
+      CHECK_FALSE(fs::exists(folder / "seq"));
+    }
+  };
+  refuse("vibration_px", [](auto& s, double value) { s.disturbance.vibration_px = value; });
+  refuse("vibration_frames", [](auto& s, double value) { s.disturbance.vibration_frames = value; });
+}
