@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -36,6 +37,8 @@ void validate(const RigDisturbance& disturbance) {
           "vibration_px must be in [0, 20]", disturbance.vibration_px);
   require(disturbance.vibration_frames >= 0.0 && disturbance.vibration_frames <= 1e6,
           "vibration_frames must be in [0, 1e6]", disturbance.vibration_frames);
+  require(std::abs(disturbance.sync_error_s) <= 1.0, "sync_error_s must be in [-1, 1]",
+          disturbance.sync_error_s);
 }
 
 void validate(const SimulationSettings& settings) {
@@ -111,20 +114,23 @@ class Camera {
   }
 
   void shoot(const CameraPath& path, std::size_t frame) {
-    const double time_s = static_cast<double>(frame) / settings_.fps;
     const double exposure_s = settings_.sensor.exposure_s;
     constexpr int kSamples = 8;  // of the exposure
     const CameraPath T_world_left =
         exposure_s > 0.0 ? poses_during_exposure(path, frame, exposure_s * settings_.fps, kSamples)
                          : CameraPath{path[frame]};
-    const auto moving = traffic_.at(frame);
     for (std::size_t side = 0; side < 2; ++side) {
-      const Eigen::Isometry3d T_left_camera = side == 0 ? Eigen::Isometry3d::Identity() : T_left_right(frame);
+      const double delay_s = side == 0 ? 0.0 : right_error(frame).delay_s;
+      const double later = delay_s * settings_.fps;
+      const auto moving = traffic_.at(frame, later);
+      const Eigen::Isometry3d T_left_camera =
+          side == 0 ? Eigen::Isometry3d::Identity() : T_left_right(path, frame, later);
       const cv::Mat1f light = see(side, T_world_left, T_left_camera, moving);
       if (side == 0 && settings_.moving_masks) {
         const cv::Mat1b mask = light != see(side, T_world_left, T_left_camera, {});
         folder_.write_mask(mask, frame);
       }
+      const double time_s = static_cast<double>(frame) / settings_.fps + delay_s;
       const double gain = exposure_gain(settings_.sensor, settings_.seed, time_s, static_cast<int>(side));
       Random random(settings_.seed, 1000 + 2 * frame + side);
       folder_.write_image(expose(light, settings_.sensor, gain, random.bits()), side, frame);
@@ -148,10 +154,17 @@ class Camera {
     return views_.lenses.empty() ? light : views_.lenses[side].through(light);
   }
 
-  [[nodiscard]] Eigen::Isometry3d T_left_right(std::size_t frame) const {
+  [[nodiscard]] RightCameraError right_error(std::size_t frame) const {
+    return views_.errors.empty() ? RightCameraError{} : views_.errors[frame];
+  }
+
+  /// The right camera, which is exposed `later` frames, seen from the left one of the frame.
+  [[nodiscard]] Eigen::Isometry3d T_left_right(const CameraPath& path, std::size_t frame,
+                                               double later) const {
     if (views_.errors.empty()) return views_.T_left_right;
-    return views_.T_left_right *
-           Eigen::Isometry3d(rotation_matrix(views_.errors[frame].rotation_rad).transpose());
+    Eigen::Isometry3d T = views_.T_left_right;
+    if (later != 0.0) T = path[frame].inverse() * pose_after(path, frame, later) * T;
+    return T * Eigen::Isometry3d(rotation_matrix(right_error(frame).rotation_rad).transpose());
   }
 
   const SimulationSettings& settings_;

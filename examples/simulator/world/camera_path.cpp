@@ -156,6 +156,21 @@ CameraPath poses_during_exposure(const CameraPath& path, std::size_t frame, doub
   return poses;
 }
 
+PathTime path_time(std::size_t frames, std::size_t frame, double later) {
+  const double time = static_cast<double>(frame) + later;
+  const double last = static_cast<double>(frames - 1);
+  const auto nearest = static_cast<std::size_t>(std::floor(std::clamp(time, 0.0, last)));
+  return {nearest, std::min(nearest, frames - 2), time - static_cast<double>(nearest)};
+}
+
+Eigen::Isometry3d pose_after(const CameraPath& path, std::size_t frame, double later) {
+  if (path.size() < 2) return path[frame];
+  const PathTime at = path_time(path.size(), frame, later);
+  const Pose begin = Pose::from_isometry(path[at.step]);
+  const Pose end = Pose::from_isometry(path[at.step + 1]);
+  return Pose::from_isometry(path[at.frame]).boxplus(at.share * end.boxminus(begin)).isometry();
+}
+
 CameraPath street_loop(int frames, double fps, const LoopSettings& settings) {
   if (!(settings.corner_radius_m > 0.0) ||
       2.0 * settings.corner_radius_m > std::min(settings.block_length_m, settings.block_width_m)) {

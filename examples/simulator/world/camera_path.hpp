@@ -21,6 +21,19 @@ using CameraPath = std::vector<Eigen::Isometry3d>;
 [[nodiscard]] CameraPath poses_during_exposure(const CameraPath& path, std::size_t frame, double exposure,
                                                int count);
 
+/// The pose `later` frames after a frame (negative: before it): on the screw motion between the two poses
+/// around that time, and beyond the ends of the path on that of the first or the last step.
+[[nodiscard]] Eigen::Isometry3d pose_after(const CameraPath& path, std::size_t frame, double later);
+
+/// A time on a path of at least two frames: `share` of the step that begins at frame `step` has passed since
+/// frame `frame`. Exact for whole frames.
+struct PathTime {
+  std::size_t frame = 0;
+  std::size_t step = 0;
+  double share = 0.0;
+};
+[[nodiscard]] PathTime path_time(std::size_t frames, std::size_t frame, double later);
+
 /// The built-in drive: a figure of eight around two blocks of houses that share a street, repeated without
 /// end. The lap around each block passes the shared street once; a lap of the whole figure ends where it
 /// began.

@@ -79,9 +79,15 @@ Traffic::Traffic(const World& world, const CameraPath& path, double fps, int veh
   }
 }
 
-double Traffic::arc_m(const Vehicle& vehicle, std::size_t frame) const {
-  const double time_s = static_cast<double>(frame) / fps_;
-  const double camera_m = arcs_m_.at(frame);
+double Traffic::camera_arc_m(std::size_t frame, double later) const {
+  if (arcs_m_.size() < 2) return arcs_m_.at(frame);
+  const PathTime at = path_time(arcs_m_.size(), frame, later);
+  return arcs_m_[at.frame] + at.share * (arcs_m_[at.step + 1] - arcs_m_[at.step]);
+}
+
+double Traffic::arc_m(const Vehicle& vehicle, std::size_t frame, double later) const {
+  const double time_s = (static_cast<double>(frame) + later) / fps_;
+  const double camera_m = camera_arc_m(frame, later);
   if (vehicle.oncoming) {
     const double relative_m = vehicle.distance_m - oncoming_speed_m_s_ * time_s - camera_m;
     return camera_m + wrap(relative_m + kOncomingBehind_m, oncoming_cycle_m_) - kOncomingBehind_m;
@@ -90,11 +96,11 @@ double Traffic::arc_m(const Vehicle& vehicle, std::size_t frame) const {
   return camera_m + vehicle.distance_m + ahead_swing_m_ * (1.0 + swing);
 }
 
-std::vector<Face> Traffic::at(std::size_t frame) const {
+std::vector<Face> Traffic::at(std::size_t frame, double later) const {
   std::vector<Face> faces;
   const auto& stations = world_->route().stations();
   for (const Vehicle& vehicle : vehicles_) {
-    const double arc = arc_m(vehicle, frame);
+    const double arc = arc_m(vehicle, frame, later);
     if (arc < stations.front().arc_m || arc > stations.back().arc_m) continue;  // off the ends of the road
     const Route::Station station = world_->route().at_arc(arc);
     const GroundPoint left(-station.direction.y(), station.direction.x());

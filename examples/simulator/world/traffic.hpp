@@ -19,8 +19,8 @@ class Traffic {
   /// `path` is the camera's, one pose every 1/fps seconds.
   Traffic(const World& world, const CameraPath& path, double fps, int vehicles, std::uint64_t seed);
 
-  /// Faces of all vehicles at a frame.
-  [[nodiscard]] std::vector<Face> at(std::size_t frame) const;
+  /// Faces of all vehicles `later` frames after a frame.
+  [[nodiscard]] std::vector<Face> at(std::size_t frame, double later = 0.0) const;
 
  private:
   struct Vehicle {
@@ -31,8 +31,10 @@ class Traffic {
     double phase_rad = 0.0;  ///< of the variation of the distance
   };
 
-  /// Position of a vehicle at a frame, as distance along the route.
-  [[nodiscard]] double arc_m(const Vehicle& vehicle, std::size_t frame) const;
+  /// Distance driven by the camera.
+  [[nodiscard]] double camera_arc_m(std::size_t frame, double later) const;
+  /// Position of a vehicle, as distance along the route.
+  [[nodiscard]] double arc_m(const Vehicle& vehicle, std::size_t frame, double later) const;
 
   const World* world_;
   double fps_;

@@ -24,6 +24,7 @@ struct SimulateArguments {
   std::filesystem::path output;
   double scale = 1.0;
   double exposure_ms = 0.0;
+  double sync_error_ms = 0.0;
   bool quiet = false;
   std::string format = "kitti";
   std::optional<Distortion> distortion;
@@ -97,6 +98,10 @@ void add_rig_options(CLI::App& app, SimulateArguments& arguments) {
       {{&disturbance.vibration_px, 0.0, 20.0}, {&disturbance.vibration_frames, 0.0, 1e6}}, 1,
       "PX[,FRAMES]: the right camera turns anew in every frame; standard deviation of the "
       "displacement in u in pixels at scale 1 (.3 of it in v, and by roll), and correlation time");
+  app.add_option("--sync-error", arguments.sync_error_ms,
+                 "time by which the right image is exposed later than the left one, in milliseconds")
+      ->check(number_between(-1000.0, 1000.0))
+      ->type_name("MS");
 }
 
 void add_recording_options(CLI::App& app, SimulateArguments& arguments) {
@@ -136,6 +141,7 @@ int simulate_command(const SimulateArguments& arguments) {
   settings.camera = scaled(settings.camera, arguments.scale);
   settings.rectification_error_px *= arguments.scale;
   settings.disturbance.vibration_px *= arguments.scale;
+  settings.disturbance.sync_error_s = 1e-3 * arguments.sync_error_ms;
   settings.sensor.exposure_s = 1e-3 * arguments.exposure_ms;
   if (arguments.format == "euroc") {
     settings.rig =

@@ -107,6 +107,62 @@ TEST_CASE("A vibrating right camera sees points where disturbance.csv says", "[s
   CHECK(read_text(folder / "steady/calib.txt") == read_text(folder / "vibrating/calib.txt"));
 }
 
+TEST_CASE("Poses between frames and beyond the ends lie on the screw motions of the steps",
+          "[simulate][rig]") {
+  CameraPath path;
+  for (int i = 0; i < 3; ++i) {
+    path.push_back(Eigen::Translation3d(0.1 * i, 0.0, 0.5 * i * i) *
+                   Eigen::AngleAxisd(0.2 * i, Eigen::Vector3d::UnitY()));
+  }
+  CHECK(pose_after(path, 1, 0.0).isApprox(path[1], 1e-15));
+  CHECK(pose_after(path, 0, 1.0).isApprox(path[1], 1e-15));
+  CHECK(pose_after(path, 2, -2.0).isApprox(path[0], 1e-15));
+  const Eigen::Isometry3d quarter = path[0].inverse() * pose_after(path, 0, 0.25);
+  CHECK((path[0] * quarter * quarter * quarter * quarter).isApprox(path[1], 1e-12));
+  const Eigen::Isometry3d last = path[1].inverse() * path[2];
+  CHECK(pose_after(path, 2, 1.0).isApprox(path[2] * last, 1e-12));
+  CHECK(pose_after(path, 0, -1.0).isApprox(path[0] * (path[0].inverse() * path[1]).inverse(), 1e-12));
+  CHECK(pose_after({path[1]}, 0, 0.7).isApprox(path[1], 1e-15));
+}
+
+TEST_CASE("A right image that is exposed one frame later shows what the next one shows", "[simulate][rig]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = rig_settings();
+  settings.dynamic_objects = 8;
+  simulator::simulate(settings, folder / "steady");
+  for (const int later : {1, -1}) {
+    settings.disturbance.sync_error_s = 0.1 * later;
+    const auto name = fmt::format("late{}", later);
+    simulator::simulate(settings, folder / name);
+    CHECK(disturbances(folder / name)[1][7] == settings.disturbance.sync_error_s);
+    cv::Mat difference;
+    cv::absdiff(image_of(folder / name, 1, 1), image_of(folder / "steady", 1, 1 + later), difference);
+    CHECK(cv::mean(difference)[0] < 0.01);  // poses differ by rounding
+    CHECK(read_text(folder / name / "image_0/000001.png") == read_text(folder / "steady/image_0/000001.png"));
+  }
+}
+
+TEST_CASE("A late right image is displaced by the delay times the motion", "[simulate][rig]") {
+  const TemporaryFolder folder;
+  constexpr double kTurn_rad = 0.03;  // from frame to frame, to the right
+  std::string poses;
+  for (int i = 0; i < 3; ++i)
+    poses +=
+        fmt::format("{0} 0 {1} 0 0 1 0 0 -{1} 0 {0} 0\n", std::cos(kTurn_rad * i), std::sin(kTurn_rad * i));
+  write_text(folder / "poses.txt", poses);
+  SimulationSettings settings = rig_settings();
+  settings.trajectory = folder / "poses.txt";
+  settings.baseline_m = 1e-3;  // the turn hardly moves the right camera
+  simulator::simulate(settings, folder / "steady");
+  settings.disturbance.sync_error_s = 0.04;
+  simulator::simulate(settings, folder / "late");
+  for (int i = 0; i < 3; ++i) {  // the last one by extrapolation
+    const Vector3d rotation(0.0, -0.4 * kTurn_rad, 0.0);
+    CHECK(median_error_px(image_of(folder / "steady", 1, i), image_of(folder / "late", 1, i),
+                          [&](const Vector2d& px) { return rotated(rotation, px); }) < kTracking_px);
+  }
+}
+
 TEST_CASE("A disturbed recording that is stopped lists the frames that it has", "[simulate][rig]") {
   const TemporaryFolder folder;
   SimulationSettings settings = rig_settings();
@@ -129,4 +185,5 @@ TEST_CASE("Disturbances out of range are refused by name before anything is writ
   };
   refuse("vibration_px", [](auto& s, double value) { s.disturbance.vibration_px = value; });
   refuse("vibration_frames", [](auto& s, double value) { s.disturbance.vibration_frames = value; });
+  refuse("sync_error_s", [](auto& s, double value) { s.disturbance.sync_error_s = value; });
 }
