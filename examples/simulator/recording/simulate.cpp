@@ -16,7 +16,6 @@
 
 #include "simulator/recording/recording_folder.hpp"
 #include "simulator/rendering/lens_view.hpp"
-#include "simulator/rendering/rectification_error.hpp"
 #include "simulator/rendering/renderer.hpp"
 #include "simulator/textures/random.hpp"
 #include "simulator/world/traffic.hpp"
@@ -49,6 +48,8 @@ void validate(const SimulationSettings& settings) {
           settings.rectification_error_px);
   if (settings.rig && settings.rectification_error_px > 0.0)
     throw std::invalid_argument("rectification_error_px is of rectified images, not of a rig");
+  if (settings.rig && settings.lens_error.any())
+    throw std::invalid_argument("lens_error is of rectified images, not of a rig");
   validate(settings.disturbance);
   require(settings.baseline_m > 0.0, "baseline_m must be positive", settings.baseline_m);
   require(settings.camera_height_m > 0.0, "camera_height_m must be positive", settings.camera_height_m);
@@ -59,6 +60,7 @@ void validate(const SimulationSettings& settings) {
     if (!settings.rig->T_body_left) throw std::invalid_argument("rig: T_body_left is missing");
   } else {
     validate(settings.camera);
+    validate(settings.lens_error, settings.camera);
   }
   validate(settings.sensor);
   const double exposure_s = settings.sensor.exposure_s;
@@ -87,9 +89,10 @@ StereoViews stereo_views(const SimulationSettings& settings, std::size_t frames)
   }
   std::optional<StereoRig> rig = settings.rig;
   constexpr double kNegligible_px = 1e-9;
-  if (settings.rectification_error_px > kNegligible_px) {
-    rig = misrectified_rig(settings.camera, settings.baseline_m,
-                           {settings.rectification_error_px, settings.seed});
+  if (settings.rectification_error_px > kNegligible_px || settings.lens_error.any()) {
+    rig = with_lens_error(misrectified_rig(settings.camera, settings.baseline_m,
+                                           {settings.rectification_error_px, settings.seed}),
+                          settings.lens_error);
   }
   if (rig) {
     views.lenses = {LensView(rig->left), LensView(rig->right)};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "simulator/rendering/projection.hpp"
+#include "simulator/rendering/rectification_error.hpp"
 #include "simulator/rendering/rig_disturbance.hpp"
 #include "simulator/rendering/sensor.hpp"
 #include "simulator/world/camera_path.hpp"
@@ -32,7 +33,8 @@ struct SimulationSettings {
   /// relative rotation, an offset of the principal point and radial distortion, drawn with the seed. Not with
   /// `rig`.
   double rectification_error_px = 0.0;
-  RigDisturbance disturbance;     ///< of the right camera, unknown to the recorded calibration
+  LensError lens_error;        ///< left in both images, unknown to the recorded calibration; not with `rig`
+  RigDisturbance disturbance;  ///< of the right camera, unknown to the recorded calibration
   double camera_height_m = 1.65;  ///< above the road, > 0
   int samples_per_pixel = 8;      ///< for anti-aliasing: 4, 8 or 16
   int texture_size_px = 1024;     ///< side of the large textures, a power of two >= 64

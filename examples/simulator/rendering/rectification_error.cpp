@@ -2,6 +2,9 @@
 #include "simulator/rendering/rectification_error.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include <Eigen/Geometry>
 
@@ -91,6 +94,32 @@ StereoRig misrectified_rig(const PinholeCamera& camera, double baseline_m, const
   rig.right = lens(causes.principal_point_px, causes.k1);
   rig.T_right_left.linear() = rotation_matrix(causes.rotation);
   rig.T_right_left.translation() = rig.T_right_left.linear() * Vector3d(-baseline_m, 0.0, 0.0);
+  return rig;
+}
+
+void validate(const LensError& error, const PinholeCamera& camera) {
+  constexpr double kLargest = 1.0;
+  constexpr double kLeastSlope = 0.2;  // image that shows a fifth of the resolution, or less, is not rendered
+  constexpr int kSteps = 200;
+  const double right = std::max(camera.cx, camera.width_px - 1.0 - camera.cx) / camera.fx;
+  const double below = std::max(camera.cy, camera.height_px - 1.0 - camera.cy) / camera.fy;
+  const double reach = std::hypot(right, below);
+  bool good = std::abs(error.k1) <= kLargest && std::abs(error.k2) <= kLargest;
+  for (double r = 0.0; good; r += reach / kSteps) {
+    const double r2 = r * r;
+    if (r * (1.0 + error.k1 * r2 + error.k2 * r2 * r2) >= reach) break;
+    good = 1.0 + 3.0 * error.k1 * r2 + 5.0 * error.k2 * r2 * r2 > kLeastSlope;
+  }
+  if (good) return;
+  throw std::invalid_argument("lens_error " + std::to_string(error.k1) + ", " + std::to_string(error.k2) +
+                              " folds the image, or is not from -1 to 1");
+}
+
+StereoRig with_lens_error(StereoRig rig, const LensError& error) {
+  for (Lens* lens : {&rig.left, &rig.right}) {
+    lens->coefficients.at(0) += error.k1;
+    lens->coefficients.at(1) += error.k2;
+  }
   return rig;
 }
 

@@ -20,4 +20,19 @@ struct RectificationError {
 [[nodiscard]] StereoRig misrectified_rig(const PinholeCamera& camera, double baseline_m,
                                          const RectificationError& error);
 
+/// Radial distortion that rectification left in the images of both cameras: what an ideal camera sees at the
+/// radius r from the principal point, in units of the focal length, is at r (1 + k1 r^2 + k2 r^4). A negative
+/// k1 moves the border of the scene towards the centre (barrel).
+struct LensError {
+  double k1 = 0.0;  ///< [-1, 1]
+  double k2 = 0.0;  ///< [-1, 1]
+  [[nodiscard]] bool any() const { return k1 != 0.0 || k2 != 0.0; }
+};
+
+/// Throws std::invalid_argument unless every pixel of the camera sees one point, without folds.
+void validate(const LensError& error, const PinholeCamera& camera);
+
+/// The rig with the error in both lenses, in addition to their radial distortion.
+[[nodiscard]] StereoRig with_lens_error(StereoRig rig, const LensError& error);
+
 }  // namespace stereo_slam::simulator

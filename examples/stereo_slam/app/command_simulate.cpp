@@ -44,7 +44,8 @@ void add_list_option(CLI::App& app, const std::string& name, const std::vector<L
   const auto read = [=](const std::string& text) {
     const auto items = CLI::detail::split(text, ',');
     if (items.size() < needed || items.size() > numbers.size())
-      throw CLI::ValidationError(name, fmt::format("{} has {} numbers", text, items.size()));
+      throw CLI::ValidationError(
+          name, fmt::format("{} is not {} to {} numbers separated by commas", text, needed, numbers.size()));
     for (std::size_t i = 0; i < items.size(); ++i) {
       const auto& [value, least, most] = numbers[i];
       const std::string error = number_between(least, most)(items[i]);
@@ -92,6 +93,10 @@ void add_rig_options(CLI::App& app, SimulateArguments& arguments) {
          "its largest displacement in pixels at scale 1; with --format kitti")
       ->check(number_between(0.0, 20.0))
       ->type_name("PX");
+  add_list_option(app, "--lens-error",
+                  {{&settings.lens_error.k1, -1.0, 1.0}, {&settings.lens_error.k2, -1.0, 1.0}}, 2,
+                  "K1,K2: radial distortion left in both rectified images: a point at the radius r (in focal "
+                  "lengths) is seen at r (1 + K1 r^2 + K2 r^4); -.026,.013 is KITTI's; with --format kitti");
   simulator::RigDisturbance& disturbance = settings.disturbance;
   add_list_option(
       app, "--rig-vibration",
@@ -177,6 +182,8 @@ Command add_simulate(CLI::App& parent) {
       throw CLI::ValidationError("--distortion", "needs --format euroc");
     if (arguments->settings.rectification_error_px > 0.0 && arguments->format != "kitti")
       throw CLI::ValidationError("--rectification-error", "needs --format kitti");
+    if (arguments->settings.lens_error.any() && arguments->format != "kitti")
+      throw CLI::ValidationError("--lens-error", "needs --format kitti");
     if (1e-3 * arguments->exposure_ms * arguments->settings.fps > 1.0)
       throw CLI::ValidationError("--exposure", "is longer than the time between two frames (--fps)");
   });

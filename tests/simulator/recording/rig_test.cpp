@@ -163,6 +163,39 @@ TEST_CASE("A late right image is displaced by the delay times the motion", "[sim
   }
 }
 
+TEST_CASE("A lens error moves points of both images to r (1 + k1 r^2 + k2 r^4)", "[simulate][rig]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = rig_settings();
+  settings.frames = 2;
+  settings.lens_error.k1 = 1e-12;  // ideal, but resampled in the same way
+  simulator::simulate(settings, folder / "ideal");
+  settings.lens_error = {.k1 = -0.026, .k2 = 0.013};  // of KITTI: towards the centre
+  simulator::simulate(settings, folder / "bent");
+  const auto bent = [](const Vector2d& px) {
+    const Vector2d centre(kSmall.cx, kSmall.cy);
+    const double r2 = (px - centre).squaredNorm() / (kSmall.fx * kSmall.fx);
+    return Vector2d(centre + (px - centre) * (1.0 - 0.026 * r2 + 0.013 * r2 * r2));
+  };
+  for (const int side : {0, 1}) {
+    const cv::Mat ideal = image_of(folder / "ideal", side, 0);
+    const cv::Mat with = image_of(folder / "bent", side, 0);
+    const double error = median_error_px(ideal, with, bent);
+    CHECK(error < kTracking_px);
+    CHECK(median_error_px(ideal, with, [](const Vector2d& px) { return px; }) > 2.0 * error);
+    CHECK(median_error_px(ideal, with, [&](const Vector2d& px) { return Vector2d(2.0 * px - bent(px)); }) >
+          4.0 * error);
+  }
+  CHECK(read_text(folder / "ideal/calib.txt") == read_text(folder / "bent/calib.txt"));
+}
+
+TEST_CASE("A lens error that folds the image is refused", "[simulate][rig]") {
+  const PinholeCamera wide{1000, 1000, 400.0, 400.0, 499.5, 499.5};  // corners at a radius of 1.8
+  for (const LensError good : {LensError{}, {-0.026, 0.013}, {0.5, 0.5}, {-0.5, 0.25}})
+    CHECK_NOTHROW(validate(good, wide));
+  for (const LensError bad : {LensError{-0.5, 0.0}, {0.0, -0.2}, {-1.0, 0.5}})
+    CHECK_THROWS_WITH(validate(bad, wide), Catch::Contains("folds"));
+}
+
 TEST_CASE("A disturbed recording that is stopped lists the frames that it has", "[simulate][rig]") {
   const TemporaryFolder folder;
   SimulationSettings settings = rig_settings();
@@ -185,5 +218,7 @@ TEST_CASE("Disturbances out of range are refused by name before anything is writ
   };
   refuse("vibration_px", [](auto& s, double value) { s.disturbance.vibration_px = value; });
   refuse("vibration_frames", [](auto& s, double value) { s.disturbance.vibration_frames = value; });
+  refuse("lens_error", [](auto& s, double value) { s.lens_error.k1 = value; });
+  refuse("lens_error", [](auto& s, double value) { s.lens_error.k2 = value; });
   refuse("sync_error_s", [](auto& s, double value) { s.disturbance.sync_error_s = value; });
 }

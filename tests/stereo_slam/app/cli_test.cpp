@@ -74,9 +74,15 @@ TEST_CASE("A missing name and a value that an option does not have are named", "
        "--rig-vibration: -1 is not a number from 0 to 20"},
       {{"simulate", "--output", "x", "--rig-vibration", "1,nan"},
        "--rig-vibration: nan is not a number from 0 to"},
+      {{"simulate", "--output", "x", "--lens-error", "-.026"}, "--lens-error: -.026 is not 2 to 2 numbers"},
+      {{"simulate", "--output", "x", "--lens-error", "1e9,0"},
+       "--lens-error: 1e9 is not a number from -1 to 1"},
+      {{"simulate", "--output", "x", "--format", "euroc", "--lens-error", "-.026,.013"},
+       "--lens-error: needs --format kitti"},
       {{"simulate", "--output", "x", "--sync-error", "1e9"},
        "--sync-error: 1e9 is not a number from -1000 to 1000"},
-      {{"simulate", "--output", "x", "--rig-vibration", "1,2,3"}, "--rig-vibration: 1,2,3 has 3 numbers"},
+      {{"simulate", "--output", "x", "--rig-vibration", "1,2,3"},
+       "--rig-vibration: 1,2,3 is not 1 to 2 numbers"},
       {{"simulate", "--output", "x", "--exposure", "200"},
        "--exposure: is longer than the time between two frames"}};
   for (const auto& [arguments, message] : cases) {
