@@ -36,6 +36,8 @@ void validate(const RigDisturbance& disturbance) {
           "vibration_px must be in [0, 20]", disturbance.vibration_px);
   require(disturbance.vibration_frames >= 0.0 && disturbance.vibration_frames <= 1e6,
           "vibration_frames must be in [0, 1e6]", disturbance.vibration_frames);
+  require(std::abs(disturbance.drift_px) <= kLargest_px, "drift_px must be in [-20, 20]",
+          disturbance.drift_px);
   require(std::abs(disturbance.sync_error_s) <= 1.0, "sync_error_s must be in [-1, 1]",
           disturbance.sync_error_s);
 }

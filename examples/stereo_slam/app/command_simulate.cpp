@@ -103,6 +103,11 @@ void add_rig_options(CLI::App& app, SimulateArguments& arguments) {
       {{&disturbance.vibration_px, 0.0, 20.0}, {&disturbance.vibration_frames, 0.0, 1e6}}, 1,
       "PX[,FRAMES]: the right camera turns anew in every frame; standard deviation of the "
       "displacement in u in pixels at scale 1 (.3 of it in v, and by roll), and correlation time");
+  app.add_option("--rig-drift", disturbance.drift_px,
+                 "slow rotation of the right camera: none in the first frame, and in the last one that with "
+                 "this displacement in u in pixels at scale 1 (.3 of it in v, and by roll)")
+      ->check(number_between(-20.0, 20.0))
+      ->type_name("PX");
   app.add_option("--sync-error", arguments.sync_error_ms,
                  "time by which the right image is exposed later than the left one, in milliseconds")
       ->check(number_between(-1000.0, 1000.0))
@@ -146,6 +151,7 @@ int simulate_command(const SimulateArguments& arguments) {
   settings.camera = scaled(settings.camera, arguments.scale);
   settings.rectification_error_px *= arguments.scale;
   settings.disturbance.vibration_px *= arguments.scale;
+  settings.disturbance.drift_px *= arguments.scale;
   settings.disturbance.sync_error_s = 1e-3 * arguments.sync_error_ms;
   settings.sensor.exposure_s = 1e-3 * arguments.exposure_ms;
   if (arguments.format == "euroc") {

@@ -220,5 +220,6 @@ TEST_CASE("Disturbances out of range are refused by name before anything is writ
   refuse("vibration_frames", [](auto& s, double value) { s.disturbance.vibration_frames = value; });
   refuse("lens_error", [](auto& s, double value) { s.lens_error.k1 = value; });
   refuse("lens_error", [](auto& s, double value) { s.lens_error.k2 = value; });
+  refuse("drift_px", [](auto& s, double value) { s.disturbance.drift_px = value; });
   refuse("sync_error_s", [](auto& s, double value) { s.disturbance.sync_error_s = value; });
 }

@@ -71,6 +71,17 @@ TEST_CASE("A vibration with a correlation time keeps its size and decays by e ov
         Approx(std::exp(-1.0)).margin(4.0 * error));
 }
 
+TEST_CASE("A drift is linear, from none in the first frame, and adds to a vibration", "[rendering]") {
+  const Eigen::Matrix3Xd moved = displacements({.drift_px = -2.0}, 5);
+  for (Eigen::Index i = 0; i < 5; ++i) {
+    const double share = 0.25 * static_cast<double>(i);
+    CHECK((moved.col(i) - share * Vector3d(-2.0, -0.6, -0.6)).norm() < 1e-12);
+  }
+  CHECK(displacements({.drift_px = 1.0}, 1).norm() == 0.0);
+  const Eigen::Matrix3Xd vibration = displacements({.vibration_px = 1.0}, 5);
+  CHECK((displacements({.vibration_px = 1.0, .drift_px = -2.0}, 5) - vibration - moved).norm() < 1e-12);
+}
+
 TEST_CASE("Vibrations repeat with their seed, and a longer recording begins like a shorter one",
           "[rendering]") {
   const RigDisturbance vibration{.vibration_px = 1.0, .vibration_frames = 3.0};

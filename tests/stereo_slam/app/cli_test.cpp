@@ -79,6 +79,8 @@ TEST_CASE("A missing name and a value that an option does not have are named", "
        "--lens-error: 1e9 is not a number from -1 to 1"},
       {{"simulate", "--output", "x", "--format", "euroc", "--lens-error", "-.026,.013"},
        "--lens-error: needs --format kitti"},
+      {{"simulate", "--output", "x", "--rig-drift", "nan"},
+       "--rig-drift: nan is not a number from -20 to 20"},
       {{"simulate", "--output", "x", "--sync-error", "1e9"},
        "--sync-error: 1e9 is not a number from -1000 to 1000"},
       {{"simulate", "--output", "x", "--rig-vibration", "1,2,3"},
