@@ -53,6 +53,8 @@ void validate(const SimulationSettings& settings) {
   if (settings.rig && settings.lens_error.any())
     throw std::invalid_argument("lens_error is of rectified images, not of a rig");
   validate(settings.disturbance);
+  require(settings.ride.bounce_m >= 0.0 && settings.ride.bounce_m <= 0.2, "ride.bounce_m must be in [0, 0.2]",
+          settings.ride.bounce_m);
   require(settings.baseline_m > 0.0, "baseline_m must be positive", settings.baseline_m);
   require(settings.camera_height_m > 0.0, "camera_height_m must be positive", settings.camera_height_m);
   require(settings.threads >= 0, "threads must not be negative", settings.threads);
@@ -289,14 +291,15 @@ CameraPath camera_path(const SimulationSettings& settings) {
 void simulate(const SimulationSettings& settings, const fs::path& output, const Progress& progress) {
   validate(settings);
   const NewFolder claimed(output);  // before the path and the world, which may take minutes to build
-  CameraPath path = camera_path(settings);
-  const StereoViews views = stereo_views(settings, path.size());
-  const World world(path, {.scenery = settings.scenery,
+  const CameraPath road = camera_path(settings);
+  const StereoViews views = stereo_views(settings, road.size());
+  const World world(road, {.scenery = settings.scenery,
                            .seed = settings.seed,
                            .camera_height_m = settings.camera_height_m,
                            .texture_size_px = settings.texture_size_px,
                            .street = {}});
-  const Traffic traffic(world, path, settings.fps, settings.dynamic_objects, settings.seed);
+  const Traffic traffic(world, road, settings.fps, settings.dynamic_objects, settings.seed);
+  CameraPath path = on_bad_road(road, settings.ride, settings.fps, settings.seed);
 
   const RecordingFolder folder(settings, output);
   folder.write_cameras();

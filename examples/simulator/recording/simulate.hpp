@@ -13,6 +13,7 @@
 #include "simulator/rendering/rig_disturbance.hpp"
 #include "simulator/rendering/sensor.hpp"
 #include "simulator/world/camera_path.hpp"
+#include "simulator/world/ride.hpp"
 #include "simulator/world/world.hpp"
 #include "stereo_slam/calibration/stereo_rig.hpp"
 
@@ -34,6 +35,7 @@ struct SimulationSettings {
   /// `rig`.
   double rectification_error_px = 0.0;
   LensError lens_error;        ///< left in both images, unknown to the recorded calibration; not with `rig`
+  Ride ride;                   ///< motion that the road adds to the path; part of the ground truth
   RigDisturbance disturbance;  ///< of the right camera, unknown to the recorded calibration
   double camera_height_m = 1.65;  ///< above the road, > 0
   int samples_per_pixel = 8;      ///< for anti-aliasing: 4, 8 or 16
@@ -68,7 +70,7 @@ void simulate(const SimulationSettings& settings, const std::filesystem::path& o
 /// be read only once.
 [[nodiscard]] std::vector<std::string> trajectory_remarks(const SimulationSettings& settings);
 
-/// The path that simulate() drives with these settings; throws like it.
+/// The path that simulate() drives with these settings, without the motion of the ride; throws like it.
 [[nodiscard]] CameraPath camera_path(const SimulationSettings& settings);
 
 }  // namespace stereo_slam::simulator

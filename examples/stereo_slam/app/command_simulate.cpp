@@ -25,6 +25,7 @@ struct SimulateArguments {
   double scale = 1.0;
   double exposure_ms = 0.0;
   double sync_error_ms = 0.0;
+  double bounce_mm = 0.0;
   bool quiet = false;
   std::string format = "kitti";
   std::optional<Distortion> distortion;
@@ -103,6 +104,12 @@ void add_rig_options(CLI::App& app, SimulateArguments& arguments) {
       {{&disturbance.vibration_px, 0.0, 20.0}, {&disturbance.vibration_frames, 0.0, 1e6}}, 1,
       "PX[,FRAMES]: the right camera turns anew in every frame; standard deviation of the "
       "displacement in u in pixels at scale 1 (.3 of it in v, and by roll), and correlation time");
+  app.add_option(
+         "--ride", arguments.bounce_mm,
+         "bounce of a vehicle on a bad road, with pitch and roll; standard deviation in millimetres. 17 "
+         "turn the camera by 10 pixels of pitch from frame to frame. The ground truth contains it")
+      ->check(number_between(0.0, 200.0))
+      ->type_name("MM");
   app.add_option("--rig-drift", disturbance.drift_px,
                  "slow rotation of the right camera: none in the first frame, and in the last one that with "
                  "this displacement in u in pixels at scale 1 (.3 of it in v, and by roll)")
@@ -152,6 +159,7 @@ int simulate_command(const SimulateArguments& arguments) {
   settings.rectification_error_px *= arguments.scale;
   settings.disturbance.vibration_px *= arguments.scale;
   settings.disturbance.drift_px *= arguments.scale;
+  settings.ride.bounce_m = 1e-3 * arguments.bounce_mm;
   settings.disturbance.sync_error_s = 1e-3 * arguments.sync_error_ms;
   settings.sensor.exposure_s = 1e-3 * arguments.exposure_ms;
   if (arguments.format == "euroc") {

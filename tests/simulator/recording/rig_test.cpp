@@ -188,6 +188,27 @@ TEST_CASE("A lens error moves points of both images to r (1 + k1 r^2 + k2 r^4)",
   CHECK(read_text(folder / "ideal/calib.txt") == read_text(folder / "bent/calib.txt"));
 }
 
+TEST_CASE("The ground truth of a ride contains it, and the images show its pitch", "[simulate][rig]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = rig_settings();
+  simulator::simulate(settings, folder / "smooth");
+  settings.ride.bounce_m = 0.02;
+  simulator::simulate(settings, folder / "rough");
+  const auto road = camera_path(settings);
+  const auto truth = read_trajectory(folder / "rough/poses.txt").poses;
+  const auto path = on_bad_road(road, settings.ride, settings.fps, settings.seed);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    CHECK(truth[i].isApprox(path[i], 1e-15));
+    const Eigen::AngleAxisd turned((truth[i].inverse() * road[i]).linear());
+    const cv::Mat smooth = image_of(folder / "smooth", 0, static_cast<int>(i));
+    const cv::Mat rough = image_of(folder / "rough", 0, static_cast<int>(i));
+    // Near points move by the bounce as well, at most 230 px * 0.04 m / 5 m.
+    CHECK(median_error_px(smooth, rough, [&](const Vector2d& px) {
+            return rotated(turned.angle() * turned.axis(), px);
+          }) < 1.0);
+  }
+}
+
 TEST_CASE("A lens error that folds the image is refused", "[simulate][rig]") {
   const PinholeCamera wide{1000, 1000, 400.0, 400.0, 499.5, 499.5};  // corners at a radius of 1.8
   for (const LensError good : {LensError{}, {-0.026, 0.013}, {0.5, 0.5}, {-0.5, 0.25}})
@@ -221,5 +242,6 @@ TEST_CASE("Disturbances out of range are refused by name before anything is writ
   refuse("lens_error", [](auto& s, double value) { s.lens_error.k1 = value; });
   refuse("lens_error", [](auto& s, double value) { s.lens_error.k2 = value; });
   refuse("drift_px", [](auto& s, double value) { s.disturbance.drift_px = value; });
+  refuse("bounce_m", [](auto& s, double value) { s.ride.bounce_m = value; });
   refuse("sync_error_s", [](auto& s, double value) { s.disturbance.sync_error_s = value; });
 }

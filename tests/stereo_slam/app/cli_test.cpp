@@ -81,6 +81,7 @@ TEST_CASE("A missing name and a value that an option does not have are named", "
        "--lens-error: needs --format kitti"},
       {{"simulate", "--output", "x", "--rig-drift", "nan"},
        "--rig-drift: nan is not a number from -20 to 20"},
+      {{"simulate", "--output", "x", "--ride", "-17"}, "--ride: -17 is not a number from 0 to 200"},
       {{"simulate", "--output", "x", "--sync-error", "1e9"},
        "--sync-error: 1e9 is not a number from -1000 to 1000"},
       {{"simulate", "--output", "x", "--rig-vibration", "1,2,3"},
