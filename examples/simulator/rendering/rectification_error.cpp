@@ -111,8 +111,8 @@ void validate(const LensError& error, const PinholeCamera& camera) {
     good = 1.0 + 3.0 * error.k1 * r2 + 5.0 * error.k2 * r2 * r2 > kLeastSlope;
   }
   if (good) return;
-  throw std::invalid_argument("lens_error " + std::to_string(error.k1) + ", " + std::to_string(error.k2) +
-                              " folds the image, or is not from -1 to 1");
+  throw std::invalid_argument("a lens_error of " + std::to_string(error.k1) + ", " +
+                              std::to_string(error.k2) + " folds the image, or is not from -1 to 1");
 }
 
 StereoRig with_lens_error(StereoRig rig, const LensError& error) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -40,8 +41,8 @@ struct ListedNumber {
 };
 
 /// Adds an option that takes `needed` or more numbers, separated by commas.
-void add_list_option(CLI::App& app, const std::string& name, const std::vector<ListedNumber>& numbers,
-                     std::size_t needed, const std::string& description) {
+CLI::Option* add_list_option(CLI::App& app, const std::string& name, const std::vector<ListedNumber>& numbers,
+                             std::size_t needed, const std::string& description) {
   const auto read = [=](const std::string& text) {
     const auto items = CLI::detail::split(text, ',');
     if (items.size() < needed || items.size() > numbers.size())
@@ -54,7 +55,7 @@ void add_list_option(CLI::App& app, const std::string& name, const std::vector<L
       std::from_chars(items[i].data(), items[i].data() + items[i].size(), *value);
     }
   };
-  app.add_option_function<std::string>(name, read, description);
+  return app.add_option_function<std::string>(name, read, description);
 }
 
 void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
@@ -96,14 +97,15 @@ void add_rig_options(CLI::App& app, SimulateArguments& arguments) {
       ->type_name("PX");
   add_list_option(app, "--lens-error",
                   {{&settings.lens_error.k1, -1.0, 1.0}, {&settings.lens_error.k2, -1.0, 1.0}}, 2,
-                  "K1,K2: radial distortion left in both rectified images: a point at the radius r (in focal "
-                  "lengths) is seen at r (1 + K1 r^2 + K2 r^4); -.026,.013 is KITTI's; with --format kitti");
+                  "radial distortion left in both rectified images: a point at the radius r (in focal "
+                  "lengths) is seen at r (1 + K1 r^2 + K2 r^4); -.026,.013 is KITTI's; with --format kitti")
+      ->type_name("K1,K2");
   simulator::RigDisturbance& disturbance = settings.disturbance;
-  add_list_option(
-      app, "--rig-vibration",
-      {{&disturbance.vibration_px, 0.0, 20.0}, {&disturbance.vibration_frames, 0.0, 1e6}}, 1,
-      "PX[,FRAMES]: the right camera turns anew in every frame; standard deviation of the "
-      "displacement in u in pixels at scale 1 (.3 of it in v, and by roll), and correlation time");
+  add_list_option(app, "--rig-vibration",
+                  {{&disturbance.vibration_px, 0.0, 20.0}, {&disturbance.vibration_frames, 0.0, 1e6}}, 1,
+                  "the right camera turns anew in every frame; standard deviation of the "
+                  "displacement in u in pixels at scale 1 (.3 of it in v, and by roll), and correlation time")
+      ->type_name("PX[,FRAMES]");
   app.add_option(
          "--ride", arguments.bounce_mm,
          "bounce of a vehicle on a bad road, with pitch and roll; standard deviation in millimetres. 17 "
@@ -198,6 +200,11 @@ Command add_simulate(CLI::App& parent) {
       throw CLI::ValidationError("--rectification-error", "needs --format kitti");
     if (arguments->settings.lens_error.any() && arguments->format != "kitti")
       throw CLI::ValidationError("--lens-error", "needs --format kitti");
+    try {
+      validate(arguments->settings.lens_error, arguments->settings.camera);
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError("--lens-error", error.what());
+    }
     if (1e-3 * arguments->exposure_ms * arguments->settings.fps > 1.0)
       throw CLI::ValidationError("--exposure", "is longer than the time between two frames (--fps)");
   });

@@ -75,6 +75,8 @@ TEST_CASE("A missing name and a value that an option does not have are named", "
       {{"simulate", "--output", "x", "--rig-vibration", "1,nan"},
        "--rig-vibration: nan is not a number from 0 to"},
       {{"simulate", "--output", "x", "--lens-error", "-.026"}, "--lens-error: -.026 is not 2 to 2 numbers"},
+      {{"simulate", "--output", "x", "--lens-error", "-1,0"},
+       "--lens-error: a lens_error of -1.000000, 0.000000 folds"},
       {{"simulate", "--output", "x", "--lens-error", "1e9,0"},
        "--lens-error: 1e9 is not a number from -1 to 1"},
       {{"simulate", "--output", "x", "--format", "euroc", "--lens-error", "-.026,.013"},
