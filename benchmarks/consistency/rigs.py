@@ -22,7 +22,7 @@ COLUMNS = {  # figure: heading and form
     "inside 10": ("10 frames", "{:.0f}"),
     "inside 100": ("100 frames", "{:.0f}"),
 }
-COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f")
+COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf")
 PANEL_PX, GAP_PX = 220, 70
 
 
@@ -64,7 +64,16 @@ def panel(groups, key, left):
         yield "".join(f'<circle cx="{x}" cy="{y}" r="3" fill="{colour}"/>' for x, y in (point.split(",") for point in points))
 
 
+def with_none_first(groups):
+    """The undisturbed drives of a scene as level 0 of each of its kinds."""
+    none = {(scene, 0.0): runs for (scene, kind, _), runs in groups.items() if kind == "none"}
+    rest = {key: runs for key, runs in groups.items() if key[1] != "none"}
+    zero = {(scene, kind, 0.0): none[scene, 0.0] for scene, kind, _ in rest if (scene, 0.0) in none}
+    return dict(sorted((zero | rest).items()))
+
+
 def plot(groups, preset):
+    groups = with_none_first(groups)
     kinds = list(dict.fromkeys((scene, kind) for scene, kind, _ in groups))
     width, height = len(COLUMNS) * (PANEL_PX + GAP_PX) + GAP_PX, PANEL_PX + 2 * GAP_PX
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif" font-size="12">']
