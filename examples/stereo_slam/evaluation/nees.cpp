@@ -37,18 +37,6 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
                      [name](TrackingStatus status) { return name == to_string(status); });
 }
 
-/// Whether a text is names of reasons with semicolons between them, or nothing.
-[[nodiscard]] bool are_reasons(std::string_view text) {
-  while (!text.empty()) {
-    const std::string_view name = text.substr(0, text.find(';'));
-    const bool known = std::any_of(kWeakReasons.begin(), kWeakReasons.end(),
-                                   [name](const WeakReason& reason) { return name == reason.name; });
-    if (!known) return false;
-    text.remove_prefix(std::min(name.size() + 1, text.size()));
-  }
-  return true;
-}
-
 [[nodiscard]] double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
@@ -169,6 +157,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
   const std::string earlier = usual.substr(0, usual.rfind(','));
   const std::string_view first = lines.empty() ? "" : std::string_view(lines.front().text);
   if (first == usual || first == earlier) return first == usual;
+  if (!first.empty()) require_whole_columns(file, lines.front());
   if (names(first) == names(usual) || names(first) == names(earlier))
     fail(file, "its columns are in another order than those that `run` writes; restore their order");
   if (!first.starts_with("stamp_s,status,"))
@@ -202,7 +191,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
   const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
   if (!stamp_ns) refuse(fault_of_row(fields, with_reasons));
   if (!is_status(fields[1])) refuse(fmt::format("\"{}\" is not a status", fields[1]));
-  if (!are_reasons(reasons)) refuse(fmt::format("\"{}\" is not a list of reasons", reasons));
+  require_known_reasons(file, line.number, reasons);
   const double* tail = numbers->data() + kTriangle;
   constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error
   if (*std::min_element(tail + 2, tail + kBetween) < 0.0 ||

@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/evaluation/nees.hpp"
+#include "stereo_slam/io/covariance_columns.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/table_row.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/rounding.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
@@ -23,30 +25,32 @@ namespace fs = std::filesystem;
 /// The columns of a file with a header, as text.
 using Table = std::map<std::string, std::vector<std::string>, std::less<>>;
 
-/// Fields between commas; they may be empty.
-[[nodiscard]] std::vector<std::string> split_at_commas(std::string_view text) {
-  std::vector<std::string> fields;
-  for (;;) {
-    const auto comma = text.find(',');
-    fields.emplace_back(text.substr(0, comma));
-    if (comma == std::string_view::npos) return fields;
-    text.remove_prefix(comma + 1);
-  }
-}
-
-[[nodiscard]] Table read_table(const fs::path& file) {
-  const auto lines = read_text_lines(file);
-  if (lines.empty()) throw std::runtime_error(fmt::format("{}: is empty", file.string()));
-  const auto names = split_at_commas(lines.front().text);
+[[nodiscard]] Table table_of(const fs::path& file, const std::vector<TextLine>& lines) {
+  if (lines.empty()) fail(file, "is empty");
+  require_line_end(file, lines);
+  const auto names = split_row(lines.front().text, ',');
   Table table;
-  for (const auto& name : names) table[name];
+  for (const auto name : names) table[std::string(name)];
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    auto fields = split_at_commas(lines[i].text);
+    const auto fields = split_row(lines[i].text, ',');
     if (fields.size() != names.size()) {
       throw std::runtime_error(at_line(
           file, lines[i].number, fmt::format("has {} fields, the header {}", fields.size(), names.size())));
     }
-    for (std::size_t c = 0; c < names.size(); ++c) table[names[c]].push_back(std::move(fields[c]));
+    for (std::size_t c = 0; c < names.size(); ++c) table.find(names[c])->second.emplace_back(fields[c]);
+  }
+  return table;
+}
+
+[[nodiscard]] Table read_table(const fs::path& file) { return table_of(file, read_text_lines(file)); }
+
+[[nodiscard]] Table read_covariance_table(const fs::path& file) {
+  const auto lines = read_text_lines(file);
+  if (!lines.empty()) require_whole_columns(file, lines.front());
+  Table table = table_of(file, lines);
+  if (const auto reasons = table.find("reasons"); reasons != table.end()) {
+    for (std::size_t i = 0; i < reasons->second.size(); ++i)
+      require_known_reasons(file, lines[i + 1].number, reasons->second[i]);
   }
   return table;
 }
@@ -137,7 +141,7 @@ void require_entries_of_run(const fs::path& file, const std::map<std::string, st
 }
 
 void add_covariances(const fs::path& file, RunFolder& run) {
-  const Table table = read_table(file);
+  const Table table = read_covariance_table(file);
   require_columns(file, table, {"stamp_s", "status", "tx_tx_m2", "ty_ty_m2", "tz_tz_m2", "nis", "nis_dof"});
   require_rows(file, table, run.trajectory.poses.size());
   require_stamps(file, table, run.trajectory);
