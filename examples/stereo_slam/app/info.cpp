@@ -14,6 +14,7 @@
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -154,7 +155,7 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
   if (sequence.ground_truth.empty()) {
     fmt::print(stream, "ground truth  none\n");
   } else {
-    fmt::print(stream, "ground truth  {} poses, {:.1f} m\n", sequence.ground_truth.size(),
+    fmt::print(stream, "ground truth  {}, {:.1f} m\n", counted(sequence.ground_truth.size(), "pose"),
                distances_along(sequence.ground_truth).back());
   }
 }
@@ -165,7 +166,7 @@ void print_problems(std::ostream& stream, const std::vector<Problem>& problems) 
                as_message(problems[i].text));
   }
   if (problems.size() > kPrintedProblems) {
-    fmt::print(stream, "...           and {} more problems\n", problems.size() - kPrintedProblems);
+    fmt::print(stream, "...           and {}\n", counted(problems.size() - kPrintedProblems, "more problem"));
   }
 }
 
@@ -223,17 +224,14 @@ void print_inspection(std::ostream& stream, const Inspection& inspection) {
   const auto errors =
       static_cast<std::size_t>(std::count_if(scan.problems.begin(), scan.problems.end(), is_error));
   const std::size_t warnings = scan.problems.size() - errors;
-  const auto count = [](std::size_t n, const char* what) {
-    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
-  };
   std::string verdict = "usable";
   if (errors > 0)
-    verdict = fmt::format("not usable as a whole ({})", count(errors, "error"));
+    verdict = fmt::format("not usable as a whole ({})", counted(errors, "error"));
   else if (!agreement.conclusive())
     verdict = fmt::format("unknown, as the two cameras could not be compared; see the {} above",
-                          count(warnings, "warning"));
+                          counted(warnings, "warning"));
   else if (warnings > 0)
-    verdict = fmt::format("usable, but see the {} above", count(warnings, "warning"));
+    verdict = fmt::format("usable, but see the {} above", counted(warnings, "warning"));
   fmt::print(stream, "verdict       {}\n", verdict);
 }
 

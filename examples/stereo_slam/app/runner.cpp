@@ -22,6 +22,7 @@
 #include "stereo_slam/app/realtime_reader.hpp"
 #include "stereo_slam/app/run_map.hpp"
 #include "stereo_slam/app/signals.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/report/report.hpp"
 #include "stereo_slam/report/thumbnails.hpp"
@@ -165,8 +166,10 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
     }
     outputs.results.append(record, slam);
     const FrameResult& last = record.results.back();
-    outputs.progress.update(position + 1, input.total(),
-                            fmt::format("{} landmarks  {}", last.landmarks, to_string(last.status)));
+    outputs.progress.update(
+        position + 1, input.total(),
+        fmt::format("{}  {}", counted(static_cast<std::size_t>(last.landmarks), "landmark"),
+                    to_string(last.status)));
   }
 }
 

@@ -20,6 +20,7 @@
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -100,7 +101,8 @@ class BagImages : public PairSource {
         {Problem::Severity::kWarning, fmt::format("{}: {}; they are left out", recording.string(), text)});
   };
   if (images.repeated > 0)
-    warn(fmt::format("{} images of {} have the stamp of the image before", images.repeated, topic));
+    warn(fmt::format("{} of the images of {} {} the stamp of the image before", images.repeated, topic,
+                     images.repeated == 1 ? "has" : "have"));
   if (!images.out_of_order.empty()) {
     const std::size_t first = images.out_of_order.front();
     warn(fmt::format(
@@ -122,7 +124,8 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
       frames.push_back({left.stamps_ns[i], recording, recording});
       images.add(left.index[i], left.index[i]);
     }
-    if (frames.size() < 2) fail(recording, fmt::format("has {} images of {}", frames.size(), topics.left));
+    if (frames.size() < 2)
+      fail(recording, fmt::format("has {} of {}", counted(frames.size(), "image"), topics.left));
     return;
   }
   const TimedImages right = timed_images(reader, topics.right, options.record_times, scan);

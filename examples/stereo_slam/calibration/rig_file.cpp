@@ -12,6 +12,7 @@
 
 #include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/calibration/yaml_map.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
 
@@ -45,8 +46,8 @@ Lens read_lens(const YamlMap& map) {
     map.fail(map.get({"resolution"}), "resolution must be [width, height] in pixels");
   const auto intrinsics = map.numbers({"intrinsics"});
   if (intrinsics.size() != 4) {
-    map.fail(map.get({"intrinsics"}),
-             fmt::format("intrinsics has {} numbers, but must be [fx, fy, cx, cy]", intrinsics.size()));
+    map.fail(map.get({"intrinsics"}), fmt::format("intrinsics has {}, but must be [fx, fy, cx, cy]",
+                                                  counted(intrinsics.size(), "number")));
   }
   set_size(lens, resolution, [&](const std::string& what) { map.fail(map.get({"resolution"}), what); });
   set_pinhole(lens, intrinsics, [&](const std::string& what) { map.fail(map.get({"intrinsics"}), what); });

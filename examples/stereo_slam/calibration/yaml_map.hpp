@@ -16,6 +16,7 @@
 #include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -81,7 +82,7 @@ class YamlMap {
   [[nodiscard]] std::vector<double> matrix(const char* key, std::size_t count) const {
     auto values = numbers({key});
     if (values.size() != count)
-      fail(get({key}), fmt::format("{} has {} numbers, but needs {}", key, values.size(), count));
+      fail(get({key}), fmt::format("{} has {}, but needs {}", key, counted(values.size(), "number"), count));
     return values;
   }
 
@@ -97,7 +98,7 @@ class YamlMap {
     std::vector<double> values;
     append(data, key, values);
     if (values.size() != 16)
-      fail(node, fmt::format("{} has {} numbers, but a 4x4 matrix has 16", key, values.size()));
+      fail(node, fmt::format("{} has {}, but a 4x4 matrix has 16", key, counted(values.size(), "number")));
     return rigid_motion(node, key, values);
   }
 

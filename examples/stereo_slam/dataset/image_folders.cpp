@@ -18,6 +18,7 @@
 
 #include "stereo_slam/dataset/stamp_pairs.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/stamps/image_names.hpp"
 
@@ -267,16 +268,16 @@ void pair_images(const ImageList& left_images, const ImageList& right_images, co
     if (alone > 0) {
       scan.problems.push_back(
           {Problem::Severity::kWarning,
-           fmt::format("{}: {} images have no partner of the same name or number in the other folder; they "
-                       "are left out",
-                       scan.sequence.folder.string(), alone)});
+           fmt::format("{}: {} no partner of the same name or number in the other folder and {} left out",
+                       scan.sequence.folder.string(), counted(alone, "image has", "images have"),
+                       alone == 1 ? "is" : "are")});
     }
     return;
   }
   fail(left.front().parent_path(),
-       fmt::format("holds {} images and {} holds {}, without a name in common; give the images of a pair one "
+       fmt::format("holds {} and {} holds {}, without a name in common; give the images of a pair one "
                    "name",
-                   left.size(), right.front().parent_path().string(), right.size()));
+                   counted(left.size(), "image"), right.front().parent_path().string(), right.size()));
 }
 
 }  // namespace stereo_slam

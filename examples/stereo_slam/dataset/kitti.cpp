@@ -11,6 +11,7 @@
 #include "stereo_slam/dataset/kitti_projection.hpp"
 #include "stereo_slam/dataset/kitti_raw.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
@@ -119,9 +120,8 @@ std::size_t count_images(const fs::path& folder) {
   // A few missing images end the run when it reaches them; many mean another numbering.
   if (count > 2 * files + 1000) {
     fail(folder,
-         fmt::format(
-             "holds {} images, but one is called {}; they must be numbered from 000000.png without gaps",
-             files, frame_name(count - 1)));
+         fmt::format("holds {}, but one is called {}; they must be numbered from 000000.png without gaps",
+                     counted(files, "image"), frame_name(count - 1)));
   }
   return count;
 }
@@ -146,8 +146,8 @@ void read_ground_truth(StereoSequence& sequence, const Eigen::Isometry3d& T_came
   if (!fs::exists(file)) return;
   auto poses = read_trajectory(file, TrajectoryFormat::kKitti).poses;
   if (poses.size() != sequence.frames.size()) {
-    fail(file, fmt::format("has {} poses for {} frames; the ground truth is left out", poses.size(),
-                           sequence.frames.size()));
+    fail(file, fmt::format("has {} for {}; the ground truth is left out", counted(poses.size(), "pose"),
+                           counted(sequence.frames.size(), "frame")));
   }
   const bool is_camera_0 = T_camera_0_left.translation().isZero(0.0);
   for (auto& T_world_camera_0 : poses)
@@ -199,8 +199,8 @@ SequenceScan scan_kitti(const fs::path& folder, const PairingOptions& pairing) {
     if (images < 2) fail(folder, "contains a single frame; a sequence needs at least two");
     if (stamps_ns && stamps_ns->size() != images) {
       fail(folder / "times.txt",
-           fmt::format("has {} times for {} images (the last is {}); there must be one for each",
-                       stamps_ns->size(), images, frame_name(images - 1)));
+           fmt::format("has {} for {} images (the last is {}); there must be one for each",
+                       counted(stamps_ns->size(), "time"), images, frame_name(images - 1)));
     }
   });
   for (std::size_t i = 0; i < images; ++i) {

@@ -21,6 +21,7 @@
 #include "stereo_slam/dataset/kitti_projection.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -52,7 +53,7 @@ class KittiValues {
     if (found == values_.end())
       fail(file_, fmt::format("has no line '{}: ...' of numbers; copy it again", key));
     if (found->second.size() != count)
-      fail(file_, fmt::format("{} has {} numbers and needs {}", key, found->second.size(), count));
+      fail(file_, fmt::format("{} has {} and needs {}", key, counted(found->second.size(), "number"), count));
     return found->second;
   }
 
@@ -165,9 +166,10 @@ KittiImages read_images(const fs::path& camera, SequenceScan& scan) {
     images.stamps_ns.push_back(stamp->second);
   }
   if (without_stamp > 0) {
-    scan.problems.push_back({Problem::Severity::kWarning,
-                             fmt::format("{}: {} images have no line in timestamps.txt; they are left out",
-                                         camera.string(), without_stamp)});
+    scan.problems.push_back(
+        {Problem::Severity::kWarning,
+         fmt::format("{}: {} no line in timestamps.txt and {} left out", camera.string(),
+                     counted(without_stamp, "image has", "images have"), without_stamp == 1 ? "is" : "are")});
   }
   return images;
 }
@@ -181,16 +183,18 @@ StampPairs paired_by_index(const KittiImages& left, const KittiImages& right, co
     result.pairs.emplace_back(i, static_cast<std::size_t>(partner - right.index.begin()));
   }
   if (result.pairs.size() < 2)
-    fail(folder, fmt::format("contains {} pairs of images with one number and times", result.pairs.size()));
+    fail(folder, fmt::format("contains {} of images with one number and times",
+                             counted(result.pairs.size(), "pair")));
   return result;
 }
 
 void warn_of_unpaired(const KittiImages& left, const KittiImages& right, SequenceScan& scan) {
   const std::size_t alone = left.index.size() + right.index.size() - 2 * scan.sequence.frames.size();
   if (alone == 0) return;
-  scan.problems.push_back({Problem::Severity::kWarning,
-                           fmt::format("{}: {} images have no partner in the other camera; they are left out",
-                                       scan.sequence.folder.string(), alone)});
+  scan.problems.push_back(
+      {Problem::Severity::kWarning,
+       fmt::format("{}: {} no partner in the other camera and {} left out", scan.sequence.folder.string(),
+                   counted(alone, "image has", "images have"), alone == 1 ? "is" : "are")});
 }
 
 void pair_images_of_drive(const KittiDrive& drive, const PairingOptions& pairing, SequenceScan& scan) {

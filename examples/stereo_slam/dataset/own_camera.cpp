@@ -16,6 +16,7 @@
 #include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/images/live_camera.hpp"
 #include "stereo_slam/images/video.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/stamps/stamp_units.hpp"
@@ -36,8 +37,8 @@ void set_times(const fs::path& file, const FramePositions& positions, SequenceSc
   if (!warning.empty()) scan.problems.push_back({kWarning, warning});
   const bool of_all = stamps_ns.size() == positions.count;
   if (!of_all && stamps_ns.size() != frames.size()) {
-    fail(file, fmt::format("has {} times for {} frames; there must be one for each", stamps_ns.size(),
-                           frames.size()));
+    fail(file, fmt::format("has {} for {}; there must be one for each", counted(stamps_ns.size(), "time"),
+                           counted(frames.size(), "frame")));
   }
   for (std::size_t i = 0; i < frames.size(); ++i)
     frames[i].stamp_ns = stamps_ns[of_all ? positions.of_frame[i] : i];
@@ -162,9 +163,9 @@ void open_folders(const Sources& sources, const OwnCamera& own, const fs::path& 
   }
   if (known.positions.missing > 0) {
     scan.problems.push_back(
-        {kWarning, fmt::format("{}: {} numbers are missing among the names of the images; the stamps leave "
-                               "time for them",
-                               sources.left.string(), known.positions.missing)});
+        {kWarning,
+         fmt::format("{}: {} missing among the names of the images; the stamps leave time for this",
+                     sources.left.string(), counted(known.positions.missing, "number is", "numbers are"))});
   }
   set_stamps(own, calibration, known, scan);
 }
@@ -185,10 +186,10 @@ void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& c
                          {0, sources.left, sources.side_by_side() ? sources.left : sources.right});
   if (left_count != right_count) {
     scan.problems.push_back(
-        {kWarning,
-         fmt::format("{}: has {} frames and {} has {}; the shorter one counts; frames with the same index "
-                     "must have been taken together",
-                     sources.left.string(), left_count, sources.right.string(), right_count)});
+        {kWarning, fmt::format("{}: has {} and {} has {}; the shorter one counts; frames with the same index "
+                               "must have been taken together",
+                               sources.left.string(), counted(left_count, "frame"), sources.right.string(),
+                               right_count)});
   }
   if (!own.times && !own.frame_rate_hz) video->use_own_times();
   set_stamps(

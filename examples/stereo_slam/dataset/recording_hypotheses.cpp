@@ -13,6 +13,7 @@
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/rig_variants.hpp"
 #include "stereo_slam/dataset/stereo_agreement.hpp"
+#include "stereo_slam/io/counted.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -101,15 +102,14 @@ std::string swap_text(const StereoSequence& sequence) {
 }
 
 Hypothesis late_by(int frames, const StereoSequence& sequence) {
-  const int count = std::abs(frames);
-  const std::string amount = count == 1 ? "one frame" : fmt::format("{} frames", count);
+  const auto count = static_cast<std::size_t>(std::abs(frames));
   std::string cause =
       fmt::format("the images of {} look {} {}; those of a pair must have been taken together",
-                  is_one_image(sequence) ? "the right camera" : sequence.right_name, amount,
+                  is_one_image(sequence) ? "the right camera" : sequence.right_name, counted(count, "frame"),
                   frames > 0 ? "late" : "early");
   if (!is_one_image(sequence)) {
     cause += fmt::format(", so remove the first {} of {}, or correct the stamps",
-                         count == 1 ? "image" : fmt::format("{} images", count),
+                         count == 1 ? "image" : counted(count, "image"),
                          frames > 0 ? sequence.right_name : sequence.left_name);
   }
   return {.late = frames, .rectifier = sequence.rectifier, .cause = std::move(cause)};

@@ -10,6 +10,7 @@
 
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/evaluation/pose_conventions.hpp"
+#include "stereo_slam/io/counted.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -44,9 +45,8 @@ using Warning = std::optional<std::string>;
     if (trajectory.stamps_ns[i] == trajectory.stamps_ns[i - 1] && !(apart_m <= kAlike_m)) ++count;
   }
   if (count == 0) return {};
-  return fmt::format(
-      "{}: {} {} the stamp of the pose before, more than {} m away; one of the two is not used",
-      name.string(), count, count == 1 ? "pose has" : "poses have", kAlike_m);
+  return fmt::format("{}: {} the stamp of the pose before, more than {} m away; one of the two is not used",
+                     name.string(), counted(count, "pose has", "poses have"), kAlike_m);
 }
 
 [[nodiscard]] Warning same_poses(const PosePairs& poses) {

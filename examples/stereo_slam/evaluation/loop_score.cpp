@@ -14,6 +14,7 @@
 
 #include "stereo_slam/evaluation/json_value.hpp"
 #include "stereo_slam/evaluation/pose_tree.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
@@ -160,8 +161,8 @@ void print_revisit(std::ostream& stream, const Revisit& revisit) {
   fmt::print(stream, "{:<32}{:.1f} m, ", fmt::format("  frames {} to {}", revisit.first, revisit.last),
              revisit.path_m);
   if (revisit.first_loop) {
-    fmt::print(stream, "found after {} frames, {:.1f} m of it\n", *revisit.first_loop - revisit.first,
-               revisit.found_path_m);
+    fmt::print(stream, "found after {}, {:.1f} m of it\n",
+               counted(*revisit.first_loop - revisit.first, "frame"), revisit.found_path_m);
   } else {
     fmt::print(stream, "missed\n");
   }
@@ -225,8 +226,8 @@ LoopScore score_loops(const TruePoses& truth, const std::vector<LoopEvent>& loop
     const std::size_t last = loop.in_loaded_map ? loop.frame : std::max(loop.frame, loop.old_frame);
     if (last >= truth.size()) {
       throw std::runtime_error(
-          fmt::format("a loop of frame {} in a run of {} frames; give loops and trajectory of the same run",
-                      last, truth.size()));
+          fmt::format("a loop of frame {} in a run of {}; give loops and trajectory of the same run", last,
+                      counted(truth.size(), "frame")));
     }
     ++(loop.accepted ? score.accepted : score.refused);
     if (loop.in_loaded_map || !truth[loop.frame] || !truth[loop.old_frame]) {

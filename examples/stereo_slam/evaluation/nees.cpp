@@ -19,6 +19,7 @@
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/covariance_columns.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -132,10 +133,10 @@ void print_score(std::ostream& stream, std::string_view name, const NeesScore& s
 /// Throws std::runtime_error unless row i can belong to pose i, for every i.
 void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRow>& rows) {
   if (rows.size() != estimate.poses.size()) {
-    throw std::runtime_error(fmt::format(
-        "{} rows of covariances for {} estimated poses; give both files of the same run, and of one with "
-        "--realtime trajectory_tum.txt",
-        rows.size(), estimate.poses.size()));
+    throw std::runtime_error(
+        fmt::format("{} of covariances for {}; give both files of the same run, and of one with "
+                    "--realtime trajectory_tum.txt",
+                    counted(rows.size(), "row"), counted(estimate.poses.size(), "estimated pose")));
   }
   for (std::size_t i = 0; i < estimate.stamps_ns.size(); ++i) {
     if (!rows[i].stamp_ns || is_same_stamp(*rows[i].stamp_ns, estimate.stamps_ns[i])) continue;
@@ -169,7 +170,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
 [[nodiscard]] std::string fault_of_row(const std::vector<std::string_view>& fields, bool before_reasons) {
   const std::string expected = fmt::format("expected stamp, status and {} numbers{}", kColumns - 2,
                                            before_reasons ? " before the reasons" : "");
-  if (fields.size() != kColumns) return fmt::format("{}, not {} fields", expected, fields.size());
+  if (fields.size() != kColumns) return fmt::format("{}, not {}", expected, counted(fields.size(), "field"));
   const auto wrong =
       std::find_if(fields.begin() + 2, fields.end(), [](auto field) { return !parse_numbers(field); });
   if (wrong == fields.end()) return fmt::format("{}; '{}' is not a stamp", expected, fields[0]);
@@ -279,7 +280,7 @@ NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate
 
 void print_nees(std::ostream& stream, const NeesReport& report) {
   for (const auto& r : report.relative) {
-    const std::string name = fmt::format("NEES over {} frame{}", r.frames, r.frames == 1 ? "" : "s");
+    const std::string name = "NEES over " + counted(r.frames, "frame");
     if (r.count == 0) {
       fmt::print(stream, "{:<32}n/a (the run is too short)\n", name);
     } else {

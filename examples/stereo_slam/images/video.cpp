@@ -18,6 +18,7 @@
 #include "stereo_slam/codecs/codecs.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/images/image_size.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
@@ -185,8 +186,8 @@ std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) {
   }
   if (!image && index < frames_) {
     warning_ = fmt::format(
-        "{}: the video ends after {} frames, its header promises {}; check that it was copied as a whole",
-        decoder.file.string(), decoder.next, decoder.promised);
+        "{}: the video ends after {}, its header promises {}; check that it was copied as a whole",
+        decoder.file.string(), counted(decoder.next, "frame"), decoder.promised);
   }
   return image;
 }
@@ -247,8 +248,7 @@ void VideoPair::keep_in_step(std::size_t index, cv::Mat& left, cv::Mat& right) {
     warning_ = fmt::format(
         "{}: lacks {} before frame {} that {} has, by their times; from the next frame on the "
         "images are paired without it",
-        lacking.string(), frames == 1 ? "a frame" : fmt::format("{} frames", frames), index - 1,
-        other.string());
+        lacking.string(), counted(frames, "frame"), index - 1, other.string());
   }
   cv::Mat& image = left_lacks ? right : left;
   const auto next = (left_lacks ? right_ : left_)->read(frame_of(index, !left_lacks));

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/position_digits.hpp"
 #include "stereo_slam/io/stamp_unit.hpp"
@@ -111,7 +112,7 @@ void append_row(Trajectory& trajectory, const TrajectoryLayout& layout, const st
   const Fields fields = split_row(text, layout.separator);
   if (fields.size() != layout.fields) {
     throw std::runtime_error(
-        fmt::format("{} fields, but the first row has {}", fields.size(), layout.fields));
+        fmt::format("{}, but the first row has {}", counted(fields.size(), "field"), layout.fields));
   }
   trajectory.poses.push_back(pose_of(layout, fields));
   if (layout.columns || layout.matrix.first == 1) append_stamp(written.stamps, layout, fields);

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/table_row.hpp"
 
 namespace stereo_slam {
@@ -107,8 +108,8 @@ void use_names(const std::vector<TextLine>& head, const Fields& row, TrajectoryL
       layout.remarks.push_back("its names of columns are ignored: " + fault_of(named));
     if (comment || matrix) continue;
     if (!named.columns) throw std::runtime_error(fault_of(named));
-    throw std::runtime_error(
-        fmt::format("{} names for the {} columns of the first row", names.size(), row.size()));
+    throw std::runtime_error(fmt::format("{} for the {} of the first row", counted(names.size(), "name"),
+                                         counted(row.size(), "column")));
   }
 }
 
@@ -117,10 +118,10 @@ void use_names(const std::vector<TextLine>& head, const Fields& row, TrajectoryL
                                           TrajectoryLayout& layout) {
   const std::size_t count = numbers.size();
   if (count < kStampedFields || (count > kStampedFields && !has_unit_quaternion(numbers))) {
-    throw std::runtime_error(fmt::format(
-        "{} fields are neither KITTI (12), TUM (8) nor EuRoC (8 or more, commas); if each row is a "
-        "pose, {}",
-        count, kHowToName));
+    throw std::runtime_error(
+        fmt::format("{} neither KITTI (12), TUM (8) nor EuRoC (8 or more, commas); if each row is a "
+                    "pose, {}",
+                    counted(count, "field is", "fields are"), kHowToName));
   }
   if (count > kStampedFields) {
     layout.remarks.push_back(
@@ -143,8 +144,8 @@ void use_order(Fields row, std::optional<TrajectoryFormat> format, TrajectoryLay
   const bool kitti = format ? *format == TrajectoryFormat::kKitti : usual_kitti;
   const bool wrong = kitti ? !matrix && !twelve : format && (matrix || numbers.size() < kStampedFields);
   if (format && wrong) {
-    throw std::runtime_error(fmt::format("{} fields, but {} has {}", numbers.size(), to_string(*format),
-                                         kitti ? 12 : kStampedFields));
+    throw std::runtime_error(fmt::format("{}, but {} has {}", counted(numbers.size(), "field"),
+                                         to_string(*format), kitti ? 12 : kStampedFields));
   }
   if (matrix || kitti) {
     layout.matrix = matrix.value_or(MatrixColumns{});

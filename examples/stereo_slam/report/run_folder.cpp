@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/evaluation/nees.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/covariance_columns.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/table_row.hpp"
@@ -34,8 +35,9 @@ using Table = std::map<std::string, std::vector<std::string>, std::less<>>;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto fields = split_row(lines[i].text, ',');
     if (fields.size() != names.size()) {
-      throw std::runtime_error(at_line(
-          file, lines[i].number, fmt::format("has {} fields, the header {}", fields.size(), names.size())));
+      throw std::runtime_error(
+          at_line(file, lines[i].number,
+                  fmt::format("has {}, the header {}", counted(fields.size(), "field"), names.size())));
     }
     for (std::size_t c = 0; c < names.size(); ++c) table.find(names[c])->second.emplace_back(fields[c]);
   }
@@ -71,8 +73,8 @@ void require_rows(const fs::path& file, const Table& table, std::size_t poses) {
   const std::size_t rows = table.begin()->second.size();
   if (rows == poses) return;
   throw std::runtime_error(
-      fmt::format("{}: has {} rows for {} poses in trajectory_tum.txt; copy the folder of the run again",
-                  file.string(), rows, poses));
+      fmt::format("{}: has {} for {} in trajectory_tum.txt; copy the folder of the run again", file.string(),
+                  counted(rows, "row"), counted(poses, "pose")));
 }
 
 /// Throws std::runtime_error unless the rows of a table have the stamps of the poses.

@@ -141,7 +141,7 @@ TEST_CASE(
   };
   for (const auto& [name, count, reason] :
        {Bag{"gap.bag", "1 of 5 images of", "no partner within 50 ms"},
-        Bag{"repeated.bag", "1 images of", "the stamp of the image before"},
+        Bag{"repeated.bag", "1 of the images of", "the stamp of the image before"},
         Bag{"outlier.bag", "1 of 5 images of", "the first is image 2 with 410065408.0"}}) {
     CAPTURE(name);
     const auto scan = scan_bag(*folder / name, {});

@@ -176,7 +176,7 @@ TEST_CASE("Folders that are no runs and damaged files are errors that name the f
                     Catch::Contains("covariances.csv: has 5 rows for 0 poses in trajectory_tum.txt"));
   write_text(folder / "a/trajectory_tum.txt", poses);
   write_text(folder / "a/timing.csv", "frame,total_ms\n0,1\n1\n");
-  CHECK_THROWS_WITH(report::read_run_folder(folder / "a"), Catch::Contains("timing.csv:3: has 1 fields"));
+  CHECK_THROWS_WITH(report::read_run_folder(folder / "a"), Catch::Contains("timing.csv:3: has 1 field,"));
   write_text(folder / "a/run.yaml", "version: [\n");
   CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
                     Catch::Contains("run.yaml:") && Catch::Contains("YAML"));
