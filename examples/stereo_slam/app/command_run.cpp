@@ -58,14 +58,12 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       ->required()
       ->check(require_name)
       ->type_name("DIR");
-  app.add_flag(
-      "--overwrite", options.overwrite,
-      "replace the results of an earlier run in --output when this run has finished; allow --save-map and "
-      "--debug-images to replace files of an earlier run");
-  app.add_flag(
-      "--strict", options.strict,
-      "end the run at an image that cannot be read, or that is missing although a list of images names it, "
-      "instead of tracking without it");
+  app.add_flag("--overwrite", options.overwrite,
+               "replace the results of an earlier run in --output when this run has finished; allow "
+               "--save-map and --debug-images to replace files of an earlier run");
+  app.add_flag("--strict", options.strict,
+               "end the run at an image that cannot be read, or that is missing although a list of images "
+               "names it, instead of tracking without it");
   app.add_option("--max-frames", options.max_frames, "stop after N frames")
       ->check(whole_number_between(1, 1'000'000'000))
       ->type_name("N");
@@ -87,10 +85,9 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
                  "folder for one image per frame: predicted and observed flow, search ellipses, matches")
       ->check(require_name)
       ->type_name("DIR");
-  app.add_flag(
-      "--realtime", options.realtime,
-      "play the recording at the speed of its stamps, as a camera would, and drop frames that arrive "
-      "while another one is processed; the results then depend on the speed of the machine");
+  app.add_flag("--realtime", options.realtime,
+               "play the recording at the speed of its stamps, as a camera would, and drop frames that "
+               "arrive while another one is processed; the results then depend on the speed of the machine");
   app.add_flag("--view", options.view,
                "show the images with the landmarks, and the path and the map from above, during the run");
   app.add_flag("--quiet", options.quiet, "print errors only");
@@ -258,16 +255,15 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
   constexpr double kNoticeable_px = 0.1;
   if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
     const std::string others = turns.size() > 1 ? ", and " + counted(turns.size() - 1, "more time") : "";
-    warn(fmt::format("the right camera turned shortly before frame {}{}; poses may be wrong until "
-                     "that frame, and rest on what was learned while driving from then on",
+    warn(fmt::format("the right camera turned shortly before frame {}{}; poses may be wrong until that "
+                     "frame, and rest on what was learned while driving from then on",
                      turns.front(), others),
          quiet);
   } else if (const double px = summary.right_image_displacement_px; std::abs(px) >= kNoticeable_px) {
-    warn(
-        fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned while "
-                    "driving; check cx of both cameras, and where the images were cut",
-                    std::abs(px), px > 0.0 ? "right" : "left"),
-        quiet);
+    warn(fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned "
+                     "while driving; check cx of both cameras, and where the images were cut",
+                     std::abs(px), px > 0.0 ? "right" : "left"),
+         quiet);
   }
 }
 
@@ -296,10 +292,9 @@ int run_command(const RunArguments& arguments) {
   if (const std::string text = unreadable_text(summary); !text.empty() && summary.error.empty())
     warn(text, quiet);
   if (summary.lost > 0 && summary.error.empty()) {
-    warn(fmt::format(
-             "{} of {} frames could not be tracked; their poses are predictions, see the column status of "
-             "covariances.csv",
-             summary.lost, summary.frames),
+    warn(fmt::format("{} of {} frames could not be tracked; their poses are predictions, see the column "
+                     "status of covariances.csv",
+                     summary.lost, summary.frames),
          quiet);
   }
   warn_of_right_camera(summary, quiet);

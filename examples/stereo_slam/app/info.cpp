@@ -73,9 +73,7 @@ ImageCheck check_images(SequenceScan& scan) {
     if (good) check.whole.push_back(i);
   }
   if (colour) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format("{}: images are in colour; they are converted to grey", sequence.folder.string())});
+    scan.warn(sequence.folder, "images are in colour; they are converted to grey");
   }
   return check;
 }
@@ -101,11 +99,10 @@ void add_faults(const ImageCheck& check, SequenceScan& scan) {
   const auto severity = check.faults_are_few() ? Problem::Severity::kWarning : Problem::Severity::kError;
   for (const auto& fault : check.faults) scan.problems.push_back({severity, fault});
   if (check.faults.empty() || severity == Problem::Severity::kError) return;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: {} of {} images cannot be read; `run` treats them as missing, and with --strict ends "
-                   "at the first",
-                   scan.sequence.folder.string(), check.faults.size(), check.images)});
+  scan.warn(
+      scan.sequence.folder,
+      "{} of {} images cannot be read; `run` treats them as missing, and with --strict ends at the first",
+      check.faults.size(), check.images);
 }
 
 /// Compares the images of the two cameras in a few frames, and adds the problems found to the scan. Nothing
@@ -185,8 +182,7 @@ Inspection inspect(SequenceScan scan) {
 
 void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame) {
   if (sequence.ground_truth.empty())
-    throw std::runtime_error(fmt::format(
-        "{}: the recording has no ground truth; leave out --write-groundtruth", sequence.folder.string()));
+    fail(sequence.folder, "the recording has no ground truth; leave out --write-groundtruth");
   const Eigen::Isometry3d T_camera_frame =
       frame == PoseFrame::kBody ? require_body(sequence).inverse() : Eigen::Isometry3d::Identity();
   std::vector<Pose> poses;

@@ -200,9 +200,8 @@ struct BagReader::Bag {
     const double gap_s = begin_of(after) - rosbag::View(before.bag).getEndTime().toSec();
     if (gap_s >= -kLongestOverlap_s && gap_s <= kLongestGap_s) return;
     fail(after.file,
-         fmt::format("begins {:.6g} s {} the end of {}, so they are no parts of one recording; name "
-                     "one of them",
-                     std::abs(gap_s), gap_s > 0.0 ? "after" : "before", before.file.filename().string()));
+         "begins {:.6g} s {} the end of {}, so they are no parts of one recording; name one of them",
+         std::abs(gap_s), gap_s > 0.0 ? "after" : "before", before.file.filename().string());
   }
 
   /// Calls a function that reads a bag, and adds the name of the bag to its errors.
@@ -225,7 +224,7 @@ struct BagReader::Bag {
     try {
       read_message(images.at(topic).at(i));
     } catch (const std::exception& error) {
-      fail(recording, fmt::format("image {} of {}: {}", i, topic, with_advice(error)));
+      fail(recording, "image {} of {}: {}", i, topic, with_advice(error));
     }
   }
 

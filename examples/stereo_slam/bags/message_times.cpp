@@ -69,10 +69,10 @@ void require_stamps(const std::vector<MessageTime>& times) {
   const auto zeros = static_cast<std::size_t>(
       std::count_if(times.begin(), times.end(), [](const auto& time) { return time.header_ns == 0; }));
   if (zeros < 2 || 2 * zeros < times.size()) return;
-  throw std::invalid_argument(fmt::format(
-      "{} of its {} images have the stamp zero in their headers; the option --record-times uses the times "
-      "at which they were recorded, or correct the driver and record again",
-      zeros, times.size()));
+  throw std::invalid_argument(
+      fmt::format("{} of its {} images have the stamp zero in their headers; the option --record-times uses "
+                  "the times at which they were recorded, or correct the driver and record again",
+                  zeros, times.size()));
 }
 
 void require_order(const std::vector<MessageTime>& times, std::size_t out_of_order) {

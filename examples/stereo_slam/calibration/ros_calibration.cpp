@@ -99,8 +99,7 @@ struct NamedCameraInfo {
   if (cameras.empty()) {
     fail(text.file,
          "the camera matrix K is zero, which says that the camera is not calibrated; calibrate the two "
-         "cameras as a "
-         "stereo pair");
+         "cameras as a stereo pair");
   }
   return cameras;
 }
@@ -155,9 +154,8 @@ OwnCamera read_ros(const CalibrationText& text) {
     sort_cameras(cameras);
   }
   if (cameras.size() != 2)
-    fail(text.file,
-         fmt::format("holds the camera_info of {} cameras; keep those of the left and the right one",
-                     cameras.size()));
+    fail(text.file, "holds the camera_info of {} cameras; keep those of the left and the right one",
+         cameras.size());
   const auto& left = cameras[0].info;
   const auto& right = cameras[1].info;
   OwnCamera own;

@@ -40,8 +40,8 @@ std::map<std::string, fs::path> by_name(const std::vector<fs::path>& images) {
   for (const auto& image : images) {
     const auto [other, is_new] = named.emplace(image.stem().string(), image);
     if (!is_new) {
-      fail(image, fmt::format("has the name of {}; one image of a name must remain in the folder",
-                              other->second.filename().string()));
+      fail(image, "has the name of {}; one image of a name must remain in the folder",
+           other->second.filename().string());
     }
   }
   return named;
@@ -88,12 +88,10 @@ void pair_by_order(const std::vector<fs::path>& left, const std::vector<fs::path
   const bool numbered = !left_numbered.empty() && !right_numbered.empty();
   const auto in_both = [&](const auto& image) { return right_numbered.contains(image.first); };
   if (!numbered || std::any_of(left_numbered.begin(), left_numbered.end(), in_both)) return;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: the images of the two cameras have no number in common, so they are paired by order, "
-                   "{} with {}; check that these were taken together, and give the images of a pair one name",
-                   scan.sequence.folder.string(), left.front().filename().string(),
-                   right.front().filename().string())});
+  scan.warn(scan.sequence.folder,
+            "the images of the two cameras have no number in common, so they are paired by order, {} with "
+            "{}; check that these were taken together, and give the images of a pair one name",
+            left.front().filename().string(), right.front().filename().string());
 }
 
 /// What is before the number at the end of an image's name; nothing without a number. A stamp is a number.
@@ -120,9 +118,10 @@ void require_one_pattern(const std::vector<fs::path>& images) {
     const auto text = text_before_number(image);
     if (text && (*text == most->first || !most->first.empty())) continue;
     const std::string pattern = most->first.empty() ? "digits only" : "'" + most->first + "' and a number";
-    fail(image, fmt::format("its name is not {}, as those of {} of the {} images are; remove it if it is a "
-                            "copy or no image of the recording, or rename it",
-                            pattern, most->second, images.size()));
+    fail(image,
+         "its name is not {}, as those of {} of the {} images are; remove it if it is a copy or no image of "
+         "the recording, or rename it",
+         pattern, most->second, images.size());
   }
 }
 
@@ -142,8 +141,7 @@ void require_no_mixed_times(const std::vector<fs::path>& images) {
     const auto& other = names.begin()->first == text ? std::next(names.begin()) : names.begin();
     throw std::invalid_argument(
         fmt::format("{} contains a time, and {} has another text than it; give all images of the folder "
-                    "names that differ in "
-                    "numbers only",
+                    "names that differ in numbers only",
                     alike.front(), other->second.front()));
   }
 }
@@ -222,11 +220,10 @@ void require_no_wrap(const fs::path& folder, const std::vector<fs::path>& files)
   const auto is_gap = [&](std::uint64_t a, std::uint64_t b) { return b - a > numbers.size(); };
   const auto gap = std::adjacent_find(numbers.begin(), numbers.end(), is_gap);
   if (gap == numbers.end()) return;
-  fail(
-      folder,
-      fmt::format("the numbers of the images begin again at {} after {}, so their order is not known; add {} "
-                  "to those up to {}",
-                  numbers.front(), most, numbers.back() + 1 - numbers.front(), *gap));
+  fail(folder,
+       "the numbers of the images begin again at {} after {}, so their order is not known; add {} to those "
+       "up to {}",
+       numbers.front(), most, numbers.back() + 1 - numbers.front(), *gap);
 }
 
 }  // namespace
@@ -266,18 +263,15 @@ void pair_images(const ImageList& left_images, const ImageList& right_images, co
   if (!frames.empty()) {
     const std::size_t alone = left.size() + right.size() - 2 * frames.size();
     if (alone > 0) {
-      scan.problems.push_back(
-          {Problem::Severity::kWarning,
-           fmt::format("{}: {} no partner of the same name or number in the other folder and {} left out",
-                       scan.sequence.folder.string(), counted(alone, "image has", "images have"),
-                       alone == 1 ? "is" : "are")});
+      scan.warn(scan.sequence.folder,
+                "{} no partner of the same name or number in the other folder and {} left out",
+                counted(alone, "image has", "images have"), alone == 1 ? "is" : "are");
     }
     return;
   }
   fail(left.front().parent_path(),
-       fmt::format("holds {} and {} holds {}, without a name in common; give the images of a pair one "
-                   "name",
-                   counted(left.size(), "image"), right.front().parent_path().string(), right.size()));
+       "holds {} and {} holds {}, without a name in common; give the images of a pair one name",
+       counted(left.size(), "image"), right.front().parent_path().string(), right.size());
 }
 
 }  // namespace stereo_slam

@@ -182,11 +182,10 @@ void add_scales(std::vector<Hypothesis>& hypotheses, const StereoSequence& seque
   const auto pairs = raw_pairs(sequence, indices);
   const double rows_px = row_displacement_px(rig, pairs);
   if (std::abs(rows_px) > kLeastRows_px && epipolar_distance_px(rig, pairs) < kMostRest_px) {
-    add_rig(
-        hypotheses, with_row_displacement(rig, rows_px),
-        {.cause = fmt::format("the right images lie {:.1f} px {} than the calibration says, as if a camera "
-                              "was turned since, or its images cropped",
-                              std::abs(rows_px), rows_px > 0.0 ? "lower" : "higher")});
+    add_rig(hypotheses, with_row_displacement(rig, rows_px),
+            {.cause = fmt::format("the right images lie {:.1f} px {} than the calibration says, as if a "
+                                  "camera was turned since, or its images cropped",
+                                  std::abs(rows_px), rows_px > 0.0 ? "lower" : "higher")});
   }
   const auto is_other = [](double factor) { return std::abs(std::log(factor)) > kLeast; };
   const double size = size_factor(centre_of(sequence)).value_or(best_factor(rig, pairs, with_size_factor));
@@ -231,19 +230,16 @@ std::vector<Hypothesis> rejected_rigs(const StereoSequence& sequence) {
   if (turn_rad(T_left_right) > kLeastTurn_rad) {
     Eigen::Isometry3d of_position = rig.T_right_left;
     of_position.translation() = -(of_position.linear() * of_position.translation());
-    add_rig(
-        hypotheses, with_pose(rig, of_position),
-        {.cause =
-             "the translation between the cameras looks like the position of the right camera; it must be "
-             "minus the rotation times this position",
-         .severity = kError});
+    add_rig(hypotheses, with_pose(rig, of_position),
+            {.cause = "the translation between the cameras looks like the position of the right camera; it "
+                      "must be minus the rotation times this position",
+             .severity = kError});
   }
   if (rig.T_body_left && turn_rad(*rig.T_body_left) > kLeastTurn_rad) {
     const Eigen::Isometry3d T_body_right = *rig.T_body_left * T_left_right;
     add_rig(hypotheses, with_pose(rig, T_body_right * rig.T_body_left->inverse()),
-            {.cause =
-                 "T_BS of both cameras looks inverted; it must map coordinates of the camera to those of the "
-                 "body",
+            {.cause = "T_BS of both cameras looks inverted; it must map coordinates of the camera to those "
+                      "of the body",
              .severity = kError});
   }
   return hypotheses;

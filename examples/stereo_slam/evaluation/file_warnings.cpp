@@ -70,8 +70,7 @@ using Warning = std::optional<std::string>;
   const auto text = [](std::string_view file, std::string_view other) {
     return fmt::format(
         "the rotations of the {} are all the same, and those of the {} are not: RPE, the errors of segments "
-        "and NEES "
-        "mean nothing, only the ATE does",
+        "and NEES mean nothing, only the ATE does",
         file, other);
   };
   if (never_turns(poses.truth, kSame_rad) && !never_turns(poses.estimate, kTurned_rad))
@@ -91,8 +90,8 @@ using Warning = std::optional<std::string>;
   if (!(kClearly * scaled->ate_m.rmse < rmse_m)) return {};
   return fmt::format(
       "the estimate has another scale than the ground truth: after scaling by {:.4g}, the ATE is {:.3g} m in "
-      "place of "
-      "{:.3g} m; check its unit, the baseline of the calibration, or whether it is of a single camera",
+      "place of {:.3g} m; check its unit, the baseline of the calibration, or whether it is of a single "
+      "camera",
       scaled->scale, scaled->ate_m.rmse, rmse_m);
 }
 

@@ -173,22 +173,20 @@ void print_revisit(std::ostream& stream, const Revisit& revisit) {
 std::vector<LoopEvent> read_loops(const std::filesystem::path& file) {
   const auto lines = read_text_lines(file);
   if (lines.empty() || lines.front().text != kHeader) {
-    throw std::runtime_error(
-        fmt::format("{}: not a loops.csv: the header {} is missing", file.string(), kHeader));
+    fail(file, "not a loops.csv: the header {} is missing", kHeader);
   }
   require_line_end(file, lines);
   std::vector<LoopEvent> loops;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto loop = parse_loop(lines[i].text);
     if (!loop) {
-      throw std::runtime_error(at_line(file, lines[i].number,
-                                       "expected two frames, the number of inliers, chi2, accepted or "
-                                       "refused, run or loaded, and a pose"));
+      fail_at(
+          file, lines[i].number,
+          "expected two frames, the number of inliers, chi2, accepted or refused, run or loaded, and a pose");
     }
     if (!loop->in_loaded_map && loop->old_frame >= loop->frame) {
-      throw std::runtime_error(
-          at_line(file, lines[i].number,
-                  fmt::format("the old frame {} must be before frame {}", loop->old_frame, loop->frame)));
+      fail_at(file, lines[i].number, "the old frame {} must be before frame {}", loop->old_frame,
+              loop->frame);
     }
     loops.push_back(*loop);
   }

@@ -134,8 +134,8 @@ void print_score(std::ostream& stream, std::string_view name, const NeesScore& s
 void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRow>& rows) {
   if (rows.size() != estimate.poses.size()) {
     throw std::runtime_error(
-        fmt::format("{} of covariances for {}; give both files of the same run, and of one with "
-                    "--realtime trajectory_tum.txt",
+        fmt::format("{} of covariances for {}; give both files of the same run, and of one with --realtime "
+                    "trajectory_tum.txt",
                     counted(rows.size(), "row"), counted(estimate.poses.size(), "estimated pose")));
   }
   for (std::size_t i = 0; i < estimate.stamps_ns.size(); ++i) {
@@ -180,9 +180,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
 /// The row of a frame, from its line. Throws std::runtime_error naming file, line and what was wrong.
 [[nodiscard]] CovarianceRow row_of(const std::filesystem::path& file, const TextLine& line, std::size_t frame,
                                    bool with_reasons) {
-  const auto refuse = [&](std::string_view fault) {
-    throw std::runtime_error(at_line(file, line.number, fault));
-  };
+  const auto refuse = [&](std::string_view fault) { fail_at(file, line.number, fault); };
   const std::string_view text = line.text;
   const auto end = with_reasons ? std::min(text.rfind(','), text.size()) : text.size();
   const std::string_view reasons = end < text.size() ? text.substr(end + 1) : "";

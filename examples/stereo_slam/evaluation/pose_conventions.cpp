@@ -363,10 +363,8 @@ std::string describe(const ConventionFinding& finding) {
                                             finding.ate_better_m, finding.ate_as_given_m);
   return fmt::format(
       "the files do not mean the same by a pose: relative motions differ by {:.1f} % in rotation and {:.1f} "
-      "% in "
-      "translation, but only by {:.1f} and {:.1f} % if {}{}; all scores are of the files as they are, so "
-      "RPE, the "
-      "errors of segments and NEES mean little{}",
+      "% in translation, but only by {:.1f} and {:.1f} % if {}{}; all scores are of the files as they are, "
+      "so RPE, the errors of segments and NEES mean little{}",
       100.0 * as_given.rotation_error, 100.0 * as_given.translation_error, 100.0 * better.rotation_error,
       100.0 * better.translation_error, assumption + offset, ate, advice(better));
 }

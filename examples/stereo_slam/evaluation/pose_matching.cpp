@@ -63,8 +63,7 @@ FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate, doub
   if (truth.stamps_ns.empty() != estimate.stamps_ns.empty()) {
     throw std::runtime_error(
         "only one of the two trajectories has stamps, so their poses cannot be matched; give both with "
-        "stamps "
-        "or both in KITTI format");
+        "stamps or both in KITTI format");
   }
   FramePairs pairs;
   if (truth.stamps_ns.empty()) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <stdexcept>
@@ -20,6 +19,7 @@
 #include "stereo_slam/images/image_size.hpp"
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -30,8 +30,7 @@ void require_size(const fs::path& file, const Video& video) {
   const double width_px = video.get(cv::CAP_PROP_FRAME_WIDTH);
   const double height_px = video.get(cv::CAP_PROP_FRAME_HEIGHT);
   if (width_px * height_px <= static_cast<double>(kMostPixels)) return;
-  fail(file,
-       fmt::format("has {} x {} pixels; images may have up to {} pixels", width_px, height_px, kMostPixels));
+  fail(file, "has {} x {} pixels; images may have up to {} pixels", width_px, height_px, kMostPixels);
 }
 
 constexpr std::array<std::string_view, 11> kExtensions = {".mp4", ".avi",  ".mkv", ".mov", ".webm", ".m4v",
@@ -77,10 +76,8 @@ std::size_t count_packets(const fs::path& file) {
 }  // namespace
 
 bool has_video_name(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+  return std::find(kExtensions.begin(), kExtensions.end(), lower_case(file.extension().string())) !=
+         kExtensions.end();
 }
 
 fs::path find_video(const fs::path& name) {
@@ -181,8 +178,7 @@ std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) {
   constexpr std::size_t kSlack = 5;
   const bool nearly_done = index > 0 && index + std::max(kSlack, frames_ / 50) >= frames_;
   if (!image && !nearly_done) {
-    fail(decoder.file,
-         fmt::format("ends at frame {} of {}; the video is truncated or damaged", index, frames_));
+    fail(decoder.file, "ends at frame {} of {}; the video is truncated or damaged", index, frames_);
   }
   if (!image && index < frames_) {
     warning_ = fmt::format(
@@ -246,8 +242,8 @@ void VideoPair::keep_in_step(std::size_t index, cv::Mat& left, cv::Mat& right) {
   stamps_.restart();
   if (warning_.empty()) {
     warning_ = fmt::format(
-        "{}: lacks {} before frame {} that {} has, by their times; from the next frame on the "
-        "images are paired without it",
+        "{}: lacks {} before frame {} that {} has, by their times; from the next frame on the images are "
+        "paired without it",
         lacking.string(), counted(frames, "frame"), index - 1, other.string());
   }
   cv::Mat& image = left_lacks ? right : left;
@@ -270,8 +266,7 @@ void VideoPair::note_repetition(std::size_t index, const RawPair& pair) {
     if (std::min(left, right) == 0.0 && std::max(left, right) > kMoved) {
       warning_ = fmt::format(
           "{}: frame {} shows the frame before it again, unlike that of the other camera; the video is "
-          "damaged "
-          "there, or a frame was lost",
+          "damaged there, or a frame was lost",
           (left == 0.0 ? left_ : right_)->file.string(), index);
     }
   }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -39,10 +38,8 @@ void require_whole_columns(const std::filesystem::path& file, const TextLine& fi
   const std::string earlier = usual.substr(0, usual.rfind(','));
   const std::string& columns = first_line.text;
   if (!usual.starts_with(columns) || columns == usual || columns == earlier) return;
-  throw std::runtime_error(
-      at_line(file, first_line.number,
-              fmt::format("the names of the columns are cut off after '{}'; copy the file again",
-                          columns.substr(columns.rfind(',') + 1))));
+  fail_at(file, first_line.number, "the names of the columns are cut off after '{}'; copy the file again",
+          columns.substr(columns.rfind(',') + 1));
 }
 
 void require_known_reasons(const std::filesystem::path& file, int line, std::string_view reasons) {
@@ -53,11 +50,9 @@ void require_known_reasons(const std::filesystem::path& file, int line, std::str
     std::string names;
     for (const auto& reason : kWeakReasons)
       names += fmt::format("{}{}", names.empty() ? "" : ", ", reason.name);
-    throw std::runtime_error(at_line(
-        file, line,
-        fmt::format(
+    fail_at(file, line,
             "'{}' in the column reasons is none of: {}; copy the file again, or leave the column empty", name,
-            names)));
+            names);
   }
 }
 

@@ -137,8 +137,8 @@ void check_stamps(const std::filesystem::path& file, const std::vector<std::int6
   std::size_t repeated = 0;
   for (std::size_t i = 1; i < stamps_ns.size(); ++i) repeated += stamps_ns[i] == stamps_ns[i - 1] ? 1 : 0;
   if (2 * repeated <= stamps_ns.size()) return;
-  fail(file, fmt::format("{} of {} stamps are the same as the one before; write them with more digits",
-                         repeated, stamps_ns.size()));
+  fail(file, "{} of {} stamps are the same as the one before; write them with more digits", repeated,
+       stamps_ns.size());
 }
 
 /// Converts the stamps to nanoseconds.
@@ -158,8 +158,8 @@ void set_stamps(const std::filesystem::path& file, const TrajectoryLayout& layou
       stamp_ns = to_nanoseconds(sum_ns, StampUnit::kNanoseconds);
     }
     if (!stamp_ns) {
-      fail(file, fmt::format("pose {} has the stamp {} in {}; more than 126 years before or after 1970",
-                             i + 1, static_cast<double>(stamps.values[i]), to_string(unit)));
+      fail(file, "pose {} has the stamp {} in {}; more than 126 years before or after 1970", i + 1,
+           static_cast<double>(stamps.values[i]), to_string(unit));
     }
     trajectory.stamps_ns.push_back(*stamp_ns);
   }
@@ -182,7 +182,7 @@ std::string_view to_string(TrajectoryFormat format) noexcept {
 
 Trajectory read_trajectory(const std::filesystem::path& file, std::optional<TrajectoryFormat> format) {
   const auto lines = divide_lines(read_text_lines(file, Comments::kKept));
-  if (lines.rows.empty()) throw std::runtime_error(fmt::format("{}: contains no poses", file.string()));
+  if (lines.rows.empty()) fail(file, "contains no poses");
   require_whole_last_line(file, lines.rows);
   Trajectory trajectory;
   const TrajectoryLayout layout = layout_of(file, lines, format);
@@ -195,7 +195,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, std::optional<Traj
       append_row(trajectory, layout, line.text, written);
     }
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(at_line(file, number, error.what()));
+    fail_at(file, number, error.what());
   }
   trajectory.format = layout.format;
   trajectory.remarks = layout.remarks;

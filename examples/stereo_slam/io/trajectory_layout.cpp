@@ -119,8 +119,7 @@ void use_names(const std::vector<TextLine>& head, const Fields& row, TrajectoryL
   const std::size_t count = numbers.size();
   if (count < kStampedFields || (count > kStampedFields && !has_unit_quaternion(numbers))) {
     throw std::runtime_error(
-        fmt::format("{} neither KITTI (12), TUM (8) nor EuRoC (8 or more, commas); if each row is a "
-                    "pose, {}",
+        fmt::format("{} neither KITTI (12), TUM (8) nor EuRoC (8 or more, commas); if each row is a pose, {}",
                     counted(count, "field is", "fields are"), kHowToName));
   }
   if (count > kStampedFields) {
@@ -210,7 +209,7 @@ TrajectoryLayout layout_of(const std::filesystem::path& file, const TrajectoryLi
     }
     if (!layout.named) use_order(row, format, layout);
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(at_line(file, number, error.what()));
+    fail_at(file, number, error.what());
   }
   if (layout.columns) {
     const auto usual = layout.separator == ' ' ? TrajectoryFormat::kTum : TrajectoryFormat::kEuroc;

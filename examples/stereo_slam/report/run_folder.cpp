@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <stdexcept>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -35,9 +34,7 @@ using Table = std::map<std::string, std::vector<std::string>, std::less<>>;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto fields = split_row(lines[i].text, ',');
     if (fields.size() != names.size()) {
-      throw std::runtime_error(
-          at_line(file, lines[i].number,
-                  fmt::format("has {}, the header {}", counted(fields.size(), "field"), names.size())));
+      fail_at(file, lines[i].number, "has {}, the header {}", counted(fields.size(), "field"), names.size());
     }
     for (std::size_t c = 0; c < names.size(); ++c) table.find(names[c])->second.emplace_back(fields[c]);
   }
@@ -62,8 +59,7 @@ void require_columns(const fs::path& file, const Table& table,
                      std::initializer_list<std::string_view> names) {
   for (const auto name : names) {
     if (table.contains(name)) continue;
-    throw std::runtime_error(
-        fmt::format("{}: has no column '{}'; copy the folder of the run again", file.string(), name));
+    fail(file, "has no column '{}'; copy the folder of the run again", name);
   }
 }
 
@@ -72,9 +68,8 @@ void require_columns(const fs::path& file, const Table& table,
 void require_rows(const fs::path& file, const Table& table, std::size_t poses) {
   const std::size_t rows = table.begin()->second.size();
   if (rows == poses) return;
-  throw std::runtime_error(
-      fmt::format("{}: has {} for {} in trajectory_tum.txt; copy the folder of the run again", file.string(),
-                  counted(rows, "row"), counted(poses, "pose")));
+  fail(file, "has {} for {} in trajectory_tum.txt; copy the folder of the run again", counted(rows, "row"),
+       counted(poses, "pose"));
 }
 
 /// Throws std::runtime_error unless the rows of a table have the stamps of the poses.
@@ -83,10 +78,10 @@ void require_stamps(const fs::path& file, const Table& table, const Trajectory& 
   for (std::size_t i = 0; i < stamps.size(); ++i) {
     const auto stamp_ns = parse_seconds(stamps[i]);
     if (stamp_ns && is_same_stamp(*stamp_ns, trajectory.stamps_ns[i])) continue;
-    throw std::runtime_error(
-        fmt::format("{}: the stamp of row {} is '{}', and {} in trajectory_tum.txt: they are of different "
-                    "runs; copy the folder of the run again",
-                    file.string(), i + 1, stamps[i], format_seconds(trajectory.stamps_ns[i])));
+    fail(file,
+         "the stamp of row {} is '{}', and {} in trajectory_tum.txt: they are of different runs; copy the "
+         "folder of the run again",
+         i + 1, stamps[i], format_seconds(trajectory.stamps_ns[i]));
   }
 }
 
@@ -102,10 +97,8 @@ void require_stamps(const fs::path& file, const Table& table, const Trajectory& 
   for (std::size_t i = 0; i < texts.size(); ++i) {
     values.push_back(to_number(texts[i]));
     if (!std::isnan(values.back()) || texts[i].empty() || texts[i] == "nan") continue;
-    throw std::runtime_error(
-        fmt::format("{}: '{}' in the column '{}' of row {} is no number; copy the folder "
-                    "of the run again",
-                    file.string(), texts[i], name, i + 1));
+    fail(file, "'{}' in the column '{}' of row {} is no number; copy the folder of the run again", texts[i],
+         name, i + 1);
   }
   return values;
 }
@@ -124,17 +117,14 @@ void require_entries_of_run(const fs::path& file, const std::map<std::string, st
   const auto setting = entries.lower_bound("settings.");
   const bool has_settings = setting != entries.end() && setting->first.starts_with("settings.");
   if (!entries.contains("version") || !entries.contains("state") || !has_settings) {
-    throw std::runtime_error(
-        fmt::format("{}: is not of a run, or was cut off; give the --output folders of `stereo_slam run`",
-                    file.string()));
+    fail(file, "is not of a run, or was cut off; give the --output folders of `stereo_slam run`");
   }
   require_line_end(file, read_text_lines(file));
 }
 
 [[nodiscard]] std::map<std::string, std::string> read_run_yaml(const fs::path& file) {
   if (!fs::is_regular_file(file)) {
-    throw std::runtime_error(
-        fmt::format("{}: not found; give the --output folders of `stereo_slam run`", file.string()));
+    fail(file, "not found; give the --output folders of `stereo_slam run`");
   }
   std::map<std::string, std::string> entries;
   collect(load_yaml_file(file), "", entries);
@@ -152,7 +142,7 @@ void add_covariances(const fs::path& file, RunFolder& run) {
   const auto nis = column(file, table, "nis"), dof = column(file, table, "nis_dof");
   for (std::size_t k = 0; k < x.size(); ++k) {
     if (!(std::min({x[k], y[k], z[k]}) >= 0.0))
-      fail(file, fmt::format("row {} has a variance below zero, or none; copy the file again", k + 1));
+      fail(file, "row {} has a variance below zero, or none; copy the file again", k + 1);
     run.sigma_m.push_back(std::sqrt(x[k] + y[k] + z[k]));
     run.nis_per_dof.push_back(dof[k] > 0.0 ? nis[k] / dof[k] : kNaN);
   }

@@ -253,8 +253,7 @@ std::optional<NameTimes> times_of(const NameTable& table, const TimeField& field
   if (!wrong) return times;
   if (!is_certain) return std::nullopt;
   throw std::invalid_argument(fmt::format(
-      "{} is later than {} by the stamps in their names, but earlier by the numbers; correct what is "
-      "wrong",
+      "{} is later than {} by the stamps in their names, but earlier by the numbers; correct what is wrong",
       names[wrong->second], names[wrong->first]));
 }
 

@@ -122,8 +122,7 @@ std::string doubt_about(const std::vector<WrittenNumber>& numbers, const std::ve
   if (readings.empty()) {
     return fmt::format(
         "{} is no time since 1970 in seconds, milliseconds, microseconds or nanoseconds, and the images "
-        "would "
-        "not follow each other after 1 ms to 2 s in any of these units",
+        "would not follow each other after 1 ms to 2 s in any of these units",
         text);
   }
   std::vector<std::string> units;
@@ -219,10 +218,10 @@ std::vector<WrittenNumber> with_decimals(const std::vector<WrittenNumber>& numbe
   const auto shortest = std::min_element(numbers.begin(), numbers.end(), [](const auto& a, const auto& b) {
     return a.fraction.size() < b.fraction.size();
   });
-  throw std::invalid_argument(fmt::format(
-      "{0}.{1} may be the decimal number, or {0} and a counter of {1} after it, without leading zeros; the "
-      "order of the images depends on it and does not show which",
-      shortest->whole, shortest->fraction));
+  throw std::invalid_argument(
+      fmt::format("{0}.{1} may be the decimal number, or {0} and a counter of {1} after it, without leading "
+                  "zeros; the order of the images depends on it and does not show which",
+                  shortest->whole, shortest->fraction));
 }
 
 Stamps stamps_of(const std::vector<WrittenNumber>& numbers) {
