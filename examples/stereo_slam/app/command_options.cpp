@@ -96,7 +96,7 @@ void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names) {
 
 std::function<std::string(const std::string&)> one_of(const std::vector<std::string>& names) {
   return [names](const std::string& text) {
-    const bool good = std::find(names.begin(), names.end(), text) != names.end();
+    const bool good = std::ranges::find(names, text) != names.end();
     return good ? std::string() : fmt::format("{} is not one of {}", text, fmt::join(names, ", "));
   };
 }

@@ -99,7 +99,7 @@ void warn(const std::string& text, bool quiet) {
 
 /// Prints the warnings; throws the first error.
 void require_usable(const std::vector<Problem>& problems, bool quiet) {
-  const auto error = std::find_if(problems.begin(), problems.end(), is_error);
+  const auto error = std::ranges::find_if(problems, is_error);
   if (error != problems.end()) throw std::runtime_error(error->text);
   for (const auto& problem : problems) warn(problem.text, quiet);
 }

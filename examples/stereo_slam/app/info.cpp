@@ -217,8 +217,7 @@ void print_inspection(std::ostream& stream, const Inspection& inspection) {
         images_read, scan.sequence.frames.size());
   }
   print_problems(stream, scan.problems);
-  const auto errors =
-      static_cast<std::size_t>(std::count_if(scan.problems.begin(), scan.problems.end(), is_error));
+  const auto errors = static_cast<std::size_t>(std::ranges::count_if(scan.problems, is_error));
   const std::size_t warnings = scan.problems.size() - errors;
   std::string verdict = "usable";
   if (errors > 0)

@@ -157,7 +157,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   const auto all = reader.topics();
   const auto has_baseline = [&](const std::string& image_topic) -> std::optional<bool> {
     const std::string name = camera_info_topic(image_topic);
-    if (std::none_of(all.begin(), all.end(), [&](const BagTopic& topic) { return topic.name == name; }))
+    if (std::ranges::none_of(all, [&](const BagTopic& topic) { return topic.name == name; }))
       return std::nullopt;
     return reader.camera_info(name).P[3] != 0.0;
   };
@@ -196,8 +196,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   const std::string right = camera_info_topic(topics.right);
   const auto all = reader.topics();
   for (const auto& name : {left, right}) {
-    if (std::any_of(all.begin(), all.end(), [&](const BagTopic& topic) { return topic.name == name; }))
-      continue;
+    if (std::ranges::any_of(all, [&](const BagTopic& topic) { return topic.name == name; })) continue;
     fail(file, "has no {}; name the calibration of the camera: --calibration FILE", name);
   }
   const CameraInfo of_left = reader.camera_info(left);

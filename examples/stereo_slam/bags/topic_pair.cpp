@@ -110,7 +110,7 @@ class ImageTopics {
   }
 
   [[nodiscard]] bool contain(const std::string& name) const {
-    return std::find(names_.begin(), names_.end(), name) != names_.end();
+    return std::ranges::find(names_, name) != names_.end();
   }
 
   [[nodiscard]] std::string list() const {

@@ -20,7 +20,7 @@ struct CalibrationFormat {
   OwnCamera (*read)(const CalibrationText&);
 
   [[nodiscard]] bool recognises(const CalibrationText& text) const {
-    return std::any_of(keys.begin(), keys.end(), [&](auto key) { return !key.empty() && text.has(key); });
+    return std::ranges::any_of(keys, [&](auto key) { return !key.empty() && text.has(key); });
   }
 };
 

@@ -25,9 +25,8 @@ namespace fs = std::filesystem;
   const auto text = trimmed(line);
   if (text.size() < 3 || text.front() != '[' || text.back() != ']') return "";
   const std::string name = lower_case(text.substr(1, text.size() - 2));
-  const bool is_name = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '/' || c == '-';
-  });
+  const bool is_name = std::ranges::all_of(
+      name, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '/' || c == '-'; });
   return is_name ? name : "";
 }
 

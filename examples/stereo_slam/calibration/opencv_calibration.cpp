@@ -64,7 +64,7 @@ class OpenCvFile {
     const YAML::Node node = root_[key];
     std::vector<double> values;
     append(node.IsMap() ? node["data"] : node, most, values);
-    const bool finite = std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+    const bool finite = std::ranges::all_of(values, [](double x) { return std::isfinite(x); });
     if (values.size() < least || values.size() > most || !finite)
       fail(file_, "{} is not a matrix or a list of {}{} finite numbers", key, least,
            most > least ? fmt::format(" to {}", most) : "");

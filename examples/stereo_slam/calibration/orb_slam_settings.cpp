@@ -65,8 +65,7 @@ namespace {
 [[nodiscard]] OwnCamera read_orb_rectified(const YamlMap& root, const char* name, double baseline_m) {
   const YamlMap camera = root.map(name);
   const auto coefficients = orb_coefficients(camera, /*fisheye=*/false);
-  if (is_orb_fisheye(root) ||
-      std::any_of(coefficients.begin(), coefficients.end(), [](double k) { return k != 0.0; })) {
+  if (is_orb_fisheye(root) || std::ranges::any_of(coefficients, [](double k) { return k != 0.0; })) {
     camera.fail(
         "{} is distorted, but a baseline without a second camera is of rectified images, which have no "
         "distortion; add the right camera, or set k1 ... to 0 if the images are rectified",
@@ -96,7 +95,7 @@ namespace {
   info.D = map.numbers({"D"});
   const auto read_into = [&](const char* key, auto& numbers) {
     const auto values = map.matrix(key, numbers.size());
-    std::copy(values.begin(), values.end(), numbers.begin());
+    std::ranges::copy(values, numbers.begin());
   };
   read_into("K", info.K);
   read_into("R", info.R);

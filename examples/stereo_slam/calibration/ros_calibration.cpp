@@ -38,7 +38,7 @@ constexpr CameraInfoKeys kCameraInfoKeys[] = {
 template <std::size_t kCount>
 void read_numbers(const YamlMap& map, const char* key, std::array<double, kCount>& numbers) {
   const auto values = map.matrix(key, kCount);
-  std::copy(values.begin(), values.end(), numbers.begin());
+  std::ranges::copy(values, numbers.begin());
 }
 
 /// Whether a list has no value, as `D:` or `data: null`; some writers mean an empty one.
@@ -93,7 +93,7 @@ struct NamedCameraInfo {
     const auto same = [&](const NamedCameraInfo& other) {
       return other.info.K == camera.info.K && other.info.P == camera.info.P;
     };
-    if (is_calibrated(camera.info) && std::none_of(cameras.begin(), cameras.end(), same))
+    if (is_calibrated(camera.info) && std::ranges::none_of(cameras, same))
       cameras.push_back(std::move(camera));
   }
   if (cameras.empty()) {

@@ -25,8 +25,8 @@ namespace {
   info.D = rectifier.numbers({("D_" + side).c_str()});
   const auto K = rectifier.matrix(("K_" + side).c_str(), info.K.size());
   const auto R = rectifier.matrix(("R_" + side).c_str(), info.R.size());
-  std::copy(K.begin(), K.end(), info.K.begin());
-  std::copy(R.begin(), R.end(), info.R.begin());
+  std::ranges::copy(K, info.K.begin());
+  std::ranges::copy(R, info.R.begin());
   info.P = {camera.number("fx"),
             0.0,
             camera.number("cx"),

@@ -51,7 +51,7 @@ std::size_t name_column(const std::vector<std::string_view>& fields) {
 /// The folder that the names of data.csv are relative to: usually `data`. Names with a path may begin at any
 /// folder above, or be those of another computer, of which the last part counts.
 fs::path image_at(const fs::path& camera, std::string name) {
-  std::replace(name.begin(), name.end(), '\\', '/');
+  std::ranges::replace(name, '\\', '/');
   const fs::path usual = camera / "data" / name;
   if (!fs::path(name).has_parent_path() || fs::is_regular_file(usual)) return usual;
   const fs::path mav = camera.parent_path();

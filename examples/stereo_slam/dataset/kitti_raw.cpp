@@ -100,7 +100,7 @@ KittiDrive drive_in(const fs::path& folder) {
     for (const auto& entry : fs::directory_iterator(folder)) {
       if (entry.is_directory() && has_cameras(entry.path())) drives.push_back(entry.path());
     }
-    std::sort(drives.begin(), drives.end());
+    std::ranges::sort(drives);
     if (drives.empty()) fail(folder, "contains no drive with image_00/data and image_01/data");
     if (drives.size() > 1) {
       fail(folder, "contains {} drives; name one of them, such as {}", drives.size(),
@@ -176,7 +176,7 @@ KittiImages read_images(const fs::path& camera, SequenceScan& scan) {
 StampPairs paired_by_index(const KittiImages& left, const KittiImages& right, const fs::path& folder) {
   StampPairs result;
   for (std::size_t i = 0; i < left.index.size(); ++i) {
-    const auto partner = std::lower_bound(right.index.begin(), right.index.end(), left.index[i]);
+    const auto partner = std::ranges::lower_bound(right.index, left.index[i]);
     if (partner == right.index.end() || *partner != left.index[i]) continue;
     result.pairs.emplace_back(i, static_cast<std::size_t>(partner - right.index.begin()));
   }

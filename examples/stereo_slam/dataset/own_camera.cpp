@@ -315,7 +315,7 @@ void set_camera(const OwnCamera& own, const fs::path& calibration, StereoSequenc
 bool is_calibration_file(const fs::path& file) {
   const auto extension = file.extension();
   const auto known = {".yaml", ".yml", ".xml", ".json", ".conf"};
-  return fs::is_regular_file(file) && std::find(known.begin(), known.end(), extension) != known.end();
+  return fs::is_regular_file(file) && std::ranges::find(known, extension) != known.end();
 }
 
 fs::path find_calibration(const fs::path& folder) {

@@ -315,7 +315,7 @@ std::optional<Problem> best_problem(const std::vector<Judged>& found, const std:
   constexpr double kClearlyWorse = 1.5;
   constexpr double kNoise_px = 0.1;  // of the rows of a good recording
   if (found.empty()) return std::nullopt;
-  const auto best = std::min_element(found.begin(), found.end(), [](const Judged& a, const Judged& b) {
+  const auto best = std::ranges::min_element(found, [](const Judged& a, const Judged& b) {
     return a.agreement.row_offset_px < b.agreement.row_offset_px;
   });
   const double best_px = best->agreement.row_offset_px;

@@ -108,7 +108,7 @@ std::string full_name(const StereoSequence& sequence) {
 
 StereoSequence open_sequence(const fs::path& folder, std::string_view format) {
   SequenceScan scan = scan_sequence(folder, format);
-  const auto error = std::find_if(scan.problems.begin(), scan.problems.end(), is_error);
+  const auto error = std::ranges::find_if(scan.problems, is_error);
   if (error != scan.problems.end()) throw std::runtime_error(error->text);
   return std::move(scan.sequence);
 }

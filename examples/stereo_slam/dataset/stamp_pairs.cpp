@@ -15,7 +15,7 @@ namespace {
 
 /// The index of the stamp nearest to another one; of two as near, the earlier.
 std::size_t nearest_to(const std::vector<std::int64_t>& stamps_ns, std::int64_t stamp_ns) {
-  const auto after = std::lower_bound(stamps_ns.begin(), stamps_ns.end(), stamp_ns);
+  const auto after = std::ranges::lower_bound(stamps_ns, stamp_ns);
   const auto index = static_cast<std::size_t>(after - stamps_ns.begin());
   if (index == 0) return 0;
   if (index == stamps_ns.size()) return index - 1;
@@ -35,7 +35,7 @@ std::int64_t below_half_interval(const std::vector<std::int64_t>& left_ns,
 
 PairDistances distances_of(std::vector<double> apart_ns) {
   if (apart_ns.empty()) return {};
-  const double largest_ns = *std::max_element(apart_ns.begin(), apart_ns.end());
+  const double largest_ns = *std::ranges::max_element(apart_ns);
   return {.median_ns = std::llround(median(std::move(apart_ns))), .largest_ns = std::llround(largest_ns)};
 }
 

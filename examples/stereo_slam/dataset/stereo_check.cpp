@@ -94,9 +94,8 @@ std::size_t agreeing_matches(const StereoFrame& frame, double most_pixels) {
   const ImageCorners left = find_corners(frame.left, most_pixels);
   const auto pairs = match_corners(left, find_corners(frame.right, most_pixels));
   const float most_px = 2.0F * left.unit_px;
-  return static_cast<std::size_t>(std::count_if(pairs.begin(), pairs.end(), [&](const CornerPair& pair) {
-    return std::abs(pair.left_px.y - pair.right_px.y) < most_px;
-  }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      pairs, [&](const CornerPair& pair) { return std::abs(pair.left_px.y - pair.right_px.y) < most_px; }));
 }
 
 /// Large images that match when they are reduced and not as they are, so that a run would not track them.
@@ -192,7 +191,7 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   // Rectified by two maps, one image shows disparities. Single pairs may be equal, such as black ones. A live
   // camera has no earlier images.
   const bool twice = sequence.rectifier && !sequence.live && !frames.empty() &&
-                     std::all_of(frames.begin(), frames.end(), [&](const StereoFrame& frame) {
+                     std::ranges::all_of(frames, [&](const StereoFrame& frame) {
                        return has_one_image_twice(sequence, frame.index);
                      });
   const bool flat =

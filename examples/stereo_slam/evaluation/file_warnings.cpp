@@ -50,15 +50,15 @@ using Warning = std::optional<std::string>;
 }
 
 [[nodiscard]] Warning same_poses(const PosePairs& poses) {
-  const bool same = std::equal(poses.truth.begin(), poses.truth.end(), poses.estimate.begin(),
-                               [](const auto& a, const auto& b) { return a.matrix() == b.matrix(); });
+  const bool same = std::ranges::equal(poses.truth, poses.estimate,
+                                       [](const auto& a, const auto& b) { return a.matrix() == b.matrix(); });
   if (!same) return {};
   return "the estimate has exactly the poses of the ground truth; check that it is not the same file";
 }
 
 /// Whether all rotations are the same, to the digits of a file.
 [[nodiscard]] bool never_turns(const std::vector<Eigen::Isometry3d>& poses, double limit_rad) {
-  return std::all_of(poses.begin(), poses.end(), [&](const Eigen::Isometry3d& pose) {
+  return std::ranges::all_of(poses, [&](const Eigen::Isometry3d& pose) {
     const Eigen::Matrix3d turn = poses.front().linear().transpose() * pose.linear();
     return Eigen::AngleAxisd(Eigen::Quaterniond(turn).normalized()).angle() <= limit_rad;
   });

@@ -120,8 +120,7 @@ class RevisitSearch {
 
 /// Records a true loop in the revisit that contains its frame.
 void credit(std::vector<Revisit>& revisits, const LoopEvent& loop) {
-  const auto revisit = std::lower_bound(revisits.begin(), revisits.end(), loop.frame,
-                                        [](const Revisit& r, std::size_t frame) { return r.last < frame; });
+  const auto revisit = std::ranges::lower_bound(revisits, loop.frame, {}, &Revisit::last);
   if (revisit == revisits.end() || loop.frame < revisit->first) return;
   revisit->first_loop = std::min(revisit->first_loop.value_or(loop.frame), loop.frame);
 }
@@ -129,15 +128,13 @@ void credit(std::vector<Revisit>& revisits, const LoopEvent& loop) {
 /// Sets found_path_m of every revisit: the path over the frames up to `reach_frames` after one of its loops.
 void measure_found_path(std::vector<Revisit>& revisits, const std::vector<KnownFrame>& known,
                         std::vector<std::size_t> loop_frames, std::size_t reach_frames) {
-  std::sort(loop_frames.begin(), loop_frames.end());
+  std::ranges::sort(loop_frames);
   for (auto& revisit : revisits) {
-    const auto first =
-        std::lower_bound(known.begin(), known.end(), revisit.first,
-                         [](const KnownFrame& k, std::size_t frame) { return k.frame < frame; });
+    const auto first = std::ranges::lower_bound(known, revisit.first, {}, &KnownFrame::frame);
     for (auto i = static_cast<std::size_t>(first - known.begin()) + 1;
          i < known.size() && known[i].frame <= revisit.last; ++i) {
       const std::size_t frame = known[i].frame;
-      const auto after = std::upper_bound(loop_frames.begin(), loop_frames.end(), frame);
+      const auto after = std::ranges::upper_bound(loop_frames, frame);
       const bool found = after != loop_frames.begin() && *(after - 1) >= revisit.first &&
                          frame - *(after - 1) <= reach_frames;
       if (found) revisit.found_path_m += known[i].path_m - known[i - 1].path_m;
@@ -244,9 +241,8 @@ LoopScore score_loops(const TruePoses& truth, const std::vector<LoopEvent>& loop
 }
 
 std::size_t revisits_found(const LoopScore& score) {
-  return static_cast<std::size_t>(
-      std::count_if(score.revisits.begin(), score.revisits.end(),
-                    [](const Revisit& revisit) { return revisit.first_loop.has_value(); }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      score.revisits, [](const Revisit& revisit) { return revisit.first_loop.has_value(); }));
 }
 
 std::optional<double> path_recall(const LoopScore& score) {

@@ -34,8 +34,7 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
 [[nodiscard]] bool is_status(std::string_view name) {
   constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus::kOk, TrackingStatus::kWeak,
                                     TrackingStatus::kLost, TrackingStatus::kRelocalised};
-  return std::any_of(kStatuses.begin(), kStatuses.end(),
-                     [name](TrackingStatus status) { return name == to_string(status); });
+  return std::ranges::any_of(kStatuses, [name](TrackingStatus status) { return name == to_string(status); });
 }
 
 [[nodiscard]] double mean_of(const std::vector<double>& values) {
@@ -97,11 +96,11 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
   NeesScore score{.count = frames.size()};
   if (frames.empty()) return score;
   std::vector<double> nees(frames.size());
-  std::transform(frames.begin(), frames.end(), nees.begin(), [](const FrameNees& f) { return f.value; });
+  std::ranges::transform(frames, nees.begin(), [](const FrameNees& f) { return f.value; });
   score.mean = mean_of(nees);
   score.median = median(nees);
   score.share_inside =
-      static_cast<double>(std::count_if(nees.begin(), nees.end(), [](double e) { return e <= kChi2_6_95; })) /
+      static_cast<double>(std::ranges::count_if(nees, [](double e) { return e <= kChi2_6_95; })) /
       static_cast<double>(nees.size());
   return score;
 }
@@ -242,8 +241,8 @@ std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
 std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise& noise) {
   constexpr double kCertain = 1e-6;  // rad^2 and m^2
   constexpr double kUnknown = 1e4;
-  const auto origin = std::find_if(run.rows.begin(), run.rows.end(),
-                                   [](const CovarianceRow& row) { return row.in_world.trace() < kUnknown; });
+  const auto origin = std::ranges::find_if(
+      run.rows, [](const CovarianceRow& row) { return row.in_world.trace() < kUnknown; });
   const auto first = static_cast<std::size_t>(origin - run.rows.begin());
   std::vector<FrameNees> nees;
   if (origin == run.rows.end() || !run.true_poses[first] || origin->in_world.trace() > kCertain) return nees;
@@ -258,8 +257,7 @@ std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise&
 NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
                              const std::vector<CovarianceRow>& rows, const GroundTruthNoise& noise) {
   require_same_run(estimate, rows);
-  if (std::all_of(rows.begin(), rows.end(),
-                  [](const CovarianceRow& row) { return row.relative.isZero(0.0); }))
+  if (std::ranges::all_of(rows, [](const CovarianceRow& row) { return row.relative.isZero(0.0); }))
     throw std::runtime_error(
         "all covariances of relative poses are zero; give a covariances.csv as `run` wrote it");
   TrackedRun run{.rows = rows, .poses = dual_quaternions(estimate.poses), .true_poses = {}};

@@ -16,7 +16,7 @@ namespace {
 
 template <class Range>
 std::size_t nearest_index(const Range& stamps, std::int64_t stamp) {
-  const auto after = std::lower_bound(stamps.begin(), stamps.end(), stamp);
+  const auto after = std::ranges::lower_bound(stamps, stamp);
   if (after == stamps.begin()) return 0;
   const auto before = after - 1;
   const bool take_before = after == stamps.end() || stamp - *before <= *after - stamp;

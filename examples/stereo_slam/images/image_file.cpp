@@ -78,8 +78,7 @@ constexpr int kGrey = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
 bool is_format(const std::filesystem::path& file, std::string_view content, std::string_view beginning,
                std::initializer_list<std::string_view> extensions) {
   if (content.starts_with(beginning)) return true;
-  const bool named =
-      std::find(extensions.begin(), extensions.end(), lower_extension(file)) != extensions.end();
+  const bool named = std::ranges::find(extensions, lower_extension(file)) != extensions.end();
   return named && !image_size(bytes_of(content));
 }
 
@@ -125,7 +124,7 @@ cv::Mat decode(const std::filesystem::path& file, int flags) {
 bool has_image_name(const std::filesystem::path& file) {
   constexpr std::array<std::string_view, 10> kNames = {".png", ".jpg", ".jpeg", ".pgm",  ".ppm",
                                                        ".pnm", ".bmp", ".tif",  ".tiff", ".webp"};
-  return std::find(kNames.begin(), kNames.end(), lower_extension(file)) != kNames.end();
+  return std::ranges::find(kNames, lower_extension(file)) != kNames.end();
 }
 
 ImageHeader check_image(const std::filesystem::path& file) {

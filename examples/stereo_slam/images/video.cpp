@@ -53,8 +53,7 @@ bool counts_frames(const fs::path& file) {
   std::ifstream(file, std::ios::binary).read(bytes.data(), bytes.size());
   const std::string_view text(bytes.data(), bytes.size());
   constexpr std::array<std::string_view, 6> kBoxes = {"ftyp", "moov", "mdat", "free", "wide", "skip"};
-  return text.starts_with("RIFF") ||
-         std::find(kBoxes.begin(), kBoxes.end(), text.substr(4, 4)) != kBoxes.end();
+  return text.starts_with("RIFF") || std::ranges::find(kBoxes, text.substr(4, 4)) != kBoxes.end();
 }
 
 /// The rate, or 0 if no camera has it.
@@ -76,8 +75,7 @@ std::size_t count_packets(const fs::path& file) {
 }  // namespace
 
 bool has_video_name(const fs::path& file) {
-  return std::find(kExtensions.begin(), kExtensions.end(), lower_case(file.extension().string())) !=
-         kExtensions.end();
+  return std::ranges::find(kExtensions, lower_case(file.extension().string())) != kExtensions.end();
 }
 
 fs::path find_video(const fs::path& name) {

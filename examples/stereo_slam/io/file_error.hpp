@@ -15,8 +15,8 @@ namespace stereo_slam {
 
 /// The text with '?' in place of control characters; a zero byte, for example, would end the message.
 [[nodiscard]] inline std::string printable(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7F; }, '?');
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < ' ' || c == 0x7F; }, '?');
   return text;
 }
 

@@ -126,14 +126,12 @@ bool are_frame_numbers(const TrajectoryLayout& layout, const WrittenStamps& stam
   if (stamps.values.empty()) return false;
   return !layout.columns && stamps.whole && stamps.values.front() >= 0.0L &&
          stamps.values.back() < kMostFrames &&
-         std::adjacent_find(stamps.values.begin(), stamps.values.end(), std::greater_equal<>()) ==
-             stamps.values.end();
+         std::ranges::adjacent_find(stamps.values, std::greater_equal<>()) == stamps.values.end();
 }
 
 /// Throws std::runtime_error if stamps decrease, or if most of them repeat the one before.
 void check_stamps(const std::filesystem::path& file, const std::vector<std::int64_t>& stamps_ns) {
-  if (!std::is_sorted(stamps_ns.begin(), stamps_ns.end()))
-    fail(file, "its stamps decrease; sort the lines by their stamps");
+  if (!std::ranges::is_sorted(stamps_ns)) fail(file, "its stamps decrease; sort the lines by their stamps");
   std::size_t repeated = 0;
   for (std::size_t i = 1; i < stamps_ns.size(); ++i) repeated += stamps_ns[i] == stamps_ns[i - 1] ? 1 : 0;
   if (2 * repeated <= stamps_ns.size()) return;

@@ -25,8 +25,7 @@ constexpr std::size_t kStampedFields = 8;
 
 [[nodiscard]] bool has_number(std::string_view text) {
   const Fields fields = split_row(text, separator_of(text));
-  return std::any_of(fields.begin(), fields.end(),
-                     [](auto field) { return !field.empty() && parse_numbers(field); });
+  return std::ranges::any_of(fields, [](auto field) { return !field.empty() && parse_numbers(field); });
 }
 
 /// The names in a line of the head. Between blanks, a unit in brackets belongs to the name before it.

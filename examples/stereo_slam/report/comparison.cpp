@@ -154,7 +154,7 @@ void append_position(json& array, const Vector3<double>& position) {
 }
 
 [[nodiscard]] bool same_recording(const std::vector<RunFolder>& runs) {
-  return std::all_of(runs.begin(), runs.end(), [&](const RunFolder& run) {
+  return std::ranges::all_of(runs, [&](const RunFolder& run) {
     return run.entry("dataset.folder") == runs.front().entry("dataset.folder");
   });
 }

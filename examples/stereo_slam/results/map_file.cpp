@@ -94,7 +94,7 @@ class Decoder {
 
   void bytes(Descriptor& value) {
     const auto stored = reader_.get_bytes(value.size());
-    std::copy(stored.begin(), stored.end(), value.begin());
+    std::ranges::copy(stored, value.begin());
   }
 
   template <class Derived>

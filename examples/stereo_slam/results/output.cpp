@@ -177,7 +177,7 @@ void mark_failed(const std::filesystem::path& run_yaml) {
 }  // namespace
 
 std::size_t count_frames(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
-  return static_cast<std::size_t>(std::count_if(record.results.begin(), record.results.end(), property));
+  return static_cast<std::size_t>(std::ranges::count_if(record.results, property));
 }
 
 ReasonCounts count_reasons(const RunRecord& record, TrackingStatus status) {
@@ -312,7 +312,7 @@ std::vector<std::string> stage_names(const RunRecord& record) {
   std::vector<std::string> stages;
   for (const auto& result : record.results) {
     for (const auto& time : result.times) {
-      if (std::find(stages.begin(), stages.end(), time.stage) == stages.end()) stages.push_back(time.stage);
+      if (std::ranges::find(stages, time.stage) == stages.end()) stages.push_back(time.stage);
     }
   }
   return stages;

@@ -105,7 +105,7 @@ const SettingsField& field_of(const std::string& key) {
   }
   if (const auto reason = reason_of_removal(key); !reason.empty()) throw std::runtime_error(reason);
   const auto& fields = settings_fields();
-  const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.key == key; });
+  const auto field = std::ranges::find_if(fields, [&](const auto& f) { return f.key == key; });
   if (field == fields.end()) {
     const std::string_view word = last_part(key);
     const bool number = word.find_first_not_of("0123456789") == std::string_view::npos;
@@ -160,7 +160,7 @@ class Overlay {
 
   void set(const std::string& key, const YAML::Node& name, const YAML::Node& value) {
     const auto& removed = removed_keys();
-    if (std::any_of(removed.begin(), removed.end(), [&](const auto& r) { return r.key == key; })) {
+    if (std::ranges::any_of(removed, [&](const auto& r) { return r.key == key; })) {
       if (gone_.empty()) first_gone_ = at_line(file_, name.Mark().line + 1, reason_of_removal(key));
       gone_.push_back(key);
       return;
@@ -192,7 +192,7 @@ void check_run_keys(const std::filesystem::path& file, const YAML::Node& documen
       "memory",           "unreadable_images", "dataset",    "host",       "weak_frames_by_reason"};
   for (const auto& entry : document) {
     const auto key = as_text(entry.first);
-    if (std::find(kRunKeys.begin(), kRunKeys.end(), key) != kRunKeys.end()) continue;
+    if (std::ranges::find(kRunKeys, key) != kRunKeys.end()) continue;
     fail_at(file, entry.first.Mark().line + 1,
             "{} stands outside `settings:`; move it into the group `settings:`", key);
   }

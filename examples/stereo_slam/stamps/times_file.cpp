@@ -27,9 +27,8 @@ std::vector<long double> numbers_in(const std::filesystem::path& file, const std
 }
 
 StampUnit unit_of(const std::vector<TextLine>& lines, const std::vector<long double>& numbers) {
-  const bool whole = std::all_of(lines.begin(), lines.end(), [](const TextLine& line) {
-    return line.text.find_first_of(".eE") == std::string::npos;
-  });
+  const bool whole = std::ranges::all_of(
+      lines, [](const TextLine& line) { return line.text.find_first_of(".eE") == std::string::npos; });
   return unit_of_stamps(numbers, StampUnit::kSeconds, {.shortest_s = 1e-3, .longest_s = whole ? 2.0 : 5.0});
 }
 
