@@ -12,8 +12,13 @@ settings=$("$program" --print-settings | awk '
   /^[a-z_]+:/ { group = substr($1, 1, length($1) - 1) }
   /^  [a-z_]+:/ { print group "." substr($1, 1, length($1) - 1) }')
 
-# Those that settings/schema.cpp refuses as removed or renamed.
-earlier=$(grep -oE '"[a-z_]+\.[a-z_]+"' examples/stereo_slam/settings/schema.cpp | tr -d '"')
+# Those that settings/schema.cpp refuses as removed or renamed: "group.name", or {"group", "name name" "name"}.
+schema=examples/stereo_slam/settings/schema.cpp
+earlier=$(
+  grep -oE '"[a-z_]+\.[a-z_]+"' "$schema" | tr -d '"'
+  tr '\n' ' ' <"$schema" | grep -oE '\{"[a-z_]+", *("[a-z0-9_ ]+" *)+\}' | tr -c 'a-z0-9_\n' ' ' |
+    awk '{ for (i = 2; i <= NF; ++i) print $1 "." $i }'
+)
 
 status=0
 for file in "$@"; do

@@ -206,15 +206,15 @@ TEST_CASE("Files that do not fit together are all named, with their sizes", "[fa
   write_text(folder / "cut.csv", rows.substr(0, rows.find('\n', rows.find('\n') + 1) + 1));
   check_one_line_failure(
       evaluate(truth, estimate, "--covariances", folder / "cut.csv"),
-      fmt::format("{} (1 rows) and {} (5 poses): ", (folder / "cut.csv").string(), estimate));
+      fmt::format("{} (1 row) and {} (5 poses): ", (folder / "cut.csv").string(), estimate));
   write_text(folder / "loops.csv",
              read_text(folder / "out/loops.csv") + "99,3,20,1.0,accepted,run,0,0,0,0,0,0,1\n");
   check_one_line_failure(
       evaluate(truth, estimate, "--loops", folder / "loops.csv"),
-      fmt::format("{} (1 loops) and {} (5 poses): ", (folder / "loops.csv").string(), estimate));
+      fmt::format("{} (1 loop) and {} (5 poses): ", (folder / "loops.csv").string(), estimate));
   fs::copy_file(folder / "cut.csv", folder / "out/covariances.csv", fs::copy_options::overwrite_existing);
   check_bounded_failure({"compare", folder / "out", "--output", folder / "c.html"},
-                        "covariances.csv: has 1 rows for 5 poses in trajectory_tum.txt");
+                        "covariances.csv: has 1 row for 5 poses in trajectory_tum.txt");
 }
 
 TEST_CASE("Covariances of another run with as many frames are refused by their stamps", "[faults]") {
@@ -299,11 +299,10 @@ TEST_CASE("Swapped cameras and right images of another frame are named", "[fault
   for (int i = 5; i > 0; --i)
     fs::copy_file(folder / "kitti/image_1" / frame_name(i - 1), folder / "kitti/image_1" / frame_name(i),
                   fs::copy_options::overwrite_existing);
-  CHECK_THAT(call({"info", "--dataset", folder / "kitti"}).out,
-             Catch::Contains("image_1 look one frame late"));
+  CHECK_THAT(call({"info", "--dataset", folder / "kitti"}).out, Catch::Contains("image_1 look 1 frame late"));
   const auto run =
       call({"run", "--dataset", folder / "kitti", "--output", folder / "out", "--max-frames", "2"});
-  CHECK_THAT(run.err, Catch::Contains("image_1 look one frame late"));
+  CHECK_THAT(run.err, Catch::Contains("image_1 look 1 frame late"));
 
   CHECK(call({"simulate", "--quiet", "--output", folder / "euroc", "--frames", "3", "--scale", "0.4",
               "--format", "euroc"})

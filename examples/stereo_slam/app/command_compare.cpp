@@ -10,6 +10,7 @@
 #include "stereo_slam/app/command.hpp"
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/evaluation/file_warnings.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/report/comparison.hpp"
@@ -68,8 +69,7 @@ int compare_command(const CompareArguments& arguments) {
     for (const auto& run : runs)
       warn_of_files({*arguments.ground_truth, truth->trajectory}, run, arguments.max_difference_s);
   }
-  fmt::print("{} run{} compared in {}\n", runs.size(), runs.size() == 1 ? "" : "s",
-             arguments.output.string());
+  fmt::print("{} compared in {}\n", counted(runs.size(), "run"), arguments.output.string());
   return kDone;
 }
 

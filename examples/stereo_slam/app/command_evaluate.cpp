@@ -19,6 +19,7 @@
 #include "stereo_slam/evaluation/file_warnings.hpp"
 #include "stereo_slam/evaluation/loop_score.hpp"
 #include "stereo_slam/evaluation/nees.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 
@@ -109,9 +110,9 @@ void check_json(const EvaluateArguments& arguments) {
   require_writable(*arguments.json);
 }
 
-/// "FILE (COUNT UNIT)", for messages.
+/// "FILE (1 UNIT)" or "FILE (COUNT UNITs)", for messages.
 [[nodiscard]] std::string named(const fs::path& file, std::size_t count, const char* unit) {
-  return fmt::format("{} ({} {})", file.string(), count, unit);
+  return fmt::format("{} ({})", file.string(), counted(count, unit));
 }
 
 /// Calls `compare`, which compares the contents of two files, and adds the names of both to its errors.
@@ -130,8 +131,8 @@ auto compare_files(const std::string& first, const std::string& second, const Co
   constexpr double kRadians = std::numbers::pi / 180.0;
   const auto rows = read_covariances(*arguments.covariances);
   const NeesReport nees = compare_files(
-      named(*arguments.covariances, rows.size(), "rows"),
-      named(arguments.estimate, estimate.poses.size(), "poses"), [&] {
+      named(*arguments.covariances, rows.size(), "row"),
+      named(arguments.estimate, estimate.poses.size(), "pose"), [&] {
         return score_covariances(truth, estimate, pairs, rows,
                                  {arguments.truth_sigma_m, kRadians * arguments.truth_sigma_deg});
       });
@@ -144,8 +145,8 @@ auto compare_files(const std::string& first, const std::string& second, const Co
                                          const Trajectory& estimate, const FramePairs& pairs) {
   const auto events = read_loops(*arguments.loops);
   const LoopScore loops = compare_files(
-      named(*arguments.loops, events.size(), "loops"),
-      named(arguments.estimate, estimate.poses.size(), "poses"), [&] {
+      named(*arguments.loops, events.size(), "loop"),
+      named(arguments.estimate, estimate.poses.size(), "pose"), [&] {
         return score_loops(poses_at_frames(truth, pairs, estimate.poses.size()), events, arguments.revisits);
       });
   print_loop_score(std::cout, loops);
@@ -162,8 +163,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
   const Trajectory& truth = true_file.trajectory;
   const Trajectory& estimate = file.trajectory;
   const auto [evaluation, pairs] =
-      compare_files(named(arguments.ground_truth, truth.poses.size(), "poses"),
-                    named(arguments.estimate, estimate.poses.size(), "poses"), [&] {
+      compare_files(named(arguments.ground_truth, truth.poses.size(), "pose"),
+                    named(arguments.estimate, estimate.poses.size(), "pose"), [&] {
                       return std::pair(evaluate(truth, estimate, arguments.max_difference_s),
                                        match_poses(truth, estimate, arguments.max_difference_s));
                     });

@@ -41,7 +41,7 @@ int info_command(const InfoArguments& arguments) {
   print_inspection(std::cout, inspection);
   if (inspection.scan.sequence.format == "bag") print_topics(arguments.dataset.folder);
   const auto& problems = inspection.scan.problems;
-  const auto error = std::find_if(problems.begin(), problems.end(), is_error);
+  const auto error = std::ranges::find_if(problems, is_error);
   if (error != problems.end()) throw std::runtime_error(error->text);
   if (arguments.ground_truth) {
     write_file(*arguments.ground_truth, [&](std::ostream& out) {

@@ -2,39 +2,35 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "stereo_slam/app/command.hpp"
 #include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
   app.add_option("--dataset", dataset.folder,
                  "recording: a folder, the calibration.yaml in it, or a bag of ROS 1 (parts of one as "
-                 "BAG,BAG,...); with "
-                 "--calibration also a video or a live camera (/dev/video0, a URL) with both images side by "
-                 "side, or two as LEFT,RIGHT")
+                 "BAG,BAG,...); with --calibration also a video or a live camera (/dev/video0, a URL) with "
+                 "both images side by side, or two as LEFT,RIGHT")
       ->required()
       ->check(require_name)
       ->type_name("DIR");
-  app.add_option(
-         "--calibration", dataset.calibration,
-         "calibration of the camera, if it is not in the folder: calibration.yaml, or a file of Kalibr, "
-         "OpenCV, "
-         "ROS (left.yaml with right.yaml beside it), a ZED, ORB-SLAM, stella_vslam, VINS, OpenVINS or Basalt")
+  app.add_option("--calibration", dataset.calibration,
+                 "calibration of the camera, if it is not in the folder: calibration.yaml, or a file of "
+                 "Kalibr, OpenCV, ROS (left.yaml with right.yaml beside it), a ZED, ORB-SLAM, stella_vslam, "
+                 "VINS, OpenVINS or Basalt")
       ->check(require_name)
       ->type_name("FILE");
   auto* left_topic =
-      app.add_option(
-             "--left-topic", dataset.left_topic,
-             "topic of the left images in a bag; needed if the bag has no pair of topics, or more than one, "
-             "called left and right, cam0 and cam1 or the like; the same as --right-topic for images that "
-             "show both "
-             "cameras side by side")
+      app.add_option("--left-topic", dataset.left_topic,
+                     "topic of the left images in a bag; needed if the bag has no pair of topics, or more "
+                     "than one, called left and right, cam0 and cam1 or the like; the same as --right-topic "
+                     "for images that show both cameras side by side")
           ->type_name("TOPIC");
   app.add_option("--right-topic", dataset.right_topic, "topic of the right images in a bag")
       ->type_name("TOPIC")
@@ -43,10 +39,9 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
   app.add_flag("--record-times", dataset.record_times,
                "in a bag, use the times at which the images were recorded, not the stamps in their headers");
   constexpr double kMostApart_ms = 1e6;
-  app.add_option(
-         "--max-pair-distance-ms", dataset.max_pair_distance_ms,
-         "how far apart the stamps of a left and a right image may be; default: less than half the time "
-         "between two frames")
+  app.add_option("--max-pair-distance-ms", dataset.max_pair_distance_ms,
+                 "how far apart the stamps of a left and a right image may be; default: less than half the "
+                 "time between two frames")
       ->check(number_between(0.0, kMostApart_ms))
       ->type_name("MS");
   app.add_flag("--right-half-first", dataset.right_half_first,
@@ -73,9 +68,7 @@ namespace {
                                      .record_times = dataset.record_times});
   }
   if (!dataset.left_topic.empty() || !dataset.right_topic.empty() || dataset.record_times) {
-    throw std::runtime_error(
-        fmt::format("{}: is no bag; --left-topic, --right-topic and --record-times are for bags (.bag)",
-                    dataset.folder.string()));
+    fail(dataset.folder, "is no bag; --left-topic, --right-topic and --record-times are for bags (.bag)");
   }
   return scan_sequence(dataset.folder, dataset.format, dataset.calibration, pairing);
 }
@@ -90,10 +83,9 @@ SequenceScan scan(const DatasetOptions& dataset) {
 }
 
 CLI::Option* add_pose_frame_option(CLI::App& app, PoseFrame& frame) {
-  auto* option = app.add_option(
-      "--pose-frame", frame,
-      "frame whose poses are written: camera (the rectified left one) or body (EuRoC: the IMU); "
-      "default: camera");
+  auto* option = app.add_option("--pose-frame", frame,
+                                "frame whose poses are written: camera (the rectified left one) or body "
+                                "(EuRoC: the IMU); default: camera");
   let_be_one_of<PoseFrame>(option, {{"camera", PoseFrame::kCamera}, {"body", PoseFrame::kBody}});
   return option;
 }
@@ -104,7 +96,7 @@ void let_be_one_of(CLI::Option* option, const std::vector<std::string>& names) {
 
 std::function<std::string(const std::string&)> one_of(const std::vector<std::string>& names) {
   return [names](const std::string& text) {
-    const bool good = std::find(names.begin(), names.end(), text) != names.end();
+    const bool good = std::ranges::find(names, text) != names.end();
     return good ? std::string() : fmt::format("{} is not one of {}", text, fmt::join(names, ", "));
   };
 }

@@ -17,6 +17,7 @@
 #include "stereo_slam/app/runner.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -57,14 +58,12 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       ->required()
       ->check(require_name)
       ->type_name("DIR");
-  app.add_flag(
-      "--overwrite", options.overwrite,
-      "replace the results of an earlier run in --output when this run has finished; allow --save-map and "
-      "--debug-images to replace files of an earlier run");
-  app.add_flag(
-      "--strict", options.strict,
-      "end the run at an image that cannot be read, or that is missing although a list of images names it, "
-      "instead of tracking without it");
+  app.add_flag("--overwrite", options.overwrite,
+               "replace the results of an earlier run in --output when this run has finished; allow "
+               "--save-map and --debug-images to replace files of an earlier run");
+  app.add_flag("--strict", options.strict,
+               "end the run at an image that cannot be read, or that is missing although a list of images "
+               "names it, instead of tracking without it");
   app.add_option("--max-frames", options.max_frames, "stop after N frames")
       ->check(whole_number_between(1, 1'000'000'000))
       ->type_name("N");
@@ -86,10 +85,9 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
                  "folder for one image per frame: predicted and observed flow, search ellipses, matches")
       ->check(require_name)
       ->type_name("DIR");
-  app.add_flag(
-      "--realtime", options.realtime,
-      "play the recording at the speed of its stamps, as a camera would, and drop frames that arrive "
-      "while another one is processed; the results then depend on the speed of the machine");
+  app.add_flag("--realtime", options.realtime,
+               "play the recording at the speed of its stamps, as a camera would, and drop frames that "
+               "arrive while another one is processed; the results then depend on the speed of the machine");
   app.add_flag("--view", options.view,
                "show the images with the landmarks, and the path and the map from above, during the run");
   app.add_flag("--quiet", options.quiet, "print errors only");
@@ -101,7 +99,7 @@ void warn(const std::string& text, bool quiet) {
 
 /// Prints the warnings; throws the first error.
 void require_usable(const std::vector<Problem>& problems, bool quiet) {
-  const auto error = std::find_if(problems.begin(), problems.end(), is_error);
+  const auto error = std::ranges::find_if(problems, is_error);
   if (error != problems.end()) throw std::runtime_error(error->text);
   for (const auto& problem : problems) warn(problem.text, quiet);
 }
@@ -187,9 +185,9 @@ void check_before_run(const StereoSequence& sequence, Settings& settings, bool q
     return fmt::format("{} (it ended the run before its first frame{})", summary.error,
                        earlier ? fmt::format("; {} has the results of the earlier run", output) : "");
   }
-  const std::string frames =
-      summary.saved == 1 ? "frame before it is" : fmt::format("{} frames before it are", summary.saved);
-  return fmt::format("{} (the {} {})", summary.error, frames, places_of(summary, options, "saved"));
+  return fmt::format("{} (the {} {})", summary.error,
+                     counted(summary.saved, "frame before it is", "frames before it are"),
+                     places_of(summary, options, "saved"));
 }
 
 /// How many frames are WEAK, and the most frequent reasons; empty if none is.
@@ -209,19 +207,19 @@ void check_before_run(const StereoSequence& sequence, Settings& settings, bool q
 
 void print_summary(const RunSummary& summary, const RunOptions& options) {
   const FrameCost& cost = summary.frame_cost;
-  fmt::print("{} frames in {:.1f} s, {:.1f} frames per second, {} landmarks; results {}\n", summary.frames,
+  fmt::print("{} in {:.1f} s, {:.1f} frames per second, {}; results {}\n", counted(summary.frames, "frame"),
              summary.seconds, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9),
-             summary.landmarks, places_of(summary, options, "in " + options.output.string()));
+             counted(summary.landmarks, "landmark"),
+             places_of(summary, options, "in " + options.output.string()));
   fmt::print(
       "time per frame: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms; CPU {:.1f} ms, and {:.1f} "
       "ms to read its images\n",
       cost.median_ms, cost.p95_ms, cost.max_ms, cost.cpu_ms - cost.read_cpu_ms, cost.read_cpu_ms);
   if (const std::string weak = weak_text(summary); !weak.empty()) fmt::print("{}\n", weak);
   if (!summary.realtime) return;
-  fmt::print(
-      "real time: {} frames dropped; latency: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms\n",
-      summary.realtime->dropped, summary.realtime->median_ms, summary.realtime->p95_ms,
-      summary.realtime->max_ms);
+  fmt::print("real time: {} dropped; latency: median {:.1f} ms, 95 % below {:.1f} ms, at most {:.1f} ms\n",
+             counted(summary.realtime->dropped, "frame"), summary.realtime->median_ms,
+             summary.realtime->p95_ms, summary.realtime->max_ms);
 }
 
 /// What is said of the images that could not be read; empty if there were none.
@@ -229,9 +227,10 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
   const auto& unreadable = summary.unreadable;
   if (unreadable.empty()) return "";
   const std::string more = unreadable.size() > 1 ? "the first: " : "";
-  return fmt::format("{} of the images of {} frames could not be read, and were treated as missing{}; {}{}",
-                     unreadable.size(), summary.frames, unreadable.size() > 1 ? " (run.yaml names them)" : "",
-                     more, unreadable.front().fault);
+  return fmt::format("{} of the images of {} could not be read, and {} treated as missing{}; {}{}",
+                     unreadable.size(), counted(summary.frames, "frame"),
+                     unreadable.size() == 1 ? "was" : "were",
+                     unreadable.size() > 1 ? " (run.yaml names them)" : "", more, unreadable.front().fault);
 }
 
 /// Files that the run reads, besides the images.
@@ -255,17 +254,16 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
   }
   constexpr double kNoticeable_px = 0.1;
   if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
-    const std::string others = turns.size() > 1 ? fmt::format(", and {} more times", turns.size() - 1) : "";
-    warn(fmt::format("the right camera turned shortly before frame {}{}; poses may be wrong until "
-                     "that frame, and rest on what was learned while driving from then on",
+    const std::string others = turns.size() > 1 ? ", and " + counted(turns.size() - 1, "more time") : "";
+    warn(fmt::format("the right camera turned shortly before frame {}{}; poses may be wrong until that "
+                     "frame, and rest on what was learned while driving from then on",
                      turns.front(), others),
          quiet);
   } else if (const double px = summary.right_image_displacement_px; std::abs(px) >= kNoticeable_px) {
-    warn(
-        fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned while "
-                    "driving; check cx of both cameras, and where the images were cut",
-                    std::abs(px), px > 0.0 ? "right" : "left"),
-        quiet);
+    warn(fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned "
+                     "while driving; check cx of both cameras, and where the images were cut",
+                     std::abs(px), px > 0.0 ? "right" : "left"),
+         quiet);
   }
 }
 
@@ -294,10 +292,9 @@ int run_command(const RunArguments& arguments) {
   if (const std::string text = unreadable_text(summary); !text.empty() && summary.error.empty())
     warn(text, quiet);
   if (summary.lost > 0 && summary.error.empty()) {
-    warn(fmt::format(
-             "{} of {} frames could not be tracked; their poses are predictions, see the column status of "
-             "covariances.csv",
-             summary.lost, summary.frames),
+    warn(fmt::format("{} of {} frames could not be tracked; their poses are predictions, see the column "
+                     "status of covariances.csv",
+                     summary.lost, summary.frames),
          quiet);
   }
   warn_of_right_camera(summary, quiet);

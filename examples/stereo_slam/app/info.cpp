@@ -14,6 +14,7 @@
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -72,9 +73,7 @@ ImageCheck check_images(SequenceScan& scan) {
     if (good) check.whole.push_back(i);
   }
   if (colour) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format("{}: images are in colour; they are converted to grey", sequence.folder.string())});
+    scan.warn(sequence.folder, "images are in colour; they are converted to grey");
   }
   return check;
 }
@@ -100,11 +99,10 @@ void add_faults(const ImageCheck& check, SequenceScan& scan) {
   const auto severity = check.faults_are_few() ? Problem::Severity::kWarning : Problem::Severity::kError;
   for (const auto& fault : check.faults) scan.problems.push_back({severity, fault});
   if (check.faults.empty() || severity == Problem::Severity::kError) return;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: {} of {} images cannot be read; `run` treats them as missing, and with --strict ends "
-                   "at the first",
-                   scan.sequence.folder.string(), check.faults.size(), check.images)});
+  scan.warn(
+      scan.sequence.folder,
+      "{} of {} images cannot be read; `run` treats them as missing, and with --strict ends at the first",
+      check.faults.size(), check.images);
 }
 
 /// Compares the images of the two cameras in a few frames, and adds the problems found to the scan. Nothing
@@ -154,7 +152,7 @@ void print_findings(std::ostream& stream, const StereoSequence& sequence) {
   if (sequence.ground_truth.empty()) {
     fmt::print(stream, "ground truth  none\n");
   } else {
-    fmt::print(stream, "ground truth  {} poses, {:.1f} m\n", sequence.ground_truth.size(),
+    fmt::print(stream, "ground truth  {}, {:.1f} m\n", counted(sequence.ground_truth.size(), "pose"),
                distances_along(sequence.ground_truth).back());
   }
 }
@@ -165,7 +163,7 @@ void print_problems(std::ostream& stream, const std::vector<Problem>& problems) 
                as_message(problems[i].text));
   }
   if (problems.size() > kPrintedProblems) {
-    fmt::print(stream, "...           and {} more problems\n", problems.size() - kPrintedProblems);
+    fmt::print(stream, "...           and {}\n", counted(problems.size() - kPrintedProblems, "more problem"));
   }
 }
 
@@ -184,8 +182,7 @@ Inspection inspect(SequenceScan scan) {
 
 void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, PoseFrame frame) {
   if (sequence.ground_truth.empty())
-    throw std::runtime_error(fmt::format(
-        "{}: the recording has no ground truth; leave out --write-groundtruth", sequence.folder.string()));
+    fail(sequence.folder, "the recording has no ground truth; leave out --write-groundtruth");
   const Eigen::Isometry3d T_camera_frame =
       frame == PoseFrame::kBody ? require_body(sequence).inverse() : Eigen::Isometry3d::Identity();
   std::vector<Pose> poses;
@@ -220,20 +217,16 @@ void print_inspection(std::ostream& stream, const Inspection& inspection) {
         images_read, scan.sequence.frames.size());
   }
   print_problems(stream, scan.problems);
-  const auto errors =
-      static_cast<std::size_t>(std::count_if(scan.problems.begin(), scan.problems.end(), is_error));
+  const auto errors = static_cast<std::size_t>(std::ranges::count_if(scan.problems, is_error));
   const std::size_t warnings = scan.problems.size() - errors;
-  const auto count = [](std::size_t n, const char* what) {
-    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
-  };
   std::string verdict = "usable";
   if (errors > 0)
-    verdict = fmt::format("not usable as a whole ({})", count(errors, "error"));
+    verdict = fmt::format("not usable as a whole ({})", counted(errors, "error"));
   else if (!agreement.conclusive())
     verdict = fmt::format("unknown, as the two cameras could not be compared; see the {} above",
-                          count(warnings, "warning"));
+                          counted(warnings, "warning"));
   else if (warnings > 0)
-    verdict = fmt::format("usable, but see the {} above", count(warnings, "warning"));
+    verdict = fmt::format("usable, but see the {} above", counted(warnings, "warning"));
   fmt::print(stream, "verdict       {}\n", verdict);
 }
 

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/results/run_folder.hpp"
 
 namespace stereo_slam {
@@ -31,8 +32,7 @@ void check_save_map(const RunOptions& options) {
   if (options.load_map) inputs.push_back(*options.load_map);
   require_replaceable(file, inputs, [&](std::string_view beginning) {
     if (is_map(beginning) && !options.overwrite) {
-      throw std::runtime_error(fmt::format(
-          "{}: holds an earlier map; name another file, or replace it with --overwrite", file.string()));
+      fail(file, "holds an earlier map; name another file, or replace it with --overwrite");
     }
     return is_map(beginning);
   });

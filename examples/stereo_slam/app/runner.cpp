@@ -22,6 +22,8 @@
 #include "stereo_slam/app/realtime_reader.hpp"
 #include "stereo_slam/app/run_map.hpp"
 #include "stereo_slam/app/signals.hpp"
+#include "stereo_slam/io/counted.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/report/report.hpp"
 #include "stereo_slam/report/thumbnails.hpp"
@@ -165,8 +167,10 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
     }
     outputs.results.append(record, slam);
     const FrameResult& last = record.results.back();
-    outputs.progress.update(position + 1, input.total(),
-                            fmt::format("{} landmarks  {}", last.landmarks, to_string(last.status)));
+    outputs.progress.update(
+        position + 1, input.total(),
+        fmt::format("{}  {}", counted(static_cast<std::size_t>(last.landmarks), "landmark"),
+                    to_string(last.status)));
   }
 }
 
@@ -196,16 +200,16 @@ void require_pace(const RunInput& input) {
   for (std::size_t i = 1; i < std::min(frames.size(), input.frames); ++i) {
     const std::int64_t pause_ns = frames[i].stamp_ns - frames[i - 1].stamp_ns;
     if (pause_ns > kLongestPause_ns) {
-      throw std::runtime_error(
-          fmt::format("{}: frame {} is {:.4g} s later than the frame before it, and --realtime would wait "
-                      "for it; check the times, cut the recording there, or leave out --realtime",
-                      input.sequence.folder.string(), i, 1e-9 * static_cast<double>(pause_ns)));
+      fail(input.sequence.folder,
+           "frame {} is {:.4g} s later than the frame before it, and --realtime would wait for it; check the "
+           "times, cut the recording there, or leave out --realtime",
+           i, 1e-9 * static_cast<double>(pause_ns));
     }
     if (pause_ns > 0) continue;
-    throw std::runtime_error(
-        fmt::format("{}: frame {} has no later stamp than the frame before it, so --realtime cannot be used; "
-                    "add times or frame_rate_hz to the calibration, or leave out --realtime",
-                    input.sequence.folder.string(), i));
+    fail(input.sequence.folder,
+         "frame {} has no later stamp than the frame before it, so --realtime cannot be used; add times or "
+         "frame_rate_hz to the calibration, or leave out --realtime",
+         i);
   }
 }
 
@@ -219,8 +223,7 @@ void require_other_folder(const fs::path& folder, std::string_view option, const
     const bool beside_image =
         fs::equivalent(folder, fs::canonical(image, error).parent_path(), error) && !error;
     if (!beside_link && !beside_image) continue;
-    throw std::runtime_error(fmt::format("{}: has the images of the recording; choose another folder for {}",
-                                         folder.string(), option));
+    fail(folder, "has the images of the recording; choose another folder for {}", option);
   }
 }
 

@@ -117,7 +117,7 @@ CameraInfo read_camera_info(const rosbag::MessageInstance& recorded) {
   info.D = message.numbers(count);
   const auto read_into = [&](auto& numbers) {
     const auto values = message.numbers(numbers.size());
-    std::copy(values.begin(), values.end(), numbers.begin());
+    std::ranges::copy(values, numbers.begin());
   };
   read_into(info.K);
   read_into(info.R);
@@ -139,9 +139,8 @@ std::string with_advice(const std::exception& error) {
       {"Buffer Overrun", "a message ends within its fields"},
       {"Error reading version line", "the first line, '#ROSBAG V2.0', is not there"},
   }};
-  const auto* words = std::find_if(kWords.begin(), kWords.end(), [&](const auto& known) {
-    return text.find(known.first) != std::string::npos;
-  });
+  const auto* words = std::ranges::find_if(
+      kWords, [&](const auto& known) { return text.find(known.first) != std::string::npos; });
   return fmt::format("{}; the bag is cut off or damaged, try `rosbag reindex`",
                      words == kWords.end() ? std::string_view(text) : words->second);
 }
@@ -171,8 +170,7 @@ struct BagReader::Bag {
   explicit Bag(const fs::path& path) : recording(path) {
     for (const auto& file : bag_files(path)) parts.push_back(open(file));
     if (parts.size() < 2) return;
-    std::sort(parts.begin(), parts.end(),
-              [](const auto& a, const auto& b) { return begin_of(*a) < begin_of(*b); });
+    std::ranges::sort(parts, [](const auto& a, const auto& b) { return begin_of(*a) < begin_of(*b); });
     for (std::size_t i = 1; i < parts.size(); ++i) require_continuation(*parts[i - 1], *parts[i]);
   }
 
@@ -200,9 +198,8 @@ struct BagReader::Bag {
     const double gap_s = begin_of(after) - rosbag::View(before.bag).getEndTime().toSec();
     if (gap_s >= -kLongestOverlap_s && gap_s <= kLongestGap_s) return;
     fail(after.file,
-         fmt::format("begins {:.6g} s {} the end of {}, so they are no parts of one recording; name "
-                     "one of them",
-                     std::abs(gap_s), gap_s > 0.0 ? "after" : "before", before.file.filename().string()));
+         "begins {:.6g} s {} the end of {}, so they are no parts of one recording; name one of them",
+         std::abs(gap_s), gap_s > 0.0 ? "after" : "before", before.file.filename().string());
   }
 
   /// Calls a function that reads a bag, and adds the name of the bag to its errors.
@@ -225,7 +222,7 @@ struct BagReader::Bag {
     try {
       read_message(images.at(topic).at(i));
     } catch (const std::exception& error) {
-      fail(recording, fmt::format("image {} of {}: {}", i, topic, with_advice(error)));
+      fail(recording, "image {} of {}: {}", i, topic, with_advice(error));
     }
   }
 

@@ -2,7 +2,6 @@
 #include "stereo_slam/bags/bag_recording.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -20,6 +19,7 @@
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -64,7 +64,7 @@ class BagImages : public PairSource {
     try {
       return split(pair.left);
     } catch (const std::invalid_argument& error) {
-      fail(recording_, fmt::format("image {} of {}: {}", left, topics_.left, error.what()));
+      fail(recording_, "image {} of {}: {}", left, topics_.left, error.what());
     }
   }
 
@@ -93,19 +93,17 @@ class BagImages : public PairSource {
   try {
     images = record_times ? by_record_times(times) : by_header_stamps(times);
   } catch (const std::invalid_argument& error) {
-    fail(recording, fmt::format("{}: {}", topic, error.what()));
+    fail(recording, "{}: {}", topic, error.what());
   }
-  const auto warn = [&](const std::string& text) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning, fmt::format("{}: {}; they are left out", recording.string(), text)});
-  };
+  const auto warn = [&](const std::string& text) { scan.warn(recording, "{}; they are left out", text); };
   if (images.repeated > 0)
-    warn(fmt::format("{} images of {} have the stamp of the image before", images.repeated, topic));
+    warn(fmt::format("{} of the images of {} {} the stamp of the image before", images.repeated, topic,
+                     images.repeated == 1 ? "has" : "have"));
   if (!images.out_of_order.empty()) {
     const std::size_t first = images.out_of_order.front();
     warn(fmt::format(
-        "{} of {} images of {} have stamps that do not fit between those around them, the first is image "
-        "{} with {} s",
+        "{} of {} images of {} have stamps that do not fit between those around them, the first is image {} "
+        "with {} s",
         images.out_of_order.size(), times.size(), topic, first, format_seconds(times[first].header_ns)));
   }
   return images;
@@ -122,7 +120,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
       frames.push_back({left.stamps_ns[i], recording, recording});
       images.add(left.index[i], left.index[i]);
     }
-    if (frames.size() < 2) fail(recording, fmt::format("has {} images of {}", frames.size(), topics.left));
+    if (frames.size() < 2) fail(recording, "has {} of {}", counted(frames.size(), "image"), topics.left);
     return;
   }
   const TimedImages right = timed_images(reader, topics.right, options.record_times, scan);
@@ -159,7 +157,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   const auto all = reader.topics();
   const auto has_baseline = [&](const std::string& image_topic) -> std::optional<bool> {
     const std::string name = camera_info_topic(image_topic);
-    if (std::none_of(all.begin(), all.end(), [&](const BagTopic& topic) { return topic.name == name; }))
+    if (std::ranges::none_of(all, [&](const BagTopic& topic) { return topic.name == name; }))
       return std::nullopt;
     return reader.camera_info(name).P[3] != 0.0;
   };
@@ -178,12 +176,11 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   const auto in_order = are_in_order(reader, topics);
   if (topics.is_unnamed && !in_order) refuse_topics(reader.topics());
   if (in_order && !*in_order) std::swap(topics.left, topics.right);
-  problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: {} is taken as the left and {} as the right camera, by {}; "
-                   "--left-topic and --right-topic name others",
-                   recording.string(), topics.left, topics.right,
-                   in_order ? "P[3] of their camera_info, which is 0 for the left one" : "their names")});
+  problems.push_back(Problem::warning(
+      recording,
+      "{} is taken as the left and {} as the right camera, by {}; --left-topic and --right-topic name others",
+      topics.left, topics.right,
+      in_order ? "P[3] of their camera_info, which is 0 for the left one" : "their names"));
   return topics;
 }
 
@@ -191,26 +188,25 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
 [[nodiscard]] OwnCamera calibration_inside(BagReader& reader, const TopicPair& topics, const fs::path& file) {
   if (topics.side_by_side()) {
     fail(file,
-         fmt::format("{} shows both cameras, and a camera_info describes one; name the calibration of both: "
-                     "--calibration FILE",
-                     topics.left));
+         "{} shows both cameras, and a camera_info describes one; name the calibration of both: "
+         "--calibration FILE",
+         topics.left);
   }
   const std::string left = camera_info_topic(topics.left);
   const std::string right = camera_info_topic(topics.right);
   const auto all = reader.topics();
   for (const auto& name : {left, right}) {
-    if (std::any_of(all.begin(), all.end(), [&](const BagTopic& topic) { return topic.name == name; }))
-      continue;
-    fail(file, fmt::format("has no {}; name the calibration of the camera: --calibration FILE", name));
+    if (std::ranges::any_of(all, [&](const BagTopic& topic) { return topic.name == name; })) continue;
+    fail(file, "has no {}; name the calibration of the camera: --calibration FILE", name);
   }
   const CameraInfo of_left = reader.camera_info(left);
   const CameraInfo of_right = reader.camera_info(right);
   for (const auto& [name, info] : {std::pair(left, of_left), {right, of_right}}) {
     if (is_calibrated(info) || info.P[0] != 0.0) continue;
     fail(file,
-         fmt::format("{}: the camera matrix K is zero in all messages, which says that the camera was not "
-                     "calibrated; name its calibration: --calibration FILE",
-                     name));
+         "{}: the camera matrix K is zero in all messages, which says that the camera was not calibrated; "
+         "name its calibration: --calibration FILE",
+         name);
   }
   OwnCamera own;
   try {
@@ -220,7 +216,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
       own.rig = rig_of(of_left, of_right);
     }
   } catch (const std::invalid_argument& error) {
-    fail(file, fmt::format("{}: {}", right, error.what()));
+    fail(file, "{}: {}", right, error.what());
   }
   if (const auto warning = baseline_warning(of_left, of_right); !warning.empty())
     own.warnings.push_back(fmt::format("{}: {}: {}", file.string(), right, warning));
@@ -235,10 +231,10 @@ void require_size(const StereoCamera& camera, const TopicPair& topics, BagImages
   require_complete(*pair);
   for (const auto& [topic, image] : {std::pair(topics.left, pair->left), {topics.right, pair->right}}) {
     if (image.cols == camera.width_px && image.rows == camera.height_px) continue;
-    fail(file, fmt::format("{} says {}x{} pixels, but the images of {} have {}x{}; they may have been scaled "
-                           "or cut out after the calibration: name one of this size, --calibration FILE",
-                           camera_info_topic(topic), camera.width_px, camera.height_px, topic, image.cols,
-                           image.rows));
+    fail(file,
+         "{} says {}x{} pixels, but the images of {} have {}x{}; they may have been scaled or cut out after "
+         "the calibration: name one of this size, --calibration FILE",
+         camera_info_topic(topic), camera.width_px, camera.height_px, topic, image.cols, image.rows);
   }
 }
 
@@ -252,9 +248,7 @@ void require_size(const StereoCamera& camera, const TopicPair& topics, BagImages
 }  // namespace
 
 bool has_bag_name(const fs::path& file) {
-  std::string name = file.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string name = lower_case(file.filename().string());
   return name.ends_with(".bag") || name.ends_with(".bag.active");
 }
 

@@ -47,9 +47,8 @@ constexpr std::array<Encoding, 16> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
                                                   {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2}}};
 
 const Encoding& encoding_of(const ImageMessage& message) {
-  const auto* found = std::find_if(kEncodings.begin(), kEncodings.end(), [&](const Encoding& encoding) {
-    return encoding.name == message.encoding;
-  });
+  const auto* found = std::ranges::find_if(
+      kEncodings, [&](const Encoding& encoding) { return encoding.name == message.encoding; });
   if (found == kEncodings.end()) {
     throw std::invalid_argument(fmt::format(
         "the encoding {} is not known; record mono8, bgr8, rgb8, bayer_*8, yuv422 or compressed images",

@@ -23,9 +23,8 @@ std::vector<std::size_t> longest_in_order(const std::vector<MessageTime>& times,
   std::vector<std::size_t> ends;  // the last message, with the earliest stamp, of a part of each length
   std::vector<std::size_t> before(times.size(), kNone);
   for (const std::size_t i : messages) {
-    const auto longer =
-        std::lower_bound(ends.begin(), ends.end(), times[i].header_ns,
-                         [&](auto end, auto stamp_ns) { return times[end].header_ns < stamp_ns; });
+    const auto longer = std::ranges::lower_bound(ends, times[i].header_ns, {},
+                                                 [&](std::size_t end) { return times[end].header_ns; });
     if (longer != ends.begin()) before[i] = *(longer - 1);
     if (longer == ends.end()) {
       ends.push_back(i);
@@ -35,7 +34,7 @@ std::vector<std::size_t> longest_in_order(const std::vector<MessageTime>& times,
   }
   std::vector<std::size_t> part;
   for (std::size_t i = ends.empty() ? kNone : ends.back(); i != kNone; i = before[i]) part.push_back(i);
-  std::reverse(part.begin(), part.end());
+  std::ranges::reverse(part);
   return part;
 }
 
@@ -61,18 +60,18 @@ void remove_far_ends(const std::vector<MessageTime>& times, std::vector<std::siz
       kept.erase(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(i));
       break;
     }
-    std::reverse(kept.begin(), kept.end());
+    std::ranges::reverse(kept);
   }
 }
 
 void require_stamps(const std::vector<MessageTime>& times) {
   const auto zeros = static_cast<std::size_t>(
-      std::count_if(times.begin(), times.end(), [](const auto& time) { return time.header_ns == 0; }));
+      std::ranges::count_if(times, [](const auto& time) { return time.header_ns == 0; }));
   if (zeros < 2 || 2 * zeros < times.size()) return;
-  throw std::invalid_argument(fmt::format(
-      "{} of its {} images have the stamp zero in their headers; the option --record-times uses the times "
-      "at which they were recorded, or correct the driver and record again",
-      zeros, times.size()));
+  throw std::invalid_argument(
+      fmt::format("{} of its {} images have the stamp zero in their headers; the option --record-times uses "
+                  "the times at which they were recorded, or correct the driver and record again",
+                  zeros, times.size()));
 }
 
 void require_order(const std::vector<MessageTime>& times, std::size_t out_of_order) {
@@ -112,8 +111,8 @@ TimedImages by_header_stamps(const std::vector<MessageTime>& times) {
 TimedImages by_record_times(const std::vector<MessageTime>& times) {
   std::vector<std::size_t> order(times.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return times[a].record_ns < times[b].record_ns; });
+  std::ranges::stable_sort(
+      order, [&](std::size_t a, std::size_t b) { return times[a].record_ns < times[b].record_ns; });
   TimedImages images;
   for (const std::size_t i : order) {
     if (!images.stamps_ns.empty() && times[i].record_ns == images.stamps_ns.back()) {

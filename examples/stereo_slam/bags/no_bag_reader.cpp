@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: MIT
 // In place of bag_reader.cpp where librosbag-storage-dev is missing: bags are refused.
-#include <stdexcept>
-
-#include <fmt/format.h>
 
 #include "stereo_slam/bags/bag_reader.hpp"
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 
 struct BagReader::Bag {};
 
 BagReader::BagReader(const std::filesystem::path& file) {
-  throw std::runtime_error(
-      fmt::format("{}: this program was built without bags; install librosbag-storage-dev and build it again",
-                  file.string()));
+  fail(file, "this program was built without bags; install librosbag-storage-dev and build it again");
 }
 
 BagReader::~BagReader() = default;

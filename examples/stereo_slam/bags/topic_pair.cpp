@@ -110,7 +110,7 @@ class ImageTopics {
   }
 
   [[nodiscard]] bool contain(const std::string& name) const {
-    return std::find(names_.begin(), names_.end(), name) != names_.end();
+    return std::ranges::find(names_, name) != names_.end();
   }
 
   [[nodiscard]] std::string list() const {
@@ -149,8 +149,7 @@ class ImageTopics {
   [[nodiscard]] std::string advice() const {
     if (names_.size() == 1) {
       return fmt::format(
-          "if {0} shows both cameras side by side, name it for both: --left-topic {0} "
-          "--right-topic {0}; {1}",
+          "if {0} shows both cameras side by side, name it for both: --left-topic {0} --right-topic {0}; {1}",
           names_.front(), list());
     }
     return fmt::format("name them: --left-topic, --right-topic; {}", list());

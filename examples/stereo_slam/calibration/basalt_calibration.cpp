@@ -2,8 +2,6 @@
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "stereo_slam/calibration/calibration_formats.hpp"
 #include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/calibration/yaml_map.hpp"
@@ -15,7 +13,7 @@ namespace {
 [[nodiscard]] std::vector<YAML::Node> first_two(const YamlMap& map, const char* key) {
   const YAML::Node list = map.get({key});
   if (!list.IsSequence() || list.size() < 2)
-    map.fail(list, fmt::format("{} is not of two cameras; calibrate them as a stereo pair", key));
+    map.fail(list, "{} is not of two cameras; calibrate them as a stereo pair", key);
   return {list[0], list[1]};
 }
 
@@ -43,9 +41,9 @@ namespace {
     set_coefficients(lens, coefficients, fail_here);
   } else {
     camera.fail(
-        fmt::format("camera_type is {}, but must be kb4, pinhole or pinhole-radtan8; calibrate with "
-                    "basalt_calibrate --cam-types kb4 kb4",
-                    type));
+        "camera_type is {}, but must be kb4, pinhole or pinhole-radtan8; calibrate with basalt_calibrate "
+        "--cam-types kb4 kb4",
+        type);
   }
   return lens;
 }

@@ -20,7 +20,7 @@ struct CalibrationFormat {
   OwnCamera (*read)(const CalibrationText&);
 
   [[nodiscard]] bool recognises(const CalibrationText& text) const {
-    return std::any_of(keys.begin(), keys.end(), [&](auto key) { return !key.empty() && text.has(key); });
+    return std::ranges::any_of(keys, [&](auto key) { return !key.empty() && text.has(key); });
   }
 };
 
@@ -33,8 +33,7 @@ struct CalibrationFormat {
 [[noreturn]] OwnCamera refuse_one_camera(const CalibrationText& text) {
   fail(text.file,
        "is the calibration of one camera; calibrate the two cameras as a stereo pair, which gives the "
-       "matrices of "
-       "both and their relative pose");
+       "matrices of both and their relative pose");
 }
 
 /// The first one that recognises a file reads it.

@@ -20,28 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[nodiscard]] std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const auto first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-[[nodiscard]] std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 /// The name in a line `[NAME]`, in lower case; empty for any other line.
 [[nodiscard]] std::string section_name(std::string_view line) {
   const auto text = trimmed(line);
   if (text.size() < 3 || text.front() != '[' || text.back() != ']') return "";
   const std::string name = lower_case(text.substr(1, text.size() - 2));
-  const bool is_name = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '/' || c == '-';
-  });
+  const bool is_name = std::ranges::all_of(
+      name, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '/' || c == '-'; });
   return is_name ? name : "";
 }
 
@@ -63,7 +48,7 @@ namespace fs = std::filesystem;
 [[nodiscard]] std::vector<TextLine> few_lines(const fs::path& file) {
   constexpr std::size_t kMost = 2000;
   auto lines = read_text_lines(file);
-  if (lines.size() > kMost) fail(file, fmt::format("has {} lines, too many for a calibration", lines.size()));
+  if (lines.size() > kMost) fail(file, "has {} lines, too many for a calibration", lines.size());
   return lines;
 }
 
@@ -75,18 +60,16 @@ namespace fs = std::filesystem;
     const auto text = trimmed(line.text);
     if (text.empty() || text.front() == ';') continue;
     if (const std::string name = section_name(text); !name.empty()) {
-      if (root[name].IsDefined())
-        throw std::runtime_error(at_line(file, line.number, "the section is there twice"));
+      if (root[name].IsDefined()) fail_at(file, line.number, "the section is there twice");
       section.reset(YAML::Node(YAML::NodeType::Map));  // assignment would change the section before
       root[name] = section;
       continue;
     }
     const auto equals = text.find('=');
     if (equals == std::string_view::npos || !section.IsMap())
-      throw std::runtime_error(at_line(file, line.number, "is not a line `key = value` of a section"));
+      fail_at(file, line.number, "is not a line `key = value` of a section");
     const std::string key = lower_case(trimmed(text.substr(0, equals)));
-    if (section[key].IsDefined())
-      throw std::runtime_error(at_line(file, line.number, key + " is given twice"));
+    if (section[key].IsDefined()) fail_at(file, line.number, key + " is given twice");
     section[key] = std::string(trimmed(text.substr(equals + 1)));
   }
   return root;
@@ -122,11 +105,11 @@ namespace fs = std::filesystem;
     }
     const auto numbers = parse_numbers(text);
     if (!numbers || key.empty() || cameras.empty())
-      throw std::runtime_error(at_line(file, line.number, "holds neither numbers nor a name of ost.txt"));
+      fail_at(file, line.number, "holds neither numbers nor a name of ost.txt");
     YAML::Node entry = cameras.back()[key];
     const bool single = key.starts_with("image_");
     if (single && (numbers->size() != 1 || entry.IsScalar()))
-      throw std::runtime_error(at_line(file, line.number, "expected one number for width and for height"));
+      fail_at(file, line.number, "expected one number for width and for height");
     for (const double number : *numbers) {
       const std::string value = fmt::format("{:.17g}", number);
       if (single)

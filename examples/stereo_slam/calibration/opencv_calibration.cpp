@@ -3,7 +3,6 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,7 +25,7 @@ using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 Eigen::Matrix3d rotation_of(const RowMajor3& R, const fs::path& file, std::string_view name) {
   constexpr double kTolerance = 1e-2;
   const double error = (R * R.transpose() - RowMajor3::Identity()).cwiseAbs().maxCoeff();
-  if (!(error < kTolerance && R.determinant() > 0.0)) fail(file, fmt::format("{} is not a rotation", name));
+  if (!(error < kTolerance && R.determinant() > 0.0)) fail(file, "{} is not a rotation", name);
   return Eigen::Quaterniond(Eigen::Matrix3d(R)).normalized().toRotationMatrix();
 }
 
@@ -59,18 +58,16 @@ class OpenCvFile {
   [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> keys, std::size_t least,
                                             std::size_t most) const {
     const std::string key = find(keys);
-    if (key.empty())
-      fail(file_, fmt::format("has no {}; write it by cv::FileStorage", fmt::join(keys, " or ")));
+    if (key.empty()) fail(file_, "has no {}; write it by cv::FileStorage", fmt::join(keys, " or "));
     const std::string other = find_another(key, keys);
-    if (!other.empty())
-      fail(file_, fmt::format("has both {} and {}, which are the same; remove one", key, other));
+    if (!other.empty()) fail(file_, "has both {} and {}, which are the same; remove one", key, other);
     const YAML::Node node = root_[key];
     std::vector<double> values;
     append(node.IsMap() ? node["data"] : node, most, values);
-    const bool finite = std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+    const bool finite = std::ranges::all_of(values, [](double x) { return std::isfinite(x); });
     if (values.size() < least || values.size() > most || !finite)
-      fail(file_, fmt::format("{} is not a matrix or a list of {}{} finite numbers", key, least,
-                              most > least ? fmt::format(" to {}", most) : ""));
+      fail(file_, "{} is not a matrix or a list of {}{} finite numbers", key, least,
+           most > least ? fmt::format(" to {}", most) : "");
     return values;
   }
 
@@ -184,9 +181,8 @@ Eigen::Isometry3d read_extrinsics(const OpenCvFile& file) {
   if (beside.empty() || fs::equivalent(beside, file.path())) return T_right_left;
   const OpenCvFile other(load_calibration_text(beside));
   if (!other.find({"T"}).empty() && !agree(T_right_left, read_T_right_left(other))) {
-    fail(file.path(),
-         fmt::format("has other R and T than {} beside it; remove those of the earlier calibration",
-                     beside.filename().string()));
+    fail(file.path(), "has other R and T than {} beside it; remove those of the earlier calibration",
+         beside.filename().string());
   }
   return T_right_left;
 }

@@ -19,7 +19,7 @@ constexpr std::string_view kSpaces = " \t\r\n";
 
 /// The values of an element without children.
 YAML::Node values_in(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
+  std::ranges::replace(text, '\n', ' ');
   YAML::Node values;
   const auto fields = split_fields(text);
   for (auto field : fields) {

@@ -65,15 +65,13 @@ namespace {
 [[nodiscard]] OwnCamera read_orb_rectified(const YamlMap& root, const char* name, double baseline_m) {
   const YamlMap camera = root.map(name);
   const auto coefficients = orb_coefficients(camera, /*fisheye=*/false);
-  if (is_orb_fisheye(root) ||
-      std::any_of(coefficients.begin(), coefficients.end(), [](double k) { return k != 0.0; })) {
-    camera.fail(fmt::format(
-        "{} is distorted, but a baseline without a second camera is of rectified images, which have "
-        "no distortion; add the right camera, or set k1 ... to 0 if the images are rectified",
-        name));
+  if (is_orb_fisheye(root) || std::ranges::any_of(coefficients, [](double k) { return k != 0.0; })) {
+    camera.fail(
+        "{} is distorted, but a baseline without a second camera is of rectified images, which have no "
+        "distortion; add the right camera, or set k1 ... to 0 if the images are rectified",
+        name);
   }
-  if (!(baseline_m > 0.0))
-    camera.fail(fmt::format("the baseline is {:.6g} m, but must be positive", baseline_m));
+  if (!(baseline_m > 0.0)) camera.fail("the baseline is {:.6g} m, but must be positive", baseline_m);
   const Lens lens = read_orb_lens(root, name);
   OwnCamera own;
   own.rectified = StereoCamera{.fx = lens.fx,
@@ -97,7 +95,7 @@ namespace {
   info.D = map.numbers({"D"});
   const auto read_into = [&](const char* key, auto& numbers) {
     const auto values = map.matrix(key, numbers.size());
-    std::copy(values.begin(), values.end(), numbers.begin());
+    std::ranges::copy(values, numbers.begin());
   };
   read_into("K", info.K);
   read_into("R", info.R);
@@ -159,7 +157,7 @@ OwnCamera read_orb_slam(const CalibrationText& text) {
   if (text.has("LEFT.K")) return read_orb_rectification(root);
   const std::string type = orb_camera_type(root);
   if (type != "PinHole" && type != "KannalaBrandt8" && type != "Rectified")
-    fail(text.file, fmt::format("Camera.type is {}, but must be PinHole, KannalaBrandt8 or Rectified", type));
+    fail(text.file, "Camera.type is {}, but must be PinHole, KannalaBrandt8 or Rectified", type);
   if (text.has("Stereo.T_c1_c2"))
     return read_orb_raw(root, "Camera1", orb_transform(root.map("Stereo"), "T_c1_c2"));
   if (text.has("Camera2.fx") && text.has("Tlr"))
@@ -171,8 +169,7 @@ OwnCamera read_orb_slam(const CalibrationText& text) {
   }
   fail(text.file,
        "is the settings file of ORB-SLAM for one camera; use that of the stereo camera, with Camera.bf, "
-       "LEFT.K ... or "
-       "Stereo.T_c1_c2");
+       "LEFT.K ... or Stereo.T_c1_c2");
 }
 
 }  // namespace stereo_slam

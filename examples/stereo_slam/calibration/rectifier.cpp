@@ -58,16 +58,16 @@ void check(const StereoRig& rig) {
   constexpr double kMaxAngle_deg = 45.0;
   const double angle_deg = kDegrees * Eigen::AngleAxisd(T_right_left.linear()).angle();
   if (angle_deg > kMaxAngle_deg) {
-    throw std::runtime_error(fmt::format(
-        "the two cameras are turned by {:.0f} degrees relative to each other; check the extrinsics, "
-        "which map camera to body coordinates in metres",
-        angle_deg));
+    throw std::runtime_error(
+        fmt::format("the two cameras are turned by {:.0f} degrees relative to each other; check the "
+                    "extrinsics, which map camera to body coordinates in metres",
+                    angle_deg));
   }
   if (std::abs(position_m.x()) < position_m.tail<2>().norm()) {
-    throw std::runtime_error(fmt::format(
-        "the right camera lies at ({:.3g}, {:.3g}, {:.3g}) m of the left one, not beside it; only "
-        "horizontal stereo pairs are supported, so check the extrinsics",
-        position_m.x(), position_m.y(), position_m.z()));
+    throw std::runtime_error(
+        fmt::format("the right camera lies at ({:.3g}, {:.3g}, {:.3g}) m of the left one, not beside it; "
+                    "only horizontal stereo pairs are supported, so check the extrinsics",
+                    position_m.x(), position_m.y(), position_m.z()));
   }
   if (position_m.x() < 0.0) {
     throw std::runtime_error(
@@ -234,8 +234,7 @@ Rectifier::Rectifier(const StereoRig& rig) : left_size_(size_of(rig.left)), righ
   if (!is_a_camera(camera_) || !(coverage_ > kMinCoverage)) {
     throw std::runtime_error(
         fmt::format("rectification leaves {:.0f} % of the image and a focal length of {:.4g} px; intrinsics, "
-                    "distortion and "
-                    "extrinsics do not fit together",
+                    "distortion and extrinsics do not fit together",
                     100.0 * coverage_, focal_px));
   }
   left_->lens = rig.left;

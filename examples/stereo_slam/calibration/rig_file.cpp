@@ -3,15 +3,14 @@
 
 #include <cmath>
 #include <initializer_list>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/calibration/yaml_map.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
 
@@ -21,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 YamlMap load(const fs::path& file, const std::string& advice) {
-  if (!fs::exists(file)) throw std::runtime_error(fmt::format("{}: missing; {}", file.string(), advice));
+  if (!fs::exists(file)) fail(file, "missing; {}", advice);
   return {file, load_yaml_file(file), "the file"};
 }
 
@@ -35,9 +34,8 @@ void read_distortion(const YamlMap& map, Lens& lens) {
 
 Lens read_lens(const YamlMap& map) {
   if (map.has("camera_model") && map.text({"camera_model"}) != "pinhole") {
-    map.fail(map.get({"camera_model"}),
-             fmt::format("camera_model is {}, but must be pinhole; calibrate with that model",
-                         map.text({"camera_model"})));
+    map.fail(map.get({"camera_model"}), "camera_model is {}, but must be pinhole; calibrate with that model",
+             map.text({"camera_model"}));
   }
   Lens lens;
   const auto resolution = map.numbers({"resolution"});
@@ -45,8 +43,8 @@ Lens read_lens(const YamlMap& map) {
     map.fail(map.get({"resolution"}), "resolution must be [width, height] in pixels");
   const auto intrinsics = map.numbers({"intrinsics"});
   if (intrinsics.size() != 4) {
-    map.fail(map.get({"intrinsics"}),
-             fmt::format("intrinsics has {} numbers, but must be [fx, fy, cx, cy]", intrinsics.size()));
+    map.fail(map.get({"intrinsics"}), "intrinsics has {}, but must be [fx, fy, cx, cy]",
+             counted(intrinsics.size(), "number"));
   }
   set_size(lens, resolution, [&](const std::string& what) { map.fail(map.get({"resolution"}), what); });
   set_pinhole(lens, intrinsics, [&](const std::string& what) { map.fail(map.get({"intrinsics"}), what); });
@@ -63,10 +61,8 @@ std::optional<Eigen::Isometry3d> read_T_body_camera(const YamlMap& map) {
     if (!map.has(key)) continue;
     const Eigen::Isometry3d T = is_inverse ? map.transform(key).inverse() : map.transform(key);
     if (T_body_camera && !agree(*T_body_camera, T)) {
-      map.fail(
-          map.get({key}),
-          fmt::format("{} is not {} {}, the pose of the camera in the body; remove the wrong one", key,
-                      is_inverse ? "the inverse of" : "equal to", map.has("T_BS") ? "T_BS" : "T_imu_cam"));
+      map.fail(map.get({key}), "{} is not {} {}, the pose of the camera in the body; remove the wrong one",
+               key, is_inverse ? "the inverse of" : "equal to", map.has("T_BS") ? "T_BS" : "T_imu_cam");
     }
     if (!T_body_camera) T_body_camera = T;
   }
@@ -77,9 +73,8 @@ std::optional<Eigen::Isometry3d> read_T_body_camera(const YamlMap& map) {
 void read_layout(const YamlMap& map, OwnCamera& own) {
   const bool side_by_side = map.has("layout") && map.text({"layout"}) == "side-by-side";
   if (map.has("layout") && !side_by_side && map.text({"layout"}) != "separate") {
-    map.fail(map.get({"layout"}),
-             fmt::format("layout is {}, but must be side-by-side, or separate (the default)",
-                         map.text({"layout"})));
+    map.fail(map.get({"layout"}), "layout is {}, but must be side-by-side, or separate (the default)",
+             map.text({"layout"}));
   }
   if (side_by_side != map.has("source")) {
     map.fail(
@@ -117,8 +112,8 @@ StereoCamera read_rectified(const YamlMap& map) {
                                .baseline_m = camera.number("baseline_m")};
   if (!(rectified.fx > 0.0 && rectified.fy > 0.0)) camera.fail("fx and fy must be positive");
   if (!(rectified.baseline_m > 0.0)) {
-    camera.fail(map.get({"rectified"})["baseline_m"],
-                fmt::format("baseline_m is {}, but must be positive, in metres", rectified.baseline_m));
+    camera.fail(map.get({"rectified"})["baseline_m"], "baseline_m is {}, but must be positive, in metres",
+                rectified.baseline_m);
   }
   return rectified;
 }
@@ -128,8 +123,8 @@ double read_frame_rate(const YamlMap& map) {
   constexpr double kFastest_hz = 1e5;
   const double rate_hz = map.number("frame_rate_hz");
   if (!(rate_hz >= kSlowest_hz && rate_hz <= kFastest_hz)) {
-    map.fail(map.get({"frame_rate_hz"}), fmt::format("frame_rate_hz is {}, but must be from {} to {}",
-                                                     rate_hz, kSlowest_hz, kFastest_hz));
+    map.fail(map.get({"frame_rate_hz"}), "frame_rate_hz is {}, but must be from {} to {}", rate_hz,
+             kSlowest_hz, kFastest_hz);
   }
   return rate_hz;
 }
@@ -148,14 +143,13 @@ Eigen::Isometry3d read_T_right_left(const std::optional<Eigen::Isometry3d>& T_bo
   if (right.has("T_cn_cnm1")) {
     const Eigen::Isometry3d T_cn_cnm1 = right.transform("T_cn_cnm1");
     if (T_right_left && !agree(*T_right_left, T_cn_cnm1)) {
-      right.fail(
-          right.get({"T_cn_cnm1"}),
-          fmt::format("T_cn_cnm1 contradicts {} of the two cameras, which give a baseline of {:.4g} m; "
-                      "remove the wrong ones",
-                      right.has("T_BS")        ? "T_BS"
-                      : right.has("T_imu_cam") ? "T_imu_cam"
-                                               : "T_cam_imu",
-                      T_right_left->translation().norm()));
+      right.fail(right.get({"T_cn_cnm1"}),
+                 "T_cn_cnm1 contradicts {} of the two cameras, which give a baseline of {:.4g} m; remove the "
+                 "wrong ones",
+                 right.has("T_BS")        ? "T_BS"
+                 : right.has("T_imu_cam") ? "T_imu_cam"
+                                          : "T_cam_imu",
+                 T_right_left->translation().norm());
     }
     if (!T_right_left) T_right_left = T_cn_cnm1;
   }
@@ -163,8 +157,7 @@ Eigen::Isometry3d read_T_right_left(const std::optional<Eigen::Isometry3d>& T_bo
   (T_body_left ? right : left)
       .fail(
           "no T_BS; add the pose of the camera in the body as a 4x4 matrix in metres (or T_cam_imu or "
-          "T_imu_cam of "
-          "both cameras, or T_cn_cnm1 of the right one)");
+          "T_imu_cam of both cameras, or T_cn_cnm1 of the right one)");
 }
 
 StereoRig read_rig(const YamlMap& left, const YamlMap& right) {
@@ -204,17 +197,16 @@ OwnCamera read_own_camera(const fs::path& file) {
   read_layout(map, own);
   const bool rectified = map.has("rectified");
   if (rectified && map.has("T_right_left")) {
-    map.fail(
-        map.get({"T_right_left"}),
-        "T_right_left is of raw images, and `rectified` of rectified ones, which have baseline_m; remove "
-        "what is not of these images");
+    map.fail(map.get({"T_right_left"}),
+             "T_right_left is of raw images, and `rectified` of rectified ones, which have baseline_m; "
+             "remove what is not of these images");
   }
   for (const auto* side : {"left", "right"}) {
     if (map.has(side)) {
       read_source(map.map(side), rectified, own,
                   side == std::string_view("left") ? own.left_source : own.right_source);
     } else if (!rectified) {
-      map.fail(fmt::format("there is neither '{}' nor 'rectified'; add the calibration of the camera", side));
+      map.fail("there is neither '{}' nor 'rectified'; add the calibration of the camera", side);
     }
   }
   std::optional<Eigen::Isometry3d> T_body_left;

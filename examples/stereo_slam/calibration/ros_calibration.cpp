@@ -38,7 +38,7 @@ constexpr CameraInfoKeys kCameraInfoKeys[] = {
 template <std::size_t kCount>
 void read_numbers(const YamlMap& map, const char* key, std::array<double, kCount>& numbers) {
   const auto values = map.matrix(key, kCount);
-  std::copy(values.begin(), values.end(), numbers.begin());
+  std::ranges::copy(values, numbers.begin());
 }
 
 /// Whether a list has no value, as `D:` or `data: null`; some writers mean an empty one.
@@ -93,14 +93,13 @@ struct NamedCameraInfo {
     const auto same = [&](const NamedCameraInfo& other) {
       return other.info.K == camera.info.K && other.info.P == camera.info.P;
     };
-    if (is_calibrated(camera.info) && std::none_of(cameras.begin(), cameras.end(), same))
+    if (is_calibrated(camera.info) && std::ranges::none_of(cameras, same))
       cameras.push_back(std::move(camera));
   }
   if (cameras.empty()) {
     fail(text.file,
          "the camera matrix K is zero, which says that the camera is not calibrated; calibrate the two "
-         "cameras as a "
-         "stereo pair");
+         "cameras as a stereo pair");
   }
   return cameras;
 }
@@ -155,9 +154,8 @@ OwnCamera read_ros(const CalibrationText& text) {
     sort_cameras(cameras);
   }
   if (cameras.size() != 2)
-    fail(text.file,
-         fmt::format("holds the camera_info of {} cameras; keep those of the left and the right one",
-                     cameras.size()));
+    fail(text.file, "holds the camera_info of {} cameras; keep those of the left and the right one",
+         cameras.size());
   const auto& left = cameras[0].info;
   const auto& right = cameras[1].info;
   OwnCamera own;

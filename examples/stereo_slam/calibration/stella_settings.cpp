@@ -3,8 +3,6 @@
 #include <stdexcept>
 #include <string>
 
-#include <fmt/format.h>
-
 #include "stereo_slam/calibration/calibration_formats.hpp"
 #include "stereo_slam/calibration/camera_info.hpp"
 #include "stereo_slam/calibration/yaml_map.hpp"
@@ -19,7 +17,7 @@ namespace {
   const YamlMap rectifier = root.map("StereoRectifier");
   const std::string model = rectifier.has("model") ? rectifier.text({"model"}) : "perspective";
   if (model != "perspective" && model != "fisheye")
-    rectifier.fail(fmt::format("StereoRectifier.model is {}, but must be perspective or fisheye", model));
+    rectifier.fail("StereoRectifier.model is {}, but must be perspective or fisheye", model);
   CameraInfo info;
   info.width_px = camera.number("cols");
   info.height_px = camera.number("rows");
@@ -27,8 +25,8 @@ namespace {
   info.D = rectifier.numbers({("D_" + side).c_str()});
   const auto K = rectifier.matrix(("K_" + side).c_str(), info.K.size());
   const auto R = rectifier.matrix(("R_" + side).c_str(), info.R.size());
-  std::copy(K.begin(), K.end(), info.K.begin());
-  std::copy(R.begin(), R.end(), info.R.begin());
+  std::ranges::copy(K, info.K.begin());
+  std::ranges::copy(R, info.R.begin());
   info.P = {camera.number("fx"),
             0.0,
             camera.number("cx"),
@@ -50,9 +48,9 @@ namespace {
   for (const char* key : {"k1", "k2", "k3", "k4", "p1", "p2"}) {
     if (camera.number_or(key, 0.0) == 0.0) continue;
     camera.fail(
-        fmt::format("Camera.{} is not 0, but without StereoRectifier the images are rectified and have no "
-                    "distortion; add StereoRectifier, or set it to 0 if the images are rectified",
-                    key));
+        "Camera.{} is not 0, but without StereoRectifier the images are rectified and have no distortion; "
+        "add StereoRectifier, or set it to 0 if the images are rectified",
+        key);
   }
   Lens lens;
   const Fail fail_camera = [&](const std::string& what) { camera.fail(what); };
@@ -81,7 +79,7 @@ OwnCamera read_stella(const CalibrationText& text) {
   }
   const double focal_x_baseline = root.map("Camera").number("focal_x_baseline");
   if (!(focal_x_baseline > 0.0))
-    fail(text.file, fmt::format("Camera.focal_x_baseline is {:.6g}, but must be positive", focal_x_baseline));
+    fail(text.file, "Camera.focal_x_baseline is {:.6g}, but must be positive", focal_x_baseline);
   if (!text.has("StereoRectifier")) return read_stella_rectified(root, focal_x_baseline);
   OwnCamera own;
   try {

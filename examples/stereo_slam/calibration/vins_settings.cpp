@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <string>
 
-#include <fmt/format.h>
-
 #include "stereo_slam/calibration/calibration_formats.hpp"
 #include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/calibration/yaml_map.hpp"
@@ -16,8 +14,7 @@ namespace fs = std::filesystem;
 /// A file that another one names by a path relative to itself.
 [[nodiscard]] CalibrationText named_file(const YamlMap& root, const char* key) {
   const fs::path file = root.file().parent_path() / root.text({key});
-  if (!fs::is_regular_file(file))
-    fail(file, fmt::format("missing; {} names it as {}", root.file().string(), key));
+  if (!fs::is_regular_file(file)) fail(file, "missing; {} names it as {}", root.file().string(), key);
   return load_calibration_text(file);
 }
 
@@ -26,10 +23,8 @@ namespace fs = std::filesystem;
   const YamlMap root(text.file, text.root(), "the file");
   const std::string model = root.text({"model_type"});
   if (model != "PINHOLE" && model != "KANNALA_BRANDT") {
-    root.fail(
-        root.get({"model_type"}),
-        fmt::format("model_type is {}, but must be PINHOLE or KANNALA_BRANDT; calibrate with one of them",
-                    model));
+    root.fail(root.get({"model_type"}),
+              "model_type is {}, but must be PINHOLE or KANNALA_BRANDT; calibrate with one of them", model);
   }
   const bool fisheye = model == "KANNALA_BRANDT";
   const YamlMap projection = root.map("projection_parameters");
@@ -70,10 +65,9 @@ OwnCamera read_vins(const CalibrationText& text) {
 }
 
 OwnCamera read_camodocal_camera(const CalibrationText& text) {
-  fail(
-      text.file,
-      "is one camera of VINS; name the settings file of the stereo camera, which has cam0_calib, cam1_calib, "
-      "body_T_cam0 and body_T_cam1");
+  fail(text.file,
+       "is one camera of VINS; name the settings file of the stereo camera, which has cam0_calib, "
+       "cam1_calib, body_T_cam0 and body_T_cam1");
 }
 
 OwnCamera read_open_vins(const CalibrationText& text) {

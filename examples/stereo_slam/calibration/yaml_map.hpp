@@ -16,6 +16,7 @@
 #include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -27,7 +28,7 @@ class YamlMap {
  public:
   YamlMap(std::filesystem::path file, const YAML::Node& node, std::string name)
       : file_(std::move(file)), node_(node), name_(std::move(name)) {
-    if (!node_.IsMap()) fail(node_, fmt::format("{} must contain `key: value` lines", name_));
+    if (!node_.IsMap()) fail(node_, "{} must contain `key: value` lines", name_);
   }
 
   [[noreturn]] void fail(const YAML::Node& where, const std::string& what) const {
@@ -36,6 +37,15 @@ class YamlMap {
     throw std::runtime_error(at_line(file_, std::max(line, 1), what));
   }
   [[noreturn]] void fail(const std::string& what) const { fail(node_, what); }
+  template <class First, class... Rest>
+  [[noreturn]] void fail(const YAML::Node& where, fmt::format_string<First, Rest...> what, First&& first,
+                         Rest&&... rest) const {
+    fail(where, fmt::format(what, std::forward<First>(first), std::forward<Rest>(rest)...));
+  }
+  template <class First, class... Rest>
+  [[noreturn]] void fail(fmt::format_string<First, Rest...> what, First&& first, Rest&&... rest) const {
+    fail(node_, what, std::forward<First>(first), std::forward<Rest>(rest)...);
+  }
 
   [[nodiscard]] bool has(const std::string& key) const { return node_[key].IsDefined(); }
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
@@ -53,8 +63,7 @@ class YamlMap {
 
   [[nodiscard]] std::string text(std::initializer_list<const char*> keys) const {
     const YAML::Node node = get(keys);
-    if (!node.IsScalar() || node.Scalar().empty())
-      fail(node, fmt::format("{} must be one word", *keys.begin()));
+    if (!node.IsScalar() || node.Scalar().empty()) fail(node, "{} must be one word", *keys.begin());
     return node.Scalar();
   }
 
@@ -62,7 +71,7 @@ class YamlMap {
     const YAML::Node node = get({key});
     std::vector<double> values;
     if (node.IsScalar()) append(node, key, values);
-    if (values.size() != 1) fail(node, fmt::format("{} must be one number", key));
+    if (values.size() != 1) fail(node, "{} must be one number", key);
     return values.front();
   }
 
@@ -71,7 +80,7 @@ class YamlMap {
     const YAML::Node node = get(keys);
     const YAML::Node list = node.IsMap() ? node["data"] : node;
     if (!list.IsDefined() || !list.IsSequence())
-      fail(node, fmt::format("{} must be a list of numbers in [ ]", *keys.begin()));
+      fail(node, "{} must be a list of numbers in [ ]", *keys.begin());
     std::vector<double> values;
     append(list, *keys.begin(), values);
     return values;
@@ -81,7 +90,7 @@ class YamlMap {
   [[nodiscard]] std::vector<double> matrix(const char* key, std::size_t count) const {
     auto values = numbers({key});
     if (values.size() != count)
-      fail(get({key}), fmt::format("{} has {} numbers, but needs {}", key, values.size(), count));
+      fail(get({key}), "{} has {}, but needs {}", key, counted(values.size(), "number"), count);
     return values;
   }
 
@@ -93,11 +102,11 @@ class YamlMap {
   [[nodiscard]] Eigen::Isometry3d transform(const char* key) const {
     const YAML::Node node = get({key});
     const YAML::Node data = node.IsMap() ? node["data"] : node;
-    if (!data.IsDefined() || !data.IsSequence()) fail(node, fmt::format("{} needs a 4x4 matrix", key));
+    if (!data.IsDefined() || !data.IsSequence()) fail(node, "{} needs a 4x4 matrix", key);
     std::vector<double> values;
     append(data, key, values);
     if (values.size() != 16)
-      fail(node, fmt::format("{} has {} numbers, but a 4x4 matrix has 16", key, values.size()));
+      fail(node, "{} has {}, but a 4x4 matrix has 16", key, counted(values.size(), "number"));
     return rigid_motion(node, key, values);
   }
 
@@ -112,13 +121,13 @@ class YamlMap {
         (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
         R.determinant() > 0.0;
     if (!rotation || !T.row(3).isApprox(Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0), kTolerance)) {
-      fail(node, fmt::format("{} is not a rigid motion [R t; 0 0 0 1] with a rotation R", key));
+      fail(node, "{} is not a rigid motion [R t; 0 0 0 1] with a rotation R", key);
     }
     constexpr double kFarthest_m = 1e9;  // larger values are not metres, and computations may overflow
     const double distance_m = T.topRightCorner<3, 1>().cwiseAbs().maxCoeff();
     if (distance_m > kFarthest_m) {
-      fail(node, fmt::format("{} has a translation of {:.3g} m; give it in metres, up to {:.0e}", key,
-                             distance_m, kFarthest_m));
+      fail(node, "{} has a translation of {:.3g} m; give it in metres, up to {:.0e}", key, distance_m,
+           kFarthest_m);
     }
     return Eigen::Translation3d(T.topRightCorner<3, 1>()) * Eigen::Quaterniond(R).normalized();
   }
@@ -126,9 +135,8 @@ class YamlMap {
   void refuse_unknown_keys(const std::set<std::string>& known) const {
     for (const auto& entry : node_) {
       if (entry.first.IsScalar() && known.contains(entry.first.Scalar())) continue;
-      fail(entry.first,
-           fmt::format("{} has an unknown key {}; known are {}", name_,
-                       entry.first.IsScalar() ? entry.first.Scalar() : "[...]", fmt::join(known, ", ")));
+      fail(entry.first, "{} has an unknown key {}; known are {}", name_,
+           entry.first.IsScalar() ? entry.first.Scalar() : "[...]", fmt::join(known, ", "));
     }
   }
 
@@ -140,8 +148,7 @@ class YamlMap {
     }
     const auto parsed = node.IsScalar() ? parse_numbers(node.Scalar()) : std::nullopt;
     if (!parsed || parsed->size() != 1) {
-      fail(node, fmt::format("{} holds '{}', which is not a finite number", key,
-                             node.IsScalar() ? node.Scalar() : "..."));
+      fail(node, "{} holds '{}', which is not a finite number", key, node.IsScalar() ? node.Scalar() : "...");
     }
     values.push_back(parsed->front());
   }

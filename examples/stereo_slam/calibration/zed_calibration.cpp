@@ -81,8 +81,8 @@ OwnCamera read_zed(const CalibrationText& text) {
   const YamlMap root(text.file, text.root(), "the file");
   const YamlMap stereo = root.map("stereo");
   if (!(stereo.number("baseline") > kShortest_mm)) {
-    fail(text.file, fmt::format("the Baseline of [STEREO] is {}, but must be positive, in millimetres",
-                                stereo.number("baseline")));
+    fail(text.file, "the Baseline of [STEREO] is {}, but must be positive, in millimetres",
+         stereo.number("baseline"));
   }
   std::vector<StereoRig> rigs;
   for (const auto& size : kZedSizes) {
@@ -103,8 +103,7 @@ OwnCamera read_zed(const CalibrationText& text) {
   if (rigs.empty()) {
     fail(text.file,
          "has no resolution with [LEFT_CAM_...], [RIGHT_CAM_...] and RX_..., CV_..., RZ_... of [STEREO]; "
-         "download the "
-         "file of this camera's serial number from Stereolabs");
+         "download the file of this camera's serial number from Stereolabs");
   }
   OwnCamera own;
   own.rig = rigs.front();

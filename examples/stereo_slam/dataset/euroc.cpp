@@ -14,6 +14,7 @@
 #include "stereo_slam/dataset/stamp_pairs.hpp"
 #include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/table_row.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/stamps/stamp_units.hpp"
@@ -34,27 +35,14 @@ struct Row {
 };
 
 /// Fields divided by commas, or by blanks if there is no comma.
-std::vector<std::string> csv_fields(const std::string& line) {
-  std::vector<std::string> fields;
-  if (line.find(',') == std::string::npos) {
-    for (const auto field : split_fields(line)) fields.emplace_back(field);
-    return fields;
-  }
-  constexpr std::string_view kBlanks = " \t\r";
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    std::string field = line.substr(begin, end - begin);
-    field.erase(0, std::min(field.find_first_not_of(kBlanks), field.size()));
-    field.resize(field.find_last_not_of(kBlanks) + 1);
-    fields.push_back(std::move(field));
-    begin = end + 1;
-  }
+std::vector<std::string_view> csv_fields(std::string_view line) {
+  auto fields = split_row(line, line.find(',') == std::string_view::npos ? ' ' : ',');
   if (fields.back().empty()) fields.pop_back();
   return fields;
 }
 
 /// The column of the file names: the first one after the stamp that is called like an image.
-std::size_t name_column(const std::vector<std::string>& fields) {
+std::size_t name_column(const std::vector<std::string_view>& fields) {
   const auto name =
       std::find_if(fields.begin() + 1, fields.end(), [](const auto& field) { return has_image_name(field); });
   return name == fields.end() ? 1 : static_cast<std::size_t>(name - fields.begin());
@@ -63,7 +51,7 @@ std::size_t name_column(const std::vector<std::string>& fields) {
 /// The folder that the names of data.csv are relative to: usually `data`. Names with a path may begin at any
 /// folder above, or be those of another computer, of which the last part counts.
 fs::path image_at(const fs::path& camera, std::string name) {
-  std::replace(name.begin(), name.end(), '\\', '/');
+  std::ranges::replace(name, '\\', '/');
   const fs::path usual = camera / "data" / name;
   if (!fs::path(name).has_parent_path() || fs::is_regular_file(usual)) return usual;
   const fs::path mav = camera.parent_path();
@@ -84,17 +72,17 @@ std::vector<std::int64_t> stamps_of_rows(const fs::path& csv, const std::vector<
   }
   if (!stamps.ns.empty()) return std::move(stamps.ns);
   if (!texts.front().fraction.empty())
-    fail(csv, fmt::format("its stamps have no certain unit: {}; write them in nanoseconds", stamps.doubt));
+    fail(csv, "its stamps have no certain unit: {}; write them in nanoseconds", stamps.doubt);
   for (const auto& text : texts) stamps.ns.push_back(parse_nanoseconds(text.whole).value_or(kLatestStamp_ns));
   return std::move(stamps.ns);
 }
 
 /// A stamp of digits, with a point between them if `decimal`; nothing for another text.
-std::optional<WrittenNumber> stamp_text(const std::string& field, bool decimal) {
+std::optional<WrittenNumber> stamp_text(std::string_view field, bool decimal) {
   constexpr std::string_view kDigits = "0123456789";
   const std::size_t point = std::min(field.find('.'), field.size());
-  WrittenNumber number{.whole = field.substr(0, point),
-                       .fraction = field.substr(std::min(point + 1, field.size()))};
+  WrittenNumber number{.whole = std::string(field.substr(0, point)),
+                       .fraction = std::string(field.substr(std::min(point + 1, field.size())))};
   const bool digits = number.whole.find_first_not_of(kDigits) == std::string::npos &&
                       number.fraction.find_first_not_of(kDigits) == std::string::npos;
   const bool whole = parse_nanoseconds(number.whole).has_value();
@@ -109,12 +97,11 @@ bool is_heading(const std::string& line) {
 
 void require_increasing(const fs::path& csv, const std::vector<Row>& rows) {
   for (std::size_t i = 1; i < rows.size(); ++i) {
-    const auto fail_at = [&](std::string_view what) {
-      throw std::runtime_error(
-          at_line(csv, rows[i].line, fmt::format("stamp {} {}", rows[i].stamp_ns, what)));
+    const auto fail_here = [&](std::string_view what) {
+      fail_at(csv, rows[i].line, "stamp {} {}", rows[i].stamp_ns, what);
     };
-    if (rows[i].stamp_ns == rows[i - 1].stamp_ns) fail_at("occurs twice; delete one of the rows");
-    if (rows[i].stamp_ns < rows[i - 1].stamp_ns) fail_at("is earlier than the one before; sort the rows");
+    if (rows[i].stamp_ns == rows[i - 1].stamp_ns) fail_here("occurs twice; delete one of the rows");
+    if (rows[i].stamp_ns < rows[i - 1].stamp_ns) fail_here("is earlier than the one before; sort the rows");
   }
 }
 
@@ -128,9 +115,7 @@ std::vector<Row> read_rows(const fs::path& camera) {
   auto lines = read_text_lines(csv);
   if (!lines.empty() && is_heading(lines.front().text)) lines.erase(lines.begin());
   for (const auto& line : lines) {
-    const auto fail_here = [&](const std::string& what) {
-      throw std::runtime_error(at_line(csv, line.number, what));
-    };
+    const auto fail_here = [&](const std::string& what) { fail_at(csv, line.number, what); };
     const auto fields = csv_fields(line.text);
     const bool decimal = fields[0].find('.') != std::string::npos;
     const auto stamp = stamp_text(fields[0], rows.empty() ? decimal : !stamps.front().fraction.empty());
@@ -142,7 +127,7 @@ std::vector<Row> read_rows(const fs::path& camera) {
           fmt::format("'{}' is not 'stamp in ns, file name'; the file is damaged or truncated", line.text));
     }
     if (rows.empty()) name = name_column(fields);
-    rows.push_back({line.number, 0, image_at(camera, fields[name])});
+    rows.push_back({line.number, 0, image_at(camera, std::string(fields[name]))});
     stamps.push_back(*stamp);
   }
   if (rows.empty()) fail(csv, "lists no images");
@@ -158,10 +143,11 @@ void report_alone(const fs::path& camera, const std::vector<Row>& rows, const st
   if (alone.empty()) return;
   const char* other = camera.filename() == "cam0" ? "cam1" : "cam0";
   scan.problems.push_back(
-      {kWarning, at_line(camera / "data.csv", rows[alone.front()].line,
-                         fmt::format("{} of {} rows, this one first, have no partner in {} within {:.4g} ms; "
-                                     "they are left out",
-                                     alone.size(), rows.size(), other, pairs.most_apart_ms))});
+      {kWarning,
+       at_line(camera / "data.csv", rows[alone.front()].line,
+               fmt::format(
+                   "{} of {} rows, this one first, have no partner in {} within {:.4g} ms; they are left out",
+                   alone.size(), rows.size(), other, pairs.most_apart_ms))});
 }
 
 CameraStamps stamps_of_camera(const char* name, const std::vector<Row>& rows) {
@@ -199,32 +185,20 @@ void read_ground_truth(const fs::path& mav, StereoSequence& sequence) {
   if (!fs::exists(file)) file = mav / "mocap0/data.csv";
   if (!fs::exists(file)) return;
   if (!sequence.T_body_camera) {
-    throw std::runtime_error(
-        fmt::format("{}: contains poses of the body, but the calibration is without T_BS; the ground "
-                    "truth is left out",
-                    file.string()));
+    fail(file,
+         "contains poses of the body, but the calibration is without T_BS; the ground truth is left out");
   }
-  constexpr std::int64_t kMargin_ns = 50'000'000;
   const Trajectory truth = read_trajectory(file, TrajectoryFormat::kEuroc);
-  for (std::size_t i = 0; i < truth.poses.size(); ++i) {
-    const auto stamp_ns = truth.stamps_ns[i];
-    if (stamp_ns < sequence.frames.front().stamp_ns - kMargin_ns) continue;
-    if (stamp_ns > sequence.frames.back().stamp_ns + kMargin_ns) break;
-    sequence.ground_truth.push_back(truth.poses[i] * *sequence.T_body_camera);
-    sequence.ground_truth_ns.push_back(stamp_ns);
-  }
-  if (sequence.ground_truth.empty())
-    throw std::runtime_error(fmt::format("{}: contains no pose at the time of the images", file.string()));
+  set_ground_truth(sequence, truth.stamps_ns, truth.poses, file);
 }
 
 /// Throws if an image has another size than the calibration says.
 void require_size(const fs::path& file, const cv::Size& calibrated) {
   const ImageHeader header = check_image(file);
   if (cv::Size(header.width_px, header.height_px) == calibrated) return;
-  throw std::runtime_error(
-      fmt::format("{}: is {}x{} pixels, but the resolution of the calibration is {}x{}; use the "
-                  "calibration of these images",
-                  file.string(), header.width_px, header.height_px, calibrated.width, calibrated.height));
+  fail(file,
+       "is {}x{} pixels, but the resolution of the calibration is {}x{}; use the calibration of these images",
+       header.width_px, header.height_px, calibrated.width, calibrated.height);
 }
 
 }  // namespace
@@ -244,19 +218,14 @@ SequenceScan scan_euroc(const fs::path& folder, const PairingOptions& pairing) {
   sequence.left_name = "cam0";
   sequence.right_name = "cam1";
   if (!fs::is_directory(mav / "cam0") || !fs::is_directory(mav / "cam1")) {
-    problems.push_back(
-        {kError, fmt::format("{}: has no cam0 and cam1; expected {}", mav.string(), kEurocLayout)});
+    problems.push_back(Problem::error(mav, "has no cam0 and cam1; expected {}", kEurocLayout));
     return scan;
   }
   std::vector<Row> left;
   std::vector<Row> right;
   attempt(problems, kError, [&] {
     const StereoRig rig = read_rig(mav);
-    try {
-      set_rig(sequence, rig);
-    } catch (const std::runtime_error& error) {
-      throw std::runtime_error(fmt::format("{}: {}", (mav / "cam1").string(), error.what()));
-    }
+    set_rig(sequence, rig, mav / "cam1");
   });
   attempt(problems, kError, [&] { left = read_rows(mav / "cam0"); });
   attempt(problems, kError, [&] { right = read_rows(mav / "cam1"); });

@@ -76,7 +76,7 @@ std::optional<FramePositions> by_number(const std::vector<StereoFiles>& frames, 
 FramePositions by_order(const std::vector<StereoFiles>& frames, const ListedImages& images) {
   std::vector<std::string> names;
   for (const auto& [name, image] : images) names.push_back(name);
-  std::sort(names.begin(), names.end(), [&](const auto& a, const auto& b) {
+  std::ranges::sort(names, [&](const auto& a, const auto& b) {
     const auto key_a = images.at(a).key;
     const auto key_b = images.at(b).key;
     return key_a && key_b && *key_a != *key_b ? *key_a < *key_b : natural_less(a, b);
@@ -92,7 +92,7 @@ FramePositions by_order(const std::vector<StereoFiles>& frames, const ListedImag
 std::optional<FramePositions> by_interval(const std::vector<StereoFiles>& frames, const ListedImages& images,
                                           std::int64_t interval) {
   std::set<std::int64_t> positions;
-  const auto first = std::min_element(images.begin(), images.end(), [](const auto& a, const auto& b) {
+  const auto first = std::ranges::min_element(images, [](const auto& a, const auto& b) {
                        return a.second.key < b.second.key;
                      })->second.key.value();
   const auto position_of = [&](const ListedImage& image) {

@@ -18,6 +18,7 @@
 
 #include "stereo_slam/dataset/stamp_pairs.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/stamps/image_names.hpp"
 
@@ -39,8 +40,8 @@ std::map<std::string, fs::path> by_name(const std::vector<fs::path>& images) {
   for (const auto& image : images) {
     const auto [other, is_new] = named.emplace(image.stem().string(), image);
     if (!is_new) {
-      fail(image, fmt::format("has the name of {}; one image of a name must remain in the folder",
-                              other->second.filename().string()));
+      fail(image, "has the name of {}; one image of a name must remain in the folder",
+           other->second.filename().string());
     }
   }
   return named;
@@ -86,13 +87,11 @@ void pair_by_order(const std::vector<fs::path>& left, const std::vector<fs::path
   const auto right_numbered = by_frame_number(right);
   const bool numbered = !left_numbered.empty() && !right_numbered.empty();
   const auto in_both = [&](const auto& image) { return right_numbered.contains(image.first); };
-  if (!numbered || std::any_of(left_numbered.begin(), left_numbered.end(), in_both)) return;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: the images of the two cameras have no number in common, so they are paired by order, "
-                   "{} with {}; check that these were taken together, and give the images of a pair one name",
-                   scan.sequence.folder.string(), left.front().filename().string(),
-                   right.front().filename().string())});
+  if (!numbered || std::ranges::any_of(left_numbered, in_both)) return;
+  scan.warn(scan.sequence.folder,
+            "the images of the two cameras have no number in common, so they are paired by order, {} with "
+            "{}; check that these were taken together, and give the images of a pair one name",
+            left.front().filename().string(), right.front().filename().string());
 }
 
 /// What is before the number at the end of an image's name; nothing without a number. A stamp is a number.
@@ -112,16 +111,17 @@ void require_one_pattern(const std::vector<fs::path>& images) {
   for (const auto& image : images) {
     if (const auto text = text_before_number(image)) ++counts[*text];
   }
-  const auto most = std::max_element(counts.begin(), counts.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most =
+      std::ranges::max_element(counts, [](const auto& a, const auto& b) { return a.second < b.second; });
   if (most == counts.end() || 2 * most->second <= images.size()) return;
   for (const auto& image : images) {
     const auto text = text_before_number(image);
     if (text && (*text == most->first || !most->first.empty())) continue;
     const std::string pattern = most->first.empty() ? "digits only" : "'" + most->first + "' and a number";
-    fail(image, fmt::format("its name is not {}, as those of {} of the {} images are; remove it if it is a "
-                            "copy or no image of the recording, or rename it",
-                            pattern, most->second, images.size()));
+    fail(image,
+         "its name is not {}, as those of {} of the {} images are; remove it if it is a copy or no image of "
+         "the recording, or rename it",
+         pattern, most->second, images.size());
   }
 }
 
@@ -141,15 +141,14 @@ void require_no_mixed_times(const std::vector<fs::path>& images) {
     const auto& other = names.begin()->first == text ? std::next(names.begin()) : names.begin();
     throw std::invalid_argument(
         fmt::format("{} contains a time, and {} has another text than it; give all images of the folder "
-                    "names that differ in "
-                    "numbers only",
+                    "names that differ in numbers only",
                     alike.front(), other->second.front()));
   }
 }
 
 /// The files with the times in their names, sorted by these, or in natural order.
 ImageList in_order(const fs::path& folder, std::vector<fs::path> files) {
-  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
+  std::ranges::sort(files, [](const auto& a, const auto& b) {
     return a.stem() != b.stem() ? natural_less(a.stem().string(), b.stem().string())
                                 : a.extension() < b.extension();
   });
@@ -168,19 +167,19 @@ ImageList in_order(const fs::path& folder, std::vector<fs::path> files) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto& sorted_by = keys;
   if (!keys.empty()) {
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return sorted_by[a] < sorted_by[b]; });
+    std::ranges::stable_sort(order,
+                             [&](std::size_t a, std::size_t b) { return sorted_by[a] < sorted_by[b]; });
   }
   for (const std::size_t i : order) list.files.push_back(files[i]);
-  std::sort(keys.begin(), keys.end());
-  std::sort(stamps_ns.begin(), stamps_ns.end());
+  std::ranges::sort(keys);
+  std::ranges::sort(stamps_ns);
   return list;
 }
 
 /// Throws if two images of a camera have the same stamp.
 void require_different_stamps(const ImageList& images) {
   const auto& stamps_ns = images.times.stamps_ns;
-  const auto repeated = std::adjacent_find(stamps_ns.begin(), stamps_ns.end());
+  const auto repeated = std::ranges::adjacent_find(stamps_ns);
   if (repeated == stamps_ns.end()) return;
   fail(images.files[static_cast<std::size_t>(repeated - stamps_ns.begin())],
        "has the same stamp as the image after it");
@@ -214,18 +213,17 @@ void require_no_wrap(const fs::path& folder, const std::vector<fs::path>& files)
     if (!number) return;
     numbers.push_back(*number);
   }
-  std::sort(numbers.begin(), numbers.end());
+  std::ranges::sort(numbers);
   const std::string most = std::to_string(numbers.back());
   const bool is_last = most.size() > 2 && most.find_first_not_of('9') == std::string::npos;
   if (!is_last || numbers.front() > 1) return;
   const auto is_gap = [&](std::uint64_t a, std::uint64_t b) { return b - a > numbers.size(); };
-  const auto gap = std::adjacent_find(numbers.begin(), numbers.end(), is_gap);
+  const auto gap = std::ranges::adjacent_find(numbers, is_gap);
   if (gap == numbers.end()) return;
-  fail(
-      folder,
-      fmt::format("the numbers of the images begin again at {} after {}, so their order is not known; add {} "
-                  "to those up to {}",
-                  numbers.front(), most, numbers.back() + 1 - numbers.front(), *gap));
+  fail(folder,
+       "the numbers of the images begin again at {} after {}, so their order is not known; add {} to those "
+       "up to {}",
+       numbers.front(), most, numbers.back() + 1 - numbers.front(), *gap);
 }
 
 }  // namespace
@@ -265,18 +263,15 @@ void pair_images(const ImageList& left_images, const ImageList& right_images, co
   if (!frames.empty()) {
     const std::size_t alone = left.size() + right.size() - 2 * frames.size();
     if (alone > 0) {
-      scan.problems.push_back(
-          {Problem::Severity::kWarning,
-           fmt::format("{}: {} images have no partner of the same name or number in the other folder; they "
-                       "are left out",
-                       scan.sequence.folder.string(), alone)});
+      scan.warn(scan.sequence.folder,
+                "{} no partner of the same name or number in the other folder and {} left out",
+                counted(alone, "image has", "images have"), alone == 1 ? "is" : "are");
     }
     return;
   }
   fail(left.front().parent_path(),
-       fmt::format("holds {} images and {} holds {}, without a name in common; give the images of a pair one "
-                   "name",
-                   left.size(), right.front().parent_path().string(), right.size()));
+       "holds {} and {} holds {}, without a name in common; give the images of a pair one name",
+       counted(left.size(), "image"), right.front().parent_path().string(), right.size());
 }
 
 }  // namespace stereo_slam

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "stereo_slam/dataset/kitti_projection.hpp"
 #include "stereo_slam/dataset/kitti_raw.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
@@ -46,23 +46,20 @@ KittiProjection read_projection(const fs::path& file, const std::vector<TextLine
   KittiProjection projection{.name = fmt::format("P{}", camera), .P = {}};
   for (const auto& line : lines) {
     if (!line.text.starts_with(key)) continue;
-    if (first != nullptr)
-      throw std::runtime_error(at_line(file, line.number, fmt::format("{} is given twice", key)));
+    if (first != nullptr) fail_at(file, line.number, "{} is given twice", key);
     first = &line;
     const auto fields = split_fields(std::string_view(line.text).substr(key.size()));
     const auto no_number = std::find_if_not(fields.begin(), fields.end(), parse_numbers);
-    if (no_number != fields.end())
-      throw std::runtime_error(at_line(file, line.number, fmt::format("'{}' is not a number", *no_number)));
+    if (no_number != fields.end()) fail_at(file, line.number, "'{}' is not a number", *no_number);
     if (fields.size() != 12) {
-      throw std::runtime_error(
-          at_line(file, line.number,
-                  fmt::format("{} needs 12 numbers after it, a 3x4 matrix, and has {}", key, fields.size())));
+      fail_at(file, line.number, "{} needs 12 numbers after it, a 3x4 matrix, and has {}", key,
+              fields.size());
     }
     const auto numbers = parse_numbers(std::string_view(line.text).substr(key.size()));
     projection.P = Eigen::Map<const decltype(projection.P)>(numbers->data());
   }
   if (first != nullptr) return projection;
-  fail(file, fmt::format("has no line '{} ...' with a 3x4 matrix; take the calib.txt of the sequence", key));
+  fail(file, "has no line '{} ...' with a 3x4 matrix; take the calib.txt of the sequence", key);
 }
 
 /// The rectified cameras, and where the left one is in the frame of camera 0.
@@ -110,18 +107,15 @@ std::size_t count_images(const fs::path& folder) {
     }
   }
   if (count == 0) {
-    fail(folder, other_name.empty()
-                     ? "is empty; it must contain the images 000000.png, 000001.png ..."
-                     : fmt::format("contains no 000000.png but files such as {}; rename or convert them to "
-                                   "000000.png, 000001.png ...",
-                                   other_name));
+    fail(folder, other_name.empty() ? "is empty; it must contain the images 000000.png, 000001.png ..."
+                                    : fmt::format("contains no 000000.png but files such as {}; rename or "
+                                                  "convert them to 000000.png, 000001.png ...",
+                                                  other_name));
   }
   // A few missing images end the run when it reaches them; many mean another numbering.
   if (count > 2 * files + 1000) {
-    fail(folder,
-         fmt::format(
-             "holds {} images, but one is called {}; they must be numbered from 000000.png without gaps",
-             files, frame_name(count - 1)));
+    fail(folder, "holds {}, but one is called {}; they must be numbered from 000000.png without gaps",
+         counted(files, "image"), frame_name(count - 1));
   }
   return count;
 }
@@ -134,10 +128,10 @@ void read_first_image(StereoSequence& sequence) {
   camera.height_px = header.height_px;
   if (camera.fx > 0.0 &&
       !(camera.cx > 0.0 && camera.cx < camera.width_px && camera.cy > 0.0 && camera.cy < camera.height_px)) {
-    fail(sequence.folder / "calib.txt", fmt::format("the principal point ({:.6g}, {:.6g}) lies outside the "
-                                                    "{}x{} images; the calibration is of another "
-                                                    "camera or image size",
-                                                    camera.cx, camera.cy, camera.width_px, camera.height_px));
+    fail(sequence.folder / "calib.txt",
+         "the principal point ({:.6g}, {:.6g}) lies outside the {}x{} images; the calibration is of another "
+         "camera or image size",
+         camera.cx, camera.cy, camera.width_px, camera.height_px);
   }
 }
 
@@ -146,8 +140,8 @@ void read_ground_truth(StereoSequence& sequence, const Eigen::Isometry3d& T_came
   if (!fs::exists(file)) return;
   auto poses = read_trajectory(file, TrajectoryFormat::kKitti).poses;
   if (poses.size() != sequence.frames.size()) {
-    fail(file, fmt::format("has {} poses for {} frames; the ground truth is left out", poses.size(),
-                           sequence.frames.size()));
+    fail(file, "has {} for {}; the ground truth is left out", counted(poses.size(), "pose"),
+         counted(sequence.frames.size(), "frame"));
   }
   const bool is_camera_0 = T_camera_0_left.translation().isZero(0.0);
   for (auto& T_world_camera_0 : poses)
@@ -198,9 +192,8 @@ SequenceScan scan_kitti(const fs::path& folder, const PairingOptions& pairing) {
   attempt(problems, kError, [&] {
     if (images < 2) fail(folder, "contains a single frame; a sequence needs at least two");
     if (stamps_ns && stamps_ns->size() != images) {
-      fail(folder / "times.txt",
-           fmt::format("has {} times for {} images (the last is {}); there must be one for each",
-                       stamps_ns->size(), images, frame_name(images - 1)));
+      fail(folder / "times.txt", "has {} for {} images (the last is {}); there must be one for each",
+           counted(stamps_ns->size(), "time"), images, frame_name(images - 1));
     }
   });
   for (std::size_t i = 0; i < images; ++i) {

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/dataset/kitti_oxts.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
@@ -38,8 +36,7 @@ OxtsPacket read_packet(const std::filesystem::path& file) {
   const auto& n = *numbers;
   if (!(std::abs(n[0]) <= kMostLatitude_deg && std::abs(n[1]) <= kMostLongitude_deg &&
         std::abs(n[2]) <= kMostAltitude_m))
-    fail(file,
-         fmt::format("has the position {} deg, {} deg, {} m, which is none on a road", n[0], n[1], n[2]));
+    fail(file, "has the position {} deg, {} deg, {} m, which is none on a road", n[0], n[1], n[2]);
   return {n[0], n[1], n[2], n[3], n[4], n[5]};
 }
 
@@ -90,9 +87,7 @@ std::map<std::size_t, std::int64_t> read_kitti_stamps(const std::filesystem::pat
     const auto last = line.text.find_last_not_of(" \t");
     const auto stamp_ns = stamp_of_date(std::string_view(line.text).substr(0, last + 1));
     if (!stamp_ns) {
-      throw std::runtime_error(
-          at_line(file, line.number,
-                  fmt::format("'{}' is no date and time such as 2011-09-26 13:02:25.964389445", line.text)));
+      fail_at(file, line.number, "'{}' is no date and time such as 2011-09-26 13:02:25.964389445", line.text);
     }
     stamps_ns[static_cast<std::size_t>(line.number) - 1] = *stamp_ns;
   }

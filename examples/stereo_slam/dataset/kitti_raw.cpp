@@ -7,20 +7,19 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <fmt/format.h>
 
 #include "stereo_slam/calibration/lens_values.hpp"
 #include "stereo_slam/dataset/kitti_oxts.hpp"
 #include "stereo_slam/dataset/kitti_projection.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -49,10 +48,9 @@ class KittiValues {
   /// So many finite numbers.
   [[nodiscard]] const std::vector<double>& get(const std::string& key, std::size_t count) const {
     const auto found = values_.find(key);
-    if (found == values_.end())
-      fail(file_, fmt::format("has no line '{}: ...' of numbers; copy it again", key));
+    if (found == values_.end()) fail(file_, "has no line '{}: ...' of numbers; copy it again", key);
     if (found->second.size() != count)
-      fail(file_, fmt::format("{} has {} numbers and needs {}", key, found->second.size(), count));
+      fail(file_, "{} has {} and needs {}", key, counted(found->second.size(), "number"), count);
     return found->second;
   }
 
@@ -61,8 +59,7 @@ class KittiValues {
                                             const std::string& translation) const {
     constexpr double kMostSkew = 1e-3;  // the files have seven digits
     const RowMajor3 R = Eigen::Map<const RowMajor3>(get(rotation, 9).data());
-    if (!R.isUnitary(kMostSkew) || R.determinant() < 0.0)
-      fail(file_, fmt::format("{} is no rotation", rotation));
+    if (!R.isUnitary(kMostSkew) || R.determinant() < 0.0) fail(file_, "{} is no rotation", rotation);
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.linear() = Eigen::Quaterniond(Eigen::Matrix3d(R)).normalized().toRotationMatrix();
     T.translation() = Eigen::Map<const Eigen::Vector3d>(get(translation, 3).data());
@@ -103,11 +100,11 @@ KittiDrive drive_in(const fs::path& folder) {
     for (const auto& entry : fs::directory_iterator(folder)) {
       if (entry.is_directory() && has_cameras(entry.path())) drives.push_back(entry.path());
     }
-    std::sort(drives.begin(), drives.end());
+    std::ranges::sort(drives);
     if (drives.empty()) fail(folder, "contains no drive with image_00/data and image_01/data");
     if (drives.size() > 1) {
-      fail(folder, fmt::format("contains {} drives; name one of them, such as {}", drives.size(),
-                               drives.front().filename().string()));
+      fail(folder, "contains {} drives; name one of them, such as {}", drives.size(),
+           drives.front().filename().string());
     }
     drive.folder = drives.front();
   }
@@ -134,9 +131,9 @@ struct KittiImages {
   std::vector<std::int64_t> stamps_ns;  ///< increase
 };
 
-KittiImages read_images(const fs::path& camera, SequenceScan& scan) {
-  const auto stamps_ns = read_kitti_stamps(camera / "timestamps.txt");
-  std::map<std::size_t, fs::path> files;
+/// The images of a camera by the numbers of their names.
+std::map<std::size_t, fs::path> numbered_images(const fs::path& camera) {
+  std::map<std::size_t, fs::path> images;
   if (!fs::is_directory(camera / "data"))
     fail(camera / "data", "no such folder; it holds 0000000000.png ...");
   for (const auto& entry : fs::directory_iterator(camera / "data")) {
@@ -144,30 +141,33 @@ KittiImages read_images(const fs::path& camera, SequenceScan& scan) {
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
     const bool numbered = error == std::errc{} && end == name.data() + name.size();
-    if (numbered && entry.path().extension() == ".png") files[index] = entry.path();
+    if (numbered && entry.path().extension() == ".png") images[index] = entry.path();
   }
-  if (files.empty()) fail(camera / "data", "contains no images 0000000000.png, 0000000001.png ...");
+  if (images.empty()) fail(camera / "data", "contains no images 0000000000.png, 0000000001.png ...");
+  return images;
+}
+
+KittiImages read_images(const fs::path& camera, SequenceScan& scan) {
+  const auto stamps_ns = read_kitti_stamps(camera / "timestamps.txt");
   KittiImages images;
   std::size_t without_stamp = 0;
-  for (const auto& [index, file] : files) {
+  for (const auto& [index, file] : numbered_images(camera)) {
     const auto stamp = stamps_ns.find(index);
     if (stamp == stamps_ns.end()) {
       ++without_stamp;
       continue;
     }
     if (!images.stamps_ns.empty() && stamp->second <= images.stamps_ns.back()) {
-      throw std::runtime_error(
-          at_line(camera / "timestamps.txt", static_cast<int>(index) + 1,
-                  "the time is not later than that of the image before; copy the file again"));
+      fail_at(camera / "timestamps.txt", static_cast<int>(index) + 1,
+              "the time is not later than that of the image before; copy the file again");
     }
     images.index.push_back(index);
     images.files.push_back(file);
     images.stamps_ns.push_back(stamp->second);
   }
   if (without_stamp > 0) {
-    scan.problems.push_back({Problem::Severity::kWarning,
-                             fmt::format("{}: {} images have no line in timestamps.txt; they are left out",
-                                         camera.string(), without_stamp)});
+    scan.warn(camera, "{} no line in timestamps.txt and {} left out",
+              counted(without_stamp, "image has", "images have"), without_stamp == 1 ? "is" : "are");
   }
   return images;
 }
@@ -176,21 +176,20 @@ KittiImages read_images(const fs::path& camera, SequenceScan& scan) {
 StampPairs paired_by_index(const KittiImages& left, const KittiImages& right, const fs::path& folder) {
   StampPairs result;
   for (std::size_t i = 0; i < left.index.size(); ++i) {
-    const auto partner = std::lower_bound(right.index.begin(), right.index.end(), left.index[i]);
+    const auto partner = std::ranges::lower_bound(right.index, left.index[i]);
     if (partner == right.index.end() || *partner != left.index[i]) continue;
     result.pairs.emplace_back(i, static_cast<std::size_t>(partner - right.index.begin()));
   }
   if (result.pairs.size() < 2)
-    fail(folder, fmt::format("contains {} pairs of images with one number and times", result.pairs.size()));
+    fail(folder, "contains {} of images with one number and times", counted(result.pairs.size(), "pair"));
   return result;
 }
 
 void warn_of_unpaired(const KittiImages& left, const KittiImages& right, SequenceScan& scan) {
   const std::size_t alone = left.index.size() + right.index.size() - 2 * scan.sequence.frames.size();
   if (alone == 0) return;
-  scan.problems.push_back({Problem::Severity::kWarning,
-                           fmt::format("{}: {} images have no partner in the other camera; they are left out",
-                                       scan.sequence.folder.string(), alone)});
+  scan.warn(scan.sequence.folder, "{} no partner in the other camera and {} left out",
+            counted(alone, "image has", "images have"), alone == 1 ? "is" : "are");
 }
 
 void pair_images_of_drive(const KittiDrive& drive, const PairingOptions& pairing, SequenceScan& scan) {
@@ -209,9 +208,7 @@ void pair_images_of_drive(const KittiDrive& drive, const PairingOptions& pairing
 /// The raw camera S, K, D, with a trailing number.
 Lens lens_of(const KittiValues& values, const std::string& camera) {
   Lens lens;
-  const auto refuse = [&](const std::string& what) {
-    fail(values.file(), fmt::format("camera {}: {}", camera, what));
-  };
+  const auto refuse = [&](const std::string& what) { fail(values.file(), "camera {}: {}", camera, what); };
   set_size(lens, values.get("S_" + camera, 2), refuse);
   set_camera_matrix(lens, values.get("K_" + camera, 9), refuse);
   set_model(lens, "radtan", refuse);
@@ -226,9 +223,9 @@ Eigen::Isometry3d read_T_camera_0_imu(const KittiDrive& drive) {
     const auto file = calibration_of_drive(drive, name);
     if (!file) {
       fail(drive.folder / "oxts",
-           fmt::format("there is no {} in the drive or beside it, so the poses of the camera are "
-                       "not known; the ground truth is left out",
-                       name));
+           "there is no {} in the drive or beside it, so the poses of the camera are not known; the ground "
+           "truth is left out",
+           name);
     }
     T_camera_0_imu = T_camera_0_imu * KittiValues(*file).transform("R", "T");
   }
@@ -246,21 +243,9 @@ bool are_rectified(const KittiValues& values, const KittiDrive& drive, const Ima
   if (rectified && raw) return drive.folder.filename().string().find("extract") == std::string::npos;
   if (rectified || raw) return rectified;
   fail(values.file(),
-       fmt::format("says neither S_{0} nor S_rect_{0}, of raw and of rectified images, is {1}x{2} pixels, "
-                   "as the images are; take the calibration of this day",
-                   drive.left, header.width_px, header.height_px));
-}
-
-/// Any image of a camera, for the size.
-fs::path any_image(const fs::path& camera) {
-  std::vector<fs::path> images;
-  if (fs::is_directory(camera / "data")) {
-    for (const auto& entry : fs::directory_iterator(camera / "data")) {
-      if (entry.path().extension() == ".png") images.push_back(entry.path());
-    }
-  }
-  if (images.empty()) fail(camera / "data", "contains no images 0000000000.png, 0000000001.png ...");
-  return *std::min_element(images.begin(), images.end());
+       "says neither S_{0} nor S_rect_{0}, of raw and of rectified images, is {1}x{2} pixels, as the images "
+       "are; take the calibration of this day",
+       drive.left, header.width_px, header.height_px);
 }
 
 /// Sets the camera, and the body if it is known.
@@ -269,11 +254,11 @@ void set_calibration(const KittiDrive& drive, const std::optional<Eigen::Isometr
   const auto file = calibration_of_drive(drive, "calib_cam_to_cam.txt");
   if (!file) {
     fail(drive.folder,
-         "there is no calib_cam_to_cam.txt in the drive or beside it; it is in the download 'calib' of "
-         "the day");
+         "there is no calib_cam_to_cam.txt in the drive or beside it; it is in the download 'calib' of the "
+         "day");
   }
   const KittiValues values(*file);
-  const ImageHeader header = check_image(any_image(drive.camera(drive.left)));
+  const ImageHeader header = check_image(numbered_images(drive.camera(drive.left)).begin()->second);
   if (are_rectified(values, drive, header)) {
     const KittiProjection left = values.projection(drive.left);
     sequence.camera = camera_of(left, values.projection(drive.right), *file);
@@ -293,31 +278,17 @@ void set_calibration(const KittiDrive& drive, const std::optional<Eigen::Isometr
                 .T_right_left = T_right_0 * T_left_0.inverse(),
                 .T_body_left = std::nullopt};
   if (T_camera_0_imu) rig.T_body_left = (T_left_0 * *T_camera_0_imu).inverse();
-  try {
-    set_rig(sequence, rig);
-  } catch (const std::runtime_error& error) {
-    fail(*file, error.what());
-  }
+  set_rig(sequence, rig, *file);
 }
 
 void read_truth_of_drive(const KittiDrive& drive, SequenceScan& scan) {
   auto& sequence = scan.sequence;
-  constexpr std::int64_t kMargin_ns = 50'000'000;
   const OxtsPoses poses = read_oxts(drive.folder / "oxts");
-  for (std::size_t i = 0; i < poses.stamps_ns.size(); ++i) {
-    if (poses.stamps_ns[i] < sequence.frames.front().stamp_ns - kMargin_ns) continue;
-    if (poses.stamps_ns[i] > sequence.frames.back().stamp_ns + kMargin_ns) break;
-    sequence.ground_truth.push_back(poses.T_world_imu[i] * *sequence.T_body_camera);
-    sequence.ground_truth_ns.push_back(poses.stamps_ns[i]);
-  }
-  if (sequence.ground_truth.empty())
-    fail(drive.folder / "oxts", "contains no pose at the time of the images");
+  set_ground_truth(sequence, poses.stamps_ns, poses.T_world_imu, drive.folder / "oxts");
   if (poses.out_of_order == 0) return;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: {} packets are not later than those before them; they are left out of the "
-                   "ground truth",
-                   (drive.folder / "oxts/timestamps.txt").string(), poses.out_of_order)});
+  scan.warn(drive.folder / "oxts/timestamps.txt",
+            "{} packets are not later than those before them; they are left out of the ground truth",
+            poses.out_of_order);
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/images/live_camera.hpp"
 #include "stereo_slam/images/video.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/stamps/stamp_units.hpp"
@@ -36,8 +37,8 @@ void set_times(const fs::path& file, const FramePositions& positions, SequenceSc
   if (!warning.empty()) scan.problems.push_back({kWarning, warning});
   const bool of_all = stamps_ns.size() == positions.count;
   if (!of_all && stamps_ns.size() != frames.size()) {
-    fail(file, fmt::format("has {} times for {} frames; there must be one for each", stamps_ns.size(),
-                           frames.size()));
+    fail(file, "has {} for {}; there must be one for each", counted(stamps_ns.size(), "time"),
+         counted(frames.size(), "frame"));
   }
   for (std::size_t i = 0; i < frames.size(); ++i)
     frames[i].stamp_ns = stamps_ns[of_all ? positions.of_frame[i] : i];
@@ -57,10 +58,10 @@ void compare_rates(double frame_rate_hz, const NameTimes& times, SequenceScan& s
   if (!(interval_ns > 0.0)) return;
   const double rate_hz = 1e9 / interval_ns;
   if (rate_hz < kMostTimes * frame_rate_hz && frame_rate_hz < kMostTimes * rate_hz) return;
-  scan.problems.push_back(
-      {kWarning, fmt::format("{}: the stamps in the names of the images give {:.4g} frames per second, but "
-                             "frame_rate_hz is {:.4g}; the stamps are used",
-                             scan.sequence.folder.string(), rate_hz, frame_rate_hz)});
+  scan.warn(scan.sequence.folder,
+            "the stamps in the names of the images give {:.4g} frames per second, but frame_rate_hz is "
+            "{:.4g}; the stamps are used",
+            rate_hz, frame_rate_hz);
 }
 
 /// Stamps from the file of times, else from the names, where the frames have them already, else from the
@@ -79,10 +80,9 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, const KnownTi
   if (!(rate_hz > 0.0)) {
     const std::string& doubt = known.in_names.doubt;
     fail(calibration,
-         fmt::format(
-             "has no times{}; add frame_rate_hz, or times: FILE with one time in seconds per frame, or "
-             "put times.txt beside the folders of the images",
-             doubt.empty() ? "" : ", and those in the names of the images have no certain unit: " + doubt));
+         "has no times{}; add frame_rate_hz, or times: FILE with one time in seconds per frame, or put "
+         "times.txt beside the folders of the images",
+         doubt.empty() ? "" : ", and those in the names of the images have no certain unit: " + doubt);
   }
   for (std::size_t i = 0; i < frames.size(); ++i)
     frames[i].stamp_ns = std::llround(1e9 * static_cast<double>(known.positions.of_frame[i]) / rate_hz);
@@ -124,9 +124,8 @@ Sources sources_of(const OwnCamera& own, const OwnCameraFiles& files) {
 void check_sources(const Sources& sources, const OwnCameraFiles& files) {
   for (const auto& source : {sources.left, sources.right}) {
     if (source.empty() || is_live(source) || fs::exists(source)) continue;
-    fail(source,
-         fmt::format("neither a folder of images nor a video; correct {}'source' in {}",
-                     files.dataset.empty() ? "" : "--dataset, or ", files.calibration.filename().string()));
+    fail(source, "neither a folder of images nor a video; correct {}'source' in {}",
+         files.dataset.empty() ? "" : "--dataset, or ", files.calibration.filename().string());
   }
   if (sources.side_by_side()) return;
   if (is_live(sources.left) != is_live(sources.right))
@@ -161,10 +160,8 @@ void open_folders(const Sources& sources, const OwnCamera& own, const fs::path& 
     known = open_pairs(left, list_images(sources.right), sources.pairing, scan);
   }
   if (known.positions.missing > 0) {
-    scan.problems.push_back(
-        {kWarning, fmt::format("{}: {} numbers are missing among the names of the images; the stamps leave "
-                               "time for them",
-                               sources.left.string(), known.positions.missing)});
+    scan.warn(sources.left, "{} missing among the names of the images; the stamps leave time for this",
+              counted(known.positions.missing, "number is", "numbers are"));
   }
   set_stamps(own, calibration, known, scan);
 }
@@ -184,11 +181,10 @@ void open_videos(const Sources& sources, const OwnCamera& own, const fs::path& c
   sequence.frames.assign(video->frames(),
                          {0, sources.left, sources.side_by_side() ? sources.left : sources.right});
   if (left_count != right_count) {
-    scan.problems.push_back(
-        {kWarning,
-         fmt::format("{}: has {} frames and {} has {}; the shorter one counts; frames with the same index "
-                     "must have been taken together",
-                     sources.left.string(), left_count, sources.right.string(), right_count)});
+    scan.warn(sources.left,
+              "has {} and {} has {}; the shorter one counts; frames with the same index must have been taken "
+              "together",
+              counted(left_count, "frame"), sources.right.string(), right_count);
   }
   if (!own.times && !own.frame_rate_hz) video->use_own_times();
   set_stamps(
@@ -215,8 +211,8 @@ void open_sources(const Sources& sources, const OwnCamera& own, const fs::path& 
   if (sequence.format == "camera") return open_camera(sources, scan);
   (sequence.format == "video" ? open_videos : open_folders)(sources, own, calibration, scan);
   if (sequence.frames.size() < 2) {
-    fail(sources.left, fmt::format("contains {}; a sequence needs at least two frames",
-                                   sequence.frames.empty() ? "no frame" : "one frame"));
+    fail(sources.left, "contains {}; a sequence needs at least two frames",
+         sequence.frames.empty() ? "no frame" : "one frame");
   }
 }
 
@@ -265,19 +261,14 @@ std::string size_advice(const OwnCamera& own, const cv::Size& calibrated, const 
 void require_calibrated_size(const OwnCamera& own, const fs::path& calibration, const cv::Size& calibrated,
                              const cv::Size& size, const fs::path& image) {
   if (size.empty() || calibrated == size) return;
-  fail(calibration,
-       fmt::format("resolution is {}x{}, but {} has {}x{} pixels; {}", calibrated.width, calibrated.height,
-                   image.string(), size.width, size.height, size_advice(own, calibrated, size)));
+  fail(calibration, "resolution is {}x{}, but {} has {}x{} pixels; {}", calibrated.width, calibrated.height,
+       image.string(), size.width, size.height, size_advice(own, calibrated, size));
 }
 
 void set_raw_camera(const OwnCamera& own, const fs::path& calibration,
                     const std::pair<cv::Size, cv::Size>& sizes, StereoSequence& sequence) {
   const StereoRig rig = rig_for(own, sizes.first, sizes.second);
-  try {
-    set_rig(sequence, rig);
-  } catch (const std::runtime_error& error) {
-    fail(calibration, error.what());
-  }
+  set_rig(sequence, rig, calibration);
   const auto& [left, right] = sizes;
   const bool live = sequence.live;
   require_calibrated_size(own, calibration, {rig.left.width_px, rig.left.height_px}, left,
@@ -294,7 +285,7 @@ fs::path find_zed_calibration(const fs::path& folder) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("SN") || entry.path().extension() != ".conf") continue;
     if (!found.empty())
-      fail(folder, fmt::format("holds {} and {}; keep that of the camera", found.filename().string(), name));
+      fail(folder, "holds {} and {}; keep that of the camera", found.filename().string(), name);
     found = entry.path();
   }
   return found;
@@ -316,15 +307,15 @@ void set_camera(const OwnCamera& own, const fs::path& calibration, StereoSequenc
   }
   const auto& camera = sequence.camera;
   if (!(camera.cx > 0.0 && camera.cx < size.width && camera.cy > 0.0 && camera.cy < size.height)) {
-    fail(calibration, fmt::format("the principal point ({:.6g}, {:.6g}) lies outside the {}x{} images",
-                                  camera.cx, camera.cy, size.width, size.height));
+    fail(calibration, "the principal point ({:.6g}, {:.6g}) lies outside the {}x{} images", camera.cx,
+         camera.cy, size.width, size.height);
   }
 }
 
 bool is_calibration_file(const fs::path& file) {
   const auto extension = file.extension();
   const auto known = {".yaml", ".yml", ".xml", ".json", ".conf"};
-  return fs::is_regular_file(file) && std::find(known.begin(), known.end(), extension) != known.end();
+  return fs::is_regular_file(file) && std::ranges::find(known, extension) != known.end();
 }
 
 fs::path find_calibration(const fs::path& folder) {

@@ -40,8 +40,7 @@ namespace {
       far_x ? std::tuple("cx", "left", "right", "columns") : std::tuple("cy", "top", "bottom", "rows");
   return fmt::format(
       "if the images were cropped after the calibration, subtract from {} the {} that were cut off at the "
-      "{}; "
-      "if they were cropped at the {} only, nothing is wrong",
+      "{}; if they were cropped at the {} only, nothing is wrong",
       name, lines, first, last);
 }
 
@@ -49,12 +48,10 @@ void check_centre(SequenceScan& scan) {
   const ImageCentre centre = centre_of(scan.sequence);
   const std::string advice = centre_advice(centre);
   if (advice.empty()) return;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: the calibration gives the principal point ({:.4g}, {:.4g}) for images of {}x{} px, "
-                   "far from their middle; {}",
-                   scan.sequence.folder.string(), centre.cx, centre.cy, centre.width_px, centre.height_px,
-                   advice)});
+  scan.warn(scan.sequence.folder,
+            "the calibration gives the principal point ({:.4g}, {:.4g}) for images of {}x{} px, far from "
+            "their middle; {}",
+            centre.cx, centre.cy, centre.width_px, centre.height_px, advice);
 }
 
 /// Warns about a field of view that no lens has after rectification, and about a principal point far from the
@@ -64,15 +61,12 @@ void check_view(SequenceScan& scan) {
   constexpr double kWidest_deg = 150.0;
   const auto& camera = scan.sequence.camera;
   if (!(camera.fx > 0.0) || camera.width_px <= 0 || camera.height_px <= 0) return;
-  const std::string name = scan.sequence.folder.string();
   const double view_deg = 360.0 / std::numbers::pi * std::atan(0.5 * camera.width_px / camera.fx);
   if (view_deg < kNarrowest_deg || view_deg > kWidest_deg) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format(
-             "{}: the calibration gives a focal length of {:.4g} px for images {} px wide, a field of "
-             "view of {:.3g} degrees; check that it is of this camera and in pixels",
-             name, camera.fx, camera.width_px, view_deg)});
+    scan.warn(scan.sequence.folder,
+              "the calibration gives a focal length of {:.4g} px for images {} px wide, a field of view of "
+              "{:.3g} degrees; check that it is of this camera and in pixels",
+              camera.fx, camera.width_px, view_deg);
   }
   check_centre(scan);
 }
@@ -136,8 +130,8 @@ std::optional<double> size_factor(const ImageCentre& centre) {
 
 std::string other_size_text(const ImageCentre& centre, double factor) {
   return fmt::format(
-      "the calibration looks made for images of about {:.0f}x{:.0f} px; use images of that size, "
-      "or multiply its values in pixels by the ratio of the widths, about {:.2f}",
+      "the calibration looks made for images of about {:.0f}x{:.0f} px; use images of that size, or multiply "
+      "its values in pixels by the ratio of the widths, about {:.2f}",
       centre.width_px / factor, centre.height_px / factor, factor);
 }
 
@@ -153,10 +147,10 @@ void check_frame_rate(SequenceScan& scan) {
   if (scan.sequence.live || frames.size() < 2) return;
   const double interval_s = usual_interval_s(frames);
   if (!(interval_s > 0.0) || (interval_s >= 1.0 / kFastest_hz && interval_s <= 1.0 / kSlowest_hz)) return;
-  scan.problems.push_back({Problem::Severity::kWarning,
-                           fmt::format("{}: its stamps are {:.3g} s apart, {:.4g} frames per second; check "
-                                       "their unit (those in times.txt are in seconds)",
-                                       scan.sequence.folder.string(), interval_s, 1.0 / interval_s)});
+  scan.warn(scan.sequence.folder,
+            "its stamps are {:.3g} s apart, {:.4g} frames per second; check their unit (those in times.txt "
+            "are in seconds)",
+            interval_s, 1.0 / interval_s);
 }
 
 void check_camera(SequenceScan& scan) {
@@ -168,34 +162,29 @@ void check_camera(SequenceScan& scan) {
   const double baseline_m = camera.baseline_m;
   const auto is_sane = [&](double value) { return value >= kLeast && value <= kMost; };
   if (camera.fx > 0.0 && !(is_sane(camera.fx) && is_sane(camera.fy) && is_sane(baseline_m))) {
-    scan.problems.push_back(
-        {Problem::Severity::kError,
-         fmt::format(
-             "{}: the calibration gives focal lengths of {:.4g} and {:.4g} px and a baseline of {:.4g} m; "
-             "each must be from {} to {}",
-             scan.sequence.folder.string(), camera.fx, camera.fy, baseline_m, kLeast, kMost)});
+    scan.problems.push_back(Problem::error(scan.sequence.folder,
+                                           "the calibration gives focal lengths of {:.4g} and {:.4g} px and "
+                                           "a baseline of {:.4g} m; each must be from {} to {}",
+                                           camera.fx, camera.fy, baseline_m, kLeast, kMost));
     return;
   }
   constexpr double kMostOblong = 2.0;
   if (camera.fx > 0.0 && std::max(camera.fx / camera.fy, camera.fy / camera.fx) > kMostOblong) {
-    scan.problems.push_back(
-        {Problem::Severity::kWarning,
-         fmt::format(
-             "{}: the calibration gives focal lengths of {:.4g} and {:.4g} px; pixels are nearly square, so "
-             "one of the two is wrong",
-             scan.sequence.folder.string(), camera.fx, camera.fy)});
+    scan.warn(scan.sequence.folder,
+              "the calibration gives focal lengths of {:.4g} and {:.4g} px; pixels are nearly square, so one "
+              "of the two is wrong",
+              camera.fx, camera.fy);
   }
   check_view(scan);
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
-  const std::string advice = baseline_m > kLongest_m
-                                 ? unit_advice(baseline_m)
-                                 : "multiply the translation by the length of its unit, or by the width of "
-                                   "a square of the calibration board; a product of focal length and "
-                                   "baseline (bf, P[3]) may lack the focal length";
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: the calibration gives a baseline of {:.4g} m; lengths must be in metres; {}",
-                   scan.sequence.folder.string(), baseline_m, advice)});
+  const std::string advice =
+      baseline_m > kLongest_m
+          ? unit_advice(baseline_m)
+          : "multiply the translation by the length of its unit, or by the width of a square of the "
+            "calibration board; a product of focal length and baseline (bf, P[3]) may lack the focal length";
+  scan.warn(scan.sequence.folder,
+            "the calibration gives a baseline of {:.4g} m; lengths must be in metres; {}", baseline_m,
+            advice);
 }
 
 }  // namespace stereo_slam

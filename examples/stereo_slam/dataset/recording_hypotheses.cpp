@@ -13,6 +13,7 @@
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/rig_variants.hpp"
 #include "stereo_slam/dataset/stereo_agreement.hpp"
+#include "stereo_slam/io/counted.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -101,15 +102,14 @@ std::string swap_text(const StereoSequence& sequence) {
 }
 
 Hypothesis late_by(int frames, const StereoSequence& sequence) {
-  const int count = std::abs(frames);
-  const std::string amount = count == 1 ? "one frame" : fmt::format("{} frames", count);
+  const auto count = static_cast<std::size_t>(std::abs(frames));
   std::string cause =
       fmt::format("the images of {} look {} {}; those of a pair must have been taken together",
-                  is_one_image(sequence) ? "the right camera" : sequence.right_name, amount,
+                  is_one_image(sequence) ? "the right camera" : sequence.right_name, counted(count, "frame"),
                   frames > 0 ? "late" : "early");
   if (!is_one_image(sequence)) {
     cause += fmt::format(", so remove the first {} of {}, or correct the stamps",
-                         count == 1 ? "image" : fmt::format("{} images", count),
+                         count == 1 ? "image" : counted(count, "image"),
                          frames > 0 ? sequence.right_name : sequence.left_name);
   }
   return {.late = frames, .rectifier = sequence.rectifier, .cause = std::move(cause)};
@@ -182,11 +182,10 @@ void add_scales(std::vector<Hypothesis>& hypotheses, const StereoSequence& seque
   const auto pairs = raw_pairs(sequence, indices);
   const double rows_px = row_displacement_px(rig, pairs);
   if (std::abs(rows_px) > kLeastRows_px && epipolar_distance_px(rig, pairs) < kMostRest_px) {
-    add_rig(
-        hypotheses, with_row_displacement(rig, rows_px),
-        {.cause = fmt::format("the right images lie {:.1f} px {} than the calibration says, as if a camera "
-                              "was turned since, or its images cropped",
-                              std::abs(rows_px), rows_px > 0.0 ? "lower" : "higher")});
+    add_rig(hypotheses, with_row_displacement(rig, rows_px),
+            {.cause = fmt::format("the right images lie {:.1f} px {} than the calibration says, as if a "
+                                  "camera was turned since, or its images cropped",
+                                  std::abs(rows_px), rows_px > 0.0 ? "lower" : "higher")});
   }
   const auto is_other = [](double factor) { return std::abs(std::log(factor)) > kLeast; };
   const double size = size_factor(centre_of(sequence)).value_or(best_factor(rig, pairs, with_size_factor));
@@ -231,19 +230,16 @@ std::vector<Hypothesis> rejected_rigs(const StereoSequence& sequence) {
   if (turn_rad(T_left_right) > kLeastTurn_rad) {
     Eigen::Isometry3d of_position = rig.T_right_left;
     of_position.translation() = -(of_position.linear() * of_position.translation());
-    add_rig(
-        hypotheses, with_pose(rig, of_position),
-        {.cause =
-             "the translation between the cameras looks like the position of the right camera; it must be "
-             "minus the rotation times this position",
-         .severity = kError});
+    add_rig(hypotheses, with_pose(rig, of_position),
+            {.cause = "the translation between the cameras looks like the position of the right camera; it "
+                      "must be minus the rotation times this position",
+             .severity = kError});
   }
   if (rig.T_body_left && turn_rad(*rig.T_body_left) > kLeastTurn_rad) {
     const Eigen::Isometry3d T_body_right = *rig.T_body_left * T_left_right;
     add_rig(hypotheses, with_pose(rig, T_body_right * rig.T_body_left->inverse()),
-            {.cause =
-                 "T_BS of both cameras looks inverted; it must map coordinates of the camera to those of the "
-                 "body",
+            {.cause = "T_BS of both cameras looks inverted; it must map coordinates of the camera to those "
+                      "of the body",
              .severity = kError});
   }
   return hypotheses;
@@ -319,7 +315,7 @@ std::optional<Problem> best_problem(const std::vector<Judged>& found, const std:
   constexpr double kClearlyWorse = 1.5;
   constexpr double kNoise_px = 0.1;  // of the rows of a good recording
   if (found.empty()) return std::nullopt;
-  const auto best = std::min_element(found.begin(), found.end(), [](const Judged& a, const Judged& b) {
+  const auto best = std::ranges::min_element(found, [](const Judged& a, const Judged& b) {
     return a.agreement.row_offset_px < b.agreement.row_offset_px;
   });
   const double best_px = best->agreement.row_offset_px;

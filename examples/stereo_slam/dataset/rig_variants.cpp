@@ -53,7 +53,7 @@ StereoRig with_radial_distortion(StereoRig rig, double factor) {
 
 bool has_distortion(const StereoRig& rig) {
   const auto is_distorted = [](const Lens& lens) {
-    return std::any_of(lens.coefficients.begin(), lens.coefficients.end(), [](double k) { return k != 0.0; });
+    return std::ranges::any_of(lens.coefficients, [](double k) { return k != 0.0; });
   };
   return is_distorted(rig.left) || is_distorted(rig.right);
 }

@@ -21,10 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-SequenceScan unusable(const fs::path& folder, std::string text) {
+/// The scan of a folder whose only problem is why it cannot be read.
+template <class... Values>
+SequenceScan unusable(const fs::path& folder, fmt::format_string<Values...> why, Values&&... values) {
   SequenceScan scan;
   scan.sequence.folder = folder;
-  scan.problems.push_back({Problem::Severity::kError, std::move(text)});
+  scan.problems.push_back(Problem::error(folder, why, std::forward<Values>(values)...));
   return scan;
 }
 
@@ -47,26 +49,24 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
   const std::string name = folder.string();
   const bool automatic = format == "auto";
   if (is_ros2_bag(folder)) {
-    return unusable(folder, fmt::format("{}: bags of ROS 2 are not read; convert it with rosbags: "
-                                        "rosbags-convert --src {} --dst recording.bag",
-                                        name, name));
+    return unusable(folder,
+                    "bags of ROS 2 are not read; convert it with rosbags: "
+                    "rosbags-convert --src {} --dst recording.bag",
+                    name);
   }
   if (!calibration.empty())
     return scan_own_camera({.calibration = calibration, .dataset = folder}, format, pairing);
   if (!is_live(folder) && !fs::exists(folder)) {
-    return unusable(folder, fmt::format("{}: no such {}; check --dataset", name,
-                                        folder.has_extension() ? "file or folder" : "folder"));
+    return unusable(folder, "no such {}; check --dataset",
+                    folder.has_extension() ? "file or folder" : "folder");
   }
   if (is_live(folder) || has_video_name(folder)) {
-    return unusable(folder,
-                    fmt::format("{}: the camera that took these images is not known; name its calibration: "
-                                "--calibration FILE",
-                                name));
+    return unusable(
+        folder, "the camera that took these images is not known; name its calibration: --calibration FILE");
   }
   if (is_calibration_file(folder) && (automatic || format == "folders" || format == "video"))
     return scan_own_camera({.calibration = folder, .dataset = {}}, format, pairing);
-  if (!fs::is_directory(folder))
-    return unusable(folder, fmt::format("{}: is not a folder; check --dataset", name));
+  if (!fs::is_directory(folder)) return unusable(folder, "is not a folder; check --dataset");
   const auto calibration_in_folder = find_calibration(folder);
   const bool has_calibration = !calibration_in_folder.empty();
   if (format == "euroc" || (automatic && looks_like_euroc(folder))) return scan_euroc(folder, pairing);
@@ -77,12 +77,10 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
         {.calibration = has_calibration ? calibration_in_folder : folder / kCalibrationFile, .dataset = {}},
         format, pairing);
   }
-  return unusable(
-      folder,
-      fmt::format(
-          "{}: not a recording of a known layout; expected the KITTI layout ({}), the EuRoC layout ({}), or "
-          "a camera of your own ({})",
-          name, kKittiLayout, kEurocLayout, kOwnCameraLayout));
+  return unusable(folder,
+                  "not a recording of a known layout; expected the KITTI layout "
+                  "({}), the EuRoC layout ({}), or a camera of your own ({})",
+                  kKittiLayout, kEurocLayout, kOwnCameraLayout);
 }
 
 }  // namespace
@@ -93,7 +91,9 @@ SequenceScan scan_sequence(const fs::path& folder, std::string_view format, cons
   try {
     scan = scan_layout(folder, format, calibration, pairing);
   } catch (const fs::filesystem_error& error) {
-    return unusable(folder, file_error_text(error));
+    scan.sequence.folder = folder;
+    scan.problems.push_back({Problem::Severity::kError, file_error_text(error)});
+    return scan;
   }
   check_rig(scan);
   check_camera(scan);
@@ -108,7 +108,7 @@ std::string full_name(const StereoSequence& sequence) {
 
 StereoSequence open_sequence(const fs::path& folder, std::string_view format) {
   SequenceScan scan = scan_sequence(folder, format);
-  const auto error = std::find_if(scan.problems.begin(), scan.problems.end(), is_error);
+  const auto error = std::ranges::find_if(scan.problems, is_error);
   if (error != scan.problems.end()) throw std::runtime_error(error->text);
   return std::move(scan.sequence);
 }
@@ -144,6 +144,26 @@ void set_rig(StereoSequence& sequence, const StereoRig& rig) {
   sequence.lenses = to_string(rig.left.distortion);
   if (rig.T_body_left) sequence.T_body_camera = *rig.T_body_left * rectifier->T_left_camera();
   sequence.rectifier = std::move(rectifier);
+}
+
+void set_rig(StereoSequence& sequence, const StereoRig& rig, const fs::path& file) {
+  try {
+    set_rig(sequence, rig);
+  } catch (const std::runtime_error& error) {
+    fail(file, error.what());
+  }
+}
+
+void set_ground_truth(StereoSequence& sequence, const std::vector<std::int64_t>& stamps_ns,
+                      const std::vector<Eigen::Isometry3d>& T_world_body, const fs::path& file) {
+  constexpr std::int64_t kMargin_ns = 50'000'000;
+  for (std::size_t i = 0; i < T_world_body.size(); ++i) {
+    if (stamps_ns[i] < sequence.frames.front().stamp_ns - kMargin_ns) continue;
+    if (stamps_ns[i] > sequence.frames.back().stamp_ns + kMargin_ns) break;
+    sequence.ground_truth.push_back(T_world_body[i] * *sequence.T_body_camera);
+    sequence.ground_truth_ns.push_back(stamps_ns[i]);
+  }
+  if (sequence.ground_truth.empty()) fail(file, "contains no pose at the time of the images");
 }
 
 }  // namespace stereo_slam

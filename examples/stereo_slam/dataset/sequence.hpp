@@ -10,9 +10,11 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 
 #include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
@@ -71,6 +73,23 @@ struct Problem {
   enum class Severity { kWarning, kError };
   Severity severity = Severity::kError;
   std::string text;
+
+  /// A problem of a file or folder: "PATH: WHAT".
+  template <class... Values>
+  [[nodiscard]] static Problem of(Severity severity, const std::filesystem::path& path,
+                                  fmt::format_string<Values...> what, Values&&... values) {
+    return {severity, path.string() + ": " + fmt::format(what, std::forward<Values>(values)...)};
+  }
+  template <class... Values>
+  [[nodiscard]] static Problem warning(const std::filesystem::path& path, fmt::format_string<Values...> what,
+                                       Values&&... values) {
+    return of(Severity::kWarning, path, what, std::forward<Values>(values)...);
+  }
+  template <class... Values>
+  [[nodiscard]] static Problem error(const std::filesystem::path& path, fmt::format_string<Values...> what,
+                                     Values&&... values) {
+    return of(Severity::kError, path, what, std::forward<Values>(values)...);
+  }
 };
 
 [[nodiscard]] inline bool is_error(const Problem& problem) {
@@ -82,6 +101,11 @@ struct SequenceScan {
   StereoSequence sequence;
   std::vector<Problem> problems;
   bool too_large = false;  ///< its images must not be loaded; see check_memory
+
+  template <class... Values>
+  void warn(const std::filesystem::path& path, fmt::format_string<Values...> what, Values&&... values) {
+    problems.push_back(Problem::warning(path, what, std::forward<Values>(values)...));
+  }
 };
 
 /// Thrown where a video ends slightly before the frame count of its header, or a live camera stops delivering
@@ -133,8 +157,14 @@ void attempt(std::vector<Problem>& problems, Problem::Severity severity, const s
 [[nodiscard]] Problem wrong_size(std::string_view image, const cv::Size& size, const cv::Size& all);
 
 /// Sets camera, rectifier, lenses and, if known, T_body_camera from a rig. Throws std::runtime_error as
-/// Rectifier does.
+/// Rectifier does; with a `file`, the message names it.
 void set_rig(StereoSequence& sequence, const StereoRig& rig);
+void set_rig(StereoSequence& sequence, const StereoRig& rig, const std::filesystem::path& file);
+
+/// Sets the ground truth to the poses of the body at the times of the frames, as poses of the camera. Throws
+/// std::runtime_error with the path of their file or folder if there are none.
+void set_ground_truth(StereoSequence& sequence, const std::vector<std::int64_t>& stamps_ns,
+                      const std::vector<Eigen::Isometry3d>& T_world_body, const std::filesystem::path& file);
 
 /// The images of a left frame and of a right one, scaled but not rectified. Throws like load_frame.
 [[nodiscard]] RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::size_t right);

@@ -16,6 +16,7 @@
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/images/image_file.hpp"
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -150,8 +151,8 @@ StereoFrame rectified(const StereoSequence& sequence, std::size_t index, RawPair
   if (sequence.scale.by_median) {
     return fmt::format(
         "{} the values in one image differ by {:.0f} only, and those of the {} pairs examined lie from "
-        "{:.0f} to {:.0f}, as they drift or differ between the cameras; the median of each image is read "
-        "as medium grey, and every {:.1f} values as one grey level",
+        "{:.0f} to {:.0f}, as they drift or differ between the cameras; the median of each image is read as "
+        "medium grey, and every {:.1f} values as one grey level",
         images, values.range_of_one(), pairs, values.quantile(ValueCounts::kTail),
         values.quantile(1.0 - ValueCounts::kTail), sequence.scale.step);
   }
@@ -232,9 +233,8 @@ void scale_images(SequenceScan& scan, double factor) {
   const cv::Size size = times_factor(left);
   attempt(scan.problems, Problem::Severity::kError, [&] {
     if (std::min(size.width, size.height) < kLeast_px) {
-      throw std::runtime_error(fmt::format("{}: --scale {} makes images of {}x{} pixels; they need {} a side",
-                                           sequence.folder.string(), factor, size.width, size.height,
-                                           kLeast_px));
+      fail(sequence.folder, "--scale {} makes images of {}x{} pixels; they need {} a side", factor,
+           size.width, size.height, kLeast_px);
     }
     sequence.unscaled = left;
     sequence.unscaled_right = right;
@@ -262,11 +262,11 @@ void check_memory(SequenceScan& scan) {
                              : static_cast<double>(camera.width_px) / scan.sequence.unscaled.width;
   const double percent = std::floor(100.0 * already * std::sqrt(available / needed));
   scan.problems.push_back(
-      {Problem::Severity::kError,
-       fmt::format("{}: with images of {} x {} pixels a run needs {:.2g} GB, more than half of the {:.2g} GB "
-                   "that it may use; scale them, as by --scale {}",
-                   scan.sequence.folder.string(), camera.width_px, camera.height_px, 1e-9 * needed,
-                   1e-9 * available / kMostShare, std::max(0.01, 0.01 * percent))});
+      Problem::error(scan.sequence.folder,
+                     "with images of {} x {} pixels a run needs {:.2g} GB, more than half of the {:.2g} GB "
+                     "that it may use; scale them, as by --scale {}",
+                     camera.width_px, camera.height_px, 1e-9 * needed, 1e-9 * available / kMostShare,
+                     std::max(0.01, 0.01 * percent)));
 }
 
 RawPair load_raw_pair(const StereoSequence& sequence, std::size_t left, std::size_t right) {

@@ -5,11 +5,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <stdexcept>
-
-#include <fmt/format.h>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/stamps/stamp_units.hpp"
 
 namespace stereo_slam {
@@ -17,7 +15,7 @@ namespace {
 
 /// The index of the stamp nearest to another one; of two as near, the earlier.
 std::size_t nearest_to(const std::vector<std::int64_t>& stamps_ns, std::int64_t stamp_ns) {
-  const auto after = std::lower_bound(stamps_ns.begin(), stamps_ns.end(), stamp_ns);
+  const auto after = std::ranges::lower_bound(stamps_ns, stamp_ns);
   const auto index = static_cast<std::size_t>(after - stamps_ns.begin());
   if (index == 0) return 0;
   if (index == stamps_ns.size()) return index - 1;
@@ -37,7 +35,7 @@ std::int64_t below_half_interval(const std::vector<std::int64_t>& left_ns,
 
 PairDistances distances_of(std::vector<double> apart_ns) {
   if (apart_ns.empty()) return {};
-  const double largest_ns = *std::max_element(apart_ns.begin(), apart_ns.end());
+  const double largest_ns = *std::ranges::max_element(apart_ns);
   return {.median_ns = std::llround(median(std::move(apart_ns))), .largest_ns = std::llround(largest_ns)};
 }
 
@@ -78,37 +76,31 @@ StampPairs paired_by_stamps(const CameraStamps& left, const CameraStamps& right,
                             const PairingOptions& options, SequenceScan& scan) {
   constexpr std::int64_t kNoted_ns = 1'000'000;  // more than messages and triggers take
   StampPairs result = pair_stamps(left.stamps_ns, right.stamps_ns, options.most_apart_ns);
-  const std::string folder = scan.sequence.folder.string();
   if (result.pairs.size() < 2) {
-    throw std::runtime_error(
-        fmt::format("{}: {} of {} images of {} and {} of {} were taken within {:.4g} ms of each other, and "
-                    "the nearest are "
-                    "{:.6g} s apart; both cameras need a common clock, and images of the same time",
-                    folder, result.pairs.size(), left.stamps_ns.size(), left.name, right.stamps_ns.size(),
-                    right.name, result.most_apart_ms, 1e-9 * static_cast<double>(result.nearest_ns)));
+    fail(scan.sequence.folder,
+         "{} of {} images of {} and {} of {} were taken within {:.4g} ms of each other, and the nearest are "
+         "{:.6g} s apart; both cameras need a common clock, and images of the same time",
+         result.pairs.size(), left.stamps_ns.size(), left.name, right.stamps_ns.size(), right.name,
+         result.most_apart_ms, 1e-9 * static_cast<double>(result.nearest_ns));
   }
   scan.sequence.pair_distances = result.distances;
   const auto [median_ns, largest_ns] = result.distances;
   if (largest_ns <= kNoted_ns) return result;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format(
-           "{}: by their stamps, the images of a pair were taken up to {:.3g} ms apart (median {:.3g} "
-           "ms), which makes fast motion inaccurate; --max-pair-distance-ms leaves out pairs further "
-           "apart than it says",
-           folder, 1e-6 * static_cast<double>(largest_ns), 1e-6 * static_cast<double>(median_ns))});
+  scan.warn(
+      scan.sequence.folder,
+      "by their stamps, the images of a pair were taken up to {:.3g} ms apart (median {:.3g} ms), which "
+      "makes fast motion inaccurate; --max-pair-distance-ms leaves out pairs further apart than it says",
+      1e-6 * static_cast<double>(largest_ns), 1e-6 * static_cast<double>(median_ns));
   return result;
 }
 
 void warn_of_lone_images(const CameraStamps& left, const CameraStamps& right, const StampPairs& pairs,
                          SequenceScan& scan) {
   if (pairs.left_alone.empty() && pairs.right_alone.empty()) return;
-  scan.problems.push_back(
-      {Problem::Severity::kWarning,
-       fmt::format("{}: {} of {} images of {} and {} of {} of {} have no partner within {:.4g} ms; they are "
-                   "left out",
-                   scan.sequence.folder.string(), pairs.left_alone.size(), left.stamps_ns.size(), left.name,
-                   pairs.right_alone.size(), right.stamps_ns.size(), right.name, pairs.most_apart_ms)});
+  scan.warn(scan.sequence.folder,
+            "{} of {} images of {} and {} of {} of {} have no partner within {:.4g} ms; they are left out",
+            pairs.left_alone.size(), left.stamps_ns.size(), left.name, pairs.right_alone.size(),
+            right.stamps_ns.size(), right.name, pairs.most_apart_ms);
 }
 
 }  // namespace stereo_slam

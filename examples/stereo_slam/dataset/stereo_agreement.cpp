@@ -20,7 +20,7 @@ struct Offset {
 template <class Value>
 double median_of(const std::vector<Offset>& offsets, const Value& value) {
   std::vector<double> values(offsets.size());
-  std::transform(offsets.begin(), offsets.end(), values.begin(), value);
+  std::ranges::transform(offsets, values.begin(), value);
   return median(std::move(values));
 }
 
@@ -59,10 +59,8 @@ StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
     }
   }
   if (offsets.empty()) return agreement;
-  const auto beyond =
-      std::count_if(offsets.begin(), offsets.end(), [](auto& o) { return std::abs(o.disparity_px) > 1.0; });
-  const auto negative =
-      std::count_if(offsets.begin(), offsets.end(), [](auto& o) { return o.disparity_px < -1.0; });
+  const auto beyond = std::ranges::count_if(offsets, [](auto& o) { return std::abs(o.disparity_px) > 1.0; });
+  const auto negative = std::ranges::count_if(offsets, [](auto& o) { return o.disparity_px < -1.0; });
   agreement.matches = offsets.size();
   agreement.row_offset_px = median_of(offsets, [](auto& o) { return std::abs(o.rows_px); });
   agreement.median_disparity_px = median_of(offsets, [](auto& o) { return o.disparity_px; });

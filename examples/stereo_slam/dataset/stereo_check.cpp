@@ -37,12 +37,10 @@ Problem too_few_matches(const StereoAgreement& agreement, const StereoSequence& 
                         : few_left            ? left
                                               : right)
           : "the images of a pair do not seem to show the same scene; check their pairing and their folders";
-  return {
-      Problem::Severity::kWarning,
-      fmt::format("{}: only {} features match between {} and {} in the sampled frames, of {} and {} found; "
-                  "{}",
-                  sequence.folder.string(), agreement.matches, left, right, agreement.left_features,
-                  agreement.right_features, cause)};
+  return Problem::warning(
+      sequence.folder,
+      "only {} features match between {} and {} in the sampled frames, of {} and {} found; {}",
+      agreement.matches, left, right, agreement.left_features, agreement.right_features, cause);
 }
 
 /// Whether the images show anything for which a cause should be looked for. Good recordings have rows that
@@ -82,14 +80,13 @@ std::vector<Problem> wrong_focal_length(const StereoSequence& sequence) {
   const auto moved = camera_from_motion(camera, sampled_motions(sequence));
   if (!moved || !moved->contradicts_calibration()) return {};
   const double excess = 1.0 / moved->focal_factor - 1.0;
-  return {{Problem::Severity::kWarning,
-           fmt::format(
-               "{}: points move between frames as with a focal length of {:.0f} px, and the calibration "
-               "gives {:.0f} px{}, so that lengths ahead are {:.0f} % too {}; check that the calibration "
-               "was made for these images, with their size, and not for raw images if these are rectified",
-               sequence.folder.string(), moved->focal_factor * camera.fx, camera.fx,
-               sequence.rectifier ? " after rectification" : "", 100.0 * std::abs(excess),
-               excess > 0.0 ? "long" : "short")}};
+  return {Problem::warning(
+      sequence.folder,
+      "points move between frames as with a focal length of {:.0f} px, and the calibration gives {:.0f} "
+      "px{}, so that lengths ahead are {:.0f} % too {}; check that the calibration was made for these "
+      "images, with their size, and not for raw images if these are rectified",
+      moved->focal_factor * camera.fx, camera.fx, sequence.rectifier ? " after rectification" : "",
+      100.0 * std::abs(excess), excess > 0.0 ? "long" : "short")};
 }
 
 /// How many corners of a frame match in rows that agree, in images of at most so many pixels.
@@ -97,9 +94,8 @@ std::size_t agreeing_matches(const StereoFrame& frame, double most_pixels) {
   const ImageCorners left = find_corners(frame.left, most_pixels);
   const auto pairs = match_corners(left, find_corners(frame.right, most_pixels));
   const float most_px = 2.0F * left.unit_px;
-  return static_cast<std::size_t>(std::count_if(pairs.begin(), pairs.end(), [&](const CornerPair& pair) {
-    return std::abs(pair.left_px.y - pair.right_px.y) < most_px;
-  }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      pairs, [&](const CornerPair& pair) { return std::abs(pair.left_px.y - pair.right_px.y) < most_px; }));
 }
 
 /// Large images that match when they are reduced and not as they are, so that a run would not track them.
@@ -110,13 +106,10 @@ std::vector<Problem> unsharp_images(const StereoAgreement& agreement, const Ster
   const std::size_t reduced = agreeing_matches(frame, kMostCornerPixels);
   const std::size_t whole = agreeing_matches(frame, static_cast<double>(frame.left.total()));
   if (kFewer * whole > reduced) return {};
-  return {
-      {Problem::Severity::kWarning,
-       fmt::format(
-           "{}: the images are not sharp at their size of {}x{} px: {} features match in a pair, and {} if "
-           "they are reduced; use --scale {:.2g}",
-           sequence.folder.string(), frame.left.cols, frame.left.rows, whole, reduced,
-           1.0 / agreement.unit_px)}};
+  return {Problem::warning(sequence.folder,
+                           "the images are not sharp at their size of {}x{} px: {} features match in a pair, "
+                           "and {} if they are reduced; use --scale {:.2g}",
+                           frame.left.cols, frame.left.rows, whole, reduced, 1.0 / agreement.unit_px)};
 }
 
 /// Rectified images that were padded to a size. Those that are rectified here have borders of their own.
@@ -125,14 +118,13 @@ std::vector<Problem> padded_images(const StereoSequence& sequence, const std::ve
   const UniformBorders borders = uniform_borders(frames);
   const cv::Size size = frames.front().left.size();
   if (!borders.pad(size.width, size.height)) return {};
-  return {{Problem::Severity::kWarning,
-           fmt::format(
-               "{}: the images have borders of one grey value (left {}, right {}, top {}, bottom {} px), as "
-               "if they were scaled to {}x{} px and padded; check that the calibration is of the padded "
-               "images: if they were scaled, its focal lengths too, and the principal point moved by the "
-               "borders",
-               sequence.folder.string(), borders.left, borders.right, borders.top, borders.bottom,
-               size.width - borders.left - borders.right, size.height - borders.top - borders.bottom)}};
+  return {Problem::warning(
+      sequence.folder,
+      "the images have borders of one grey value (left {}, right {}, top {}, bottom {} px), as if they were "
+      "scaled to {}x{} px and padded; check that the calibration is of the padded images: if they were "
+      "scaled, its focal lengths too, and the principal point moved by the borders",
+      borders.left, borders.right, borders.top, borders.bottom, size.width - borders.left - borders.right,
+      size.height - borders.top - borders.bottom)};
 }
 
 /// How much rectification magnifies raw images beyond what lenses do: they have barrel distortion, or hardly
@@ -145,14 +137,11 @@ std::optional<double> excessive_magnification(const StereoSequence& sequence) {
 }
 
 Problem excessive_magnification_problem(const StereoSequence& sequence, double magnification) {
-  return {
-      Problem::Severity::kWarning,
-      fmt::format(
-          "{}: rectification by this calibration magnifies the images by {:.0f} % (focal length {:.0f} px "
-          "instead of {:.0f}), which lenses hardly need; check signs and order of the coefficients of the "
-          "distortion",
-          sequence.folder.string(), 100.0 * (magnification - 1.0), sequence.camera.fx,
-          sequence.camera.fx / magnification)};
+  return Problem::warning(
+      sequence.folder,
+      "rectification by this calibration magnifies the images by {:.0f} % (focal length {:.0f} px instead of "
+      "{:.0f}), which lenses hardly need; check signs and order of the coefficients of the distortion",
+      100.0 * (magnification - 1.0), sequence.camera.fx, sequence.camera.fx / magnification);
 }
 
 /// A scene without near points: landmarks are not used there, and a common error of all disparities, of which
@@ -163,35 +152,32 @@ std::vector<Problem> far_scene(const StereoAgreement& agreement, const StereoSeq
   const double least_px = sequence.camera.fx / most_baselines;
   if (!(agreement.near_disparity_px < least_px) || !(agreement.median_disparity_px > kCommonError_px))
     return {};
-  return {{Problem::Severity::kWarning,
-           fmt::format(
-               "{}: nine of ten points are farther than {:.0f} baselines ({:.3g} m), beyond which landmarks "
-               "are not used (map.max_baselines): poses will come from frame to frame, as WEAK, and "
-               "lengths are uncertain by about {:.0f} %; a larger distance between the cameras helps",
-               sequence.folder.string(), most_baselines, most_baselines * sequence.camera.baseline_m,
-               100.0 * kCommonError_px / agreement.median_disparity_px)}};
+  return {Problem::warning(
+      sequence.folder,
+      "nine of ten points are farther than {:.0f} baselines ({:.3g} m), beyond which landmarks are not used "
+      "(map.max_baselines): poses will come from frame to frame, as WEAK, and lengths are uncertain by about "
+      "{:.0f} %; a larger distance between the cameras helps",
+      most_baselines, most_baselines * sequence.camera.baseline_m,
+      100.0 * kCommonError_px / agreement.median_disparity_px)};
 }
 
 /// What the images show, without a cause.
 std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequence& sequence) {
-  constexpr auto kWarning = Problem::Severity::kWarning;
-  const std::string folder = sequence.folder.string();
+  const std::filesystem::path& folder = sequence.folder;
   std::vector<Problem> problems;
   // A point in front of the cameras has a positive disparity: it lies further left in the right image.
   if (agreement.negative_share > kMaxNegativeShare) {
-    problems.push_back(
-        {kWarning,
-         fmt::format("{}: {:.0f} % of the disparities are negative, as if {} were not of the left camera",
-                     folder, 100.0 * agreement.negative_share, sequence.left_name)});
+    problems.push_back(Problem::warning(
+        folder, "{:.0f} % of the disparities are negative, as if {} were not of the left camera",
+        100.0 * agreement.negative_share, sequence.left_name));
   }
   const double most_px = kMaxRowOffset_px * agreement.unit_px;
   if (agreement.row_offset_px > most_px) {
-    problems.push_back(
-        {kWarning,
-         fmt::format("{}: matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); {}",
-                     folder, agreement.row_offset_px, most_px,
-                     sequence.rectifier ? "the calibration does not fit these images"
-                                        : "the images are not rectified, or not of one moment")});
+    problems.push_back(Problem::warning(
+        folder, "matched features lie {:.2f} px apart in row (median; at most {:.1f} is good); {}",
+        agreement.row_offset_px, most_px,
+        sequence.rectifier ? "the calibration does not fit these images"
+                           : "the images are not rectified, or not of one moment"));
   }
   return problems;
 }
@@ -205,7 +191,7 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   // Rectified by two maps, one image shows disparities. Single pairs may be equal, such as black ones. A live
   // camera has no earlier images.
   const bool twice = sequence.rectifier && !sequence.live && !frames.empty() &&
-                     std::all_of(frames.begin(), frames.end(), [&](const StereoFrame& frame) {
+                     std::ranges::all_of(frames, [&](const StereoFrame& frame) {
                        return has_one_image_twice(sequence, frame.index);
                      });
   const bool flat =

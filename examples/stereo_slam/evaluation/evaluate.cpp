@@ -71,7 +71,7 @@ std::optional<KittiScore> kitti_score(PoseSpan truth, PoseSpan estimate, std::sp
   KittiScore score;
   for (std::size_t first = 0; first < truth.size(); first += kSegmentStep) {
     for (const double length_m : lengths_m) {
-      const auto end = std::upper_bound(distances.begin(), distances.end(), distances[first] + length_m);
+      const auto end = std::ranges::upper_bound(distances, distances[first] + length_m);
       if (end == distances.end()) break;
       const auto last = static_cast<std::size_t>(end - distances.begin());
       const Eigen::Isometry3d error = motion_error(truth, estimate, first, last);
@@ -97,7 +97,7 @@ ErrorStatistics error_statistics(std::vector<double> errors) {
   return {.rmse = std::sqrt(std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0) / count),
           .mean = std::accumulate(errors.begin(), errors.end(), 0.0) / count,
           .median = 0.5 * (lower + upper),
-          .max = *std::max_element(errors.begin(), errors.end()),
+          .max = *std::ranges::max_element(errors),
           .count = errors.size()};
 }
 

@@ -10,6 +10,7 @@
 
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/evaluation/pose_conventions.hpp"
+#include "stereo_slam/io/counted.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -44,21 +45,20 @@ using Warning = std::optional<std::string>;
     if (trajectory.stamps_ns[i] == trajectory.stamps_ns[i - 1] && !(apart_m <= kAlike_m)) ++count;
   }
   if (count == 0) return {};
-  return fmt::format(
-      "{}: {} {} the stamp of the pose before, more than {} m away; one of the two is not used",
-      name.string(), count, count == 1 ? "pose has" : "poses have", kAlike_m);
+  return fmt::format("{}: {} the stamp of the pose before, more than {} m away; one of the two is not used",
+                     name.string(), counted(count, "pose has", "poses have"), kAlike_m);
 }
 
 [[nodiscard]] Warning same_poses(const PosePairs& poses) {
-  const bool same = std::equal(poses.truth.begin(), poses.truth.end(), poses.estimate.begin(),
-                               [](const auto& a, const auto& b) { return a.matrix() == b.matrix(); });
+  const bool same = std::ranges::equal(poses.truth, poses.estimate,
+                                       [](const auto& a, const auto& b) { return a.matrix() == b.matrix(); });
   if (!same) return {};
   return "the estimate has exactly the poses of the ground truth; check that it is not the same file";
 }
 
 /// Whether all rotations are the same, to the digits of a file.
 [[nodiscard]] bool never_turns(const std::vector<Eigen::Isometry3d>& poses, double limit_rad) {
-  return std::all_of(poses.begin(), poses.end(), [&](const Eigen::Isometry3d& pose) {
+  return std::ranges::all_of(poses, [&](const Eigen::Isometry3d& pose) {
     const Eigen::Matrix3d turn = poses.front().linear().transpose() * pose.linear();
     return Eigen::AngleAxisd(Eigen::Quaterniond(turn).normalized()).angle() <= limit_rad;
   });
@@ -70,8 +70,7 @@ using Warning = std::optional<std::string>;
   const auto text = [](std::string_view file, std::string_view other) {
     return fmt::format(
         "the rotations of the {} are all the same, and those of the {} are not: RPE, the errors of segments "
-        "and NEES "
-        "mean nothing, only the ATE does",
+        "and NEES mean nothing, only the ATE does",
         file, other);
   };
   if (never_turns(poses.truth, kSame_rad) && !never_turns(poses.estimate, kTurned_rad))
@@ -91,8 +90,8 @@ using Warning = std::optional<std::string>;
   if (!(kClearly * scaled->ate_m.rmse < rmse_m)) return {};
   return fmt::format(
       "the estimate has another scale than the ground truth: after scaling by {:.4g}, the ATE is {:.3g} m in "
-      "place of "
-      "{:.3g} m; check its unit, the baseline of the calibration, or whether it is of a single camera",
+      "place of {:.3g} m; check its unit, the baseline of the calibration, or whether it is of a single "
+      "camera",
       scaled->scale, scaled->ate_m.rmse, rmse_m);
 }
 

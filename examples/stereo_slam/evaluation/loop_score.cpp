@@ -14,6 +14,7 @@
 
 #include "stereo_slam/evaluation/json_value.hpp"
 #include "stereo_slam/evaluation/pose_tree.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
@@ -119,8 +120,7 @@ class RevisitSearch {
 
 /// Records a true loop in the revisit that contains its frame.
 void credit(std::vector<Revisit>& revisits, const LoopEvent& loop) {
-  const auto revisit = std::lower_bound(revisits.begin(), revisits.end(), loop.frame,
-                                        [](const Revisit& r, std::size_t frame) { return r.last < frame; });
+  const auto revisit = std::ranges::lower_bound(revisits, loop.frame, {}, &Revisit::last);
   if (revisit == revisits.end() || loop.frame < revisit->first) return;
   revisit->first_loop = std::min(revisit->first_loop.value_or(loop.frame), loop.frame);
 }
@@ -128,15 +128,13 @@ void credit(std::vector<Revisit>& revisits, const LoopEvent& loop) {
 /// Sets found_path_m of every revisit: the path over the frames up to `reach_frames` after one of its loops.
 void measure_found_path(std::vector<Revisit>& revisits, const std::vector<KnownFrame>& known,
                         std::vector<std::size_t> loop_frames, std::size_t reach_frames) {
-  std::sort(loop_frames.begin(), loop_frames.end());
+  std::ranges::sort(loop_frames);
   for (auto& revisit : revisits) {
-    const auto first =
-        std::lower_bound(known.begin(), known.end(), revisit.first,
-                         [](const KnownFrame& k, std::size_t frame) { return k.frame < frame; });
+    const auto first = std::ranges::lower_bound(known, revisit.first, {}, &KnownFrame::frame);
     for (auto i = static_cast<std::size_t>(first - known.begin()) + 1;
          i < known.size() && known[i].frame <= revisit.last; ++i) {
       const std::size_t frame = known[i].frame;
-      const auto after = std::upper_bound(loop_frames.begin(), loop_frames.end(), frame);
+      const auto after = std::ranges::upper_bound(loop_frames, frame);
       const bool found = after != loop_frames.begin() && *(after - 1) >= revisit.first &&
                          frame - *(after - 1) <= reach_frames;
       if (found) revisit.found_path_m += known[i].path_m - known[i - 1].path_m;
@@ -160,8 +158,8 @@ void print_revisit(std::ostream& stream, const Revisit& revisit) {
   fmt::print(stream, "{:<32}{:.1f} m, ", fmt::format("  frames {} to {}", revisit.first, revisit.last),
              revisit.path_m);
   if (revisit.first_loop) {
-    fmt::print(stream, "found after {} frames, {:.1f} m of it\n", *revisit.first_loop - revisit.first,
-               revisit.found_path_m);
+    fmt::print(stream, "found after {}, {:.1f} m of it\n",
+               counted(*revisit.first_loop - revisit.first, "frame"), revisit.found_path_m);
   } else {
     fmt::print(stream, "missed\n");
   }
@@ -172,22 +170,20 @@ void print_revisit(std::ostream& stream, const Revisit& revisit) {
 std::vector<LoopEvent> read_loops(const std::filesystem::path& file) {
   const auto lines = read_text_lines(file);
   if (lines.empty() || lines.front().text != kHeader) {
-    throw std::runtime_error(
-        fmt::format("{}: not a loops.csv: the header {} is missing", file.string(), kHeader));
+    fail(file, "not a loops.csv: the header {} is missing", kHeader);
   }
   require_line_end(file, lines);
   std::vector<LoopEvent> loops;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const auto loop = parse_loop(lines[i].text);
     if (!loop) {
-      throw std::runtime_error(at_line(file, lines[i].number,
-                                       "expected two frames, the number of inliers, chi2, accepted or "
-                                       "refused, run or loaded, and a pose"));
+      fail_at(
+          file, lines[i].number,
+          "expected two frames, the number of inliers, chi2, accepted or refused, run or loaded, and a pose");
     }
     if (!loop->in_loaded_map && loop->old_frame >= loop->frame) {
-      throw std::runtime_error(
-          at_line(file, lines[i].number,
-                  fmt::format("the old frame {} must be before frame {}", loop->old_frame, loop->frame)));
+      fail_at(file, lines[i].number, "the old frame {} must be before frame {}", loop->old_frame,
+              loop->frame);
     }
     loops.push_back(*loop);
   }
@@ -225,8 +221,8 @@ LoopScore score_loops(const TruePoses& truth, const std::vector<LoopEvent>& loop
     const std::size_t last = loop.in_loaded_map ? loop.frame : std::max(loop.frame, loop.old_frame);
     if (last >= truth.size()) {
       throw std::runtime_error(
-          fmt::format("a loop of frame {} in a run of {} frames; give loops and trajectory of the same run",
-                      last, truth.size()));
+          fmt::format("a loop of frame {} in a run of {}; give loops and trajectory of the same run", last,
+                      counted(truth.size(), "frame")));
     }
     ++(loop.accepted ? score.accepted : score.refused);
     if (loop.in_loaded_map || !truth[loop.frame] || !truth[loop.old_frame]) {
@@ -245,9 +241,8 @@ LoopScore score_loops(const TruePoses& truth, const std::vector<LoopEvent>& loop
 }
 
 std::size_t revisits_found(const LoopScore& score) {
-  return static_cast<std::size_t>(
-      std::count_if(score.revisits.begin(), score.revisits.end(),
-                    [](const Revisit& revisit) { return revisit.first_loop.has_value(); }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      score.revisits, [](const Revisit& revisit) { return revisit.first_loop.has_value(); }));
 }
 
 std::optional<double> path_recall(const LoopScore& score) {

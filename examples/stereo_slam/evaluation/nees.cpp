@@ -19,6 +19,7 @@
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/covariance_columns.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -33,20 +34,7 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
 [[nodiscard]] bool is_status(std::string_view name) {
   constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus::kOk, TrackingStatus::kWeak,
                                     TrackingStatus::kLost, TrackingStatus::kRelocalised};
-  return std::any_of(kStatuses.begin(), kStatuses.end(),
-                     [name](TrackingStatus status) { return name == to_string(status); });
-}
-
-/// Whether a text is names of reasons with semicolons between them, or nothing.
-[[nodiscard]] bool are_reasons(std::string_view text) {
-  while (!text.empty()) {
-    const std::string_view name = text.substr(0, text.find(';'));
-    const bool known = std::any_of(kWeakReasons.begin(), kWeakReasons.end(),
-                                   [name](const WeakReason& reason) { return name == reason.name; });
-    if (!known) return false;
-    text.remove_prefix(std::min(name.size() + 1, text.size()));
-  }
-  return true;
+  return std::ranges::any_of(kStatuses, [name](TrackingStatus status) { return name == to_string(status); });
 }
 
 [[nodiscard]] double mean_of(const std::vector<double>& values) {
@@ -108,11 +96,11 @@ constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
   NeesScore score{.count = frames.size()};
   if (frames.empty()) return score;
   std::vector<double> nees(frames.size());
-  std::transform(frames.begin(), frames.end(), nees.begin(), [](const FrameNees& f) { return f.value; });
+  std::ranges::transform(frames, nees.begin(), [](const FrameNees& f) { return f.value; });
   score.mean = mean_of(nees);
   score.median = median(nees);
   score.share_inside =
-      static_cast<double>(std::count_if(nees.begin(), nees.end(), [](double e) { return e <= kChi2_6_95; })) /
+      static_cast<double>(std::ranges::count_if(nees, [](double e) { return e <= kChi2_6_95; })) /
       static_cast<double>(nees.size());
   return score;
 }
@@ -144,10 +132,10 @@ void print_score(std::ostream& stream, std::string_view name, const NeesScore& s
 /// Throws std::runtime_error unless row i can belong to pose i, for every i.
 void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRow>& rows) {
   if (rows.size() != estimate.poses.size()) {
-    throw std::runtime_error(fmt::format(
-        "{} rows of covariances for {} estimated poses; give both files of the same run, and of one with "
-        "--realtime trajectory_tum.txt",
-        rows.size(), estimate.poses.size()));
+    throw std::runtime_error(
+        fmt::format("{} of covariances for {}; give both files of the same run, and of one with --realtime "
+                    "trajectory_tum.txt",
+                    counted(rows.size(), "row"), counted(estimate.poses.size(), "estimated pose")));
   }
   for (std::size_t i = 0; i < estimate.stamps_ns.size(); ++i) {
     if (!rows[i].stamp_ns || is_same_stamp(*rows[i].stamp_ns, estimate.stamps_ns[i])) continue;
@@ -169,6 +157,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
   const std::string earlier = usual.substr(0, usual.rfind(','));
   const std::string_view first = lines.empty() ? "" : std::string_view(lines.front().text);
   if (first == usual || first == earlier) return first == usual;
+  if (!first.empty()) require_whole_columns(file, lines.front());
   if (names(first) == names(usual) || names(first) == names(earlier))
     fail(file, "its columns are in another order than those that `run` writes; restore their order");
   if (!first.starts_with("stamp_s,status,"))
@@ -180,7 +169,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
 [[nodiscard]] std::string fault_of_row(const std::vector<std::string_view>& fields, bool before_reasons) {
   const std::string expected = fmt::format("expected stamp, status and {} numbers{}", kColumns - 2,
                                            before_reasons ? " before the reasons" : "");
-  if (fields.size() != kColumns) return fmt::format("{}, not {} fields", expected, fields.size());
+  if (fields.size() != kColumns) return fmt::format("{}, not {}", expected, counted(fields.size(), "field"));
   const auto wrong =
       std::find_if(fields.begin() + 2, fields.end(), [](auto field) { return !parse_numbers(field); });
   if (wrong == fields.end()) return fmt::format("{}; '{}' is not a stamp", expected, fields[0]);
@@ -190,9 +179,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
 /// The row of a frame, from its line. Throws std::runtime_error naming file, line and what was wrong.
 [[nodiscard]] CovarianceRow row_of(const std::filesystem::path& file, const TextLine& line, std::size_t frame,
                                    bool with_reasons) {
-  const auto refuse = [&](std::string_view fault) {
-    throw std::runtime_error(at_line(file, line.number, fault));
-  };
+  const auto refuse = [&](std::string_view fault) { fail_at(file, line.number, fault); };
   const std::string_view text = line.text;
   const auto end = with_reasons ? std::min(text.rfind(','), text.size()) : text.size();
   const std::string_view reasons = end < text.size() ? text.substr(end + 1) : "";
@@ -202,7 +189,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
   const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
   if (!stamp_ns) refuse(fault_of_row(fields, with_reasons));
   if (!is_status(fields[1])) refuse(fmt::format("\"{}\" is not a status", fields[1]));
-  if (!are_reasons(reasons)) refuse(fmt::format("\"{}\" is not a list of reasons", reasons));
+  require_known_reasons(file, line.number, reasons);
   const double* tail = numbers->data() + kTriangle;
   constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error
   if (*std::min_element(tail + 2, tail + kBetween) < 0.0 ||
@@ -254,8 +241,8 @@ std::vector<FrameNees> relative_nees(const TrackedRun& run, std::size_t frames,
 std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise& noise) {
   constexpr double kCertain = 1e-6;  // rad^2 and m^2
   constexpr double kUnknown = 1e4;
-  const auto origin = std::find_if(run.rows.begin(), run.rows.end(),
-                                   [](const CovarianceRow& row) { return row.in_world.trace() < kUnknown; });
+  const auto origin = std::ranges::find_if(
+      run.rows, [](const CovarianceRow& row) { return row.in_world.trace() < kUnknown; });
   const auto first = static_cast<std::size_t>(origin - run.rows.begin());
   std::vector<FrameNees> nees;
   if (origin == run.rows.end() || !run.true_poses[first] || origin->in_world.trace() > kCertain) return nees;
@@ -270,8 +257,7 @@ std::vector<FrameNees> world_nees(const TrackedRun& run, const GroundTruthNoise&
 NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate, const FramePairs& pairs,
                              const std::vector<CovarianceRow>& rows, const GroundTruthNoise& noise) {
   require_same_run(estimate, rows);
-  if (std::all_of(rows.begin(), rows.end(),
-                  [](const CovarianceRow& row) { return row.relative.isZero(0.0); }))
+  if (std::ranges::all_of(rows, [](const CovarianceRow& row) { return row.relative.isZero(0.0); }))
     throw std::runtime_error(
         "all covariances of relative poses are zero; give a covariances.csv as `run` wrote it");
   TrackedRun run{.rows = rows, .poses = dual_quaternions(estimate.poses), .true_poses = {}};
@@ -290,7 +276,7 @@ NeesReport score_covariances(const Trajectory& truth, const Trajectory& estimate
 
 void print_nees(std::ostream& stream, const NeesReport& report) {
   for (const auto& r : report.relative) {
-    const std::string name = fmt::format("NEES over {} frame{}", r.frames, r.frames == 1 ? "" : "s");
+    const std::string name = "NEES over " + counted(r.frames, "frame");
     if (r.count == 0) {
       fmt::print(stream, "{:<32}n/a (the run is too short)\n", name);
     } else {

@@ -105,7 +105,7 @@ struct MotionSize {
 
 /// Root mean square without the largest tenth, which a few wrong poses may have caused.
 [[nodiscard]] double trimmed(std::vector<double> squares) {
-  std::sort(squares.begin(), squares.end());
+  std::ranges::sort(squares);
   squares.resize(squares.size() - squares.size() / 10);
   double sum = 0.0;
   for (const double square : squares) sum += square;
@@ -259,8 +259,8 @@ struct MotionSize {
 /// The simplest of the fits that are about as good as the best one; of those, one that changes the estimate.
 [[nodiscard]] ConventionFit simplest(const std::vector<ConventionFit>& fits) {
   constexpr double kAsGood = 5.0;
-  const auto best = std::min_element(fits.begin(), fits.end(),
-                                     [](const auto& a, const auto& b) { return badness(a) < badness(b); });
+  const auto best =
+      std::ranges::min_element(fits, [](const auto& a, const auto& b) { return badness(a) < badness(b); });
   const double limit = kAsGood * badness(*best);
   std::optional<ConventionFit> chosen;
   for (const auto& tried : fits) {
@@ -363,10 +363,8 @@ std::string describe(const ConventionFinding& finding) {
                                             finding.ate_better_m, finding.ate_as_given_m);
   return fmt::format(
       "the files do not mean the same by a pose: relative motions differ by {:.1f} % in rotation and {:.1f} "
-      "% in "
-      "translation, but only by {:.1f} and {:.1f} % if {}{}; all scores are of the files as they are, so "
-      "RPE, the "
-      "errors of segments and NEES mean little{}",
+      "% in translation, but only by {:.1f} and {:.1f} % if {}{}; all scores are of the files as they are, "
+      "so RPE, the errors of segments and NEES mean little{}",
       100.0 * as_given.rotation_error, 100.0 * as_given.translation_error, 100.0 * better.rotation_error,
       100.0 * better.translation_error, assumption + offset, ate, advice(better));
 }

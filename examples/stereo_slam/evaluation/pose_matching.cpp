@@ -16,7 +16,7 @@ namespace {
 
 template <class Range>
 std::size_t nearest_index(const Range& stamps, std::int64_t stamp) {
-  const auto after = std::lower_bound(stamps.begin(), stamps.end(), stamp);
+  const auto after = std::ranges::lower_bound(stamps, stamp);
   if (after == stamps.begin()) return 0;
   const auto before = after - 1;
   const bool take_before = after == stamps.end() || stamp - *before <= *after - stamp;
@@ -63,8 +63,7 @@ FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate, doub
   if (truth.stamps_ns.empty() != estimate.stamps_ns.empty()) {
     throw std::runtime_error(
         "only one of the two trajectories has stamps, so their poses cannot be matched; give both with "
-        "stamps "
-        "or both in KITTI format");
+        "stamps or both in KITTI format");
   }
   FramePairs pairs;
   if (truth.stamps_ns.empty()) {

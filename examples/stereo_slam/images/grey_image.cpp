@@ -57,7 +57,7 @@ void ValueCounts::add(const cv::Mat& image) {
   one.count(image);
   ranges_.push_back(one.quantile(1.0 - kTail) - one.quantile(kTail));
   largest_ = std::max(largest_, one.largest_);
-  std::transform(counts_.begin(), counts_.end(), one.counts_.begin(), counts_.begin(), std::plus<>());
+  std::ranges::transform(counts_, one.counts_, counts_.begin(), std::plus<>());
 }
 
 void ValueCounts::count(const cv::Mat& image) {

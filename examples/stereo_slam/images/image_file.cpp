@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <initializer_list>
 #include <span>
@@ -11,7 +10,6 @@
 #include <string_view>
 #include <system_error>
 
-#include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
 #include "stereo_slam/codecs/codecs.hpp"
@@ -19,6 +17,7 @@
 #include "stereo_slam/images/png_data.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/input_file.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -46,11 +45,10 @@ std::span<const std::uint8_t> bytes_of(std::string_view content) {
 void require_size(const std::filesystem::path& file, const ImageSize& size) {
   if (is_supported(size)) return;
   if (size.width_px == 0 || size.height_px == 0) {
-    fail(file, fmt::format("is {} x {} pixels, an empty image; copy or record it again", size.width_px,
-                           size.height_px));
+    fail(file, "is {} x {} pixels, an empty image; copy or record it again", size.width_px, size.height_px);
   }
-  fail(file, fmt::format("is {} x {} pixels; images may have up to {} pixels", size.width_px, size.height_px,
-                         kMostPixels));
+  fail(file, "is {} x {} pixels; images may have up to {} pixels", size.width_px, size.height_px,
+       kMostPixels);
 }
 
 PngHeader check_png_content(const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
@@ -59,10 +57,7 @@ PngHeader check_png_content(const std::filesystem::path& file, std::span<const s
 }
 
 std::string lower_extension(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  return lower_case(file.extension().string());
 }
 
 /// A JPEG ends with the marker FF D9, perhaps padded; the decoder would fill up a shorter one with grey.
@@ -83,8 +78,7 @@ constexpr int kGrey = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
 bool is_format(const std::filesystem::path& file, std::string_view content, std::string_view beginning,
                std::initializer_list<std::string_view> extensions) {
   if (content.starts_with(beginning)) return true;
-  const bool named =
-      std::find(extensions.begin(), extensions.end(), lower_extension(file)) != extensions.end();
+  const bool named = std::ranges::find(extensions, lower_extension(file)) != extensions.end();
   return named && !image_size(bytes_of(content));
 }
 
@@ -130,7 +124,7 @@ cv::Mat decode(const std::filesystem::path& file, int flags) {
 bool has_image_name(const std::filesystem::path& file) {
   constexpr std::array<std::string_view, 10> kNames = {".png", ".jpg", ".jpeg", ".pgm",  ".ppm",
                                                        ".pnm", ".bmp", ".tif",  ".tiff", ".webp"};
-  return std::find(kNames.begin(), kNames.end(), lower_extension(file)) != kNames.end();
+  return std::ranges::find(kNames, lower_extension(file)) != kNames.end();
 }
 
 ImageHeader check_image(const std::filesystem::path& file) {

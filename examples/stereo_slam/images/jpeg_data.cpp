@@ -180,8 +180,8 @@ class JpegWalk {
     std::vector<ScanPart> parts;
     std::size_t units = divide_up(width_, 8 * most_across_) * divide_up(height_, 8 * most_down_);
     for (std::size_t i = 0; i < count; ++i) {
-      const auto component = std::find_if(components_.begin(), components_.end(),
-                                          [&](const JpegComponent& c) { return c.id == header[1 + 2 * i]; });
+      const auto component = std::ranges::find_if(
+          components_, [&](const JpegComponent& c) { return c.id == header[1 + 2 * i]; });
       const unsigned dc = header[2 + 2 * i] >> 4, ac = header[2 + 2 * i] & 15U;
       if (component == components_.end() || dc > 3 || ac > 3) throw JpegDamage{};
       parts.push_back({count == 1 ? 1 : component->across * component->down, tables_[0][dc], tables_[1][ac]});

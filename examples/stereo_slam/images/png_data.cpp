@@ -190,7 +190,7 @@ PngHeader check_png_data(const std::filesystem::path& file, std::span<const std:
   constexpr std::size_t kHeaderSize = 13;
   constexpr std::string_view kTruncated = "the PNG is truncated; copy or download it again";
   if (bytes.size() < kSignature.size()) fail(file, kTruncated);
-  if (!std::equal(kSignature.begin(), kSignature.end(), bytes.begin()))
+  if (!std::ranges::equal(kSignature, bytes.first(kSignature.size())))
     fail(file, "not a PNG image; convert it");
 
   PngHeader header;

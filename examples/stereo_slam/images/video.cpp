@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <stdexcept>
@@ -18,7 +17,9 @@
 #include "stereo_slam/codecs/codecs.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/images/image_size.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -29,8 +30,7 @@ void require_size(const fs::path& file, const Video& video) {
   const double width_px = video.get(cv::CAP_PROP_FRAME_WIDTH);
   const double height_px = video.get(cv::CAP_PROP_FRAME_HEIGHT);
   if (width_px * height_px <= static_cast<double>(kMostPixels)) return;
-  fail(file,
-       fmt::format("has {} x {} pixels; images may have up to {} pixels", width_px, height_px, kMostPixels));
+  fail(file, "has {} x {} pixels; images may have up to {} pixels", width_px, height_px, kMostPixels);
 }
 
 constexpr std::array<std::string_view, 11> kExtensions = {".mp4", ".avi",  ".mkv", ".mov", ".webm", ".m4v",
@@ -53,8 +53,7 @@ bool counts_frames(const fs::path& file) {
   std::ifstream(file, std::ios::binary).read(bytes.data(), bytes.size());
   const std::string_view text(bytes.data(), bytes.size());
   constexpr std::array<std::string_view, 6> kBoxes = {"ftyp", "moov", "mdat", "free", "wide", "skip"};
-  return text.starts_with("RIFF") ||
-         std::find(kBoxes.begin(), kBoxes.end(), text.substr(4, 4)) != kBoxes.end();
+  return text.starts_with("RIFF") || std::ranges::find(kBoxes, text.substr(4, 4)) != kBoxes.end();
 }
 
 /// The rate, or 0 if no camera has it.
@@ -76,10 +75,7 @@ std::size_t count_packets(const fs::path& file) {
 }  // namespace
 
 bool has_video_name(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+  return std::ranges::find(kExtensions, lower_case(file.extension().string())) != kExtensions.end();
 }
 
 fs::path find_video(const fs::path& name) {
@@ -180,13 +176,12 @@ std::optional<cv::Mat> VideoPair::read(Decoder& decoder, std::size_t index) {
   constexpr std::size_t kSlack = 5;
   const bool nearly_done = index > 0 && index + std::max(kSlack, frames_ / 50) >= frames_;
   if (!image && !nearly_done) {
-    fail(decoder.file,
-         fmt::format("ends at frame {} of {}; the video is truncated or damaged", index, frames_));
+    fail(decoder.file, "ends at frame {} of {}; the video is truncated or damaged", index, frames_);
   }
   if (!image && index < frames_) {
     warning_ = fmt::format(
-        "{}: the video ends after {} frames, its header promises {}; check that it was copied as a whole",
-        decoder.file.string(), decoder.next, decoder.promised);
+        "{}: the video ends after {}, its header promises {}; check that it was copied as a whole",
+        decoder.file.string(), counted(decoder.next, "frame"), decoder.promised);
   }
   return image;
 }
@@ -245,10 +240,9 @@ void VideoPair::keep_in_step(std::size_t index, cv::Mat& left, cv::Mat& right) {
   stamps_.restart();
   if (warning_.empty()) {
     warning_ = fmt::format(
-        "{}: lacks {} before frame {} that {} has, by their times; from the next frame on the "
-        "images are paired without it",
-        lacking.string(), frames == 1 ? "a frame" : fmt::format("{} frames", frames), index - 1,
-        other.string());
+        "{}: lacks {} before frame {} that {} has, by their times; from the next frame on the images are "
+        "paired without it",
+        lacking.string(), counted(frames, "frame"), index - 1, other.string());
   }
   cv::Mat& image = left_lacks ? right : left;
   const auto next = (left_lacks ? right_ : left_)->read(frame_of(index, !left_lacks));
@@ -270,8 +264,7 @@ void VideoPair::note_repetition(std::size_t index, const RawPair& pair) {
     if (std::min(left, right) == 0.0 && std::max(left, right) > kMoved) {
       warning_ = fmt::format(
           "{}: frame {} shows the frame before it again, unlike that of the other camera; the video is "
-          "damaged "
-          "there, or a frame was lost",
+          "damaged there, or a frame was lost",
           (left == 0.0 ? left_ : right_)->file.string(), index);
     }
   }

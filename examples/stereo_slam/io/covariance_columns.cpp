@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/io/covariance_columns.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <string_view>
 
 #include <fmt/format.h>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/io/table_row.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -28,6 +31,29 @@ std::string covariance_columns() {
   return "stamp_s,status" + triangle("") +
          ",keyframe,nis,nis_dof,scale_sigma,axes_sigma_rad,common_error_rad" + triangle("keyframe_") +
          ",reasons";
+}
+
+void require_whole_columns(const std::filesystem::path& file, const TextLine& first_line) {
+  const std::string usual = covariance_columns();
+  const std::string earlier = usual.substr(0, usual.rfind(','));
+  const std::string& columns = first_line.text;
+  if (!usual.starts_with(columns) || columns == usual || columns == earlier) return;
+  fail_at(file, first_line.number, "the names of the columns are cut off after '{}'; copy the file again",
+          columns.substr(columns.rfind(',') + 1));
+}
+
+void require_known_reasons(const std::filesystem::path& file, int line, std::string_view reasons) {
+  if (reasons.empty()) return;
+  for (const auto name : split_row(reasons, ';')) {
+    if (std::ranges::any_of(kWeakReasons, [&](const WeakReason& reason) { return name == reason.name; }))
+      continue;
+    std::string names;
+    for (const auto& reason : kWeakReasons)
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", reason.name);
+    fail_at(file, line,
+            "'{}' in the column reasons is none of: {}; copy the file again, or leave the column empty", name,
+            names);
+  }
 }
 
 }  // namespace stereo_slam

@@ -8,8 +8,6 @@
 #include <unistd.h>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
@@ -18,8 +16,7 @@ FolderLock::FolderLock(std::filesystem::path folder, std::string_view option)
     : folder_(std::move(folder)), descriptor_(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
   if (descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     ::close(descriptor_);
-    fail(folder_,
-         fmt::format("another run is writing to it; wait for its end, or choose another {}", option));
+    fail(folder_, "another run is writing to it; wait for its end, or choose another {}", option);
   }
 }
 

@@ -8,8 +8,6 @@
 #include <system_error>
 #include <unistd.h>
 
-#include <fmt/format.h>
-
 #include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
@@ -18,8 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail_with(const fs::path& file, int error) {
-  fail(file, fmt::format("cannot be read ({}); check the path and its permissions",
-                         std::generic_category().message(error)));
+  fail(file, "cannot be read ({}); check the path and its permissions",
+       std::generic_category().message(error));
 }
 
 /// Whether the name is that of a descriptor that the program was started with.
@@ -63,9 +61,9 @@ class Source {
 
 std::string read_file(const fs::path& file, std::size_t most_bytes) {
   const auto too_large = [&] {
-    fail(file, fmt::format("is larger than {} bytes, the most that is read of such a file; check that it is "
-                           "the right one",
-                           most_bytes));
+    fail(file,
+         "is larger than {} bytes, the most that is read of such a file; check that it is the right one",
+         most_bytes);
   };
   const Source source(file);
   const auto mode = source.status().st_mode;

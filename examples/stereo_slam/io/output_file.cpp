@@ -17,14 +17,16 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/file_error.hpp"
+
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail_to_write(const fs::path& file, int error) {
-  throw std::runtime_error(fmt::format("{}: cannot be written ({}); check permissions and free space",
-                                       file.string(), std::generic_category().message(error)));
+  fail(file, "cannot be written ({}); check permissions and free space",
+       std::generic_category().message(error));
 }
 
 /// Writes all bytes; returns zero or an errno.
@@ -111,9 +113,7 @@ struct Target {
 /// Follows symbolic links. A descriptor such as /dev/fd/63 or /dev/stdout is written to in place, even if it
 /// is a regular file.
 [[nodiscard]] Target target_of(const fs::path& file) {
-  const auto refuse = [&](const char* why) {
-    throw std::runtime_error(fmt::format("{}: {}", file.string(), why));
-  };
+  const auto refuse = [&](const char* why) { fail(file, why); };
   if (file.empty()) throw std::runtime_error("the name of the file to write is empty; name a file");
   std::error_code error;
   const auto status = fs::status(file, error);
@@ -199,16 +199,14 @@ void require_replaceable(const fs::path& file, std::span<const fs::path> inputs,
   std::error_code error;
   for (const auto& input : inputs) {
     if (!fs::equivalent(file, input, error) || error) continue;
-    throw std::runtime_error(fmt::format("{}: is to be read, too ({}); name another file to write",
-                                         file.string(), input.string()));
+    fail(file, "is to be read, too ({}); name another file to write", input.string());
   }
   const fs::file_status status = fs::status(file, error);
   if (!fs::is_regular_file(status) || is_descriptor(file.lexically_normal().string())) return;
   constexpr fs::perms kWrite = fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write;
   // The system lets root write any file, and anyone replace a file whose folder is writable.
   if ((status.permissions() & kWrite) == fs::perms::none || ::access(file.c_str(), W_OK) != 0) {
-    throw std::runtime_error(fmt::format(
-        "{}: is read-only; name another file to write, or allow that with chmod u+w", file.string()));
+    fail(file, "is read-only; name another file to write, or allow that with chmod u+w");
   }
   if (fs::file_size(file, error) == 0) return;
   std::ifstream stream(file, std::ios::binary);
@@ -216,8 +214,7 @@ void require_replaceable(const fs::path& file, std::span<const fs::path> inputs,
   stream.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
   beginning.resize(static_cast<std::size_t>(stream.gcount()));
   if (is_ours(beginning)) return;
-  throw std::runtime_error(fmt::format(
-      "{}: exists, and is not a file of this kind; name another file to write, or remove it", file.string()));
+  fail(file, "exists, and is not a file of this kind; name another file to write, or remove it");
 }
 
 EarlierFile earlier_file(const fs::path& file) {
@@ -229,8 +226,7 @@ EarlierFile earlier_file(const fs::path& file) {
 
 void require_unchanged(const fs::path& file, const EarlierFile& earlier) {
   const EarlierFile now = earlier_file(file);
-  if (now && now != earlier)
-    throw std::runtime_error(fmt::format("{}: was written by another program during the run", file.string()));
+  if (now && now != earlier) fail(file, "was written by another program during the run");
 }
 
 fs::path free_name_beside(const fs::path& file) {

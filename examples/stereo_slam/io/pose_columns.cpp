@@ -21,7 +21,7 @@ struct Meaning {
 };
 
 [[nodiscard]] bool is_any_of(std::string_view word, std::initializer_list<std::string_view> words) {
-  return std::find(words.begin(), words.end(), word) != words.end();
+  return std::ranges::find(words, word) != words.end();
 }
 
 /// The words of a name, in lower case: "p_RS_R_x [m]" has p, rs, r, x; "positionX" has position, x.
@@ -105,8 +105,8 @@ struct Meaning {
 
 [[nodiscard]] std::optional<Meaning> axis_meaning(Words words) {
   const char axis = take_axis(words);
-  if (axis == '\0' || std::any_of(words.begin(), words.end(), is_spread_word)) return std::nullopt;
-  const auto telling = std::find_if(words.begin(), words.end(), [](const std::string& word) {
+  if (axis == '\0' || std::ranges::any_of(words, is_spread_word)) return std::nullopt;
+  const auto telling = std::ranges::find_if(words, [](const std::string& word) {
     return is_position_word(word) || is_rotation_word(word) || is_other_word(word);
   });
   if (telling != words.end() && is_other_word(*telling)) return std::nullopt;
@@ -118,9 +118,7 @@ struct Meaning {
 }
 
 [[nodiscard]] std::optional<Meaning> stamp_meaning(const Words& words) {
-  const auto has = [&](std::string_view word) {
-    return std::find(words.begin(), words.end(), word) != words.end();
-  };
+  const auto has = [&](std::string_view word) { return std::ranges::find(words, word) != words.end(); };
   const bool of_nanoseconds =
       is_any_of(words.back(), {"nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"});
   if (has("header") && (has("stamp") || unit_called(words.back())))
@@ -145,9 +143,8 @@ struct Meaning {
 }  // namespace
 
 std::size_t PoseColumns::count() const {
-  const std::size_t last =
-      std::max({stamp, nanoseconds.value_or(0), *std::max_element(position.begin(), position.end()),
-                *std::max_element(quaternion.begin(), quaternion.end())});
+  const std::size_t last = std::max({stamp, nanoseconds.value_or(0), *std::ranges::max_element(position),
+                                     *std::ranges::max_element(quaternion)});
   return last + 1;
 }
 

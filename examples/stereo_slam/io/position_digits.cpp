@@ -42,8 +42,7 @@ std::optional<std::string> PositionDigits::remark(std::span<const Eigen::Isometr
     if (largest_m < kFewestSteps * resolution_m || resolution_m <= kCoarse * *middle) continue;
     return fmt::format(
         "positions such as {:.0f} m are written to {:.3g} m only, and move by {:.3g} m from pose to pose; "
-        "write "
-        "them with more digits, or relative to the first one",
+        "write them with more digits, or relative to the first one",
         largest_m, resolution_m, *middle);
   }
   return std::nullopt;

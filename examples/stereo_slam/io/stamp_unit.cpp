@@ -85,12 +85,10 @@ StampUnit unit_of_stamps(std::span<const long double> stamps, StampUnit expected
   const auto unlikeliness = [&](StampUnit unit) {
     return std::fabs(std::log(step * seconds_in(unit) / kUsualStep_s));
   };
-  const StampUnit likeliest =
-      *std::min_element(kStampUnits.begin(), kStampUnits.end(),
-                        [&](StampUnit a, StampUnit b) { return unlikeliness(a) < unlikeliness(b); });
-  const auto fitting = std::count_if(steps.begin(), steps.end(), [&](long double other) {
-    return is_usual(other * seconds_in(likeliest), usual);
-  });
+  const StampUnit likeliest = *std::ranges::min_element(
+      kStampUnits, [&](StampUnit a, StampUnit b) { return unlikeliness(a) < unlikeliness(b); });
+  const auto fitting = std::ranges::count_if(
+      steps, [&](long double other) { return is_usual(other * seconds_in(likeliest), usual); });
   return 2 * static_cast<std::size_t>(fitting) > steps.size() ? likeliest : expected;
 }
 

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 
+#include "stereo_slam/io/text_file.hpp"
+
 namespace stereo_slam {
 namespace {
 
@@ -12,16 +14,10 @@ constexpr std::string_view kRowBlanks = " \t\r";
   return at < text.size() && characters.find(text[at]) != std::string_view::npos;
 }
 
-[[nodiscard]] std::string_view without_blanks(std::string_view text) {
-  const auto first = text.find_first_not_of(kRowBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kRowBlanks) - first + 1);
-}
-
 [[nodiscard]] std::string_view without_quotes(std::string_view text) {
-  text = without_blanks(text);
+  text = trimmed(text);
   if (text.size() < 2 || text.front() != '"' || text.back() != '"') return text;
-  return without_blanks(text.substr(1, text.size() - 2));
+  return trimmed(text.substr(1, text.size() - 2));
 }
 
 /// What blanks separate, commas included.

@@ -2,12 +2,12 @@
 #include "stereo_slam/io/text_file.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -55,17 +55,15 @@ std::vector<TextLine> read_text_lines(const std::filesystem::path& file, Comment
   require_no_zero_byte(file, rest);
   for (int number = 1; !rest.empty(); ++number) {
     if (number > kMostLines) {
-      fail(file, fmt::format("has more than {} lines; check which file it is, or divide it", kMostLines));
+      fail(file, "has more than {} lines; check which file it is, or divide it", kMostLines);
     }
     const auto end = rest.find('\n');
     const bool ended = end != std::string_view::npos;
     auto text = rest.substr(0, end);
     rest.remove_prefix(ended ? end + 1 : rest.size());
     if (text.size() > kMostLineBytes) {
-      throw std::runtime_error(
-          at_line(file, number,
-                  fmt::format("the line has {} bytes, more than {}; check that it is a text file",
-                              text.size(), kMostLineBytes)));
+      fail_at(file, number, "the line has {} bytes, more than {}; check that it is a text file", text.size(),
+              kMostLineBytes);
     }
     const auto first = text.find_first_not_of(kSeparators);
     if (first == std::string_view::npos) continue;
@@ -80,9 +78,9 @@ void require_no_zero_byte(const std::filesystem::path& file, std::string_view te
   const auto zero = text.find('\0');
   if (zero == std::string_view::npos) return;
   const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(zero), '\n');
-  throw std::runtime_error(at_line(file, static_cast<int>(line),
-                                   "there is a zero byte, so it is no text file in UTF-8, or it is "
-                                   "damaged; check which file it is, or convert it"));
+  fail_at(file, static_cast<int>(line),
+          "there is a zero byte, so it is no text file in UTF-8, or it is damaged; check which file it is, "
+          "or convert it");
 }
 
 void require_whole_last_line(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
@@ -91,16 +89,29 @@ void require_whole_last_line(const std::filesystem::path& file, const std::vecto
   const auto before = split_fields(lines[lines.size() - 2].text);
   if (last.size() > before.size()) return;
   if (last.size() == before.size() && (last.empty() || !is_shorter(last.back(), before.back()))) return;
-  throw std::runtime_error(at_line(file, lines.back().number,
-                                   "the last line has no line end and fewer digits than the one before; it "
-                                   "may be cut off: copy the file again, or add the line end"));
+  fail_at(file, lines.back().number,
+          "the last line has no line end and fewer digits than the one before; it may be cut off: copy the "
+          "file again, or add the line end");
 }
 
 void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines) {
   if (lines.empty() || lines.back().ended) return;
-  throw std::runtime_error(at_line(file, lines.back().number,
-                                   "the last line has no line end, so digits may be missing; copy the file "
-                                   "again, or add the line end"));
+  fail_at(
+      file, lines.back().number,
+      "the last line has no line end, so digits may be missing; copy the file again, or add the line end");
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r";
+  const auto first = text.find_first_not_of(kBlanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
 }
 
 std::vector<std::string_view> split_fields(std::string_view text) {
@@ -146,10 +157,6 @@ std::string format_seconds(std::int64_t stamp_ns) {
   const std::int64_t magnitude = std::abs(stamp_ns);
   return fmt::format("{}{}.{:09}", stamp_ns < 0 ? "-" : "", magnitude / 1'000'000'000,
                      magnitude % 1'000'000'000);
-}
-
-std::string at_line(const std::filesystem::path& file, int line, std::string_view message) {
-  return printable(fmt::format("{}:{}: {}", file.string(), line, message));
 }
 
 }  // namespace stereo_slam

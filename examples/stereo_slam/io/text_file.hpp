@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "stereo_slam/io/file_error.hpp"
+
 /// Text files. Errors name file and line. Numbers are read and written independently of the locale.
 namespace stereo_slam {
 
@@ -50,6 +52,12 @@ constexpr std::int64_t kLatestStamp_ns = 4'000'000'000'000'000'000;
 /// Nanoseconds as decimal seconds, "12.345678900".
 [[nodiscard]] std::string format_seconds(std::int64_t stamp_ns);
 
+/// The text without blanks, tabs and carriage returns at its ends.
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+
+/// The text in lower case; letters outside ASCII stay as they are.
+[[nodiscard]] std::string lower_case(std::string_view text);
+
 /// Fields of a line, separated by blanks or commas.
 [[nodiscard]] std::vector<std::string_view> split_fields(std::string_view text);
 
@@ -62,8 +70,5 @@ void require_whole_last_line(const std::filesystem::path& file, const std::vecto
 
 /// Throws std::runtime_error if the last line has no line end, for files that the program itself writes.
 void require_line_end(const std::filesystem::path& file, const std::vector<TextLine>& lines);
-
-/// "file:line: message", the form of all errors about a line; printable.
-[[nodiscard]] std::string at_line(const std::filesystem::path& file, int line, std::string_view message);
 
 }  // namespace stereo_slam

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/position_digits.hpp"
 #include "stereo_slam/io/stamp_unit.hpp"
@@ -111,7 +112,7 @@ void append_row(Trajectory& trajectory, const TrajectoryLayout& layout, const st
   const Fields fields = split_row(text, layout.separator);
   if (fields.size() != layout.fields) {
     throw std::runtime_error(
-        fmt::format("{} fields, but the first row has {}", fields.size(), layout.fields));
+        fmt::format("{}, but the first row has {}", counted(fields.size(), "field"), layout.fields));
   }
   trajectory.poses.push_back(pose_of(layout, fields));
   if (layout.columns || layout.matrix.first == 1) append_stamp(written.stamps, layout, fields);
@@ -125,19 +126,17 @@ bool are_frame_numbers(const TrajectoryLayout& layout, const WrittenStamps& stam
   if (stamps.values.empty()) return false;
   return !layout.columns && stamps.whole && stamps.values.front() >= 0.0L &&
          stamps.values.back() < kMostFrames &&
-         std::adjacent_find(stamps.values.begin(), stamps.values.end(), std::greater_equal<>()) ==
-             stamps.values.end();
+         std::ranges::adjacent_find(stamps.values, std::greater_equal<>()) == stamps.values.end();
 }
 
 /// Throws std::runtime_error if stamps decrease, or if most of them repeat the one before.
 void check_stamps(const std::filesystem::path& file, const std::vector<std::int64_t>& stamps_ns) {
-  if (!std::is_sorted(stamps_ns.begin(), stamps_ns.end()))
-    fail(file, "its stamps decrease; sort the lines by their stamps");
+  if (!std::ranges::is_sorted(stamps_ns)) fail(file, "its stamps decrease; sort the lines by their stamps");
   std::size_t repeated = 0;
   for (std::size_t i = 1; i < stamps_ns.size(); ++i) repeated += stamps_ns[i] == stamps_ns[i - 1] ? 1 : 0;
   if (2 * repeated <= stamps_ns.size()) return;
-  fail(file, fmt::format("{} of {} stamps are the same as the one before; write them with more digits",
-                         repeated, stamps_ns.size()));
+  fail(file, "{} of {} stamps are the same as the one before; write them with more digits", repeated,
+       stamps_ns.size());
 }
 
 /// Converts the stamps to nanoseconds.
@@ -157,8 +156,8 @@ void set_stamps(const std::filesystem::path& file, const TrajectoryLayout& layou
       stamp_ns = to_nanoseconds(sum_ns, StampUnit::kNanoseconds);
     }
     if (!stamp_ns) {
-      fail(file, fmt::format("pose {} has the stamp {} in {}; more than 126 years before or after 1970",
-                             i + 1, static_cast<double>(stamps.values[i]), to_string(unit)));
+      fail(file, "pose {} has the stamp {} in {}; more than 126 years before or after 1970", i + 1,
+           static_cast<double>(stamps.values[i]), to_string(unit));
     }
     trajectory.stamps_ns.push_back(*stamp_ns);
   }
@@ -181,7 +180,7 @@ std::string_view to_string(TrajectoryFormat format) noexcept {
 
 Trajectory read_trajectory(const std::filesystem::path& file, std::optional<TrajectoryFormat> format) {
   const auto lines = divide_lines(read_text_lines(file, Comments::kKept));
-  if (lines.rows.empty()) throw std::runtime_error(fmt::format("{}: contains no poses", file.string()));
+  if (lines.rows.empty()) fail(file, "contains no poses");
   require_whole_last_line(file, lines.rows);
   Trajectory trajectory;
   const TrajectoryLayout layout = layout_of(file, lines, format);
@@ -194,7 +193,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, std::optional<Traj
       append_row(trajectory, layout, line.text, written);
     }
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(at_line(file, number, error.what()));
+    fail_at(file, number, error.what());
   }
   trajectory.format = layout.format;
   trajectory.remarks = layout.remarks;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/table_row.hpp"
 
 namespace stereo_slam {
@@ -24,8 +25,7 @@ constexpr std::size_t kStampedFields = 8;
 
 [[nodiscard]] bool has_number(std::string_view text) {
   const Fields fields = split_row(text, separator_of(text));
-  return std::any_of(fields.begin(), fields.end(),
-                     [](auto field) { return !field.empty() && parse_numbers(field); });
+  return std::ranges::any_of(fields, [](auto field) { return !field.empty() && parse_numbers(field); });
 }
 
 /// The names in a line of the head. Between blanks, a unit in brackets belongs to the name before it.
@@ -107,8 +107,8 @@ void use_names(const std::vector<TextLine>& head, const Fields& row, TrajectoryL
       layout.remarks.push_back("its names of columns are ignored: " + fault_of(named));
     if (comment || matrix) continue;
     if (!named.columns) throw std::runtime_error(fault_of(named));
-    throw std::runtime_error(
-        fmt::format("{} names for the {} columns of the first row", names.size(), row.size()));
+    throw std::runtime_error(fmt::format("{} for the {} of the first row", counted(names.size(), "name"),
+                                         counted(row.size(), "column")));
   }
 }
 
@@ -117,10 +117,9 @@ void use_names(const std::vector<TextLine>& head, const Fields& row, TrajectoryL
                                           TrajectoryLayout& layout) {
   const std::size_t count = numbers.size();
   if (count < kStampedFields || (count > kStampedFields && !has_unit_quaternion(numbers))) {
-    throw std::runtime_error(fmt::format(
-        "{} fields are neither KITTI (12), TUM (8) nor EuRoC (8 or more, commas); if each row is a "
-        "pose, {}",
-        count, kHowToName));
+    throw std::runtime_error(
+        fmt::format("{} neither KITTI (12), TUM (8) nor EuRoC (8 or more, commas); if each row is a pose, {}",
+                    counted(count, "field is", "fields are"), kHowToName));
   }
   if (count > kStampedFields) {
     layout.remarks.push_back(
@@ -143,8 +142,8 @@ void use_order(Fields row, std::optional<TrajectoryFormat> format, TrajectoryLay
   const bool kitti = format ? *format == TrajectoryFormat::kKitti : usual_kitti;
   const bool wrong = kitti ? !matrix && !twelve : format && (matrix || numbers.size() < kStampedFields);
   if (format && wrong) {
-    throw std::runtime_error(fmt::format("{} fields, but {} has {}", numbers.size(), to_string(*format),
-                                         kitti ? 12 : kStampedFields));
+    throw std::runtime_error(fmt::format("{}, but {} has {}", counted(numbers.size(), "field"),
+                                         to_string(*format), kitti ? 12 : kStampedFields));
   }
   if (matrix || kitti) {
     layout.matrix = matrix.value_or(MatrixColumns{});
@@ -209,7 +208,7 @@ TrajectoryLayout layout_of(const std::filesystem::path& file, const TrajectoryLi
     }
     if (!layout.named) use_order(row, format, layout);
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(at_line(file, number, error.what()));
+    fail_at(file, number, error.what());
   }
   if (layout.columns) {
     const auto usual = layout.separator == ' ' ? TrajectoryFormat::kTum : TrajectoryFormat::kEuroc;

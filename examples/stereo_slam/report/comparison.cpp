@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "stereo_slam/evaluation/evaluate.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/report/page.hpp"
 #include "stereo_slam/report/rounding.hpp"
 
@@ -153,7 +154,7 @@ void append_position(json& array, const Vector3<double>& position) {
 }
 
 [[nodiscard]] bool same_recording(const std::vector<RunFolder>& runs) {
-  return std::all_of(runs.begin(), runs.end(), [&](const RunFolder& run) {
+  return std::ranges::all_of(runs, [&](const RunFolder& run) {
     return run.entry("dataset.folder") == runs.front().entry("dataset.folder");
   });
 }
@@ -172,7 +173,7 @@ json comparison_data(const std::vector<RunFolder>& runs, const std::optional<Com
   const auto names = names_of(runs);
   const std::size_t step = step_of(runs);
   json data = {{"kind", "comparison"},
-               {"title", fmt::format("Comparison of {} run{}", runs.size(), runs.size() == 1 ? "" : "s")},
+               {"title", "Comparison of " + counted(runs.size(), "run")},
                {"subtitle", same_recording(runs) ? runs.front().entry("dataset.folder") : ""},
                {"error", ""},
                {"version", STEREO_SLAM_VERSION},

@@ -24,7 +24,7 @@ constexpr std::array<std::string_view, 2> kClassicScripts = {"loader.js", "uPlot
 
 [[nodiscard]] std::string_view content_of(std::string_view name) {
   const auto files = page_files();
-  const auto file = std::find_if(files.begin(), files.end(), [&](auto& one) { return one.name == name; });
+  const auto file = std::ranges::find_if(files, [&](auto& one) { return one.name == name; });
   if (file == files.end()) throw std::logic_error(fmt::format("the page has no file {}", name));
   return file->content;
 }
@@ -43,8 +43,7 @@ void write_data(std::ostream& stream, const nlohmann::json& data) {
 
 void write_modules(std::ostream& stream) {
   for (const auto& file : page_files()) {
-    const bool is_module = file.name.ends_with(".js") &&
-                           std::count(kClassicScripts.begin(), kClassicScripts.end(), file.name) == 0;
+    const bool is_module = file.name.ends_with(".js") && std::ranges::count(kClassicScripts, file.name) == 0;
     if (is_module)
       fmt::print(stream, "<script type=\"text/plain\" data-module=\"{}\">\n{}</script>\n", file.name,
                  file.content);

@@ -195,8 +195,8 @@ void add_costs(json& frames, const RunRecord& record, const Rows& rows) {
 /// because the poses are in the world of that map then.
 [[nodiscard]] json without_loops_json(const RunRecord& record, const Rows& rows) {
   const auto& loops = record.loops;
-  if (std::none_of(loops.begin(), loops.end(), [](auto& loop) { return loop.accepted; }) ||
-      std::any_of(loops.begin(), loops.end(), [](auto& loop) { return loop.in_loaded_map; }))
+  if (std::ranges::none_of(loops, [](auto& loop) { return loop.accepted; }) ||
+      std::ranges::any_of(loops, [](auto& loop) { return loop.in_loaded_map; }))
     return nullptr;
   json positions = json::array();
   for (const std::size_t k : rows)
@@ -243,7 +243,7 @@ void add_costs(json& frames, const RunRecord& record, const Rows& rows) {
 }
 
 [[nodiscard]] json loop_counts(const std::vector<LoopEvent>& loops) {
-  const auto accepted = std::count_if(loops.begin(), loops.end(), [](auto& loop) { return loop.accepted; });
+  const auto accepted = std::ranges::count_if(loops, [](auto& loop) { return loop.accepted; });
   return {{"accepted", accepted}, {"refused", static_cast<std::ptrdiff_t>(loops.size()) - accepted}};
 }
 

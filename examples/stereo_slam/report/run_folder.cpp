@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <stdexcept>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "stereo_slam/evaluation/nees.hpp"
+#include "stereo_slam/io/counted.hpp"
+#include "stereo_slam/io/covariance_columns.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/table_row.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/report/rounding.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
@@ -23,30 +25,31 @@ namespace fs = std::filesystem;
 /// The columns of a file with a header, as text.
 using Table = std::map<std::string, std::vector<std::string>, std::less<>>;
 
-/// Fields between commas; they may be empty.
-[[nodiscard]] std::vector<std::string> split_at_commas(std::string_view text) {
-  std::vector<std::string> fields;
-  for (;;) {
-    const auto comma = text.find(',');
-    fields.emplace_back(text.substr(0, comma));
-    if (comma == std::string_view::npos) return fields;
-    text.remove_prefix(comma + 1);
+[[nodiscard]] Table table_of(const fs::path& file, const std::vector<TextLine>& lines) {
+  if (lines.empty()) fail(file, "is empty");
+  require_line_end(file, lines);
+  const auto names = split_row(lines.front().text, ',');
+  Table table;
+  for (const auto name : names) table[std::string(name)];
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const auto fields = split_row(lines[i].text, ',');
+    if (fields.size() != names.size()) {
+      fail_at(file, lines[i].number, "has {}, the header {}", counted(fields.size(), "field"), names.size());
+    }
+    for (std::size_t c = 0; c < names.size(); ++c) table.find(names[c])->second.emplace_back(fields[c]);
   }
+  return table;
 }
 
-[[nodiscard]] Table read_table(const fs::path& file) {
+[[nodiscard]] Table read_table(const fs::path& file) { return table_of(file, read_text_lines(file)); }
+
+[[nodiscard]] Table read_covariance_table(const fs::path& file) {
   const auto lines = read_text_lines(file);
-  if (lines.empty()) throw std::runtime_error(fmt::format("{}: is empty", file.string()));
-  const auto names = split_at_commas(lines.front().text);
-  Table table;
-  for (const auto& name : names) table[name];
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    auto fields = split_at_commas(lines[i].text);
-    if (fields.size() != names.size()) {
-      throw std::runtime_error(at_line(
-          file, lines[i].number, fmt::format("has {} fields, the header {}", fields.size(), names.size())));
-    }
-    for (std::size_t c = 0; c < names.size(); ++c) table[names[c]].push_back(std::move(fields[c]));
+  if (!lines.empty()) require_whole_columns(file, lines.front());
+  Table table = table_of(file, lines);
+  if (const auto reasons = table.find("reasons"); reasons != table.end()) {
+    for (std::size_t i = 0; i < reasons->second.size(); ++i)
+      require_known_reasons(file, lines[i + 1].number, reasons->second[i]);
   }
   return table;
 }
@@ -56,8 +59,7 @@ void require_columns(const fs::path& file, const Table& table,
                      std::initializer_list<std::string_view> names) {
   for (const auto name : names) {
     if (table.contains(name)) continue;
-    throw std::runtime_error(
-        fmt::format("{}: has no column '{}'; copy the folder of the run again", file.string(), name));
+    fail(file, "has no column '{}'; copy the folder of the run again", name);
   }
 }
 
@@ -66,9 +68,8 @@ void require_columns(const fs::path& file, const Table& table,
 void require_rows(const fs::path& file, const Table& table, std::size_t poses) {
   const std::size_t rows = table.begin()->second.size();
   if (rows == poses) return;
-  throw std::runtime_error(
-      fmt::format("{}: has {} rows for {} poses in trajectory_tum.txt; copy the folder of the run again",
-                  file.string(), rows, poses));
+  fail(file, "has {} for {} in trajectory_tum.txt; copy the folder of the run again", counted(rows, "row"),
+       counted(poses, "pose"));
 }
 
 /// Throws std::runtime_error unless the rows of a table have the stamps of the poses.
@@ -77,10 +78,10 @@ void require_stamps(const fs::path& file, const Table& table, const Trajectory& 
   for (std::size_t i = 0; i < stamps.size(); ++i) {
     const auto stamp_ns = parse_seconds(stamps[i]);
     if (stamp_ns && is_same_stamp(*stamp_ns, trajectory.stamps_ns[i])) continue;
-    throw std::runtime_error(
-        fmt::format("{}: the stamp of row {} is '{}', and {} in trajectory_tum.txt: they are of different "
-                    "runs; copy the folder of the run again",
-                    file.string(), i + 1, stamps[i], format_seconds(trajectory.stamps_ns[i])));
+    fail(file,
+         "the stamp of row {} is '{}', and {} in trajectory_tum.txt: they are of different runs; copy the "
+         "folder of the run again",
+         i + 1, stamps[i], format_seconds(trajectory.stamps_ns[i]));
   }
 }
 
@@ -96,10 +97,8 @@ void require_stamps(const fs::path& file, const Table& table, const Trajectory& 
   for (std::size_t i = 0; i < texts.size(); ++i) {
     values.push_back(to_number(texts[i]));
     if (!std::isnan(values.back()) || texts[i].empty() || texts[i] == "nan") continue;
-    throw std::runtime_error(
-        fmt::format("{}: '{}' in the column '{}' of row {} is no number; copy the folder "
-                    "of the run again",
-                    file.string(), texts[i], name, i + 1));
+    fail(file, "'{}' in the column '{}' of row {} is no number; copy the folder of the run again", texts[i],
+         name, i + 1);
   }
   return values;
 }
@@ -118,17 +117,14 @@ void require_entries_of_run(const fs::path& file, const std::map<std::string, st
   const auto setting = entries.lower_bound("settings.");
   const bool has_settings = setting != entries.end() && setting->first.starts_with("settings.");
   if (!entries.contains("version") || !entries.contains("state") || !has_settings) {
-    throw std::runtime_error(
-        fmt::format("{}: is not of a run, or was cut off; give the --output folders of `stereo_slam run`",
-                    file.string()));
+    fail(file, "is not of a run, or was cut off; give the --output folders of `stereo_slam run`");
   }
   require_line_end(file, read_text_lines(file));
 }
 
 [[nodiscard]] std::map<std::string, std::string> read_run_yaml(const fs::path& file) {
   if (!fs::is_regular_file(file)) {
-    throw std::runtime_error(
-        fmt::format("{}: not found; give the --output folders of `stereo_slam run`", file.string()));
+    fail(file, "not found; give the --output folders of `stereo_slam run`");
   }
   std::map<std::string, std::string> entries;
   collect(load_yaml_file(file), "", entries);
@@ -137,7 +133,7 @@ void require_entries_of_run(const fs::path& file, const std::map<std::string, st
 }
 
 void add_covariances(const fs::path& file, RunFolder& run) {
-  const Table table = read_table(file);
+  const Table table = read_covariance_table(file);
   require_columns(file, table, {"stamp_s", "status", "tx_tx_m2", "ty_ty_m2", "tz_tz_m2", "nis", "nis_dof"});
   require_rows(file, table, run.trajectory.poses.size());
   require_stamps(file, table, run.trajectory);
@@ -146,7 +142,7 @@ void add_covariances(const fs::path& file, RunFolder& run) {
   const auto nis = column(file, table, "nis"), dof = column(file, table, "nis_dof");
   for (std::size_t k = 0; k < x.size(); ++k) {
     if (!(std::min({x[k], y[k], z[k]}) >= 0.0))
-      fail(file, fmt::format("row {} has a variance below zero, or none; copy the file again", k + 1));
+      fail(file, "row {} has a variance below zero, or none; copy the file again", k + 1);
     run.sigma_m.push_back(std::sqrt(x[k] + y[k] + z[k]));
     run.nis_per_dof.push_back(dof[k] > 0.0 ? nis[k] / dof[k] : kNaN);
   }

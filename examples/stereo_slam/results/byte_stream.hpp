@@ -29,7 +29,7 @@ class ByteWriter {
   template <PlainNumber Number>
   void put(Number value) {
     auto bytes = std::bit_cast<std::array<char, sizeof(Number)>>(value);
-    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+    if constexpr (std::endian::native == std::endian::big) std::ranges::reverse(bytes);
     bytes_.append(bytes.data(), bytes.size());
   }
   void put_bytes(std::string_view bytes) { bytes_.append(bytes); }
@@ -53,7 +53,7 @@ class ByteReader {
   [[nodiscard]] Number get() {
     std::array<char, sizeof(Number)> bytes;
     std::memcpy(bytes.data(), get_bytes(sizeof(Number)).data(), sizeof(Number));
-    if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
+    if constexpr (std::endian::native == std::endian::big) std::ranges::reverse(bytes);
     return std::bit_cast<Number>(bytes);
   }
 

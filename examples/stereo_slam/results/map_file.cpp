@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/results/byte_stream.hpp"
 
@@ -93,7 +94,7 @@ class Decoder {
 
   void bytes(Descriptor& value) {
     const auto stored = reader_.get_bytes(value.size());
-    std::copy(stored.begin(), stored.end(), value.begin());
+    std::ranges::copy(stored, value.begin());
   }
 
   template <class Derived>
@@ -334,7 +335,7 @@ SavedMap load_map(const std::filesystem::path& file) {
     auto stream = open_file(file);
     return decode(read_body(stream));
   } catch (const std::exception& error) {
-    throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
+    fail(file, error.what());
   }
 }
 

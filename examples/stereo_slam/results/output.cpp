@@ -61,69 +61,75 @@ std::string processor_name() {
   return "unknown";
 }
 
+template <class Value>
+void emit(YAML::Emitter& yaml, const char* key, const Value& value) {
+  yaml << YAML::Key << key << YAML::Value << value;
+}
+
+void emit_map(YAML::Emitter& yaml, const char* key) {
+  yaml << YAML::Key << key << YAML::Value << YAML::BeginMap;
+}
+
 void emit_host(YAML::Emitter& yaml) {
   utsname system{};
   uname(&system);
-  yaml << YAML::Key << "host" << YAML::Value << YAML::BeginMap;
-  yaml << YAML::Key << "name" << YAML::Value << system.nodename;
-  yaml << YAML::Key << "system" << YAML::Value
-       << fmt::format("{} {} {}", system.sysname, system.release, system.machine);
-  yaml << YAML::Key << "processor" << YAML::Value << processor_name();
-  yaml << YAML::Key << "cores" << YAML::Value << std::thread::hardware_concurrency();
-  yaml << YAML::Key << "compiler" << YAML::Value << __VERSION__;
-  yaml << YAML::Key << "opencv" << YAML::Value << CV_VERSION;
+  emit_map(yaml, "host");
+  emit(yaml, "name", system.nodename);
+  emit(yaml, "system", fmt::format("{} {} {}", system.sysname, system.release, system.machine));
+  emit(yaml, "processor", processor_name());
+  emit(yaml, "cores", std::thread::hardware_concurrency());
+  emit(yaml, "compiler", __VERSION__);
+  emit(yaml, "opencv", CV_VERSION);
   yaml << YAML::EndMap;
 }
 
 void emit_dataset(YAML::Emitter& yaml, const StereoSequence& sequence) {
-  yaml << YAML::Key << "dataset" << YAML::Value << YAML::BeginMap;
+  emit_map(yaml, "dataset");
   // Quoted strings are always UTF-8: bytes of the name that are not are replaced.
   yaml << YAML::Key << "folder" << YAML::Value << YAML::DoubleQuoted << full_name(sequence);
-  yaml << YAML::Key << "format" << YAML::Value << sequence.format;
+  emit(yaml, "format", sequence.format);
   yaml << YAML::Key << "image_size" << YAML::Value << YAML::Flow << YAML::BeginSeq << sequence.camera.width_px
        << sequence.camera.height_px << YAML::EndSeq;
   if (!sequence.unscaled.empty()) {
     yaml << YAML::Key << "scaled_from" << YAML::Value << YAML::Flow << YAML::BeginSeq
          << sequence.unscaled.width << sequence.unscaled.height << YAML::EndSeq;
   }
-  if (!sequence.live) yaml << YAML::Key << "frames" << YAML::Value << sequence.frames.size();
+  if (!sequence.live) emit(yaml, "frames", sequence.frames.size());
   yaml << YAML::EndMap;
 }
 
 void emit_frame_cost(YAML::Emitter& yaml, const FrameCost& cost) {
-  yaml << YAML::Key << "frame_cost" << YAML::Value << YAML::BeginMap;
+  emit_map(yaml, "frame_cost");
   for (const auto& [name, ms] : {std::pair{"median_ms", cost.median_ms}, std::pair{"p95_ms", cost.p95_ms},
                                  std::pair{"max_ms", cost.max_ms}, std::pair{"cpu_ms", cost.cpu_ms},
                                  std::pair{"read_cpu_ms", cost.read_cpu_ms}}) {
-    yaml << YAML::Key << name << YAML::Value << fmt::format("{:.3f}", ms);
+    emit(yaml, name, fmt::format("{:.3f}", ms));
   }
   yaml << YAML::EndMap;
 }
 
 void emit_realtime(YAML::Emitter& yaml, const RealtimeSummary& summary) {
-  yaml << YAML::Key << "realtime" << YAML::Value << YAML::BeginMap;
-  yaml << YAML::Key << "frames_dropped" << YAML::Value << summary.dropped;
+  emit_map(yaml, "realtime");
+  emit(yaml, "frames_dropped", summary.dropped);
   for (const auto& [name, value] :
        {std::pair{"latency_median_ms", summary.median_ms}, std::pair{"latency_p95_ms", summary.p95_ms},
         std::pair{"latency_max_ms", summary.max_ms}, std::pair{"reading_delay_s", summary.reading_delay_s}}) {
-    yaml << YAML::Key << name << YAML::Value << fmt::format("{:.3f}", value);
+    emit(yaml, name, fmt::format("{:.3f}", value));
   }
   yaml << YAML::EndMap;
 }
 
 void emit_memory(YAML::Emitter& yaml, const RunHeader& header) {
-  yaml << YAML::Key << "memory" << YAML::Value << YAML::BeginMap;
-  if (!std::isnan(header.peak_mb))
-    yaml << YAML::Key << "peak_mb" << YAML::Value << fmt::format("{:.1f}", header.peak_mb);
-  if (header.bytes_per_keyframe > 0)
-    yaml << YAML::Key << "bytes_per_keyframe" << YAML::Value << header.bytes_per_keyframe;
+  emit_map(yaml, "memory");
+  if (!std::isnan(header.peak_mb)) emit(yaml, "peak_mb", fmt::format("{:.1f}", header.peak_mb));
+  if (header.bytes_per_keyframe > 0) emit(yaml, "bytes_per_keyframe", header.bytes_per_keyframe);
   yaml << YAML::EndMap;
 }
 
 void emit_reasons(YAML::Emitter& yaml, const ReasonCounts& counts) {
   yaml << YAML::Key << "weak_frames_by_reason" << YAML::Value << YAML::Flow << YAML::BeginMap;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (counts[i] > 0) yaml << YAML::Key << kWeakReasons[i].name << YAML::Value << counts[i];
+    if (counts[i] > 0) emit(yaml, kWeakReasons[i].name, counts[i]);
   }
   yaml << YAML::EndMap;
 }
@@ -131,8 +137,8 @@ void emit_reasons(YAML::Emitter& yaml, const ReasonCounts& counts) {
 /// Names the first hundred; run.yaml is read again as settings, and so has to stay small.
 void emit_unreadable(YAML::Emitter& yaml, const std::vector<UnreadableImage>& unreadable) {
   constexpr std::size_t kNamed = 100;
-  yaml << YAML::Key << "unreadable_images" << YAML::Value << YAML::BeginMap;
-  yaml << YAML::Key << "count" << YAML::Value << unreadable.size();
+  emit_map(yaml, "unreadable_images");
+  emit(yaml, "count", unreadable.size());
   if (!unreadable.empty()) {
     yaml << YAML::Key << "first" << YAML::Value << YAML::BeginSeq;
     for (std::size_t i = 0; i < std::min(kNamed, unreadable.size()); ++i)
@@ -171,7 +177,7 @@ void mark_failed(const std::filesystem::path& run_yaml) {
 }  // namespace
 
 std::size_t count_frames(const RunRecord& record, const std::function<bool(const FrameResult&)>& property) {
-  return static_cast<std::size_t>(std::count_if(record.results.begin(), record.results.end(), property));
+  return static_cast<std::size_t>(std::ranges::count_if(record.results, property));
 }
 
 ReasonCounts count_reasons(const RunRecord& record, TrackingStatus status) {
@@ -252,13 +258,13 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
                     const StereoSequence& sequence, const Settings& settings) {
   YAML::Emitter yaml;
   yaml << YAML::BeginMap;
-  yaml << YAML::Key << "version" << YAML::Value << STEREO_SLAM_VERSION;
-  yaml << YAML::Key << "written" << YAML::Value << fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)));
-  yaml << YAML::Key << "state" << YAML::Value << header.state;
-  if (!header.error.empty()) yaml << YAML::Key << "error" << YAML::Value << header.error;
-  yaml << YAML::Key << "frames_processed" << YAML::Value << header.frames_processed;
-  yaml << YAML::Key << "seconds" << YAML::Value << fmt::format("{:.3f}", header.seconds);
-  yaml << YAML::Key << "pose_frame" << YAML::Value << header.pose_frame;
+  emit(yaml, "version", STEREO_SLAM_VERSION);
+  emit(yaml, "written", fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr))));
+  emit(yaml, "state", header.state);
+  if (!header.error.empty()) emit(yaml, "error", header.error);
+  emit(yaml, "frames_processed", header.frames_processed);
+  emit(yaml, "seconds", fmt::format("{:.3f}", header.seconds));
+  emit(yaml, "pose_frame", header.pose_frame);
   emit_frame_cost(yaml, header.frame_cost);
   if (header.realtime) emit_realtime(yaml, *header.realtime);
   emit_memory(yaml, header);
@@ -306,7 +312,7 @@ std::vector<std::string> stage_names(const RunRecord& record) {
   std::vector<std::string> stages;
   for (const auto& result : record.results) {
     for (const auto& time : result.times) {
-      if (std::find(stages.begin(), stages.end(), time.stage) == stages.end()) stages.push_back(time.stage);
+      if (std::ranges::find(stages, time.stage) == stages.end()) stages.push_back(time.stage);
     }
   }
   return stages;

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/results/pose_frame.hpp"
 
-#include <stdexcept>
-
-#include <fmt/format.h>
+#include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -46,10 +44,9 @@ class BodyFrame {
 
 Eigen::Isometry3d require_body(const StereoSequence& sequence) {
   if (sequence.T_body_camera) return *sequence.T_body_camera;
-  throw std::runtime_error(fmt::format(
-      "{}: its calibration has no T_BS (EuRoC) or T_body_left (your own camera); add it, or leave out "
-      "--pose-frame body",
-      sequence.folder.string()));
+  fail(sequence.folder,
+       "its calibration has no T_BS (EuRoC) or T_body_left (your own camera); add it, or leave out "
+       "--pose-frame body");
 }
 
 FrameResult in_body_frame(FrameResult result, const Eigen::Isometry3d& T_body_camera) {

@@ -65,9 +65,8 @@ void ResultStreams::append_frame(const RunRecord& record) {
 void ResultStreams::append_timing(const RunRecord& record) {
   const std::size_t last = record.results.size() - 1;
   const auto& times = record.results.back().times;
-  const bool complete = std::all_of(times.begin(), times.end(), [&](const StageTime& time) {
-    return std::find(stages_.begin(), stages_.end(), time.stage) != stages_.end();
-  });
+  const bool complete = std::ranges::all_of(
+      times, [&](const StageTime& time) { return std::ranges::find(stages_, time.stage) != stages_.end(); });
   if (complete) {
     timing_.append(text_of([&](std::ostream& out) { write_timing_row(out, record, last, stages_); }));
     return;

@@ -7,8 +7,6 @@
 #include <system_error>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -39,8 +37,8 @@ enum class Contents { kNothing, kUnfinishedRun, kFinishedRun };
   for (const auto* name : result_files()) {
     if (present(folder / name)) found = name;
     if (present(folder / name) && !fs::is_regular_file(fs::symlink_status(folder / name))) {
-      fail(folder / name, fmt::format("is {} with the name of a result file; choose another --output",
-                                      fs::is_directory(folder / name) ? "a folder" : "not an ordinary file"));
+      fail(folder / name, "is {} with the name of a result file; choose another --output",
+           fs::is_directory(folder / name) ? "a folder" : "not an ordinary file");
     }
   }
   const fs::path header = folder / kRunFile;
@@ -64,9 +62,7 @@ enum class Contents { kNothing, kUnfinishedRun, kFinishedRun };
 void remove_file(const fs::path& file) {
   std::error_code error;
   fs::remove(file, error);
-  if (error)
-    fail(file,
-         fmt::format("cannot be removed ({}); allow that, or choose another --output", error.message()));
+  if (error) fail(file, "cannot be removed ({}); allow that, or choose another --output", error.message());
 }
 
 /// Moves the results that are in a folder into another one, run.yaml last, and removes the folder.
@@ -75,8 +71,7 @@ void move_results(const fs::path& from, const fs::path& to) {
     std::error_code error;
     fs::rename(from / name, to / name, error);
     if (error)
-      fail(to / name,
-           fmt::format("cannot be replaced ({}); the result is in {}", error.message(), from.string()));
+      fail(to / name, "cannot be replaced ({}); the result is in {}", error.message(), from.string());
   };
   for (const auto* name : result_files()) {
     if (present(from / name)) move(name);
@@ -108,8 +103,7 @@ void create(const fs::path& folder) {
     fail(folder, "is a symbolic link that leads nowhere; choose another --output");
   fs::create_directories(folder, error);
   if (!error && !fs::is_directory(folder)) error = std::make_error_code(std::errc::not_a_directory);
-  if (error)
-    fail(folder, fmt::format("cannot be used for output ({}); choose another --output", error.message()));
+  if (error) fail(folder, "cannot be used for output ({}); choose another --output", error.message());
 }
 
 }  // namespace
@@ -148,7 +142,7 @@ void RunFolder::publish() const {
 void require_no_folder_of(const fs::path& file, const fs::path& folder) {
   const fs::path place = place_of(file);
   for (fs::path above = place_of(folder);; above = above.parent_path()) {
-    if (above == place) fail(file, fmt::format("will be a folder, for {}; name a file", folder.string()));
+    if (above == place) fail(file, "will be a folder, for {}; name a file", folder.string());
     if (above == above.parent_path()) return;
   }
 }

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/io/counted.hpp"
+
 namespace stereo_slam {
 
 RunSummary summary_of(const RunRecord& record) {
@@ -47,9 +49,9 @@ void require_tracked(const RunSummary& summary) {
   if (summary.frames <= 1 || summary.unmeasured + 1 < summary.frames) return;
   if (summary.unreadable.size() >= summary.frames / 2) {
     throw std::runtime_error(
-        fmt::format("tracked {} of {} frames, because {} images could not be read; the first: {}",
-                    summary.frames - summary.unmeasured, summary.frames, summary.unreadable.size(),
-                    summary.unreadable.front().fault));
+        fmt::format("tracked {} of {} frames, because {} could not be read; the first: {}",
+                    summary.frames - summary.unmeasured, summary.frames,
+                    counted(summary.unreadable.size(), "image"), summary.unreadable.front().fault));
   }
   throw std::runtime_error(fmt::format(
       "tracked {} of {} frames: hardly any corner was matched between left and right and to the next frame; "

@@ -7,8 +7,12 @@
 #include <cstdint>
 #include <limits>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
+#include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/settings/schema_builder.hpp"
 
 namespace stereo_slam {
@@ -29,10 +33,9 @@ void add_images(Table& table) {
 
 void add_features(Table& table) {
   SettingsGroup(table, "features", &Settings::features)
-      .add(
-          "count", &FeatureSettings::count, {50, 20000}, "",
-          "number of ORB features per image; used in every frame with --preset paper, otherwise to recognise "
-          "the last keyframe after a loss");
+      .add("count", &FeatureSettings::count, {50, 20000}, "",
+           "number of ORB features per image; used in every frame with --preset paper, otherwise to "
+           "recognise the last keyframe after a loss");
 }
 
 void add_stereo(Table& table) {
@@ -93,10 +96,9 @@ void add_refinement(Table& table) {
 
 void add_update(Table& table) {
   SettingsGroup(table, "update", &Settings::update)
-      .add(
-          "noise_from_residuals", &UpdateSettings::noise_from_residuals,
-          "scale the covariances to the residuals of the landmarks in the last updates, along and across the "
-          "rows; not with --preset paper");
+      .add("noise_from_residuals", &UpdateSettings::noise_from_residuals,
+           "scale the covariances to the residuals of the landmarks in the last updates, along and across "
+           "the rows; not with --preset paper");
 }
 
 void add_map(Table& table) {
@@ -133,6 +135,35 @@ Table make_table() {
   return table;
 }
 
+/// Groups, and settings that they had in earlier versions. Each preset has constants in their place.
+constexpr std::pair<std::string_view, std::string_view> kFormerSettings[] = {
+    {"images", "clahe_clip_limit clahe_tiles"},
+    {"features", "levels scale_factor cell_px fast_threshold"},
+    {"stereo", "min_disparity_px max_row_error_px uniqueness min_correlation"},
+    {"odometry",
+     "max_loop_error_px cell_px window_px pyramid_levels max_closure_error_px max_row_error_px "
+     "ransac_iterations min_inliers exclusion_px"},
+    {"motion", "covariance_scale min_rotation_sigma_rad min_translation_sigma_m"},
+    {"association",
+     "feature_sigma_px max_descriptor_distance descriptor_ratio max_row_error_px flow_window_px "
+     "flow_tolerance_px flow_relative_tolerance"},
+    {"refinement", "min_correlation max_shift_px max_row_error_px gate_sigma_px"},
+    {"update",
+     "tau max_correspondences regularizer_sigma_m regularizer_forgetting robust_cap student_t_inverse_dof "
+     "min_matches"},
+    {"map", "cell_px inverse_depth_beyond_baselines clear_correlation cull_after_frames"},
+    {"keyframes", "min_matches"},
+    {"loop_closure", "max_points latency_frames spacing_baselines"},
+    {"place_recognition",
+     "trees leaf_size max_descriptor_distance min_gap_frames candidates min_score view_radius_m "
+     "min_share_in_view"},
+    {"loop_verification",
+     "max_descriptor_distance descriptor_ratio ransac_iterations max_reprojection_error_px "
+     "search_radius_px pixel_sigma_px covariance_scale min_inliers consecutive relocalisation_inliers "
+     "max_chi2 gate_scale drift_m_per_m drift_rad_per_m"},
+    {"pose_graph", "max_iterations loop_scale"},
+};
+
 }  // namespace
 
 const std::vector<SettingsField>& settings_fields() {
@@ -141,78 +172,6 @@ const std::vector<SettingsField>& settings_fields() {
 }
 
 const std::vector<RemovedKey>& removed_keys() {
-  static constexpr std::string_view kConstants[] = {"images.clahe_clip_limit",
-                                                    "images.clahe_tiles",
-                                                    "odometry.max_loop_error_px",
-                                                    "features.levels",
-                                                    "features.scale_factor",
-                                                    "features.cell_px",
-                                                    "features.fast_threshold",
-                                                    "stereo.min_disparity_px",
-                                                    "stereo.max_row_error_px",
-                                                    "stereo.uniqueness",
-                                                    "stereo.min_correlation",
-                                                    "odometry.cell_px",
-                                                    "odometry.window_px",
-                                                    "odometry.pyramid_levels",
-                                                    "odometry.max_closure_error_px",
-                                                    "odometry.max_row_error_px",
-                                                    "odometry.ransac_iterations",
-                                                    "odometry.min_inliers",
-                                                    "odometry.exclusion_px",
-                                                    "motion.covariance_scale",
-                                                    "motion.min_rotation_sigma_rad",
-                                                    "motion.min_translation_sigma_m",
-                                                    "association.feature_sigma_px",
-                                                    "association.max_descriptor_distance",
-                                                    "association.descriptor_ratio",
-                                                    "association.max_row_error_px",
-                                                    "association.flow_window_px",
-                                                    "association.flow_tolerance_px",
-                                                    "association.flow_relative_tolerance",
-                                                    "refinement.min_correlation",
-                                                    "refinement.max_shift_px",
-                                                    "refinement.max_row_error_px",
-                                                    "refinement.gate_sigma_px",
-                                                    "update.tau",
-                                                    "update.max_correspondences",
-                                                    "update.regularizer_sigma_m",
-                                                    "update.regularizer_forgetting",
-                                                    "update.robust_cap",
-                                                    "update.student_t_inverse_dof",
-                                                    "update.min_matches",
-                                                    "map.cell_px",
-                                                    "map.inverse_depth_beyond_baselines",
-                                                    "map.clear_correlation",
-                                                    "map.cull_after_frames",
-                                                    "keyframes.min_matches",
-                                                    "loop_closure.max_points",
-                                                    "loop_closure.latency_frames",
-                                                    "loop_closure.spacing_baselines",
-                                                    "place_recognition.trees",
-                                                    "place_recognition.leaf_size",
-                                                    "place_recognition.max_descriptor_distance",
-                                                    "place_recognition.min_gap_frames",
-                                                    "place_recognition.candidates",
-                                                    "place_recognition.min_score",
-                                                    "place_recognition.view_radius_m",
-                                                    "place_recognition.min_share_in_view",
-                                                    "loop_verification.max_descriptor_distance",
-                                                    "loop_verification.descriptor_ratio",
-                                                    "loop_verification.ransac_iterations",
-                                                    "loop_verification.max_reprojection_error_px",
-                                                    "loop_verification.search_radius_px",
-                                                    "loop_verification.pixel_sigma_px",
-                                                    "loop_verification.covariance_scale",
-                                                    "loop_verification.min_inliers",
-                                                    "loop_verification.consecutive",
-                                                    "loop_verification.relocalisation_inliers",
-                                                    "loop_verification.max_chi2",
-                                                    "loop_verification.gate_scale",
-                                                    "loop_verification.drift_m_per_m",
-                                                    "loop_verification.drift_rad_per_m",
-                                                    "pose_graph.max_iterations",
-                                                    "pose_graph.loop_scale"};
   static const std::vector<RemovedKey> kRemoved = [] {
     std::vector<RemovedKey> removed{
         {"map.layout", "the preset decides: paper has one global map, the others have keyframes"},
@@ -220,8 +179,10 @@ const std::vector<RemovedKey>& removed_keys() {
         {"map.track_correlation", "it is always kept, but by the preset paper"},
         {"refinement.enabled", "patches are always aligned, but with the preset paper"},
         {"update.method", "the presets paper and odometry have other methods than the default"}};
-    for (const std::string_view key : kConstants) {
-      removed.push_back({key, "its value is that of the preset; leave it out"});
+    for (const auto& [group, names] : kFormerSettings) {
+      for (const auto name : split_fields(names))
+        removed.push_back(
+            {fmt::format("{}.{}", group, name), "its value is that of the preset; leave it out"});
     }
     return removed;
   }();

@@ -36,7 +36,7 @@ struct RenamedKey {
 
 /// A key of an earlier version that is no setting any more.
 struct RemovedKey {
-  std::string_view key;
+  std::string key;
   std::string_view reason;  ///< and what to use instead
 };
 

@@ -105,7 +105,7 @@ const SettingsField& field_of(const std::string& key) {
   }
   if (const auto reason = reason_of_removal(key); !reason.empty()) throw std::runtime_error(reason);
   const auto& fields = settings_fields();
-  const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.key == key; });
+  const auto field = std::ranges::find_if(fields, [&](const auto& f) { return f.key == key; });
   if (field == fields.end()) {
     const std::string_view word = last_part(key);
     const bool number = word.find_first_not_of("0123456789") == std::string_view::npos;
@@ -135,7 +135,7 @@ class Overlay {
   }
 
   [[noreturn]] void fail(const YAML::Node& where, const std::string& message) const {
-    throw std::runtime_error(at_line(file_, where.Mark().line + 1, message));
+    fail_at(file_, where.Mark().line + 1, message);
   }
 
  private:
@@ -160,7 +160,7 @@ class Overlay {
 
   void set(const std::string& key, const YAML::Node& name, const YAML::Node& value) {
     const auto& removed = removed_keys();
-    if (std::any_of(removed.begin(), removed.end(), [&](const auto& r) { return r.key == key; })) {
+    if (std::ranges::any_of(removed, [&](const auto& r) { return r.key == key; })) {
       if (gone_.empty()) first_gone_ = at_line(file_, name.Mark().line + 1, reason_of_removal(key));
       gone_.push_back(key);
       return;
@@ -171,7 +171,7 @@ class Overlay {
     } catch (const std::runtime_error& error) {
       fail(name, error.what());
     }
-    if (!given_.insert(key).second) fail(name, fmt::format("{} is given twice", key));
+    if (!given_.insert(key).second) fail(name, key + " is given twice");
     if (!value.IsScalar() || !field->set(settings_, value.Scalar()))
       fail(name, refusal(*field, as_text(value)));
   }
@@ -192,10 +192,9 @@ void check_run_keys(const std::filesystem::path& file, const YAML::Node& documen
       "memory",           "unreadable_images", "dataset",    "host",       "weak_frames_by_reason"};
   for (const auto& entry : document) {
     const auto key = as_text(entry.first);
-    if (std::find(kRunKeys.begin(), kRunKeys.end(), key) != kRunKeys.end()) continue;
-    throw std::runtime_error(
-        at_line(file, entry.first.Mark().line + 1,
-                fmt::format("{} stands outside `settings:`; move it into the group `settings:`", key)));
+    if (std::ranges::find(kRunKeys, key) != kRunKeys.end()) continue;
+    fail_at(file, entry.first.Mark().line + 1,
+            "{} stands outside `settings:`; move it into the group `settings:`", key);
   }
 }
 
@@ -211,8 +210,7 @@ std::string explanation(const SettingsField& field, const Settings& settings) {
 Settings load_settings(const std::filesystem::path& file, std::optional<std::string_view> preset) {
   const YAML::Node document = load_yaml_file(file);
   if (document.IsNull()) return preset_settings(preset.value_or("default"));
-  if (!document.IsMap())
-    throw std::runtime_error(at_line(file, 1, "not a settings file; write one `key: value` a line"));
+  if (!document.IsMap()) fail_at(file, 1, "not a settings file; write one `key: value` a line");
   const YAML::Node nested = document["settings"];
   const bool is_run_yaml = nested && nested.IsMap();
   if (is_run_yaml) check_run_keys(file, document);
@@ -221,16 +219,15 @@ Settings load_settings(const std::filesystem::path& file, std::optional<std::str
   Settings settings;
   const YAML::Node named = root["preset"];
   if (is_run_yaml && preset && named && as_text(named) != *preset) {
-    throw std::runtime_error(at_line(
-        file, named.Mark().line + 1,
-        fmt::format("these are all settings of a run with the preset {}, not {}; use that preset, or a "
-                    "file that has only what you change",
-                    as_text(named), *preset)));
+    fail_at(file, named.Mark().line + 1,
+            "these are all settings of a run with the preset {}, not {}; use that preset, or a file that has "
+            "only what you change",
+            as_text(named), *preset);
   }
   try {
     settings = preset_settings(preset ? std::string(*preset) : named ? as_text(named) : "default");
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(at_line(file, named ? named.Mark().line + 1 : 1, error.what()));
+    fail_at(file, named ? named.Mark().line + 1 : 1, error.what());
   }
   Overlay(file, settings).apply(root);
   return settings;

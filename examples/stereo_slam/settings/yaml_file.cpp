@@ -5,7 +5,6 @@
 #include <array>
 #include <set>
 #include <sstream>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 
@@ -21,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& file, const YAML::Mark& mark, const std::string& what) {
-  throw std::runtime_error(at_line(file, std::max(mark.line + 1, 1), what));
+  fail_at(file, std::max(mark.line + 1, 1), what);
 }
 
 constexpr auto kTab = "the line begins with a tab; indent with spaces";
@@ -173,8 +172,7 @@ std::vector<YAML::Node> load_yaml_documents(const fs::path& file) {
 YAML::Node load_yaml_file(const fs::path& file) {
   const auto documents = load_yaml_documents(file);
   if (documents.size() > 1) {
-    throw std::runtime_error(
-        fmt::format("{}: holds several documents; remove the line `---` between them", file.string()));
+    fail(file, "holds several documents; remove the line `---` between them");
   }
   return documents.front();
 }

@@ -75,7 +75,7 @@ class NameTable {
 
   [[nodiscard]] bool varies(std::size_t k) const {
     const auto& first = rows_.front().numbers.at(k);
-    return rows_.size() == 1 || std::any_of(rows_.begin(), rows_.end(), [&](const DividedName& row) {
+    return rows_.size() == 1 || std::ranges::any_of(rows_, [&](const DividedName& row) {
              return row.numbers[k].whole != first.whole || row.numbers[k].fraction != first.fraction;
            });
   }
@@ -101,8 +101,8 @@ struct TimeField {
 /// Adds the column after the field as the fraction of a second, if it may be one.
 void add_fraction(const NameTable& table, TimeField& field) {
   constexpr std::size_t kMostDigits = 9;
-  const bool has_fraction = std::any_of(field.numbers.begin(), field.numbers.end(),
-                                        [](const auto& number) { return !number.fraction.empty(); });
+  const bool has_fraction =
+      std::ranges::any_of(field.numbers, [](const auto& number) { return !number.fraction.empty(); });
   if (has_fraction || !table.follows(field.end) || !table.varies(field.end)) return;
   const auto fractions = table.column(field.end);
   for (std::size_t i = 0; i < fractions.size(); ++i) {
@@ -143,10 +143,10 @@ TimeField number_at(const NameTable& table, std::size_t first) {
   constexpr std::size_t kSecondsDigits = 10;
   constexpr std::string_view kFrom1990 = "0631152000";
   TimeField field{.first = first, .end = first + 1, .numbers = table.column(first)};
-  field.is_clock = std::all_of(field.numbers.begin(), field.numbers.end(), [&](const auto& number) {
+  field.is_clock = std::ranges::all_of(field.numbers, [&](const auto& number) {
     return number.whole.size() >= kSecondsDigits && number.whole.front() != '0';
   });
-  const bool seconds = std::all_of(field.numbers.begin(), field.numbers.end(), [&](const auto& number) {
+  const bool seconds = std::ranges::all_of(field.numbers, [&](const auto& number) {
     return number.whole.size() == kSecondsDigits && number.whole > kFrom1990;
   });
   if (seconds) add_fraction(table, field);
@@ -157,8 +157,7 @@ TimeField number_at(const NameTable& table, std::size_t first) {
 std::vector<std::size_t> order_by(const std::vector<std::int64_t>& keys) {
   std::vector<std::size_t> order(keys.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
   return order;
 }
 
@@ -204,8 +203,8 @@ bool is_fraction(std::vector<std::int64_t> stamps_ns, const std::vector<std::int
   constexpr std::int64_t kTolerance = 4;  // a quarter of the usual interval
   const std::int64_t usual_ns = usual_interval_ns(stamps_ns);
   if (!is_usual_interval(usual_ns)) return false;
-  std::sort(stamps_ns.begin(), stamps_ns.end());
-  if (std::adjacent_find(stamps_ns.begin(), stamps_ns.end()) != stamps_ns.end()) return false;
+  std::ranges::sort(stamps_ns);
+  if (std::ranges::adjacent_find(stamps_ns) != stamps_ns.end()) return false;
   std::size_t crossings = 0;
   std::size_t odd = 0;
   for (std::size_t i = 1; i < stamps_ns.size(); ++i) {
@@ -215,7 +214,7 @@ bool is_fraction(std::vector<std::int64_t> stamps_ns, const std::vector<std::int
     odd += std::abs(interval_ns - usual_ns) > usual_ns / kTolerance ? 1 : 0;
   }
   if (crossings > 0) return 2 * odd <= crossings;
-  const auto [least, most] = std::minmax_element(count.begin(), count.end());
+  const auto [least, most] = std::ranges::minmax_element(count);
   return count.empty() || *most - *least >= 2 * static_cast<std::int64_t>(count.size());
 }
 
@@ -253,8 +252,7 @@ std::optional<NameTimes> times_of(const NameTable& table, const TimeField& field
   if (!wrong) return times;
   if (!is_certain) return std::nullopt;
   throw std::invalid_argument(fmt::format(
-      "{} is later than {} by the stamps in their names, but earlier by the numbers; correct what is "
-      "wrong",
+      "{} is later than {} by the stamps in their names, but earlier by the numbers; correct what is wrong",
       names[wrong->second], names[wrong->first]));
 }
 
@@ -331,8 +329,7 @@ NameTimes times_in(const std::vector<std::string>& names) {
   NameTimes times = times_in_decimals(decimal);
   constexpr std::int64_t kFrom1990_ns = 631'152'000'000'000'000;
   const auto& stamps_ns = times.stamps_ns;
-  if (!stamps_ns.empty() && *std::min_element(stamps_ns.begin(), stamps_ns.end()) >= kFrom1990_ns)
-    return times;
+  if (!stamps_ns.empty() && *std::ranges::min_element(stamps_ns) >= kFrom1990_ns) return times;
   times = {};
   const NameTable table(decimal);
   times.keys = table.columns() == 0 ? times.keys : counted(table.column(table.columns() - 1));

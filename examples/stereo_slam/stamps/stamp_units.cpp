@@ -56,20 +56,18 @@ std::vector<std::int64_t> all_to_ns(const std::vector<WrittenNumber>& numbers, S
 }
 
 std::vector<std::int64_t> intervals_of(std::vector<std::int64_t> stamps_ns) {
-  std::sort(stamps_ns.begin(), stamps_ns.end());
+  std::ranges::sort(stamps_ns);
   std::adjacent_difference(stamps_ns.begin(), stamps_ns.end(), stamps_ns.begin());
   if (!stamps_ns.empty()) stamps_ns.erase(stamps_ns.begin());
   return stamps_ns;
 }
 
 bool are_since_1970(const std::vector<std::int64_t>& stamps_ns) {
-  return std::all_of(stamps_ns.begin(), stamps_ns.end(),
-                     [](auto stamp_ns) { return stamp_ns >= kFrom1990_ns; });
+  return std::ranges::all_of(stamps_ns, [](auto stamp_ns) { return stamp_ns >= kFrom1990_ns; });
 }
 
 bool are_since_zero(const std::vector<std::int64_t>& stamps_ns) {
-  return std::all_of(stamps_ns.begin(), stamps_ns.end(),
-                     [](auto stamp_ns) { return stamp_ns <= kLongestRun_ns; });
+  return std::ranges::all_of(stamps_ns, [](auto stamp_ns) { return stamp_ns <= kLongestRun_ns; });
 }
 
 /// Whether whole numbers may count frames, of which some are left out: they are close, or multiples of what
@@ -97,8 +95,7 @@ struct Reading {
 
 /// Whether no number has a fraction, which seconds of images need.
 bool are_whole(const std::vector<WrittenNumber>& numbers) {
-  return std::all_of(numbers.begin(), numbers.end(),
-                     [](const auto& number) { return number.fraction.empty(); });
+  return std::ranges::all_of(numbers, [](const auto& number) { return number.fraction.empty(); });
 }
 
 /// Every unit in which the numbers are times.
@@ -122,8 +119,7 @@ std::string doubt_about(const std::vector<WrittenNumber>& numbers, const std::ve
   if (readings.empty()) {
     return fmt::format(
         "{} is no time since 1970 in seconds, milliseconds, microseconds or nanoseconds, and the images "
-        "would "
-        "not follow each other after 1 ms to 2 s in any of these units",
+        "would not follow each other after 1 ms to 2 s in any of these units",
         text);
   }
   std::vector<std::string> units;
@@ -177,7 +173,7 @@ std::size_t count_odd_intervals(std::vector<std::int64_t> stamps_ns) {
   constexpr double kTolerance = 0.25;
   const auto intervals = intervals_of(std::move(stamps_ns));
   const double usual = median({intervals.begin(), intervals.end()});
-  return static_cast<std::size_t>(std::count_if(intervals.begin(), intervals.end(), [&](auto interval) {
+  return static_cast<std::size_t>(std::ranges::count_if(intervals, [&](auto interval) {
     return !(std::abs(static_cast<double>(interval) - usual) <= kTolerance * usual) || interval == 0;
   }));
 }
@@ -193,8 +189,7 @@ std::vector<WrittenNumber> with_decimals(const std::vector<WrittenNumber>& numbe
   constexpr std::array<std::size_t, 3> kCounters = {3, 6, 9};  // digits of ms, us, ns
   const Fractions fractions(numbers);
   // Of a counter, nine of ten values have all its digits.
-  const bool has_all_digits =
-      std::find(kCounters.begin(), kCounters.end(), fractions.longest) != kCounters.end();
+  const bool has_all_digits = std::ranges::find(kCounters, fractions.longest) != kCounters.end();
   const bool may_be_counter = fractions.shortest != fractions.longest && !fractions.begins_with_zero &&
                               fractions.longest <= kCounters.back();
   if (!may_be_counter || (!has_all_digits && !fractions.ends_with_zero)) return numbers;
@@ -213,21 +208,19 @@ std::vector<WrittenNumber> with_decimals(const std::vector<WrittenNumber>& numbe
     if (fractions.longest == width) break;
   }
   if (!fractions.ends_with_zero) add(numbers);
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const auto& a, const auto& b) { return a.odd < b.odd; });
+  std::ranges::stable_sort(candidates, [](const auto& a, const auto& b) { return a.odd < b.odd; });
   if (candidates.size() == 1 || 2 * candidates[0].odd < candidates[1].odd) return candidates[0].numbers;
-  const auto shortest = std::min_element(numbers.begin(), numbers.end(), [](const auto& a, const auto& b) {
-    return a.fraction.size() < b.fraction.size();
-  });
-  throw std::invalid_argument(fmt::format(
-      "{0}.{1} may be the decimal number, or {0} and a counter of {1} after it, without leading zeros; the "
-      "order of the images depends on it and does not show which",
-      shortest->whole, shortest->fraction));
+  const auto shortest = std::ranges::min_element(
+      numbers, [](const auto& a, const auto& b) { return a.fraction.size() < b.fraction.size(); });
+  throw std::invalid_argument(
+      fmt::format("{0}.{1} may be the decimal number, or {0} and a counter of {1} after it, without leading "
+                  "zeros; the order of the images depends on it and does not show which",
+                  shortest->whole, shortest->fraction));
 }
 
 Stamps stamps_of(const std::vector<WrittenNumber>& numbers) {
   const auto find = [](auto& readings, const auto& is_wanted) {
-    const auto found = std::find_if(readings.begin(), readings.end(), is_wanted);
+    const auto found = std::ranges::find_if(readings, is_wanted);
     return found == readings.end() ? nullptr : &*found;
   };
   auto readings = readings_of(numbers);
@@ -235,7 +228,7 @@ Stamps stamps_of(const std::vector<WrittenNumber>& numbers) {
   if (since_1970 != nullptr && since_1970->usual) return {.ns = std::move(since_1970->stamps_ns)};
   if (since_1970 == nullptr && are_whole(numbers) && may_count_frames(numbers)) return {};
   const auto is_usual_reading = [](const Reading& reading) { return reading.usual; };
-  const auto usual = std::count_if(readings.begin(), readings.end(), is_usual_reading);
+  const auto usual = std::ranges::count_if(readings, is_usual_reading);
   if (usual == 1) return {.ns = std::move(find(readings, is_usual_reading)->stamps_ns)};
   if (usual == 0 && since_1970 != nullptr) return {.ns = std::move(since_1970->stamps_ns)};
   return {.ns = {}, .doubt = doubt_about(numbers, readings)};

@@ -2,7 +2,6 @@
 #include "stereo_slam/stamps/times_file.hpp"
 
 #include <algorithm>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -20,8 +19,7 @@ std::vector<long double> numbers_in(const std::filesystem::path& file, const std
     const auto fields = split_fields(line.text);
     const auto number = parse_stamp(fields.front());
     if (fields.size() != 1 || !number) {
-      throw std::runtime_error(
-          at_line(file, line.number, fmt::format("'{}' is not one time in seconds", line.text)));
+      fail_at(file, line.number, "'{}' is not one time in seconds", line.text);
     }
     numbers.push_back(*number);
   }
@@ -29,9 +27,8 @@ std::vector<long double> numbers_in(const std::filesystem::path& file, const std
 }
 
 StampUnit unit_of(const std::vector<TextLine>& lines, const std::vector<long double>& numbers) {
-  const bool whole = std::all_of(lines.begin(), lines.end(), [](const TextLine& line) {
-    return line.text.find_first_of(".eE") == std::string::npos;
-  });
+  const bool whole = std::ranges::all_of(
+      lines, [](const TextLine& line) { return line.text.find_first_of(".eE") == std::string::npos; });
   return unit_of_stamps(numbers, StampUnit::kSeconds, {.shortest_s = 1e-3, .longest_s = whole ? 2.0 : 5.0});
 }
 
@@ -48,13 +45,10 @@ FileTimes read_times(const std::filesystem::path& file) {
     const auto stamp_ns = unit == StampUnit::kSeconds ? parse_seconds(split_fields(line.text).front())
                                                       : to_nanoseconds(numbers[i], unit);
     if (!stamp_ns) {
-      throw std::runtime_error(
-          at_line(file, line.number, fmt::format("'{}' is not one time in {}", line.text, to_string(unit))));
+      fail_at(file, line.number, "'{}' is not one time in {}", line.text, to_string(unit));
     }
     if (!times.stamps_ns.empty() && *stamp_ns <= times.stamps_ns.back()) {
-      throw std::runtime_error(
-          at_line(file, line.number,
-                  fmt::format("{} is not later than the time before it; times must increase", line.text)));
+      fail_at(file, line.number, "{} is not later than the time before it; times must increase", line.text);
     }
     times.stamps_ns.push_back(*stamp_ns);
   }

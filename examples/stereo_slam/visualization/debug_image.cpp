@@ -36,9 +36,7 @@ void draw_landmark(cv::Mat& canvas, const TracedLandmark& landmark) {
 }
 
 [[nodiscard]] std::vector<LegendEntry> legend_of(const FrameResult& result, const AssociationTrace& trace) {
-  const auto count = [&](auto&& property) {
-    return std::count_if(trace.landmarks.begin(), trace.landmarks.end(), property);
-  };
+  const auto count = [&](auto&& property) { return std::ranges::count_if(trace.landmarks, property); };
   const auto refused = count([](const auto& landmark) { return landmark.flow && !landmark.static_flow; });
   const auto searched = count([](const auto& landmark) { return landmark.static_flow; });
   const auto matched = count([](const auto& landmark) { return landmark.matched_px.has_value(); });

@@ -2,7 +2,6 @@
 #include "stereo_slam/visualization/debug_image_folder.hpp"
 
 #include <ostream>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -47,8 +46,7 @@ void use_folder(const fs::path& folder, const Step& step) {
   try {
     step();
   } catch (const fs::filesystem_error& error) {
-    fail(folder,
-         fmt::format("cannot be used for debug images ({}); choose another folder", error.code().message()));
+    fail(folder, "cannot be used for debug images ({}); choose another folder", error.code().message());
   }
 }
 
@@ -69,10 +67,8 @@ DebugImageFolder::DebugImageFolder(fs::path folder, bool overwrite, const fs::pa
     }
     for (const auto& image : earlier) {
       if (!fs::is_regular_file(fs::symlink_status(image)))
-        fail(folder_,
-             fmt::format("cannot be used for debug images ({} is not an ordinary file); choose another "
-                         "folder",
-                         image.filename().string()));
+        fail(folder_, "cannot be used for debug images ({} is not an ordinary file); choose another folder",
+             image.filename().string());
     }
     working_ = folder_ / kUnfinished;
     if (fs::is_symlink(fs::symlink_status(working_)))

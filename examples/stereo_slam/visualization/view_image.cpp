@@ -56,7 +56,7 @@ void draw_track(cv::Mat& canvas, const LandmarkTrack& track, double scale, doubl
 }
 
 [[nodiscard]] std::vector<LegendEntry> legend_of(const ViewScene& scene) {
-  const auto found = std::count_if(scene.tracks.begin(), scene.tracks.end(), [](auto& t) { return t.found; });
+  const auto found = std::ranges::count_if(scene.tracks, [](auto& t) { return t.found; });
   const auto& P = scene.result.T_world_camera.covariance;
   const double sigma_deg = std::sqrt(P.topLeftCorner<3, 3>().trace() / 3.0) * 180.0 / std::numbers::pi;
   const double sigma_m = std::sqrt(P.bottomRightCorner<3, 3>().trace() / 3.0);

@@ -175,7 +175,7 @@ TEST_CASE("Images whose names differ between the cameras are paired by their num
     CHECK(frame.left.stem().string().substr(2) == frame.right.stem().string().substr(2));
   REQUIRE(scan.problems.size() == 2);
   CHECK_THAT(scan.problems[0].text, Catch::Contains("2 images have no partner of the same name or number"));
-  CHECK_THAT(scan.problems[1].text, Catch::Contains("left: 1 numbers are missing among the names"));
+  CHECK_THAT(scan.problems[1].text, Catch::Contains("left: 1 number is missing among the names"));
   CHECK(scan.sequence.frames[3].stamp_ns == 400'000'000);
 }
 

@@ -149,7 +149,7 @@ TEST_CASE("Images of an extracted drive are paired by stamp, whatever their numb
   CHECK(scan.sequence.pair_distances.median_ns == 5'000'000);
   REQUIRE(scan.problems.size() == 3);
   for (const auto& problem : scan.problems) CHECK_FALSE(is_error(problem));
-  CHECK_THAT(scan.problems[0].text, Catch::Contains("image_01: 1 images have no line in timestamps.txt"));
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("image_01: 1 image has no line in timestamps.txt"));
   CHECK_THAT(scan.problems[1].text, Catch::Contains("up to 5 ms apart"));
   CHECK_THAT(scan.problems[2].text, Catch::Contains("2 images have no partner"));
 }

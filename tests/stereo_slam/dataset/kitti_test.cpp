@@ -112,7 +112,7 @@ TEST_CASE("Ground truth is optional; one that does not fit is left out with a wa
   CHECK(scan.sequence.ground_truth.empty());
   REQUIRE(scan.problems.size() == 1);
   CHECK_FALSE(is_error(scan.problems[0]));
-  CHECK_THAT(scan.problems[0].text, Catch::Contains("has 1 poses for 3 frames"));
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("has 1 pose for 3 frames"));
 }
 
 TEST_CASE("Another folder is refused with the expected contents", "[kitti]") {

@@ -97,8 +97,8 @@ TEST_CASE("Images of another frame are named with the number of frames, raw or r
     CHECK(text_of_problems(drive.sequence).empty());
     const std::string right = drive.sequence.right_name;
     const std::string left = drive.sequence.left_name;
-    const auto delays = raw ? std::vector{std::pair(1, "one frame early"), std::pair(-3, "3 frames late")}
-                            : std::vector{std::pair(-1, "one frame late"), std::pair(3, "3 frames early")};
+    const auto delays = raw ? std::vector{std::pair(1, "1 frame early"), std::pair(-3, "3 frames late")}
+                            : std::vector{std::pair(-1, "1 frame late"), std::pair(3, "3 frames early")};
     for (const auto& [frames, expected] : delays) {
       CAPTURE(raw, frames);
       const auto text = text_of_problems(delayed(drive.sequence, frames));

@@ -283,7 +283,18 @@ TEST_CASE("evaluate reads a covariances.csv with reasons, and one of before that
     return message_of([&] { (void)read_covariances(file); });
   };
   CHECK_THAT(refusal(std::regex_replace(text, std::regex("few_"), "few ")),
-             Catch::Contains("covariances.csv:3: \"few landmarks;segment_not_localised\" is not a list"));
+             Catch::Contains("covariances.csv:3: 'few landmarks' in the column reasons is none of: "
+                             "odometry_alone, few_landmarks, "));
+  CHECK_THAT(refusal(std::regex_replace(text, std::regex("localised"), "")),
+             Catch::Contains("covariances.csv:3: 'segment_not_' in the column reasons is none of"));
+  CHECK_THAT(refusal(std::regex_replace(text, std::regex("segment_not_localised"), "")),
+             Catch::Contains("covariances.csv:3: '' in the column reasons is none of"));
+  CHECK_THAT(refusal(text.substr(0, text.size() - 5)), Catch::Contains("covariances.csv:3: the last line"));
+  for (const std::string cut : {"reason", "r", ""}) {
+    CHECK_THAT(
+        refusal(std::regex_replace(text, std::regex("reasons"), cut)),
+        Catch::Contains("covariances.csv:1: the names of the columns are cut off after '" + cut + "'"));
+  }
   CHECK_THAT(refusal(covariance_columns() + earlier.substr(earlier.find('\n'))),
              Catch::Contains("covariances.csv:2: expected stamp, status and 48 numbers before the reasons"));
   CHECK_THAT(refusal(earlier.substr(0, earlier.find('\n')) + text.substr(text.find('\n'))),

@@ -94,7 +94,7 @@ TEST_CASE("A video that lacks a frame of the other camera, or repeats one, is re
     CHECK(read_all(folder / name).empty());
     empty_frame(folder / name / name, 4);
     CHECK_THAT(read_all(folder / name),
-               Catch::Contains(std::string(name) + ": lacks a frame before frame 4"));
+               Catch::Contains(std::string(name) + ": lacks 1 frame before frame 4"));
     VideoPair whole(folder / "whole/left.avi", folder / "whole/right.avi");
     VideoPair pair(folder / name / "left.avi", folder / name / "right.avi");
     const bool left_lacks = std::string(name) == "left.avi";

@@ -118,6 +118,30 @@ TEST_CASE("A run of before the column of the reasons can be compared", "[compare
   CHECK(report::read_run_folder(folder / "a").lost == 1);
 }
 
+TEST_CASE("A covariances.csv that is cut off, or has reasons of no version, is refused with its line",
+          "[compare]") {
+  const TemporaryFolder folder;
+  write_run(folder / "a", slower_drive(50), "  preset: default\n");
+  const auto file = folder / "a/covariances.csv";
+  const std::string text = read_text(file);
+  const auto refusal = [&](const std::string& with_fault) {
+    write_text(file, with_fault);
+    return message_of([&] { (void)report::read_run_folder(folder / "a"); });
+  };
+  CHECK(refusal(text).empty());
+  for (const std::string cut : {"reason", "r", ""}) {
+    CHECK_THAT(
+        refusal(std::regex_replace(text, std::regex("reasons"), cut)),
+        Catch::Contains("covariances.csv:1: the names of the columns are cut off after '" + cut + "'"));
+  }
+  CHECK_THAT(refusal(text.substr(0, text.size() - 1)), Catch::Contains("covariances.csv:51: the last line"));
+  auto lines = split_lines(text);
+  lines.at(7) += "few_land";
+  CHECK_THAT(
+      refusal(fmt::format("{}\n", fmt::join(lines, "\n"))),
+      Catch::Contains("covariances.csv:8: 'few_land' in the column reasons is none of: odometry_alone"));
+}
+
 TEST_CASE("Folders that are no runs and damaged files are errors that name the file", "[compare]") {
   const TemporaryFolder folder;
   CHECK_THROWS_WITH(report::read_run_folder(folder / "none"), Catch::Contains("none/run.yaml: not found"));
@@ -152,7 +176,7 @@ TEST_CASE("Folders that are no runs and damaged files are errors that name the f
                     Catch::Contains("covariances.csv: has 5 rows for 0 poses in trajectory_tum.txt"));
   write_text(folder / "a/trajectory_tum.txt", poses);
   write_text(folder / "a/timing.csv", "frame,total_ms\n0,1\n1\n");
-  CHECK_THROWS_WITH(report::read_run_folder(folder / "a"), Catch::Contains("timing.csv:3: has 1 fields"));
+  CHECK_THROWS_WITH(report::read_run_folder(folder / "a"), Catch::Contains("timing.csv:3: has 1 field,"));
   write_text(folder / "a/run.yaml", "version: [\n");
   CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
                     Catch::Contains("run.yaml:") && Catch::Contains("YAML"));

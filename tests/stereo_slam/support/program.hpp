@@ -95,6 +95,15 @@ inline Result call(
   return Program(folder.path(), std::move(arguments), prepare).wait();
 }
 
+/// Runs the SLAM on a recording with these options in addition. The results are in `folder`/out.
+inline Result run_on(const fs::path& recording, const TemporaryFolder& folder,
+                     const std::vector<std::string>& options) {
+  std::vector<std::string> arguments = {"run",          "--dataset", recording,    "--output",
+                                        folder / "out", "--quiet",   "--overwrite"};
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  return call(arguments);
+}
+
 /// What a program may use at most, for call(). The signal of the alarm ends one that hangs.
 inline void bound_time_and_memory() {
   constexpr rlimit kBytes = {std::size_t{3} << 30, std::size_t{3} << 30};  // addresses, not memory in use

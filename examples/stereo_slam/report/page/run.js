@@ -50,7 +50,7 @@ function trackingWarning(data) {
   const tracked = counts[1] + counts[2] + counts[4];
   if (frames.time_s.length === 1) return 'The run has a single frame: it is the origin of the world, and there is no path.';
   if (tracked === 0) return 'No frame could be tracked: every pose is a prediction, and the path means nothing. “stereo_slam info” tells what is wrong with a recording.';
-  if (counts[3] > 0) return `${counts[3]} of ${data.frame_count} frames were lost. Their poses are predictions.`;
+  if (counts[3] > 0) return `${counts[3]} of ${data.frame_count} frames ${counts[3] === 1 ? 'was lost: its pose is a prediction' : 'were lost: their poses are predictions'}.`;
   return null;
 }
 
