@@ -98,6 +98,27 @@ bool DisparityOffset::add(const Evidence& motion) {
   return false;
 }
 
+void DisparityOffset::add_without_turn(const Evidence& motion) {
+  everything_ = everything_ + motion;
+  ++motions_;
+  ++motions_since_begin_;
+  recent_.clear();
+}
+
+void DisparityOffset::shift(const Basis& change) {
+  Evidence now = estimate();
+  now.vector += now.information * change;
+  periods_.push_back({motions_, estimate(), change});
+  begin_again(now);
+}
+
+void DisparityOffset::diffuse(const Information& covariance) {
+  const Basis mean = everything_.mean();
+  const Information wider = everything_.information.ldlt().solve(Information::Identity()) + covariance;
+  everything_.information = wider.ldlt().solve(Information::Identity());
+  everything_.vector = everything_.information * mean;
+}
+
 /// The most likely turn of the right camera before one of the last motions.
 std::optional<DisparityOffset::Turn> DisparityOffset::find_turn() const {
   std::optional<Turn> best;

@@ -64,6 +64,15 @@ class DisparityOffset {
   /// Adds what a motion shows. True if that is a turn of the right camera, at most eight motions ago.
   bool add(const Evidence& motion);
 
+  /// Adds what a motion shows while the right camera vibrates: a turn is not searched.
+  void add_without_turn(const Evidence& motion);
+
+  /// The coefficients have changed by this, px: a large error, from then on.
+  void shift(const Basis& change);
+
+  /// Forgets a part: the coefficients have changed by an error with this covariance, px^2.
+  void diffuse(const Information& covariance);
+
   /// Whether it contains an error that is larger than the rows suggest.
   [[nodiscard]] bool has_large_error() const noexcept { return has_large_error_; }
   /// The estimate now.

@@ -82,6 +82,90 @@ struct RowFit {
   return fit;
 }
 
+/// The coefficients of a disparity offset that a displacement amounts to.
+[[nodiscard]] Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>
+terms_of_displacement(const StereoCamera& camera) {
+  const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
+  Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms> terms =
+      Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>::Zero();
+  terms(0, 0) = 1.0;
+  terms(2, 2) = -y;
+  terms(3, 3) = x * x;
+  terms(4, 4) = x * y;
+  return terms;
+}
+
+/// The coefficients of a row offset that a displacement amounts to.
+[[nodiscard]] Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>
+row_terms_of_displacement(const StereoCamera& camera) {
+  const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
+  Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms> terms =
+      Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>::Zero();
+  terms(0, 1) = 1.0;
+  terms(1, 2) = x;
+  terms(4, 3) = x * y;
+  terms(5, 4) = y * y;
+  return terms;
+}
+
+/// Normal equations of a motion and of the coefficients of the disparity offset. If the rig vibrates, a
+/// displacement of the second right image against the first is a further unknown.
+struct MotionEquations {
+  static constexpr int kBias = RectificationResidual::kTerms;
+  static constexpr int kDisplacement = ImageDisplacement::kTerms;
+  using PoseByBias = Eigen::Matrix<double, 6, kBias>;
+  static constexpr double kUnknown_px = 10.0;  // standard deviation of the displacement
+
+  Matrix6<double> pose_pose = Matrix6<double>::Zero();
+  PoseByBias pose_bias = PoseByBias::Zero(), pose_second = PoseByBias::Zero();
+  RectificationEstimate::Information bias_bias = RectificationEstimate::Information::Zero();
+  Vector6<double> pose_vector = Vector6<double>::Zero();
+  RectificationResidual::Basis bias_vector = RectificationResidual::Basis::Zero();
+
+  ImageDisplacement::Covariance displacement =
+      ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px);
+  Eigen::Matrix<double, 6, kDisplacement> pose_displacement = Eigen::Matrix<double, 6, kDisplacement>::Zero();
+  Eigen::Matrix<double, kBias, kDisplacement> bias_displacement =
+      Eigen::Matrix<double, kBias, kDisplacement>::Zero();
+  ImageDisplacement::Coefficients displacement_vector = ImageDisplacement::Coefficients::Zero();
+
+  void add(const BiasConstraint& c, const RectificationResidual& residual, const StereoCamera* vibrating) {
+    const RectificationResidual::Basis applied = residual.coefficients().row(0);
+    Eigen::Matrix<double, 3, kBias> D = -c.J_disparity * residual.basis(c.first_px).transpose();
+    const RectificationResidual::Basis second = residual.basis(c.second_px);
+    D.row(2) += second.transpose();
+    const double distance2 = c.innovation.dot(c.S_inverse * c.innovation);
+    const Matrix3<double> W = c.S_inverse / (1.0 + distance2 / kCauchyScale2);
+    // innovation - J_pose xi + D (bias - applied) should vanish
+    const Vector3<double> e = c.innovation - D * applied;
+    pose_pose += c.J_pose.transpose() * W * c.J_pose;
+    pose_bias -= c.J_pose.transpose() * W * D;
+    pose_second -= c.J_pose.transpose() * W.col(2) * second.transpose();
+    bias_bias += D.transpose() * W * D;
+    pose_vector += c.J_pose.transpose() * W * e;
+    bias_vector -= D.transpose() * W * e;
+    if (!vibrating) return;
+    const Vector2<double> right_px(c.second_px.x() - c.second_disparity_px, c.second_px.y());
+    const Eigen::Matrix<double, 1, kDisplacement> G = ImageDisplacement::basis(right_px, *vibrating).row(0);
+    const Vector3<double> w = W.col(2);
+    displacement += G.transpose() * W(2, 2) * G;
+    pose_displacement -= c.J_pose.transpose() * w * G;
+    bias_displacement += D.transpose() * w * G;
+    displacement_vector -= G.transpose() * w.dot(e);
+  }
+
+  /// Solves for the displacement and eliminates it.
+  void eliminate_displacement() {
+    const ImageDisplacement::Covariance inverse =
+        displacement.ldlt().solve(ImageDisplacement::Covariance::Identity());
+    pose_pose -= pose_displacement * inverse * pose_displacement.transpose();
+    pose_bias -= pose_displacement * inverse * bias_displacement.transpose();
+    bias_bias -= bias_displacement * inverse * bias_displacement.transpose();
+    pose_vector -= pose_displacement * inverse * displacement_vector;
+    bias_vector -= bias_displacement * inverse * displacement_vector;
+  }
+};
+
 }  // namespace
 
 RectificationResidual::Basis RectificationResidual::basis(const Vector2<double>& left_px) const {
@@ -93,7 +177,9 @@ RectificationResidual::Basis RectificationResidual::basis(const Vector2<double>&
 }
 
 Vector2<double> RectificationResidual::right_position(const StereoPoint& z) const {
-  return Vector2<double>(z.x() - z.z(), z.y()) + coefficients_ * basis(z.head<2>());
+  Vector2<double> right_px = Vector2<double>(z.x() - z.z(), z.y()) + coefficients_ * basis(z.head<2>());
+  if (is_displaced_) right_px += ImageDisplacement::basis(right_px, camera_) * displacement_;
+  return right_px;
 }
 
 Vector2<double> RectificationResidual::rms_offset_px() const {
@@ -103,7 +189,14 @@ Vector2<double> RectificationResidual::rms_offset_px() const {
 
 StereoMeasurement RectificationResidual::measure(const Vector2<double>& left_px,
                                                  const Vector2<double>& right_px) const {
-  const Vector2<double> difference = left_px - right_px + coefficients_ * basis(left_px);
+  Vector2<double> difference = left_px - right_px + coefficients_ * basis(left_px);
+  if (is_displaced_) {
+    // The basis is that of the undisplaced position: the inverse of right_position(), to first order of what
+    // is left.
+    const Vector2<double> undisplaced_px =
+        right_px - ImageDisplacement::basis(right_px, camera_) * displacement_;
+    difference += ImageDisplacement::basis(undisplaced_px, camera_) * displacement_;
+  }
   return {{left_px.x(), left_px.y(), difference.x()}, difference.y()};
 }
 
@@ -166,54 +259,46 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   return add_motion(constraints, T_first_second, kConfidence);
 }
 
+RectificationEffect RectificationEstimator::add_motion_of_vibrating_rig(
+    std::span<const BiasConstraint> constraints, const Pose& T_first_second,
+    const ImageDisplacement::Covariance& displacement_covariance) {
+  const RectificationEffect effect = add_motion(constraints, T_first_second, kConfidence, true);
+  const auto terms = terms_of_displacement(camera_);
+  disparity_.diffuse(terms * displacement_covariance * terms.transpose());
+  return effect;
+}
+
 RectificationEffect RectificationEstimator::consider_motion(std::span<const BiasConstraint> constraints,
                                                             const Pose& T_first_second) {
   return add_motion(constraints, T_first_second, 0.0);
 }
 
 RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
-                                                       const Pose& T_first_second, double confidence) {
+                                                       const Pose& T_first_second, double confidence,
+                                                       bool vibrates) {
   noticed_turn_ = false;
   constexpr std::size_t kMinConstraints = 30;
   if (constraints.size() < kMinConstraints) return {};
-  Matrix6<double> pose_pose = Matrix6<double>::Zero();
-  using PoseByBias = Eigen::Matrix<double, 6, RectificationResidual::kTerms>;
-  PoseByBias pose_bias = PoseByBias::Zero(), pose_second = PoseByBias::Zero();
-  Information bias_bias = Information::Zero();
-  Vector6<double> pose_vector = Vector6<double>::Zero();
-  Basis bias_vector = Basis::Zero();
+  MotionEquations sums;
   const RectificationResidual residual = current();
-  const Basis applied = residual.coefficients().row(0);
-  for (const auto& c : constraints) {
-    Eigen::Matrix<double, 3, RectificationResidual::kTerms> D =
-        -c.J_disparity * residual.basis(c.first_px).transpose();
-    const Basis second = residual.basis(c.second_px);
-    D.row(2) += second.transpose();
-    const double distance2 = c.innovation.dot(c.S_inverse * c.innovation);
-    const Matrix3<double> W = c.S_inverse / (1.0 + distance2 / kCauchyScale2);
-    // innovation - J_pose xi + D (bias - applied) should vanish
-    const Vector3<double> e = c.innovation - D * applied;
-    pose_pose += c.J_pose.transpose() * W * c.J_pose;
-    pose_bias -= c.J_pose.transpose() * W * D;
-    pose_second -= c.J_pose.transpose() * W.col(2) * second.transpose();
-    bias_bias += D.transpose() * W * D;
-    pose_vector += c.J_pose.transpose() * W * e;
-    bias_vector -= D.transpose() * W * e;
-  }
-  const Eigen::LDLT<Matrix6<double>> factor(pose_pose);
+  for (const auto& c : constraints) sums.add(c, residual, vibrates ? &camera_ : nullptr);
+  if (vibrates) sums.eliminate_displacement();
+  const Eigen::LDLT<Matrix6<double>> factor(sums.pose_pose);
   constexpr double kMinReciprocalCondition = 1e-12;  // below, the motion itself is not known
   if (factor.info() != Eigen::Success || !factor.isPositive() || !(factor.rcond() > kMinReciprocalCondition))
     return {};
-  const PoseByBias pose_derivative = factor.solve(pose_bias);
+  const MotionEquations::PoseByBias pose_derivative = factor.solve(sums.pose_bias);
   RectificationEffect effect{
-      .applied = applied,
+      .applied = coefficients_.row(0),
       .derivative = -pose_derivative,
-      .derivative_by_second = -factor.solve(pose_second),
+      .derivative_by_second = -factor.solve(sums.pose_second),
+      .vibrates = vibrates,
       .motion = motions_++,
-      .evidence = {confidence * (bias_bias - pose_bias.transpose() * pose_derivative),
-                   confidence * (bias_vector - pose_derivative.transpose() * pose_vector)}};
+      .evidence = {confidence * (sums.bias_bias - sums.pose_bias.transpose() * pose_derivative),
+                   confidence * (sums.bias_vector - pose_derivative.transpose() * sums.pose_vector)}};
   effect.covariance = covariance_of(effect);
-  noticed_turn_ = disparity_.add(effect.evidence);
+  noticed_turn_ = !vibrates && disparity_.add(effect.evidence);
+  if (vibrates) disparity_.add_without_turn(effect.evidence);
   const Vector3<double> path_m = T_first_second.inverse().translation();
   length_derivative_m2_ += pose_derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
@@ -289,6 +374,11 @@ RectificationResidual::Basis RectificationEstimator::scale_derivative() const {
 /// The prior of the disparity offset follows the row offset.
 void RectificationEstimator::expect_disparity_offset() {
   disparity_.expect(std::hypot(kExactSigma_px, kDisparityPerRow * current().rms_offset_px().y()));
+}
+
+void RectificationEstimator::shift(const ImageDisplacement::Coefficients& displacement) {
+  disparity_.shift(terms_of_displacement(camera_) * displacement);
+  rows_.vector += rows_.information * row_terms_of_displacement(camera_) * displacement;
 }
 
 void RectificationEstimator::advance() {

@@ -10,6 +10,7 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/disparity_offset.hpp"
+#include "stereo_slam/frontend/image_displacement.hpp"
 #include "stereo_slam/frontend/stereo_measurement.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -22,7 +23,8 @@ namespace stereo_slam {
 /// where (x, y) is the left position relative to the principal point in half image sizes, so that a
 /// coefficient is an offset in pixels at the border. The offset is zero for a perfect calibration; small
 /// errors of the relative rotation or of the lens model cause it. An offset of a fraction of a pixel in u
-/// changes the length of the estimated path by several per cent.
+/// changes the length of the estimated path by several per cent. The right image of a single frame may be
+/// displaced in addition.
 class RectificationResidual {
  public:
   static constexpr int kTerms = DisparityOffset::kTerms;
@@ -38,6 +40,15 @@ class RectificationResidual {
   [[nodiscard]] Basis basis(const Vector2<double>& left_px) const;
   [[nodiscard]] const Coefficients& coefficients() const noexcept { return coefficients_; }
 
+  /// The same for a frame whose right image is displaced in addition.
+  [[nodiscard]] RectificationResidual displaced(const ImageDisplacement::Coefficients& displacement) const {
+    RectificationResidual result = *this;
+    result.displacement_ = displacement;
+    result.is_displaced_ = !displacement.isZero(0.0);
+    return result;
+  }
+  [[nodiscard]] const ImageDisplacement::Coefficients& displacement() const noexcept { return displacement_; }
+
   /// Position of the point in the right image, px.
   [[nodiscard]] Vector2<double> right_position(const StereoPoint& z) const;
 
@@ -51,6 +62,8 @@ class RectificationResidual {
  private:
   StereoCamera camera_;
   Coefficients coefficients_ = Coefficients::Zero();
+  ImageDisplacement::Coefficients displacement_ = ImageDisplacement::Coefficients::Zero();
+  bool is_displaced_ = false;
 };
 
 /// A point measured in two stereo frames, linearised at the relative pose.
@@ -60,6 +73,7 @@ struct BiasConstraint {
   Eigen::Matrix<double, 3, 6> J_pose;   ///< d prediction / d relative pose
   Vector3<double> J_disparity;          ///< d prediction / d first disparity
   Vector2<double> first_px, second_px;  ///< positions in the two left images
+  double second_disparity_px = 0.0;
 };
 
 /// How a measured motion depends on the disparity offset. Motions are perturbed on the right, in rad and m.
@@ -73,6 +87,7 @@ struct RectificationEffect {
   /// d motion / d coefficients of the second frame alone, if the right camera turns in between
   Eigen::Matrix<double, 6, RectificationResidual::kTerms> derivative_by_second =
       Eigen::Matrix<double, 6, RectificationResidual::kTerms>::Zero();
+  bool vibrates = false;               ///< the right camera did: these coefficients held for this motion only
   std::size_t motion = 0;              ///< how many were measured before
   DisparityOffset::Evidence evidence;  ///< what it shows of the coefficients
   Matrix6<double> covariance =
@@ -126,6 +141,13 @@ class RectificationEstimator {
   /// 30 or do not determine the motion.
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second);
 
+  /// As add_motion() of a rig that vibrates: the right image of the second frame was displaced against that
+  /// of the first by what the points show, up to `displacement_covariance`. The coefficients are from then on
+  /// those of the second frame.
+  RectificationEffect add_motion_of_vibrating_rig(
+      std::span<const BiasConstraint> constraints, const Pose& T_first_second,
+      const ImageDisplacement::Covariance& displacement_covariance);
+
   /// As add_motion(), but the points teach nothing about the disparity offset: only what its uncertainty
   /// means for this motion and for the scale is counted. For points that are measured too roughly to teach,
   /// or too briefly.
@@ -170,6 +192,9 @@ class RectificationEstimator {
   /// before the first motion.
   [[nodiscard]] double scale_sigma() const;
 
+  /// Adds a displacement that the right image will keep.
+  void shift(const ImageDisplacement::Coefficients& displacement);
+
   /// Makes current() the mean of everything added so far. Earlier measurements used the former current() and
   /// have to be repeated.
   void advance();
@@ -181,7 +206,7 @@ class RectificationEstimator {
   using MotionDerivative = Eigen::Matrix<double, 6, RectificationResidual::kTerms>;
 
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second,
-                                 double confidence);
+                                 double confidence, bool vibrates = false);
   void expect_disparity_offset();
   [[nodiscard]] Basis scale_derivative() const;
   [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect,

@@ -17,6 +17,7 @@ struct PreviousFrame {
   StereoPyramid before;      ///< pyramids of the frame before, whose memory the next frame reuses
   std::size_t position = 0;  ///< in the trajectory
   bool lost = false;         ///< its pose was only predicted
+  std::size_t matches = 0;   ///< landmarks that were found in it
 
   /// Whether a frame has a bit-identical left image, such as a camera that hangs delivers.
   [[nodiscard]] bool repeated_by(const StereoFrame& frame) const;

@@ -55,7 +55,7 @@ std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const RectificationEstim
   std::vector<KeyframeLink> changed;
   for (std::size_t id = 1; id < keyframes_.size(); ++id) {
     auto& [frame, T_previous_keyframe, T_world_keyframe, effect, position, measured] = keyframes_[id];
-    if (effect.derivative.isZero(0.0)) continue;
+    if (effect.derivative.isZero(0.0) || effect.vibrates) continue;
     T_previous_keyframe.pose =
         T_previous_keyframe.pose.boxplus(rectification.change_of(effect)).renormalized();
     T_previous_keyframe.covariance += rectification.nonlinearity_of(effect) - effect.covariance;

@@ -13,6 +13,12 @@ RightCamera RightCamera::resumed(const StereoCamera& camera, const OnlineRectifi
   return right;
 }
 
+void RightCamera::take(const RightImageState& image, const std::optional<DisplacementEstimate>& left) {
+  image_ = image;
+  if (!image.displacement.isZero(0.0) && !vibration_.present()) vibration_.begin();
+  if (left) vibration_.add(image.displacement + left->change);
+}
+
 bool RightCamera::relearn_rows(const StereoFrame& frame) {
   return learns_ && rectification_.relearn_rows(match_corners(frame.left, frame.right));
 }
@@ -20,22 +26,32 @@ bool RightCamera::relearn_rows(const StereoFrame& frame) {
 bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
   unmeasured_frames_ = unmeasured ? unmeasured_frames_ + 1 : 0;
   if (unmeasured_frames_ % kRelearnInterval != kFirstRelearn || !relearn_rows(frame)) return false;
-  monitor_.distrust();
+  image_.monitor.distrust();
   return true;
 }
 
 RectificationEffect RightCamera::refine(const std::vector<Match>& matches, const MapView& map,
                                         const Pose& T_keyframe_camera, const OdometryResult& odometry) {
+  came_to_rest_ = false;
   if (!learns_) return {};
+  const auto constraints = bias_constraints(matches, map, T_keyframe_camera);
   RectificationEffect effect =
-      rectification_.add_motion(bias_constraints(matches, map, T_keyframe_camera), T_keyframe_camera);
+      vibration_.present()
+          ? rectification_.add_motion_of_vibrating_rig(constraints, T_keyframe_camera, image_.covariance)
+          : rectification_.add_motion(constraints, T_keyframe_camera);
   if (effect.derivative.isZero(0.0)) {
     const Pose& T_previous_current = odometry.T_previous_current.pose;
     effect = rectification_.consider_motion(bias_constraints(odometry.inliers, T_previous_current, camera_),
                                             T_previous_current);
   }
+  if (const auto rest = vibration_.rest()) {
+    rectification_.shift(*rest);
+    image_.displacement -= *rest;
+    vibration_ = {};
+    came_to_rest_ = true;
+  }
   rectification_.advance();
-  if (rectification_.noticed_turn()) monitor_.distrust();
+  if (rectification_.noticed_turn()) image_.monitor.distrust();
   return effect;
 }
 

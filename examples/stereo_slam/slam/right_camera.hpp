@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,11 +13,24 @@
 #include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/odometry/displacement_estimation.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/right_image_monitor.hpp"
+#include "stereo_slam/slam/vibration.hpp"
 
 namespace stereo_slam {
+
+/// The right image of a frame: whether it fits the left one, as far as the frame was measured, and its
+/// displacement besides the error of the rectification.
+struct RightImageState {
+  RightImageMonitor monitor;
+  ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();  ///< px
+  ImageDisplacement::Covariance covariance = ImageDisplacement::Covariance::Zero();        ///< of it, px^2
+
+  /// Whether it is left out, judged by the points searched so far.
+  [[nodiscard]] bool is_ignored() const { return monitor.judgement() == RightImage::kIgnored; }
+};
 
 /// What is known of the right camera besides its calibration: the rectification error, which is learned while
 /// driving, and whether the right image of a frame fits the left one.
@@ -34,20 +48,38 @@ class RightCamera {
 
   [[nodiscard]] const StereoCamera& camera() const noexcept { return camera_; }
   [[nodiscard]] const RectificationEstimator& rectification() const noexcept { return rectification_; }
-  [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
-    return {frame, camera_, rectification_.current(), !is_ignored()};
+  [[nodiscard]] StereoView view_of(const StereoFrame& frame) const { return view_of(frame, image_); }
+  [[nodiscard]] StereoView view_of(const StereoFrame& frame, const RightImageState& image) const {
+    return {frame, camera_, geometry(image), !image.is_ignored()};
+  }
+  /// How the right image of the frame is seen with its displacement.
+  [[nodiscard]] RectificationResidual geometry() const { return geometry(image_); }
+  [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const {
+    return rectification_.current().displaced(image.displacement);
   }
   /// Whether the right image of the frame is left out, judged by the points searched so far.
-  [[nodiscard]] bool is_ignored() const { return judgement() == RightImage::kIgnored; }
+  [[nodiscard]] bool is_ignored() const { return image_.is_ignored(); }
   /// Whether the points of the frame fit, or nothing is known: see RightImageMonitor.
-  [[nodiscard]] bool fits() const { return monitor_.fits(); }
-  [[nodiscard]] RightImage judgement() const { return monitor_.judgement(); }
+  [[nodiscard]] bool fits() const { return image_.monitor.fits(); }
+  [[nodiscard]] RightImage judgement() const { return image_.monitor.judgement(); }
+  [[nodiscard]] const Vibration& vibration() const noexcept { return vibration_; }
 
   // Measurements of a frame.
 
-  void begin_frame(bool has_right) { monitor_.begin_frame(has_right); }
-  /// Adds points that were searched in both images.
-  void add_fit(const RightImageFit& fit) { monitor_.add(fit); }
+  /// The right image of the next frame, about which nothing is known yet.
+  [[nodiscard]] RightImageState next_image(bool has_right) const {
+    RightImageState next{image_.monitor};
+    next.monitor.begin_frame(has_right);
+    return next;
+  }
+  /// Takes the right image of a frame as it was measured, and learns from its displacement how the rig
+  /// vibrates; `left` is what the landmarks show of it besides.
+  void take(const RightImageState& image, const std::optional<DisplacementEstimate>& left);
+  /// Corrects the displacement of the frame by what the landmarks show.
+  void displace(const DisplacementEstimate& left) {
+    image_.displacement += left.change;
+    image_.covariance = left.covariance;
+  }
   /// Adds stereo matches of a frame, measured as view_of() says: they observe the row offsets.
   void add_rows(std::span<const StereoMeasurement> matches) {
     if (learns_) rectification_.add_rows(matches);
@@ -69,7 +101,7 @@ class RightCamera {
   RectificationEffect refine(const std::vector<Match>& matches, const MapView& map,
                              const Pose& T_keyframe_camera, const OdometryResult& odometry);
   /// Whether the last motion showed that the right camera has turned.
-  [[nodiscard]] bool noticed_turn() const noexcept { return rectification_.noticed_turn(); }
+  [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
   /// Horizontal displacement of the right image at the principal point, which row offsets cannot reveal; zero
   /// as long as the calibration seems right, px.
   [[nodiscard]] double displacement_px() const {
@@ -84,7 +116,9 @@ class RightCamera {
   StereoCamera camera_;
   bool learns_ = true;
   RectificationEstimator rectification_;
-  RightImageMonitor monitor_;
+  RightImageState image_;  // of the last frame
+  Vibration vibration_;
+  bool came_to_rest_ = false;  // at the last keyframe, after a displacement
   int unmeasured_frames_ = 0;  // in a row
 };
 

@@ -6,8 +6,6 @@
 
 #include "stereo_slam/frontend/equal_brightness.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
-#include "stereo_slam/tracking/association_trace.hpp"
-#include "stereo_slam/tracking/landmark_search.hpp"
 #include "stereo_slam/tracking/predict.hpp"
 #include "stereo_slam/tracking/update.hpp"
 
@@ -64,15 +62,13 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   return result;
 }
 
-/// The pose of a frame: system input, prediction, data association, update; if it is lost, relocalisation.
+/// The pose of a frame: measurements, update; if it is lost, relocalisation.
 TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, StageClock& clock) {
-  const auto odometry = measure_motion(images);  // u_k, eq. 11
-  clock.lap("odometry");
-  const auto prior = predict(odometry, images.frame.stamp_ns);  // eqs. 5-7
-  clock.lap("predict");
-  auto matches = find_landmarks(images, prior, odometry, trace);  // Alg. 3
-  clock.lap("associate");
-  auto tracked = update(prior, odometry, std::move(matches));  // eq. 13
+  FrameMeasurement measured = measure(images, trace, clock);
+  right_camera_.take(measured.right, measured.displacement_left);
+  tracks_ = std::move(measured.tracks);
+  local_map_.predict_correlation(measured.odometry.T_previous_current.pose);
+  auto tracked = update(std::move(measured));  // eq. 13
   clock.lap("update");
   if (!right_camera_.is_ignored() && (previous_.lost || !tracked.measured())) {
     tracked.use_keyframe(relocalise(images, tracked.prior));
@@ -81,58 +77,35 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
   return tracked;
 }
 
-OdometryResult Slam::measure_motion(const FrameImages& images) {
-  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
-  const ExpectedMotion expected = motion_.expected_until(images.frame.stamp_ns);
-  OdometryResult odometry =
-      odometry_from_tracks(tracks_, pyramids, right_camera_.view_of(images.frame), expected, settings_);
-  right_camera_.begin_frame(images.frame.has_right());
-  right_camera_.add_fit(odometry.right_image);
-  if (!right_camera_.is_ignored()) return odometry;
-  OdometryResult unmeasured;  // without disparities there is no length
-  unmeasured.T_previous_current.pose = expected.T_previous_current;
-  return unmeasured;
+/// Takes the displacement of the right image that the landmarks show, and returns the covariance that its
+/// uncertainty adds to a pose that they measure.
+Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
+  if (!measured.displacement_left || !right_camera_.vibration().present()) return Matrix6<double>::Zero();
+  const RectificationResidual before = right_camera_.geometry();
+  right_camera_.displace(*measured.displacement_left);
+  const RectificationResidual after = right_camera_.geometry();
+  tracks_.remeasure(before, after);
+  for (auto& match : measured.matches)
+    match.z = after.measure(match.z.head<2>(), before.right_position(match.z)).z;
+  return measured.displacement_left->pose_covariance();
 }
 
-PoseDensity Slam::predict(const OdometryResult& odometry, std::int64_t stamp_ns) {
-  local_map_.predict_correlation(odometry.T_previous_current.pose);
-  return predict_pose(posterior_, odometry.T_previous_current, odometry.valid, settings_.motion,
-                      motion_.unseen_until(stamp_ns));
-}
-
-std::vector<Match> Slam::find_landmarks(const FrameImages& images, const PoseDensity& prior,
-                                        const OdometryResult& odometry, AssociationTrace* trace) {
-  const PoseGaussian expected = to_pose_gaussian(prior);
-  const MapView map = local_map_.view();
-  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
-  const Pose T_keyframe_previous = posterior_.pose();
-  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous, settings_);
-  const auto find = [&] {
-    return search.align_patches(expected, right_camera_.view_of(images.frame), odometry.valid);
-  };
-  Association association = find();
-  if (!previous_.lost) {  // else the predicted pose may be wrong: missing landmarks tell nothing of the image
-    right_camera_.add_fit(association.right_image);
-    const bool searched_right = association.right_image.in_left > 0;
-    if (searched_right && right_camera_.is_ignored()) association = find();
-  }
-  if (trace) {
-    if (association.flow.empty()) search.observe(association);
-    *trace = trace_association(association, positions(odometry.inliers), settings_.association);
-  }
-  return association.matches;
-}
-
-TrackedPose Slam::update(const PoseDensity& prior, const OdometryResult& odometry,
-                         std::vector<Match> matches) {
+TrackedPose Slam::update(FrameMeasurement measured) {
+  const PoseDensity& prior = measured.prior;
+  const Matrix6<double> by_displacement = correct_displacement(measured);
   PoseUpdate update{.posterior = prior};
   if (usual_basis() == PoseBasis::kLandmarks)
-    update = update_pose(prior, matches, local_map_.view(), settings_.update);
+    update = update_pose(prior, measured.matches, local_map_.view(), settings_.update);
   const bool left_alone = right_camera_.is_ignored();
   if (left_alone && jumps(prior.pose(), update.posterior.pose())) update = {.posterior = prior};
   local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used);
   if (left_alone) update.nis_dof -= static_cast<int>(update.used.size());  // they have no disparity
-  return TrackedPose::updated(prior, odometry, std::move(matches), update);
+  if (update.converged && !by_displacement.isZero(0.0)) {
+    PoseGaussian posterior = to_pose_gaussian(update.posterior);
+    posterior.covariance += by_displacement;
+    update.posterior = antipode::to_bingham_gaussian(posterior);
+  }
+  return TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
 }
 
 /// Whether a measured position is more than half a baseline from the predicted one. If the right images are
@@ -230,6 +203,7 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
     tracks_.replenish(right_camera_.view_of(images.frame), images.corners, landmarks_px, settings_);
   }
   previous_.replace(images.pyramids, path_.frames(), result.status == TrackingStatus::kLost);
+  previous_.matches = matches.size();
 }
 
 /// Whether a pose can be measured in the images that the frame has. Without a right one, it can in the

@@ -18,6 +18,7 @@
 #include "stereo_slam/odometry/point_tracks.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
+#include "stereo_slam/slam/frame_measurement.hpp"
 #include "stereo_slam/slam/judgement.hpp"
 #include "stereo_slam/slam/motion_model.hpp"
 #include "stereo_slam/slam/noise_scale.hpp"
@@ -88,12 +89,17 @@ class Slam final : public SlamSystem {
 
   // The steps of process(), and their parts.
   [[nodiscard]] TrackedPose track(const FrameImages& images, AssociationTrace* trace, StageClock& clock);
-  [[nodiscard]] OdometryResult measure_motion(const FrameImages& images);
-  [[nodiscard]] PoseDensity predict(const OdometryResult& odometry, std::int64_t stamp_ns);
-  [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseDensity& prior,
-                                                  const OdometryResult& odometry, AssociationTrace* trace);
-  [[nodiscard]] TrackedPose update(const PoseDensity& prior, const OdometryResult& odometry,
-                                   std::vector<Match> matches);
+  [[nodiscard]] FrameMeasurement measure(const FrameImages& images, AssociationTrace* trace,
+                                         StageClock& clock) const;
+  [[nodiscard]] FrameMeasurement measure(const FrameImages& images,
+                                         const std::optional<DisplacementEstimate>& displacement,
+                                         AssociationTrace* trace, StageClock& clock) const;
+  [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
+  void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
+  void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
+  [[nodiscard]] std::optional<DisplacementEstimate> displacement_of(const FrameMeasurement& measured) const;
+  [[nodiscard]] Matrix6<double> correct_displacement(FrameMeasurement& measured);
+  [[nodiscard]] TrackedPose update(FrameMeasurement measured);
   [[nodiscard]] bool jumps(const Pose& predicted, const Pose& measured) const;
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images,
                                                       const PoseDensity& prior) const;

@@ -54,10 +54,10 @@ void Slam::begin_segment(const FrameImages& images, const TrackedPose& tracked) 
 /// matches with the last one.
 void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
                            const std::vector<Match>& matches, const OdometryResult& odometry) {
-  const RectificationResidual before = right_camera_.rectification().current();
+  const RectificationResidual before = right_camera_.geometry();
   const RectificationEffect effect =
       right_camera_.refine(matches, local_map_.view(), posterior_.pose(), odometry);
-  if (right_camera_.learns()) tracks_.remeasure(before, right_camera_.rectification().current());
+  if (right_camera_.learns()) tracks_.remeasure(before, right_camera_.geometry());
   T_previous_keyframe.covariance += effect.covariance;
   path_.add_keyframe(images.frame.index, T_previous_keyframe, effect);
   posterior_ = certain_pose();

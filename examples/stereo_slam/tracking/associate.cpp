@@ -111,7 +111,9 @@ class FeatureSearch {
                           innovation.dot(S.llt().solve(innovation)) <= kChi2_3_99;
     if (!coherent) return std::nullopt;
     const Matrix3<double> R = stereo_pixel_covariance(settings_.feature_sigma_px);
-    return FeatureMatch{Match{p.index, z, R, p, left->feature}, left->distance};
+    return FeatureMatch{
+        Match{.landmark = p.index, .z = z, .R = R, .predicted = p, .left_feature = left->feature},
+        left->distance};
   }
 
  private:

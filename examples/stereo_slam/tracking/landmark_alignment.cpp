@@ -64,6 +64,7 @@ struct PatchMeasurement {
     result.search.row_error_px = measured.row_error_px;
     if (std::abs(measured.row_error_px) > kMaxRowError_px || !(measured.z.z() > 0.0)) return result;
     result.match = match(predicted, measured.z, covariance(*left, *right));
+    if (result.match) result.match->row_error_px = measured.row_error_px;
     return result;
   }
 
@@ -86,7 +87,7 @@ struct PatchMeasurement {
     const Matrix3<double> S =
         predicted.landmark_part + predicted.pose_part + stereo_pixel_covariance(kGateSigma_px);
     if (innovation.dot(S.llt().solve(innovation)) > kChi2_3_99) return std::nullopt;
-    return Match{predicted.index, z, R, predicted, std::nullopt};
+    return Match{.landmark = predicted.index, .z = z, .R = R, .predicted = predicted};
   }
 
   [[nodiscard]] Matrix3<double> covariance(const PatchTemplate::Alignment& left,

@@ -63,6 +63,7 @@ struct Prediction {
   result.J_pose = pose_jacobian(point, T_keyframe_camera, camera);
   result.first_px = first.head<2>();
   result.second_px = second.head<2>();
+  result.second_disparity_px = second.z();
   return result;
 }
 

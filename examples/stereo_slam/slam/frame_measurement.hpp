@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/odometry/displacement_estimation.hpp"
+#include "stereo_slam/odometry/odometry.hpp"
+#include "stereo_slam/odometry/point_tracks.hpp"
+#include "stereo_slam/slam/right_camera.hpp"
+
+namespace stereo_slam {
+
+/// What the images of a frame show, seen with one displacement of the right image. Nothing of the SLAM's
+/// state has changed yet, so that a frame can be measured with another one.
+struct FrameMeasurement {
+  RightImageState right;
+  PointTracks tracks;  ///< the points of the odometry, followed into this frame
+  OdometryResult odometry;
+  PoseDensity prior;           ///< T_keyframe_camera, predicted
+  std::vector<Match> matches;  ///< landmarks found in this frame
+  /// What the landmarks show of the displacement besides that of `right`.
+  std::optional<DisplacementEstimate> displacement_left{};
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+// The part of the SLAM that measures a frame. It changes no state, so that a frame can be measured twice.
+#include <optional>
+#include <utility>
+
+#include "stereo_slam/core/symmetric_solve.hpp"
+#include "stereo_slam/odometry/displacement_search.hpp"
+#include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/tracking/association_trace.hpp"
+#include "stereo_slam/tracking/displacement_constraints.hpp"
+#include "stereo_slam/tracking/landmark_search.hpp"
+#include "stereo_slam/tracking/predict.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// Whether the right image of a frame may be displaced that was measured as if it were not, with
+/// `usual_matches` in the frame before.
+[[nodiscard]] bool may_be_displaced(const FrameMeasurement& measured, std::size_t usual_matches) {
+  constexpr double kSurprise_px = 0.5;  // three times the rms of rigid rigs; see Vibration
+  if (!measured.right.monitor.fits() || !measured.odometry.valid || !measured.displacement_left) return true;
+  if (2 * measured.matches.size() < usual_matches) return true;
+  return measured.displacement_left->change.head<3>().cwiseAbs().maxCoeff() > kSurprise_px;
+}
+
+/// Whether a frame fits better if its right image is displaced.
+[[nodiscard]] bool is_better(const FrameMeasurement& displaced, const FrameMeasurement& undisplaced) {
+  constexpr double kMore = 1.2;  // by chance as many landmarks may be found, or a few more
+  const auto fits = [](const FrameMeasurement& measured) {
+    return measured.right.monitor.fits() && !measured.right.is_ignored();
+  };
+  const auto matches = [](const FrameMeasurement& measured) {
+    return static_cast<double>(measured.matches.size());
+  };
+  if (!fits(displaced)) return false;
+  return !fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced);
+}
+
+}  // namespace
+
+/// Measures a frame, with the displacement of its right image if the rig vibrates, or if a displacement
+/// explains a frame in which too little is found otherwise.
+FrameMeasurement Slam::measure(const FrameImages& images, AssociationTrace* trace, StageClock& clock) const {
+  if (right_camera_.vibration().present()) return measure(images, displacement_in(images), trace, clock);
+  FrameMeasurement undisplaced = measure(images, std::nullopt, trace, clock);
+  if (!may_be_displaced(undisplaced, previous_.matches)) return undisplaced;
+  const auto displacement = displacement_in(images);
+  if (!displacement) return undisplaced;
+  FrameMeasurement displaced = measure(images, displacement, trace, clock);
+  return is_better(displaced, undisplaced) ? displaced : undisplaced;
+}
+
+/// The displacement of the right image, searched with the points of the odometry.
+std::optional<DisplacementEstimate> Slam::displacement_in(const FrameImages& images) const {
+  if (!right_camera_.learns() || !images.frame.has_right()) return std::nullopt;
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
+  const StereoView view = right_camera_.view_of(images.frame, right_camera_.next_image(true));
+  const Pose expected = motion_.expected_until(images.frame.stamp_ns).T_previous_current;
+  return search_displacement(tracks_, pyramids, view, expected, settings_.odometry);
+}
+
+/// System input, prediction, and data association with a displacement of the right image.
+FrameMeasurement Slam::measure(const FrameImages& images,
+                               const std::optional<DisplacementEstimate>& displacement,
+                               AssociationTrace* trace, StageClock& clock) const {
+  FrameMeasurement measured{.right = right_camera_.next_image(images.frame.has_right()),
+                            .tracks = tracks_,
+                            .odometry = {},
+                            .prior = posterior_,
+                            .matches = {}};
+  if (displacement) measured.right.displacement = displacement->change;
+  measure_motion(images, measured);  // u_k, eq. 11
+  if (displacement && measured.odometry.valid)
+    measured.odometry.T_previous_current.covariance += displacement->pose_covariance();
+  clock.lap("odometry");
+  measured.prior = predict_pose(posterior_, measured.odometry.T_previous_current, measured.odometry.valid,
+                                settings_.motion, motion_.unseen_until(images.frame.stamp_ns));  // eqs. 5-7
+  clock.lap("predict");
+  find_landmarks(images, measured, trace);  // Alg. 3
+  measured.displacement_left = displacement_of(measured);
+  clock.lap("associate");
+  return measured;
+}
+
+void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured) const {
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
+  const ExpectedMotion expected = motion_.expected_until(images.frame.stamp_ns);
+  const StereoView view = right_camera_.view_of(images.frame, measured.right);
+  measured.odometry = odometry_from_tracks(measured.tracks, pyramids, view, expected, settings_);
+  measured.right.monitor.add(measured.odometry.right_image);
+  if (!measured.right.is_ignored()) return;
+  measured.odometry = {};  // without disparities there is no length
+  measured.odometry.T_previous_current.pose = expected.T_previous_current;
+}
+
+void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
+                          AssociationTrace* trace) const {
+  const PoseGaussian expected = to_pose_gaussian(measured.prior);
+  const MapView map = local_map_.view();
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
+  const Pose T_keyframe_previous = posterior_.pose();
+  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous, settings_);
+  const auto find = [&] {
+    return search.align_patches(expected, right_camera_.view_of(images.frame, measured.right),
+                                measured.odometry.valid);
+  };
+  Association association = find();
+  if (!previous_.lost) {  // else the predicted pose may be wrong: missing landmarks tell nothing of the image
+    measured.right.monitor.add(association.right_image);
+    const bool searched_right = association.right_image.in_left > 0;
+    if (searched_right && measured.right.is_ignored()) association = find();
+  }
+  if (trace) {
+    if (association.flow.empty()) search.observe(association);
+    *trace = trace_association(association, positions(measured.odometry.inliers), settings_.association);
+  }
+  measured.matches = std::move(association.matches);
+}
+
+/// What the landmarks show of the displacement of the right image besides that they were measured with. That
+/// of a rig that does not vibrate is not known beforehand; it is only looked at.
+std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement& measured) const {
+  constexpr std::size_t kFewestMatches = 30;
+  constexpr std::size_t kEnoughToNotice = 40;  // they tell the displacement to .05 px
+  constexpr double kUnknown_px = 10.0;
+  if (!right_camera_.learns() || measured.right.is_ignored() || measured.matches.size() < kFewestMatches)
+    return std::nullopt;
+  const bool vibrates = right_camera_.vibration().present();
+  const PoseGaussian prior = to_pose_gaussian(measured.prior);
+  DisplacementPrior known{
+      .pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity()),
+      .mean = -measured.right.displacement,
+      .information = ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px)};
+  if (vibrates) known.information = right_camera_.vibration().information();
+  const auto geometry = right_camera_.geometry(measured.right);
+  return estimate_displacement(
+      displacement_constraints(measured.matches, local_map_.view(), geometry, prior.pose,
+                               vibrates ? measured.matches.size() : kEnoughToNotice),
+      known);
+}
+
+}  // namespace stereo_slam
