@@ -20,7 +20,7 @@ namespace stereo_slam {
 namespace {
 
 constexpr std::size_t kMostPoints = 120;  // more hardly improve the estimate
-constexpr std::size_t kFewestAgreeing = 30;
+constexpr std::size_t kFewestAgreeing = 15;
 constexpr int kHalfPatch_px = 5;   // of the patch that is searched
 const cv::Point kReach_px(14, 7);  // of the search: a vibration of 4 px reaches it once in 2000 frames
 constexpr double kLeastCorrelation = 0.8;  // of the patches

@@ -16,7 +16,7 @@ namespace stereo_slam {
 ///
 /// Optical flow finds the points in the left image. Around where their disparities put them in the right one,
 /// a window of several pixels is searched for the patch of the left image; the best place is refined to a
-/// fraction of a pixel. Nothing if fewer than 30 points agree, or fewer than half of those that were found.
+/// fraction of a pixel. Nothing if fewer than 15 points agree, or fewer than half of those that were found.
 [[nodiscard]] std::optional<DisplacementEstimate> search_displacement(const PointTracks& tracks,
                                                                       const ConsecutivePyramids& pyramids,
                                                                       const StereoView& view,

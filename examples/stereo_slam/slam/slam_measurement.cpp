@@ -131,7 +131,7 @@ std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement
       .pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity()),
       .mean = -measured.right.displacement,
       .information = ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px)};
-  if (vibrates) known.information = right_camera_.vibration().information();
+  if (vibrates) known.information = right_camera_.vibration().information(measured.right.displacement);
   const auto geometry = right_camera_.geometry(measured.right);
   return estimate_displacement(
       displacement_constraints(measured.matches, local_map_.view(), geometry, prior.pose,

@@ -33,7 +33,7 @@ class Vibration {
   /// Whether the displacements are larger than those that the errors of lenses leave to a rigid rig.
   [[nodiscard]] bool present() const noexcept { return present_; }
 
-  /// The displacement at which the right image has come to rest after it was displaced, if the last 30 frames
+  /// The displacement at which the right image has come to rest after it was displaced, if the last 60 frames
   /// agree on one: the right camera was turned, or moved.
   [[nodiscard]] std::optional<ImageDisplacement::Coefficients> rest() const {
     if (!present_ || last_.size() < kRest) return std::nullopt;
@@ -46,9 +46,14 @@ class Vibration {
     return mean;
   }
 
-  /// Information of the displacement of a frame before it is measured; its mean is zero.
-  [[nodiscard]] ImageDisplacement::Covariance information() const {
-    return (mean_square_.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
+  /// Information of the displacement of a frame besides what the landmarks of the frame show; its mean is
+  /// zero. The points of the odometry show it to be about `displacement`, which may be larger than any
+  /// before.
+  [[nodiscard]] ImageDisplacement::Covariance information(
+      const ImageDisplacement::Coefficients& displacement) const {
+    ImageDisplacement::Coefficients variance_px2 = mean_square_;
+    variance_px2.head<kSeen>() = variance_px2.head<kSeen>().cwiseMax(displacement.head<kSeen>().cwiseAbs2());
+    return (variance_px2.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
   }
 
  private:
@@ -58,7 +63,7 @@ class Vibration {
   static constexpr double kBegins_px2 = 0.25 * 0.25;
   static constexpr double kEnds_px2 = 0.2 * 0.2;
   static constexpr double kLeastVariance_px2 = 0.02 * 0.02;
-  static constexpr std::size_t kRest = 30;  // frames
+  static constexpr std::size_t kRest = 60;  // frames
   static constexpr int kWindow = 30;        // frames
   static constexpr int kPriorFrames = 10;   // the first frames do not decide alone
 

@@ -21,7 +21,7 @@ namespace {
 [[nodiscard]] const test::RenderedDrive& long_street() {
   static const test::RenderedDrive drive = [] {
     simulator::SimulationSettings settings;
-    settings.frames = 40;
+    settings.frames = 72;
     settings.camera = scaled(settings.camera, 0.5);
     return test::RenderedDrive(settings);
   }();

@@ -40,7 +40,7 @@ TEST_CASE("A right image that rests at another place has been turned", "[stereo_
   vibration.begin();
   ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();
   displacement[0] = 2.0;
-  for (int i = 0; i < 29; ++i) vibration.add(displacement);
+  for (int i = 0; i < 59; ++i) vibration.add(displacement);
   CHECK_FALSE(vibration.rest());
   vibration.add(displacement);
   REQUIRE(vibration.rest());
