@@ -44,8 +44,9 @@ FrameMeasurement Slam::measure(const FrameImages& images, AssociationTrace* trac
   if (right_camera_.vibration().present()) return measure(images, displacement_in(images), trace, clock);
   FrameMeasurement undisplaced = measure(images, std::nullopt, trace, clock);
   if (!may_be_displaced(undisplaced, previous_.matches)) return undisplaced;
+  constexpr int kEnoughToBegin = 30;  // fewer may agree by chance
   const auto displacement = displacement_in(images);
-  if (!displacement) return undisplaced;
+  if (!displacement || displacement->agreeing < kEnoughToBegin) return undisplaced;
   FrameMeasurement displaced = measure(images, displacement, trace, clock);
   return is_better(displaced, undisplaced) ? displaced : undisplaced;
 }
