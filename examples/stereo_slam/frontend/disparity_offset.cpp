@@ -105,6 +105,8 @@ void DisparityOffset::add_without_turn(const Evidence& motion) {
   recent_.clear();
 }
 
+void DisparityOffset::forget() { begin_again(forgotten(estimate())); }
+
 void DisparityOffset::shift(const Basis& change) {
   Evidence now = estimate();
   now.vector += now.information * change;

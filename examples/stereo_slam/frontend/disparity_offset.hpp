@@ -67,6 +67,10 @@ class DisparityOffset {
   /// Adds what a motion shows while the right camera vibrates: a turn is not searched.
   void add_without_turn(const Evidence& motion);
 
+  /// Forgets most of what is known of the errors that hardly show in the rows: the last motion was measured
+  /// without knowing that the right camera moves.
+  void forget();
+
   /// The coefficients have changed by this, px: a large error, from then on.
   void shift(const Basis& change);
 

@@ -192,6 +192,9 @@ class RectificationEstimator {
   /// before the first motion.
   [[nodiscard]] double scale_sigma() const;
 
+  /// Forgets most of the disparity offset: the right camera moves, and did so before that was known.
+  void forget_disparity_offset() { disparity_.forget(); }
+
   /// Adds a displacement that the right image will keep.
   void shift(const ImageDisplacement::Coefficients& displacement);
 

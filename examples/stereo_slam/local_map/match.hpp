@@ -16,7 +16,7 @@ struct Match {
   StereoPoint z = StereoPoint::Zero();          ///< its measurement
   Matrix3<double> R = Matrix3<double>::Zero();  ///< covariance of z, px^2
   PredictedLandmark predicted;                  ///< its prediction
-  std::optional<std::size_t> left_feature;      ///< index in the left image's features, if matched with one
+  std::optional<std::size_t> left_feature{};    ///< index in the left image's features, if matched with one
   double row_error_px = 0.0;                    ///< left minus right row, corrected; 0 without a right one
 };
 

@@ -15,8 +15,10 @@ RightCamera RightCamera::resumed(const StereoCamera& camera, const OnlineRectifi
 
 void RightCamera::take(const RightImageState& image, const std::optional<DisplacementEstimate>& left) {
   image_ = image;
-  if (!image.displacement.isZero(0.0) && !vibration_.present()) vibration_.begin();
+  const bool vibrated = vibration_.present();
+  if (!image.displacement.isZero(0.0) && !vibrated) vibration_.begin();
   if (left) vibration_.add(image.displacement + left->change);
+  if (!vibrated && vibration_.present()) rectification_.forget_disparity_offset();
 }
 
 bool RightCamera::relearn_rows(const StereoFrame& frame) {
