@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <string>
+#include <system_error>
 
 #include "stereo_slam/calibration/calibration_formats.hpp"
 #include "stereo_slam/calibration/lens_values.hpp"
@@ -14,7 +15,9 @@ namespace fs = std::filesystem;
 /// A file that another one names by a path relative to itself.
 [[nodiscard]] CalibrationText named_file(const YamlMap& root, const char* key) {
   const fs::path file = root.file().parent_path() / root.text({key});
-  if (!fs::is_regular_file(file)) fail(file, "missing; {} names it as {}", root.file().string(), key);
+  std::error_code unusable;  // a name that is too long, say
+  if (!fs::is_regular_file(file, unusable))
+    fail(file, "missing; {} names it as {}", root.file().string(), key);
   return load_calibration_text(file);
 }
 

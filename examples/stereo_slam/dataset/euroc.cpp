@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -53,10 +54,11 @@ std::size_t name_column(const std::vector<std::string_view>& fields) {
 fs::path image_at(const fs::path& camera, std::string name) {
   std::ranges::replace(name, '\\', '/');
   const fs::path usual = camera / "data" / name;
-  if (!fs::path(name).has_parent_path() || fs::is_regular_file(usual)) return usual;
+  std::error_code unusable;  // a name that is too long, say
+  if (!fs::path(name).has_parent_path() || fs::is_regular_file(usual, unusable)) return usual;
   const fs::path mav = camera.parent_path();
   for (const auto& base : {camera, mav, mav.parent_path()}) {
-    if (fs::is_regular_file(base / name)) return base / name;
+    if (fs::is_regular_file(base / name, unusable)) return base / name;
   }
   return camera / "data" / fs::path(name).filename();
 }
