@@ -127,8 +127,8 @@ TEST_CASE("Settings of VINS-Fusion name the files of both cameras", "[calibratio
                    Catch::Contains("must be PINHOLE or KANNALA_BRANDT"));
     fs::remove(folder / "cam1.yaml");
     CHECK_THAT(message_of([&] { (void)read_calibration(file); }), Catch::Contains("cam1.yaml: missing; "));
-    CHECK_THAT(error_in(file, replaced(text, "cam1.yaml", std::string(300, 'x'))),
-               Catch::Contains("xxx: missing; "));  // no file can have such a name
+    write_text(file, replaced(text, "cam1.yaml", std::string(300, 'x')));  // no file can have such a name
+    CHECK_THAT(message_of([&] { (void)read_calibration(file); }), Catch::Contains("xxx: missing; "));
   }
 }
 
