@@ -105,7 +105,11 @@ void DisparityOffset::add_without_turn(const Evidence& motion) {
   recent_.clear();
 }
 
-void DisparityOffset::forget() { begin_again(forgotten(estimate())); }
+void DisparityOffset::forget() {
+  const Evidence before = estimate();
+  periods_.push_back({motions_, before, Basis::Zero()});
+  begin_again(forgotten(before));
+}
 
 void DisparityOffset::shift(const Basis& change) {
   Evidence now = estimate();

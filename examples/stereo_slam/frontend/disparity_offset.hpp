@@ -68,7 +68,7 @@ class DisparityOffset {
   void add_without_turn(const Evidence& motion);
 
   /// Forgets most of what is known of the errors that hardly show in the rows: the last motion was measured
-  /// without knowing that the right camera moves.
+  /// without knowing that the right camera moves. The motions so far keep the estimate of now.
   void forget();
 
   /// The coefficients have changed by this, px: a large error, from then on.

@@ -131,7 +131,8 @@ struct MotionInLeft {
   cv::Mat rotation, translation;
   std::vector<int> inliers;
   if (!cv::solvePnPRansac(previous, current, K, cv::noArray(), rotation, translation, false, kDraws,
-                          kMaxError_px, kConfidence, inliers)) {
+                          kMaxError_px, kConfidence, inliers) ||
+      !cv::checkRange(rotation) || !cv::checkRange(translation)) {
     return std::nullopt;
   }
   MotionInLeft result{antipode::pose_from_cv<double>(rotation, translation).inverse(), {}};

@@ -45,6 +45,7 @@ RectificationEffect RightCamera::refine(const std::vector<Match>& matches, const
     const Pose& T_previous_current = odometry.T_previous_current.pose;
     effect = rectification_.consider_motion(bias_constraints(odometry.inliers, T_previous_current, camera_),
                                             T_previous_current);
+    effect.vibrates = vibration_.present();
   }
   if (const auto rest = vibration_.rest()) {
     rectification_.shift(*rest);

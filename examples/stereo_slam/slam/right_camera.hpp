@@ -103,9 +103,11 @@ class RightCamera {
   /// Whether the last motion showed that the right camera has turned.
   [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
   /// Horizontal displacement of the right image at the principal point, which row offsets cannot reveal; zero
-  /// as long as the calibration seems right, px.
+  /// as long as the calibration seems right, and while the rig vibrates, px.
   [[nodiscard]] double displacement_px() const {
-    return rectification_.has_large_error() ? rectification_.current().coefficients()(0, 0) : 0.0;
+    return rectification_.has_large_error() && !vibration_.present()
+               ? rectification_.current().coefficients()(0, 0)
+               : 0.0;
   }
   [[nodiscard]] bool learns() const noexcept { return learns_; }
 

@@ -69,7 +69,10 @@ FrameMeasurement Slam::measure(const FrameImages& images,
                             .odometry = {},
                             .prior = posterior_,
                             .matches = {}};
-  if (displacement) measured.right.displacement = displacement->change;
+  if (displacement) {
+    measured.right.displacement = displacement->change;
+    measured.right.covariance = displacement->covariance;
+  }
   measure_motion(images, measured);  // u_k, eq. 11
   if (displacement && measured.odometry.valid)
     measured.odometry.T_previous_current.covariance += displacement->pose_covariance();

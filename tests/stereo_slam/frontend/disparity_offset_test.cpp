@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/disparity_offset.hpp"
 
+#include <cmath>
 #include <random>
+
+#include <Eigen/LU>
 
 #include "support/catch.hpp"
 
@@ -143,6 +146,40 @@ TEST_CASE("A resumed estimate does not learn a large error anew", "[stereo_slam]
   CHECK(resumed.estimate().mean().isApprox(estimate.estimate().mean()));
   CHECK_FALSE(drive(resumed, motions, offset(-5.0, 0.0), 20));
   CHECK(std::abs(resumed.estimate().mean()[0] + 5.0) < 0.1);
+}
+
+TEST_CASE("What motions showed before the right camera moved stays with them",
+          "[stereo_slam][rectification]") {
+  DisparityOffset estimate = exact_calibration();
+  Motions motions;
+  constexpr int kBefore = 60, kAfter = 40;
+  (void)drive(estimate, motions, offset(-5.0, 0.0), kBefore);
+  const Basis before = estimate.estimate().mean();
+  estimate.forget();
+  for (int i = 0; i < kAfter; ++i) estimate.add_without_turn(motions.next(offset(-4.0, 0.0)));
+  CHECK(std::abs(estimate.estimate().mean()[0] + 4.0) < 0.15);
+  const auto* period = estimate.period_of(kBefore - 1);
+  REQUIRE(period);
+  CHECK(period->estimate.mean().isApprox(before));
+  CHECK(period->turn_px.isZero(0.0));
+  CHECK_FALSE(estimate.period_of(kBefore));
+}
+
+TEST_CASE("A shift moves the estimate, and diffusion widens it by its covariance",
+          "[stereo_slam][rectification]") {
+  DisparityOffset estimate = exact_calibration();
+  Motions motions;
+  (void)drive(estimate, motions, offset(-5.0, 0.0), 60);
+  const Basis before = estimate.estimate().mean();
+  estimate.shift(offset(2.0, 0.5));
+  CHECK((estimate.estimate().mean() - before - offset(2.0, 0.5)).norm() < 1e-6);
+  const auto everything = [&] {
+    return DisparityOffset::Information(estimate.everything().information.inverse());
+  };
+  const DisparityOffset::Information narrow = everything();
+  const DisparityOffset::Information added = 0.01 * DisparityOffset::Information::Identity();
+  estimate.diffuse(added);
+  CHECK((everything() - narrow - added).norm() < 1e-6);
 }
 
 }  // namespace
