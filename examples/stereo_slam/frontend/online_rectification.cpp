@@ -82,31 +82,22 @@ struct RowFit {
   return fit;
 }
 
-/// The coefficients of a disparity offset that a displacement amounts to.
-[[nodiscard]] Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>
-terms_of_displacement(const StereoCamera& camera) {
-  const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
-  Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms> terms =
-      Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>::Zero();
-  terms(0, 0) = 1.0;
-  terms(2, 2) = -y;
-  terms(3, 3) = x * x;
-  terms(4, 4) = x * y;
-  return terms;
-}
+/// The coefficients of an offset that a displacement amounts to, in the disparities and in the rows.
+struct DisplacementTerms {
+  using Terms = Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>;
+  Terms disparity = Terms::Zero();
+  Terms rows = Terms::Zero();
 
-/// The coefficients of a row offset that a displacement amounts to.
-[[nodiscard]] Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>
-row_terms_of_displacement(const StereoCamera& camera) {
-  const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
-  Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms> terms =
-      Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>::Zero();
-  terms(0, 1) = 1.0;
-  terms(1, 2) = x;
-  terms(4, 3) = x * y;
-  terms(5, 4) = y * y;
-  return terms;
-}
+  explicit DisplacementTerms(const StereoCamera& camera) {
+    const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
+    disparity(0, 0) = rows(0, 1) = 1.0;
+    disparity(2, 2) = -y;
+    rows(1, 2) = x;
+    disparity(3, 3) = x * x;
+    rows(4, 3) = disparity(4, 4) = x * y;
+    rows(5, 4) = y * y;
+  }
+};
 
 /// Normal equations of a motion and of the coefficients of the disparity offset. If the rig vibrates, a
 /// displacement of the second right image against the first is a further unknown.
@@ -263,7 +254,7 @@ RectificationEffect RectificationEstimator::add_motion_of_vibrating_rig(
     std::span<const BiasConstraint> constraints, const Pose& T_first_second,
     const ImageDisplacement::Covariance& displacement_covariance) {
   const RectificationEffect effect = add_motion(constraints, T_first_second, kConfidence, true);
-  const auto terms = terms_of_displacement(camera_);
+  const auto terms = DisplacementTerms(camera_).disparity;
   disparity_.diffuse(terms * displacement_covariance * terms.transpose());
   return effect;
 }
@@ -377,8 +368,9 @@ void RectificationEstimator::expect_disparity_offset() {
 }
 
 void RectificationEstimator::shift(const ImageDisplacement::Coefficients& displacement) {
-  disparity_.shift(terms_of_displacement(camera_) * displacement);
-  rows_.vector += rows_.information * row_terms_of_displacement(camera_) * displacement;
+  const DisplacementTerms terms(camera_);
+  disparity_.shift(terms.disparity * displacement);
+  rows_.vector += rows_.information * terms.rows * displacement;
 }
 
 void RectificationEstimator::advance() {
