@@ -63,9 +63,9 @@ struct PointSearch {
   const Pose& T_previous_current;
   double texture;  // least texture of a patch
 
-  [[nodiscard]] std::optional<FoundPoint> find(const TrackedPoint& point,
+  [[nodiscard]] std::optional<FoundPoint> find(const StereoPlane& point,
                                                const Vector2<double>& left_px) const {
-    const auto seen = view_plane({point.z, point.disparity_slope}, T_previous_current, view.camera);
+    const auto seen = view_plane(point, T_previous_current, view.camera);
     const auto warp = seen ? right_warp(seen->plane.disparity_slope) : std::nullopt;
     const auto patch = warp ? PatchTemplate::extract(view.frame.left, left_px, *warp, texture) : std::nullopt;
     if (!patch) return std::nullopt;
@@ -78,13 +78,12 @@ struct PointSearch {
   }
 };
 
-[[nodiscard]] std::vector<FoundPoint> find_points(const PointTracks& tracks,
+[[nodiscard]] std::vector<FoundPoint> find_points(const std::vector<StereoPlane>& all,
                                                   const ConsecutivePyramids& pyramids, const StereoView& view,
                                                   const Pose& T_previous_current,
                                                   const OdometrySettings& settings) {
-  const auto& all = tracks.points();
   const std::size_t count = std::min(all.size(), kMostPoints);
-  std::vector<const TrackedPoint*> points;
+  std::vector<const StereoPlane*> points;
   std::vector<cv::Point2f> from, guess;
   for (std::size_t i = 0; i < count; ++i) {
     points.push_back(&all[i * all.size() / count]);
@@ -164,13 +163,13 @@ struct MotionInLeft {
 
 }  // namespace
 
-std::optional<DisplacementEstimate> search_displacement(const PointTracks& tracks,
+std::optional<DisplacementEstimate> search_displacement(const std::vector<StereoPlane>& previous,
                                                         const ConsecutivePyramids& pyramids,
                                                         const StereoView& view,
                                                         const Pose& expected_T_previous_current,
                                                         const OdometrySettings& settings) {
   constexpr int kLinearisations = 3;
-  const auto points = find_points(tracks, pyramids, view, expected_T_previous_current, settings);
+  const auto points = find_points(previous, pyramids, view, expected_T_previous_current, settings);
   if (points.size() < kFewestAgreeing) return std::nullopt;
   const auto in_left = motion_in_left(points, view.camera);
   if (!in_left) return std::nullopt;

@@ -10,6 +10,7 @@
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/plane_warp.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/local_map/reobserved_landmarks.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
@@ -94,6 +95,7 @@ class Slam final : public SlamSystem {
   [[nodiscard]] FrameMeasurement measure(const FrameImages& images,
                                          const std::optional<DisplacementEstimate>& displacement,
                                          AssociationTrace* trace, StageClock& clock) const;
+  [[nodiscard]] std::vector<StereoPlane> points_of_previous() const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "stereo_slam/core/symmetric_solve.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/odometry/displacement_search.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
@@ -51,13 +52,29 @@ FrameMeasurement Slam::measure(const FrameImages& images, AssociationTrace* trac
   return is_better(displaced, undisplaced) ? displaced : undisplaced;
 }
 
-/// The displacement of the right image, searched with the points of the odometry.
+/// The points of the odometry in the previous frame. If they are few, as after a frame without a right image,
+/// also the landmarks that were found there.
+std::vector<StereoPlane> Slam::points_of_previous() const {
+  constexpr std::size_t kFew = 60;
+  std::vector<StereoPlane> points;
+  for (const auto& point : tracks_.points()) points.push_back({point.z, point.disparity_slope});
+  if (points.size() >= kFew || previous_.lost) return points;
+  for (const auto& landmark : local_map_.landmarks()) {
+    if (landmark.last_seen + 1 != path_.frames()) continue;
+    const auto point = to_point(landmark, landmark.mean, right_camera_.camera());
+    const auto z = project(point, posterior_.pose(), right_camera_.camera());
+    if (z && z->z() > 0.0) points.push_back({*z, landmark.disparity_slope});
+  }
+  return points;
+}
+
+/// The displacement of the right image, searched with the points of the previous frame.
 std::optional<DisplacementEstimate> Slam::displacement_in(const FrameImages& images) const {
   if (!right_camera_.learns() || !images.frame.has_right()) return std::nullopt;
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const StereoView view = right_camera_.view_of(images.frame, right_camera_.next_image(true));
   const Pose expected = motion_.expected_until(images.frame.stamp_ns).T_previous_current;
-  return search_displacement(tracks_, pyramids, view, expected, settings_.odometry);
+  return search_displacement(points_of_previous(), pyramids, view, expected, settings_.odometry);
 }
 
 /// System input, prediction, and data association with a displacement of the right image.

@@ -111,6 +111,27 @@ TEST_CASE("A right camera that vibrates is measured in every frame", "[stereo_sl
   CHECK(relative_step_error(way, drive.truth.front().inverse() * drive.truth.back()) < 0.02);
 }
 
+TEST_CASE("Frames without a right image do not end the tracking of a rig that vibrates",
+          "[stereo_slam][slam][rectification]") {
+  const test::RenderedDrive& drive = long_street();
+  constexpr std::size_t kMissing = 20, kBack = 22;
+  std::mt19937_64 random(4);
+  std::uniform_int_distribution<int> columns(-3, 3);
+  Slam slam(drive.sequence.camera, Settings{});
+  for (std::size_t i = 0; i < kBack + 20; ++i) {
+    StereoFrame frame = load_frame(drive.sequence, i);
+    frame.right = moved(frame.right, i > 0 ? columns(random) : 0, 0);
+    const bool missing = i >= kMissing && i < kBack;
+    if (missing) {
+      frame.right.setTo(0);
+      frame.right_fault = "missing";
+    }
+    const auto result = slam.process(frame);
+    CAPTURE(i);
+    if (i > 0) CHECK(result.status == (missing ? TrackingStatus::kWeak : TrackingStatus::kOk));
+  }
+}
+
 TEST_CASE("Rows that are displaced from the start on are learned in the first frame",
           "[stereo_slam][slam][rectification]") {
   const test::RenderedDrive& drive = long_street();
