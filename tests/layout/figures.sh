@@ -17,7 +17,7 @@ if command -v ctags >/dev/null; then
   longest=$(../../tests/layout/function_sizes.sh --longest 1 "${algorithm[@]/#/examples/stereo_slam/}" | sed -n 2p)
   echo "longest function of the algorithm: $(awk '{ print $1 " lines, " $3 }' <<<"$longest")"
 fi
-errors='RectificationEstimator|RectificationResidual|RectificationEffect|DisparityOffset|RightImageMonitor|RightCamera'
+errors='RectificationEstimator|RectificationResidual|RectificationEffect|CameraErrors|RightImageMonitor|RightCamera'
 echo "files of the algorithm that know of the right camera's errors: $(grep -rlE "$errors" "${algorithm[@]}" | wc -l)"
 for folder in */; do
   folder=${folder%/}

@@ -246,6 +246,7 @@ void add_final_results(const SlamSystem& slam, RunRecord& record) {
   record.map_points = slam.map_points();
   record.loops = slam.loop_events();
   record.right_image_displacement_px = slam.right_image_displacement_px();
+  record.lens_error = slam.lens_error();
 }
 
 std::size_t bytes_per_keyframe(const SlamSystem& slam, const RunRecord& record) {
@@ -361,6 +362,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   header.frames_processed = record.results.size();
   header.unreadable = record.unreadable;
   header.weak_frames_by_reason = summary.weak_frames_by_reason;
+  header.lens_error = summary.lens_error;
   header.frame_cost = frame_cost(record);
   header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);

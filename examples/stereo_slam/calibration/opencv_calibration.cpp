@@ -107,7 +107,7 @@ void read_opencv_size(const OpenCvFile& file, Lens& lens) {
 
 /// The name of the distortion model: `distortion_model`, or another key that says it.
 [[nodiscard]] std::string read_opencv_model(const OpenCvFile& file) {
-  if (const std::string model = file.text("distortion_model"); !model.empty()) return model;
+  if (std::string model = file.text("distortion_model"); !model.empty()) return model;
   for (const char* key : {"fisheye_model", "fisheye", "use_fisheye", "is_fisheye", "isFisheye"}) {
     const std::string value = file.text(key);
     if (value == "1" || value == "true" || value == "True") return "fisheye";
@@ -115,7 +115,7 @@ void read_opencv_size(const OpenCvFile& file, Lens& lens) {
   }
   for (const char* key :
        {"model", "model_type", "camera_model", "camera_type", "lens_model", "projection_model"}) {
-    const std::string value = file.text(key);
+    std::string value = file.text(key);
     if (is_model_name(value)) return value;
   }
   return "";

@@ -128,6 +128,13 @@ static_assert(kWeakReasons.size() * sizeof(bool) == sizeof(WeakReasons), "every 
 /// rad and m.
 using PoseGaussian = antipode::PoseGaussian<double>;
 
+/// Radial distortion that is left in the rectified images, as learned while driving: an exact pinhole camera
+/// sees (X, Y) (1 + k1 r^2 + k2 r^4) where the images show (X, Y), in focal lengths.
+struct LensEstimate {
+  Vector2<double> k = Vector2<double>::Zero();      ///< k1, k2
+  Vector2<double> sigma = Vector2<double>::Zero();  ///< their standard deviations
+};
+
 /// Standard deviations of the errors that all frames share.
 struct CalibrationError {
   double scale_sigma = 0.0;       ///< relative, of all lengths

@@ -53,7 +53,7 @@ std::size_t name_column(const std::vector<std::string_view>& fields) {
 /// folder above, or be those of another computer, of which the last part counts.
 fs::path image_at(const fs::path& camera, std::string name) {
   std::ranges::replace(name, '\\', '/');
-  const fs::path usual = camera / "data" / name;
+  fs::path usual = camera / "data" / name;
   std::error_code unusable;  // a name that is too long, say
   if (!fs::path(name).has_parent_path() || fs::is_regular_file(usual, unusable)) return usual;
   const fs::path mav = camera.parent_path();

@@ -23,26 +23,10 @@ constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which 
 constexpr double kDisparityPerRow = 2.0;
 constexpr double kExactSigma_px = 0.03;  // of the disparity offset if there is no row offset
 
-/// Powers of x and y of the terms.
-constexpr std::array<std::array<int, 2>, RectificationResidual::kTerms> kPowers = {
-    {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}, {3, 0}, {2, 1}, {1, 2}, {0, 3}}};
-
-/// Mean square of an offset over the image, whose coordinates are uniform in [-1, 1].
-[[nodiscard]] double mean_square(const RectificationResidual::Basis& c) {
-  const auto mean = [](int power) { return power % 2 == 0 ? 1.0 / (power + 1) : 0.0; };
-  double sum = 0.0;
-  for (std::size_t i = 0; i < kPowers.size(); ++i) {
-    for (std::size_t j = 0; j < kPowers.size(); ++j) {
-      sum += c[static_cast<Eigen::Index>(i)] * c[static_cast<Eigen::Index>(j)] *
-             mean(kPowers[i][0] + kPowers[j][0]) * mean(kPowers[i][1] + kPowers[j][1]);
-    }
-  }
-  return sum;
-}
-
 /// Whether a change is too large for derivatives.
-[[nodiscard]] bool is_large(const RectificationResidual::Basis& change) {
-  return std::sqrt(mean_square(change)) >= DisparityOffset::kLargeChange_px;
+[[nodiscard]] bool is_large(const CameraErrors::Coefficients& change) {
+  return RectificationResidual::rms(change.head<RectificationResidual::kTerms>()) >=
+         CameraErrors::kLargeChange_px;
 }
 
 /// A displacement and a roll of the right image: offsets in the rows, of the terms 1 and x.
@@ -84,12 +68,13 @@ struct RowFit {
 
 /// The coefficients of an offset that a displacement amounts to, in the disparities and in the rows.
 struct DisplacementTerms {
-  using Terms = Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms>;
-  Terms disparity = Terms::Zero();
-  Terms rows = Terms::Zero();
+  Eigen::Matrix<double, CameraErrors::kTerms, ImageDisplacement::kTerms> disparity;
+  Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms> rows;
 
   explicit DisplacementTerms(const StereoCamera& camera) {
     const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
+    disparity.setZero();
+    rows.setZero();
     disparity(0, 0) = rows(0, 1) = 1.0;
     disparity(2, 2) = -y;
     rows(1, 2) = x;
@@ -99,19 +84,23 @@ struct DisplacementTerms {
   }
 };
 
-/// Normal equations of a motion and of the coefficients of the disparity offset. If the rig vibrates, a
-/// displacement of the second right image against the first is a further unknown.
+/// Normal equations of a motion and of the coefficients of the disparity offset and of the lens. If the rig
+/// vibrates, a displacement of the second right image against the first is a further unknown.
 struct MotionEquations {
-  static constexpr int kBias = RectificationResidual::kTerms;
+  static constexpr int kField = RectificationResidual::kTerms;
+  static constexpr int kLens = LensResidual::kTerms;
+  static constexpr int kBias = CameraErrors::kTerms;
   static constexpr int kDisplacement = ImageDisplacement::kTerms;
+  static_assert(kField + kLens == kBias);
   using PoseByBias = Eigen::Matrix<double, 6, kBias>;
+  using MeasurementByBias = Eigen::Matrix<double, 3, kBias>;
   static constexpr double kUnknown_px = 10.0;  // standard deviation of the displacement
 
   Matrix6<double> pose_pose = Matrix6<double>::Zero();
   PoseByBias pose_bias = PoseByBias::Zero(), pose_second = PoseByBias::Zero();
-  RectificationEstimate::Information bias_bias = RectificationEstimate::Information::Zero();
+  CameraErrors::Information bias_bias = CameraErrors::Information::Zero();
   Vector6<double> pose_vector = Vector6<double>::Zero();
-  RectificationResidual::Basis bias_vector = RectificationResidual::Basis::Zero();
+  CameraErrors::Coefficients bias_vector = CameraErrors::Coefficients::Zero();
 
   ImageDisplacement::Covariance displacement =
       ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px);
@@ -120,23 +109,36 @@ struct MotionEquations {
       Eigen::Matrix<double, kBias, kDisplacement>::Zero();
   ImageDisplacement::Coefficients displacement_vector = ImageDisplacement::Coefficients::Zero();
 
-  void add(const BiasConstraint& c, const RectificationResidual& residual, const StereoCamera* vibrating) {
-    const RectificationResidual::Basis applied = residual.coefficients().row(0);
-    Eigen::Matrix<double, 3, kBias> D = -c.J_disparity * residual.basis(c.first_px).transpose();
-    const RectificationResidual::Basis second = residual.basis(c.second_px);
-    D.row(2) += second.transpose();
+  /// d z / d coefficients of a measurement.
+  [[nodiscard]] static MeasurementByBias derivative_of(const StereoPoint& z,
+                                                       const RectificationResidual& residual) {
+    const Vector2<double> left_px = residual.left_position(z);
+    MeasurementByBias result = MeasurementByBias::Zero();
+    result.block<1, kField>(2, 0) = residual.basis(left_px).transpose();
+    const Vector2<double> right_px = residual.lens().in_image({z.x() - z.z(), z.y()});
+    result.block<2, kLens>(0, kField) = residual.lens().basis(left_px);
+    result.block<1, kLens>(2, kField) =
+        (residual.lens().basis(left_px) - residual.lens().basis(right_px)).row(0);
+    return result;
+  }
+
+  /// `applied` are the coefficients that the points were measured with.
+  void add(const BiasConstraint& c, const RectificationResidual& residual,
+           const CameraErrors::Coefficients& applied, const StereoCamera* vibrating) {
+    const MeasurementByBias second = derivative_of(c.second, residual);
+    const MeasurementByBias D = second - c.J_first * derivative_of(c.first, residual);
     const double distance2 = c.innovation.dot(c.S_inverse * c.innovation);
     const Matrix3<double> W = c.S_inverse / (1.0 + distance2 / kCauchyScale2);
     // innovation - J_pose xi + D (bias - applied) should vanish
     const Vector3<double> e = c.innovation - D * applied;
     pose_pose += c.J_pose.transpose() * W * c.J_pose;
     pose_bias -= c.J_pose.transpose() * W * D;
-    pose_second -= c.J_pose.transpose() * W.col(2) * second.transpose();
+    pose_second.leftCols<kField>() -= c.J_pose.transpose() * W * second.leftCols<kField>();
     bias_bias += D.transpose() * W * D;
     pose_vector += c.J_pose.transpose() * W * e;
     bias_vector -= D.transpose() * W * e;
     if (!vibrating) return;
-    const Vector2<double> right_px(c.second_px.x() - c.second_disparity_px, c.second_px.y());
+    const Vector2<double> right_px(c.second.x() - c.second.z(), c.second.y());
     const Eigen::Matrix<double, 1, kDisplacement> G = ImageDisplacement::basis(right_px, *vibrating).row(0);
     const Vector3<double> w = W.col(2);
     displacement += G.transpose() * W(2, 2) * G;
@@ -159,38 +161,6 @@ struct MotionEquations {
 
 }  // namespace
 
-RectificationResidual::Basis RectificationResidual::basis(const Vector2<double>& left_px) const {
-  const double x = 2.0 * (left_px.x() - camera_.cx) / camera_.width_px;
-  const double y = 2.0 * (left_px.y() - camera_.cy) / camera_.height_px;
-  Basis terms;
-  terms << 1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y;
-  return terms;
-}
-
-Vector2<double> RectificationResidual::right_position(const StereoPoint& z) const {
-  Vector2<double> right_px = Vector2<double>(z.x() - z.z(), z.y()) + coefficients_ * basis(z.head<2>());
-  if (is_displaced_) right_px += ImageDisplacement::basis(right_px, camera_) * displacement_;
-  return right_px;
-}
-
-Vector2<double> RectificationResidual::rms_offset_px() const {
-  return {std::sqrt(mean_square(coefficients_.row(0).transpose())),
-          std::sqrt(mean_square(coefficients_.row(1).transpose()))};
-}
-
-StereoMeasurement RectificationResidual::measure(const Vector2<double>& left_px,
-                                                 const Vector2<double>& right_px) const {
-  Vector2<double> difference = left_px - right_px + coefficients_ * basis(left_px);
-  if (is_displaced_) {
-    // The basis is that of the undisplaced position: the inverse of right_position(), to first order of what
-    // is left.
-    const Vector2<double> undisplaced_px =
-        right_px - ImageDisplacement::basis(right_px, camera_) * displacement_;
-    difference += ImageDisplacement::basis(undisplaced_px, camera_) * displacement_;
-  }
-  return {{left_px.x(), left_px.y(), difference.x()}, difference.y()};
-}
-
 RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
                                                const OnlineRectificationSettings& settings)
     : camera_(camera), row_sigma_px_(settings.row_sigma_px), disparity_(settings.disparity_sigma_px) {
@@ -203,6 +173,7 @@ RectificationEstimator RectificationEstimator::resumed(const StereoCamera& camer
                                                        const RectificationEstimate& estimate) {
   RectificationEstimator estimator(camera, settings);
   estimator.coefficients_ = estimate.coefficients;
+  estimator.lens_ = estimate.lens;
   estimator.rows_ = {estimate.row_information, estimate.row_vector};
   estimator.expect_disparity_offset();
   estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector});
@@ -211,13 +182,22 @@ RectificationEstimator RectificationEstimator::resumed(const StereoCamera& camer
 
 RectificationEstimate RectificationEstimator::estimate() const {
   const auto& disparity = disparity_.everything();
-  return {coefficients_, rows_.information, rows_.vector, disparity.information, disparity.vector};
+  return {coefficients_, lens_, rows_.information, rows_.vector, disparity.information, disparity.vector};
+}
+
+LensEstimate RectificationEstimator::lens_error() const {
+  constexpr int kLens = LensResidual::kTerms;
+  const auto estimate = disparity_.estimate();
+  const CameraErrors::Information covariance =
+      estimate.information.ldlt().solve(CameraErrors::Information::Identity());
+  const LensResidual::Coefficients sigma_px = covariance.diagonal().tail<kLens>().cwiseMax(0.0).cwiseSqrt();
+  return {LensResidual(camera_, estimate.mean().tail<kLens>()).k(), LensResidual(camera_, sigma_px).k()};
 }
 
 void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches) {
   const RectificationResidual residual = current();
   for (const auto& match : matches) {
-    const RectificationResidual::Basis terms = residual.basis(match.z.head<2>());
+    const RectificationResidual::Basis terms = residual.basis(match.left_px);
     const double offset = terms.dot(residual.coefficients().row(1)) - match.row_error_px;
     const double distance2 = match.row_error_px * match.row_error_px / (kRowSigma_px * kRowSigma_px);
     const double weight = 1.0 / (kRowSigma_px * kRowSigma_px * (1.0 + distance2 / kCauchyScale2));
@@ -239,7 +219,7 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
   const bool agree = fit.median_residual_px <= kMaxResidual_px;
   if (!agree || !(change.rms_offset_px().y() >= kLeastChange_px)) return false;
   coefficients_ = coefficients;
-  rows_.information = Information::Identity() / (row_sigma_px_ * row_sigma_px_);
+  rows_.information = RectificationEstimate::Information::Identity() / (row_sigma_px_ * row_sigma_px_);
   rows_.vector = rows_.information * coefficients_.row(1).transpose();
   expect_disparity_offset();
   return true;
@@ -253,7 +233,7 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
 RectificationEffect RectificationEstimator::add_motion_of_vibrating_rig(
     std::span<const BiasConstraint> constraints, const Pose& T_first_second,
     const ImageDisplacement::Covariance& displacement_covariance) {
-  const RectificationEffect effect = add_motion(constraints, T_first_second, kConfidence, true);
+  RectificationEffect effect = add_motion(constraints, T_first_second, kConfidence, true);
   const auto terms = DisplacementTerms(camera_).disparity;
   disparity_.diffuse(terms * displacement_covariance * terms.transpose());
   return effect;
@@ -272,7 +252,8 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   if (constraints.size() < kMinConstraints) return {};
   MotionEquations sums;
   const RectificationResidual residual = current();
-  for (const auto& c : constraints) sums.add(c, residual, vibrates ? &camera_ : nullptr);
+  const CameraErrors::Coefficients applied_now = applied();
+  for (const auto& c : constraints) sums.add(c, residual, applied_now, vibrates ? &camera_ : nullptr);
   if (vibrates) sums.eliminate_displacement();
   const Eigen::LDLT<Matrix6<double>> factor(sums.pose_pose);
   constexpr double kMinReciprocalCondition = 1e-12;  // below, the motion itself is not known
@@ -280,7 +261,7 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
     return {};
   const MotionEquations::PoseByBias pose_derivative = factor.solve(sums.pose_bias);
   RectificationEffect effect{
-      .applied = coefficients_.row(0),
+      .applied = applied_now,
       .derivative = -pose_derivative,
       .derivative_by_second = -factor.solve(sums.pose_second),
       .vibrates = vibrates,
@@ -296,17 +277,26 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   return effect;
 }
 
-/// Best estimate of the coefficients between the turns of the right camera before and after the motion.
-RectificationResidual::Basis RectificationEstimator::estimate_of_period(
+/// Best estimate of the coefficients between the turns of the right camera before and after the motion. Those
+/// of a vibrating rig held for the motion alone.
+CameraErrors::Coefficients RectificationEstimator::estimate_of_period(
     const RectificationEffect& effect) const {
+  if (effect.vibrates) return effect.applied;
   const auto* period = disparity_.period_of(effect.motion);
-  return period ? period->estimate.mean() : Basis(coefficients_.row(0));
+  return period ? period->estimate.mean() : applied();
 }
 
-RectificationResidual::Basis RectificationEstimator::disparity_offset_during(
+/// The coefficients in use.
+CameraErrors::Coefficients RectificationEstimator::applied() const {
+  CameraErrors::Coefficients result;
+  result << coefficients_.row(0).transpose(), lens_;
+  return result;
+}
+
+CameraErrors::Coefficients RectificationEstimator::coefficients_during(
     const RectificationEffect& effect) const {
   constexpr double kContradiction = 12.0;  // log of a likelihood ratio
-  const Basis estimate = estimate_of_period(effect);
+  const CameraErrors::Coefficients estimate = estimate_of_period(effect);
   const bool contradicts =
       is_large(estimate - effect.applied) &&
       effect.evidence.log_density(effect.applied) > effect.evidence.log_density(estimate) + kContradiction;
@@ -314,12 +304,12 @@ RectificationResidual::Basis RectificationEstimator::disparity_offset_during(
 }
 
 Vector6<double> RectificationEstimator::change_of(const RectificationEffect& effect) const {
-  return effect.derivative * (disparity_offset_during(effect) - effect.applied);
+  return effect.derivative * (coefficients_during(effect) - effect.applied);
 }
 
 Matrix6<double> RectificationEstimator::nonlinearity_of(const RectificationEffect& effect) const {
   constexpr double kNotFirstOrder = 0.5;  // of the change, as seen when an offset of 1 to 5 px is learned
-  const Basis change = estimate_of_period(effect) - effect.applied;
+  const CameraErrors::Coefficients change = estimate_of_period(effect) - effect.applied;
   if (!is_large(change)) return Matrix6<double>::Zero();
   const Vector6<double> error = kNotFirstOrder * effect.derivative * change;
   return error * error.transpose();
@@ -341,7 +331,8 @@ Matrix6<double> RectificationEstimator::covariance_besides_scale(const Rectifica
 Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect& effect,
                                                       const MotionDerivative& derivative) const {
   const auto* period = disparity_.period_of(effect.motion);
-  const Eigen::LDLT<Information> information((period ? period->estimate : disparity_.estimate()).information);
+  const Eigen::LDLT<CameraErrors::Information> information(
+      (period ? period->estimate : disparity_.estimate()).information);
   Matrix6<double> covariance = derivative * information.solve(derivative.transpose());
   for (const auto& before : disparity_.periods()) {
     if (effect.motion + 1 != before.motions && effect.motion != before.motions) continue;
@@ -352,19 +343,25 @@ Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect&
 }
 
 double RectificationEstimator::scale_sigma() const {
-  const Basis derivative = scale_derivative();
+  const CameraErrors::Coefficients derivative = scale_derivative();
   return std::sqrt(std::max(derivative.dot(disparity_.estimate().information.ldlt().solve(derivative)), 0.0));
 }
 
 /// Derivative of the scale of all lengths with respect to the coefficients. Zero before the first motion.
-RectificationResidual::Basis RectificationEstimator::scale_derivative() const {
-  if (!(squared_length_m2_ > 0.0)) return Basis::Zero();
+CameraErrors::Coefficients RectificationEstimator::scale_derivative() const {
+  if (!(squared_length_m2_ > 0.0)) return CameraErrors::Coefficients::Zero();
   return length_derivative_m2_ / squared_length_m2_;
 }
 
 /// The prior of the disparity offset follows the row offset.
 void RectificationEstimator::expect_disparity_offset() {
-  disparity_.expect(std::hypot(kExactSigma_px, kDisparityPerRow * current().rms_offset_px().y()));
+  const auto expected_px = [](const RectificationResidual::Basis& rows) {
+    return std::hypot(kExactSigma_px, kDisparityPerRow * RectificationResidual::rms(rows));
+  };
+  RectificationResidual::Basis rows = coefficients_.row(1);
+  const double offset_px = expected_px(rows);
+  rows.head<2>().setZero();  // a shift and a roll of an image say nothing of its lens
+  disparity_.expect(offset_px, expected_px(rows));
 }
 
 void RectificationEstimator::shift(const ImageDisplacement::Coefficients& displacement) {
@@ -376,7 +373,10 @@ void RectificationEstimator::shift(const ImageDisplacement::Coefficients& displa
 void RectificationEstimator::advance() {
   coefficients_.row(1) = rows_.mean().transpose();
   expect_disparity_offset();
-  coefficients_.row(0) = disparity_.estimate().mean().transpose();
+  const CameraErrors::Coefficients mean = disparity_.estimate().mean();
+  coefficients_.row(0) = mean.head<RectificationResidual::kTerms>().transpose();
+  const LensResidual lens(camera_, mean.tail<LensResidual::kTerms>());
+  if (lens.is_moderate()) lens_ = lens.coefficients();
 }
 
 }  // namespace stereo_slam

@@ -9,87 +9,35 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/disparity_offset.hpp"
+#include "stereo_slam/frontend/camera_errors.hpp"
 #include "stereo_slam/frontend/image_displacement.hpp"
+#include "stereo_slam/frontend/rectification_residual.hpp"
 #include "stereo_slam/frontend/stereo_measurement.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
 
-/// Residual error of the stereo rectification: a smooth offset of the right image,
-///
-///   (u_right, v_right) = (u - d, v) + C (1, x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3)',
-///
-/// where (x, y) is the left position relative to the principal point in half image sizes, so that a
-/// coefficient is an offset in pixels at the border. The offset is zero for a perfect calibration; small
-/// errors of the relative rotation or of the lens model cause it. An offset of a fraction of a pixel in u
-/// changes the length of the estimated path by several per cent. The right image of a single frame may be
-/// displaced in addition.
-class RectificationResidual {
- public:
-  static constexpr int kTerms = DisparityOffset::kTerms;
-  using Basis = antipode::Vector<double, kTerms>;
-  using Coefficients = antipode::Matrix<double, 2, kTerms>;  ///< px; rows u, v
-
-  RectificationResidual() = default;
-  explicit RectificationResidual(const StereoCamera& camera,
-                                 const Coefficients& coefficients = Coefficients::Zero())
-      : camera_(camera), coefficients_(coefficients) {}
-
-  /// The terms (1, x, y, ...) at a position in the left image.
-  [[nodiscard]] Basis basis(const Vector2<double>& left_px) const;
-  [[nodiscard]] const Coefficients& coefficients() const noexcept { return coefficients_; }
-
-  /// The same for a frame whose right image is displaced in addition.
-  [[nodiscard]] RectificationResidual displaced(const ImageDisplacement::Coefficients& displacement) const {
-    RectificationResidual result = *this;
-    result.displacement_ = displacement;
-    result.is_displaced_ = !displacement.isZero(0.0);
-    return result;
-  }
-  [[nodiscard]] const ImageDisplacement::Coefficients& displacement() const noexcept { return displacement_; }
-
-  /// Position of the point in the right image, px.
-  [[nodiscard]] Vector2<double> right_position(const StereoPoint& z) const;
-
-  /// Root mean square, over the image, of the offset in u and of that in v, px.
-  [[nodiscard]] Vector2<double> rms_offset_px() const;
-
-  /// Stereo measurement of a point seen at `left_px` and `right_px`, corrected by this residual.
-  [[nodiscard]] StereoMeasurement measure(const Vector2<double>& left_px,
-                                          const Vector2<double>& right_px) const;
-
- private:
-  StereoCamera camera_;
-  Coefficients coefficients_ = Coefficients::Zero();
-  ImageDisplacement::Coefficients displacement_ = ImageDisplacement::Coefficients::Zero();
-  bool is_displaced_ = false;
-};
-
 /// A point measured in two stereo frames, linearised at the relative pose.
 struct BiasConstraint {
-  Vector3<double> innovation;           ///< second measurement minus its prediction from the first
-  Matrix3<double> S_inverse;            ///< information of the innovation
-  Eigen::Matrix<double, 3, 6> J_pose;   ///< d prediction / d relative pose
-  Vector3<double> J_disparity;          ///< d prediction / d first disparity
-  Vector2<double> first_px, second_px;  ///< positions in the two left images
-  double second_disparity_px = 0.0;
+  Vector3<double> innovation;          ///< second measurement minus its prediction from the first
+  Matrix3<double> S_inverse;           ///< information of the innovation
+  Eigen::Matrix<double, 3, 6> J_pose;  ///< d prediction / d relative pose
+  Matrix3<double> J_first;             ///< d prediction / d first measurement
+  StereoPoint first, second;           ///< the measurements
 };
 
 /// How a measured motion depends on the disparity offset. Motions are perturbed on the right, in rad and m.
 struct RectificationEffect {
-  using Basis = RectificationResidual::Basis;
+  using Coefficients = CameraErrors::Coefficients;
+  using Derivative = Eigen::Matrix<double, 6, CameraErrors::kTerms>;
 
-  Basis applied = Basis::Zero();  ///< coefficients of the disparity offset when the motion was measured, px
-  /// d motion / d coefficients
-  Eigen::Matrix<double, 6, RectificationResidual::kTerms> derivative =
-      Eigen::Matrix<double, 6, RectificationResidual::kTerms>::Zero();
+  Coefficients applied = Coefficients::Zero();  ///< when the motion was measured, px
+  Derivative derivative = Derivative::Zero();   ///< d motion / d coefficients
   /// d motion / d coefficients of the second frame alone, if the right camera turns in between
-  Eigen::Matrix<double, 6, RectificationResidual::kTerms> derivative_by_second =
-      Eigen::Matrix<double, 6, RectificationResidual::kTerms>::Zero();
-  bool vibrates = false;               ///< the right camera did: these coefficients held for this motion only
-  std::size_t motion = 0;              ///< how many were measured before
-  DisparityOffset::Evidence evidence;  ///< what it shows of the coefficients
+  Derivative derivative_by_second = Derivative::Zero();
+  bool vibrates = false;            ///< the right camera did: these coefficients held for this motion only
+  std::size_t motion = 0;           ///< how many were measured before
+  CameraErrors::Evidence evidence;  ///< what it shows of the coefficients
   Matrix6<double> covariance =
       Matrix6<double>::Zero();  ///< of the motion, due to the uncertainty of the coefficients
 };
@@ -101,11 +49,12 @@ struct RectificationEstimate {
   using Basis = RectificationResidual::Basis;
 
   RectificationResidual::Coefficients coefficients =
-      RectificationResidual::Coefficients::Zero();        ///< px; in use: the means at the last advance()
-  Information row_information = Information::Identity();  ///< 1/px^2
-  Basis row_vector = Basis::Zero();                       ///< 1/px
-  Information disparity_information = Information::Identity();  ///< 1/px^2
-  Basis disparity_vector = Basis::Zero();                       ///< 1/px
+      RectificationResidual::Coefficients::Zero();  ///< px; in use: the means at the last advance()
+  LensResidual::Coefficients lens = LensResidual::Coefficients::Zero();                     ///< likewise
+  Information row_information = Information::Identity();                                    ///< 1/px^2
+  Basis row_vector = Basis::Zero();                                                         ///< 1/px
+  CameraErrors::Information disparity_information = CameraErrors::Information::Identity();  ///< 1/px^2
+  CameraErrors::Coefficients disparity_vector = CameraErrors::Coefficients::Zero();         ///< 1/px
 };
 
 /// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
@@ -156,9 +105,11 @@ class RectificationEstimator {
 
   /// Best estimate so far.
   [[nodiscard]] RectificationResidual current() const {
-    return RectificationResidual(camera_, coefficients_);
+    return RectificationResidual(camera_, coefficients_, lens_);
   }
   [[nodiscard]] RectificationEstimate estimate() const;
+  /// The error of the lenses, as far as it is known.
+  [[nodiscard]] LensEstimate lens_error() const;
 
   /// Whether the disparity offset contains an error that is larger than the rows suggest.
   [[nodiscard]] bool has_large_error() const noexcept { return disparity_.has_large_error(); }
@@ -169,7 +120,7 @@ class RectificationEstimator {
   /// Best estimate so far of the coefficients of the disparity offset when a motion was measured, px. It
   /// differs from that of current() if the right camera has turned since, and is the estimate of that time if
   /// the motion itself contradicts a large change.
-  [[nodiscard]] RectificationResidual::Basis disparity_offset_during(const RectificationEffect& effect) const;
+  [[nodiscard]] CameraErrors::Coefficients coefficients_during(const RectificationEffect& effect) const;
 
   /// Change of a motion if it is measured with the best estimate so far, to first order.
   [[nodiscard]] Vector6<double> change_of(const RectificationEffect& effect) const;
@@ -192,8 +143,9 @@ class RectificationEstimator {
   /// before the first motion.
   [[nodiscard]] double scale_sigma() const;
 
-  /// Forgets most of the disparity offset: the right camera moves, and did so before that was known.
-  void forget_disparity_offset() { disparity_.forget(); }
+  /// Forgets most of the disparity offset: the right camera moves by as much as `displacement_px`, and did so
+  /// before that was known.
+  void forget_disparity_offset(double displacement_px) { disparity_.forget(displacement_px); }
 
   /// Adds a displacement that the right image will keep.
   void shift(const ImageDisplacement::Coefficients& displacement);
@@ -203,29 +155,29 @@ class RectificationEstimator {
   void advance();
 
  private:
-  using Basis = RectificationEstimate::Basis;
-  using Information = RectificationEstimate::Information;
-
-  using MotionDerivative = Eigen::Matrix<double, 6, RectificationResidual::kTerms>;
+  using MotionDerivative = RectificationEffect::Derivative;
 
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second,
                                  double confidence, bool vibrates = false);
   void expect_disparity_offset();
-  [[nodiscard]] Basis scale_derivative() const;
+  [[nodiscard]] CameraErrors::Coefficients applied() const;
+  [[nodiscard]] CameraErrors::Coefficients scale_derivative() const;
   [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect,
                                               const MotionDerivative& derivative) const;
-  [[nodiscard]] RectificationResidual::Basis estimate_of_period(const RectificationEffect& effect) const;
+  [[nodiscard]] CameraErrors::Coefficients estimate_of_period(const RectificationEffect& effect) const;
 
   StereoCamera camera_;
   double row_sigma_px_ = 1.0;  // prior standard deviation of a row coefficient
   RectificationResidual::Coefficients coefficients_ = RectificationResidual::Coefficients::Zero();
-  DisparityOffset::Evidence rows_{Information::Identity(), Basis::Zero()};
-  DisparityOffset disparity_;
+  LensResidual::Coefficients lens_ = LensResidual::Coefficients::Zero();
+  GaussianInformation<RectificationResidual::kTerms> rows_{RectificationEstimate::Information::Identity(),
+                                                           RectificationEstimate::Basis::Zero()};
+  CameraErrors disparity_;
   std::size_t motions_ = 0;
   bool noticed_turn_ = false;
-  Basis length_derivative_m2_ =
-      Basis::Zero();                // sum over the motions: length times d length / d coefficients
-  double squared_length_m2_ = 0.0;  // sum over the motions
+  // Sums over the motions: length times d length / d coefficients, squared length.
+  CameraErrors::Coefficients length_derivative_m2_ = CameraErrors::Coefficients::Zero();
+  double squared_length_m2_ = 0.0;
 };
 
 }  // namespace stereo_slam

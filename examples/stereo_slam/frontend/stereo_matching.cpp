@@ -146,7 +146,7 @@ class LikelySlopes {
   const cv::Mat& left = view.frame.left;
   const cv::Mat& right = view.frame.right;
   const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
-  const double right_row = view.rectification.right_position({point_px.x(), point_px.y(), 0.0}).y();
+  const double right_row = view.rectification.right_position(point_px, 0.0).y();
   const auto disparity =
       search_row(left, right, {rounded(point_px.x()), rounded(point_px.y())}, rounded(right_row), settings);
   if (!disparity) return std::nullopt;

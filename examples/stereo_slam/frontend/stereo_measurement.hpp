@@ -7,7 +7,8 @@ namespace stereo_slam {
 
 /// A point measured in both images of a frame.
 struct StereoMeasurement {
-  StereoPoint z;
+  StereoPoint z;                                              ///< as exact cameras would measure it
+  Vector2<double> left_px;                                    ///< where the left image shows it
   double row_error_px = 0.0;                                  ///< left minus right row, corrected
   Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
   Matrix3<double> covariance_px2 = Matrix3<double>::Zero();   ///< of z, if measured by patches; else zero

@@ -94,9 +94,10 @@ constexpr std::string_view kHowToName = "name the columns in the first line: tim
 /// head's last line is no comment and names only some.
 void use_names(const std::vector<TextLine>& head, const Fields& row, TrajectoryLayout& layout) {
   const bool matrix = find_matrix(numbers_or_nan(row)).has_value();
-  for (auto line = head.rbegin(); line != head.rend(); ++line) {
-    const bool comment = is_comment(line->text);
-    const Fields names = names_in(line->text);
+  for (std::size_t i = head.size(); i-- > 0;) {
+    const std::string& text = head[i].text;
+    const bool comment = is_comment(text);
+    const Fields names = names_in(text);
     const NamedColumns named = find_pose_columns(names);
     if (named.columns && fits(names, row, comment)) {
       layout.columns = named.columns;

@@ -25,10 +25,10 @@ std::vector<KeyframePoint> keyframe_points(const StereoPoints& points,
   return result;
 }
 
-void describe(std::vector<KeyframePoint>& points, const cv::Mat& left) {
+void describe(std::vector<KeyframePoint>& points, const cv::Mat& left, const LensResidual& lens) {
   std::vector<Vector2<double>> px;
   px.reserve(points.size());
-  for (const auto& point : points) px.push_back(measurement(point).head<2>());
+  for (const auto& point : points) px.push_back(lens.in_image(measurement(point).head<2>()));
   const auto descriptors = describe_points(left, px);
   for (std::size_t i = 0; i < points.size(); ++i) points[i].descriptor = descriptors[i];
 }

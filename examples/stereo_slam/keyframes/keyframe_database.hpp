@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 
 namespace stereo_slam {
@@ -42,7 +43,7 @@ struct KeyframeLink {
                                                          const std::vector<std::uint32_t>& landmarks);
 
 /// Computes the descriptors of the points from the left image of their keyframe.
-void describe(std::vector<KeyframePoint>& points, const cv::Mat& left);
+void describe(std::vector<KeyframePoint>& points, const cv::Mat& left, const LensResidual& lens);
 
 /// All keyframes of a run, in order. A keyframe's memory is bounded by the number of its points.
 class KeyframeDatabase {

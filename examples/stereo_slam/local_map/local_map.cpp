@@ -83,7 +83,7 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
     Landmark landmark;
     landmark.id = ids[i];
     landmark.T_reference_anchor = T_keyframe_camera.pose;
-    landmark.anchor_px = landmark.last_px = z.head<2>();
+    landmark.anchor_px = landmark.last_px = points.measured[i].left_px;
     landmark.disparity_slope = points.measured[i].disparity_slope;
     if (!points.descriptors.empty()) landmark.descriptor = points.descriptors[i];
     landmark.last_seen = frame.index;
@@ -112,7 +112,7 @@ void LocalMap::record_observations(const std::vector<Match>& matches,
                                    const std::vector<Feature>& left_features, std::size_t frame) {
   for (const auto& match : matches) {
     Landmark& landmark = landmarks_[match.landmark];
-    landmark.last_px = match.z.head<2>();
+    landmark.last_px = match.left_px;
     landmark.last_seen = frame;
     ++landmark.observations;
     if (match.left_feature) landmark.descriptor = left_features[*match.left_feature].descriptor;

@@ -8,7 +8,7 @@ namespace stereo_slam {
 ReobservedLandmarks::ReobservedLandmarks(const std::vector<Match>& matches,
                                          const std::vector<Landmark>& landmarks) {
   for (const auto& match : matches) {
-    positions_px_.push_back(match.z.head<2>());
+    positions_px_.push_back(match.left_px);
     ids_.push_back(landmarks[match.landmark].id);
   }
 }
@@ -20,7 +20,7 @@ std::vector<std::optional<std::uint32_t>> ReobservedLandmarks::ids_at(const Ster
   std::vector<bool> taken(ids_.size());
   std::vector<std::optional<std::uint32_t>> result;
   for (const auto& measured : points.measured) {
-    const Vector2<double> px = measured.z.head<2>();
+    const Vector2<double>& px = measured.left_px;
     std::optional<std::size_t> nearest;
     const auto distance = [&](std::size_t i) { return (positions_px_[i] - px).norm(); };
     index.for_each_in_box(px, Vector2<double>::Constant(kSamePoint_px), [&](std::size_t i) {

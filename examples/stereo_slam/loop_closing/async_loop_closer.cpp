@@ -62,7 +62,8 @@ AsyncLoopCloser::~AsyncLoopCloser() = default;
 AsyncLoopCloser::AsyncLoopCloser(AsyncLoopCloser&&) noexcept = default;
 AsyncLoopCloser& AsyncLoopCloser::operator=(AsyncLoopCloser&&) noexcept = default;
 
-void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left, CorrectionDelay delay) {
+void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left, const LensResidual& lens,
+                                   CorrectionDelay delay) {
   State& s = *state_;
   // The time to optimise a pose graph is proportional to its size.
   constexpr std::size_t kKeyframesPerFrame = 50;
@@ -74,9 +75,9 @@ void AsyncLoopCloser::add_keyframe(Keyframe keyframe, cv::Mat left, CorrectionDe
   const auto policy = s.thread == LoopThread::kOwn ? std::launch::async : std::launch::deferred;
   auto before = s.tasks.empty() ? decltype(State::Task::correction){} : s.tasks.back().correction;
   auto work = [&closer = s.closer, before = std::move(before), keyframe = std::move(keyframe),
-               left = std::move(left), own_thread = s.thread == LoopThread::kOwn]() mutable {
+               left = std::move(left), lens, own_thread = s.thread == LoopThread::kOwn]() mutable {
     if (own_thread) lower_thread_priority();
-    if (!left.empty()) describe(keyframe.points, left);
+    if (!left.empty()) describe(keyframe.points, left, lens);
     left.release();
     if (before.valid()) before.wait();
     before = {};  // frees its result

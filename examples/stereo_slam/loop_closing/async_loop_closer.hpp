@@ -46,7 +46,8 @@ class AsyncLoopCloser {
 
   /// Adds a keyframe with its points and its pose relative to the keyframe before. If its points are not
   /// described yet, `left` is the image to describe them by, on the loop-closing thread.
-  void add_keyframe(Keyframe keyframe, cv::Mat left = {}, CorrectionDelay delay = CorrectionDelay::kUsual);
+  void add_keyframe(Keyframe keyframe, cv::Mat left = {}, const LensResidual& lens = {},
+                    CorrectionDelay delay = CorrectionDelay::kUsual);
 
   /// The correction that takes effect before `frame`, if any. The caller corrects its keyframes.
   [[nodiscard]] std::optional<LoopCorrection> correction_due(std::size_t frame);

@@ -83,20 +83,28 @@ void check_camera(const StereoCamera& camera) {
 void check_rectification(const RectificationEstimate& estimate, const StereoCamera& camera) {
   constexpr int kTerms = RectificationResidual::kTerms;
   const std::string_view where = "rectification";
-  require(estimate.coefficients.allFinite() && estimate.row_vector.allFinite() &&
+  require(estimate.coefficients.allFinite() && estimate.lens.allFinite() && estimate.row_vector.allFinite() &&
               estimate.disparity_vector.allFinite(),
           where, "is not finite");
-  require(estimate.coefficients.cwiseAbs().maxCoeff() < camera.width_px, where,
-          "moves points out of the image");
+  require(estimate.coefficients.cwiseAbs().maxCoeff() < camera.width_px &&
+              LensResidual(camera, estimate.lens).is_moderate(),
+          where, "moves points out of the image");
   require(is_positive_definite<kTerms>(estimate.row_information) &&
-              is_positive_definite<kTerms>(estimate.disparity_information),
+              is_positive_definite<CameraErrors::kTerms>(estimate.disparity_information),
           where, "has an information that is not positive definite");
 }
+
+/// Largest shift of a point by the correction of the lens, in image widths: a moderate lens has less.
+constexpr double kMostLensShift = 0.25;
 
 void check_point(const KeyframePoint& point, const StereoCamera& camera, std::string_view where) {
   const StereoPoint z = measurement(point);
   require(z.allFinite(), where, "has a point that is not finite");
-  require(z.x() >= 0.0 && z.x() <= camera.width_px && z.y() >= 0.0 && z.y() <= camera.height_px, where,
+  const double margin_px = kMostLensShift * camera.width_px;
+  const auto is_inside = [margin_px](double px, int size_px) {
+    return px >= -margin_px && px <= size_px + margin_px;
+  };
+  require(is_inside(z.x(), camera.width_px) && is_inside(z.y(), camera.height_px), where,
           "has a point outside the image");
   require(z.z() >= 0.0, where, "has a point with a negative disparity");
   require(point.landmark <= kMostLandmarks, where, "has a point with a landmark id beyond 2^31");

@@ -69,9 +69,8 @@ struct PointSearch {
     const auto warp = seen ? right_warp(seen->plane.disparity_slope) : std::nullopt;
     const auto patch = warp ? PatchTemplate::extract(view.frame.left, left_px, *warp, texture) : std::nullopt;
     if (!patch) return std::nullopt;
-    const StereoPoint expected(left_px.x(), left_px.y(), seen->plane.z.z());
     const auto start_px = search_around(view.frame.left, view.frame.right, left_px,
-                                        view.rectification.right_position(expected));
+                                        view.rectification.right_position(left_px, seen->plane.z.z()));
     const auto right = start_px ? patch->align(view.frame.right, *start_px) : std::nullopt;
     if (!right || right->correlation < kLeastCorrelation) return std::nullopt;
     return FoundPoint{point.z, view.rectification.measure(left_px, right->position_px), right->position_px};
@@ -89,8 +88,8 @@ struct PointSearch {
     points.push_back(&all[i * all.size() / count]);
     const StereoPoint& z = points.back()->z;
     const auto moved = view.camera.project(T_previous_current.inverse() * view.camera.back_project(z));
-    from.push_back(to_cv(z.head<2>()));
-    guess.push_back(to_cv(moved.value_or(z).head<2>()));
+    from.push_back(to_cv(view.rectification.left_position(z)));
+    guess.push_back(to_cv(view.rectification.left_position(moved.value_or(z))));
   }
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
                                  {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});

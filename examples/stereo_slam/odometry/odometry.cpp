@@ -34,15 +34,14 @@ using Points = std::vector<cv::Point2f>;
   std::vector<StereoPoint> predicted;
   for (const auto& z : points) {
     predicted.push_back(camera.project(T_current_previous * camera.back_project(z)).value_or(z));
-    previous_left.push_back(to_cv(z.head<2>()));
+    previous_left.push_back(to_cv(rectification.left_position(z)));
     previous_right.push_back(to_cv(rectification.right_position(z)));
-    left_guess.push_back(to_cv(predicted.back().head<2>()));
+    left_guess.push_back(to_cv(rectification.left_position(predicted.back())));
   }
   const auto left = track_points(previous.left, current.left, previous_left, left_guess, options);
   Points right_guess;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vector2<double> found = to_eigen(left.points[i]);
-    right_guess.push_back(to_cv(rectification.right_position({found.x(), found.y(), predicted[i].z()})));
+    right_guess.push_back(to_cv(rectification.right_position(to_eigen(left.points[i]), predicted[i].z())));
   }
   const auto right = track_points(current.left, current.right, left.points, right_guess, options);
   const auto back = track_points(current.right, previous.right, right.points, previous_right, options);
@@ -51,7 +50,7 @@ using Points = std::vector<cv::Point2f>;
   std::vector<StereoCorrespondence> matches;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!(left.found[i] && right.found[i] && back.found[i] && closed.found[i])) continue;
-    const double closure_error_px = (to_eigen(closed.points[i]) - points[i].head<2>()).norm();
+    const double closure_error_px = (to_eigen(closed.points[i]) - to_eigen(previous_left[i])).norm();
     const auto measured = rectification.measure(to_eigen(left.points[i]), to_eigen(right.points[i]));
     if (closure_error_px > kMaxClosureError_px ||
         std::abs(measured.row_error_px) > settings.max_row_error_px || measured.z.z() <= 0.0) {

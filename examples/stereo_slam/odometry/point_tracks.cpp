@@ -40,20 +40,22 @@ struct PointMeasurement {
         previous_texture(min_texture(previous)),
         texture(min_texture(current.frame.left)) {}
 
-  /// Search for the point that was at `previous_px`; there is no measurement if its patches do not agree.
-  [[nodiscard]] MeasuredPoint measure(const Vector2<double>& previous_px, const PlaneView& expected) const {
+  /// Search for the point that was at `previous_px`, from `start_px` on; there is no measurement if its
+  /// patches do not agree.
+  [[nodiscard]] MeasuredPoint measure(const Vector2<double>& previous_px, const Vector2<double>& start_px,
+                                      const PlaneView& expected) const {
     MeasuredPoint result;
     const auto before = PatchTemplate::extract(previous_left, previous_px, expected.left, previous_texture);
     if (!before) return result;
-    const auto left = before->align(view.frame.left, expected.plane.z.head<2>());
+    const auto left = before->align(view.frame.left, start_px);
     if (!left || left->correlation < kMinCorrelation) return result;
     const auto warp = right_warp(expected.plane.disparity_slope);
     if (!warp) return result;
     const auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp, texture);
     if (!now) return result;
     result.search.in_left = true;
-    const StereoPoint found(left->position_px.x(), left->position_px.y(), expected.plane.z.z());
-    const auto right = now->align(view.frame.right, view.rectification.right_position(found));
+    const auto right = now->align(view.frame.right,
+                                  view.rectification.right_position(left->position_px, expected.plane.z.z()));
     if (!right || right->correlation < kMinCorrelation) return result;
     auto measured = view.rectification.measure(left->position_px, right->position_px);
     result.search.row_error_px = measured.row_error_px;
@@ -70,7 +72,7 @@ struct PointMeasurement {
 std::vector<Vector2<double>> PointTracks::positions() const {
   std::vector<Vector2<double>> result;
   result.reserve(points_.size());
-  for (const auto& point : points_) result.push_back(point.z.head<2>());
+  for (const auto& point : points_) result.push_back(point.left_px);
   return result;
 }
 
@@ -84,8 +86,8 @@ RightImageFit PointTracks::follow(const ConsecutivePyramids& pyramids, const Ste
     const StereoPlane plane{point.z, point.disparity_slope};
     expected.push_back(
         view_plane(plane, predicted_T_previous_current, view.camera).value_or(PlaneView{plane, {}, {}}));
-    from.push_back(to_cv(point.z.head<2>()));
-    guess.push_back(to_cv(expected.back().plane.z.head<2>()));
+    from.push_back(to_cv(point.left_px));
+    guess.push_back(to_cv(view.rectification.left_position(expected.back().plane.z)));
   }
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
                                  {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
@@ -96,13 +98,14 @@ RightImageFit PointTracks::follow(const ConsecutivePyramids& pyramids, const Ste
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
       if (!flow.found[i]) continue;
       TrackedPoint& point = points_[i];
-      expected[i].plane.z.head<2>() = to_eigen(flow.points[i]);
-      const auto [search, measured] = measurement.measure(point.z.head<2>(), expected[i]);
+      const auto [search, measured] =
+          measurement.measure(point.left_px, to_eigen(flow.points[i]), expected[i]);
       searches[i] = search;
       if (!measured) continue;
       found[i] = 1;
       point.previous = point.z;
       point.z = measured->z;
+      point.left_px = measured->left_px;
       point.R = measured->covariance_px2;
       point.disparity_slope = expected[i].plane.disparity_slope;
     }
@@ -135,7 +138,8 @@ void PointTracks::compare_with(const std::optional<Pose>& T_previous_current, co
 }
 
 void PointTracks::remeasure(const RectificationResidual& before, const RectificationResidual& after) {
-  for (auto& point : points_) point.z = after.measure(point.z.head<2>(), before.right_position(point.z)).z;
+  for (auto& point : points_)
+    point.z = after.measure(point.left_px, before.right_position(point.left_px, point.z.z())).z;
   std::erase_if(points_, [](const TrackedPoint& point) { return !(point.z.z() > 0.0); });
 }
 
@@ -146,7 +150,7 @@ void PointTracks::replenish(const StereoView& view, const CornerDetector& corner
   const cv::Size image = view.frame.left.size();
   const SpatialIndex reserved(reserved_px, image);
   std::erase_if(points_, [&](const TrackedPoint& point) {
-    return reserved.any_within(point.z.head<2>(), rule.exclusion_px);
+    return reserved.any_within(point.left_px, rule.exclusion_px);
   });
   const int few =
       std::max(static_cast<int>(kFew * rule.max_points), std::min(rule.max_points, 2 * rule.min_inliers));
@@ -163,7 +167,9 @@ void PointTracks::replenish(const StereoView& view, const CornerDetector& corner
   const auto corners =
       spread_features(corners_of_left.detect(positions(), reserved_px, grid), image, rule.cell_px, missing);
   for (const auto& match : match_stereo(view, stereo_slam::positions(corners), settings.stereo)) {
-    if (match) points_.push_back({match->z, match->disparity_slope, std::nullopt, std::nullopt, false});
+    if (match)
+      points_.push_back(
+          {match->z, match->left_px, match->disparity_slope, std::nullopt, std::nullopt, false});
   }
 }
 

@@ -19,6 +19,7 @@ namespace stereo_slam {
 /// A point that is followed from frame to frame.
 struct TrackedPoint {
   StereoPoint z;                                              ///< in the last frame
+  Vector2<double> left_px;                                    ///< where the last left image shows it
   Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
   std::optional<Matrix3<double>> R;     ///< covariance of z, px^2; nothing for a new point
   std::optional<StereoPoint> previous;  ///< z in the frame before; nothing for a new point

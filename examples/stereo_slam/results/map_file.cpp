@@ -24,7 +24,7 @@ static_assert(sizeof(std::size_t) == 8 && sizeof(int) == 4, "the file has fields
 
 // Header and trailer stay the same in all versions.
 constexpr std::string_view kMagic = "antipode map\r\n\x1a\n";
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kTrailerBytes = 4;
 
@@ -154,6 +154,7 @@ void transfer_camera(auto& stream, auto& camera) {
 
 void transfer_rectification(auto& stream, auto& estimate) {
   stream.matrix(estimate.coefficients);
+  stream.matrix(estimate.lens);
   stream.matrix(estimate.row_information);
   stream.matrix(estimate.row_vector);
   stream.matrix(estimate.disparity_information);

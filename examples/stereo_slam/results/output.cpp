@@ -134,6 +134,15 @@ void emit_reasons(YAML::Emitter& yaml, const ReasonCounts& counts) {
   yaml << YAML::EndMap;
 }
 
+void emit_lens_error(YAML::Emitter& yaml, const LensEstimate& lens) {
+  yaml << YAML::Key << "lens_error" << YAML::Value << YAML::Flow << YAML::BeginMap;
+  emit(yaml, "k1", fmt::format("{:.6f}", lens.k[0]));
+  emit(yaml, "k2", fmt::format("{:.6f}", lens.k[1]));
+  emit(yaml, "k1_sigma", fmt::format("{:.6f}", lens.sigma[0]));
+  emit(yaml, "k2_sigma", fmt::format("{:.6f}", lens.sigma[1]));
+  yaml << YAML::EndMap;
+}
+
 /// Names the first hundred; run.yaml is read again as settings, and so has to stay small.
 void emit_unreadable(YAML::Emitter& yaml, const std::vector<UnreadableImage>& unreadable) {
   constexpr std::size_t kNamed = 100;
@@ -269,6 +278,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   if (header.realtime) emit_realtime(yaml, *header.realtime);
   emit_memory(yaml, header);
   if (header.state != "running") emit_reasons(yaml, header.weak_frames_by_reason);
+  if (header.lens_error) emit_lens_error(yaml, *header.lens_error);
   emit_unreadable(yaml, header.unreadable);
   emit_dataset(yaml, sequence);
   emit_host(yaml);

@@ -51,6 +51,7 @@ struct RunRecord {
   std::vector<LoopEvent> loops;
   std::vector<UnreadableImage> unreadable;
   double right_image_displacement_px = 0.0;  ///< Slam::right_image_displacement_px()
+  std::optional<LensEstimate> lens_error = std::nullopt;
   std::optional<RealtimeRecord> realtime = std::nullopt;
 };
 
@@ -107,6 +108,7 @@ struct RunHeader {
   std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
   std::vector<UnreadableImage> unreadable{};
   ReasonCounts weak_frames_by_reason{};
+  std::optional<LensEstimate> lens_error{};  ///< as learned at the end
 };
 
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,

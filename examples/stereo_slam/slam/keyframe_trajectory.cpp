@@ -59,7 +59,7 @@ std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const RectificationEstim
     T_previous_keyframe.pose =
         T_previous_keyframe.pose.boxplus(rectification.change_of(effect)).renormalized();
     T_previous_keyframe.covariance += rectification.nonlinearity_of(effect) - effect.covariance;
-    effect.applied = rectification.disparity_offset_during(effect);
+    effect.applied = rectification.coefficients_during(effect);
     effect.covariance = rectification.covariance_besides_scale(effect, T_previous_keyframe.pose);
     T_previous_keyframe.covariance += effect.covariance;
     changed.push_back({id, T_previous_keyframe});

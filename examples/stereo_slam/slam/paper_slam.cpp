@@ -80,7 +80,7 @@ std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const Po
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_world_previous = posterior_.pose();
   const cv::Mat no_patches;
-  const LandmarkSearch search(map, no_patches, pyramids, T_world_previous, settings_);
+  const LandmarkSearch search(map, no_patches, pyramids, T_world_previous, {}, settings_);
   const StereoFeatures usable{exclude_features(images.features.left, positions(odometry.inliers),
                                                images.frame.left.size(), settings_.odometry.exclusion_px),
                               images.features.right};

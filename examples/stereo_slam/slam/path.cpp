@@ -43,9 +43,9 @@ bool Path::correct_before(std::size_t frame) {
   return correction.has_value();
 }
 
-void Path::search_loops(const Keyframe& keyframe, const cv::Mat& left) {
+void Path::search_loops(const Keyframe& keyframe, const cv::Mat& left, const LensResidual& lens) {
   if (!loops_) return;
-  loops_->add_keyframe(keyframe, left,
+  loops_->add_keyframe(keyframe, left, lens,
                        segment_.localised() ? CorrectionDelay::kUsual : CorrectionDelay::kShort);
 }
 

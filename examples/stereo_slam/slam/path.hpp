@@ -51,7 +51,7 @@ class Path {
   }
 
   /// Gives the points of the reference keyframe to the loop closing; `left` is its image.
-  void search_loops(const Keyframe& keyframe, const cv::Mat& left);
+  void search_loops(const Keyframe& keyframe, const cv::Mat& left, const LensResidual& lens);
 
   /// Replaces the covariances in the result of the last frame by those of the keyframe that it became.
   void report_keyframe(FrameResult& result) const;

@@ -21,11 +21,11 @@ constexpr int kRounds = 3;
 
 /// Landmarks predicted at a pose, to be searched where they are predicted.
 [[nodiscard]] Association search_at(const PoseGaussian& T_keyframe_camera, const MapView& map,
-                                    const MapSettings& settings) {
+                                    const LensResidual& lens, const MapSettings& settings) {
   Association association;
   association.predicted = project_landmarks(map, T_keyframe_camera, settings.max_baselines);
   for (const auto& landmark : association.predicted) {
-    association.search_start_px.emplace_back(landmark.z.head<2>());
+    association.search_start_px.emplace_back(lens.in_image(landmark.z.head<2>()));
   }
   return association;
 }
@@ -46,7 +46,7 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
   const auto prior = PoseDensity::from_pose_covariance(rough.pose, kPriorScale * rough.covariance);
   PoseGaussian expected = antipode::to_pose_gaussian(prior);
   for (int round = 0; round < kRounds; ++round) {
-    const Association association = search_at(expected, map, settings.map);
+    const Association association = search_at(expected, map, view.rectification.lens(), settings.map);
     const auto matches =
         align_landmarks(association, source, view, expected.pose, settings.refinement).matches;
     if (matches.size() < static_cast<std::size_t>(rule.min_inliers)) return std::nullopt;

@@ -18,7 +18,7 @@ void RightCamera::take(const RightImageState& image, const std::optional<Displac
   const bool vibrated = vibration_.present();
   if (!image.displacement.isZero(0.0) && !vibrated) vibration_.begin();
   if (left) vibration_.add(image.displacement + left->change);
-  if (!vibrated && vibration_.present()) rectification_.forget_disparity_offset();
+  if (!vibrated && vibration_.present()) rectification_.forget_disparity_offset(image.displacement.norm());
 }
 
 bool RightCamera::relearn_rows(const StereoFrame& frame) {

@@ -86,7 +86,7 @@ Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
   const RectificationResidual after = right_camera_.geometry();
   tracks_.remeasure(before, after);
   for (auto& match : measured.matches)
-    match.z = after.measure(match.z.head<2>(), before.right_position(match.z)).z;
+    match.z = after.measure(match.left_px, before.right_position(match.left_px, match.z.z())).z;
   return measured.displacement_left->pose_covariance();
 }
 
@@ -122,7 +122,7 @@ std::optional<PoseDensity> Slam::relocalise(const FrameImages& images, const Pos
   const auto points =
       measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
   Keyframe keyframe = reference_.keyframe;
-  describe(keyframe.points, reference_.left);
+  describe(keyframe.points, reference_.left, right_camera_.geometry().lens());
   auto found =
       recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
   if (found && motion_.known() && !previous_.lost) {

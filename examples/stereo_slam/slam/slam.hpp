@@ -65,6 +65,7 @@ class Slam final : public SlamSystem {
   [[nodiscard]] double right_image_displacement_px() const override {
     return right_camera_.displacement_px();
   }
+  [[nodiscard]] std::optional<LensEstimate> lens_error() const override;
   [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(local_map_); }
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
     return path_.archived_map_points(local_map_);

@@ -76,7 +76,7 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   reference_.keyframe.segment = path_.segment().current();
   reference_.keyframe.points = std::move(points);
   reference_.keyframe.T_previous_keyframe = path_.trajectory().T_previous_reference();
-  path_.search_loops(reference_.keyframe, reference_.left);
+  path_.search_loops(reference_.keyframe, reference_.left, right_camera_.geometry().lens());
 }
 
 /// Adds landmarks at corners with a stereo match; a corner at a re-observed landmark keeps its id. Returns

@@ -120,7 +120,8 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   const MapView map = local_map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_keyframe_previous = posterior_.pose();
-  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous, settings_);
+  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous,
+                              right_camera_.geometry().lens(), settings_);
   const auto find = [&] {
     return search.align_patches(expected, right_camera_.view_of(images.frame, measured.right),
                                 measured.odometry.valid);

@@ -12,6 +12,11 @@ CalibrationError Slam::calibration_error() const {
                                    rectification.current().rms_offset_px().y(), rectification.scale_sigma());
 }
 
+std::optional<LensEstimate> Slam::lens_error() const {
+  if (!right_camera_.learns()) return std::nullopt;
+  return right_camera_.rectification().lens_error();
+}
+
 std::vector<PoseGaussian> Slam::trajectory() const { return path_.poses(calibration_error()); }
 
 std::vector<LandmarkTrack> Slam::landmark_tracks() const {

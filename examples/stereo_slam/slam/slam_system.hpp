@@ -51,6 +51,9 @@ class SlamSystem {
   /// as long as the calibration seems right, px.
   [[nodiscard]] virtual double right_image_displacement_px() const { return 0.0; }
 
+  /// The distortion that is left in the rectified images; nothing where it is not learned.
+  [[nodiscard]] virtual std::optional<LensEstimate> lens_error() const { return std::nullopt; }
+
   /// The established landmarks in world coordinates, with those of a loaded map once the run is localised in
   /// it: they were seen in three frames and are not at infinity. Complete after finish().
   [[nodiscard]] virtual std::vector<MapPoint> map_points() const = 0;

@@ -105,8 +105,8 @@ void add_fraction(const NameTable& table, TimeField& field) {
       std::ranges::any_of(field.numbers, [](const auto& number) { return !number.fraction.empty(); });
   if (has_fraction || !table.follows(field.end) || !table.varies(field.end)) return;
   const auto fractions = table.column(field.end);
-  for (std::size_t i = 0; i < fractions.size(); ++i) {
-    if (!fractions[i].fraction.empty() || fractions[i].whole.size() > kMostDigits) return;
+  for (const auto& [whole, fraction] : fractions) {
+    if (!fraction.empty() || whole.size() > kMostDigits) return;
   }
   for (std::size_t i = 0; i < fractions.size(); ++i) field.numbers[i].fraction = fractions[i].whole;
   field.end += 1;

@@ -111,9 +111,13 @@ class FeatureSearch {
                           innovation.dot(S.llt().solve(innovation)) <= kChi2_3_99;
     if (!coherent) return std::nullopt;
     const Matrix3<double> R = stereo_pixel_covariance(settings_.feature_sigma_px);
-    return FeatureMatch{
-        Match{.landmark = p.index, .z = z, .R = R, .predicted = p, .left_feature = left->feature},
-        left->distance};
+    return FeatureMatch{Match{.landmark = p.index,
+                              .z = z,
+                              .left_px = at_left,
+                              .R = R,
+                              .predicted = p,
+                              .left_feature = left->feature},
+                        left->distance};
   }
 
  private:
@@ -133,7 +137,8 @@ class FeatureSearch {
 
 std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<PredictedLandmark>& predicted,
                                                       const MapView& map, const Pose& T_keyframe_previous,
-                                                      const ConsecutivePyramids& pyramids) {
+                                                      const ConsecutivePyramids& pyramids,
+                                                      const LensResidual& lens) {
   std::vector<std::optional<LandmarkFlow>> flow(predicted.size());
   std::vector<std::size_t> tracked;
   std::vector<cv::Point2f> start;
@@ -144,8 +149,8 @@ std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<Predicte
         project(to_point(landmark, landmark.mean, map.camera), T_keyframe_previous, map.camera);
     if (!before || !map.camera.in_view(*before)) continue;
     tracked.push_back(i);
-    start.emplace_back(static_cast<float>(before->x()), static_cast<float>(before->y()));
-    guess.emplace_back(static_cast<float>(predicted[i].z.x()), static_cast<float>(predicted[i].z.y()));
+    start.push_back(to_cv(lens.in_image(before->head<2>())));
+    guess.push_back(to_cv(lens.in_image(predicted[i].z.head<2>())));
   }
   const auto followed = track_points(pyramids.previous.left, pyramids.current.left, start, guess,
                                      {.window_px = kFlowWindow_px});
@@ -158,6 +163,7 @@ std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<Predicte
 
 std::vector<std::optional<Vector2<double>>> gate_by_flow(const std::vector<PredictedLandmark>& predicted,
                                                          const std::vector<std::optional<LandmarkFlow>>& flow,
+                                                         const LensResidual& lens,
                                                          const AssociationSettings& settings) {
   std::vector<std::optional<Vector2<double>>> search_start_px(predicted.size());
   for (std::size_t i = 0; i < predicted.size(); ++i) {
@@ -165,8 +171,8 @@ std::vector<std::optional<Vector2<double>>> gate_by_flow(const std::vector<Predi
     const auto& [from_px, to_px] = *flow[i];
     const PredictedLandmark& p = predicted[i];
     const double spread_px = std::sqrt(kChi2_2_99 * p.pose_part.topLeftCorner<2, 2>().trace());
-    if (flow_agrees(to_px - from_px, p.z.head<2>() - from_px, settings.flow_tolerance_px + spread_px,
-                    kFlowRelativeTolerance)) {
+    if (flow_agrees(to_px - from_px, lens.in_image(p.z.head<2>()) - from_px,
+                    settings.flow_tolerance_px + spread_px, kFlowRelativeTolerance)) {
       search_start_px[i] = to_px;
     }
   }

@@ -6,6 +6,7 @@
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/features.hpp"
+#include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/frontend/right_image_fit.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
@@ -34,13 +35,13 @@ struct Association {
 /// of the last posterior.
 [[nodiscard]] std::vector<std::optional<LandmarkFlow>> observe_flow(
     const std::vector<PredictedLandmark>& predicted, const MapView& map, const Pose& T_keyframe_previous,
-    const ConsecutivePyramids& pyramids);
+    const ConsecutivePyramids& pyramids, const LensResidual& lens);
 
 /// End, in the current left image, of each flow that agrees with the predicted one in length and direction.
 /// Nothing for flows that do not agree, such as those of moving objects (sec. IV-C, Fig. 4 a).
 [[nodiscard]] std::vector<std::optional<Vector2<double>>> gate_by_flow(
     const std::vector<PredictedLandmark>& predicted, const std::vector<std::optional<LandmarkFlow>>& flow,
-    const AssociationSettings& settings);
+    const LensResidual& lens, const AssociationSettings& settings);
 
 /// Covariance S of the innovation of a detected feature, px^2: landmark, pose and feature noise.
 [[nodiscard]] Matrix3<double> innovation_covariance(const PredictedLandmark& predicted,

@@ -9,7 +9,7 @@ AssociationTrace trace_association(const Association& association,
                                    const std::vector<Vector2<double>>& odometry_px,
                                    const AssociationSettings& settings) {
   std::unordered_map<std::size_t, Vector2<double>> matched_px;  // by landmark
-  for (const auto& match : association.matches) matched_px.emplace(match.landmark, match.z.head<2>());
+  for (const auto& match : association.matches) matched_px.emplace(match.landmark, match.left_px);
 
   AssociationTrace trace;
   trace.odometry_px = odometry_px;

@@ -28,7 +28,8 @@ std::vector<DisplacementConstraint> displacement_constraints(const std::vector<M
                            .S_inverse = (match.predicted.landmark_part + match.R).inverse(),
                            .J_pose = pose_jacobian(point, T_keyframe_camera, camera),
                            .row_error_px = match.row_error_px,
-                           .basis = ImageDisplacement::basis(rectification.right_position(match.z), camera)});
+                           .basis = ImageDisplacement::basis(
+                               rectification.right_position(match.left_px, match.z.z()), camera)});
   }
   return constraints;
 }

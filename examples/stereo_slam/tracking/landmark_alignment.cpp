@@ -52,19 +52,20 @@ struct PatchMeasurement {
     const auto left = align(landmark, seen->left, view.frame.left, start_px);
     if (!left) return result;
     result.search.in_left = true;
-    const StereoPoint expected(left->position_px.x(), left->position_px.y(), predicted.z.z());
+    const Vector2<double>& left_px = left->position_px;
     if (!view.right_is_usable) {
-      result.match = match(predicted, expected, without_disparity(*left));
+      const Vector2<double> corrected_px = view.rectification.lens().corrected(left_px);
+      const StereoPoint z(corrected_px.x(), corrected_px.y(), predicted.z.z());
+      result.match = match(predicted, {z, left_px}, without_disparity(*left));
       return result;
     }
-    const auto right =
-        align(landmark, seen->right, view.frame.right, view.rectification.right_position(expected));
+    const auto right = align(landmark, seen->right, view.frame.right,
+                             view.rectification.right_position(left_px, predicted.z.z()));
     if (!right) return result;
-    const auto measured = view.rectification.measure(left->position_px, right->position_px);
+    const auto measured = view.rectification.measure(left_px, right->position_px);
     result.search.row_error_px = measured.row_error_px;
     if (std::abs(measured.row_error_px) > kMaxRowError_px || !(measured.z.z() > 0.0)) return result;
-    result.match = match(predicted, measured.z, covariance(*left, *right));
-    if (result.match) result.match->row_error_px = measured.row_error_px;
+    result.match = match(predicted, measured, covariance(*left, *right));
     return result;
   }
 
@@ -80,14 +81,20 @@ struct PatchMeasurement {
     return aligned;
   }
 
-  /// The match with the measurement z, if that agrees with the prediction.
-  [[nodiscard]] std::optional<Match> match(const PredictedLandmark& predicted, const StereoPoint& z,
+  /// The match with a measurement, if that agrees with the prediction.
+  [[nodiscard]] std::optional<Match> match(const PredictedLandmark& predicted,
+                                           const StereoMeasurement& measured,
                                            const Matrix3<double>& R) const {
-    const Vector3<double> innovation = z - predicted.z;
+    const Vector3<double> innovation = measured.z - predicted.z;
     const Matrix3<double> S =
         predicted.landmark_part + predicted.pose_part + stereo_pixel_covariance(kGateSigma_px);
     if (innovation.dot(S.llt().solve(innovation)) > kChi2_3_99) return std::nullopt;
-    return Match{.landmark = predicted.index, .z = z, .R = R, .predicted = predicted};
+    return Match{.landmark = predicted.index,
+                 .z = measured.z,
+                 .left_px = measured.left_px,
+                 .R = R,
+                 .predicted = predicted,
+                 .row_error_px = measured.row_error_px};
   }
 
   [[nodiscard]] Matrix3<double> covariance(const PatchTemplate::Alignment& left,

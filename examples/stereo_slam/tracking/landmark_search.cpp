@@ -29,8 +29,9 @@ Association LandmarkSearch::predict(const PoseGaussian& T_keyframe_camera) const
 }
 
 void LandmarkSearch::observe(Association& association) const {
-  association.flow = observe_flow(association.predicted, map_, T_keyframe_previous_, pyramids_);
-  association.search_start_px = gate_by_flow(association.predicted, association.flow, settings_.association);
+  association.flow = observe_flow(association.predicted, map_, T_keyframe_previous_, pyramids_, lens_);
+  association.search_start_px =
+      gate_by_flow(association.predicted, association.flow, lens_, settings_.association);
 }
 
 Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
@@ -38,7 +39,7 @@ Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera,
   Association association = predict(T_keyframe_camera);
   if (motion_known && is_precise(association.predicted)) {
     for (const auto& landmark : association.predicted) {
-      association.search_start_px.emplace_back(landmark.z.head<2>());
+      association.search_start_px.emplace_back(lens_.in_image(landmark.z.head<2>()));
     }
   } else {
     observe(association);

@@ -17,11 +17,12 @@ class LandmarkSearch {
  public:
   /// `T_keyframe_previous` is the mean of the last posterior.
   LandmarkSearch(const MapView& map, const cv::Mat& keyframe_left, const ConsecutivePyramids& pyramids,
-                 const Pose& T_keyframe_previous, const Settings& settings)
+                 const Pose& T_keyframe_previous, const LensResidual& lens, const Settings& settings)
       : map_(map),
         keyframe_left_(keyframe_left),
         pyramids_(pyramids),
         T_keyframe_previous_(T_keyframe_previous),
+        lens_(lens),
         settings_(settings) {}
 
   /// Aligns the patches of the keyframe's left image, starting where the landmarks are predicted at
@@ -44,6 +45,7 @@ class LandmarkSearch {
   const cv::Mat& keyframe_left_;
   const ConsecutivePyramids& pyramids_;
   const Pose& T_keyframe_previous_;
+  LensResidual lens_;
   const Settings& settings_;
 };
 

@@ -21,7 +21,7 @@ constexpr int kIterations = 3;
 /// A point with the disparity `first.z()` in the keyframe, as the second camera sees it.
 struct Prediction {
   Vector3<double> z;
-  Vector3<double> J_disparity;  ///< d z / d first disparity
+  Matrix3<double> J_first;  ///< d z / d first measurement
 };
 
 [[nodiscard]] std::optional<Prediction> predict(const StereoPoint& first, const Pose& T_camera_keyframe,
@@ -30,7 +30,7 @@ struct Prediction {
   const auto z = camera.project(p_camera);
   if (!z) return std::nullopt;
   return Prediction{*z, camera.projection_jacobian(p_camera) * T_camera_keyframe.rotation_matrix() *
-                            camera.back_projection_jacobian(first).col(2)};
+                            camera.back_projection_jacobian(first)};
 }
 
 /// The constraint of a point measured as `first` in the keyframe and as `second`, with covariance `noise`, in
@@ -50,8 +50,8 @@ struct Prediction {
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const auto predicted = predict(likely, T_camera_keyframe, camera);
     if (!predicted) return std::nullopt;
-    const Vector3<double>& J = predicted->J_disparity;
-    result.J_disparity = J;
+    result.J_first = predicted->J_first;
+    const Vector3<double> J = result.J_first.col(2);
     result.S_inverse = (R + variance * J * J.transpose()).inverse();
     result.innovation = second - predicted->z - J * (first.z() - likely.z());
     if (iteration + 1 < kIterations) {
@@ -61,9 +61,8 @@ struct Prediction {
   }
   const HomogeneousPoint point{camera.back_project(likely)};
   result.J_pose = pose_jacobian(point, T_keyframe_camera, camera);
-  result.first_px = first.head<2>();
-  result.second_px = second.head<2>();
-  result.second_disparity_px = second.z();
+  result.first = first;
+  result.second = second;
   return result;
 }
 

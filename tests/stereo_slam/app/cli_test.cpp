@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include "stereo_slam/support/program.hpp"
 
 using namespace stereo_slam::test;
@@ -102,7 +104,7 @@ TEST_CASE("An option that has no effect without another one is wrong usage", "[c
     const auto result = call(command);
     CHECK(result.status == 2);
     CHECK(split_lines(result.err).size() == 1);
-    CHECK_THAT(result.err, Catch::StartsWith("stereo_slam: " + option + " requires " + needed));
+    CHECK_THAT(result.err, Catch::StartsWith(fmt::format("stereo_slam: {} requires {}", option, needed)));
   }
 }
 

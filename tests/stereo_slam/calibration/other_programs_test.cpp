@@ -176,15 +176,14 @@ TEST_CASE("Calibrations of Basalt are read if their cameras are kb4 or pinholes"
     };
     const auto lens_text = [&](const Lens& lens) {
       const auto& k = lens.coefficients;
-      const std::string pinhole =
-          fmt::format("\"fx\": {:.17g}, \"fy\": {:.17g}, \"cx\": {:.17g}, \"cy\": {:.17g}", lens.fx, lens.fy,
-                      lens.cx, lens.cy);
+      const std::string pinhole = fmt::format(R"("fx": {:.17g}, "fy": {:.17g}, "cx": {:.17g}, "cy": {:.17g})",
+                                              lens.fx, lens.fy, lens.cx, lens.cy);
       const std::string names =
           model == Distortion::kRadTan
-              ? ", \"k1\": {:.17g}, \"k2\": {:.17g}, \"p1\": {:.17g}, \"p2\": {:.17g}, \"k3\": 0.0, "
-                "\"k4\": 0.0, \"k5\": 0.0, \"k6\": 0.0, \"rpmax\": 2.0"
-              : ", \"k1\": {:.17g}, \"k2\": {:.17g}, \"k3\": {:.17g}, \"k4\": {:.17g}";
-      return fmt::format("{{\"camera_type\": \"{}\", \"intrinsics\": {{{}{}}}}}",
+              ? R"(, "k1": {:.17g}, "k2": {:.17g}, "p1": {:.17g}, "p2": {:.17g}, "k3": 0.0, )"
+                R"("k4": 0.0, "k5": 0.0, "k6": 0.0, "rpmax": 2.0)"
+              : R"(, "k1": {:.17g}, "k2": {:.17g}, "k3": {:.17g}, "k4": {:.17g})";
+      return fmt::format(R"({{"camera_type": "{}", "intrinsics": {{{}{}}}}})",
                          model == Distortion::kRadTan ? "pinhole-radtan8" : "kb4", pinhole,
                          fmt::format(fmt::runtime(names), k[0], k[1], k[2], k[3]));
     };

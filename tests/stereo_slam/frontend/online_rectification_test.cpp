@@ -25,12 +25,13 @@ TEST_CASE("Measuring a point inverts its right position", "[stereo_slam][rectifi
   const RectificationResidual residual(test::kitti_camera(), planted());
   for (int i = 0; i < 20; ++i) {
     const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 5.0, 80.0);
-    const auto measured = residual.measure(z.head<2>(), residual.right_position(z));
+    const auto measured = residual.measure(residual.left_position(z), residual.right_position(z));
     CHECK((measured.z - z).norm() < 1e-12);
     CHECK(std::abs(measured.row_error_px) < 1e-12);
   }
 }
 
+constexpr double kPatchNoise_px = 0.05;  // of an aligned coordinate
 const Pose kDriven = test::car_motion(2.5);
 
 /// One keyframe of the estimator's life: points measured at its beginning and at its end, with the planted
@@ -41,7 +42,7 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
   const Pose& motion = kDriven;
   const auto seen = [&](const StereoPoint& z) {
     const auto noise = [&] { return std::normal_distribution<double>(0.0, sigma_px)(random); };
-    return estimator.current().measure(z.head<2>() + Vector2<double>(noise(), noise()),
+    return estimator.current().measure(truth.left_position(z) + Vector2<double>(noise(), noise()),
                                        truth.right_position(z) + Vector2<double>(noise(), noise()));
   };
   std::vector<StereoMeasurement> rows;
@@ -61,8 +62,8 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
                               camera.back_projection_jacobian(first.z);
     const Matrix3<double> R = stereo_pixel_covariance(sigma_px);
     constraints.push_back({second.z - *predicted, (R + J * R * J.transpose()).inverse(),
-                           pose_jacobian(to_point(landmark, landmark.mean, camera), motion, camera), J.col(2),
-                           first.z.head<2>(), second.z.head<2>()});
+                           pose_jacobian(to_point(landmark, landmark.mean, camera), motion, camera), J,
+                           first.z, second.z});
   }
   estimator.add_rows(rows);
   RectificationEffect effect =
@@ -76,13 +77,15 @@ TEST_CASE("An offset of the right image is estimated while driving", "[stereo_sl
   const StereoCamera camera = test::kitti_camera();
   const RectificationResidual truth(camera, planted());
   RectificationEstimator estimator(camera, {});
-  for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, kPatchNoise_px);
   // What counts is the offset over the image, not the coefficients.
   double disparity_error = 0.0;
   double row_error = 0.0;
   for (int i = 0; i < 200; ++i) {
     const StereoPoint z = test::random_measurement(random, camera, 10.0, 20.0);
-    const Vector2<double> error = truth.right_position(z) - estimator.current().right_position(z);
+    const Vector2<double> left_px = truth.left_position(z);
+    const StereoMeasurement seen = estimator.current().measure(left_px, truth.right_position(z));
+    const Vector2<double> error(seen.z.z() - z.z(), seen.row_error_px);
     disparity_error += std::abs(error.x()) / 200;
     row_error += std::abs(error.y()) / 200;
   }
@@ -91,17 +94,36 @@ TEST_CASE("An offset of the right image is estimated while driving", "[stereo_sl
   CHECK(row_error < 0.03);
 }
 
+TEST_CASE("The error of both lenses is estimated while driving", "[stereo_slam][rectification]") {
+  std::mt19937_64 random(4);
+  const StereoCamera camera = test::kitti_camera();
+  const LensResidual::Coefficients lens(-13.0, 7.0);
+  const RectificationResidual truth(camera, planted(), lens);
+  RectificationEstimator estimator(camera, {});
+  for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, kPatchNoise_px);
+  const LensEstimate found = estimator.lens_error();
+  const Vector2<double> planted_k = truth.lens().k();
+  CAPTURE(found.k, found.sigma, planted_k);
+  for (int i = 0; i < 2; ++i) CHECK(std::abs(found.k[i] - planted_k[i]) < 3.0 * found.sigma[i]);
+  CHECK(found.sigma[0] < 0.2 * std::abs(planted_k[0]));
+  CHECK(RectificationEstimator::resumed(camera, {}, estimator.estimate()).current().lens().coefficients() ==
+        estimator.current().lens().coefficients());
+}
+
 TEST_CASE("A perfect rectification is hardly changed", "[stereo_slam][rectification]") {
   std::mt19937_64 random(3);
+  const RectificationResidual exact(test::kitti_camera());
   RectificationEstimator estimator(test::kitti_camera(), {});
   for (int keyframe = 0; keyframe < 20; ++keyframe) {
-    (void)drive(estimator, random, RectificationResidual(test::kitti_camera()), 0.2);
+    (void)drive(estimator, random, exact, kPatchNoise_px);
   }
   CAPTURE(estimator.current().coefficients());
   for (int i = 0; i < 50; ++i) {
     const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 10.0, 20.0);
-    const Vector2<double> ideal(z.x() - z.z(), z.y());
-    CHECK((estimator.current().right_position(z) - ideal).cwiseAbs().maxCoeff() < 0.1);
+    const StereoMeasurement seen =
+        estimator.current().measure(exact.left_position(z), exact.right_position(z));
+    CHECK((seen.z - z).cwiseAbs().maxCoeff() < 0.1);
+    CHECK(std::abs(seen.row_error_px) < 0.1);
   }
 }
 
@@ -110,8 +132,8 @@ TEST_CASE("Little is learned of the disparity offset where the rows show an exac
   std::mt19937_64 random(5);
   RectificationEstimator exact(test::kitti_camera(), {});
   RectificationEstimator wrong(test::kitti_camera(), {});
-  (void)drive(exact, random, RectificationResidual(test::kitti_camera()), 0.2);
-  (void)drive(wrong, random, RectificationResidual(test::kitti_camera(), planted()), 0.2);
+  (void)drive(exact, random, RectificationResidual(test::kitti_camera()), kPatchNoise_px);
+  (void)drive(wrong, random, RectificationResidual(test::kitti_camera(), planted()), kPatchNoise_px);
   CHECK(exact.current().rms_offset_px().x() < 0.05);
   CHECK(exact.scale_sigma() < wrong.scale_sigma());  // the narrower prior
 }
@@ -127,7 +149,7 @@ TEST_CASE("A displacement of the right image that the rows do not show is learne
   planted(0, 3) = column_px * turn_px;
   const RectificationResidual truth(test::kitti_camera(), planted);
   RectificationEstimator estimator(test::kitti_camera(), {});
-  for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, kPatchNoise_px);
   CAPTURE(estimator.current().coefficients().row(0));
   const RectificationResidual error(test::kitti_camera(), estimator.current().coefficients() - planted);
   CHECK(error.rms_offset_px().x() < 0.05 * std::abs(column_px) + 0.03);
@@ -153,7 +175,7 @@ TEST_CASE("Motions are corrected to the last estimate, unless they contradict it
   for (int keyframe = 0; keyframe < kKeyframes; ++keyframe) {
     CAPTURE(keyframe);
     const auto& effect = effects[static_cast<std::size_t>(keyframe)];
-    CHECK(std::abs(estimator.disparity_offset_during(effect)[0] - column_px(keyframe)) < 1.0);
+    CHECK(std::abs(estimator.coefficients_during(effect)[0] - column_px(keyframe)) < 1.0);
   }
 }
 
@@ -223,9 +245,9 @@ TEST_CASE("The reported uncertainty of lengths decreases with the distance drive
   std::mt19937_64 random(6);
   const RectificationResidual truth(test::kitti_camera(), planted());
   RectificationEstimator estimator(test::kitti_camera(), {});
-  (void)drive(estimator, random, truth, 0.2);
+  (void)drive(estimator, random, truth, kPatchNoise_px);
   const double first = estimator.scale_sigma();
-  for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(estimator, random, truth, kPatchNoise_px);
   CHECK(first > 0.0);
   CHECK(estimator.scale_sigma() < 0.6 * first);
 }
@@ -236,7 +258,7 @@ TEST_CASE("The error of the scale that all motions share can be left out of thei
   const RectificationResidual truth(test::kitti_camera(), planted());
   RectificationEstimator estimator(test::kitti_camera(), {});
   RectificationEffect effect;
-  for (int keyframe = 0; keyframe < 10; ++keyframe) effect = drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 10; ++keyframe) effect = drive(estimator, random, truth, kPatchNoise_px);
   const Matrix6<double> all = estimator.covariance_of(effect);
   const Matrix6<double> rest = estimator.covariance_besides_scale(effect, kDriven);
   const double scale_m = estimator.scale_sigma() * kDriven.translation().norm();
@@ -257,12 +279,12 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
   const StereoCamera camera = test::kitti_camera();
   const RectificationResidual truth(camera, planted());
   RectificationEstimator estimator(camera, {});
-  for (int keyframe = 0; keyframe < 3; ++keyframe) (void)drive(estimator, random, truth, 0.2);
+  for (int keyframe = 0; keyframe < 3; ++keyframe) (void)drive(estimator, random, truth, kPatchNoise_px);
   auto resumed = RectificationEstimator::resumed(camera, {}, estimator.estimate());
   CHECK(resumed.current().coefficients() == estimator.current().coefficients());
   auto same_random = random;
-  (void)drive(estimator, random, truth, 0.2);
-  (void)drive(resumed, same_random, truth, 0.2);
+  (void)drive(estimator, random, truth, kPatchNoise_px);
+  (void)drive(resumed, same_random, truth, kPatchNoise_px);
   CHECK(resumed.current().coefficients() == estimator.current().coefficients());
 }
 

@@ -11,6 +11,7 @@ Match match_at(std::size_t landmark, double u, double v) {
   Match match;
   match.landmark = landmark;
   match.z = {u, v, 20.0};
+  match.left_px = {u, v};
   return match;
 }
 

@@ -167,7 +167,7 @@ Outcome drive(LoopThread thread, const Eyes& eyes = own, const Circumstances& ci
     outcome.closed.push_back(k == 0 ? PoseGaussian{}
                                     : compose_first_order(outcome.closed.back(), steps.back()));
     const bool lost = keyframe.segment > 0 && outcome.segment_localised.size() < 2;
-    loops.add_keyframe(std::move(keyframe), {}, lost ? CorrectionDelay::kShort : CorrectionDelay::kUsual);
+    loops.add_keyframe(std::move(keyframe), {}, {}, lost ? CorrectionDelay::kShort : CorrectionDelay::kUsual);
   }
   apply(loops.finish(circumstances.remeasured));
   outcome.events = loops.events();

@@ -30,9 +30,9 @@ constexpr std::size_t kSizeAt = 20;
 constexpr std::size_t kHeaderChecksumAt = 28;
 constexpr std::size_t kCameraAt = 32 + 16;
 constexpr std::size_t kRectificationAt = kCameraAt + 48 + 16;
-constexpr std::size_t kKeyframesAt = kRectificationAt + 1920 + 16;
+constexpr std::size_t kKeyframesAt = kRectificationAt + 2304 + 16;
 constexpr std::size_t kKeyframeBytes = 744;  // without points
-constexpr std::size_t kEmptyMapBytes = 2108;
+constexpr std::size_t kEmptyMapBytes = 2492;
 
 /// CRC-32 by its definition, bit by bit: polynomial 0x04c11db7, reflected, inverted before and after.
 std::uint32_t crc32_of(std::string_view bytes) {
@@ -107,6 +107,7 @@ void check_same(const StereoCamera& a, const StereoCamera& b) {
 
 void check_same(const RectificationEstimate& a, const RectificationEstimate& b) {
   CHECK(same_bits(a.coefficients, b.coefficients));
+  CHECK(same_bits(a.lens, b.lens));
   CHECK(same_bits(a.row_information, b.row_information));
   CHECK(same_bits(a.row_vector, b.row_vector));
   CHECK(same_bits(a.disparity_information, b.disparity_information));
@@ -165,7 +166,7 @@ TEST_CASE("The layout is the documented one", "[stereo_slam][map_file]") {
   CHECK(bytes.size() == kEmptyMapBytes + 3 * kKeyframeBytes + 6 * 48 + 368 + 2 * 37);
   CHECK(bytes == sealed(bytes));
   CHECK(bytes.substr(0, 16) == "antipode map\r\n\x1a\n");
-  CHECK(bytes.substr(kVersionAt, 4) == std::string("\3\0\0\0", 4));
+  CHECK(bytes.substr(kVersionAt, 4) == std::string("\4\0\0\0", 4));
   CHECK(bytes.substr(kCameraAt - 16, 8) == "camera  ");
   CHECK(bytes.substr(kRectificationAt - 16, 8) == "rectify ");
   CHECK(bytes.substr(kKeyframesAt - 16, 8) == "keyframe");
@@ -183,7 +184,7 @@ TEST_CASE("A file cut off anywhere is refused", "[stereo_slam][map_file][error]"
     if (!Catch::StartsWith("truncated").match(refusal)) FAIL(size << " bytes: " << refusal);
   }
   CHECK(refusal_of(folder / "map", bytes.substr(0, 100)) ==
-        "truncated: 100 of 5070 bytes found; copy the file again, or save the map anew");
+        "truncated: 100 of 5454 bytes found; copy the file again, or save the map anew");
 }
 
 TEST_CASE("A flipped bit in any byte is detected", "[stereo_slam][map_file][error]") {
@@ -202,7 +203,7 @@ TEST_CASE("A flipped bit in any byte is detected", "[stereo_slam][map_file][erro
 
 TEST_CASE("Bytes after the end are detected", "[stereo_slam][map_file][error]") {
   CHECK_THAT(refusal_of(file_of(small_map()) + "\n"),
-             Catch::StartsWith("damaged: has 5071 bytes, its header says 5070"));
+             Catch::StartsWith("damaged: has 5455 bytes, its header says 5454"));
 }
 
 TEST_CASE("Files of other kinds are refused", "[stereo_slam][map_file][error]") {
@@ -215,9 +216,9 @@ TEST_CASE("Files of other kinds are refused", "[stereo_slam][map_file][error]") 
 
 TEST_CASE("Maps of other versions are refused with their version", "[stereo_slam][map_file][error]") {
   auto bytes = file_of(small_map());
-  put_at(bytes, kVersionAt, std::uint32_t{4});
+  put_at(bytes, kVersionAt, std::uint32_t{5});
   CHECK(refusal_of(sealed(bytes)) ==
-        "is of version 4 of the format, this program reads version 3; use a newer stereo_slam");
+        "is of version 5 of the format, this program reads version 4; use a newer stereo_slam");
   put_at(bytes, kVersionAt, std::uint32_t{2});
   CHECK_THAT(refusal_of(sealed(bytes)), Catch::Contains("version 2") && Catch::Contains("that wrote it"));
 }
@@ -255,7 +256,7 @@ TEST_CASE("Contradictory contents are refused although the checksum is right",
       {kCameraAt, -700.0, "camera has no positive focal length"},
       {kCameraAt + 32, kNaN, "camera has no positive baseline"},
       {kRectificationAt, kNaN, "rectification is not finite"},
-      {kRectificationAt + 160, -1.0, "rectification has an information that is not positive definite"},
+      {kRectificationAt + 176, -1.0, "rectification has an information that is not positive definite"},
       {first + 24, kNaN, "keyframe 0 has no valid path length"},
       {first + 32, 0.5, "keyframe 0: T_previous_keyframe is not a unit dual quaternion"},
       {first + 32 + 352 + 64, -1.0, "keyframe 0: T_world_keyframe has a matrix that is not a covariance"},

@@ -29,7 +29,8 @@ struct Run {
     for (std::size_t i = 0; i < count; ++i) {
       matches[i].landmark = i;
       matches[i].z = test::random_measurement(random, camera, 5.0, 20.0);
-      points.measured.push_back({matches[i].z, 0.0});
+      matches[i].left_px = matches[i].z.head<2>();
+      points.measured.push_back({matches[i].z, matches[i].left_px});
       ids.push_back(local_map.new_id());
     }
     local_map.add(points, ids, {}, frame);

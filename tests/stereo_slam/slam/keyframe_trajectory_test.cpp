@@ -203,10 +203,9 @@ std::vector<BiasConstraint> exact_constraints(const Pose& motion) {
     const Matrix3<double> J = camera.projection_jacobian(p);
     Eigen::Matrix<double, 3, 6> J_pose;
     J_pose << J * antipode::skew(p), -J;
-    constraints.push_back(
-        {Vector3<double>::Zero(), Matrix3<double>::Identity(), J_pose,
-         J * motion.rotation_matrix().transpose() * camera.back_projection_jacobian(z).col(2), z.head<2>(),
-         z_later->head<2>()});
+    constraints.push_back({Vector3<double>::Zero(), Matrix3<double>::Identity(), J_pose,
+                           J * motion.rotation_matrix().transpose() * camera.back_projection_jacobian(z), z,
+                           *z_later});
   }
   return constraints;
 }

@@ -47,8 +47,8 @@ inline MatchedScene make_scene(std::mt19937_64& random, const Pose& truth, int c
     const auto predicted =
         project_landmarks({landmark, camera}, antipode::to_pose_gaussian(scene.prior), 1e3);
     if (predicted.empty()) continue;  // out of view at the prior's pose
-    scene.matches.push_back({scene.landmarks.size(), measured, stereo_pixel_covariance(kSceneSigma_px),
-                             predicted.front(), std::nullopt});
+    scene.matches.push_back({scene.landmarks.size(), measured, measured.head<2>(),
+                             stereo_pixel_covariance(kSceneSigma_px), predicted.front()});
     scene.landmarks.push_back(landmark.front());
   }
   return scene;

@@ -46,7 +46,7 @@ inline Pose car_motion(double forward_m = 0.9) {
 /// Points with these measurements and empty descriptors.
 inline StereoPoints points_at(const std::vector<StereoPoint>& measurements) {
   StereoPoints points;
-  for (const auto& z : measurements) points.measured.push_back({z, 0.0});
+  for (const auto& z : measurements) points.measured.push_back({z, z.head<2>()});
   points.descriptors.resize(measurements.size());
   return points;
 }

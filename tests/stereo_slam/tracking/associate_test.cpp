@@ -121,8 +121,8 @@ TEST_CASE("The flow gate keeps static points and drops what moves on its own", "
   AssociationSettings settings;
   settings.flow_tolerance_px = 1.0;
   const auto search_start_px = [&](const StereoPyramid& current) {
-    const auto flow = observe_flow(predicted, map, Pose::identity(), {previous, current});
-    return gate_by_flow(predicted, flow, settings);
+    const auto flow = observe_flow(predicted, map, Pose::identity(), {previous, current}, {});
+    return gate_by_flow(predicted, flow, {}, settings);
   };
   const auto end_px = search_start_px(pyramids_of({3.0, 0.0}));
   REQUIRE(end_px.size() == 1);

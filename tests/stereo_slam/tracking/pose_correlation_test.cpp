@@ -51,8 +51,8 @@ double mean_nees(int runs, int frames, bool track_correlation, double inverse_do
       for (const auto& p : project_landmarks(map.view(), antipode::to_pose_gaussian(prior), 1e3)) {
         const auto z = camera.project(truth.inverse() * points[p.index]);
         if (!z || !camera.in_view(*z)) continue;
-        matches.push_back(
-            {p.index, *z + test::stereo_noise(random, 0.5), stereo_pixel_covariance(0.5), p, {}});
+        const StereoPoint measured = *z + test::stereo_noise(random, 0.5);
+        matches.push_back({p.index, measured, measured.head<2>(), stereo_pixel_covariance(0.5), p});
       }
       const auto update = update_pose(prior, matches, map.view(), settings.update);
       REQUIRE(update.converged);

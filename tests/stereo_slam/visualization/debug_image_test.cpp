@@ -115,7 +115,7 @@ TEST_CASE("The trace contains the outcome of each landmark", "[stereo_slam][debu
   association.predicted = {{4, z, part, part}, {9, z, part, part}};
   association.flow = {LandmarkFlow{{90.0, 50.0}, {101.0, 50.0}}, LandmarkFlow{{90.0, 50.0}, {90.0, 50.0}}};
   association.search_start_px = {association.flow[0]->to_px, std::nullopt};
-  association.matches = {{4, {100.5, 50.0, 10.0}, part, association.predicted[0], std::nullopt}};
+  association.matches = {{4, {100.5, 50.0, 10.0}, {100.5, 50.0}, part, association.predicted[0]}};
   const AssociationSettings settings;
   const auto trace = trace_association(association, {{1.0, 2.0}}, settings);
   REQUIRE(trace.landmarks.size() == 2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/disparity_offset.hpp"
+#include "stereo_slam/frontend/camera_errors.hpp"
 
 #include <cmath>
 #include <random>
@@ -11,8 +11,8 @@
 namespace stereo_slam {
 namespace {
 
-using Basis = DisparityOffset::Basis;
-using Evidence = DisparityOffset::Evidence;
+using Basis = CameraErrors::Coefficients;
+using Evidence = CameraErrors::Evidence;
 
 constexpr double kWidest_px = 0.7;
 constexpr double kExpected_px = 0.03;
@@ -47,14 +47,14 @@ class Motions {
   std::mt19937_64 random_{1};
 };
 
-[[nodiscard]] DisparityOffset exact_calibration() {
-  DisparityOffset estimate(kWidest_px);
-  estimate.expect(kExpected_px);
+[[nodiscard]] CameraErrors exact_calibration() {
+  CameraErrors estimate(kWidest_px);
+  estimate.expect(kExpected_px, kExpected_px);
   return estimate;
 }
 
 /// Adds motions; returns how many were added when a turn was noticed.
-[[nodiscard]] std::optional<int> drive(DisparityOffset& estimate, Motions& motions, const Basis& truth,
+[[nodiscard]] std::optional<int> drive(CameraErrors& estimate, Motions& motions, const Basis& truth,
                                        int count) {
   std::optional<int> noticed;
   for (int i = 0; i < count; ++i) {
@@ -64,7 +64,7 @@ class Motions {
 }
 
 TEST_CASE("The prior of an exact calibration resists noise", "[stereo_slam][rectification]") {
-  DisparityOffset estimate = exact_calibration();
+  CameraErrors estimate = exact_calibration();
   Motions motions;
   CHECK_FALSE(drive(estimate, motions, Basis::Zero(), 200));
   CHECK_FALSE(estimate.has_large_error());
@@ -75,7 +75,7 @@ TEST_CASE("The prior of an exact calibration resists noise", "[stereo_slam][rect
 TEST_CASE("A wrong column is learned whatever the rows show", "[stereo_slam][rectification]") {
   const double column_px = GENERATE(-20.0, -5.0, 0.5, 5.0);
   CAPTURE(column_px);
-  DisparityOffset estimate = exact_calibration();
+  CameraErrors estimate = exact_calibration();
   Motions motions;
   CHECK_FALSE(drive(estimate, motions, offset(column_px, 0.0), 100));
   CHECK(estimate.has_large_error());
@@ -87,8 +87,8 @@ TEST_CASE("A turn is noticed, learned, and separates the motions before it from 
           "[stereo_slam][rectification]") {
   const double expected_px = GENERATE(kExpected_px, kWidest_px);  // an exact calibration, and any
   CAPTURE(expected_px);
-  DisparityOffset estimate(kWidest_px);
-  estimate.expect(expected_px);
+  CameraErrors estimate(kWidest_px);
+  estimate.expect(expected_px, expected_px);
   Motions motions;
   constexpr int kBefore = 40;
   CHECK_FALSE(drive(estimate, motions, Basis::Zero(), kBefore));
@@ -108,7 +108,7 @@ TEST_CASE("A turn is noticed, learned, and separates the motions before it from 
 }
 
 TEST_CASE("A displacement from the start does not hide a later turn", "[stereo_slam][rectification]") {
-  DisparityOffset estimate = exact_calibration();
+  CameraErrors estimate = exact_calibration();
   Motions motions;
   constexpr int kBefore = 40;
   CHECK_FALSE(drive(estimate, motions, offset(-2.0, 0.0), kBefore));
@@ -121,8 +121,8 @@ TEST_CASE("A displacement from the start does not hide a later turn", "[stereo_s
 }
 
 TEST_CASE("What a turn does not change stays known", "[stereo_slam][rectification]") {
-  DisparityOffset estimate(kWidest_px);
-  estimate.expect(kWidest_px);
+  CameraErrors estimate(kWidest_px);
+  estimate.expect(kWidest_px, kWidest_px);
   Motions motions;
   Basis truth = Basis::Zero();
   truth[4] = 1.4;  // x y
@@ -138,10 +138,10 @@ TEST_CASE("What a turn does not change stays known", "[stereo_slam][rectificatio
 }
 
 TEST_CASE("A resumed estimate does not learn a large error anew", "[stereo_slam][rectification]") {
-  DisparityOffset estimate = exact_calibration();
+  CameraErrors estimate = exact_calibration();
   Motions motions;
   (void)drive(estimate, motions, offset(-5.0, 0.0), 60);
-  DisparityOffset resumed = exact_calibration();
+  CameraErrors resumed = exact_calibration();
   resumed.resume(estimate.everything());
   CHECK(resumed.estimate().mean().isApprox(estimate.estimate().mean()));
   CHECK_FALSE(drive(resumed, motions, offset(-5.0, 0.0), 20));
@@ -150,12 +150,12 @@ TEST_CASE("A resumed estimate does not learn a large error anew", "[stereo_slam]
 
 TEST_CASE("What motions showed before the right camera moved stays with them",
           "[stereo_slam][rectification]") {
-  DisparityOffset estimate = exact_calibration();
+  CameraErrors estimate = exact_calibration();
   Motions motions;
   constexpr int kBefore = 60, kAfter = 40;
   (void)drive(estimate, motions, offset(-5.0, 0.0), kBefore);
   const Basis before = estimate.estimate().mean();
-  estimate.forget();
+  estimate.forget(1.0);
   for (int i = 0; i < kAfter; ++i) estimate.add_without_turn(motions.next(offset(-4.0, 0.0)));
   CHECK(std::abs(estimate.estimate().mean()[0] + 4.0) < 0.15);
   const auto* period = estimate.period_of(kBefore - 1);
@@ -167,17 +167,17 @@ TEST_CASE("What motions showed before the right camera moved stays with them",
 
 TEST_CASE("A shift moves the estimate, and diffusion widens it by its covariance",
           "[stereo_slam][rectification]") {
-  DisparityOffset estimate = exact_calibration();
+  CameraErrors estimate = exact_calibration();
   Motions motions;
   (void)drive(estimate, motions, offset(-5.0, 0.0), 60);
   const Basis before = estimate.estimate().mean();
   estimate.shift(offset(2.0, 0.5));
   CHECK((estimate.estimate().mean() - before - offset(2.0, 0.5)).norm() < 1e-6);
   const auto everything = [&] {
-    return DisparityOffset::Information(estimate.everything().information.inverse());
+    return CameraErrors::Information(estimate.everything().information.inverse());
   };
-  const DisparityOffset::Information narrow = everything();
-  const DisparityOffset::Information added = 0.01 * DisparityOffset::Information::Identity();
+  const CameraErrors::Information narrow = everything();
+  const CameraErrors::Information added = 0.01 * CameraErrors::Information::Identity();
   estimate.diffuse(added);
   CHECK((everything() - narrow - added).norm() < 1e-6);
 }

@@ -5,61 +5,70 @@
 #include <optional>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/lens_residual.hpp"
 
 namespace stereo_slam {
 
-/// The Gaussian estimate of the disparity offset, the horizontal part of a RectificationResidual, from what
-/// motions show of it.
+/// A Gaussian of N numbers in information form, mean = information^-1 vector; or what measurements add to it.
+template <int N>
+struct GaussianInformation {
+  antipode::Matrix<double, N> information = antipode::Matrix<double, N>::Zero();
+  antipode::Vector<double, N> vector = antipode::Vector<double, N>::Zero();
+
+  [[nodiscard]] GaussianInformation operator+(const GaussianInformation& other) const {
+    return {information + other.information, vector + other.vector};
+  }
+  [[nodiscard]] GaussianInformation operator-(const GaussianInformation& other) const {
+    return {information - other.information, vector - other.vector};
+  }
+  [[nodiscard]] antipode::Vector<double, N> mean() const { return information.ldlt().solve(vector); }
+  /// log of the density at x, up to a constant.
+  [[nodiscard]] double log_density(const antipode::Vector<double, N>& x) const {
+    return x.dot(vector - 0.5 * information * x);
+  }
+};
+
+/// The Gaussian estimate of the errors that only motions show: the disparity offset, which is the horizontal
+/// part of a RectificationResidual, and the lenses' LensResidual.
 ///
 /// Its prior has the mean zero and the standard deviation that the row offset suggests. Two errors hardly
 /// show in the rows: a wrong column of the right image, and a right camera that is turned sideways. They get
-/// a wide prior if the motions are much likelier with it. And if the last motions are much likelier with a
-/// turn of the right camera just before them, what was known of these two errors is forgotten.
-class DisparityOffset {
+/// a wide prior if the motions are much likelier with it, and so do the lenses. And if the last motions are
+/// much likelier with a turn of the right camera just before them, what was known of these two errors is
+/// forgotten.
+class CameraErrors {
  public:
-  static constexpr int kTerms = 10;  ///< those of RectificationResidual
+  static constexpr int kOffsetTerms = 10;  ///< those of RectificationResidual
+  static constexpr int kTerms = kOffsetTerms + LensResidual::kTerms;
   /// Change of the coefficients that is too large for derivatives at the earlier ones, px.
   static constexpr double kLargeChange_px = 0.35;
-  using Basis = antipode::Vector<double, kTerms>;
+  using Coefficients = antipode::Vector<double, kTerms>;  ///< px; those of the lenses last
   using Information = antipode::Matrix<double, kTerms>;
 
-  /// A Gaussian in information form, mean = information^-1 vector; or what measurements add to it.
-  struct Evidence {
-    Information information = Information::Zero();  ///< 1/px^2
-    Basis vector = Basis::Zero();                   ///< 1/px
-
-    [[nodiscard]] Evidence operator+(const Evidence& other) const {
-      return {information + other.information, vector + other.vector};
-    }
-    [[nodiscard]] Evidence operator-(const Evidence& other) const {
-      return {information - other.information, vector - other.vector};
-    }
-    [[nodiscard]] Basis mean() const;
-    /// log of the density at these coefficients, up to a constant.
-    [[nodiscard]] double log_density(const Basis& coefficients) const;
-  };
+  using Evidence = GaussianInformation<kTerms>;  ///< 1/px^2, 1/px
 
   /// The time before a turn of the right camera.
   struct Period {
     std::size_t motions = 0;  ///< measured before its end, since the start
     Evidence estimate;        ///< at its end
-    Basis turn_px;            ///< the change of the coefficients at its end
+    Coefficients turn_px;     ///< the change of the coefficients at its end
   };
 
-  DisparityOffset() : DisparityOffset(1.0) {}
+  CameraErrors() : CameraErrors(1.0) {}
   /// No standard deviation of the prior is larger than `widest_sigma_px`.
-  explicit DisparityOffset(double widest_sigma_px);
+  explicit CameraErrors(double widest_sigma_px);
 
   /// Everything added so far and the widest prior.
   [[nodiscard]] const Evidence& everything() const noexcept { return everything_; }
   /// Resumes from everything() of another one with the same widest prior. Call expect() before.
   void resume(const Evidence& everything);
 
-  /// The standard deviation of the prior, px.
-  void expect(double sigma_px);
+  /// The standard deviation of the prior of the offset, and that which the prior of the lenses follows, px.
+  void expect(double offset_sigma_px, double lens_sigma_px);
 
   /// Adds what a motion shows. True if that is a turn of the right camera, at most eight motions ago.
   bool add(const Evidence& motion);
@@ -68,11 +77,12 @@ class DisparityOffset {
   void add_without_turn(const Evidence& motion);
 
   /// Forgets most of what is known of the errors that hardly show in the rows: the last motion was measured
-  /// without knowing that the right camera moves. The motions so far keep the estimate of now.
-  void forget();
+  /// without knowing that the right camera moves, by as much as `displacement_px`. The motions so far keep
+  /// the estimate of now.
+  void forget(double displacement_px);
 
   /// The coefficients have changed by this, px: a large error, from then on.
-  void shift(const Basis& change);
+  void shift(const Coefficients& change);
 
   /// Forgets a part: the coefficients have changed by an error with this covariance, px^2.
   void diffuse(const Information& covariance);
@@ -92,21 +102,25 @@ class DisparityOffset {
     std::size_t motions;         // since then
     Evidence everything_before;  // with the widest prior
     Evidence before, after;      // the estimates
-    Basis change_px;             // of the coefficients
+    Coefficients change_px;      // of the coefficients
   };
 
   [[nodiscard]] std::optional<Turn> find_turn() const;
-  [[nodiscard]] double log_evidence_with(const Basis& prior, const Evidence& everything) const;
+  [[nodiscard]] double log_evidence_with(const Coefficients& prior, const Evidence& everything) const;
   [[nodiscard]] bool shows_large_error(const Evidence& everything) const;
+  void notice_lens_error();
+  void allow_lens_error(Coefficients& prior) const;
   [[nodiscard]] bool was_so_from_start(const Turn& turn) const;
   [[nodiscard]] Evidence with_prior(const Evidence& everything, bool has_large_error) const;
   void begin_again(const Evidence& estimate);
 
   Evidence everything_;
-  Basis widest_prior_, usual_prior_, large_error_prior_;  // information, 1/px^2
+  Coefficients widest_prior_, usual_prior_, large_error_prior_;  // information, 1/px^2
   bool has_large_error_ = false;
-  Basis begun_with_ = Basis::Zero();  // the coefficients with which the first motions were measured, px
-  std::vector<Evidence> recent_;      // of the last motions
+  bool has_lens_error_ = false;
+  Coefficients begun_with_ =
+      Coefficients::Zero();       // the coefficients with which the first motions were measured, px
+  std::vector<Evidence> recent_;  // of the last motions
   std::vector<Period> periods_;
   std::size_t motions_ = 0;
   std::size_t motions_since_begin_ = 0;  // since begin_again()
