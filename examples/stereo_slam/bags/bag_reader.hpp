@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -10,20 +9,22 @@
 
 #include <opencv2/core.hpp>
 
-#include "stereo_slam/bags/bag_recording.hpp"
 #include "stereo_slam/bags/message_times.hpp"
+#include "stereo_slam/bags/topic_pair.hpp"
 #include "stereo_slam/calibration/camera_info.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 
 namespace stereo_slam {
 
-/// The files of a recording: a bag; the parts of one as BAG,BAG,...; or those in a folder. Throws
-/// std::runtime_error if a folder contains none.
-[[nodiscard]] std::vector<std::filesystem::path> bag_files(const std::filesystem::path& recording);
+/// The images of a topic that can be read.
+struct IndexedImages {
+  std::vector<MessageTime> times;  ///< in order of recording
+  std::size_t unreadable = 0;      ///< messages that are left out
+  std::string first_fault;         ///< why the first of them cannot be read
+};
 
 /// The images and calibrations in a recording of one bag or several parts. Every function throws
-/// std::runtime_error that names the file when the bag cannot be read. In a program built without
-/// librosbag-storage-dev the constructor always throws.
+/// std::runtime_error that names the file when the bag cannot be read. Reading images is thread-safe.
 class BagReader {
  public:
   explicit BagReader(const std::filesystem::path& recording);
@@ -31,10 +32,12 @@ class BagReader {
   BagReader(const BagReader&) = delete;
   BagReader& operator=(const BagReader&) = delete;
 
+  /// Sorted by name.
   [[nodiscard]] std::vector<BagTopic> topics() const;
 
-  /// Indexes the images of a topic. Returns their times, in order of recording.
-  [[nodiscard]] std::vector<MessageTime> index_images(const std::string& topic);
+  /// Indexes the images of topics, all in one pass over the recording. Throws if a topic has none that can be
+  /// read.
+  [[nodiscard]] std::vector<IndexedImages> index_images(const std::vector<std::string>& topics);
 
   /// Image `i`, from 0, of an indexed topic, as CV_8UC1; 16 bits a pixel by the scale.
   [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i, const GreyScale& scale = {});
@@ -45,6 +48,9 @@ class BagReader {
   /// The first message of a topic of sensor_msgs/CameraInfo whose camera is calibrated; the last one if none
   /// is.
   [[nodiscard]] CameraInfo camera_info(const std::string& topic);
+
+  /// What the files lack, one warning for each that is not whole: "PATH: WHAT".
+  [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
   struct Bag;

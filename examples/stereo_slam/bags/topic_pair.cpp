@@ -20,7 +20,7 @@ namespace stereo_slam {
 namespace {
 
 [[nodiscard]] bool has_images(const BagTopic& topic) {
-  return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage";
+  return is_sensor_type(topic.type, "Image") || is_sensor_type(topic.type, "CompressedImage");
 }
 
 /// Possible names of the right camera's topic, if `left` is the name of a left camera's topic, such as
@@ -160,6 +160,11 @@ class ImageTopics {
 };
 
 }  // namespace
+
+bool is_sensor_type(std::string_view type, std::string_view name) {
+  constexpr std::string_view kPackage = "sensor_msgs/";
+  return type.starts_with(kPackage) && type.substr(kPackage.size()) == name;
+}
 
 TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& left,
                         const std::string& right) {

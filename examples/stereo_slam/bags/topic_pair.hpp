@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// Which topics of a bag are those of the two cameras.
@@ -12,7 +13,11 @@ struct BagTopic {
   std::string name;
   std::string type;  ///< "sensor_msgs/Image"
   std::size_t messages = 0;
+  std::string serialization{};  ///< the bag's name for it; see serialization_of()
 };
+
+/// Whether the type of a topic is this one of the package sensor_msgs.
+[[nodiscard]] bool is_sensor_type(std::string_view type, std::string_view name);
 
 /// The names of the image topics of the left and the right camera; the same if its images show both.
 struct TopicPair {

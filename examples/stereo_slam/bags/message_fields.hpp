@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace stereo_slam {
+
+/// How the fields of messages become bytes.
+enum class Serialization {
+  kRos1  ///< little-endian, one after another
+};
+
+/// By the name that a bag has for it. Throws std::invalid_argument for one that is not read.
+[[nodiscard]] Serialization serialization_of(std::string_view name);
+
+/// The fields of a serialised message, one after another. Every function throws std::invalid_argument if the
+/// message ends within its fields.
+class MessageFields {
+ public:
+  MessageFields(std::span<const std::uint8_t> message, Serialization serialization);
+
+  template <class Number>
+  [[nodiscard]] Number next() {
+    std::array<std::uint8_t, sizeof(Number)> bytes;
+    std::ranges::copy(take(bytes.size()), bytes.begin());
+    return std::bit_cast<Number>(bytes);
+  }
+
+  [[nodiscard]] std::string text();
+
+  /// An array of bytes, which belong to the message.
+  [[nodiscard]] std::span<const std::uint8_t> bytes();
+
+  /// Fills numbers of a fixed count.
+  template <class Numbers>
+  void fill(Numbers& numbers) {
+    for (auto& number : numbers) number = next<typename Numbers::value_type>();
+  }
+
+  /// The beginning of std_msgs/Header, which ends with its stamp.
+  [[nodiscard]] std::int64_t stamp_ns();
+
+  void skip_header();
+
+ private:
+  [[nodiscard]] std::span<const std::uint8_t> take(std::size_t count);
+
+  std::span<const std::uint8_t> message_;
+  std::size_t at_ = 0;
+};
+
+/// So many bytes of a message contain the stamp of its header.
+constexpr std::size_t kStampedBytes = 12;
+
+}  // namespace stereo_slam
