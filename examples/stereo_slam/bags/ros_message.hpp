@@ -15,7 +15,7 @@ namespace stereo_slam {
 
 /// A message as it was recorded. The functions that read one throw std::invalid_argument if it is damaged.
 struct RosMessage {
-  std::string type;  ///< "sensor_msgs/Image"
+  std::string type;  ///< see BagTopic
   Serialization serialization = Serialization::kRos1;
   std::span<const std::uint8_t> bytes;
 };

@@ -162,8 +162,10 @@ class ImageTopics {
 }  // namespace
 
 bool is_sensor_type(std::string_view type, std::string_view name) {
-  constexpr std::string_view kPackage = "sensor_msgs/";
-  return type.starts_with(kPackage) && type.substr(kPackage.size()) == name;
+  for (const std::string_view package : {"sensor_msgs/", "sensor_msgs/msg/"}) {  // of ROS 1 and 2
+    if (type.starts_with(package) && type.substr(package.size()) == name) return true;
+  }
+  return false;
 }
 
 TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& left,

@@ -11,7 +11,7 @@ namespace stereo_slam {
 
 struct BagTopic {
   std::string name;
-  std::string type;  ///< "sensor_msgs/Image"
+  std::string type;  ///< "sensor_msgs/Image", or "sensor_msgs/msg/Image" in ROS 2
   std::size_t messages = 0;
   std::string serialization{};  ///< the bag's name for it; see serialization_of()
 };
