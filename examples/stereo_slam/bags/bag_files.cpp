@@ -2,8 +2,10 @@
 #include "stereo_slam/bags/bag_files.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "stereo_slam/dataset/euroc.hpp"
@@ -17,7 +19,8 @@ namespace fs = std::filesystem;
 
 bool has_bag_name(const fs::path& file) {
   const std::string name = lower_case(file.filename().string());
-  return name.ends_with(".bag") || name.ends_with(".bag.active");
+  constexpr std::array<std::string_view, 3> kEnds = {".bag", ".bag.active", ".mcap"};
+  return std::ranges::any_of(kEnds, [&](std::string_view end) { return name.ends_with(end); });
 }
 
 bool is_bag_recording(const fs::path& recording) {

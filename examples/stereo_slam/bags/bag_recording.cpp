@@ -250,39 +250,46 @@ void require_size(const StereoCamera& camera, const TopicPair& topics, BagImages
   return calibration_inside(reader, topics, file);
 }
 
+/// Everything but the checks of scan_bag(). Throws std::runtime_error that names the recording.
+void read_recording(const std::shared_ptr<BagReader>& reader, const BagOptions& options, SequenceScan& scan) {
+  auto& sequence = scan.sequence;
+  const fs::path& recording = sequence.folder;
+  TopicPair topics;
+  try {
+    topics = topics_of(*reader, recording, options, scan.problems);
+  } catch (const std::invalid_argument& error) {
+    fail(recording, error.what());
+  }
+  sequence.left_name = topics.left;
+  sequence.right_name = topics.right;
+  sequence.right_half_first = options.pairing.right_half_first;
+  if (sequence.right_half_first && !topics.side_by_side())
+    fail(recording,
+         "its images are not side by side, so --right-half-first does not apply; exchange the topics");
+  const OwnCamera own = calibration_of(*reader, topics, recording, options);
+  for (const auto& warning : own.warnings) scan.problems.push_back({Problem::Severity::kWarning, warning});
+  const auto images = std::make_shared<BagImages>(reader, topics, recording);
+  pair_images(*reader, topics, options, *images, scan);
+  if (own.rectified) require_size(*own.rectified, topics, *images, recording);
+  sequence.source = images;
+  set_camera(own, options.calibration.empty() ? recording : options.calibration, sequence);
+}
+
 }  // namespace
 
 std::vector<BagTopic> list_topics(const fs::path& recording) { return BagReader(recording).topics(); }
 
 SequenceScan scan_bag(const fs::path& recording, const BagOptions& options) {
   SequenceScan scan;
-  auto& sequence = scan.sequence;
-  sequence.folder = recording;
-  sequence.format = "bag";
+  scan.sequence.folder = recording;
+  scan.sequence.format = "bag";
+  std::shared_ptr<BagReader> reader;
   attempt(scan.problems, Problem::Severity::kError, [&] {
-    const auto reader = std::make_shared<BagReader>(recording);
-    TopicPair topics;
-    try {
-      topics = topics_of(*reader, recording, options, scan.problems);
-    } catch (const std::invalid_argument& error) {
-      fail(recording, error.what());
-    }
-    sequence.left_name = topics.left;
-    sequence.right_name = topics.right;
-    sequence.right_half_first = options.pairing.right_half_first;
-    if (sequence.right_half_first && !topics.side_by_side())
-      fail(recording,
-           "its images are not side by side, so --right-half-first does not apply; exchange the topics");
-    const OwnCamera own = calibration_of(*reader, topics, recording, options);
-    for (const auto& warning : own.warnings) scan.problems.push_back({Problem::Severity::kWarning, warning});
-    const auto images = std::make_shared<BagImages>(reader, topics, recording);
-    pair_images(*reader, topics, options, *images, scan);
-    if (own.rectified) require_size(*own.rectified, topics, *images, recording);
-    sequence.source = images;
-    for (const auto& warning : reader->warnings())
-      scan.problems.push_back({Problem::Severity::kWarning, warning});
-    set_camera(own, options.calibration.empty() ? recording : options.calibration, sequence);
+    reader = std::make_shared<BagReader>(recording);
+    read_recording(reader, options, scan);
   });
+  for (const auto& warning : reader ? reader->warnings() : std::vector<std::string>{})
+    scan.problems.push_back({Problem::Severity::kWarning, warning});
   check_rig(scan);
   check_camera(scan);
   find_scale(scan);

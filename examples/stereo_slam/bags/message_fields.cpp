@@ -31,7 +31,7 @@ MessageFields::MessageFields(std::span<const std::uint8_t> message, Serializatio
   at_ = 0;
 }
 
-std::span<const std::uint8_t> MessageFields::take(std::size_t count) {
+std::span<const std::uint8_t> MessageFields::take(std::uint64_t count) {
   if (count > message_.size() - at_)
     throw std::invalid_argument("a message ends within its fields; copy the bag again, or record it again");
   const auto taken = message_.subspan(at_, count);

@@ -42,6 +42,13 @@ class MessageFields {
   /// An array of bytes, which belong to the message.
   [[nodiscard]] std::span<const std::uint8_t> bytes();
 
+  /// So many bytes, which belong to the message.
+  [[nodiscard]] std::span<const std::uint8_t> take(std::uint64_t count);
+
+  [[nodiscard]] std::span<const std::uint8_t> rest() { return take(message_.size() - at_); }
+
+  [[nodiscard]] bool at_end() const { return at_ == message_.size(); }
+
   /// Fills numbers of a fixed count.
   template <class Numbers>
   void fill(Numbers& numbers) {
@@ -54,8 +61,6 @@ class MessageFields {
   void skip_header();
 
  private:
-  [[nodiscard]] std::span<const std::uint8_t> take(std::size_t count);
-
   /// A number of CDR begins at a multiple of its size.
   void align(std::size_t size);
 

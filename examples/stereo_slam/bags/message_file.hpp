@@ -63,4 +63,9 @@ class MessageFile {
 /// librosbag-storage-dev always.
 [[nodiscard]] std::unique_ptr<MessageFile> open_ros1_bag(const std::filesystem::path& file);
 
+/// A bag in the format MCAP, of ROS 2 or ROS 1. Without an index at its end, or if it is cut off, all of it
+/// is read once, and everything that is there in full is used. Throws std::runtime_error if it is no such
+/// file.
+[[nodiscard]] std::unique_ptr<MessageFile> open_mcap_file(const std::filesystem::path& file);
+
 }  // namespace stereo_slam

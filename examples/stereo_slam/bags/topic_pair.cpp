@@ -187,6 +187,14 @@ TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& 
 }
 
 void refuse_topics(const std::vector<BagTopic>& topics) {
+  if (std::ranges::all_of(topics, [](const BagTopic& topic) { return topic.messages == 0; }))
+    throw std::invalid_argument("contains no messages; record it again");
+  if (std::ranges::none_of(topics, has_images)) {
+    std::vector<std::string_view> names;
+    for (const auto& topic : topics) names.push_back(topic.name);
+    throw std::invalid_argument(fmt::format(
+        "has no images (sensor_msgs Image or CompressedImage); its topics are {}", fmt::join(names, ", ")));
+  }
   throw std::invalid_argument(fmt::format("no pairs of image topics; {}", ImageTopics(topics).advice()));
 }
 

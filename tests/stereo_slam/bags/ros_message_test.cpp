@@ -63,7 +63,7 @@ TEST_CASE("A camera_info of ROS 2 is that of ROS 1 in CDR", "[bags]") {
 }
 
 TEST_CASE("Images in CDR that cannot be are refused in one sentence", "[bags]") {
-  CHECK_THAT(error_in(cdr_image({.width = 0, .height = 0, .step = 0, .data_bytes = 0}, false)),
+  CHECK_THAT(error_in(cdr_image({.width = 0, .height = 0, .step = 0, .data = {}}, false)),
              Catch::Contains("has 0 x 0 pixels, it is empty"));
   CHECK_THAT(error_in(cdr_image({.step = 4000}, false)), Catch::Contains("truncated"));
   CHECK_THAT(error_in(cdr_image({.step = 1}, false)), Catch::Contains("truncated"));

@@ -43,6 +43,11 @@ class CdrWriter {
     return put_text(frame);
   }
 
+  CdrWriter& put_bytes(const std::vector<std::uint8_t>& bytes) {
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+    return *this;
+  }
+
   [[nodiscard]] std::vector<std::uint8_t> take() { return std::move(bytes_); }
 
  private:
@@ -50,7 +55,7 @@ class CdrWriter {
   bool big_endian_;
 };
 
-/// A sensor_msgs/msg/Image whose byte i is i.
+/// A sensor_msgs/msg/Image.
 struct CdrImage {
   std::int64_t stamp_ns = 0;
   std::string frame = "cam";
@@ -58,16 +63,16 @@ struct CdrImage {
   std::uint32_t height = 2;
   std::uint32_t step = 4;
   std::string encoding = "mono8";
-  std::uint32_t data_bytes = 8;
+  std::vector<std::uint8_t> data = {0, 1, 2, 3, 4, 5, 6, 7};
   std::optional<std::uint32_t> declared_bytes{};  ///< the length before the data, if it is another
 };
 
 inline std::vector<std::uint8_t> cdr_image(const CdrImage& image, bool big_endian) {
   CdrWriter writer(big_endian);
   writer.put_header(image.stamp_ns, image.frame).put(image.height).put(image.width).put_text(image.encoding);
-  writer.put(std::uint8_t{0}).put(image.step).put(image.declared_bytes.value_or(image.data_bytes));
-  for (std::uint32_t i = 0; i < image.data_bytes; ++i) writer.put(static_cast<std::uint8_t>(i));
-  return writer.take();
+  writer.put(std::uint8_t{0}).put(image.step);
+  writer.put(image.declared_bytes.value_or(static_cast<std::uint32_t>(image.data.size())));
+  return writer.put_bytes(image.data).take();
 }
 
 /// A sensor_msgs/msg/CameraInfo of the tiny recording.

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/bags/unpack.hpp"
+
+#include <algorithm>
+#include <lz4frame.h>
+#include <memory>
+#include <stdexcept>
+#include <zstd.h>
+
+#include <fmt/format.h>
+
+namespace stereo_slam {
+namespace {
+
+/// A decoder of one of the two formats.
+class FrameDecoder {
+ public:
+  FrameDecoder() = default;
+  FrameDecoder(const FrameDecoder&) = delete;
+  FrameDecoder& operator=(const FrameDecoder&) = delete;
+  virtual ~FrameDecoder() = default;
+
+  /// Takes bytes off `packed`, and fills `room` from its beginning. Returns the number of bytes there; 0 if
+  /// none of `packed` was taken either.
+  virtual std::size_t decode(std::span<const std::uint8_t>& packed, std::span<std::uint8_t> room) = 0;
+};
+
+class Lz4Decoder : public FrameDecoder {
+ public:
+  Lz4Decoder() { check(LZ4F_createDecompressionContext(&context_, LZ4F_VERSION)); }
+  ~Lz4Decoder() override { LZ4F_freeDecompressionContext(context_); }
+  Lz4Decoder(const Lz4Decoder&) = delete;
+  Lz4Decoder& operator=(const Lz4Decoder&) = delete;
+
+  std::size_t decode(std::span<const std::uint8_t>& packed, std::span<std::uint8_t> room) override {
+    std::size_t taken = packed.size();
+    std::size_t filled = room.size();
+    check(LZ4F_decompress(context_, room.data(), &filled, packed.data(), &taken, nullptr));
+    packed = packed.subspan(taken);
+    return filled;
+  }
+
+ private:
+  static void check(std::size_t result) {
+    if (LZ4F_isError(result) != 0)
+      throw std::runtime_error(fmt::format("lz4 is damaged: {}", LZ4F_getErrorName(result)));
+  }
+
+  LZ4F_dctx* context_ = nullptr;
+};
+
+class ZstdDecoder : public FrameDecoder {
+ public:
+  std::size_t decode(std::span<const std::uint8_t>& packed, std::span<std::uint8_t> room) override {
+    ZSTD_inBuffer in{packed.data(), packed.size(), 0};
+    ZSTD_outBuffer out{room.data(), room.size(), 0};
+    const std::size_t result = ZSTD_decompressStream(context_.get(), &out, &in);
+    if (ZSTD_isError(result) != 0)
+      throw std::runtime_error(fmt::format("zstd is damaged: {}", ZSTD_getErrorName(result)));
+    packed = packed.subspan(in.pos);
+    return out.pos;
+  }
+
+ private:
+  std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context_{ZSTD_createDCtx(), ZSTD_freeDCtx};
+};
+
+[[nodiscard]] std::unique_ptr<FrameDecoder> decoder_of(Compression compression) {
+  if (compression == Compression::kLz4) return std::make_unique<Lz4Decoder>();
+  return std::make_unique<ZstdDecoder>();
+}
+
+}  // namespace
+
+Compression compression_of(std::string_view name) {
+  if (name.empty() || name == "none") return Compression::kNone;
+  if (name == "lz4") return Compression::kLz4;
+  if (name == "zstd") return Compression::kZstd;
+  throw std::runtime_error(
+      fmt::format("is compressed by '{}', which is not read; write it with lz4, zstd or none", name));
+}
+
+void unpack(Compression compression, std::span<const std::uint8_t> packed, std::size_t most_bytes,
+            std::vector<std::uint8_t>& unpacked) {
+  // Beyond this ratio memory grows with what is really there, whatever `most_bytes` says.
+  constexpr std::size_t kUsualRatio = 64;
+  const std::size_t first_bytes = std::min(most_bytes, kUsualRatio * packed.size());
+  const auto decoder = decoder_of(compression);
+  std::size_t filled = 0;
+  while (filled < most_bytes) {
+    if (filled >= unpacked.size() || filled == 0)
+      unpacked.resize(std::clamp(2 * filled, first_bytes, most_bytes));
+    const std::size_t before = packed.size();
+    const std::size_t count = decoder->decode(packed, std::span(unpacked).subspan(filled));
+    filled += count;
+    if (count == 0 && packed.size() == before) break;
+  }
+  unpacked.resize(filled);
+}
+
+}  // namespace stereo_slam
