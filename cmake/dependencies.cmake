@@ -25,6 +25,7 @@ if(ANTIPODE_BUILD_EXAMPLES)
   # Linked by its name, so that the exported target of the SLAM has no path in it.
   find_library(ANTIPODE_LIBDEFLATE deflate REQUIRED)
   # Bags of ROS 2.
+  find_package(SQLite3 REQUIRED)
   find_library(ANTIPODE_LIBLZ4 lz4 REQUIRED)
   find_library(ANTIPODE_LIBZSTD zstd REQUIRED)
 endif()

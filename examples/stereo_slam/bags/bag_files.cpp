@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 
 bool has_bag_name(const fs::path& file) {
   const std::string name = lower_case(file.filename().string());
-  constexpr std::array<std::string_view, 3> kEnds = {".bag", ".bag.active", ".mcap"};
+  constexpr std::array<std::string_view, 6> kEnds = {".bag", ".bag.active", ".mcap",
+                                                     ".db3", ".mcap.zstd",  ".db3.zstd"};
   return std::ranges::any_of(kEnds, [&](std::string_view end) { return name.ends_with(end); });
 }
 

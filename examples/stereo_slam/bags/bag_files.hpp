@@ -7,7 +7,8 @@
 /// Which files are a recording in bags.
 namespace stereo_slam {
 
-/// Whether the extension is that of a bag: .mcap; .bag, or .bag.active of one whose recording was not ended.
+/// Whether the extension is that of a bag: .mcap or .db3 of ROS 2, also packed (.zstd); .bag of ROS 1, or
+/// .bag.active of one whose recording was not ended.
 [[nodiscard]] bool has_bag_name(const std::filesystem::path& file);
 
 /// Whether it is a bag, the parts of one as BAG,BAG,..., or a folder that contains bags and no other

@@ -13,7 +13,6 @@
 #include "stereo_slam/bags/message_file.hpp"
 #include "stereo_slam/bags/ros_message.hpp"
 #include "stereo_slam/io/file_error.hpp"
-#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -43,16 +42,12 @@ struct RecordedMessage {
   MessagePlace place;
 };
 
-[[nodiscard]] std::unique_ptr<MessageFile> open_messages(const fs::path& file) {
-  return lower_case(file.extension().string()) == ".mcap" ? open_mcap_file(file) : open_ros1_bag(file);
-}
-
 [[nodiscard]] BagPart open_part(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "no such file");
   if (fs::is_directory(file)) fail(file, "is a folder with the name of a bag; rename it");
   if (!fs::is_regular_file(file)) fail(file, "it is not an ordinary file; copy the bag to one");
   BagPart part{.file = file, .messages = nullptr, .times = {}};
-  part.messages = part.call([&] { return open_messages(file); });
+  part.messages = part.call([&] { return open_message_file(file); });
   part.times = part.call([&] { return part.messages->times(); });
   return part;
 }

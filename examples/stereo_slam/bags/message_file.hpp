@@ -39,7 +39,8 @@ class MessageFile {
   MessageFile& operator=(const MessageFile&) = delete;
   virtual ~MessageFile() = default;
 
-  /// The topics, each name once, with their numbers of messages.
+  /// The topics with their numbers of messages. A topic that was written in several ways may come several
+  /// times.
   [[nodiscard]] virtual std::vector<BagTopic> topics() = 0;
 
   /// Nothing if there are no messages.
@@ -62,6 +63,14 @@ class MessageFile {
 /// A bag of ROS 1. Throws std::runtime_error like the functions of MessageFile; in a program built without
 /// librosbag-storage-dev always.
 [[nodiscard]] std::unique_ptr<MessageFile> open_ros1_bag(const std::filesystem::path& file);
+
+/// Opens a bag by its name, also one that is packed as a whole (.zstd), for which it needs room in the folder
+/// of temporary files. Messages that are packed one by one are unpacked. Throws std::runtime_error like the
+/// functions of MessageFile.
+[[nodiscard]] std::unique_ptr<MessageFile> open_message_file(const std::filesystem::path& file);
+
+/// A bag of ROS 2 in a database of SQLite, by rosbag2's plugin sqlite3.
+[[nodiscard]] std::unique_ptr<MessageFile> open_db3_file(const std::filesystem::path& file);
 
 /// A bag in the format MCAP, of ROS 2 or ROS 1. Without an index at its end, or if it is cut off, all of it
 /// is read once, and everything that is there in full is used. Throws std::runtime_error if it is no such

@@ -2,6 +2,7 @@
 #include "stereo_slam/bags/unpack.hpp"
 
 #include <algorithm>
+#include <array>
 #include <lz4frame.h>
 #include <memory>
 #include <stdexcept>
@@ -96,6 +97,29 @@ void unpack(Compression compression, std::span<const std::uint8_t> packed, std::
     if (count == 0 && packed.size() == before) break;
   }
   unpacked.resize(filled);
+}
+
+void unpack_stream(Compression compression, const std::function<std::size_t(std::span<std::uint8_t>)>& read,
+                   const std::function<void(std::span<const std::uint8_t>)>& write) {
+  constexpr std::size_t kPart_bytes = std::size_t{1} << 20;
+  const auto decoder = decoder_of(compression);
+  std::vector<std::uint8_t> packed_part(kPart_bytes);
+  std::vector<std::uint8_t> unpacked_part(kPart_bytes);
+  while (const std::size_t bytes = read(packed_part)) {
+    std::span<const std::uint8_t> packed(packed_part.data(), bytes);
+    std::size_t filled = unpacked_part.size();
+    while (!packed.empty() || filled == unpacked_part.size()) {  // a full part may not be all there is
+      const std::size_t before = packed.size();
+      filled = decoder->decode(packed, unpacked_part);
+      if (filled == 0 && packed.size() == before) break;
+      write(std::span(unpacked_part).first(filled));
+    }
+  }
+}
+
+bool begins_as_zstd(std::span<const std::uint8_t> bytes) {
+  constexpr std::array<std::uint8_t, 4> kFrame = {0x28, 0xB5, 0x2F, 0xFD};
+  return bytes.size() >= kFrame.size() && std::equal(kFrame.begin(), kFrame.end(), bytes.begin());
 }
 
 }  // namespace stereo_slam
