@@ -63,10 +63,12 @@ void require_continuation(const BagPart& before, const BagPart& after) {
        std::abs(gap_s), gap_s > 0.0 ? "after" : "before", before.file.filename().string());
 }
 
-/// The parts of a recording by time.
+/// The parts of a recording: as metadata.yaml lists them, or by time.
 [[nodiscard]] std::vector<BagPart> open_parts(const fs::path& recording) {
+  const auto [files, are_parts] = bag_files(recording);
   std::vector<BagPart> parts;
-  for (const auto& file : bag_files(recording)) parts.push_back(open_part(file));
+  for (const auto& file : files) parts.push_back(open_part(file));
+  if (are_parts) return parts;
   std::vector<const BagPart*> filled;
   std::ranges::stable_sort(parts, {},
                            [](const BagPart& part) { return part.times.value_or(RecordTimes{}).first_ns; });
@@ -82,6 +84,7 @@ void require_continuation(const BagPart& before, const BagPart& after) {
 struct BagReader::Bag {
   fs::path recording;
   std::vector<BagPart> parts;
+  const BagPart* last_read = nullptr;
   std::map<std::string, BagTopic> topics;
   std::map<std::string, std::vector<RecordedMessage>> images;  // by topic
   std::mutex mutex;                                            // files are not thread-safe
@@ -111,10 +114,13 @@ struct BagReader::Bag {
     std::ranges::stable_sort(messages, {}, [](const auto& message) { return message.place.record_ns; });
   }
 
-  /// A message of a topic, or at least its first bytes. Throws without the name of the file.
+  /// A message of a topic, or at least its first bytes. Throws without the name of the file. Only the part
+  /// that was read last keeps messages in memory.
   [[nodiscard]] RosMessage read(const std::string& topic, const RecordedMessage& message,
-                                std::size_t most_bytes = std::numeric_limits<std::size_t>::max()) const {
+                                std::size_t most_bytes = std::numeric_limits<std::size_t>::max()) {
     const BagTopic& of = topics.at(topic);
+    if (last_read != nullptr && last_read != message.part) last_read->messages->release();
+    last_read = message.part;
     return {of.type, serialization_of(of.serialization),
             message.part->messages->read(message.place, most_bytes)};
   }

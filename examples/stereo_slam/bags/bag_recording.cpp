@@ -142,7 +142,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
 /// The calibration in the folder of the bag: one of read_calibration()'s files, or as EuRoC or TUM-VI ship
 /// it.
 [[nodiscard]] std::optional<OwnCamera> calibration_beside(const fs::path& recording) {
-  const fs::path folder = fs::absolute(bag_files(recording).front()).parent_path();
+  const fs::path folder = fs::absolute(bag_files(recording).files.front()).parent_path();
   if (const auto found = find_calibration(folder); !found.empty()) return read_calibration(found);
   if (fs::exists(folder / "dso/camchain.yaml")) return read_calibration(folder / "dso/camchain.yaml");
   if (!fs::exists(folder / "mav0/cam0/sensor.yaml")) return std::nullopt;

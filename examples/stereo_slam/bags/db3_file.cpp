@@ -86,6 +86,12 @@ class Db3File : public MessageFile {
     throw std::runtime_error(fmt::format("the message cannot be read ({}); {}", why, kDatabaseAdvice));
   }
 
+  void release() override {
+    blob_.reset();
+    bytes_ = {};
+    sqlite3_db_release_memory(database_.get());
+  }
+
   [[nodiscard]] std::string warning() const override { return warning_; }
 
  private:

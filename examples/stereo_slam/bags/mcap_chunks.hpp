@@ -21,6 +21,9 @@ class McapChunks {
   /// those that can be unpacked. Valid until three other chunks were read.
   [[nodiscard]] std::span<const std::uint8_t> records(std::uint64_t offset);
 
+  /// Frees the chunks.
+  void release() { chunks_ = {}; }
+
   /// Where the first record of the chunk is in the file, if it is not compressed; otherwise 0.
   [[nodiscard]] std::uint64_t plain_records_offset(std::uint64_t offset);
 

@@ -74,6 +74,11 @@ class McapFile : public MessageFile {
     return message_data(*record);
   }
 
+  void release() override {
+    chunks_.release();
+    bytes_ = {};
+  }
+
   [[nodiscard]] std::string warning() const override { return index_.warning; }
 
  private:

@@ -26,6 +26,10 @@ class UnpackedMessages : public MessageFile {
     return file_->places(topic);
   }
   [[nodiscard]] std::string warning() const override { return file_->warning(); }
+  void release() override {
+    unpacked_ = {};
+    file_->release();
+  }
 
   using MessageFile::read;
   [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place,

@@ -56,6 +56,9 @@ class MessageFile {
     return read(place, std::numeric_limits<std::size_t>::max());
   }
 
+  /// Frees what is kept of messages that were read.
+  virtual void release() {}
+
   /// What the file lacks, as far as it has been read: one warning. Empty if it is whole.
   [[nodiscard]] virtual std::string warning() const { return {}; }
 };
