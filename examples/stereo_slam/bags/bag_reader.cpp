@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -13,11 +14,17 @@
 #include "stereo_slam/bags/message_file.hpp"
 #include "stereo_slam/bags/ros_message.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A time of a file as one whose differences do not overflow.
+[[nodiscard]] std::int64_t bounded(std::int64_t record_ns) {
+  return std::clamp(record_ns, std::int64_t{0}, kLatestStamp_ns);
+}
 
 /// A file of the recording.
 struct BagPart {
@@ -49,6 +56,7 @@ struct RecordedMessage {
   BagPart part{.file = file, .messages = nullptr, .times = {}};
   part.messages = part.call([&] { return open_message_file(file); });
   part.times = part.call([&] { return part.messages->times(); });
+  if (part.times) part.times = RecordTimes{bounded(part.times->first_ns), bounded(part.times->last_ns)};
   return part;
 }
 
@@ -98,12 +106,26 @@ struct BagReader::Bag {
     }
   }
 
+  /// From the first to the last message.
+  [[nodiscard]] double duration_s() const {
+    std::int64_t first_ns = kLatestStamp_ns;
+    std::int64_t last_ns = 0;
+    for (const auto& part : parts) {
+      if (!part.times) continue;
+      first_ns = std::min(first_ns, part.times->first_ns);
+      last_ns = std::max(last_ns, part.times->last_ns);
+    }
+    return 1e-9 * static_cast<double>(last_ns - first_ns);
+  }
+
   /// The messages of a topic in order of recording.
   [[nodiscard]] std::vector<RecordedMessage> messages(const std::string& topic) const {
     std::vector<RecordedMessage> messages;
     for (const auto& part : parts) {
-      for (const auto& place : part.call([&] { return part.messages->places(topic); }))
+      for (const auto& place : part.call([&] { return part.messages->places(topic); })) {
         messages.push_back({&part, place});
+        messages.back().place.record_ns = bounded(place.record_ns);
+      }
     }
     sort_by_time(messages);
     return messages;
@@ -143,7 +165,12 @@ BagReader::~BagReader() = default;
 std::vector<BagTopic> BagReader::topics() const {
   std::vector<BagTopic> topics;
   topics.reserve(bag_->topics.size());
-  for (const auto& [name, topic] : bag_->topics) topics.push_back(topic);
+  const double duration_s = bag_->duration_s();
+  for (const auto& [name, topic] : bag_->topics) {
+    topics.push_back(topic);
+    if (topic.messages > 1 && duration_s > 0.0)
+      topics.back().rate_hz = static_cast<double>(topic.messages - 1) / duration_s;
+  }
   return topics;
 }
 

@@ -14,6 +14,7 @@ struct BagTopic {
   std::string type;  ///< "sensor_msgs/Image", or "sensor_msgs/msg/Image" in ROS 2
   std::size_t messages = 0;
   std::string serialization{};  ///< the bag's name for it; see serialization_of()
+  double rate_hz = 0.0;         ///< messages a second on average, by the times of recording; 0 if unknown
 };
 
 /// Whether the type of a topic is this one of the package sensor_msgs.

@@ -56,6 +56,7 @@ TEST_CASE("Bags of other programs have the frames, the calibration and the topic
     REQUIRE(topics.size() == 5);
     CHECK(topics[0].name == "/imu");
     CHECK_THAT(topics[0].type, Catch::StartsWith("sensor_msgs/") && Catch::EndsWith("Imu"));
+    CHECK(topics[2].rate_hz == Approx(3 / 0.3302));  // from the first /imu to the last right image
     CHECK(std::ranges::all_of(topics, [](const auto& topic) { return topic.messages == kWitnessFrames; }));
   }
 }

@@ -55,6 +55,14 @@ class CdrWriter {
   bool big_endian_;
 };
 
+/// A message as it is recorded.
+struct TestMessage {
+  std::string topic;
+  std::string type;
+  std::int64_t record_ns = 0;
+  std::vector<std::uint8_t> bytes{};
+};
+
 /// A sensor_msgs/msg/Image.
 struct CdrImage {
   std::int64_t stamp_ns = 0;
@@ -75,20 +83,25 @@ inline std::vector<std::uint8_t> cdr_image(const CdrImage& image, bool big_endia
   return writer.put_bytes(image.data).take();
 }
 
-/// A sensor_msgs/msg/CameraInfo of the tiny recording.
+/// A sensor_msgs/msg/CameraInfo of rectified images: those of the tiny recording, if nothing is set.
 struct CdrCameraInfo {
   std::size_t coefficients = 5;
+  std::uint32_t width = 320;
+  std::uint32_t height = 120;
+  double f = 200.0;
+  double cx = 160.0;
+  double cy = 60.0;
   double Tx = -80.0;  ///< P[3]
 };
 
 inline std::vector<std::uint8_t> cdr_camera_info(const CdrCameraInfo& info, bool big_endian) {
   CdrWriter writer(big_endian);
-  writer.put_header(0, "cam").put(std::uint32_t{120}).put(std::uint32_t{320}).put_text("plumb_bob");
+  writer.put_header(0, "cam").put(info.height).put(info.width).put_text("plumb_bob");
   writer.put(static_cast<std::uint32_t>(info.coefficients));
   for (std::size_t i = 1; i <= info.coefficients; ++i) writer.put(0.01 * static_cast<double>(i));
-  for (const double k : {200.0, 0.0, 160.0, 0.0, 200.0, 60.0, 0.0, 0.0, 1.0}) writer.put(k);
+  for (const double k : {info.f, 0.0, info.cx, 0.0, info.f, info.cy, 0.0, 0.0, 1.0}) writer.put(k);
   for (const double r : {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}) writer.put(r);
-  for (const double p : {200.0, 0.0, 160.0, info.Tx, 0.0, 200.0, 60.0, 0.0, 0.0, 0.0, 1.0, 0.0})
+  for (const double p : {info.f, 0.0, info.cx, info.Tx, 0.0, info.f, info.cy, 0.0, 0.0, 0.0, 1.0, 0.0})
     writer.put(p);
   return writer.take();
 }

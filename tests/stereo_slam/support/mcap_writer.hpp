@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <libdeflate.h>
@@ -11,7 +12,7 @@
 #include <vector>
 #include <zstd.h>
 
-#include "stereo_slam/support/recorded_drive.hpp"
+#include "stereo_slam/support/cdr.hpp"
 
 namespace stereo_slam::test {
 

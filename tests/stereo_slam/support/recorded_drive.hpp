@@ -11,13 +11,6 @@
 /// The tiny recording as messages of ROS 2, which mcap_writer.hpp and db3_writer.hpp write to files.
 namespace stereo_slam::test {
 
-struct TestMessage {
-  std::string topic;
-  std::string type;
-  std::int64_t record_ns = 0;
-  std::vector<std::uint8_t> bytes{};
-};
-
 struct RecordedDrive {
   int first = 0;  ///< frames from this one
   int frames = 5;
