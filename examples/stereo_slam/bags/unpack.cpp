@@ -66,6 +66,15 @@ class ZstdDecoder : public FrameDecoder {
   std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context_{ZSTD_createDCtx(), ZSTD_freeDCtx};
 };
 
+/// The size that the first frame declares for its content; a usual one if it declares none.
+[[nodiscard]] std::size_t declared_bytes(Compression compression, std::span<const std::uint8_t> packed) {
+  constexpr std::size_t kUnknown_bytes = std::size_t{4} << 20;
+  if (compression != Compression::kZstd) return kUnknown_bytes;
+  const auto declared = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  if (declared == ZSTD_CONTENTSIZE_UNKNOWN || declared == ZSTD_CONTENTSIZE_ERROR) return kUnknown_bytes;
+  return declared;
+}
+
 [[nodiscard]] std::unique_ptr<FrameDecoder> decoder_of(Compression compression) {
   if (compression == Compression::kLz4) return std::make_unique<Lz4Decoder>();
   return std::make_unique<ZstdDecoder>();
@@ -83,9 +92,10 @@ Compression compression_of(std::string_view name) {
 
 void unpack(Compression compression, std::span<const std::uint8_t> packed, std::size_t most_bytes,
             std::vector<std::uint8_t>& unpacked) {
-  // Beyond this ratio memory grows with what is really there, whatever `most_bytes` says.
+  // Beyond this ratio memory grows with what is really there, whatever the file declares.
   constexpr std::size_t kUsualRatio = 64;
-  const std::size_t first_bytes = std::min(most_bytes, kUsualRatio * packed.size());
+  const std::size_t first_bytes =
+      std::min({most_bytes, declared_bytes(compression, packed), kUsualRatio * packed.size()});
   const auto decoder = decoder_of(compression);
   std::size_t filled = 0;
   while (filled < most_bytes) {
