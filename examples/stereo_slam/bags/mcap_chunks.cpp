@@ -56,8 +56,12 @@ void McapChunks::load(std::uint64_t offset, Chunk& chunk) const {
 }
 
 std::span<const std::uint8_t> McapChunks::records(std::uint64_t offset) {
+  constexpr std::size_t kMostKept_bytes = std::size_t{1} << 28;
   const auto known = std::ranges::find(chunks_, offset, &Chunk::offset);
   if (known != chunks_.end()) return known->records;
+  std::size_t kept_bytes = 0;
+  for (const auto& chunk : chunks_) kept_bytes += chunk.content.capacity() + chunk.unpacked.capacity();
+  if (kept_bytes > kMostKept_bytes) release();
   Chunk& chunk = chunks_.at(next_);
   load(offset, chunk);
   chunk.offset = offset;
@@ -71,10 +75,9 @@ std::uint64_t McapChunks::plain_records_offset(std::uint64_t offset) {
   std::vector<std::uint8_t> content;
   read_mcap_content(file_, offset, kLongestHeader_bytes, content);
   const McapChunkHeader header = mcap_chunk_header(content);
+  const bool is_plain = compression_of(header.compression) == Compression::kNone;
+  plain_records_ = is_plain ? offset + kMcapRecordHeader_bytes + header.bytes : 0;
   plain_offset_ = offset;
-  plain_records_ = compression_of(header.compression) == Compression::kNone
-                       ? offset + kMcapRecordHeader_bytes + header.bytes
-                       : 0;
   return plain_records_;
 }
 

@@ -11,14 +11,15 @@
 
 namespace stereo_slam {
 
-/// The chunks of an MCAP file, of which the last few used are kept unpacked. The functions throw
-/// std::runtime_error or std::invalid_argument if a chunk is damaged, has a wrong checksum or is too large.
+/// The chunks of an MCAP file, of which up to four are kept unpacked, as long as they are small. The
+/// functions throw std::runtime_error or std::invalid_argument if a chunk is damaged, has a wrong checksum or
+/// is too large.
 class McapChunks {
  public:
   explicit McapChunks(const RandomFile& file) : file_(file) {}
 
   /// The records of the chunk whose record begins at this place in the file. Of a chunk that is cut off,
-  /// those that can be unpacked. Valid until three other chunks were read.
+  /// those that can be unpacked. Valid until another chunk is read.
   [[nodiscard]] std::span<const std::uint8_t> records(std::uint64_t offset);
 
   /// Frees the chunks.

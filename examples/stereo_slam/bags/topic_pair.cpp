@@ -191,6 +191,7 @@ void refuse_topics(const std::vector<BagTopic>& topics) {
     throw std::invalid_argument("contains no messages; record it again");
   if (std::ranges::none_of(topics, has_images)) {
     std::vector<std::string_view> names;
+    names.reserve(topics.size());
     for (const auto& topic : topics) names.push_back(topic.name);
     throw std::invalid_argument(fmt::format(
         "has no images (sensor_msgs Image or CompressedImage); its topics are {}", fmt::join(names, ", ")));
