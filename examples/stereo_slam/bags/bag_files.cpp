@@ -58,12 +58,11 @@ constexpr const char* kMetadataKey = "rosbag2_bagfile_information";
     metadata.fail(error.what());
   }
   const YAML::Node names = metadata.get({"relative_file_paths"});
+  const auto is_name = [](const YAML::Node& name) { return name.IsScalar() && !name.Scalar().empty(); };
   std::vector<fs::path> files;
-  for (const auto& name : names) {
-    if (!name.IsScalar() || name.Scalar().empty())
-      metadata.fail(names, "relative_file_paths must be a list of files");
-    files.push_back(named_file(folder, name.Scalar()));
-  }
+  if (!names.IsSequence() || !std::all_of(names.begin(), names.end(), is_name))
+    metadata.fail(names, "relative_file_paths must be a list of files");
+  for (const auto& name : names) files.push_back(named_file(folder, name.Scalar()));
   if (files.empty()) metadata.fail(names, "relative_file_paths names no file");
   return files;
 }

@@ -75,6 +75,7 @@ void require_continuation(const BagPart& before, const BagPart& after) {
 [[nodiscard]] std::vector<BagPart> open_parts(const fs::path& recording) {
   const auto [files, are_parts] = bag_files(recording);
   std::vector<BagPart> parts;
+  parts.reserve(files.size());
   for (const auto& file : files) parts.push_back(open_part(file));
   if (are_parts) return parts;
   std::vector<const BagPart*> filled;

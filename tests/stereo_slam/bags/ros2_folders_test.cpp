@@ -96,5 +96,7 @@ TEST_CASE("Folders of rosbag2 that cannot be used are refused in one line", "[ba
              Catch::Contains("has no relative_file_paths"));
   CHECK_THAT(error_with("rosbag2_bagfile_information: {relative_file_paths: [[a]]}\n"),
              Catch::Contains("must be a list of files"));
+  CHECK_THAT(error_with("rosbag2_bagfile_information: {relative_file_paths: {a: b}}\n"),
+             Catch::Contains("must be a list of files"));
   CHECK_THAT(error_with(metadata_of({"a"}, "brotli", "FILE")), Catch::Contains("is compressed by 'brotli'"));
 }
