@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <fstream>
+#include <map>
 #include <random>
 
 #include "stereo_slam/bags/bag_recording.hpp"
 #include "stereo_slam/support/bags.hpp"
 #include "stereo_slam/support/mcap_writer.hpp"
+#include "stereo_slam/support/recorded_drive.hpp"
 
 using namespace stereo_slam;
 using namespace stereo_slam::test;
@@ -102,6 +105,25 @@ TEST_CASE("Lengths in an MCAP file that cannot be are refused, or end what is re
                replaced(file.bytes, chunk + 25, McapWriter::number(std::uint64_t{1} << 40)));
     CHECK_THAT(error_of(folder / "large.mcap"),
                Catch::Contains("more than 1 GB") || Catch::Contains("has no images"));
+  }
+}
+
+TEST_CASE("Places beyond 4 GB are found, with and without an index", "[bags][mcap]") {
+  constexpr std::uint64_t kBeyond_bytes = (std::uint64_t{1} << 32) + 12'345;
+  const TemporaryFolder folder;
+  for (const bool has_index : {true, false}) {
+    CAPTURE(has_index);
+    const auto file = mcap_of(drive_messages(),
+                              {.compression = "lz4", .has_index = has_index, .hole_bytes = kBeyond_bytes});
+    std::ofstream stream(folder / "large.mcap", std::ios::binary);
+    stream << file.bytes.substr(0, file.hole_at);
+    stream.seekp(static_cast<std::streamoff>(kBeyond_bytes), std::ios::cur);  // takes no room on the disk
+    stream << file.bytes.substr(file.hole_at);
+    stream.close();
+    const auto scan = scan_bag(folder / "large.mcap", {});
+    for (const auto& problem : scan.problems) FAIL(problem.text);
+    REQUIRE(scan.sequence.frames.size() == 5);
+    CHECK_NOTHROW(load_frame(scan.sequence, 4));
   }
 }
 

@@ -6,6 +6,7 @@
 #include "stereo_slam/support/bags.hpp"
 #include "stereo_slam/support/db3_writer.hpp"
 #include "stereo_slam/support/mcap_writer.hpp"
+#include "stereo_slam/support/recorded_drive.hpp"
 
 using namespace stereo_slam;
 using namespace stereo_slam::test;

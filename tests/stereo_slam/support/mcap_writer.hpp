@@ -23,6 +23,7 @@ struct McapLayout {
   std::size_t chunk_bytes = 60'000;  ///< it ends with the message that reaches them
   std::string encoding = "cdr";
   std::uint32_t wrong_checksum = 0;  ///< is added to those of chunks
+  std::uint64_t hole_bytes = 0;      ///< an attachment of so many bytes, which are not written, comes first
 };
 
 /// A file, and where its messages are complete: the ends of their records, or of their chunks if these are
@@ -30,6 +31,7 @@ struct McapLayout {
 struct McapBytes {
   std::string bytes;
   std::vector<std::size_t> message_ends;
+  std::size_t hole_at = 0;  ///< where the bytes of the attachment are missing
 };
 
 /// Writes MCAP as its specification has it; deliberately simple, and able to write what should not be.
@@ -38,6 +40,8 @@ class McapWriter {
   explicit McapWriter(McapLayout layout) : layout_(std::move(layout)) {
     file_.bytes = kMagic;
     file_.bytes += record(0x01, text("ros2") + text("tests"));
+    if (layout_.hole_bytes > 0) file_.bytes += std::string(1, '\x09') + number(layout_.hole_bytes);
+    file_.hole_at = file_.bytes.size();
   }
 
   void add(const TestMessage& message) {
@@ -73,7 +77,7 @@ class McapWriter {
     std::string summary;
     if (layout_.has_index) {
       summary = definitions_ + chunk_indexes_ + record(0x0B, statistics());
-      footer = number(std::uint64_t{file_.bytes.size()}) + number(std::uint64_t{0});
+      footer = number(position()) + number(std::uint64_t{0});
     }
     std::string checked = summary + std::string(1, '\x02') + number(std::uint64_t{20}) + footer;
     file_.bytes += checked + number(layout_.has_index ? checksum(checked) : 0) + kMagic;
@@ -100,6 +104,9 @@ class McapWriter {
     return libdeflate_crc32(0, bytes.data(), bytes.size());
   }
 
+  /// In the file, with the attachment.
+  [[nodiscard]] std::uint64_t position() const { return file_.bytes.size() + layout_.hole_bytes; }
+
   [[nodiscard]] std::string packed() const {
     std::string bytes = chunk_;
     if (layout_.compression == "lz4") {
@@ -115,7 +122,7 @@ class McapWriter {
   void end_chunk() {
     if (chunk_.empty()) return;
     const std::string records = packed();
-    const std::size_t begin = file_.bytes.size();
+    const std::uint64_t begin = position();
     file_.bytes +=
         record(0x06, number(first_ns_) + number(last_ns_) + number(std::uint64_t{chunk_.size()}) +
                          number(checksum(chunk_) + layout_.wrong_checksum) + text(layout_.compression) +
@@ -125,12 +132,12 @@ class McapWriter {
       file_.message_ends.push_back(layout_.compression.empty() ? end - chunk_.size() + at : end);
     std::string offsets;
     for (const auto& [channel, entries] : index_) {
-      offsets += number(channel) + number(std::uint64_t{file_.bytes.size()});
+      offsets += number(channel) + number(position());
       if (layout_.has_index) file_.bytes += record(0x07, number(channel) + text(entries));
     }
     chunk_indexes_ +=
-        record(0x08, number(first_ns_) + number(last_ns_) + number(std::uint64_t{begin}) +
-                         number(std::uint64_t{end - begin}) + text(offsets) +
+        record(0x08, number(first_ns_) + number(last_ns_) + number(begin) +
+                         number(end + layout_.hole_bytes - begin) + text(offsets) +
                          number(std::uint64_t{file_.bytes.size() - end}) + text(layout_.compression) +
                          number(std::uint64_t{records.size()}) + number(std::uint64_t{chunk_.size()}));
     chunk_.clear();
