@@ -57,8 +57,9 @@ namespace fs = std::filesystem;
 
 UnpackedFile::UnpackedFile(const fs::path& packed) {
   constexpr double kShareOfRoom = 0.9;
-  const fs::path folder = fs::temp_directory_path();
   std::error_code error;
+  const fs::path folder = fs::temp_directory_path(error);
+  if (error) throw std::runtime_error("cannot be unpacked: TMPDIR is no folder; set it to one");
   const auto room = fs::space(folder, error).available;
   path_ = make_temporary(folder);
   try {

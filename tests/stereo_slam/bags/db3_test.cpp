@@ -48,6 +48,8 @@ TEST_CASE("Databases that cannot be used are refused in one line", "[bags][db3]"
   CHECK_THAT(error_of(folder / "other.db3"), Catch::Contains("is serialised as 'flatbuffer'"));
   write_text(folder / "damaged.db3.zstd", "\x28\xb5\x2f\xfd and no more of zstd");
   CHECK_THAT(error_of(folder / "damaged.db3.zstd"), Catch::Contains("zstd is damaged"));
+  write_text(folder / "short.db3.zstd", zstd_of(read_text(folder / "other.db3")).substr(0, 5000));
+  CHECK_THAT(error_of(folder / "short.db3.zstd"), Catch::Contains("copy or download the bag again"));
 }
 
 TEST_CASE("A recording whose last messages are still in the log of its database is whole", "[bags][db3]") {
