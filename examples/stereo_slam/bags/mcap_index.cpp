@@ -77,7 +77,7 @@ class RecordScan {
       const McapRecord record = mcap_record(header);
       const std::uint64_t rest = file_.size() - at - header.size();
       const bool is_cut = record.bytes > rest;
-      if (!is_cut || record.op == McapOp::kChunk) add(at, record.op, is_cut);
+      if (!is_cut || record.op == McapOp::kChunk) try_to_add(at, record.op, is_cut);
       if (is_cut || record.op == McapOp{}) break;  // zeros are room for records that were not written
       at += header.size() + record.bytes;
     }
@@ -86,7 +86,15 @@ class RecordScan {
   }
 
  private:
-  void add(std::uint64_t offset, McapOp op, bool is_cut) {
+  void try_to_add(std::uint64_t offset, McapOp op, bool is_cut) {
+    try {
+      add(offset, op);
+    } catch (const std::exception& error) {
+      if (!is_cut && damaged_++ == 0) fault_ = error.what();
+    }
+  }
+
+  void add(std::uint64_t offset, McapOp op) {
     switch (op) {
       case McapOp::kSchema:
       case McapOp::kChannel:
@@ -98,7 +106,10 @@ class RecordScan {
         add_message(0, offset, content_);
         break;
       case McapOp::kChunk:
-        add_chunk(offset, is_cut);
+        for_each_mcap_record(chunks_.records(offset), [&](std::uint64_t at, const McapContent& inner) {
+          add_definition(inner, index_);
+          if (inner.op == McapOp::kMessage) add_message(offset, at, inner.content);
+        });
         break;
       case McapOp::kDataEnd:
       case McapOp::kFooter:
@@ -116,23 +127,11 @@ class RecordScan {
     extend(index_.times, message.log_ns, message.log_ns);
   }
 
-  void add_chunk(std::uint64_t offset, bool is_cut) {
-    ++chunk_count_;
-    try {
-      for_each_mcap_record(chunks_.records(offset), [&](std::uint64_t at, const McapContent& record) {
-        add_definition(record, index_);
-        if (record.op == McapOp::kMessage) add_message(offset, at, record.content);
-      });
-    } catch (const std::exception& error) {
-      if (!is_cut && damaged_++ == 0) fault_ = error.what();
-    }
-  }
-
   [[nodiscard]] std::string warning() const {
     std::string text;
     if (damaged_ > 0)
-      text = fmt::format("{} of {} cannot be read, the first because {}", damaged_,
-                         counted(chunk_count_, "chunk"), fault_);
+      text = fmt::format("{} cannot be read, the first because {}",
+                         counted(damaged_, "chunk or record", "chunks or records"), fault_);
     if (ended_) return text;
     std::size_t messages = 0;
     for (const auto& [channel, count] : index_.counts) messages += count;
@@ -147,7 +146,6 @@ class RecordScan {
   McapIndex index_;
   std::vector<std::uint8_t> content_;
   bool ended_ = false;
-  std::size_t chunk_count_ = 0;
   std::size_t damaged_ = 0;
   std::string fault_;
 };

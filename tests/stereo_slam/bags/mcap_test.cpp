@@ -84,6 +84,19 @@ TEST_CASE("A damaged chunk costs its own frames, with and without an index", "[b
   }
 }
 
+TEST_CASE("A record that is too short for its fields does not cost those around it", "[bags][mcap]") {
+  const TemporaryFolder folder;
+  auto file = mcap_of(drive_messages(), {.has_chunks = false, .has_index = false});
+  for (const char op : {'\x03', '\x04', '\x05', '\x06'})
+    file.bytes.insert(file.message_ends[7], McapWriter::record(op, "short"));
+  write_text(folder / "bag.mcap", file.bytes);
+  const auto scan = scan_bag(folder / "bag.mcap", {});
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("4 chunks or records cannot be read, the first because"));
+  CHECK_FALSE(is_error(scan.problems[0]));
+  CHECK(scan.sequence.frames.size() == 5);
+}
+
 TEST_CASE("Lengths in an MCAP file that cannot be are refused, or end what is read", "[bags][mcap]") {
   const TemporaryFolder folder;
   const auto messages = drive_messages({.frames = 2});
