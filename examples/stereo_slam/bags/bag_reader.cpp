@@ -3,16 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <limits>
-#include <map>
-#include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include "stereo_slam/bags/bag_files.hpp"
-#include "stereo_slam/bags/message_file.hpp"
-#include "stereo_slam/bags/ros_message.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 
@@ -26,36 +20,27 @@ namespace fs = std::filesystem;
   return std::clamp(record_ns, std::int64_t{0}, kLatestStamp_ns);
 }
 
-/// A file of the recording.
-struct BagPart {
-  fs::path file;
-  std::unique_ptr<MessageFile> messages;
-  std::optional<RecordTimes> times;  ///< nothing if it has no messages
-
-  /// Calls a function that reads the file, and adds its name to errors.
-  template <class Read>
-  auto call(const Read& read) const {
-    try {
-      return read();
-    } catch (const std::exception& error) {
-      fail(file, error.what());
-    }
+/// Calls a function that reads a part, and adds the name of its file to errors.
+template <class Read>
+auto call(const BagPart& part, const Read& read) {
+  try {
+    return read(*part.messages);
+  } catch (const std::exception& error) {
+    fail(part.file, error.what());
   }
-};
-
-/// A message of the recording.
-struct RecordedMessage {
-  const BagPart* part = nullptr;
-  MessagePlace place;
-};
+}
 
 [[nodiscard]] BagPart open_part(const fs::path& file) {
   if (!fs::exists(file)) fail(file, "no such file");
   if (fs::is_directory(file)) fail(file, "is a folder with the name of a bag; rename it");
   if (!fs::is_regular_file(file)) fail(file, "it is not an ordinary file; copy the bag to one");
   BagPart part{.file = file, .messages = nullptr, .times = {}};
-  part.messages = part.call([&] { return open_message_file(file); });
-  part.times = part.call([&] { return part.messages->times(); });
+  try {
+    part.messages = open_message_file(file);
+  } catch (const std::exception& error) {
+    fail(file, error.what());
+  }
+  part.times = call(part, [](MessageFile& messages) { return messages.times(); });
   if (part.times) part.times = RecordTimes{bounded(part.times->first_ns), bounded(part.times->last_ns)};
   return part;
 }
@@ -88,140 +73,122 @@ void require_continuation(const BagPart& before, const BagPart& after) {
   return parts;
 }
 
+template <class Messages>
+void sort_by_time(Messages& messages) {
+  std::ranges::stable_sort(messages, {}, [](const auto& message) { return message.place.record_ns; });
+}
+
 }  // namespace
 
-struct BagReader::Bag {
-  fs::path recording;
-  std::vector<BagPart> parts;
-  const BagPart* last_read = nullptr;
-  std::map<std::string, BagTopic> topics;
-  std::map<std::string, std::vector<RecordedMessage>> images;  // by topic
-  std::mutex mutex;                                            // files are not thread-safe
-
-  explicit Bag(const fs::path& path) : recording(path), parts(open_parts(path)) {
-    for (const auto& part : parts) {
-      for (const auto& topic : part.call([&] { return part.messages->topics(); })) {
-        const auto [known, is_new] = topics.try_emplace(topic.name, topic);
-        if (!is_new) known->second.messages += topic.messages;
-      }
+BagReader::BagReader(const fs::path& recording) : recording_(recording), parts_(open_parts(recording)) {
+  for (const auto& part : parts_) {
+    for (const auto& topic : call(part, [](MessageFile& messages) { return messages.topics(); })) {
+      const auto [known, is_new] = topics_.try_emplace(topic.name, topic);
+      if (!is_new) known->second.messages += topic.messages;
     }
   }
+}
 
-  /// From the first to the last message.
-  [[nodiscard]] double duration_s() const {
-    std::int64_t first_ns = kLatestStamp_ns;
-    std::int64_t last_ns = 0;
-    for (const auto& part : parts) {
-      if (!part.times) continue;
-      first_ns = std::min(first_ns, part.times->first_ns);
-      last_ns = std::max(last_ns, part.times->last_ns);
-    }
-    return 1e-9 * static_cast<double>(last_ns - first_ns);
+double BagReader::duration_s() const {
+  std::int64_t first_ns = kLatestStamp_ns;
+  std::int64_t last_ns = 0;
+  for (const auto& part : parts_) {
+    if (!part.times) continue;
+    first_ns = std::min(first_ns, part.times->first_ns);
+    last_ns = std::max(last_ns, part.times->last_ns);
   }
+  return 1e-9 * static_cast<double>(last_ns - first_ns);
+}
 
-  /// The messages of a topic in order of recording.
-  [[nodiscard]] std::vector<RecordedMessage> messages(const std::string& topic) const {
-    std::vector<RecordedMessage> messages;
-    for (const auto& part : parts) {
-      for (const auto& place : part.call([&] { return part.messages->places(topic); })) {
-        messages.push_back({&part, place});
-        messages.back().place.record_ns = bounded(place.record_ns);
-      }
-    }
-    sort_by_time(messages);
-    return messages;
-  }
-
-  template <class Messages>
-  static void sort_by_time(Messages& messages) {
-    std::ranges::stable_sort(messages, {}, [](const auto& message) { return message.place.record_ns; });
-  }
-
-  /// A message of a topic, or at least its first bytes. Throws without the name of the file. Only the part
-  /// that was read last keeps messages in memory.
-  [[nodiscard]] RosMessage read(const std::string& topic, const RecordedMessage& message,
-                                std::size_t most_bytes = std::numeric_limits<std::size_t>::max()) {
-    const BagTopic& of = topics.at(topic);
-    if (last_read != nullptr && last_read != message.part) last_read->messages->release();
-    last_read = message.part;
-    return {of.type, serialization_of(of.serialization),
-            message.part->messages->read(message.place, most_bytes)};
-  }
-
-  /// Calls `use` with image `i` of an indexed topic, and adds the names of both to its errors.
-  void read_image(const std::string& topic, std::size_t i,
-                  const std::function<void(const RosMessage&)>& use) {
-    const std::lock_guard lock(mutex);
-    try {
-      use(read(topic, images.at(topic).at(i)));
-    } catch (const std::exception& error) {
-      fail(recording, "image {} of {}: {}", i, topic, error.what());
+std::vector<BagReader::Message> BagReader::messages(const std::string& topic) const {
+  std::vector<Message> found;
+  for (const auto& part : parts_) {
+    for (const auto& place : call(part, [&](MessageFile& file) { return file.places(topic); })) {
+      found.push_back({&part, place});
+      found.back().place.record_ns = bounded(place.record_ns);
     }
   }
-};
+  sort_by_time(found);
+  return found;
+}
 
-BagReader::BagReader(const fs::path& recording) : bag_(std::make_unique<Bag>(recording)) {}
-BagReader::~BagReader() = default;
+RosMessage BagReader::read(const std::string& topic, const Message& message, std::size_t most_bytes) {
+  const BagTopic& of = topics_.at(topic);
+  if (last_read_ != nullptr && last_read_ != message.part) last_read_->messages->release();
+  last_read_ = message.part;
+  return {of.type, serialization_of(of.serialization),
+          message.part->messages->read(message.place, most_bytes)};
+}
+
+void BagReader::read_image(const std::string& topic, std::size_t i,
+                           const std::function<void(const RosMessage&)>& use) {
+  const std::lock_guard lock(mutex_);
+  try {
+    use(read(topic, images_.at(topic).at(i)));
+  } catch (const std::exception& error) {
+    fail(recording_, "image {} of {}: {}", i, topic, error.what());
+  }
+}
 
 std::vector<BagTopic> BagReader::topics() const {
   std::vector<BagTopic> topics;
-  topics.reserve(bag_->topics.size());
-  const double duration_s = bag_->duration_s();
-  for (const auto& [name, topic] : bag_->topics) {
+  topics.reserve(topics_.size());
+  const double recorded_s = duration_s();
+  for (const auto& [name, topic] : topics_) {
     topics.push_back(topic);
-    if (topic.messages > 1 && duration_s > 0.0)
-      topics.back().rate_hz = static_cast<double>(topic.messages - 1) / duration_s;
+    if (topic.messages > 1 && recorded_s > 0.0)
+      topics.back().rate_hz = static_cast<double>(topic.messages - 1) / recorded_s;
   }
   return topics;
 }
 
 std::vector<IndexedImages> BagReader::index_images(const std::vector<std::string>& topics) {
-  struct Image : RecordedMessage {
+  struct Image : Message {
     std::size_t topic = 0;
   };
   std::vector<Image> all;
   for (std::size_t topic = 0; topic < topics.size(); ++topic) {
-    for (const auto& message : bag_->messages(topics[topic])) all.push_back({message, topic});
-    bag_->images[topics[topic]].clear();
+    for (const auto& message : messages(topics[topic])) all.push_back({message, topic});
+    images_[topics[topic]].clear();
   }
-  Bag::sort_by_time(all);  // so that no part of a file is read twice
+  sort_by_time(all);  // so that no part of a file is read twice
   std::vector<IndexedImages> indexed(topics.size());
   for (const auto& image : all) {
     const std::string& topic = topics[image.topic];
     auto& [times, unreadable, first_fault] = indexed[image.topic];
     try {
-      const auto stamp_ns = header_stamp_ns(bag_->read(topic, image, kStampedBytes));
+      const auto stamp_ns = header_stamp_ns(read(topic, image, kStampedBytes));
       times.push_back({.header_ns = stamp_ns, .record_ns = image.place.record_ns});
-      bag_->images[topic].push_back(image);
+      images_[topic].push_back(image);
     } catch (const std::exception& error) {
       if (unreadable++ == 0) first_fault = error.what();
     }
   }
   for (std::size_t topic = 0; topic < topics.size(); ++topic) {
     if (indexed[topic].times.empty() && indexed[topic].unreadable > 0)
-      fail(bag_->recording, "{}: {}", topics[topic], indexed[topic].first_fault);
+      fail(recording_, "{}: {}", topics[topic], indexed[topic].first_fault);
   }
   return indexed;
 }
 
 cv::Mat BagReader::image(const std::string& topic, std::size_t i, const GreyScale& scale) {
   cv::Mat image;
-  bag_->read_image(topic, i, [&](const RosMessage& message) { image = read_grey(message, scale); });
+  read_image(topic, i, [&](const RosMessage& message) { image = read_grey(message, scale); });
   return image;
 }
 
 bool BagReader::add_values(const std::string& topic, std::size_t i, ValueCounts& values) {
   cv::Mat image;
-  bag_->read_image(topic, i, [&](const RosMessage& message) { image = read_16_bit(message); });
+  read_image(topic, i, [&](const RosMessage& message) { image = read_16_bit(message); });
   if (!image.empty()) values.add(image);
   return !image.empty();
 }
 
 CameraInfo BagReader::camera_info(const std::string& topic) {
   CameraInfo info;
-  for (const auto& message : bag_->messages(topic)) {
+  for (const auto& message : messages(topic)) {
     try {
-      info = read_camera_info(bag_->read(topic, message));
+      info = read_camera_info(read(topic, message));
     } catch (const std::exception& error) {
       fail(message.part->file, "{}: {}", topic, error.what());
     }
@@ -232,7 +199,7 @@ CameraInfo BagReader::camera_info(const std::string& topic) {
 
 std::vector<std::string> BagReader::warnings() const {
   std::vector<std::string> warnings;
-  for (const auto& part : bag_->parts) {
+  for (const auto& part : parts_) {
     if (const auto warning = part.messages->warning(); !warning.empty())
       warnings.push_back(part.file.string() + ": " + warning);
   }

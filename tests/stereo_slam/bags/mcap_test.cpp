@@ -184,6 +184,6 @@ TEST_CASE("MCAP files that cannot be used are refused in one line", "[bags][mcap
   CHECK_THAT(error_with(mcap_of(no_camera).bytes),
              Catch::Contains("has no images") && Catch::Contains("/note"));
   write_text(folder / "bag.mcap", mcap_of(messages).bytes);
-  CHECK_THAT(error_of(folder / "bag.mcap", {.left_topic = "/a", .right_topic = "/b"}),
+  CHECK_THAT(error_of(folder / "bag.mcap", {.left_topic = "/a", .right_topic = "/b", .calibration = {}}),
              Catch::Contains("'/a' is no topic of images; there are /stereo/left/image_rect, /stereo/right"));
 }
