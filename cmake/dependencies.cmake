@@ -24,6 +24,10 @@ if(ANTIPODE_BUILD_EXAMPLES)
   find_package(ZLIB REQUIRED)
   # Linked by its name, so that the exported target of the SLAM has no path in it.
   find_library(ANTIPODE_LIBDEFLATE deflate REQUIRED)
+  # Bags of ROS 2.
+  find_package(SQLite3 REQUIRED)
+  find_library(ANTIPODE_LIBLZ4 lz4 REQUIRED)
+  find_library(ANTIPODE_LIBZSTD zstd REQUIRED)
 endif()
 if(ANTIPODE_BUILD_TESTS OR ANTIPODE_BUILD_BENCHMARKS)
   find_package(Catch2 REQUIRED)

@@ -8,6 +8,7 @@ packages=(
   build-essential cmake ninja-build git
   libeigen3-dev libopencv-dev libceres-dev catch2 libgmock-dev
   libcli11-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev libjpeg-dev libdeflate-dev zlib1g-dev
+  liblz4-dev libsqlite3-dev libzstd-dev
   "$@"
 )
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Renders and runs what the commands of the documentation work on, under the names that it uses.
 #
-#   prepare_recordings.sh STEREO_SLAM OUTPUT_DIR MAKE_VIDEOS
+#   prepare_recordings.sh STEREO_SLAM OUTPUT_DIR MAKE_VIDEOS MAKE_BAG
 set -euo pipefail
 program=$1
 rm -rf "$2"
@@ -32,3 +32,4 @@ cp -r V1_01_easy/mav0/cam1/data RAW/right
   sed -n '/^T_BS/,/]/p' V1_01_easy/mav0/cam1/sensor.yaml | sed 's/^/  /'
 } >camchain.yaml
 "$3" RECTIFIED .
+"$4" DIR BAG

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <typeinfo>
 #include <zlib.h>
 
+#include "fuzz/fuzz_files.hpp"
 #include "fuzz/fuzz_target.hpp"
 #include "stereo_slam/calibration/calibration_file.hpp"
 #include "stereo_slam/calibration/rectifier.hpp"
@@ -35,55 +35,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace stereo_slam;
-
-/// A folder for the files that are read, in memory where that exists.
-class Folder {
- public:
-  Folder() {
-    std::string name = ((fs::is_directory("/dev/shm") ? fs::path("/dev/shm") : fs::temp_directory_path()) /
-                        "antipode_fuzz_XXXXXX");
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder at " + name);
-    path_ = name;
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  [[nodiscard]] fs::path write(const std::string& name, Bytes bytes) const {
-    const fs::path file = path_ / name;
-    std::ofstream stream(file, std::ios::binary);
-    if (!stream) {
-      fs::create_directories(file.parent_path());
-      stream.open(file, std::ios::binary);
-    }
-    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    require(stream.good(), "the fuzzer cannot write " + file.string());
-    return file;
-  }
-
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-[[nodiscard]] const Folder& folder() {
-  static const Folder folder;
-  return folder;
-}
-
-/// Runs a reader. Only a std::runtime_error that names the file or its folder may come out.
-template <class Read>
-void attempt_to_read(const Read& read) {
-  try {
-    read();
-  } catch (const std::runtime_error& error) {
-    const std::string message = error.what();
-    require(typeid(error) == typeid(std::runtime_error), "an error of another library: " + message);
-    require(message.find(folder().path().string()) != std::string::npos, "names no file: " + message);
-  }
-}
 
 [[nodiscard]] bool finite_pose(const Eigen::Isometry3d& T) { return T.matrix().allFinite(); }
 

@@ -11,7 +11,9 @@
 
 #include "stereo_slam/app/command.hpp"
 #include "stereo_slam/app/info.hpp"
+#include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/output_file.hpp"
 
 namespace stereo_slam {
@@ -27,7 +29,9 @@ void print_topics(const std::filesystem::path& bag) {
   std::vector<Problem> known;  // not printed: the scan has reported an unreadable bag already
   attempt(known, Problem::Severity::kError, [&] {
     for (const auto& topic : list_topics(bag))
-      fmt::print(std::cout, "topic         {}  {}  {} messages\n", topic.name, topic.type, topic.messages);
+      fmt::print(std::cout, "topic         {}  {}  {}{}\n", as_message(topic.name), as_message(topic.type),
+                 counted(topic.messages, "message"),
+                 topic.rate_hz > 0.0 ? fmt::format(", {:.1f} per second", topic.rate_hz) : "");
   });
 }
 
@@ -66,7 +70,7 @@ Command add_info(CLI::App& parent) {
       "Examples:\n"
       "  stereo_slam info --dataset euroc/MH_01_easy\n"
       "  stereo_slam info --dataset raw --calibration camchain.yaml\n"
-      "  stereo_slam info --dataset drive.bag                            (also lists its topics)");
+      "  stereo_slam info --dataset drive.mcap                           (also lists its topics)");
   return [arguments] { return info_command(*arguments); };
 }
 

@@ -13,10 +13,12 @@
 namespace stereo_slam {
 
 void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
-  app.add_option("--dataset", dataset.folder,
-                 "recording: a folder, the calibration.yaml in it, or a bag of ROS 1 (parts of one as "
-                 "BAG,BAG,...); with --calibration also a video or a live camera (/dev/video0, a URL) with "
-                 "both images side by side, or two as LEFT,RIGHT")
+  app.add_option(
+         "--dataset", dataset.folder,
+         "recording: a folder, the calibration.yaml in it, or a bag of ROS 2 or 1 (.mcap, .db3, .bag; "
+         "parts of one as BAG,BAG,...); with --calibration also a video or a live camera (/dev/video0, a "
+         "URL) with "
+         "both images side by side, or two as LEFT,RIGHT")
       ->required()
       ->check(require_name)
       ->type_name("DIR");
@@ -68,7 +70,8 @@ namespace {
                                      .record_times = dataset.record_times});
   }
   if (!dataset.left_topic.empty() || !dataset.right_topic.empty() || dataset.record_times) {
-    fail(dataset.folder, "is no bag; --left-topic, --right-topic and --record-times are for bags (.bag)");
+    fail(dataset.folder,
+         "is no bag; --left-topic, --right-topic and --record-times are for bags (.mcap, .db3, .bag)");
   }
   return scan_sequence(dataset.folder, dataset.format, dataset.calibration, pairing);
 }

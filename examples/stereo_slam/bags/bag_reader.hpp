@@ -2,39 +2,53 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <limits>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
-#include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/bags/message_file.hpp"
 #include "stereo_slam/bags/message_times.hpp"
+#include "stereo_slam/bags/ros_message.hpp"
+#include "stereo_slam/bags/topic_pair.hpp"
 #include "stereo_slam/calibration/camera_info.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 
 namespace stereo_slam {
 
-/// The files of a recording: a bag; the parts of one as BAG,BAG,...; or those in a folder. Throws
-/// std::runtime_error if a folder contains none.
-[[nodiscard]] std::vector<std::filesystem::path> bag_files(const std::filesystem::path& recording);
+/// The images of a topic that can be read.
+struct IndexedImages {
+  std::vector<MessageTime> times;  ///< in order of recording
+  std::size_t unreadable = 0;      ///< messages that are left out
+  std::string first_fault;         ///< why the first of them cannot be read
+};
+
+/// A file of a recording.
+struct BagPart {
+  std::filesystem::path file;
+  std::unique_ptr<MessageFile> messages;
+  std::optional<RecordTimes> times;  ///< nothing if it has no messages
+};
 
 /// The images and calibrations in a recording of one bag or several parts. Every function throws
-/// std::runtime_error that names the file when the bag cannot be read. In a program built without
-/// librosbag-storage-dev the constructor always throws.
+/// std::runtime_error that names the file when the bag cannot be read. Reading images is thread-safe.
 class BagReader {
  public:
   explicit BagReader(const std::filesystem::path& recording);
-  ~BagReader();
-  BagReader(const BagReader&) = delete;
-  BagReader& operator=(const BagReader&) = delete;
 
+  /// Sorted by name.
   [[nodiscard]] std::vector<BagTopic> topics() const;
 
-  /// Indexes the images of a topic. Returns their times, in order of recording.
-  [[nodiscard]] std::vector<MessageTime> index_images(const std::string& topic);
+  /// Indexes the images of topics, all in one pass over the recording. Throws if a topic has none that can be
+  /// read.
+  [[nodiscard]] std::vector<IndexedImages> index_images(const std::vector<std::string>& topics);
 
   /// Image `i`, from 0, of an indexed topic, as CV_8UC1; 16 bits a pixel by the scale.
   [[nodiscard]] cv::Mat image(const std::string& topic, std::size_t i, const GreyScale& scale = {});
@@ -46,9 +60,35 @@ class BagReader {
   /// is.
   [[nodiscard]] CameraInfo camera_info(const std::string& topic);
 
+  /// What the files lack, one warning for each that is not whole: "PATH: WHAT".
+  [[nodiscard]] std::vector<std::string> warnings() const;
+
  private:
-  struct Bag;
-  std::unique_ptr<Bag> bag_;
+  struct Message {
+    const BagPart* part = nullptr;
+    MessagePlace place;
+  };
+
+  /// From the first to the last message.
+  [[nodiscard]] double duration_s() const;
+
+  /// The messages of a topic in order of recording.
+  [[nodiscard]] std::vector<Message> messages(const std::string& topic) const;
+
+  /// A message of a topic, or at least its first bytes. Throws without the name of the file. Only the part
+  /// that was read last keeps messages in memory.
+  [[nodiscard]] RosMessage read(const std::string& topic, const Message& message,
+                                std::size_t most_bytes = std::numeric_limits<std::size_t>::max());
+
+  /// Calls `use` with image `i` of an indexed topic, and adds the names of both to its errors.
+  void read_image(const std::string& topic, std::size_t i, const std::function<void(const RosMessage&)>& use);
+
+  std::filesystem::path recording_;
+  std::vector<BagPart> parts_;
+  const BagPart* last_read_ = nullptr;
+  std::map<std::string, BagTopic> topics_;
+  std::map<std::string, std::vector<Message>> images_;  ///< by topic
+  std::mutex mutex_;                                    ///< files are not thread-safe
 };
 
 }  // namespace stereo_slam

@@ -7,15 +7,14 @@
 #include <optional>
 #include <stdexcept>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "stereo_slam/bags/bag_files.hpp"
 #include "stereo_slam/bags/bag_reader.hpp"
 #include "stereo_slam/calibration/camera_info.hpp"
 #include "stereo_slam/dataset/euroc.hpp"
-#include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/stamp_pairs.hpp"
@@ -85,10 +84,10 @@ class BagImages : public PairSource {
 };
 
 /// The images of a topic that have usable times. Adds a warning if some have not.
-[[nodiscard]] TimedImages timed_images(BagReader& reader, const std::string& topic, bool record_times,
-                                       SequenceScan& scan) {
+[[nodiscard]] TimedImages timed_images(const std::string& topic, const IndexedImages& indexed,
+                                       bool record_times, SequenceScan& scan) {
   const fs::path& recording = scan.sequence.folder;
-  const auto times = reader.index_images(topic);
+  const auto& times = indexed.times;
   TimedImages images;
   try {
     images = record_times ? by_record_times(times) : by_header_stamps(times);
@@ -96,6 +95,9 @@ class BagImages : public PairSource {
     fail(recording, "{}: {}", topic, error.what());
   }
   const auto warn = [&](const std::string& text) { scan.warn(recording, "{}; they are left out", text); };
+  if (indexed.unreadable > 0)
+    warn(fmt::format("{} of {} images of {} cannot be read, the first because {}", indexed.unreadable,
+                     indexed.unreadable + times.size(), topic, indexed.first_fault));
   if (images.repeated > 0)
     warn(fmt::format("{} of the images of {} {} the stamp of the image before", images.repeated, topic,
                      images.repeated == 1 ? "has" : "have"));
@@ -114,7 +116,10 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
                  SequenceScan& scan) {
   const fs::path& recording = scan.sequence.folder;
   auto& frames = scan.sequence.frames;
-  const TimedImages left = timed_images(reader, topics.left, options.record_times, scan);
+  std::vector<std::string> names{topics.left};
+  if (!topics.side_by_side()) names.push_back(topics.right);
+  const auto indexed = reader.index_images(names);
+  const TimedImages left = timed_images(topics.left, indexed.front(), options.record_times, scan);
   if (topics.side_by_side()) {
     for (std::size_t i = 0; i < left.index.size(); ++i) {
       frames.push_back({left.stamps_ns[i], recording, recording});
@@ -123,7 +128,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
     if (frames.size() < 2) fail(recording, "has {} of {}", counted(frames.size(), "image"), topics.left);
     return;
   }
-  const TimedImages right = timed_images(reader, topics.right, options.record_times, scan);
+  const TimedImages right = timed_images(topics.right, indexed.back(), options.record_times, scan);
   const CameraStamps of_left{topics.left, left.stamps_ns};
   const CameraStamps of_right{topics.right, right.stamps_ns};
   const StampPairs pairs = paired_by_stamps(of_left, of_right, options.pairing, scan);
@@ -137,7 +142,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
 /// The calibration in the folder of the bag: one of read_calibration()'s files, or as EuRoC or TUM-VI ship
 /// it.
 [[nodiscard]] std::optional<OwnCamera> calibration_beside(const fs::path& recording) {
-  const fs::path folder = fs::absolute(bag_files(recording).front()).parent_path();
+  const fs::path folder = fs::absolute(bag_files(recording).files.front()).parent_path();
   if (const auto found = find_calibration(folder); !found.empty()) return read_calibration(found);
   if (fs::exists(folder / "dso/camchain.yaml")) return read_calibration(folder / "dso/camchain.yaml");
   if (!fs::exists(folder / "mav0/cam0/sensor.yaml")) return std::nullopt;
@@ -245,77 +250,46 @@ void require_size(const StereoCamera& camera, const TopicPair& topics, BagImages
   return calibration_inside(reader, topics, file);
 }
 
+/// Everything but the checks of scan_bag(). Throws std::runtime_error that names the recording.
+void read_recording(const std::shared_ptr<BagReader>& reader, const BagOptions& options, SequenceScan& scan) {
+  auto& sequence = scan.sequence;
+  const fs::path& recording = sequence.folder;
+  TopicPair topics;
+  try {
+    topics = topics_of(*reader, recording, options, scan.problems);
+  } catch (const std::invalid_argument& error) {
+    fail(recording, error.what());
+  }
+  sequence.left_name = topics.left;
+  sequence.right_name = topics.right;
+  sequence.right_half_first = options.pairing.right_half_first;
+  if (sequence.right_half_first && !topics.side_by_side())
+    fail(recording,
+         "its images are not side by side, so --right-half-first does not apply; exchange the topics");
+  const OwnCamera own = calibration_of(*reader, topics, recording, options);
+  for (const auto& warning : own.warnings) scan.problems.push_back({Problem::Severity::kWarning, warning});
+  const auto images = std::make_shared<BagImages>(reader, topics, recording);
+  pair_images(*reader, topics, options, *images, scan);
+  if (own.rectified) require_size(*own.rectified, topics, *images, recording);
+  sequence.source = images;
+  set_camera(own, options.calibration.empty() ? recording : options.calibration, sequence);
+}
+
 }  // namespace
-
-bool has_bag_name(const fs::path& file) {
-  const std::string name = lower_case(file.filename().string());
-  return name.ends_with(".bag") || name.ends_with(".bag.active");
-}
-
-bool is_bag_recording(const fs::path& recording) {
-  std::error_code error;
-  if (has_bag_name(recording)) return true;
-  if (!fs::is_directory(recording, error) || looks_like_euroc(recording) || looks_like_kitti(recording))
-    return false;
-  for (const auto* images : {"left", "right"}) {
-    if (fs::exists(recording / images, error)) return false;
-  }
-  const fs::directory_iterator files(recording, error);
-  return !error && std::any_of(begin(files), end(files), [](const auto& file) {
-    return has_bag_name(file.path()) && !file.path().filename().string().starts_with('.');
-  });
-}
-
-std::vector<fs::path> bag_files(const fs::path& recording) {
-  if (fs::is_directory(recording) && !has_bag_name(recording)) {
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(recording)) {
-      const bool hidden = entry.path().filename().string().starts_with('.');
-      if (!hidden && has_bag_name(entry.path())) files.push_back(entry.path());
-    }
-    if (files.empty()) fail(recording, "contains no bags");
-    return files;
-  }
-  const std::string names = recording.string();
-  if (fs::exists(recording) || names.find(',') == std::string::npos) return {recording};
-  std::vector<fs::path> files;
-  for (std::size_t begin = 0; begin <= names.size();) {
-    const std::size_t end = std::min(names.find(',', begin), names.size());
-    files.emplace_back(names.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return files;
-}
 
 std::vector<BagTopic> list_topics(const fs::path& recording) { return BagReader(recording).topics(); }
 
 SequenceScan scan_bag(const fs::path& recording, const BagOptions& options) {
   SequenceScan scan;
-  auto& sequence = scan.sequence;
-  sequence.folder = recording;
-  sequence.format = "bag";
+  scan.sequence.folder = recording;
+  scan.sequence.format = "bag";
+  std::shared_ptr<BagReader> reader;
   attempt(scan.problems, Problem::Severity::kError, [&] {
-    const auto reader = std::make_shared<BagReader>(recording);
-    TopicPair topics;
-    try {
-      topics = topics_of(*reader, recording, options, scan.problems);
-    } catch (const std::invalid_argument& error) {
-      fail(recording, error.what());
-    }
-    sequence.left_name = topics.left;
-    sequence.right_name = topics.right;
-    sequence.right_half_first = options.pairing.right_half_first;
-    if (sequence.right_half_first && !topics.side_by_side())
-      fail(recording,
-           "its images are not side by side, so --right-half-first does not apply; exchange the topics");
-    const OwnCamera own = calibration_of(*reader, topics, recording, options);
-    for (const auto& warning : own.warnings) scan.problems.push_back({Problem::Severity::kWarning, warning});
-    const auto images = std::make_shared<BagImages>(reader, topics, recording);
-    pair_images(*reader, topics, options, *images, scan);
-    if (own.rectified) require_size(*own.rectified, topics, *images, recording);
-    sequence.source = images;
-    set_camera(own, options.calibration.empty() ? recording : options.calibration, sequence);
+    reader = std::make_shared<BagReader>(recording);
+    read_recording(reader, options, scan);
   });
+  for (const auto& warning : reader ? reader->warnings() : std::vector<std::string>{})
+    scan.problems.push_back({Problem::Severity::kWarning, warning});
   check_rig(scan);
   check_camera(scan);
   find_scale(scan);

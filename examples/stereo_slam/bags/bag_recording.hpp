@@ -5,10 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "stereo_slam/bags/bag_files.hpp"
 #include "stereo_slam/bags/topic_pair.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 
-/// Recordings in bags of ROS 1, where the program was built with librosbag-storage-dev.
+/// Recordings in bags; those of ROS 1 where the program was built with librosbag-storage-dev.
 namespace stereo_slam {
 
 struct BagOptions {
@@ -20,13 +21,6 @@ struct BagOptions {
   bool record_times =
       false;  ///< use the times at which images were recorded, not the stamps in their headers
 };
-
-/// Whether the extension is that of a bag: .bag, or .bag.active of one whose recording was not ended.
-[[nodiscard]] bool has_bag_name(const std::filesystem::path& file);
-
-/// Whether it is a bag, the parts of one as BAG,BAG,..., or a folder that contains bags and no other
-/// recording.
-[[nodiscard]] bool is_bag_recording(const std::filesystem::path& recording);
 
 /// The topics of a bag by name. Throws std::runtime_error that names the file when it cannot be read.
 [[nodiscard]] std::vector<BagTopic> list_topics(const std::filesystem::path& file);

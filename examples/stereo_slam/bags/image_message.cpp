@@ -28,8 +28,10 @@ struct Encoding {
   int conversion;  ///< to grey, by cv::cvtColor
 };
 
-/// ROS names a Bayer pattern by the pixels from the first row and column on, OpenCV by those from the second.
-constexpr std::array<Encoding, 16> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
+/// The rows of nv12 and nv21 are grey, and colours follow behind them. uyvy and yuyv are the names that ROS 2
+/// gave to yuv422 and yuv422_yuy2. ROS names a Bayer pattern by the pixels from the first row and column on,
+/// OpenCV by those from the second.
+constexpr std::array<Encoding, 20> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
                                                   {"8UC1", CV_8UC1, kAsItIs},
                                                   {"mono16", CV_16UC1, kAsItIs},
                                                   {"16UC1", CV_16UC1, kAsItIs},
@@ -43,7 +45,11 @@ constexpr std::array<Encoding, 16> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
                                                   {"bayer_bggr8", CV_8UC1, cv::COLOR_BayerRG2GRAY},
                                                   {"bayer_gbrg8", CV_8UC1, cv::COLOR_BayerGR2GRAY},
                                                   {"bayer_grbg8", CV_8UC1, cv::COLOR_BayerGB2GRAY},
+                                                  {"nv12", CV_8UC1, kAsItIs},
+                                                  {"nv21", CV_8UC1, kAsItIs},
+                                                  {"uyvy", CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
                                                   {"yuv422", CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
+                                                  {"yuyv", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
                                                   {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2}}};
 
 const Encoding& encoding_of(const ImageMessage& message) {

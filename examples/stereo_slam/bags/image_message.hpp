@@ -25,8 +25,9 @@ struct ImageMessage {
 };
 
 /// The image as CV_8UC1. Throws std::invalid_argument for encodings other than mono8, mono16, 8UC1, 16UC1,
-/// bgr8, rgb8, bgra8, rgba8, 8UC3 and 8UC4 (which are read as bgr8 and bgra8), bayer_*8, yuv422 and
-/// yuv422_yuy2, and for sizes that do not fit together. 16 bits a pixel become grey by the scale.
+/// bgr8, rgb8, bgra8, rgba8, 8UC3 and 8UC4 (which are read as bgr8 and bgra8), bayer_*8, yuv422, uyvy,
+/// yuv422_yuy2, yuyv, nv12 and nv21, and for sizes that do not fit together. 16 bits a pixel become grey by
+/// the scale.
 [[nodiscard]] cv::Mat to_grey(const ImageMessage& message, const GreyScale& scale = {});
 
 /// An image of 16 bits a pixel as CV_16UC1; empty for another encoding. Throws like to_grey().

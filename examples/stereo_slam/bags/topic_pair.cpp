@@ -20,7 +20,7 @@ namespace stereo_slam {
 namespace {
 
 [[nodiscard]] bool has_images(const BagTopic& topic) {
-  return topic.type == "sensor_msgs/Image" || topic.type == "sensor_msgs/CompressedImage";
+  return is_sensor_type(topic.type, "Image") || is_sensor_type(topic.type, "CompressedImage");
 }
 
 /// Possible names of the right camera's topic, if `left` is the name of a left camera's topic, such as
@@ -161,6 +161,13 @@ class ImageTopics {
 
 }  // namespace
 
+bool is_sensor_type(std::string_view type, std::string_view name) {
+  for (const std::string_view package : {"sensor_msgs/", "sensor_msgs/msg/"}) {  // of ROS 1 and 2
+    if (type.starts_with(package) && type.substr(package.size()) == name) return true;
+  }
+  return false;
+}
+
 TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& left,
                         const std::string& right) {
   const ImageTopics images(topics);
@@ -180,6 +187,15 @@ TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& 
 }
 
 void refuse_topics(const std::vector<BagTopic>& topics) {
+  if (std::ranges::all_of(topics, [](const BagTopic& topic) { return topic.messages == 0; }))
+    throw std::invalid_argument("contains no messages; record it again");
+  if (std::ranges::none_of(topics, has_images)) {
+    std::vector<std::string_view> names;
+    names.reserve(topics.size());
+    for (const auto& topic : topics) names.push_back(topic.name);
+    throw std::invalid_argument(fmt::format(
+        "has no images (sensor_msgs Image or CompressedImage); its topics are {}", fmt::join(names, ", ")));
+  }
   throw std::invalid_argument(fmt::format("no pairs of image topics; {}", ImageTopics(topics).advice()));
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// Which topics of a bag are those of the two cameras.
@@ -10,9 +11,14 @@ namespace stereo_slam {
 
 struct BagTopic {
   std::string name;
-  std::string type;  ///< "sensor_msgs/Image"
+  std::string type;  ///< "sensor_msgs/Image", or "sensor_msgs/msg/Image" in ROS 2
   std::size_t messages = 0;
+  std::string serialization{};  ///< the bag's name for it; see serialization_of()
+  double rate_hz = 0.0;         ///< messages a second on average, by the times of recording; 0 if unknown
 };
+
+/// Whether the type of a topic is this one of the package sensor_msgs.
+[[nodiscard]] bool is_sensor_type(std::string_view type, std::string_view name);
 
 /// The names of the image topics of the left and the right camera; the same if its images show both.
 struct TopicPair {

@@ -2,7 +2,6 @@
 #include "stereo_slam/dataset/sequence.hpp"
 
 #include <algorithm>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -30,30 +29,9 @@ SequenceScan unusable(const fs::path& folder, fmt::format_string<Values...> why,
   return scan;
 }
 
-/// Whether it is a file of a ROS 2 bag, or its folder.
-[[nodiscard]] bool is_ros2_bag(const fs::path& dataset) {
-  const auto has_extension = [](const fs::path& file) {
-    return file.extension() == ".db3" || file.extension() == ".mcap";
-  };
-  if (!fs::is_directory(dataset)) return has_extension(dataset);
-  std::error_code error;
-  const bool has_metadata = fs::exists(dataset / "metadata.yaml", error);
-  if (error == std::errc::permission_denied) throw fs::filesystem_error("", dataset, error);
-  if (!has_metadata) return false;
-  const fs::directory_iterator files(dataset);
-  return std::any_of(begin(files), end(files), [&](const auto& file) { return has_extension(file.path()); });
-}
-
 SequenceScan scan_layout(const fs::path& folder, std::string_view format, const fs::path& calibration,
                          const PairingOptions& pairing) {
-  const std::string name = folder.string();
   const bool automatic = format == "auto";
-  if (is_ros2_bag(folder)) {
-    return unusable(folder,
-                    "bags of ROS 2 are not read; convert it with rosbags: "
-                    "rosbags-convert --src {} --dst recording.bag",
-                    name);
-  }
   if (!calibration.empty())
     return scan_own_camera({.calibration = calibration, .dataset = folder}, format, pairing);
   if (!is_live(folder) && !fs::exists(folder)) {

@@ -159,7 +159,8 @@ TEST_CASE("Parts of a bag are one recording, in the order of their times", "[bag
 }
 
 TEST_CASE("Bags are recognised by their names", "[bags]") {
-  for (const auto* name : {"a.bag", "a/b.BAG", "a.Bag", "2021-07-22.bag.active", "a.bag,b.bag"})
+  for (const auto* name : {"a.bag", "a/b.BAG", "a.Bag", "2021-07-22.bag.active", "a.bag,b.bag", "a.mcap",
+                           "a_0.db3", "a_0.db3.zstd"})
     CHECK(has_bag_name(name));
   for (const auto* name : {"a.bagx", "bag", "a.bag.gz", "a.active", ""}) CHECK_FALSE(has_bag_name(name));
   const TemporaryFolder folder;

@@ -48,3 +48,23 @@ TEST_CASE("Images of messages are checked against their size", "[bags]") {
   jpeg.erase(jpeg.begin() + static_cast<std::ptrdiff_t>(jpeg.size() / 2), jpeg.end() - 200);
   CHECK_THAT(message_of([&] { (void)decode_grey(jpeg); }), Catch::Contains("the JPEG is damaged"));
 }
+
+TEST_CASE("The grey values of a YUV image are where its encoding has them", "[bags]") {
+  std::vector<std::uint8_t> data(24);
+  for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::uint8_t>(10 * i);
+  struct Grey {
+    const char* encoding;
+    std::uint32_t step;
+    int value;  ///< of row 1, column 2
+  };
+  for (const auto& [encoding, step, value] :
+       {Grey{"yuv422", 8, 130}, Grey{"uyvy", 8, 130}, Grey{"yuv422_yuy2", 8, 120}, Grey{"yuyv", 8, 120},
+        Grey{"nv12", 4, 60}, Grey{"nv21", 4, 60}}) {
+    CAPTURE(encoding);
+    const ImageMessage message{
+        .width = 4, .height = 2, .step = step, .encoding = encoding, .big_endian = false, .data = data};
+    const cv::Mat grey = to_grey(message);
+    REQUIRE(grey.size() == cv::Size(4, 2));
+    CHECK(grey.at<std::uint8_t>(1, 2) == value);
+  }
+}

@@ -126,13 +126,6 @@ TEST_CASE("Another folder is refused with the expected contents", "[kitti]") {
   CHECK_THAT(error(folder / "none.mp4", "auto"), Catch::Contains("none.mp4: no such file or folder"));
   write_text(folder / "file", "");
   CHECK_THAT(error(folder / "file", "auto"), Catch::Contains("is not a folder"));
-  fs::create_directories(folder / "ros2");
-  write_text(folder / "ros2/metadata.yaml", "");
-  write_text(folder / "ros2/drive_0.mcap", "");
-  for (const auto* bag : {"ros2", "ros2/drive_0.mcap"}) {
-    CHECK_THAT(error(folder / bag, "auto"),
-               Catch::Contains(std::string(bag) + ": bags of ROS 2 are not read"));
-  }
   CHECK_THAT(error(folder.path(), "euroc"), Catch::Contains("has no cam0 and cam1; expected mav0/cam0"));
   CHECK_THAT(error(folder.path(), "folders"), Catch::Contains("calibration.yaml: missing"));
   fs::create_directories(folder / "mav0/cam0");

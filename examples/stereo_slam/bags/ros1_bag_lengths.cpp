@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/bags/bag_lengths.hpp"
+#include "stereo_slam/bags/ros1_bag_lengths.hpp"
 
 #include <bit>
 #include <cstdint>

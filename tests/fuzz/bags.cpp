@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// Bags of ROS 2 and their messages: they are read, or refused in words of this program.
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "fuzz/fuzz_files.hpp"
+#include "fuzz/fuzz_target.hpp"
+#include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/bags/message_file.hpp"
+#include "stereo_slam/bags/ros_message.hpp"
+
+namespace antipode::fuzz {
+namespace {
+
+using namespace stereo_slam;
+
+/// Every message of a file, in full and its beginning.
+void read_messages(MessageFile& file) {
+  (void)file.times();
+  for (const auto& topic : file.topics()) {
+    for (const auto& place : file.places(topic.name)) {
+      try {
+        const std::size_t beginning = file.read(place, kStampedBytes).size();
+        const std::size_t all = file.read(place).size();
+        require(beginning >= std::min(all, kStampedBytes), "the beginning of a message is shorter");
+      } catch (const std::runtime_error&) {  // of one message
+      } catch (const std::invalid_argument&) {
+      }
+    }
+  }
+  (void)file.warning();
+}
+
+/// A file of this name, through the reader of its messages and as a recording.
+void read_bag(Bytes bytes, const std::string& name) {
+  const auto bag = folder().write(name, bytes);
+  try {
+    read_messages(*open_message_file(bag));
+  } catch (const std::runtime_error&) {
+  } catch (const std::invalid_argument&) {
+  }
+  const SequenceScan scan = scan_bag(bag, {});
+  for (const auto& problem : scan.problems)
+    require(problem.text.find(folder().path().string()) != std::string::npos,
+            "names no file: " + problem.text);
+  attempt_to_read([&] {
+    for (std::size_t i = 0; i < scan.sequence.frames.size(); ++i) (void)load_partial_frame(scan.sequence, i);
+  });
+}
+
+void mcap(Bytes bytes) { read_bag(bytes, "bag.mcap"); }
+void db3(Bytes bytes) { read_bag(bytes, "bag.db3"); }
+
+/// One message, as every type that is read. The first byte tells how it is serialised.
+void ros_message(Bytes bytes) {
+  if (bytes.empty()) return;
+  const auto serialization = bytes.front() % 2 == 0 ? Serialization::kCdr : Serialization::kRos1;
+  const auto as = [&](const char* type) { return RosMessage{type, serialization, bytes.subspan(1)}; };
+  allow_refusal([&] { (void)header_stamp_ns(as("sensor_msgs/msg/Image")); });
+  allow_refusal([&] { (void)read_grey(as("sensor_msgs/msg/Image"), {}); });
+  allow_refusal([&] { (void)read_16_bit(as("sensor_msgs/msg/Image")); });
+  allow_refusal([&] {
+    const CameraInfo info = read_camera_info(as("sensor_msgs/msg/CameraInfo"));
+    require(info.D.size() <= 14, "more coefficients than a model has");
+  });
+}
+
+/// The file metadata.yaml of a folder.
+void bag_metadata(Bytes bytes) {
+  const auto file = folder().write("rosbag2/metadata.yaml", bytes);
+  (void)folder().write("rosbag2/a.mcap", {});
+  attempt_to_read([&] {
+    if (is_bag_recording(file.parent_path()))
+      require(!bag_files(file.parent_path()).files.empty(), "no files");
+  });
+}
+
+}  // namespace
+
+std::vector<Target> bag_targets() {
+  return {{"mcap", mcap}, {"db3", db3}, {"ros_message", ros_message}, {"bag_metadata", bag_metadata}};
+}
+
+}  // namespace antipode::fuzz
