@@ -59,8 +59,10 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
   json["right_image_misfits"] = summary.right_image_misfits;
   json["right_image_displacement_px"] = number(summary.right_image_displacement_px);
   if (const auto& lens = summary.lens_error) {
-    json["lens_error"] = {
-        {"k1", lens->k[0]}, {"k2", lens->k[1]}, {"k1_sigma", lens->sigma[0]}, {"k2_sigma", lens->sigma[1]}};
+    json["lens_error"] = {{"k1", number(lens->k[0])},
+                          {"k2", number(lens->k[1])},
+                          {"k1_sigma", number(lens->sigma[0])},
+                          {"k2_sigma", number(lens->sigma[1])}};
   }
   json["right_camera_turns"] = summary.right_camera_turns;
   json["keyframes"] = summary.keyframes;

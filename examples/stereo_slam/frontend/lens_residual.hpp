@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "stereo_slam/core/stereo_camera.hpp"
@@ -26,17 +27,23 @@ class LensResidual {
 
   LensResidual() = default;
   explicit LensResidual(const StereoCamera& camera, const Coefficients& coefficients = Coefficients::Zero())
-      : camera_(camera), coefficients_(coefficients), is_exact_(coefficients.isZero(0.0)) {}
+      : camera_(camera), coefficients_(coefficients), is_exact_(coefficients.isZero(0.0)) {
+    const double width = camera.width_px, height = camera.height_px;
+    const double x = std::max(camera.cx, width - camera.cx) / (0.5 * width);
+    const double y = std::max(camera.cy, height - camera.cy) / (0.5 * width * camera.fy / camera.fx);
+    farthest2_ = x * x + y * y;
+  }
 
   [[nodiscard]] const Coefficients& coefficients() const noexcept { return coefficients_; }
 
-  /// Shift of a pixel by a unit of each coefficient.
+  /// Shift of a pixel by a unit of each coefficient. Outside the image the factor is that of its farthest
+  /// corner.
   [[nodiscard]] Basis basis(const Vector2<double>& px) const {
     const double half_width = 0.5 * camera_.width_px;
     const double aspect = camera_.fy / camera_.fx;
     const double x = (px.x() - camera_.cx) / half_width;
     const double y = (px.y() - camera_.cy) / (half_width * aspect);
-    const double r2 = x * x + y * y;
+    const double r2 = std::min(x * x + y * y, farthest2_);
     Basis result;
     result << x * r2, x * r2 * r2,  //
         aspect * y * r2, aspect * y * r2 * r2;
@@ -53,12 +60,12 @@ class LensResidual {
 
   /// Whether in_image() is the inverse of corrected() all over the image: the distortion is moderate.
   [[nodiscard]] bool is_moderate() const {
-    constexpr double kLargestSlope = 0.5;  // of the shift: each iteration of in_image() halves its error
+    constexpr double kLargestSlope =
+        0.25;  // of the shift: an iteration of in_image() leaves a quarter of its error
     constexpr int kRadii = 20;
     const double half_width = 0.5 * camera_.width_px;
-    const double corner = std::hypot(1.0, camera_.fx * camera_.height_px / (camera_.fy * camera_.width_px));
     for (int i = 1; i <= kRadii; ++i) {
-      const double r2 = std::pow(corner * i / kRadii, 2);
+      const double r2 = farthest2_ * i * i / (kRadii * kRadii);
       const double slope = (3.0 * coefficients_[0] * r2 + 5.0 * coefficients_[1] * r2 * r2) / half_width;
       if (!(std::abs(slope) < kLargestSlope)) return false;
     }
@@ -83,6 +90,7 @@ class LensResidual {
   StereoCamera camera_;
   Coefficients coefficients_ = Coefficients::Zero();  // px
   bool is_exact_ = true;
+  double farthest2_ = 0.0;  // r^2 of the corner that is farthest from the principal point
 };
 
 }  // namespace stereo_slam

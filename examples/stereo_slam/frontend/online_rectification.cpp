@@ -2,7 +2,6 @@
 #include "stereo_slam/frontend/online_rectification.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 

@@ -26,7 +26,8 @@ struct BiasConstraint {
   StereoPoint first, second;           ///< the measurements
 };
 
-/// How a measured motion depends on the disparity offset. Motions are perturbed on the right, in rad and m.
+/// How a measured motion depends on the disparity offset and the lenses. Motions are perturbed on the right,
+/// in rad and m.
 struct RectificationEffect {
   using Coefficients = CameraErrors::Coefficients;
   using Derivative = Eigen::Matrix<double, 6, CameraErrors::kTerms>;
@@ -60,7 +61,7 @@ struct RectificationEstimate {
 /// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
 ///
 /// Every stereo match observes the row offset. The disparity offset is observed over a motion: it makes near
-/// and far points, or those on the left and on the right, disagree about the same motion. A pose and the ten
+/// and far points, or those on the left and on the right, disagree about the same motion. A pose and the
 /// coefficients are solved for together, the pose is eliminated, and the information of the coefficients adds
 /// up from keyframe to keyframe. No ground truth is used.
 ///

@@ -5,7 +5,6 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/camera_errors.hpp"
 #include "stereo_slam/frontend/image_displacement.hpp"
 #include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/frontend/stereo_measurement.hpp"

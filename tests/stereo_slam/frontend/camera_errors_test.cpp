@@ -33,8 +33,9 @@ class Motions {
     Evidence evidence;
     for (int i = 0; i < 50; ++i) {
       const double x = place(random_), y = place(random_);
-      Basis terms;
-      terms << 1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y;
+      Basis terms = Basis::Zero();  // they show nothing of the lenses
+      terms.head<CameraErrors::kOffsetTerms>() << 1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y,
+          x * y * y, y * y * y;
       const double measured_px = terms.dot(truth) + kNoise_px * normal(random_);
       evidence.information += terms * terms.transpose() / (kNoise_px * kNoise_px);
       evidence.vector += measured_px * terms / (kNoise_px * kNoise_px);
