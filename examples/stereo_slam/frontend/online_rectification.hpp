@@ -23,7 +23,8 @@ struct BiasConstraint {
   Matrix3<double> S_inverse;           ///< information of the innovation
   Eigen::Matrix<double, 3, 6> J_pose;  ///< d prediction / d relative pose
   Matrix3<double> J_first;             ///< d prediction / d first measurement
-  StereoPoint first, second;           ///< the measurements
+  StereoPoint first, second;           ///< most likely, given both: the noise of what was measured would be
+                                       ///< correlated with that of the innovation
 };
 
 /// How a measured motion depends on the disparity offset and the lenses. Motions are perturbed on the right,

@@ -54,6 +54,8 @@ struct Prediction {
     const Vector3<double> J = result.J_first.col(2);
     result.S_inverse = (R + variance * J * J.transpose()).inverse();
     result.innovation = second - predicted->z - J * (first.z() - likely.z());
+    result.first = likely;
+    result.second = predicted->z;
     if (iteration + 1 < kIterations) {
       const double step = variance * J.dot(result.S_inverse * result.innovation);
       likely.z() = std::max(first.z() + step, kMinDisparity_px);
@@ -61,8 +63,6 @@ struct Prediction {
   }
   const HomogeneousPoint point{camera.back_project(likely)};
   result.J_pose = pose_jacobian(point, T_keyframe_camera, camera);
-  result.first = first;
-  result.second = second;
   return result;
 }
 
