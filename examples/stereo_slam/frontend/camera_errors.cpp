@@ -25,17 +25,12 @@ constexpr double kLeastTurn_px = 0.7;
 constexpr double kTurnSigma_px = 1.0;
 constexpr std::size_t kLongestWindow = 8;  // motions
 
-// Standard deviation of a coefficient of the lenses, relative to that of one of the offset: a calibration
-// that leaves small row offsets has good lenses. Learned with a prior of 30, it is 18 and 10 on KITTI, and 32
-// and 30 on EuRoC. With 30, a column that is wrong by 8 px passed for a lens error.
-constexpr double kLensPerOffset = 15.0;
-
 [[nodiscard]] double squared_inverse(double x) { return 1.0 / (x * x); }
 
 /// Information of a prior, from standard deviations.
 [[nodiscard]] Coefficients prior_of(double offset_sigma_px, double lens_sigma_px) {
   Coefficients prior = Coefficients::Constant(squared_inverse(offset_sigma_px));
-  prior.tail<LensResidual::kTerms>().setConstant(squared_inverse(kLensPerOffset * lens_sigma_px));
+  prior.tail<LensResidual::kTerms>().setConstant(squared_inverse(lens_sigma_px));
   return prior;
 }
 
@@ -68,7 +63,7 @@ constexpr double kLensPerOffset = 15.0;
 }  // namespace
 
 CameraErrors::CameraErrors(double widest_sigma_px)
-    : widest_prior_(prior_of(widest_sigma_px, widest_sigma_px)),
+    : widest_prior_(prior_of(widest_sigma_px, kLensPerOffset * widest_sigma_px)),
       usual_prior_(widest_prior_),
       large_error_prior_(widest_prior_) {
   everything_.information = widest_prior_.asDiagonal();

@@ -20,7 +20,7 @@ constexpr double kCauchyScale2 = 6.0;  // squared Mahalanobis distance at which 
 // Expected disparity offset for a given row offset: both have the same causes, such as a rotation of one
 // camera, but one or the other may be small by chance.
 constexpr double kDisparityPerRow = 2.0;
-constexpr double kExactSigma_px = 0.03;  // of the disparity offset if there is no row offset
+constexpr double kExactSigma_px = 0.03;  // of a coefficient if there is no row offset
 
 /// Whether a change is too large for derivatives.
 [[nodiscard]] bool is_large(const CameraErrors::Coefficients& change) {
@@ -352,15 +352,26 @@ CameraErrors::Coefficients RectificationEstimator::scale_derivative() const {
   return length_derivative_m2_ / squared_length_m2_;
 }
 
-/// The prior of the disparity offset follows the row offset.
-void RectificationEstimator::expect_disparity_offset() {
-  const auto expected_px = [](const RectificationResidual::Basis& rows) {
-    return std::hypot(kExactSigma_px, kDisparityPerRow * RectificationResidual::rms(rows));
+/// Root mean square of the row offset without a shift and a roll of the image, which say nothing of its lens,
+/// and without what its noise adds.
+double RectificationEstimator::bent_rows_px() const {
+  const auto bent_px = [](RectificationResidual::Basis rows) {
+    rows.head<2>().setZero();
+    return RectificationResidual::rms(rows);
   };
-  RectificationResidual::Basis rows = coefficients_.row(1);
-  const double offset_px = expected_px(rows);
-  rows.head<2>().setZero();  // a shift and a roll of an image say nothing of its lens
-  disparity_.expect(offset_px, expected_px(rows));
+  using Information = RectificationEstimate::Information;
+  const Information covariance = rows_.information.ldlt().solve(Information::Identity());
+  const Information factor = covariance.llt().matrixL();
+  double noise2 = 0.0;
+  for (int i = 0; i < factor.cols(); ++i) noise2 += std::pow(bent_px(factor.col(i)), 2);
+  return std::sqrt(std::max(std::pow(bent_px(coefficients_.row(1)), 2) - noise2, 0.0));
+}
+
+/// The priors of the disparity offset and of the lenses follow the row offset.
+void RectificationEstimator::expect_disparity_offset() {
+  disparity_.expect(
+      std::hypot(kExactSigma_px, kDisparityPerRow * current().rms_offset_px().y()),
+      std::hypot(kExactSigma_px, CameraErrors::kLensPerOffset * kDisparityPerRow * bent_rows_px()));
 }
 
 void RectificationEstimator::shift(const ImageDisplacement::Coefficients& displacement) {

@@ -161,6 +161,7 @@ class RectificationEstimator {
 
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second,
                                  double confidence, bool vibrates = false);
+  [[nodiscard]] double bent_rows_px() const;
   void expect_disparity_offset();
   [[nodiscard]] CameraErrors::Coefficients applied() const;
   [[nodiscard]] CameraErrors::Coefficients scale_derivative() const;
