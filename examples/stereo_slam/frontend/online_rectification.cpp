@@ -185,12 +185,16 @@ RectificationEstimate RectificationEstimator::estimate() const {
 }
 
 LensEstimate RectificationEstimator::lens_error() const {
+  const LensResidual::Coefficients mean_px = disparity_.estimate().mean().tail<LensResidual::kTerms>();
+  const LensResidual::Coefficients sigma_px = lens_covariance().diagonal().cwiseMax(0.0).cwiseSqrt();
+  return {LensResidual(camera_, mean_px).k(), LensResidual(camera_, sigma_px).k()};
+}
+
+Matrix2<double> RectificationEstimator::lens_covariance() const {
   constexpr int kLens = LensResidual::kTerms;
-  const auto estimate = disparity_.estimate();
   const CameraErrors::Information covariance =
-      estimate.information.ldlt().solve(CameraErrors::Information::Identity());
-  const LensResidual::Coefficients sigma_px = covariance.diagonal().tail<kLens>().cwiseMax(0.0).cwiseSqrt();
-  return {LensResidual(camera_, estimate.mean().tail<kLens>()).k(), LensResidual(camera_, sigma_px).k()};
+      disparity_.estimate().information.ldlt().solve(CameraErrors::Information::Identity());
+  return covariance.bottomRightCorner<kLens, kLens>();
 }
 
 void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches) {

@@ -112,6 +112,8 @@ class RectificationEstimator {
   [[nodiscard]] RectificationEstimate estimate() const;
   /// The error of the lenses, as far as it is known.
   [[nodiscard]] LensEstimate lens_error() const;
+  /// Covariance of its coefficients, px^2.
+  [[nodiscard]] Matrix2<double> lens_covariance() const;
 
   /// Whether the disparity offset contains an error that is larger than the rows suggest.
   [[nodiscard]] bool has_large_error() const noexcept { return disparity_.has_large_error(); }

@@ -2,13 +2,12 @@
 #include "stereo_slam/frontend/stereo_matching.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <span>
 
+#include "stereo_slam/frontend/likely_slopes.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/slanted_match.hpp"
 
@@ -108,37 +107,6 @@ void sum_absolute_differences(const RowSearch& search, std::vector<std::uint16_t
   if (!(best_cost < settings.uniqueness * rival)) return std::nullopt;  // also if both costs are 0
   return best;
 }
-
-/// Slopes of the disparity that common surfaces through a point have: one that faces the camera, a horizontal
-/// one, and a vertical one along the optical axis.
-class LikelySlopes {
- public:
-  LikelySlopes(const StereoPoint& z, const StereoCamera& camera) {
-    constexpr double kSteepest = 0.8;  // steeper surfaces are hardly visible
-    add(Vector2<double>::Zero());
-    const double horizontal = z.z() / (z.y() - camera.cy);
-    if (horizontal > 0.0 && horizontal < kSteepest) add({0.0, horizontal});
-    const double vertical = z.z() / (z.x() - camera.cx);
-    if (std::abs(vertical) < kSteepest) add({vertical, 0.0});
-  }
-
-  [[nodiscard]] std::span<const Vector2<double>> all() const { return {slopes_.data(), count_}; }
-
-  /// Whether a slope is one of these, up to the noise of the measurement.
-  [[nodiscard]] bool contain(const Vector2<double>& slope) const {
-    constexpr double kAlike = 0.05;
-    const auto surfaces = all();
-    return std::any_of(surfaces.begin(), surfaces.end(), [&](const Vector2<double>& likely) {
-      return (slope - likely).cwiseAbs().maxCoeff() < kAlike;
-    });
-  }
-
- private:
-  void add(const Vector2<double>& slope) { slopes_[count_++] = slope; }
-
-  std::array<Vector2<double>, 3> slopes_;
-  std::size_t count_ = 0;
-};
 
 [[nodiscard]] std::optional<StereoMeasurement> match_point(const StereoView& view,
                                                            const Vector2<double>& point_px, double texture,

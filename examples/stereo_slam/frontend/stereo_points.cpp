@@ -10,22 +10,24 @@ namespace {
 
 constexpr int kMinCornersPerCell = 5;
 
-/// Corners for new landmarks, spread over the image.
-[[nodiscard]] std::vector<Feature> find_corners(const CornerDetector& corners_of_left, cv::Size image,
-                                                const Settings& settings) {
-  const auto wanted = static_cast<std::size_t>(settings.map.max_new_landmarks);
+}  // namespace
+
+std::vector<Vector2<double>> find_landmark_corners(const CornerDetector& corners_of_left,
+                                                   const std::vector<Vector2<double>>& present_px,
+                                                   cv::Size image, const Settings& settings) {
+  const auto most = static_cast<std::size_t>(settings.map.max_new_landmarks);
+  if (present_px.size() >= most) return {};
+  const auto wanted = most - present_px.size();
   const int cell_px = settings.map.cell_px;
   const int cells = ((image.width + cell_px - 1) / cell_px) * ((image.height + cell_px - 1) / cell_px);
   const int share = 1 + settings.map.max_new_landmarks / std::max(cells, 1);
-  const auto corners = corners_of_left.detect({}, {},
+  const auto corners = corners_of_left.detect(present_px, {},
                                               {.cell_px = settings.map.cell_px,
                                                .per_cell = std::max(kMinCornersPerCell, share),
                                                .min_distance_px = settings.odometry.exclusion_px,
                                                .enough = wanted / 2});
-  return spread_features(corners, image, settings.map.cell_px, wanted);
+  return positions(spread_features(corners, image, settings.map.cell_px, wanted));
 }
-
-}  // namespace
 
 StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Feature>& features,
                                    const std::vector<Vector2<double>>& reserved_px,
@@ -46,9 +48,9 @@ StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Fea
 
 StereoPoints measure_stereo_corners(const StereoView& view, const CornerDetector& corners_of_left,
                                     const Settings& settings) {
-  const auto corners = find_corners(corners_of_left, view.frame.left.size(), settings);
+  const auto corners_px = find_landmark_corners(corners_of_left, {}, view.frame.left.size(), settings);
   StereoPoints points;
-  for (const auto& match : match_stereo(view, positions(corners), settings.stereo)) {
+  for (const auto& match : match_stereo(view, corners_px, settings.stereo)) {
     if (match) points.measured.push_back(*match);
   }
   return points;

@@ -25,6 +25,12 @@ struct StereoPoints {
                                                  const std::vector<Vector2<double>>& reserved_px,
                                                  const Settings& settings);
 
+/// Corners of the left image away from `present_px`, spread over buckets of settings.map.cell_px, at most
+/// settings.map.max_new_landmarks together with these, px.
+[[nodiscard]] std::vector<Vector2<double>> find_landmark_corners(
+    const CornerDetector& corners_of_left, const std::vector<Vector2<double>>& present_px, cv::Size image,
+    const Settings& settings);
+
 /// Stereo measurements of corners detected in the whole left image, without descriptors: spread over buckets
 /// of settings.map.cell_px, at most settings.map.max_new_landmarks.
 [[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view,

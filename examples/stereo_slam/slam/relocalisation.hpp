@@ -11,17 +11,24 @@
 #include "stereo_slam/keyframes/keyframe_database.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/tracking/landmark_alignment.hpp"
+#include "stereo_slam/tracking/motion_stereo.hpp"
 #include "stereo_slam/tracking/update.hpp"
 
 namespace stereo_slam {
 
 /// The keyframe that pose and landmarks are relative to.
 struct ReferenceKeyframe {
-  Keyframe keyframe;          ///< points and pose, as loop closure got them
-  cv::Mat left;               ///< left image
-  std::size_t landmarks = 0;  ///< number of landmarks when the keyframe was created
-  SceneRepetition scene;      ///< whether such images are ambiguous
+  Keyframe keyframe;           ///< points and pose, as loop closure got them
+  cv::Mat left;                ///< left image
+  std::size_t landmarks = 0;   ///< number of landmarks when the keyframe was created
+  SceneRepetition scene;       ///< whether such images are ambiguous
+  MotionStereo motion_stereo;  ///< corners whose depths the motion will tell, if its right image is not used
+  /// Standard deviation, relative to their depths, of an error that all landmarks share because their depths
+  /// are from the motion of the left camera; zero if they are from a right image.
+  double scale_sigma = 0.0;
 
+  /// Whether a right image gave the depths of its landmarks.
+  [[nodiscard]] bool has_stereo_depths() const { return scale_sigma == 0.0; }
   /// Whether there is one: the map has begun.
   [[nodiscard]] bool begun() const { return !left.empty(); }
   /// Whether the image shows one pattern many times, asked in this frame.

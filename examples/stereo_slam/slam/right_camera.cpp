@@ -32,6 +32,13 @@ bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
   return true;
 }
 
+RectificationEffect RightCamera::consider(const std::vector<Match>& matches, const MapView& map,
+                                          const Pose& T_keyframe_camera) {
+  came_to_rest_ = false;
+  if (!learns_) return {};
+  return rectification_.consider_motion(bias_constraints(matches, map, T_keyframe_camera), T_keyframe_camera);
+}
+
 RectificationEffect RightCamera::refine(const std::vector<Match>& matches, const MapView& map,
                                         const Pose& T_keyframe_camera, const OdometryResult& odometry) {
   came_to_rest_ = false;

@@ -18,6 +18,7 @@
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/right_image_monitor.hpp"
 #include "stereo_slam/slam/vibration.hpp"
+#include "stereo_slam/tracking/motion_stereo.hpp"
 
 namespace stereo_slam {
 
@@ -56,6 +57,10 @@ class RightCamera {
   [[nodiscard]] RectificationResidual geometry() const { return geometry(image_); }
   [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const {
     return rectification_.current().displaced(image.displacement);
+  }
+  /// What measures points without right images.
+  [[nodiscard]] LeftCamera left_camera() const {
+    return {camera_, rectification_.current().lens(), rectification_.lens_covariance()};
   }
   /// Whether the right image of the frame is left out, judged by the points searched so far.
   [[nodiscard]] bool is_ignored() const { return image_.is_ignored(); }
@@ -100,6 +105,10 @@ class RightCamera {
   /// followed over one frame only, and refine nothing.
   RectificationEffect refine(const std::vector<Match>& matches, const MapView& map,
                              const Pose& T_keyframe_camera, const OdometryResult& odometry);
+  /// How the frame's pose depends on the rectification, which is not refined: for matches without
+  /// disparities.
+  RectificationEffect consider(const std::vector<Match>& matches, const MapView& map,
+                               const Pose& T_keyframe_camera);
   /// Whether the last motion showed that the right camera has turned.
   [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
   /// Horizontal displacement of the right image at the principal point, which row offsets cannot reveal; zero

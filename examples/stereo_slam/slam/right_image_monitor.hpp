@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 
@@ -13,9 +14,8 @@ namespace stereo_slam {
 enum class RightImage {
   kFits,      ///< it is measured in
   kIgnored,   ///< it does not fit the left one, or there is none
-  kDoubtful,  ///< it is measured in, but others before it did not fit; or it does not fit, but for so long
-              ///< none has that the cameras may have moved relative to each other, which the online
-              ///< rectification can learn
+  kDoubtful,  ///< it is measured in, but others before it did not fit; or its rows do not, but for so long
+              ///< that this is usual by now, as after the right camera went out of focus
 };
 
 /// Notices right images that do not belong to the left ones, such as those of another moment or of a covered
@@ -31,13 +31,14 @@ class RightImageMonitor {
     if (fits_) doubt_ = std::clamp(doubt_ + (*fits_ ? -1 : 1), 0, kPatience);
     suspicion_ = std::max(suspicion_ - 1, 0);
     fits_.reset();
+    seen_ = true;
   }
 
   /// Adds points of the frame that were searched in both images.
   void add(const RightImageFit& fit) {
     if (!has_right_ || fit.in_left < kEnoughPoints) return;
-    const bool seen = static_cast<double>(fit.in_right) >= kLeastShare * static_cast<double>(fit.in_left);
-    fits_ = fits() && seen && fit.row_spread_px <= largest_row_spread_px();
+    seen_ = seen_ && static_cast<double>(fit.in_right) >= kLeastShare * static_cast<double>(fit.in_left);
+    fits_ = fits() && seen_ && certain_row_spread_px(fit) <= largest_row_spread_px();
     if (fits()) learn(fit.row_spread_px);
   }
 
@@ -50,7 +51,7 @@ class RightImageMonitor {
   /// What is to be done with the image, as far as the points added show.
   [[nodiscard]] RightImage judgement() const noexcept {
     if (!has_right_) return RightImage::kIgnored;
-    if (!fits()) return doubt_ < kPatience ? RightImage::kIgnored : RightImage::kDoubtful;
+    if (!fits()) return doubt_ < kPatience || !seen_ ? RightImage::kIgnored : RightImage::kDoubtful;
     return doubt_ == 0 && suspicion_ == 0 ? RightImage::kFits : RightImage::kDoubtful;
   }
 
@@ -67,6 +68,13 @@ class RightImageMonitor {
   static constexpr double kRiseRate = 0.02;
   static constexpr int kPatience = 20;  // frames
 
+  /// The row spread less one standard deviation: that of few points is large by chance.
+  [[nodiscard]] static double certain_row_spread_px(const RightImageFit& fit) {
+    constexpr double kRelativeSigma = 1.17;  // of the median absolute deviation of one normal number
+    const auto points = static_cast<double>(std::max<std::size_t>(fit.in_right, 1));
+    return fit.row_spread_px * (1.0 - kRelativeSigma / std::sqrt(points));
+  }
+
   [[nodiscard]] double largest_row_spread_px() const {
     if (!usual_row_spread_px_) return kMaxRowSpread_px;
     return std::clamp(kUnusual * *usual_row_spread_px_, kLeastRowSpread_px, kMaxRowSpread_px);
@@ -80,6 +88,7 @@ class RightImageMonitor {
 
   bool has_right_ = true;     // this frame
   std::optional<bool> fits_;  // of this frame; nothing if too few points were searched
+  bool seen_ = true;          // in the right image of this frame: enough of the points
   int suspicion_ = 0;         // frames for which images that fit are doubtful all the same
   int doubt_ = 0;             // counts earlier frames: up if they did not fit, down if they did
   std::optional<double> usual_row_spread_px_;  // nothing before the first frame

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/slam.hpp"
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -96,8 +97,8 @@ TrackedPose Slam::update(FrameMeasurement measured) {
   PoseUpdate update{.posterior = prior};
   if (usual_basis() == PoseBasis::kLandmarks)
     update = update_pose(prior, measured.matches, local_map_.view(), settings_.update);
-  const bool left_alone = right_camera_.is_ignored();
-  if (left_alone && jumps(prior.pose(), update.posterior.pose())) update = {.posterior = prior};
+  const bool left_alone = !uses_right_image();
+  if (left_alone && jumps(prior.pose(), to_pose_gaussian(update.posterior))) update = {.posterior = prior};
   local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used);
   if (left_alone) update.nis_dof -= static_cast<int>(update.used.size());  // they have no disparity
   if (update.converged && !by_displacement.isZero(0.0)) {
@@ -108,10 +109,14 @@ TrackedPose Slam::update(FrameMeasurement measured) {
   return TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
 }
 
-/// Whether a measured position is more than half a baseline from the predicted one. If the right images are
-/// ignored, this may mean that the two images are swapped, or that the left ones are late.
-bool Slam::jumps(const Pose& predicted, const Pose& measured) const {
-  return (measured.translation() - predicted.translation()).norm() > 0.5 * right_camera_.camera().baseline_m;
+/// Whether a measured position is more than half a baseline from the predicted one, and its uncertainty does
+/// not explain this. If the right images are ignored, it may mean that the two images are swapped, or that
+/// the left ones are late.
+bool Slam::jumps(const Pose& predicted, const PoseGaussian& measured) const {
+  constexpr double kSigmas = 3.0;
+  const double sigma_m = std::sqrt(measured.covariance.bottomRightCorner<3, 3>().trace());
+  const double jump_m = (measured.pose.translation() - predicted.translation()).norm();
+  return jump_m > 0.5 * right_camera_.camera().baseline_m + kSigmas * sigma_m;
 }
 
 /// The pose by the points of the last keyframe, if they are recognised. In the first frame that is not
@@ -144,8 +149,9 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, {}, images.frame.index);
   note_static_points(tracked, T_keyframe_previous);
-  const bool both_images = result.right_image_fits && images.frame.has_right();
-  if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
+  reference_.motion_stereo.follow({previous_.pyramids, images.flow_pyramids}, T_keyframe_previous,
+                                  to_pose_gaussian(posterior_), right_camera_.left_camera());
+  if (tracked.basis == PoseBasis::kLandmarks && uses_right_image()) noise_.add(tracked.variance_ratio);
   path_.append(reported(tracked), tracked.measured(), calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured() || !extend_map(tracked, images)) return;
@@ -236,7 +242,7 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   path_.begin(images.frame.index);
   local_map_.restart(0);
   tracks_ = {};
-  auto points = add_landmarks(images);
+  auto points = add_stereo_landmarks(images);
   if (points.size() < static_cast<std::size_t>(settings_.update.min_matches))
     return path_.append_unknown(calibration_error(), result);
   motion_.found(images.frame.stamp_ns);
@@ -245,10 +251,10 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   result.is_keyframe = true;
 }
 
-/// The posterior with the covariance that is reported. If landmarks measured the pose, it is scaled to the
-/// noise that the residuals show, or, with noise_from_residuals off, to the assumed noise. Otherwise it stays
-/// as it is. The filter itself goes on with the assumed noise.
-PoseGaussian Slam::reported(const TrackedPose& tracked) const {
+/// The posterior with the covariance that its measurements have. If landmarks measured the pose, it is scaled
+/// to the noise that the residuals show, or, with noise_from_residuals off, to the assumed noise. Otherwise
+/// it stays as it is. The filter itself goes on with the assumed noise.
+PoseGaussian Slam::measured_pose(const TrackedPose& tracked) const {
   PoseGaussian pose = to_pose_gaussian(tracked.posterior);
   if (tracked.basis != PoseBasis::kLandmarks) return pose;
   if (settings_.update.noise_from_residuals) {
@@ -257,6 +263,15 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   } else {
     pose.covariance *= expected_variance_ratio(settings_.update);
   }
+  return pose;
+}
+
+/// The pose with the covariance that is reported: with the error of the scale that the landmarks share, if
+/// their depths are from the motion of the left camera.
+PoseGaussian Slam::reported(const TrackedPose& tracked) const {
+  PoseGaussian pose = measured_pose(tracked);
+  const Vector3<double> error_m = reference_.scale_sigma * pose.pose.inverse().translation();
+  pose.covariance.bottomRightCorner<3, 3>() += error_m * error_m.transpose();
   return pose;
 }
 

@@ -100,10 +100,12 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
+  [[nodiscard]] RightImageFit searched_along_rows(const StereoFrame& frame, const RightImageState& right,
+                                                  const std::vector<Match>& matches) const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_of(const FrameMeasurement& measured) const;
   [[nodiscard]] Matrix6<double> correct_displacement(FrameMeasurement& measured);
   [[nodiscard]] TrackedPose update(FrameMeasurement measured);
-  [[nodiscard]] bool jumps(const Pose& predicted, const Pose& measured) const;
+  [[nodiscard]] bool jumps(const Pose& predicted, const PoseGaussian& measured) const;
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images,
                                                       const PoseDensity& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
@@ -117,17 +119,26 @@ class Slam final : public SlamSystem {
   void pass_over(const StereoFrame& frame, FrameResult& result);
   void initialise(const FrameImages& images, FrameResult& result);
 
+  [[nodiscard]] PoseGaussian measured_pose(const TrackedPose& tracked) const;
   [[nodiscard]] PoseGaussian reported(const TrackedPose& tracked) const;
 
   // The map and its keyframes.
+  [[nodiscard]] bool uses_right_image() const {
+    return !right_camera_.is_ignored() && reference_.has_stereo_depths();
+  }
   bool extend_map(const TrackedPose& tracked, const FrameImages& images);
+  bool extend_map_by_motion(const TrackedPose& tracked, const FrameImages& images);
+  void change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
   void begin_segment(const FrameImages& images, const TrackedPose& tracked);
   void change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
                        const std::vector<Match>& matches, const OdometryResult& odometry);
   void begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points);
+  [[nodiscard]] std::vector<KeyframePoint> add_stereo_landmarks(const FrameImages& images,
+                                                                const ReobservedLandmarks& reobserved = {});
   [[nodiscard]] std::vector<KeyframePoint> add_landmarks(const FrameImages& images,
-                                                         const ReobservedLandmarks& reobserved = {});
+                                                         const StereoPoints& points,
+                                                         const ReobservedLandmarks& reobserved);
 
   Settings settings_;
   PoseDensity posterior_;        // T_keyframe_camera of the last frame: the state of the filter

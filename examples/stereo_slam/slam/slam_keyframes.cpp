@@ -5,18 +5,34 @@
 #include <utility>
 #include <vector>
 
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/slam/slam.hpp"
 
 namespace stereo_slam {
+namespace {
+
+/// Corners of the left image that are none of the points, px.
+[[nodiscard]] std::vector<Vector2<double>> corners_without(const StereoPoints& points,
+                                                           const FrameImages& images,
+                                                           const Settings& settings) {
+  std::vector<Vector2<double>> present_px;
+  for (const auto& point : points.measured) present_px.push_back(point.left_px);
+  return find_landmark_corners(images.corners, present_px, images.frame.left.size(), settings);
+}
+
+[[nodiscard]] double median_disparity(const StereoPoints& points) {
+  std::vector<double> disparities_px;
+  for (const auto& point : points.measured) disparities_px.push_back(point.z.z());
+  return median(disparities_px);
+}
+
+}  // namespace
 
 /// Takes a keyframe or begins a map segment if it is time to, and otherwise drops old landmarks. Returns
 /// whether the frame became a keyframe.
 bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
-  if (right_camera_.is_ignored()) {
-    local_map_.cull(images.frame.index);
-    return false;
-  }
+  if (right_camera_.is_ignored()) return extend_map_by_motion(tracked, images);
   if (tracked.basis == PoseBasis::kOdometry && previous_.lost) {
     begin_segment(images, tracked);
     return true;
@@ -36,9 +52,48 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
 
 bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
   const auto& rule = settings_.keyframes;
-  return static_cast<double>(matches) < rule.min_match_ratio * static_cast<double>(reference_.landmarks) ||
+  const bool right_image_is_back = !right_camera_.is_ignored() && !reference_.has_stereo_depths();
+  return right_image_is_back ||
+         static_cast<double>(matches) < rule.min_match_ratio * static_cast<double>(reference_.landmarks) ||
          matches < static_cast<std::size_t>(rule.min_matches) ||
          frame >= path_.trajectory().reference_frame() + static_cast<std::size_t>(rule.max_frames);
+}
+
+/// As extend_map() for a frame whose right image is not used: the depths of landmarks are those that the map
+/// has, or the motion of the left camera tells them.
+bool Slam::extend_map_by_motion(const TrackedPose& tracked, const FrameImages& images) {
+  const std::size_t matches = tracked.matches.size();
+  const auto in_keyframe = static_cast<double>(matches + reference_.motion_stereo.known());
+  const bool gains = static_cast<double>(matches) < settings_.keyframes.min_match_ratio * in_keyframe;
+  const bool measured = tracked.basis == PoseBasis::kLandmarks;
+  if (measured && (gains || needs_keyframe(images.frame.index, matches))) {
+    change_keyframe_by_motion(tracked, images);
+    return true;
+  }
+  local_map_.cull(images.frame.index);
+  return false;
+}
+
+/// As change_keyframe(), without a right image. The scale of the new landmarks has the error of the motion in
+/// addition to that of the landmarks before. Both are added as if they were the same, since links are
+/// composed as if they were independent.
+void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images) {
+  PoseGaussian link = reported(tracked);
+  const RectificationEffect effect =
+      right_camera_.consider(tracked.matches, local_map_.view(), posterior_.pose());
+  const MeasuredMotion motion{measured_pose(tracked), effect.derivative.rightCols<LensResidual::kTerms>()};
+  const auto seen = reference_.motion_stereo.measure(reference_.left, images.frame.left, tracked.matches,
+                                                     local_map_.view(), motion, right_camera_.left_camera());
+  link.covariance += effect.covariance;
+  path_.add_keyframe(images.frame.index, link, effect);
+  posterior_ = certain_pose();
+  const ReobservedLandmarks reobserved(tracked.matches, local_map_.landmarks());
+  local_map_.restart(path_.trajectory().reference());
+  const double scale_sigma = reference_.scale_sigma + seen.scale_sigma;
+  begin_keyframe(images, add_landmarks(images, seen.points, reobserved));
+  reference_.scale_sigma = scale_sigma;
+  reference_.motion_stereo.begin(corners_without(seen.points, images, settings_),
+                                 median_disparity(seen.points));
 }
 
 /// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The pose of the
@@ -63,13 +118,15 @@ void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_ke
   posterior_ = certain_pose();
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
   local_map_.restart(path_.trajectory().reference());
-  begin_keyframe(images, add_landmarks(images, reobserved));
+  begin_keyframe(images, add_stereo_landmarks(images, reobserved));
 }
 
 void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points) {
   const StereoFrame& frame = images.frame;
   reference_.left = frame.left.clone();
   reference_.landmarks = local_map_.landmarks().size();
+  reference_.scale_sigma = 0.0;
+  reference_.motion_stereo = {};
   reference_.keyframe = {};
   reference_.keyframe.frame = frame.index;
   reference_.keyframe.stamp_ns = frame.stamp_ns;
@@ -79,18 +136,23 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   path_.search_loops(reference_.keyframe, reference_.left, right_camera_.geometry().lens());
 }
 
-/// Adds landmarks at corners with a stereo match; a corner at a re-observed landmark keeps its id. Returns
-/// all these corners, also those that became no landmark.
-std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images,
+/// Adds landmarks at corners with a stereo match. Returns these corners as add_landmarks() does.
+std::vector<KeyframePoint> Slam::add_stereo_landmarks(const FrameImages& images,
+                                                      const ReobservedLandmarks& reobserved) {
+  const auto points = measure_stereo_corners(right_camera_.view_of(images.frame), images.corners, settings_);
+  right_camera_.add_rows(points.measured);
+  return add_landmarks(images, points, reobserved);
+}
+
+/// Adds landmarks; a point at a re-observed landmark keeps its id. Returns all points, also those that became
+/// no landmark.
+std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images, const StereoPoints& points,
                                                const ReobservedLandmarks& reobserved) {
-  const StereoFrame& frame = images.frame;
-  const auto points = measure_stereo_corners(right_camera_.view_of(frame), images.corners, settings_);
   std::vector<std::uint32_t> ids;
-  for (const auto& known : reobserved.ids_at(points, frame.left.size())) {
+  for (const auto& known : reobserved.ids_at(points, images.frame.left.size())) {
     ids.push_back(known ? *known : local_map_.new_id());
   }
-  local_map_.add(points, ids, to_pose_gaussian(posterior_), frame);
-  right_camera_.add_rows(points.measured);
+  local_map_.add(points, ids, to_pose_gaussian(posterior_), images.frame);
   return keyframe_points(points, ids);
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "stereo_slam/core/symmetric_solve.hpp"
+#include "stereo_slam/frontend/stereo_matching.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/odometry/displacement_search.hpp"
 #include "stereo_slam/slam/slam.hpp"
@@ -122,15 +123,21 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   const Pose T_keyframe_previous = posterior_.pose();
   const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous,
                               right_camera_.geometry().lens(), settings_);
-  const auto find = [&] {
-    return search.align_patches(expected, right_camera_.view_of(images.frame, measured.right),
-                                measured.odometry.valid);
+  const auto find = [&](bool in_right) {
+    StereoView view = right_camera_.view_of(images.frame, measured.right);
+    view.right_is_usable = view.right_is_usable && in_right;
+    return search.align_patches(expected, view, measured.odometry.valid);
   };
-  Association association = find();
+  // Depths by motion have another scale than disparities: the pose must not be a compromise.
+  Association association = find(reference_.has_stereo_depths());
   if (!previous_.lost) {  // else the predicted pose may be wrong: missing landmarks tell nothing of the image
-    measured.right.monitor.add(association.right_image);
-    const bool searched_right = association.right_image.in_left > 0;
-    if (searched_right && measured.right.is_ignored()) association = find();
+    if (!reference_.has_stereo_depths()) {
+      measured.right.monitor.add(searched_along_rows(images.frame, measured.right, association.matches));
+    } else {
+      measured.right.monitor.add(association.right_image);
+      const bool searched_right = association.right_image.in_left > 0;
+      if (searched_right && measured.right.is_ignored()) association = find(false);
+    }
   }
   if (trace) {
     if (association.flow.empty()) search.observe(association);
@@ -139,14 +146,26 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   measured.matches = std::move(association.matches);
 }
 
+/// Whether the right image shows the landmarks at some depth, each on its row: where their own depths are of
+/// another scale, they do not predict their disparities.
+RightImageFit Slam::searched_along_rows(const StereoFrame& frame, const RightImageState& right,
+                                        const std::vector<Match>& matches) const {
+  if (!frame.has_right()) return {};
+  std::vector<PairSearch> searches;
+  for (const auto& match :
+       match_stereo(right_camera_.view_of(frame, right), positions(matches), settings_.stereo))
+    searches.push_back({true, match ? std::optional(match->row_error_px) : std::nullopt});
+  return fit_of(searches);
+}
+
 /// What the landmarks show of the displacement of the right image besides that they were measured with. That
 /// of a rig that does not vibrate is not known beforehand; it is only looked at.
 std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement& measured) const {
   constexpr std::size_t kFewestMatches = 30;
   constexpr std::size_t kEnoughToNotice = 40;  // they tell the displacement to .05 px
   constexpr double kUnknown_px = 10.0;
-  if (!right_camera_.learns() || measured.right.is_ignored() || measured.matches.size() < kFewestMatches)
-    return std::nullopt;
+  const bool in_both = !measured.right.is_ignored() && reference_.has_stereo_depths();
+  if (!right_camera_.learns() || !in_both || measured.matches.size() < kFewestMatches) return std::nullopt;
   const bool vibrates = right_camera_.vibration().present();
   const PoseGaussian prior = to_pose_gaussian(measured.prior);
   DisplacementPrior known{

@@ -5,6 +5,7 @@
 
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/tracking/pose_by_flow.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -37,15 +38,23 @@ void LandmarkSearch::observe(Association& association) const {
 Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
                                           bool motion_known) const {
   Association association = predict(T_keyframe_camera);
+  Pose pose = T_keyframe_camera.pose;
   if (motion_known && is_precise(association.predicted)) {
     for (const auto& landmark : association.predicted) {
       association.search_start_px.emplace_back(lens_.in_image(landmark.z.head<2>()));
     }
   } else {
     observe(association);
+    if (const auto found = pose_by_flow(association.predicted, association.flow, map_, lens_)) {
+      pose = found->T_keyframe_camera;
+      for (std::size_t i = 0; i < found->agrees.size(); ++i) {
+        association.search_start_px[i].reset();
+        if (found->agrees[i]) association.search_start_px[i] = association.flow[i]->to_px;
+      }
+    }
   }
-  auto aligned = align_landmarks(association, {map_.landmarks, keyframe_left_}, view, T_keyframe_camera.pose,
-                                 settings_.refinement);
+  auto aligned =
+      align_landmarks(association, {map_.landmarks, keyframe_left_}, view, pose, settings_.refinement);
   association.matches = std::move(aligned.matches);
   association.right_image = aligned.right_image;
   return association;

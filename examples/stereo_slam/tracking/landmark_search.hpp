@@ -27,7 +27,8 @@ class LandmarkSearch {
 
   /// Aligns the patches of the keyframe's left image, starting where the landmarks are predicted at
   /// `T_keyframe_camera`. If the motion is not known, or the predicted pose is uncertain by more than 1.5 px,
-  /// the alignment starts where optical flow finds the landmarks.
+  /// the alignment starts where optical flow finds the landmarks, if most of them agree with one pose: only
+  /// there.
   [[nodiscard]] Association align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
                                           bool motion_known) const;
 

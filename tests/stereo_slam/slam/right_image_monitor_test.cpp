@@ -9,9 +9,10 @@
 namespace stereo_slam {
 namespace {
 
-constexpr RightImageFit kGood{.in_left = 200, .in_right = 180, .row_spread_px = 0.05};
-constexpr RightImageFit kElsewhere{.in_left = 200, .in_right = 20, .row_spread_px = 0.05};
-constexpr RightImageFit kScattered{.in_left = 200, .in_right = 180, .row_spread_px = 0.4};
+// So many points that their spread is exact.
+constexpr RightImageFit kGood{.in_left = 20000, .in_right = 18000, .row_spread_px = 0.05};
+constexpr RightImageFit kElsewhere{.in_left = 20000, .in_right = 2000, .row_spread_px = 0.05};
+constexpr RightImageFit kScattered{.in_left = 20000, .in_right = 18000, .row_spread_px = 0.4};
 
 RightImage judge(RightImageMonitor& monitor, const RightImageFit& fit) {
   monitor.begin_frame();
@@ -122,7 +123,26 @@ TEST_CASE("Frames without a right image raise no doubt about those that have one
   CHECK(judge(monitor, kGood) == RightImage::kFits);
 }
 
-TEST_CASE("Right images are measured in again if none has fitted for twenty frames", "[stereo_slam][slam]") {
+TEST_CASE("Right images in which the points are not found are ignored for as long", "[stereo_slam][slam]") {
+  RightImageMonitor monitor;
+  CHECK(judge(monitor, kGood) == RightImage::kFits);
+  for (int i = 0; i < 50; ++i) CHECK(judge(monitor, kElsewhere) == RightImage::kIgnored);
+  CHECK(judge(monitor, kGood) == RightImage::kDoubtful);
+}
+
+TEST_CASE("Few row errors scatter by chance", "[stereo_slam][slam]") {
+  RightImageMonitor monitor;
+  RightImageFit usual = kGood;
+  usual.row_spread_px = 0.1;
+  CHECK(judge(monitor, usual) == RightImage::kFits);
+  const RightImageFit few{.in_left = 40, .in_right = 40, .row_spread_px = 0.33};
+  CHECK(judge(monitor, few) == RightImage::kFits);
+  const RightImageFit many{.in_left = 400, .in_right = 400, .row_spread_px = 0.36};
+  CHECK(judge(monitor, many) == RightImage::kIgnored);
+}
+
+TEST_CASE("Right images whose rows scatter are measured in again after twenty frames",
+          "[stereo_slam][slam]") {
   RightImageMonitor monitor;
   CHECK(judge(monitor, kGood) == RightImage::kFits);
   for (int i = 0; i < 20; ++i) CHECK(judge(monitor, kScattered) == RightImage::kIgnored);
