@@ -78,6 +78,11 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
                  "localise in the map of an earlier run; with --save-map, extend that map")
       ->check(require_name)
       ->type_name("FILE");
+  app.add_option("--learned", options.learned,
+                 "begin with what an earlier run learned of the same cameras: the cameras.yaml of its output")
+      ->check(require_name)
+      ->excludes("--load-map")
+      ->type_name("FILE");
   app.add_option("--json", json, "write a summary of the run to this file, for scripts")
       ->check(require_name)
       ->type_name("FILE");
@@ -238,6 +243,7 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
   std::vector<fs::path> inputs;
   if (arguments.config) inputs.push_back(*arguments.config);
   if (arguments.run.load_map) inputs.push_back(*arguments.run.load_map);
+  if (arguments.run.learned) inputs.push_back(*arguments.run.learned);
   for (const auto& file : {arguments.dataset.folder, arguments.dataset.calibration}) {
     if (fs::is_regular_file(file)) inputs.push_back(file);
   }
@@ -246,6 +252,12 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
 
 /// What the run noticed of the right camera.
 void warn_of_right_camera(const RunSummary& summary, bool quiet) {
+  if (summary.refused_learned) {
+    warn(
+        "the images contradict what --learned says of the cameras, and it was dropped: give the cameras.yaml "
+        "of a run with the same cameras and the same calibration, or leave --learned out",
+        quiet);
+  }
   if (const auto& misfits = summary.right_image_misfits; !misfits.empty() && summary.error.empty()) {
     warn(fmt::format("in {} of {} frames, from {} to {}, the right image does not fit the left one: it is of "
                      "another moment, or the camera was covered or moved; these frames are WEAK or LOST",

@@ -64,6 +64,7 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
                           {"k1_sigma", number(lens->sigma[0])},
                           {"k2_sigma", number(lens->sigma[1])}};
   }
+  if (summary.refused_learned) json["refused_learned"] = true;
   json["right_camera_turns"] = summary.right_camera_turns;
   json["keyframes"] = summary.keyframes;
   json["landmarks"] = summary.landmarks;

@@ -9,12 +9,32 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/results/learned_cameras.hpp"
 #include "stereo_slam/results/run_folder.hpp"
 
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The SLAM, beginning with what an earlier run learned of the cameras. Errors name the file.
+[[nodiscard]] std::unique_ptr<SlamSystem> make_slam_with(const fs::path& learned_file,
+                                                         const StereoSequence& sequence,
+                                                         const Settings& settings, LoopThread thread) {
+  if (settings.system == SystemKind::kPaper || !settings.online_rectification.enabled)
+    throw std::runtime_error("--learned needs online rectification, which the preset paper does not have");
+  const LearnedCameras learned = read_learned_cameras(learned_file);
+  const SavedMap known{.camera = learned.camera,
+                       .rectification = learned.estimate,
+                       .keyframes = {},
+                       .loops = {},
+                       .points = {}};
+  try {
+    return make_slam_system(sequence.camera, settings, thread, known);
+  } catch (const std::invalid_argument& error) {
+    fail(learned_file, error.what());
+  }
+}
 
 }  // namespace
 
@@ -63,6 +83,7 @@ std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map
 std::unique_ptr<SlamSystem> make_slam(const StereoSequence& sequence, const Settings& settings,
                                       const RunOptions& options) {
   const auto thread = options.threads == 1 ? LoopThread::kNone : LoopThread::kOwn;
+  if (options.learned) return make_slam_with(*options.learned, sequence, settings, thread);
   if (!options.load_map) return make_slam_system(sequence.camera, settings, thread);
   require_keyframes(settings);
   const SavedMap known = load_map(*options.load_map);

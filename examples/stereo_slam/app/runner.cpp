@@ -235,7 +235,7 @@ std::optional<Eigen::Isometry3d> body_of(const StereoSequence& sequence, const R
 }
 
 /// Adds what the SLAM knows only at the end: final trajectory, map and loops.
-void add_final_results(const SlamSystem& slam, RunRecord& record) {
+void add_final_results(const SlamSystem& slam, const StereoCamera& camera, RunRecord& record) {
   record.trajectory = slam.trajectory();
   record.trajectory.resize(record.results.size());
   const auto covariances = slam.relative_covariances();
@@ -247,6 +247,8 @@ void add_final_results(const SlamSystem& slam, RunRecord& record) {
   record.loops = slam.loop_events();
   record.right_image_displacement_px = slam.right_image_displacement_px();
   record.lens_error = slam.lens_error();
+  record.refused_learned = slam.refused_learned();
+  if (const auto learned = slam.learned()) record.learned = LearnedCameras{camera, *learned};
 }
 
 std::size_t bytes_per_keyframe(const SlamSystem& slam, const RunRecord& record) {
@@ -348,7 +350,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
     process_recording(input, slam, {display, progress, results, record});
   });
   header.seconds = seconds_since(start);
-  add_final_results(slam, record);
+  add_final_results(slam, sequence.camera, record);
   RunSummary summary = summary_of(record);
   summary.all_frames = all_frames;
   summary.interrupted = SignalGuard::stop_requested() && !sequence.live;  // a live run ends by a signal

@@ -34,16 +34,6 @@ constexpr std::size_t kLongestWindow = 8;  // motions
   return prior;
 }
 
-/// log of the density of the measurements given the prior, up to a constant.
-[[nodiscard]] double log_evidence(const Evidence& prior, const Evidence& measured) {
-  const Eigen::LDLT<Information> prior_factor(prior.information);
-  const Eigen::LDLT<Information> factor(Information(prior.information + measured.information));
-  const Coefficients mean = prior_factor.solve(prior.vector);
-  const Coefficients residual = measured.vector - measured.information * mean;
-  return 0.5 * (mean.dot(measured.vector + residual) + residual.dot(factor.solve(residual)) +
-                (prior_factor.vectorD().array() / factor.vectorD().array()).log().sum());
-}
-
 /// The estimate without most of what is known of the errors that hardly show in the rows.
 [[nodiscard]] Evidence forgotten(const Evidence& estimate, double sigma_px = kTurnSigma_px) {
   Information covariance = estimate.information.ldlt().solve(Information::Identity());
@@ -69,8 +59,12 @@ CameraErrors::CameraErrors(double widest_sigma_px)
   everything_.information = widest_prior_.asDiagonal();
 }
 
-void CameraErrors::resume(const Evidence& everything) {
+void CameraErrors::resume(const Evidence& everything, const Information& drift) {
   everything_ = everything;
+  if (!drift.isZero(0.0)) {
+    diffuse(drift);
+    learned_ = everything_;
+  }
   has_large_error_ = shows_large_error(everything_);
   notice_lens_error();
   begun_with_ = estimate().mean();
@@ -87,8 +81,21 @@ void CameraErrors::allow_lens_error(Coefficients& prior) const {
   prior.tail<LensResidual::kTerms>() = widest_prior_.tail<LensResidual::kTerms>();
 }
 
+/// Drops what another one had learned, if all motions since are likelier with the widest prior alone.
+void CameraErrors::check_learned() {
+  if (!learned_) return;
+  const Evidence widest{Information(widest_prior_.asDiagonal()), Coefficients::Zero()};
+  const Evidence since = everything_ - *learned_;
+  if (widest.log_evidence(since) <= learned_->log_evidence(since)) return;
+  everything_ = widest + since;
+  learned_.reset();
+  dropped_learned_ = true;
+  has_lens_error_ = has_large_error_ = false;
+}
+
 bool CameraErrors::add(const Evidence& motion) {
   everything_ = everything_ + motion;
+  check_learned();
   ++motions_;
   ++motions_since_begin_;
   if (recent_.size() == kLongestWindow) recent_.erase(recent_.begin());
@@ -144,7 +151,7 @@ std::optional<CameraErrors::Turn> CameraErrors::find_turn() const {
     const Evidence before =
         with_prior(everything_before, has_large_error_ || shows_large_error(everything_before));
     const Evidence turned = forgotten(before);
-    const double log_factor = log_evidence(turned, since) - log_evidence(before, since);
+    const double log_factor = turned.log_evidence(since) - before.log_evidence(since);
     const Evidence after = turned + since;
     const Coefficients change_px = after.mean() - before.mean();
     if (!(log_factor > best_log_factor) || rms_px(change_px) < kLeastTurn_px) continue;
@@ -156,6 +163,7 @@ std::optional<CameraErrors::Turn> CameraErrors::find_turn() const {
 
 /// Goes on from an estimate as if it were the prior.
 void CameraErrors::begin_again(const Evidence& estimate) {
+  learned_.reset();  // it is part of the estimate
   everything_ = estimate;
   everything_.information.diagonal() -= large_error_prior_ - widest_prior_;
   begun_with_ = estimate.mean();
@@ -168,7 +176,7 @@ void CameraErrors::begin_again(const Evidence& estimate) {
 double CameraErrors::log_evidence_with(const Coefficients& prior, const Evidence& everything) const {
   Evidence motions = everything;
   motions.information.diagonal() -= widest_prior_;
-  return log_evidence({Information(prior.asDiagonal()), Coefficients::Zero()}, motions);
+  return Evidence{Information(prior.asDiagonal()), Coefficients::Zero()}.log_evidence(motions);
 }
 
 /// Whether the motions are much likelier with a large error that does not show in the rows.
@@ -200,8 +208,7 @@ bool CameraErrors::was_so_from_start(const Turn& turn) const {
   if (has_large_error_) return motions_since_begin_ < turn.motions + kLongestWindow;
   const Evidence since = everything_ - turn.everything_before;
   return log_evidence_with(large_error_prior_, everything_) >
-         log_evidence_with(usual_prior_, turn.everything_before) +
-             log_evidence(forgotten(turn.before), since);
+         log_evidence_with(usual_prior_, turn.everything_before) + forgotten(turn.before).log_evidence(since);
 }
 
 Evidence CameraErrors::with_prior(const Evidence& everything, bool has_large_error) const {

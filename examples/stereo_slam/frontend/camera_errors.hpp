@@ -26,6 +26,16 @@ struct GaussianInformation {
     return {information - other.information, vector - other.vector};
   }
   [[nodiscard]] antipode::Vector<double, N> mean() const { return information.ldlt().solve(vector); }
+  /// log of the density of what was measured, with this as the prior, up to a constant.
+  [[nodiscard]] double log_evidence(const GaussianInformation& measured) const {
+    using Information = antipode::Matrix<double, N>;
+    const Eigen::LDLT<Information> prior(information);
+    const Eigen::LDLT<Information> posterior(Information(information + measured.information));
+    const antipode::Vector<double, N> mean = prior.solve(vector);
+    const antipode::Vector<double, N> residual = measured.vector - measured.information * mean;
+    return 0.5 * (mean.dot(measured.vector + residual) + residual.dot(posterior.solve(residual)) +
+                  (prior.vectorD().array() / posterior.vectorD().array()).log().sum());
+  }
   /// log of the density at x, up to a constant.
   [[nodiscard]] double log_density(const antipode::Vector<double, N>& x) const {
     return x.dot(vector - 0.5 * information * x);
@@ -68,8 +78,12 @@ class CameraErrors {
 
   /// Everything added so far and the widest prior.
   [[nodiscard]] const Evidence& everything() const noexcept { return everything_; }
-  /// Resumes from everything() of another one with the same widest prior. Call expect() before.
-  void resume(const Evidence& everything);
+  /// Resumes from everything() of another one with the same widest prior, whose errors have drifted since by
+  /// one with the covariance `drift`, px^2. Call expect() before. What the other one learned is dropped once
+  /// the motions are likelier without it.
+  void resume(const Evidence& everything, const Information& drift = Information::Zero());
+  /// Whether what another one had learned was dropped.
+  [[nodiscard]] bool dropped_learned() const noexcept { return dropped_learned_; }
 
   /// The standard deviations of the priors of the offset and of the lenses, px.
   void expect(double offset_sigma_px, double lens_sigma_px);
@@ -113,12 +127,15 @@ class CameraErrors {
   [[nodiscard]] double log_evidence_with(const Coefficients& prior, const Evidence& everything) const;
   [[nodiscard]] bool shows_large_error(const Evidence& everything) const;
   void notice_lens_error();
+  void check_learned();
   void allow_lens_error(Coefficients& prior) const;
   [[nodiscard]] bool was_so_from_start(const Turn& turn) const;
   [[nodiscard]] Evidence with_prior(const Evidence& everything, bool has_large_error) const;
   void begin_again(const Evidence& estimate);
 
   Evidence everything_;
+  std::optional<Evidence> learned_;  // by another one, from which this one resumed
+  bool dropped_learned_ = false;
   Coefficients widest_prior_, usual_prior_, large_error_prior_;  // information, 1/px^2
   bool has_large_error_ = false;
   bool has_lens_error_ = false;

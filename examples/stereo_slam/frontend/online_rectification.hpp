@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include <Eigen/Core>
@@ -78,6 +79,19 @@ class RectificationEstimator {
   [[nodiscard]] static RectificationEstimator resumed(const StereoCamera& camera,
                                                       const OnlineRectificationSettings& settings,
                                                       const RectificationEstimate& estimate);
+
+  /// As resumed(), but at another time: the right camera may have turned a little since, as rigs do by a
+  /// change of temperature. The lenses are as they were.
+  [[nodiscard]] static RectificationEstimator after_drift(const StereoCamera& camera,
+                                                          const OnlineRectificationSettings& settings,
+                                                          const RectificationEstimate& estimate);
+
+  /// Whether the rows since after_drift() are likelier if nothing had been learned: that was of other
+  /// cameras.
+  [[nodiscard]] bool contradicts_learned() const;
+  /// Whether the motions have shown the same of the disparities and lenses; what was learned of them is
+  /// dropped then.
+  [[nodiscard]] bool dropped_learned() const noexcept { return disparity_.dropped_learned(); }
 
   /// Stereo matches of one frame, measured with current().
   void add_rows(std::span<const StereoMeasurement> matches);
@@ -177,6 +191,8 @@ class RectificationEstimator {
   LensResidual::Coefficients lens_ = LensResidual::Coefficients::Zero();
   GaussianInformation<RectificationResidual::kTerms> rows_{RectificationEstimate::Information::Identity(),
                                                            RectificationEstimate::Basis::Zero()};
+  std::optional<GaussianInformation<RectificationResidual::kTerms>> learned_rows_{};  // of after_drift()
+  bool rows_contradict_learned_ = false;
   CameraErrors disparity_;
   std::size_t motions_ = 0;
   bool noticed_turn_ = false;

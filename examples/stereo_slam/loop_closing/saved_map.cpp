@@ -165,7 +165,7 @@ void check_camera_of(const SavedMap& map, const StereoCamera& camera) {
   const bool same = std::equal(a.begin(), a.end(), b.begin(),
                                [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(y); });
   if (!same || map.camera.width_px != camera.width_px || map.camera.height_px != camera.height_px) {
-    throw std::invalid_argument("the map was made with another camera, or with its images at another size");
+    throw std::invalid_argument("it was made with another camera, or with its images at another size");
   }
 }
 

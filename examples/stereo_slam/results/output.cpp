@@ -44,6 +44,7 @@ constexpr std::array kResultFiles = {"trajectory_kitti.txt",
                                      "timing.csv",
                                      "loops.csv",
                                      "map.ply",
+                                     "cameras.yaml",
                                      "report.html"};
 
 std::vector<Pose> poses_of(std::span<const PoseGaussian> estimates) {
@@ -260,6 +261,7 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
   write("timing.csv", [&](auto& out) { write_timing(out, record); });
   write("loops.csv", [&](auto& out) { write_loops(out, record.loops); });
   write("map.ply", [&](auto& out) { write_ply(out, record.map_points); });
+  if (record.learned) write("cameras.yaml", [&](auto& out) { write_learned_cameras(out, *record.learned); });
   if (!first_error.empty()) throw std::runtime_error(first_error);
 }
 

@@ -15,6 +15,7 @@
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/results/learned_cameras.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 /// Writes the result files at the end of a run, each completely or not at all. result_streams.hpp writes
@@ -52,6 +53,8 @@ struct RunRecord {
   std::vector<UnreadableImage> unreadable;
   double right_image_displacement_px = 0.0;  ///< Slam::right_image_displacement_px()
   std::optional<LensEstimate> lens_error = std::nullopt;
+  std::optional<LearnedCameras> learned = std::nullopt;  ///< nothing where nothing is learned
+  bool refused_learned = false;                          ///< SlamSystem::refused_learned()
   std::optional<RealtimeRecord> realtime = std::nullopt;
 };
 
@@ -112,9 +115,9 @@ struct RunHeader {
 };
 
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,
-/// loops.csv and map.ply. trajectory_kitti.txt has poses_of_all_frames, as that format has no stamps; the
-/// others have processed frames only. If a file cannot be written, the others are still written; then
-/// std::runtime_error is thrown with the first failure.
+/// loops.csv, map.ply, and cameras.yaml if something was learned. trajectory_kitti.txt has
+/// poses_of_all_frames, as that format has no stamps; the others have processed frames only. If a file cannot
+/// be written, the others are still written; then std::runtime_error is thrown with the first failure.
 void write_results(const std::filesystem::path& folder, const RunRecord& record);
 
 /// Writes run.yaml: version, state, dataset, host and all settings. load_settings reads it. If it cannot be

@@ -9,7 +9,7 @@ namespace stereo_slam {
 RightCamera RightCamera::resumed(const StereoCamera& camera, const OnlineRectificationSettings& settings,
                                  const RectificationEstimate& learned) {
   RightCamera right(camera, settings);
-  right.rectification_ = RectificationEstimator::resumed(camera, settings, learned);
+  right.rectification_ = RectificationEstimator::after_drift(camera, settings, learned);
   return right;
 }
 
@@ -19,6 +19,13 @@ void RightCamera::take(const RightImageState& image, const std::optional<Displac
   if (!image.displacement.isZero(0.0) && !vibrated) vibration_.begin();
   if (left) vibration_.add(image.displacement + left->change);
   if (!vibrated && vibration_.present()) rectification_.forget_disparity_offset(image.displacement.norm());
+}
+
+bool RightCamera::refuse_learned() {
+  if (!rectification_.contradicts_learned()) return false;
+  rectification_ = RectificationEstimator(camera_, settings_);
+  refused_learned_ = true;
+  return true;
 }
 
 bool RightCamera::relearn_rows(const StereoFrame& frame) {

@@ -38,9 +38,9 @@ struct RightImageState {
 class RightCamera {
  public:
   RightCamera(const StereoCamera& camera, const OnlineRectificationSettings& settings)
-      : camera_(camera), learns_(settings.enabled), rectification_(camera, settings) {}
+      : camera_(camera), settings_(settings), learns_(settings.enabled), rectification_(camera, settings) {}
 
-  /// Goes on from what an earlier run learned.
+  /// Goes on from what an earlier run learned, with the drift that is possible since then.
   [[nodiscard]] static RightCamera resumed(const StereoCamera& camera,
                                            const OnlineRectificationSettings& settings,
                                            const RectificationEstimate& learned);
@@ -89,6 +89,11 @@ class RightCamera {
   void add_rows(std::span<const StereoMeasurement> matches) {
     if (learns_) rectification_.add_rows(matches);
   }
+  /// Forgets what an earlier run learned if the rows of the first frame contradict it. Returns whether they
+  /// do.
+  bool refuse_learned();
+  /// Whether what an earlier run learned was of other cameras.
+  [[nodiscard]] bool refused_learned() const { return refused_learned_ || rectification_.dropped_learned(); }
   /// Learns the row offsets anew from a pair in which hardly any stereo match is found, or none was searched
   /// yet. Returns whether the rows had been displaced.
   bool relearn_rows(const StereoFrame& frame);
@@ -125,7 +130,9 @@ class RightCamera {
   static constexpr int kRelearnInterval = 10;  // frames
 
   StereoCamera camera_;
+  OnlineRectificationSettings settings_;
   bool learns_ = true;
+  bool refused_learned_ = false;
   RectificationEstimator rectification_;
   RightImageState image_;  // of the last frame
   Vibration vibration_;

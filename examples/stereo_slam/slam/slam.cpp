@@ -23,8 +23,8 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
       noise_(expected_variance_ratio(settings.update)),
       right_camera_(camera, settings.online_rectification) {
   if (settings.loop_closure.enabled) path_ = Path(camera, settings, loop_thread, loaded, use);
-  if (loaded.keyframes.empty()) return;
-  if (!path_.has_loops()) {
+  if (loaded.camera.width_px == 0) return;
+  if (!loaded.keyframes.empty() && !path_.has_loops()) {
     throw std::invalid_argument("a run is localised in a loaded map by loop closure; enable loop_closure");
   }
   check_camera_of(loaded, camera);
@@ -69,7 +69,7 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
   right_camera_.take(measured.right, measured.displacement_left);
   tracks_ = std::move(measured.tracks);
   local_map_.predict_correlation(measured.odometry.T_previous_current.pose);
-  auto tracked = update(std::move(measured));  // eq. 13
+  auto tracked = update(std::move(measured), images.frame.stamp_ns);  // eq. 13
   clock.lap("update");
   if (!right_camera_.is_ignored() && (previous_.lost || !tracked.measured())) {
     tracked.use_keyframe(relocalise(images, tracked.prior));
@@ -91,14 +91,15 @@ Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
   return measured.displacement_left->pose_covariance();
 }
 
-TrackedPose Slam::update(FrameMeasurement measured) {
+TrackedPose Slam::update(FrameMeasurement measured, std::int64_t stamp_ns) {
   const PoseDensity& prior = measured.prior;
   const Matrix6<double> by_displacement = correct_displacement(measured);
   PoseUpdate update{.posterior = prior};
   if (usual_basis() == PoseBasis::kLandmarks)
     update = update_pose(prior, measured.matches, local_map_.view(), settings_.update);
   const bool left_alone = !uses_right_image();
-  if (left_alone && jumps(prior.pose(), to_pose_gaussian(update.posterior))) update = {.posterior = prior};
+  if (left_alone && jumps(prior.pose(), to_pose_gaussian(update.posterior), stamp_ns))
+    update = {.posterior = prior};
   local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used);
   if (left_alone) update.nis_dof -= static_cast<int>(update.used.size());  // they have no disparity
   if (update.converged && !by_displacement.isZero(0.0)) {
@@ -109,14 +110,16 @@ TrackedPose Slam::update(FrameMeasurement measured) {
   return TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
 }
 
-/// Whether a measured position is more than half a baseline from the predicted one, and its uncertainty does
-/// not explain this. If the right images are ignored, it may mean that the two images are swapped, or that
-/// the left ones are late.
-bool Slam::jumps(const Pose& predicted, const PoseGaussian& measured) const {
+/// Whether a measured position is more than half a baseline a frame from the predicted one, and its
+/// uncertainty does not explain this. Without a known motion nothing is a jump. If the right images are
+/// ignored, it may mean that the two images are swapped, or that the left ones are late.
+bool Slam::jumps(const Pose& predicted, const PoseGaussian& measured, std::int64_t stamp_ns) const {
   constexpr double kSigmas = 3.0;
+  if (!motion_.known()) return false;
+  const UnseenSteps unseen = motion_.unseen_until(stamp_ns);
   const double sigma_m = std::sqrt(measured.covariance.bottomRightCorner<3, 3>().trace());
   const double jump_m = (measured.pose.translation() - predicted.translation()).norm();
-  return jump_m > 0.5 * right_camera_.camera().baseline_m + kSigmas * sigma_m;
+  return jump_m > 0.5 * right_camera_.camera().baseline_m * (unseen.before + unseen.now) + kSigmas * sigma_m;
 }
 
 /// The pose by the points of the last keyframe, if they are recognised. In the first frame that is not
@@ -243,6 +246,11 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   local_map_.restart(0);
   tracks_ = {};
   auto points = add_stereo_landmarks(images);
+  if (right_camera_.refuse_learned()) {
+    (void)right_camera_.relearn_rows(images.frame);
+    local_map_.restart(0);
+    points = add_stereo_landmarks(images);
+  }
   if (points.size() < static_cast<std::size_t>(settings_.update.min_matches))
     return path_.append_unknown(calibration_error(), result);
   motion_.found(images.frame.stamp_ns);

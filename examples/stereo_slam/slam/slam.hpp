@@ -46,7 +46,8 @@ class Slam final : public SlamSystem {
 
   /// Starts with the map of an earlier run. Until a loop localises this run in it, poses are relative to this
   /// run's first camera, with status kWeak; then they are relative to the map's world, from status
-  /// kRelocalised on. Throws std::invalid_argument for settings without loop closure, and for the map of
+  /// kRelocalised on. A map without keyframes is what an earlier run learned of the cameras. Throws
+  /// std::invalid_argument for a map with keyframes and settings without loop closure, and for the map of
   /// another camera.
   Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& loaded,
        MapUse use);
@@ -66,6 +67,8 @@ class Slam final : public SlamSystem {
     return right_camera_.displacement_px();
   }
   [[nodiscard]] std::optional<LensEstimate> lens_error() const override;
+  [[nodiscard]] std::optional<RectificationEstimate> learned() const override;
+  [[nodiscard]] bool refused_learned() const override { return right_camera_.refused_learned(); }
   [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(local_map_); }
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
     return path_.archived_map_points(local_map_);
@@ -104,8 +107,8 @@ class Slam final : public SlamSystem {
                                                   const std::vector<Match>& matches) const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_of(const FrameMeasurement& measured) const;
   [[nodiscard]] Matrix6<double> correct_displacement(FrameMeasurement& measured);
-  [[nodiscard]] TrackedPose update(FrameMeasurement measured);
-  [[nodiscard]] bool jumps(const Pose& predicted, const PoseGaussian& measured) const;
+  [[nodiscard]] TrackedPose update(FrameMeasurement measured, std::int64_t stamp_ns);
+  [[nodiscard]] bool jumps(const Pose& predicted, const PoseGaussian& measured, std::int64_t stamp_ns) const;
   [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images,
                                                       const PoseDensity& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
@@ -128,6 +131,8 @@ class Slam final : public SlamSystem {
   }
   bool extend_map(const TrackedPose& tracked, const FrameImages& images);
   bool extend_map_by_motion(const TrackedPose& tracked, const FrameImages& images);
+  [[nodiscard]] bool gains_landmarks_by_motion(std::size_t frame, std::size_t matches) const;
+  void add_corners(const std::vector<Match>& matches, const FrameImages& images);
   void change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
   void begin_segment(const FrameImages& images, const TrackedPose& tracked);

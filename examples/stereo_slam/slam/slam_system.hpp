@@ -54,6 +54,13 @@ class SlamSystem {
   /// The distortion that is left in the rectified images; nothing where it is not learned.
   [[nodiscard]] virtual std::optional<LensEstimate> lens_error() const { return std::nullopt; }
 
+  /// What was learned of the cameras, for a later run; nothing where nothing is learned.
+  [[nodiscard]] virtual std::optional<RectificationEstimate> learned() const { return std::nullopt; }
+
+  /// Whether what an earlier run learned of the cameras, with which this one began, was of other cameras: the
+  /// images contradict it, and it was dropped.
+  [[nodiscard]] virtual bool refused_learned() const { return false; }
+
   /// The established landmarks in world coordinates, with those of a loaded map once the run is localised in
   /// it: they were seen in three frames and are not at infinity. Complete after finish().
   [[nodiscard]] virtual std::vector<MapPoint> map_points() const = 0;
@@ -84,7 +91,8 @@ class SlamSystem {
 };
 
 /// The system that the settings' preset names. It starts with the map of an earlier run, unless `loaded` is
-/// empty (see Slam). Throws std::invalid_argument if a map is given and loop closure is off, or the
+/// empty, or with what that learned of the cameras, if `loaded` has a camera and no keyframes (see Slam).
+/// Throws std::invalid_argument if a map is given and loop closure is off, or the
 /// map is of another camera.
 [[nodiscard]] std::unique_ptr<SlamSystem> make_slam_system(const StereoCamera& camera,
                                                            const Settings& settings,

@@ -112,6 +112,31 @@ TEST_CASE("A map saved by one run is loaded by the next", "[cli]") {
       "another camera");
 }
 
+TEST_CASE("A run begins with what an earlier one learned of the cameras", "[cli]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "seq", 5);
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"run",          "--overwrite", "--dataset",
+                                          folder / "seq", "--output",    folder / "out"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return call(arguments);
+  };
+  REQUIRE(run({}).status == 0);
+  const std::string file = folder / "cameras.yaml";
+  fs::rename(folder / "out/cameras.yaml", file);
+  const auto again = run({"--learned", file});
+  CHECK(again.status == 0);
+  CHECK_THAT(again.err, !Catch::Contains("--learned"));
+  check_one_line_failure(run({"--learned", folder / "none.yaml"}), "none.yaml");
+  check_one_line_failure(run({"--learned", folder / "out/run.yaml"}), "run.yaml");
+  check_one_line_failure(run({"--learned", file, "--preset", "paper"}), "--learned");
+  CHECK(run({"--learned", file, "--load-map", file}).status == 2);
+  write_tiny_sequence(folder / "other", 2);
+  check_one_line_failure(
+      call({"run", "--dataset", folder / "other", "--output", folder / "o", "--learned", file}),
+      "another camera");
+}
+
 TEST_CASE("simulate writes a recording that run and info accept", "[cli]") {
   const TemporaryFolder folder;
   const auto simulated =

@@ -277,6 +277,39 @@ TEST_CASE("The error of the scale that all motions share can be left out of thei
   CHECK((estimator.covariance_besides_scale(effect, kDriven) - longer * longer.transpose()).norm() < 1e-12);
 }
 
+TEST_CASE("What was learned of the same cameras is kept, and of others it is dropped",
+          "[stereo_slam][rectification]") {
+  const StereoCamera camera = test::kitti_camera();
+  const LensResidual::Coefficients lens(-13.0, 7.0);
+  const RectificationResidual same(camera, planted(), lens);
+  std::mt19937_64 random(12);
+  RectificationEstimator first(camera, {});
+  for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(first, random, same, 0.2);
+  const auto second_run = [&](const RectificationResidual& truth) {
+    auto estimator = RectificationEstimator::after_drift(camera, {}, first.estimate());
+    for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(estimator, random, truth, 0.2);
+    return estimator;
+  };
+  const auto kept = second_run(same);
+  CHECK_FALSE(kept.contradicts_learned());
+  CHECK_FALSE(kept.dropped_learned());
+  CHECK(kept.lens_error().sigma[0] < first.lens_error().sigma[0]);
+
+  RectificationResidual::Coefficients turned = planted();
+  turned(0, 0) += 0.7;
+  turned(1, 0) -= 0.7;
+  const auto drifted = second_run(RectificationResidual(camera, turned, lens));
+  CHECK_FALSE(drifted.contradicts_learned());
+  CHECK_FALSE(drifted.dropped_learned());
+
+  CHECK(second_run(RectificationResidual(camera)).contradicts_learned());
+  // Other lenses do not show in the rows.
+  const auto other_lens = second_run(RectificationResidual(camera, planted()));
+  CHECK_FALSE(other_lens.contradicts_learned());
+  CHECK(other_lens.dropped_learned());
+  CHECK(std::abs(other_lens.lens_error().k[0]) < 4.0 * other_lens.lens_error().sigma[0]);
+}
+
 TEST_CASE("A resumed estimator gives the same estimates as one that never stopped",
           "[stereo_slam][rectification]") {
   std::mt19937_64 random(4);

@@ -164,5 +164,5 @@ TEST_CASE("A saved map is loaded again, and that of another camera is refused", 
   CHECK(moved.trajectory().size() == 4);
   camera.baseline_m = 0.5;
   CHECK_THAT(message_of([&] { StereoSlam slam(camera, {.load_map = folder / "wall.map"}); }),
-             Catch::Contains("wall.map: the map was made with another camera"));
+             Catch::Contains("wall.map: it was made with another camera"));
 }
