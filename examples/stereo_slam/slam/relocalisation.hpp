@@ -27,8 +27,12 @@ struct ReferenceKeyframe {
   /// are from the motion of the left camera; zero if they are from a right image.
   double scale_sigma = 0.0;
 
-  /// Whether a right image gave the depths of its landmarks.
-  [[nodiscard]] bool has_stereo_depths() const { return scale_sigma == 0.0; }
+  /// Whether the depths of its landmarks are those of right images, or nearly so: after a few frames without
+  /// one they still predict disparities.
+  [[nodiscard]] bool has_stereo_depths() const {
+    constexpr double kNearly = 0.01;  // half a pixel of a disparity of 50 px
+    return scale_sigma < kNearly;
+  }
   /// Whether there is one: the map has begun.
   [[nodiscard]] bool begun() const { return !left.empty(); }
   /// Whether the image shows one pattern many times, asked in this frame.

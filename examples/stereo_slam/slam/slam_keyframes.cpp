@@ -12,18 +12,10 @@
 namespace stereo_slam {
 namespace {
 
-/// Corners of the left image that are none of the points, px.
-[[nodiscard]] std::vector<Vector2<double>> corners_without(const StereoPoints& points,
-                                                           const FrameImages& images,
-                                                           const Settings& settings) {
-  std::vector<Vector2<double>> present_px;
-  for (const auto& point : points.measured) present_px.push_back(point.left_px);
-  return find_landmark_corners(images.corners, present_px, images.frame.left.size(), settings);
-}
-
-[[nodiscard]] double median_disparity(const StereoPoints& points) {
+[[nodiscard]] double median_disparity(const std::vector<Match>& matches) {
   std::vector<double> disparities_px;
-  for (const auto& point : points.measured) disparities_px.push_back(point.z.z());
+  disparities_px.reserve(matches.size());
+  for (const auto& match : matches) disparities_px.push_back(match.predicted.z.z());
   return median(disparities_px);
 }
 
@@ -52,7 +44,7 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images) {
 
 bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
   const auto& rule = settings_.keyframes;
-  const bool right_image_is_back = !right_camera_.is_ignored() && !reference_.has_stereo_depths();
+  const bool right_image_is_back = !right_camera_.is_ignored() && reference_.scale_sigma > 0.0;
   return right_image_is_back ||
          static_cast<double>(matches) < rule.min_match_ratio * static_cast<double>(reference_.landmarks) ||
          matches < static_cast<std::size_t>(rule.min_matches) ||
@@ -60,18 +52,37 @@ bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
 }
 
 /// As extend_map() for a frame whose right image is not used: the depths of landmarks are those that the map
-/// has, or the motion of the left camera tells them.
+/// has, or the motion of the left camera tells them. A keyframe is taken if it gains landmarks.
 bool Slam::extend_map_by_motion(const TrackedPose& tracked, const FrameImages& images) {
-  const std::size_t matches = tracked.matches.size();
-  const auto in_keyframe = static_cast<double>(matches + reference_.motion_stereo.known());
-  const bool gains = static_cast<double>(matches) < settings_.keyframes.min_match_ratio * in_keyframe;
   const bool measured = tracked.basis == PoseBasis::kLandmarks;
-  if (measured && (gains || needs_keyframe(images.frame.index, matches))) {
+  if (measured && gains_landmarks_by_motion(images.frame.index, tracked.matches.size())) {
     change_keyframe_by_motion(tracked, images);
     return true;
   }
+  if (measured) add_corners(tracked.matches, images);
   local_map_.cull(images.frame.index);
   return false;
+}
+
+/// Whether the depths of enough corners are known by now: as many as the usual keyframe replaces, or, when a
+/// keyframe is due as usual, a third of the fewest landmarks.
+bool Slam::gains_landmarks_by_motion(std::size_t frame, std::size_t matches) const {
+  const auto& rule = settings_.keyframes;
+  const std::size_t known = reference_.motion_stereo.known();
+  const bool due = needs_keyframe(frame, matches) && 3 * known >= static_cast<std::size_t>(rule.min_matches);
+  return due || static_cast<double>(matches) < rule.min_match_ratio * static_cast<double>(matches + known);
+}
+
+/// Begins to follow corners beside the landmarks, if few are followed.
+void Slam::add_corners(const std::vector<Match>& matches, const FrameImages& images) {
+  const auto most = static_cast<std::size_t>(settings_.map.max_new_landmarks);
+  auto present_px = positions(matches);
+  for (const auto& px : reference_.motion_stereo.positions()) present_px.push_back(px);
+  if (4 * present_px.size() > 3 * most) return;
+  reference_.motion_stereo.add(
+      images.frame.left, posterior_.pose(),
+      find_landmark_corners(images.corners, present_px, images.frame.left.size(), settings_),
+      median_disparity(matches));
 }
 
 /// As change_keyframe(), without a right image. The scale of the new landmarks has the error of the motion in
@@ -82,8 +93,10 @@ void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImag
   const RectificationEffect effect =
       right_camera_.consider(tracked.matches, local_map_.view(), posterior_.pose());
   const MeasuredMotion motion{measured_pose(tracked), effect.derivative.rightCols<LensResidual::kTerms>()};
-  const auto seen = reference_.motion_stereo.measure(reference_.left, images.frame.left, tracked.matches,
-                                                     local_map_.view(), motion, right_camera_.left_camera());
+  MotionStereo corners = std::move(reference_.motion_stereo);
+  const auto seen = corners.measure(images.frame.left, tracked.matches, local_map_.view(), motion,
+                                    right_camera_.left_camera());
+  corners.change_keyframe(motion.T_keyframe_current);
   link.covariance += effect.covariance;
   path_.add_keyframe(images.frame.index, link, effect);
   posterior_ = certain_pose();
@@ -92,8 +105,7 @@ void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImag
   const double scale_sigma = reference_.scale_sigma + seen.scale_sigma;
   begin_keyframe(images, add_landmarks(images, seen.points, reobserved));
   reference_.scale_sigma = scale_sigma;
-  reference_.motion_stereo.begin(corners_without(seen.points, images, settings_),
-                                 median_disparity(seen.points));
+  reference_.motion_stereo = std::move(corners);
 }
 
 /// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The pose of the
@@ -110,8 +122,11 @@ void Slam::begin_segment(const FrameImages& images, const TrackedPose& tracked) 
 void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
                            const std::vector<Match>& matches, const OdometryResult& odometry) {
   const RectificationResidual before = right_camera_.geometry();
+  // Depths by motion teach nothing of the disparities.
   const RectificationEffect effect =
-      right_camera_.refine(matches, local_map_.view(), posterior_.pose(), odometry);
+      reference_.scale_sigma > 0.0
+          ? right_camera_.consider(matches, local_map_.view(), posterior_.pose())
+          : right_camera_.refine(matches, local_map_.view(), posterior_.pose(), odometry);
   if (right_camera_.learns()) tracks_.remeasure(before, right_camera_.geometry());
   T_previous_keyframe.covariance += effect.covariance;
   path_.add_keyframe(images.frame.index, T_previous_keyframe, effect);

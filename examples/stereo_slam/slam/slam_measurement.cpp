@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The part of the SLAM that measures a frame. It changes no state, so that a frame can be measured twice.
+#include <cmath>
 #include <optional>
 #include <utility>
+
+#include <Eigen/Cholesky>
 
 #include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
@@ -36,6 +39,27 @@ namespace {
   };
   if (!fits(displaced)) return false;
   return !fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced);
+}
+
+/// Offset and slope of a line y = offset + slope x through points (x, y) of which some are wrong, by
+/// iteratively reweighted least squares.
+[[nodiscard]] Vector2<double> robust_line(const std::vector<Vector2<double>>& points) {
+  constexpr int kIterations = 20;
+  constexpr double kScale_px = 1.0;  // Cauchy
+  Vector2<double> line(0.0, 1.0);
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    Matrix2<double> information = 1e-9 * Matrix2<double>::Identity();
+    Vector2<double> vector = Vector2<double>::Zero();
+    for (const auto& point : points) {
+      const Vector2<double> terms(1.0, point.x());
+      const double error_px = point.y() - terms.dot(line);
+      const double weight = 1.0 / (1.0 + error_px * error_px / (kScale_px * kScale_px));
+      information += weight * terms * terms.transpose();
+      vector += weight * point.y() * terms;
+    }
+    line = information.ldlt().solve(vector);
+  }
+  return line;
 }
 
 }  // namespace
@@ -146,16 +170,23 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   measured.matches = std::move(association.matches);
 }
 
-/// Whether the right image shows the landmarks at some depth, each on its row: where their own depths are of
-/// another scale, they do not predict their disparities.
+/// Whether the right image shows the landmarks, each on its row, with disparities in proportion to those that
+/// the landmarks have: their depths may be of another scale. An image that is displaced along the rows does
+/// not fit.
 RightImageFit Slam::searched_along_rows(const StereoFrame& frame, const RightImageState& right,
                                         const std::vector<Match>& matches) const {
+  constexpr double kLargestOffset_px = 1.0;  // between what is usual of rectifications and of displacements
   if (!frame.has_right()) return {};
   std::vector<PairSearch> searches;
-  for (const auto& match :
-       match_stereo(right_camera_.view_of(frame, right), positions(matches), settings_.stereo))
-    searches.push_back({true, match ? std::optional(match->row_error_px) : std::nullopt});
-  return fit_of(searches);
+  std::vector<Vector2<double>> disparities_px;  // that the landmark has, and that was found
+  const auto found = match_stereo(right_camera_.view_of(frame, right), positions(matches), settings_.stereo);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    searches.push_back({true, found[i] ? std::optional(found[i]->row_error_px) : std::nullopt});
+    if (found[i]) disparities_px.emplace_back(matches[i].predicted.z.z(), found[i]->z.z());
+  }
+  RightImageFit fit = fit_of(searches);
+  if (std::abs(robust_line(disparities_px)[0]) > kLargestOffset_px) fit.in_right = 0;
+  return fit;
 }
 
 /// What the landmarks show of the displacement of the right image besides that they were measured with. That

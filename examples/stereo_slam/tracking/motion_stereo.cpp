@@ -8,6 +8,8 @@
 
 #include <Eigen/LU>
 
+#include <antipode/distributions/pose_algebra.hpp>
+
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/frontend/likely_slopes.hpp"
@@ -45,25 +47,24 @@ struct Measurement {
   return sigma_px * sigma_px * Matrix2<double>::Identity();
 }
 
-/// A patch of the keyframe found in another left image.
+/// A patch of an earlier left image found in another one.
 struct AlignedPatch {
   PatchTemplate::Alignment at;
   Vector2<double> disparity_slope;  ///< in the other image
 };
 
 /// Aligns the patch of a point, as the surface through it that fits best would look.
-[[nodiscard]] std::optional<AlignedPatch> align_patch(const cv::Mat& keyframe_left, const cv::Mat& left,
-                                                      const Vector2<double>& keyframe_px,
-                                                      const Vector2<double>& px, const StereoPoint& z,
-                                                      const Pose& T_keyframe_current,
+[[nodiscard]] std::optional<AlignedPatch> align_patch(const cv::Mat& source, const Vector2<double>& source_px,
+                                                      const StereoPoint& z, const Pose& T_source_current,
+                                                      const cv::Mat& left, const Vector2<double>& px,
                                                       const StereoCamera& camera) {
-  const double texture = min_texture(keyframe_left);
+  const double texture = min_texture(source);
   std::optional<AlignedPatch> best;
   const LikelySlopes slopes(z, camera);
   for (const auto& slope : slopes.all()) {
-    const auto view = view_plane({z, slope}, T_keyframe_current, camera);
+    const auto view = view_plane({z, slope}, T_source_current, camera);
     if (!view) continue;
-    const auto patch = PatchTemplate::extract(keyframe_left, keyframe_px, view->left, texture);
+    const auto patch = PatchTemplate::extract(source, source_px, view->left, texture);
     const auto found = patch ? patch->align(left, px) : std::nullopt;
     if (!found || found->correlation < std::max(kLeastCorrelation, best ? best->at.correlation : 0.0))
       continue;
@@ -127,9 +128,37 @@ struct AlignedPatch {
 
 }  // namespace
 
-void MotionStereo::begin(const std::vector<Vector2<double>>& corners_px, double disparity_px) {
-  corners_.clear();
-  for (const auto& px : corners_px) corners_.push_back({px, px, disparity_px, false});
+void MotionStereo::add(const cv::Mat& left, const Pose& T_keyframe_camera,
+                       const std::vector<Vector2<double>>& corners_px, double disparity_px) {
+  constexpr std::size_t kMostSources = 8;  // each keeps an image
+  if (corners_px.empty()) return;
+  drop_unused_sources();
+  if (sources_.size() == kMostSources) {
+    std::erase_if(corners_, [](const Corner& corner) { return corner.source == 0; });
+    drop_unused_sources();
+  }
+  for (const auto& px : corners_px) corners_.push_back({sources_.size(), px, px, disparity_px, false});
+  sources_.push_back({left.clone(), {T_keyframe_camera, Matrix6<double>::Zero()}});
+}
+
+void MotionStereo::drop_unused_sources() {
+  std::vector<std::size_t> kept(sources_.size(), 0);
+  for (const auto& corner : corners_) kept[corner.source] = 1;
+  std::vector<Source> sources;
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    const bool used = kept[i] != 0;
+    kept[i] = sources.size();
+    if (used) sources.push_back(std::move(sources_[i]));
+  }
+  for (auto& corner : corners_) corner.source = kept[corner.source];
+  sources_ = std::move(sources);
+}
+
+void MotionStereo::change_keyframe(const PoseGaussian& T_previous_keyframe) {
+  std::erase_if(corners_, [](const Corner& corner) { return corner.is_known; });
+  drop_unused_sources();
+  for (auto& source : sources_)
+    source.T_keyframe_source = antipode::relative_pose(T_previous_keyframe, source.T_keyframe_source);
 }
 
 void MotionStereo::follow(const ConsecutivePyramids& pyramids, const Pose& T_keyframe_previous,
@@ -137,31 +166,36 @@ void MotionStereo::follow(const ConsecutivePyramids& pyramids, const Pose& T_key
   if (corners_.empty()) return;
   std::vector<cv::Point2f> from, guess;
   for (const auto& corner : corners_) {
-    const Vector2<double> keyframe_px = camera.lens.corrected(corner.keyframe_px);
-    const StereoPoint z(keyframe_px.x(), keyframe_px.y(), corner.disparity_px);
-    const auto before = seen_by(z, T_keyframe_previous, camera.camera);
-    const auto now = seen_by(z, T_keyframe_current.pose, camera.camera);
+    const Pose T_source_keyframe = sources_[corner.source].T_keyframe_source.pose.inverse();
+    const Vector2<double> source_px = camera.lens.corrected(corner.source_px);
+    const StereoPoint z(source_px.x(), source_px.y(), corner.disparity_px);
+    const auto before = seen_by(z, T_source_keyframe * T_keyframe_previous, camera.camera);
+    const auto now = seen_by(z, T_source_keyframe * T_keyframe_current.pose, camera.camera);
     from.push_back(to_cv(corner.px));
     guess.push_back(
         to_cv(before && now ? Vector2<double>(corner.px + (*now - *before).head<2>()) : corner.px));
   }
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess, {});
+  std::vector<PoseGaussian> T_source_current;
+  for (const auto& source : sources_)
+    T_source_current.push_back(antipode::relative_pose(source.T_keyframe_source, T_keyframe_current));
   std::vector<Corner> followed;
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     if (!flow.found[i]) continue;
     Corner corner = corners_[i];
     corner.px = to_eigen(flow.points[i]);
-    const LeftPosition first{camera.lens.corrected(corner.keyframe_px), pixel_noise(kAlignedSigma_px)};
+    const PoseGaussian& motion = T_source_current[corner.source];
+    const LeftPosition first{camera.lens.corrected(corner.source_px), pixel_noise(kAlignedSigma_px)};
     const LeftPosition second{camera.lens.corrected(corner.px), pixel_noise(kFlowSigma_px)};
-    const auto seen = disparity_by_motion(first, second, T_keyframe_current, camera.camera);
+    const auto seen = disparity_by_motion(first, second, motion, camera.camera);
     if (seen) {
       const bool behind = seen->px < -3.0 * std::sqrt(seen->variance_px2);
       if (seen->squared_distance > kChi2_2_99 || behind) continue;
+      corner.is_known = is_known(seen->px, seen->variance_px2);
       const StereoPoint z(second.px.x(), second.px.y(), seen->px);
-      if (is_known(seen->px, seen->variance_px2)) {
-        const auto z_keyframe = seen_by(z, T_keyframe_current.pose.inverse(), camera.camera);
-        if (z_keyframe) corner = {corner.keyframe_px, corner.px, z_keyframe->z(), true};
-      }
+      const auto in_source =
+          corner.is_known ? seen_by(z, motion.pose.inverse(), camera.camera) : std::nullopt;
+      if (in_source) corner.disparity_px = in_source->z();
     }
     followed.push_back(corner);
   }
@@ -173,9 +207,15 @@ std::size_t MotionStereo::known() const {
       std::count_if(corners_.begin(), corners_.end(), [](const Corner& corner) { return corner.is_known; }));
 }
 
-MotionStereoPoints MotionStereo::measure(const cv::Mat& keyframe_left, const cv::Mat& left,
-                                         const std::vector<Match>& matches, const MapView& map,
-                                         const MeasuredMotion& motion, const LeftCamera& camera) const {
+std::vector<Vector2<double>> MotionStereo::positions() const {
+  std::vector<Vector2<double>> result;
+  for (const auto& corner : corners_) result.push_back(corner.px);
+  return result;
+}
+
+MotionStereoPoints MotionStereo::measure(const cv::Mat& left, const std::vector<Match>& matches,
+                                         const MapView& map, const MeasuredMotion& motion,
+                                         const LeftCamera& camera) const {
   const PoseGaussian& T_keyframe_current = motion.T_keyframe_current;
   std::vector<Measurement> measurements;
   for (const auto& match : matches) {
@@ -183,14 +223,18 @@ MotionStereoPoints MotionStereo::measure(const cv::Mat& keyframe_left, const cv:
       measurements.push_back(*landmark);
   }
   for (const auto& corner : corners_) {
-    const Vector2<double> keyframe_px = camera.lens.corrected(corner.keyframe_px);
-    const StereoPoint z(keyframe_px.x(), keyframe_px.y(), corner.disparity_px);
-    const auto aligned = align_patch(keyframe_left, left, corner.keyframe_px, corner.px, z,
-                                     T_keyframe_current.pose, camera.camera);
+    if (!corner.is_known) continue;
+    const Source& source = sources_[corner.source];
+    const PoseGaussian T_source_current =
+        antipode::relative_pose(source.T_keyframe_source, T_keyframe_current);
+    const Vector2<double> source_px = camera.lens.corrected(corner.source_px);
+    const StereoPoint z(source_px.x(), source_px.y(), corner.disparity_px);
+    const auto aligned =
+        align_patch(source.left, corner.source_px, z, T_source_current.pose, left, corner.px, camera.camera);
     if (!aligned) continue;
-    const LeftPosition first{keyframe_px, aligned->at.covariance_px2 + pixel_noise(kAlignedSigma_px)};
+    const LeftPosition first{source_px, aligned->at.covariance_px2 + pixel_noise(kAlignedSigma_px)};
     const LeftPosition second{camera.lens.corrected(aligned->at.position_px), pixel_noise(kAlignedSigma_px)};
-    const auto seen = disparity_by_motion(first, second, T_keyframe_current, camera.camera);
+    const auto seen = disparity_by_motion(first, second, T_source_current, camera.camera);
     if (!seen || seen->squared_distance > kChi2_2_99 || !is_known(seen->px, seen->variance_px2)) continue;
     Measurement result;
     result.measured.z = {second.px.x(), second.px.y(), seen->px};
@@ -199,9 +243,9 @@ MotionStereoPoints MotionStereo::measure(const cv::Mat& keyframe_left, const cv:
     result.measured.covariance_px2.topLeftCorner<2, 2>() = second.covariance_px2;
     result.measured.covariance_px2(2, 2) =
         seen->variance_px2 +
-        (seen->by_motion * T_keyframe_current.covariance * seen->by_motion.transpose()).value();
+        (seen->by_motion * T_source_current.covariance * seen->by_motion.transpose()).value();
     result.scale_by_motion = seen->by_motion.transpose() / seen->px;
-    result.scale_by_lens = (seen->by_first * camera.lens.basis(corner.keyframe_px) +
+    result.scale_by_lens = (seen->by_first * camera.lens.basis(corner.source_px) +
                             seen->by_second * camera.lens.basis(aligned->at.position_px))
                                .transpose() /
                            seen->px;

@@ -37,34 +37,50 @@ struct MotionStereoPoints {
   double scale_sigma = 0.0;
 };
 
-/// Corners of a keyframe that has no usable right image. They are followed in the left images, until the
-/// motion of the camera tells their depths.
+/// Corners that are followed in left images without usable right ones, until the motion of the camera tells
+/// their depths.
 class MotionStereo {
  public:
-  /// Begins with corners of the keyframe's left image, px. `disparity_px` is a first guess for all of them.
-  void begin(const std::vector<Vector2<double>>& corners_px, double disparity_px);
+  /// Adds corners of a left image, px, that the camera saw at `T_keyframe_camera`. `disparity_px` is a first
+  /// guess for all of them. The oldest corners are dropped if they are from more than eight images.
+  void add(const cv::Mat& left, const Pose& T_keyframe_camera, const std::vector<Vector2<double>>& corners_px,
+           double disparity_px);
 
   /// Follows the corners from the previous left image into the current one, and drops those whose motion is
   /// not that of a static point.
   void follow(const ConsecutivePyramids& pyramids, const Pose& T_keyframe_previous,
               const PoseGaussian& T_keyframe_current, const LeftCamera& camera);
 
-  /// Number of corners whose depths are known by now.
+  /// Number of corners, and of those whose depths are known by now.
+  [[nodiscard]] std::size_t size() const noexcept { return corners_.size(); }
   [[nodiscard]] std::size_t known() const;
+  /// Positions in the last left image, px.
+  [[nodiscard]] std::vector<Vector2<double>> positions() const;
 
   /// Stereo measurements, as if there were a right image, of the corners whose depths are known by now, and
   /// of the landmarks that were matched, in a frame that becomes a keyframe. The corners' patches are aligned
-  /// with the keyframe's left image.
-  [[nodiscard]] MotionStereoPoints measure(const cv::Mat& keyframe_left, const cv::Mat& left,
-                                           const std::vector<Match>& matches, const MapView& map,
-                                           const MeasuredMotion& motion, const LeftCamera& camera) const;
+  /// with the images in which they were added.
+  [[nodiscard]] MotionStereoPoints measure(const cv::Mat& left, const std::vector<Match>& matches,
+                                           const MapView& map, const MeasuredMotion& motion,
+                                           const LeftCamera& camera) const;
+
+  /// Goes on relative to a new keyframe, with the corners whose depths are not known yet.
+  void change_keyframe(const PoseGaussian& T_previous_keyframe);
 
  private:
+  struct Source {
+    cv::Mat left;
+    PoseGaussian T_keyframe_source;
+  };
   struct Corner {
-    Vector2<double> keyframe_px, px;  // in the keyframe's and in the last left image
-    double disparity_px = 0.0;        // in the keyframe; a guess until it is known
+    std::size_t source = 0;         // in sources_
+    Vector2<double> source_px, px;  // in its and in the last left image
+    double disparity_px = 0.0;      // in its image; a guess until it is known
     bool is_known = false;
   };
+  void drop_unused_sources();
+
+  std::vector<Source> sources_;
   std::vector<Corner> corners_;
 };
 
