@@ -2,6 +2,7 @@
 #include "stereo_slam/ros2_output/messages.hpp"
 
 #include <array>
+#include <map>
 
 #include <antipode/distributions/covariance_conventions.hpp>
 
