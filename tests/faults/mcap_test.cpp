@@ -141,6 +141,23 @@ TEST_CASE("The messages of an earlier run are replaced only by a run that finish
   CHECK_FALSE(fs::exists(folder / "run-2.mcap"));
 }
 
+TEST_CASE("A run that fails before its first frame leaves no messages but those of an earlier run",
+          "[faults][mcap]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 4);
+  const auto run = [&] { return call(run_with_mcap(folder, "in", {"--quiet", "--overwrite", "--strict"})); };
+  fs::rename(folder / "in/image_1/000000.png", folder / "missing.png");
+  CHECK(run().status == 1);
+  CHECK_FALSE(fs::exists(folder / "run.mcap"));
+  fs::rename(folder / "missing.png", folder / "in/image_1/000000.png");
+  REQUIRE(run().status == 0);
+  fs::remove(folder / "in/image_1/000000.png");
+  const auto earlier = read_text(folder / "run.mcap");
+  CHECK(run().status == 1);
+  CHECK(read_text(folder / "run.mcap") == earlier);
+  CHECK_FALSE(fs::exists(folder / "run-2.mcap"));
+}
+
 TEST_CASE("A file that takes the place of --mcap during the run is kept, and so are the results",
           "[faults][mcap]") {
   const TemporaryFolder folder;

@@ -58,6 +58,13 @@ void McapFile::require_in_place() const {
     fail(written_, "was replaced by another program during the run");
 }
 
+void McapFile::discard() {
+  std::error_code error;
+  fs::remove(written_, error);
+  if (error) fail(written_, "cannot be removed ({})", error.message());
+  written_ = file_;
+}
+
 void McapFile::publish() {
   if (written_ == file_) return;
   require_unchanged(file_, earlier_);

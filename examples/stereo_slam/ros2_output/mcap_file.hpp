@@ -52,6 +52,9 @@ class McapFile {
   /// Replaces the file of the earlier run.
   void publish();
 
+  /// Removes the file that this run wrote.
+  void discard();
+
  private:
   std::filesystem::path file_;     // as the user named it, or where that link leads
   std::filesystem::path written_;  // where this run writes

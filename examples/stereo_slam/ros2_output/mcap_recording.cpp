@@ -84,6 +84,7 @@ void McapRecording::finish(const RunRecord& record) {
     fail(file_.path(), "cannot be written ({})", error.what());
   }
   file_.require_in_place();
+  if (record.results.empty()) file_.discard();
 }
 
 /// Writes the frames that are handed over. A chunk ends after a second even if no frame comes.

@@ -59,8 +59,8 @@ class McapRecording {
   /// Hands the last frame of the record to the thread.
   void append(const StereoFrame& frame, const RunRecord& record, SlamSystem& slam);
 
-  /// Ends the file; with the final path and map of the record, in which the last step of the SLAM corrected
-  /// them. Throws the first error, std::runtime_error.
+  /// Ends the file, with the final path and map of the record. Removes it if no frame was processed. Throws
+  /// the first error, std::runtime_error.
   void finish(const RunRecord& record);
 
   /// Replaces the file of an earlier run. Throws std::runtime_error when that fails.

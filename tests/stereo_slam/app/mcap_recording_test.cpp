@@ -71,6 +71,16 @@ TEST_CASE("A run with --mcap has the same results, and a message of every frame"
   CHECK(file->warning().empty());
 }
 
+TEST_CASE("A run without frames leaves no file of messages", "[mcap]") {
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder / "in", 2);
+  const auto sequence = open_sequence(folder / "in", "auto");
+  McapRecording recording({.file = folder / "run.mcap"}, sequence);
+  CHECK(fs::exists(folder / "run.mcap"));
+  recording.finish({});
+  CHECK_FALSE(fs::exists(folder / "run.mcap"));
+}
+
 TEST_CASE("Stamps that ROS 2 does not have leave all results but the messages", "[mcap]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "in", 8);
