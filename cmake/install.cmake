@@ -13,6 +13,8 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/antipode-config-version.c
 install(FILES ${PROJECT_BINARY_DIR}/antipode-config.cmake ${PROJECT_BINARY_DIR}/antipode-config-version.cmake
   DESTINATION ${package_dir} COMPONENT library)
 
+install(FILES package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/antipode COMPONENT library)  # for the tools of ROS 2
+
 # The SLAM for other programs: the component stereo_slam of the package.
 function(antipode_install_stereo_slam)
   set(slam_dir ${PROJECT_SOURCE_DIR}/examples/stereo_slam)

@@ -2,7 +2,7 @@
 # refused with the version and its folder. Arguments: SOURCE_DIR (of antipode), EIGEN_DIR, WORK_DIR, GENERATOR, COMPILER.
 include(CMakePackageConfigHelpers)
 file(REMOVE_RECURSE ${WORK_DIR})
-file(COPY ${SOURCE_DIR}/CMakeLists.txt ${SOURCE_DIR}/cmake ${SOURCE_DIR}/include DESTINATION ${WORK_DIR}/source)
+file(COPY ${SOURCE_DIR}/CMakeLists.txt ${SOURCE_DIR}/cmake ${SOURCE_DIR}/include ${SOURCE_DIR}/package.xml DESTINATION ${WORK_DIR}/source)
 file(WRITE ${WORK_DIR}/project/CMakeLists.txt "cmake_minimum_required(VERSION 3.22)\nproject(app LANGUAGES CXX)\nfind_package(antipode REQUIRED)\n")
 # Some projects have such a file, without the target that Eigen's own defines.
 file(WRITE ${WORK_DIR}/modules/FindEigen3.cmake "set(Eigen3_FOUND TRUE)\n")

@@ -6,7 +6,7 @@ set(guard -D CMAKE_PROJECT_INCLUDE=${SOURCE_DIR}/tests/consumer/allowed_packages
 set(toolchain -G ${GENERATOR} -D CMAKE_CXX_COMPILER=${COMPILER})
 
 # Only what is part of the library is there to be configured.
-file(COPY ${SOURCE_DIR}/CMakeLists.txt ${SOURCE_DIR}/cmake ${SOURCE_DIR}/include DESTINATION ${WORK_DIR}/source)
+file(COPY ${SOURCE_DIR}/CMakeLists.txt ${SOURCE_DIR}/cmake ${SOURCE_DIR}/include ${SOURCE_DIR}/package.xml DESTINATION ${WORK_DIR}/source)
 execute_process(
   COMMAND ${CMAKE_COMMAND} ${toolchain} ${guard} -D ALLOWED_PACKAGES=Eigen3 -S ${WORK_DIR}/source -B ${WORK_DIR}/library
           -D ANTIPODE_BUILD_EXAMPLES=OFF -D ANTIPODE_BUILD_TESTS=OFF

@@ -23,7 +23,7 @@ earlier=$(
 status=0
 for file in "$@"; do
   while read -r name; do
-    case $name in *.csv | *.txt | *.ply | *.yml | *.xml | *.json | *.bag | *.yaml | *.html | *.js | *.hpp | *.cpp | *.py | *.sh) continue ;; esac
+    case $name in *.csv | *.txt | *.ply | *.yml | *.xml | *.json | *.bag | *.mcap | *.yaml | *.html | *.js | *.hpp | *.cpp | *.py | *.sh) continue ;; esac
     known=$settings
     case $file in docs/results/* | CHANGELOG.md | docs/robustness.md) known+=$'\n'$earlier ;; esac
     if ! grep -qxF "$name" <<<"$known"; then

@@ -17,6 +17,7 @@ expect() {
 
 released=$(sed -n 's/^date-released: //p' "$source_dir/CITATION.cff")
 expect CITATION.cff "$version" "$(sed -n 's/^version: //p' "$source_dir/CITATION.cff")"
+expect package.xml "$version" "$(sed -n 's:.*<version>\(.*\)</version>.*:\1:p' "$source_dir/package.xml")"
 expect CHANGELOG.md "## [$version] - $released" "$(grep '^## \[[0-9]' "$source_dir/CHANGELOG.md" | head -1)"
 expect "find_package in docs/building.md" "${version%.*}" \
   "$(sed -n 's/^find_package(antipode \([0-9.]*\).*/\1/p' "$source_dir/docs/building.md")"

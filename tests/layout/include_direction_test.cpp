@@ -75,6 +75,9 @@ const Graph kMayInclude = {
     {"stereo_slam/results",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/dataset",
       "stereo_slam/loop_closing"}},
+    {"stereo_slam/ros2_output",  // of bags the records of MCAP, of report small images
+     {"stereo_slam/core", "stereo_slam/io", "stereo_slam/dataset", "stereo_slam/bags", "stereo_slam/slam",
+      "stereo_slam/results", "stereo_slam/report"}},
     {"stereo_slam/report",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/evaluation",
       "stereo_slam/results"}},
@@ -94,8 +97,8 @@ const Graph kMayInclude = {
     {"stereo_slam/app",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/images",
       "stereo_slam/calibration", "stereo_slam/dataset", "stereo_slam/bags", "stereo_slam/tracking",
-      "stereo_slam/slam", "stereo_slam/evaluation", "stereo_slam/results", "stereo_slam/report",
-      "stereo_slam/visualization", "simulator/rendering", "simulator/recording"}},
+      "stereo_slam/slam", "stereo_slam/evaluation", "stereo_slam/results", "stereo_slam/ros2_output",
+      "stereo_slam/report", "stereo_slam/visualization", "simulator/rendering", "simulator/recording"}},
 };
 
 /// "antipode/filters/detail/progression.hpp" is in "antipode/filters".

@@ -60,7 +60,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
       ->type_name("DIR");
   app.add_flag("--overwrite", options.overwrite,
                "replace the results of an earlier run in --output when this run has finished; allow "
-               "--save-map and --debug-images to replace files of an earlier run");
+               "--save-map, --mcap and --debug-images to replace files of an earlier run");
   app.add_flag("--strict", options.strict,
                "end the run at an image that cannot be read, or that is missing although a list of images "
                "names it, instead of tracking without it");
@@ -86,6 +86,15 @@ void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>
   app.add_option("--json", json, "write a summary of the run to this file, for scripts")
       ->check(require_name)
       ->type_name("FILE");
+  auto* const mcap =
+      app.add_option(
+             "--mcap", options.mcap,
+             "write poses, covariances, path, landmarks and status as messages of ROS 2 to this file, "
+             "for Foxglove, RViz (ros2 bag play) and robot_localization")
+          ->check(require_name)
+          ->type_name("FILE.mcap");
+  app.add_flag("--mcap-images", options.mcap_images, "put a small left image of every frame there, too")
+      ->needs(mcap);
   app.add_option("--debug-images", options.debug_images,
                  "folder for one image per frame: predicted and observed flow, search ellipses, matches")
       ->check(require_name)
@@ -162,10 +171,15 @@ void check_before_run(const StereoSequence& sequence, Settings& settings, bool q
   return settings;
 }
 
-[[nodiscard]] std::string place_of_map(const RunSummary& summary, const RunOptions& options) {
-  if (!summary.map) return "";
-  return fmt::format("; the map is in {}, {} is the earlier one", summary.map->string(),
-                     options.save_map->string());
+[[nodiscard]] std::string places_of_files(const RunSummary& summary, const RunOptions& options) {
+  std::string places;
+  if (summary.map)
+    places += fmt::format("; the map is in {}, {} is the earlier one", summary.map->string(),
+                          options.save_map->string());
+  if (summary.mcap)
+    places += fmt::format("; the messages are in {}, {} has those of the earlier run", summary.mcap->string(),
+                          options.mcap->string());
+  return places;
 }
 
 /// Where the results are, if they did not replace those of an earlier run, and where the map is; or
@@ -176,13 +190,13 @@ void check_before_run(const StereoSequence& sequence, Settings& settings, bool q
   if (summary.folder != options.output)
     places = fmt::format("in {}; {} has the results of the earlier run", summary.folder.string(),
                          options.output.string());
-  return places + place_of_map(summary, options);
+  return places + places_of_files(summary, options);
 }
 
 /// The error that ended the run, and what is kept of it.
 [[nodiscard]] std::string failure_of(const RunSummary& summary, const RunOptions& options) {
   const std::string output = options.output.string();
-  if (!summary.folder_in_place) return summary.error + place_of_map(summary, options);
+  if (!summary.folder_in_place) return summary.error + places_of_files(summary, options);
   if (summary.all_frames)
     return fmt::format("{} (the results are {})", summary.error, places_of(summary, options, "in " + output));
   if (summary.saved == 0) {

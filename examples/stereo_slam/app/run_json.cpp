@@ -103,6 +103,8 @@ void RunJson::check() const {
   const auto place_of = [](const fs::path& any) { return fs::weakly_canonical(fs::absolute(any)); };
   if (options_.save_map && place_of(file_) == place_of(*options_.save_map))
     fail(file_, "is the file of --save-map, too; name another file");
+  if (options_.mcap && place_of(file_) == place_of(*options_.mcap))
+    fail(file_, "is the file of --mcap, too; name another file");
 }
 
 void RunJson::write(const RunSummary& summary, const StereoSequence& sequence,

@@ -46,6 +46,14 @@ void require_keyframes(const Settings& settings) {
           : "--save-map and --load-map need loop closure; give --loop-closure");
 }
 
+std::optional<McapOptions> checked_mcap(const RunOptions& options) {
+  if (!options.mcap) return std::nullopt;
+  const McapOptions mcap{*options.mcap, options.mcap_images, options.overwrite};
+  if (options.debug_images) require_no_folder_of(mcap.file, *options.debug_images);
+  check_mcap(mcap, options.output);
+  return mcap;
+}
+
 void check_save_map(const RunOptions& options) {
   const fs::path& file = *options.save_map;
   std::vector<fs::path> inputs;
@@ -58,6 +66,9 @@ void check_save_map(const RunOptions& options) {
   });
   if (options.debug_images) require_no_folder_of(file, *options.debug_images);
   require_writable_besides_results(file, options.output);
+  const auto place_of = [](const fs::path& any) { return fs::weakly_canonical(fs::absolute(any)); };
+  if (options.mcap && place_of(file) == place_of(*options.mcap))
+    fail(file, "is the file of --mcap, too; name another file");
 }
 
 std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map, bool finished,

@@ -30,6 +30,7 @@
 #include "stereo_slam/results/output.hpp"
 #include "stereo_slam/results/result_streams.hpp"
 #include "stereo_slam/results/run_folder.hpp"
+#include "stereo_slam/ros2_output/mcap_recording.hpp"
 #include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/visualization/debug_image_folder.hpp"
@@ -129,6 +130,7 @@ struct RunOutputs {
   FrameDisplay& display;
   Progress& progress;
   LiveResults& results;
+  McapRecording* mcap;  ///< null without --mcap
   RunRecord& record;
 };
 
@@ -166,6 +168,7 @@ void process_frames(const std::function<std::optional<OfferedFrame>()>& next, co
       record.realtime->reading_delay_s = offered->reading_delay_s;
     }
     outputs.results.append(record, slam);
+    if (outputs.mcap != nullptr) outputs.mcap->append(frame, record, slam);
     const FrameResult& last = record.results.back();
     outputs.progress.update(
         position + 1, input.total(),
@@ -303,6 +306,16 @@ std::size_t bytes_per_keyframe(const SlamSystem& slam, const RunRecord& record) 
   return published ? input.options.output : folder.working();
 }
 
+/// Ends the file of --mcap. Returns where it is, if it did not replace that of an earlier run.
+[[nodiscard]] std::optional<fs::path> end_mcap(McapRecording& mcap, const RunRecord& record,
+                                               RunHeader& header) {
+  (void)attempt(header, [&] {
+    mcap.finish(record);
+    if (header.state == "finished") mcap.publish();
+  });
+  return mcap.beside();
+}
+
 /// The largest number of frames that the run can process.
 [[nodiscard]] std::size_t frames_of(const StereoSequence& sequence, const RunOptions& options) {
   const std::size_t there = sequence.live ? std::numeric_limits<std::size_t>::max() : sequence.frames.size();
@@ -325,12 +338,15 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
     check_save_map(options);
     earlier_map = earlier_file(*options.save_map);
   }
+  const auto mcap_options = checked_mcap(options);
   if (options.threads) cv::setNumThreads(*options.threads);
   const std::unique_ptr<SlamSystem> system = make_slam(sequence, settings, options);
   SlamSystem& slam = *system;
   const SignalGuard signals;
   const RunFolder folder(options.output, options.overwrite);
   FrameDisplay display(options, sequence.camera);
+  std::optional<McapRecording> mcap;
+  if (mcap_options) mcap.emplace(*mcap_options, sequence);
   const auto write_header = [&] { write_run_yaml(folder.working(), header, sequence, settings); };
   // That of an earlier run that did not finish stays with its frames, until this run has one.
   const bool is_new = !fs::exists(folder.working() / "run.yaml");
@@ -347,7 +363,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (options.realtime || sequence.live) record.realtime.emplace();
   const bool all_frames = attempt(header, [&] {
     Progress progress(options.quiet);
-    process_recording(input, slam, {display, progress, results, record});
+    process_recording(input, slam, {display, progress, results, mcap ? &*mcap : nullptr, record});
   });
   header.seconds = seconds_since(start);
   add_final_results(slam, sequence.camera, record);
@@ -361,6 +377,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
       summary.map = write_map(options, slam.saved_map(), header.state == "finished", earlier_map);
     });
   }
+  if (mcap) summary.mcap = end_mcap(*mcap, record, header);
   header.frames_processed = record.results.size();
   header.unreadable = record.unreadable;
   header.weak_frames_by_reason = summary.weak_frames_by_reason;

@@ -19,8 +19,9 @@ namespace stereo_slam {
 
 constexpr std::string_view kMcapMagic{"\x89MCAP0\r\n", 8};  ///< begins and ends a file
 
-/// The kinds of records that are read.
+/// The kinds of records that are read or written.
 enum class McapOp : std::uint8_t {
+  kHeader = 0x01,
   kFooter = 0x02,
   kSchema = 0x03,
   kChannel = 0x04,
@@ -29,6 +30,7 @@ enum class McapOp : std::uint8_t {
   kMessageIndex = 0x07,
   kChunkIndex = 0x08,
   kStatistics = 0x0B,
+  kSummaryOffset = 0x0E,
   kDataEnd = 0x0F
 };
 

@@ -49,6 +49,11 @@ Eigen::Isometry3d require_body(const StereoSequence& sequence) {
        "--pose-frame body");
 }
 
+PoseGaussian in_body_frame(PoseGaussian pose, const Eigen::Isometry3d& T_body_camera) {
+  BodyFrame(T_body_camera).transform(pose);
+  return pose;
+}
+
 FrameResult in_body_frame(FrameResult result, const Eigen::Isometry3d& T_body_camera) {
   BodyFrame(T_body_camera).transform(result);
   return result;

@@ -18,6 +18,7 @@ enum class PoseFrame { kCamera, kBody };
 /// Converts the record of a camera to that of the body it is fixed to. With X = T_body_camera, a pose T
 /// becomes X T X^-1, the covariance P of its right perturbation Ad(X) P Ad(X)', a map point p becomes X p.
 [[nodiscard]] RunRecord in_body_frame(RunRecord record, const Eigen::Isometry3d& T_body_camera);
+[[nodiscard]] PoseGaussian in_body_frame(PoseGaussian pose, const Eigen::Isometry3d& T_body_camera);
 [[nodiscard]] FrameResult in_body_frame(FrameResult result, const Eigen::Isometry3d& T_body_camera);
 [[nodiscard]] LoopEvent in_body_frame(LoopEvent loop, const Eigen::Isometry3d& T_body_camera);
 

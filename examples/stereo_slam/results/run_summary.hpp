@@ -42,7 +42,8 @@ struct RunSummary {
   std::size_t saved = 0;           ///< frames in the results
   bool all_frames = false;         ///< false if an error ended the run before its last frame
   std::filesystem::path folder{};  ///< of the results: that of --output, or `unfinished` in it
-  std::optional<std::filesystem::path> map = std::nullopt;  ///< where the map is, if beside an earlier one
+  std::optional<std::filesystem::path> map = std::nullopt;   ///< where the map is, if beside an earlier one
+  std::optional<std::filesystem::path> mcap = std::nullopt;  ///< where --mcap is, if beside an earlier one
 };
 
 /// What the record says. `peak_mb`, `seconds`, and what stopped the run are left to the caller.

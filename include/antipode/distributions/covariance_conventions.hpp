@@ -43,7 +43,7 @@ namespace detail {
 /// P. Throws unless it is symmetric and positive semidefinite.
 template <class Scalar>
 [[nodiscard]] Matrix6<Scalar> checked_pose_covariance(const Matrix6<Scalar>& P) {
-  const Matrix6<Scalar> symmetric =
+  Matrix6<Scalar> symmetric =
       checked_covariance<Scalar, 6>("pose covariance is not finite or not symmetric", P);
   (void)root_of_covariance<Scalar, 6>("pose covariance has a negative eigenvalue", symmetric);
   return symmetric;

@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# A checkout in a workspace of ROS 2 is built and installed by colcon, and found by another package there. Exit status 77: colcon, or
+# its extensions for ROS and CMake, are not installed. ROS itself is not needed.
+#
+#   colcon_test.sh SOURCE_DIR
+set -euo pipefail
+source_dir=$1
+if ! command -v colcon >/dev/null || ! /usr/bin/python3 -c 'import colcon_ros, colcon_cmake' 2>/dev/null; then
+  echo "skipped: apt-get install colcon python3-colcon-cmake python3-colcon-ros"
+  exit 77
+fi
+workspace=$(mktemp -d)
+trap 'rm -rf "$workspace"' EXIT
+mkdir -p "$workspace/src/consumer"
+ln -s "$source_dir" "$workspace/src/antipode"
+cd "$workspace/src/consumer"
+cp "$source_dir/tests/consumer/main.cpp" .
+cat >package.xml <<'END'
+<?xml version="1.0"?>
+<package format="3">
+  <name>consumer</name>
+  <version>0.0.1</version>
+  <description>A package that uses antipode</description>
+  <maintainer email="me@example.org">me</maintainer>
+  <license>MIT</license>
+  <depend>antipode</depend>
+  <export><build_type>cmake</build_type></export>
+</package>
+END
+# As the documentation has it.
+{
+  echo 'cmake_minimum_required(VERSION 3.22)'
+  echo 'project(consumer LANGUAGES CXX)'
+  echo 'add_executable(app main.cpp)'
+  sed -n '/^find_package(antipode/,/^```/{/^```/!p}' "$source_dir/docs/building.md"
+  echo 'install(TARGETS app)'
+} >CMakeLists.txt
+
+cd "$workspace"
+colcon --log-base log build --cmake-args -DANTIPODE_BUILD_TESTS=OFF -DANTIPODE_BUILD_EXAMPLES=OFF
+[ -f install/antipode/share/antipode/package.xml ] # for `ros2 pkg` and rosdep
+install/consumer/bin/app
+# What the scripts of the workspace set up is found, without a path by colcon.
+(
+  set +u
+  # shellcheck disable=SC1091
+  . install/setup.sh
+  cmake -S src/consumer -B again
+)
