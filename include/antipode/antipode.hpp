@@ -58,6 +58,7 @@
 #include <antipode/geometry/jacobians.hpp>
 #include <antipode/geometry/manifold.hpp>
 #include <antipode/geometry/quaternion.hpp>
+#include <antipode/geometry/rotation_integrals.hpp>
 #include <antipode/sampling/bingham_rules.hpp>
 #include <antipode/sampling/mixture_moments.hpp>
 #include <antipode/sampling/pose_rules.hpp>
