@@ -65,6 +65,8 @@
 #include <antipode/sampling/sample_gaussian.hpp>
 #include <antipode/sampling/sample_projected_gaussian.hpp>
 #include <antipode/sampling/sigma_point_rule.hpp>
+#include <antipode/sensors/inertial_measurement_unit.hpp>
+#include <antipode/sensors/inertial_propagation.hpp>
 #include <antipode/sensors/inverse_depth_landmark.hpp>
 #include <antipode/sensors/stereo_camera.hpp>
 #include <antipode/weighted_samples.hpp>
