@@ -11,6 +11,7 @@
 #include <antipode/cubature/gaussian_rules.hpp>
 #include <antipode/cubature/point_sets.hpp>
 #include <antipode/distributions/bingham.hpp>
+#include <antipode/distributions/bingham_directions.hpp>
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/bingham_normalizer.hpp>
 #include <antipode/distributions/component_merging.hpp>
