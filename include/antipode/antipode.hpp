@@ -18,6 +18,7 @@
 #include <antipode/distributions/covariance_conventions.hpp>
 #include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>
+#include <antipode/distributions/keyframe_change.hpp>
 #include <antipode/distributions/mixture.hpp>
 #include <antipode/distributions/mixture_fit.hpp>
 #include <antipode/distributions/mixture_queries.hpp>
