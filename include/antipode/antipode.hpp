@@ -41,6 +41,7 @@
 #include <antipode/filters/gaussian_measurements.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/log_likelihood.hpp>
+#include <antipode/filters/marginal_update.hpp>
 #include <antipode/filters/mixture_filter.hpp>
 #include <antipode/filters/noisy_measurement.hpp>
 #include <antipode/filters/pose_filter.hpp>
