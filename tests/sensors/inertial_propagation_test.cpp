@@ -127,7 +127,8 @@ TEST_CASE("Constant readings move a state as the exponential of its equation", "
       const Biases biases = random_matrix<double, 6, 1>(rng, 0.1);
       const auto samples = constant_readings(w + biases.head<3>(), a + biases.tail<3>(), 0,
                                              dt_ms * kMillisecond, dt_ms * kMillisecond);
-      const Motion motion = integrate_imu(samples, 0, dt_ms * kMillisecond, biases, kNoise);
+      const Motion motion =
+          integrate_imu(samples, 0, dt_ms * kMillisecond, biases, kNoise, {.max_gap_s = 0.05});
       REQUIRE(motion.status == InertialStatus::kComplete);
       const Navigation moved = motion(x);
       Matrix<double, 3, 6> X;
@@ -277,12 +278,12 @@ TEST_CASE("A motion ends where a gap begins", "[inertial][error]") {
   CHECK(over(50, 150).status == InertialStatus::kGap);
   CHECK(over(50, 150).until_ns == 50 * kMillisecond);
   CHECK(over(50, 150).duration_s == 0.0);
-  CHECK(over(110, 240).status == InertialStatus::kComplete);  // the last sample is held for 40 ms
-  CHECK(over(110, 260).status == InertialStatus::kGap);       // but not for 60 ms
-  CHECK(over(110, 260).until_ns == 200 * kMillisecond);
-  CHECK(over(-40, 10).status == InertialStatus::kComplete);  // the first one is held back likewise
-  CHECK(over(-60, 10).status == InertialStatus::kGap);
-  CHECK(over(-60, 10).until_ns == -60 * kMillisecond);
+  CHECK(over(110, 220).status == InertialStatus::kComplete);  // the last sample is held for 20 ms
+  CHECK(over(110, 240).status == InertialStatus::kGap);       // but not for 40 ms
+  CHECK(over(110, 240).until_ns == 200 * kMillisecond);
+  CHECK(over(-20, 10).status == InertialStatus::kComplete);  // the first one is held back likewise
+  CHECK(over(-40, 10).status == InertialStatus::kGap);
+  CHECK(over(-40, 10).until_ns == -40 * kMillisecond);
   CHECK(over(210, 220).status == InertialStatus::kComplete);
   CHECK(over(210, 220).duration_s == Approx(0.01));
   CHECK(over(300, 320).status == InertialStatus::kGap);

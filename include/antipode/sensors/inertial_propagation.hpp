@@ -116,8 +116,9 @@ struct InertialMotion {
 template <std::floating_point Scalar>
 struct InertialOptions {
   /// Longest time without a sample, also before the first and after the last one. In between, the readings
-  /// are interpolated, and nothing in the covariance says how wrong that is.
-  Scalar max_gap_s = Scalar(0.05);
+  /// are interpolated, and nothing in the covariance says how wrong that is: on a drone (EuRoC MH_05) .6 mrad
+  /// and 15 mm/s after 30 ms, 3.8 mrad and 51 mm/s after 100 ms.
+  Scalar max_gap_s = Scalar(0.03);
 };
 
 namespace detail {
