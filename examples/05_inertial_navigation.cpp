@@ -112,7 +112,7 @@ std::vector<SeenLandmark> landmarks_of_keyframe(Noise& noise) {
   const Matrix3<double> root = detail::cholesky_factor<double, 3>(R).value();
   std::vector<SeenLandmark> landmarks;
   for (int i = 0; i < kLandmarksPerFrame * kFramesPerKeyframe; ++i) {
-    const double depth_m = noise.uniform(2, 30), u = noise.uniform(0, 752), v = noise.uniform(0, 480);
+    const double depth_m = noise.uniform(2, 6), u = noise.uniform(0, 752), v = noise.uniform(0, 480);
     const Vec uvd(u, v, kCamera.fx * kCamera.baseline_m / depth_m);
     landmarks.push_back({{kBodyCamera, uvd, R}, {kBodyCamera, uvd + root * noise.normal<3>(), R}});
   }
