@@ -219,7 +219,7 @@ Flight fly(unsigned seed, int frames) {
     const std::int64_t begin_ns = samples.back().stamp_ns;
     samples.erase(samples.begin(), samples.end() - 1);
     for (int i = 1; i <= kStepsPerFrame; ++i) samples.push_back(read((frame - 1) * kStepsPerFrame + i));
-    const auto motion = integrate_imu(samples, begin_ns, samples.back().stamp_ns,
+    const auto motion = integrate_imu(samples, {begin_ns, samples.back().stamp_ns},
                                       std::get<1>(filter.density().state), kImuNoise);
     filter.predict(motion, motion.jacobian, motion.noise);
 

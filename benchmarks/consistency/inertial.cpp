@@ -104,7 +104,7 @@ struct Misses {
     while (to < truth.size() && truth[to].stamp_ns < begin_ns + duration_ns - kStampError_ns) ++to;
     if (to == truth.size()) break;
     while (first + 1 < samples.size() && samples[first + 1].stamp_ns <= begin_ns) ++first;
-    const auto motion = integrate_imu(std::span(samples).subspan(first), begin_ns, truth[to].stamp_ns,
+    const auto motion = integrate_imu(std::span(samples).subspan(first), {begin_ns, truth[to].stamp_ns},
                                       truth[from].biases, noise, {.max_gap_s = 1.0});
     const auto error = truth[to].state.boxminus(motion(truth[from].state));
     for (std::size_t part = 0; part < 3; ++part) {

@@ -89,7 +89,7 @@ class Instances {
         [&](const Pose& pose, const Vector3<Scalar>& uvd) { return landmark.project(camera, pose, uvd); },
         NoisyMeasurement<Scalar, 3>{landmark.mean, landmark.covariance});
     const std::vector<ImuSample<Scalar>> samples(2);
-    const auto motion = integrate_imu(samples, 0, 0, Vector6<Scalar>::Zero(), ImuNoise<Scalar>{});
+    const auto motion = integrate_imu(samples, {0, 0}, Vector6<Scalar>::Zero(), ImuNoise<Scalar>{});
     using Inertial = InertialChart<Scalar, VectorChart<Scalar, 1>>;
     PoseFilter<StateGaussian<Inertial>, MysovskikhRule<6>, PoseMarginalUpdate<QuadraticProgression<Scalar>>>
         filter{StateGaussian<Inertial>{}};

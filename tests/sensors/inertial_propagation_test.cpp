@@ -128,7 +128,7 @@ TEST_CASE("Constant readings move a state as the exponential of its equation", "
       const auto samples = constant_readings(w + biases.head<3>(), a + biases.tail<3>(), 0,
                                              dt_ms * kMillisecond, dt_ms * kMillisecond);
       const Motion motion =
-          integrate_imu(samples, 0, dt_ms * kMillisecond, biases, kNoise, {.max_gap_s = 0.05});
+          integrate_imu(samples, {0, dt_ms * kMillisecond}, biases, kNoise, {.max_gap_s = 0.05});
       REQUIRE(motion.status == InertialStatus::kComplete);
       const Navigation moved = motion(x);
       Matrix<double, 3, 6> X;
@@ -148,7 +148,7 @@ TEST_CASE("Constant readings move a state as the exponential of its equation", "
 TEST_CASE("The motion moves errors of any size linearly", "[inertial]") {
   Rng rng(2);
   const auto samples = smooth_readings(0, 500 * kMillisecond, 5 * kMillisecond);
-  const Motion motion = integrate_imu(samples, 0, 500 * kMillisecond, Biases::Zero(), kNoise);
+  const Motion motion = integrate_imu(samples, {0, 500 * kMillisecond}, Biases::Zero(), kNoise);
   const Matrix<double, 12> F = motion.jacobian.topLeftCorner<12, 12>();
   for (int trial = 0; trial < 20; ++trial) {
     const Navigation x = random_navigation(rng);
@@ -164,9 +164,9 @@ TEST_CASE("The Jacobian of the biases is that of integrating again", "[inertial]
   const Navigation x = random_navigation(rng);
   const Biases biases = random_matrix<double, 6, 1>(rng, 0.1);
   const auto moved_with = [&](const Biases& b) {
-    return integrate_imu(samples, 3 * kMillisecond, 198 * kMillisecond, b, kNoise)(x);
+    return integrate_imu(samples, {3 * kMillisecond, 198 * kMillisecond}, b, kNoise)(x);
   };
-  const Motion motion = integrate_imu(samples, 3 * kMillisecond, 198 * kMillisecond, biases, kNoise);
+  const Motion motion = integrate_imu(samples, {3 * kMillisecond, 198 * kMillisecond}, biases, kNoise);
   CHECK(testing::check_jacobian(moved_with, biases, motion.jacobian.topRightCorner<12, 6>()));
 }
 
@@ -178,7 +178,8 @@ TEST_CASE("Motions over parts make up that over the whole", "[inertial]") {
   Samples samples = smooth_readings(0, 100 * kMillisecond, 5 * kMillisecond);
   for (Sample& sample : samples) sample.stamp_ns += kNow;
   const auto motion_over = [&](std::int64_t from_ms, std::int64_t to_ms) {
-    return integrate_imu(samples, kNow + from_ms * kMillisecond, kNow + to_ms * kMillisecond, biases, kNoise);
+    return integrate_imu(samples, {kNow + from_ms * kMillisecond, kNow + to_ms * kMillisecond}, biases,
+                         kNoise);
   };
   const Motion whole = motion_over(0, 100), first = motion_over(0, 35), second = motion_over(35, 100);
   const Navigation x = random_navigation(rng);
@@ -192,7 +193,7 @@ TEST_CASE("Motions over parts make up that over the whole", "[inertial]") {
 TEST_CASE("Sampled readings approximate smooth ones to second order in their distance", "[inertial]") {
   const Navigation x{DualQuaternion<double>::identity(), {1, 2, 3}, Vector3<double>(0, 0, -9.81)};
   const auto moved_by = [&](std::int64_t step_ns) {
-    return integrate_imu(smooth_readings(0, 1000 * kMillisecond, step_ns), 0, 1000 * kMillisecond,
+    return integrate_imu(smooth_readings(0, 1000 * kMillisecond, step_ns), {0, 1000 * kMillisecond},
                          Biases::Zero(), kNoise)(x);
   };
   const Navigation fine = moved_by(kMillisecond / 20);
@@ -208,7 +209,7 @@ TEST_CASE("The covariance is as large as what noisy samples do", "[inertial][ran
   const auto exact = smooth_readings(0, 250 * kMillisecond, 5 * kMillisecond);
   const Navigation x{DualQuaternion<double>::identity(), {1, 2, 3}, Vector3<double>(0, 0, -9.81)};
   const ImuNoise<double> white{1e-3, 2e-2, 0.0, 0.0};
-  const Motion truth = integrate_imu(exact, 0, 250 * kMillisecond, Biases::Zero(), white);
+  const Motion truth = integrate_imu(exact, {0, 250 * kMillisecond}, Biases::Zero(), white);
   const Matrix<double, 9> Q = truth.noise.topLeftCorner<9, 9>();
   const auto L = detail::cholesky_factor<double, 9>(Q);
   REQUIRE(L);
@@ -223,7 +224,7 @@ TEST_CASE("The covariance is as large as what noisy samples do", "[inertial][ran
       for (double& a : sample.specific_force)
         a += white.accelerometer * std::sqrt(kSampleRate_Hz) * normal(rng);
     }
-    const Motion motion = integrate_imu(noisy, 0, 250 * kMillisecond, Biases::Zero(), white);
+    const Motion motion = integrate_imu(noisy, {0, 250 * kMillisecond}, Biases::Zero(), white);
     const Vector<double, 9> error = truth(x).boxminus(motion(x)).head<9>();
     sum += detail::solve_lower<double, 9, 1>(*L, error).squaredNorm();
   }
@@ -235,7 +236,7 @@ TEST_CASE("Further parts of a state stay as they are", "[inertial]") {
   using WithOffset = InertialChart<double, VectorChart<double, 1>, ScrewChart<double>>;
   Rng rng(6);
   const auto samples = smooth_readings(0, 50 * kMillisecond, 5 * kMillisecond);
-  const Motion motion = integrate_imu(samples, 0, 50 * kMillisecond, Biases::Zero(), kNoise);
+  const Motion motion = integrate_imu(samples, {0, 50 * kMillisecond}, Biases::Zero(), kNoise);
   const WithOffset::Point state{random_navigation(rng), Biases::Zero(), Vector<double, 1>(0.01),
                                 random_pose<double>(rng)};
   CHECK(
@@ -254,8 +255,8 @@ TEST_CASE("Bad samples are left out, counted, and change nothing else", "[inerti
   bad.insert(bad.begin() + 7, Sample{12 * kMillisecond, {kNan, 0, 0}, {0, 0, 9.81}});
   bad.insert(bad.begin() + 8,
              Sample{13 * kMillisecond, {0, 0, 0}, {0, 0, std::numeric_limits<double>::infinity()}});
-  const Motion expected = integrate_imu(good, 2 * kMillisecond, 48 * kMillisecond, Biases::Zero(), kNoise);
-  const Motion motion = integrate_imu(bad, 2 * kMillisecond, 48 * kMillisecond, Biases::Zero(), kNoise);
+  const Motion expected = integrate_imu(good, {2 * kMillisecond, 48 * kMillisecond}, Biases::Zero(), kNoise);
+  const Motion motion = integrate_imu(bad, {2 * kMillisecond, 48 * kMillisecond}, Biases::Zero(), kNoise);
   CHECK(motion.status == InertialStatus::kComplete);
   CHECK(motion.repeated == 1);
   CHECK(motion.unsorted == 1);
@@ -268,7 +269,7 @@ TEST_CASE("A motion ends where a gap begins", "[inertial][error]") {
   Samples samples = smooth_readings(0, 200 * kMillisecond, 5 * kMillisecond);
   samples.erase(samples.begin() + 5, samples.begin() + 20);  // nothing from 20 to 100 ms
   const auto over = [&](std::int64_t from_ms, std::int64_t to_ms) {
-    return integrate_imu(samples, from_ms * kMillisecond, to_ms * kMillisecond, Biases::Zero(), kNoise);
+    return integrate_imu(samples, {from_ms * kMillisecond, to_ms * kMillisecond}, Biases::Zero(), kNoise);
   };
   const Motion motion = over(2, 150), until_gap = over(2, 20);
   CHECK(motion.status == InertialStatus::kGap);
@@ -294,7 +295,7 @@ TEST_CASE("What cannot be integrated has a status and no motion", "[inertial][er
   const Samples samples = smooth_readings(0, 50 * kMillisecond, 5 * kMillisecond);
   const auto status_of = [](const Samples& s, std::int64_t begin_ns, std::int64_t end_ns,
                             const Biases& biases) {
-    const Motion motion = integrate_imu(s, begin_ns, end_ns, biases, kNoise);
+    const Motion motion = integrate_imu(s, {begin_ns, end_ns}, biases, kNoise);
     if (motion.status != InertialStatus::kComplete) {
       CHECK(motion.jacobian == Square::Identity());
       CHECK(motion.noise == Square::Zero());
@@ -323,7 +324,7 @@ TEST_CASE("Noise and gaps that make no sense are refused", "[inertial][error]") 
   const Samples samples = smooth_readings(0, 50 * kMillisecond, 5 * kMillisecond);
   const auto with = [&](const ImuNoise<double>& noise, double max_gap_s) {
     return error_message([&] {
-      (void)integrate_imu(samples, 0, kMillisecond, Biases::Zero(), noise, {.max_gap_s = max_gap_s});
+      (void)integrate_imu(samples, {0, kMillisecond}, Biases::Zero(), noise, {.max_gap_s = max_gap_s});
     });
   };
   CHECK(contains(with({1e-3, -1e-2, 0, 0}, 0.05),
@@ -342,8 +343,9 @@ TEMPLATE_TEST_CASE("Integrating samples allocates nothing", "[inertial][allocati
                        {Scalar(1), Scalar(0), Scalar(9.81)}});
   }
   const ImuNoise<Scalar> noise{Scalar(1e-3), Scalar(1e-2), Scalar(1e-5), Scalar(1e-4)};
-  const auto motion = without_allocation(
-      [&] { return integrate_imu(samples, 0, 50 * kMillisecond, Vector6<Scalar>::Zero(), noise); });
+  const auto motion = without_allocation([&] {
+    return integrate_imu(samples, {0, 50 * kMillisecond}, Vector6<Scalar>::Zero(), noise);
+  });
   CHECK(motion.status == InertialStatus::kComplete);
   CHECK(std::abs(static_cast<double>(motion.velocity[2]) - 0.05 * 9.81) <= 0.01);
 }

@@ -25,7 +25,7 @@
 /// gravity and biases, the Jacobian of that, and the covariance of its noise. With these three, StateFilter
 /// predicts:
 ///
-///     const auto motion = integrate_imu(samples, begin_ns, end_ns, biases, noise);
+///     const auto motion = integrate_imu(samples, {begin_ns, end_ns}, biases, noise);
 ///     if (motion.status == InertialStatus::kComplete) filter.predict(motion, motion.jacobian, motion.noise);
 namespace antipode {
 
@@ -112,6 +112,12 @@ struct InertialMotion {
   }
 };
 
+/// From one time to another.
+struct TimeInterval {
+  std::int64_t begin_ns = 0;  ///< its beginning
+  std::int64_t end_ns = 0;    ///< its end, not before the beginning
+};
+
 /// When integrate_imu() stops.
 template <std::floating_point Scalar>
 struct InertialOptions {
@@ -188,10 +194,10 @@ template <class Scalar>
 template <class Scalar>
 class InertialIntegrator {
  public:
-  InertialIntegrator(std::int64_t begin_ns, std::int64_t end_ns, const Vector6<Scalar>& biases,
+  InertialIntegrator(const TimeInterval& interval, const Vector6<Scalar>& biases,
                      const ImuNoise<Scalar>& noise, const InertialOptions<Scalar>& options)
-      : begin_ns_(begin_ns), end_ns_(end_ns), noise_(noise), max_gap_s_(options.max_gap_s) {
-    motion_.until_ns = begin_ns;
+      : begin_ns_(interval.begin_ns), end_ns_(interval.end_ns), noise_(noise), max_gap_s_(options.max_gap_s) {
+    motion_.until_ns = begin_ns_;
     motion_.biases = biases;
   }
 
@@ -303,9 +309,9 @@ class InertialIntegrator {
 
 }  // namespace detail
 
-/// The motion from begin_ns to end_ns by the samples of an IMU, which are in the order of their stamps. They
-/// should reach from the last one before the beginning to the first one after the end; if they do not, the
-/// first or last one is held for up to max_gap_s.
+/// The motion over the interval by the samples of an IMU, which are in the order of their stamps. They should
+/// reach from the last one before the beginning to the first one after the end; if they do not, the first or
+/// last one is held for up to max_gap_s.
 ///
 /// Between two samples, rate and specific force are constant and their mean. Biases [rad/s, m/s^2] are those
 /// of the state that the motion is to move. Bad samples do not throw: those with repeated or earlier stamps
@@ -314,15 +320,15 @@ class InertialIntegrator {
 /// Throws unless the densities of the noise are finite and not negative, and max_gap_s is positive.
 template <std::floating_point Scalar>
 [[nodiscard]] InertialMotion<Scalar> integrate_imu(
-    std::type_identity_t<std::span<const ImuSample<Scalar>>> samples, std::int64_t begin_ns,
-    std::int64_t end_ns, const std::type_identity_t<Vector6<Scalar>>& biases, const ImuNoise<Scalar>& noise,
+    std::type_identity_t<std::span<const ImuSample<Scalar>>> samples, const TimeInterval& interval,
+    const std::type_identity_t<Vector6<Scalar>>& biases, const ImuNoise<Scalar>& noise,
     const std::type_identity_t<InertialOptions<Scalar>>& options = {}) {
   noise.check();
   if (!(options.max_gap_s > Scalar(0))) [[unlikely]] {
     detail::throw_invalid("max_gap_s is not positive", options.max_gap_s);
   }
-  detail::InertialIntegrator<Scalar> integrator(begin_ns, end_ns, biases, noise, options);
-  if (end_ns < begin_ns) return integrator.without_motion(InertialStatus::kBackwards);
+  detail::InertialIntegrator<Scalar> integrator(interval, biases, noise, options);
+  if (interval.end_ns < interval.begin_ns) return integrator.without_motion(InertialStatus::kBackwards);
   if (!detail::all_finite(biases)) return integrator.without_motion(InertialStatus::kNotFinite);
   for (const ImuSample<Scalar>& sample : samples) {
     if (!integrator.add(sample)) break;

@@ -41,7 +41,7 @@ antipode::ExtendedPose<double, 3> integrated(const CameraPath& path,
   start.velocity = PathSpline(path, kImuFps).at(0.0).velocity;
   start.vectors = Eigen::Vector3d(0, ImuSettings::kGravity, 0);
   const auto end_ns = std::llround(1e9 * static_cast<double>(path.size() - 1) / kImuFps);
-  const auto motion = antipode::integrate_imu(samples, 0, end_ns, antipode::Vector6<double>::Zero(),
+  const auto motion = antipode::integrate_imu(samples, {0, end_ns}, antipode::Vector6<double>::Zero(),
                                               antipode::ImuNoise<double>{});
   REQUIRE(motion.status == antipode::InertialStatus::kComplete);
   return motion(start);
