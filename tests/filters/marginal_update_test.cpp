@@ -170,6 +170,32 @@ TEST_CASE("Further parts of the state can be in the marginal", "[marginal_update
         Approx((state.covariance - last * last.transpose() / S).block<3, 3>(12, 12).trace()).epsilon(1e-6));
 }
 
+TEST_CASE("A filter updates the pose and a further part together", "[marginal_update]") {
+  using Filter =
+      PoseFilter<InertialDensity, Degree5Rule<7>, PoseMarginalUpdate<PosteriorLinearization<double>, 2>>;
+  Rng rng(8);
+  const auto prior = random_inertial(rng, 0.01);
+  // Points are seen by a camera that is exposed later, by the offset, while the body turns.
+  const Vector6<double> twist = random_matrix<double, 6, 1>(rng);
+  const SeenPoints model;
+  const auto seen_late = [&](const auto& x, std::size_t i) {
+    const auto& [pose, offset] = x;
+    return model(pose.boxplus(Vector6<double>(offset[0] * twist)), i);
+  };
+  const auto of_state = [&](const Inertial::Point& x, std::size_t i) {
+    return seen_late(std::tuple(std::get<0>(x).pose, std::get<2>(x)), i);
+  };
+  const auto z = measured_from(std::get<0>(prior.state).pose, rng);
+  Filter filter(prior);
+  const auto part = filter.update(GaussianMeasurements(z, seen_late));
+  const auto whole = linearized_update(prior, z, of_state);
+  REQUIRE(part.status == UpdateStatus::kConverged);
+  REQUIRE(whole.status == UpdateStatus::kConverged);
+  // Equal to first order: a hundredth of the step of a hundredth.
+  CHECK(Inertial::local(whole.posterior.state, part.posterior.state).norm() <= 1e-3);
+  CHECK(max_difference(whole.posterior.covariance, part.posterior.covariance) <= 1e-2 * 1e-4);
+}
+
 TEST_CASE("A marginal that is known exactly cannot be updated, and says so", "[marginal_update][error]") {
   Rng rng(4);
   auto state = random_inertial(rng, 0.1);

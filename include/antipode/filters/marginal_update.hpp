@@ -194,7 +194,8 @@ template <std::size_t... Parts, Chart C>
 
 /// The update of a PoseFilter<StateGaussian<C>, Rule, PoseMarginalUpdate<Update, Parts...>> that applies
 /// `Update` to pose_marginal<Parts...>. The rule is one of the marginal's dimension: MysovskikhRule<6> for
-/// the pose alone. Measurement models take a pose, or the tuple of the pose and the parts.
+/// the pose alone, Degree5Rule<7> for the pose and a time offset. Measurement models take a pose, or the
+/// tuple of the pose and the parts.
 ///
 /// A state whose marginal is singular is not updated; the status is kDiverged. Predict first: noise of the
 /// motion makes the marginal regular.
