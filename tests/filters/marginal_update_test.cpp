@@ -41,6 +41,7 @@ using StateSquare = Matrix<double, kStateDim>;
 [[nodiscard]] std::vector<Vector3<double>> points_about_origin() {
   Rng rng(99);
   std::vector<Vector3<double>> points;
+  points.reserve(6);
   for (int i = 0; i < 6; ++i) points.push_back(random_matrix<double, 3, 1>(rng, 4.0));
   return points;
 }

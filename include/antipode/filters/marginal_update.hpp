@@ -117,7 +117,7 @@ struct PoseMarginal<ProductChart<First, Others...>, Parts...> {
 /// errors.
 template <class Scalar, int M>
 [[nodiscard]] std::optional<Matrix<Scalar, M>> factor_of_regular(const Matrix<Scalar, M>& P) {
-  const auto L = cholesky_factor<Scalar, M>(P);
+  auto L = cholesky_factor<Scalar, M>(P);
   if (!L) return std::nullopt;
   for (int i = 0; i < M; ++i) {
     if (!((*L)(i, i) * (*L)(i, i) > kSymmetryTolerance<Scalar> * P(i, i))) return std::nullopt;

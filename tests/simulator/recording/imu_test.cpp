@@ -33,6 +33,7 @@ antipode::DualQuaternion<double> pose_of(const Eigen::Isometry3d& T) {
 antipode::ExtendedPose<double, 3> integrated(const CameraPath& path,
                                              const std::vector<ImuReading>& readings) {
   std::vector<antipode::ImuSample<double>> samples;
+  samples.reserve(readings.size());
   for (const auto& reading : readings) {
     samples.push_back({std::llround(1e9 * reading.time_s), reading.angular_velocity, reading.specific_force});
   }
