@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/extended_pose.hpp>
@@ -10,6 +11,7 @@
 
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
+#include "support/matrix_exponential.hpp"
 #include "support/random.hpp"
 
 namespace antipode::test {
@@ -28,6 +30,29 @@ struct Group {
   }
   [[nodiscard]] static Element element(Rng& rng) { return Element::exp(tangent(rng, 2.5)); }
 };
+
+/// The element xi^ of the Lie algebra: [[phi]x, nu, rho, ...; 0, 0].
+template <class Scalar, int K>
+[[nodiscard]] Matrix<Scalar, 3 + K> algebra_of(const Vector<Scalar, 3 + 3 * K>& xi) {
+  Matrix<Scalar, 3 + K> A = Matrix<Scalar, 3 + K>::Zero();
+  A.template topLeftCorner<3, 3>() = skew(xi.template head<3>());
+  for (int k = 0; k < K; ++k) A.template block<3, 1>(0, 3 + k) = xi.template segment<3>(3 + 3 * k);
+  return A;
+}
+
+/// The matrix ad(xi) with [xi, y] = ad(xi) y, from the commutator of the matrices.
+template <int K>
+[[nodiscard]] Matrix<double, 3 + 3 * K> commutators_with(const Vector<double, 3 + 3 * K>& xi) {
+  using Algebra = Matrix<double, 3 + K>;
+  Matrix<double, 3 + 3 * K> ad;
+  const Algebra A = algebra_of<double, K>(xi);
+  for (int j = 0; j < 3 + 3 * K; ++j) {
+    const Algebra B = algebra_of<double, K>(Vector<double, 3 + 3 * K>::Unit(j));
+    const Algebra C = A * B - B * A;
+    ad.col(j) << C(2, 1), C(0, 2), C(1, 0), C.template topRightCorner<3, K>().reshaped();
+  }
+  return ad;
+}
 
 /// [R, v, p, ...; 0, I].
 template <class Scalar, int K>
@@ -68,6 +93,55 @@ TEMPLATE_TEST_CASE("The product of extended poses is that of their matrices", "[
   CHECK(max_difference(matrix_of(x * y), matrix_of(x) * matrix_of(y)) <= 1e-13);
   CHECK(max_difference(matrix_of(x.inverse()) * matrix_of(x), matrix_of(TestType::Element::identity())) <=
         1e-13);
+}
+
+TEMPLATE_TEST_CASE("Exponentials, adjoints and Jacobians are those of dense matrices", "[extended_pose]",
+                   (Group<double, 1>), (Group<double, 2>), (Group<double, 3>), (Group<double, 4>)) {
+  using Element = typename TestType::Element;
+  constexpr int K = Element::Columns::ColsAtCompileTime, N = Element::kDim;
+  for (const double angle :
+       {0.0, 1e-8, 0.0999, 0.1001, 1.0, 3.0, std::numbers::pi - 1e-9, std::numbers::pi}) {
+    CAPTURE(angle);
+    Rng rng(7);
+    const auto xi = TestType::tangent(rng, angle);
+    const auto ad = commutators_with<K>(xi);
+    const auto x = Element::exp(xi);
+    CHECK(max_difference(matrix_of(x), matrix_exponential<3 + K>(algebra_of<double, K>(xi))) <= 1e-13);
+    CHECK(max_difference(x.adjoint(), matrix_exponential<N>(ad)) <= 1e-12);
+    // int_0^1 exp(s ad) ds is the left Jacobian: the upper right block of exp([ad, I; 0, 0]).
+    Matrix<double, 2 * N> augmented = Matrix<double, 2 * N>::Zero();
+    augmented.template topLeftCorner<N, N>() = ad;
+    augmented.template topRightCorner<N, N>().setIdentity();
+    const Matrix<double, N> J = matrix_exponential<2 * N>(augmented).template topRightCorner<N, N>();
+    CHECK(max_difference(Element::left_jacobian(xi), J) <= 1e-11);  // slopes lose five digits near zero
+    CHECK(max_difference(Element::left_jacobian_inverse(xi) * J, Matrix<double, N>::Identity()) <= 1e-11);
+    CHECK(max_difference(x.adjoint() * Element::right_jacobian(xi), J) <= 1e-11);
+    CHECK(max_difference(Element::right_jacobian_inverse(xi) * Element::right_jacobian(xi),
+                         Matrix<double, N>::Identity()) <= 1e-11);
+  }
+}
+
+TEMPLATE_TEST_CASE("q and -q are the same extended pose", "[extended_pose]", (Group<double, 2>),
+                   (Group<double, 3>), (Group<float, 3>)) {
+  using Scalar = typename TestType::Element::Scalar;
+  using Pose = DualQuaternion<Scalar>;
+  const auto zero = TestType::Tangent::Zero();
+  constexpr double kPiOf = static_cast<double>(std::numbers::pi_v<Scalar>);
+  for (const double angle : {0.0, 1e-8, 1.0, kPiOf - 1e-3, kPiOf}) {
+    CAPTURE(angle);
+    Rng rng(8);
+    const auto xi = TestType::tangent(rng, angle);
+    const auto x = TestType::Element::exp(xi);
+    auto antipode = x;
+    antipode.pose = Pose::unchecked(-x.pose.coeffs());
+    CHECK(max_difference(antipode.boxminus(x), zero) <= kGroupTolerance<Scalar>);
+    CHECK(max_difference(antipode.adjoint(), x.adjoint()) == 0.0);
+    CHECK(max_difference((antipode * x).columns(), (x * x).columns()) <= kGroupTolerance<Scalar>);
+    // At half a turn the axis may have either sign; the point is the same.
+    CHECK(max_difference(TestType::Element::exp(antipode.log()).boxminus(x), zero) <=
+          kGroupTolerance<Scalar>);
+    if (angle < 3.0) CHECK(max_difference(antipode.log(), xi) <= kGroupTolerance<Scalar>);
+  }
 }
 
 TEMPLATE_TEST_CASE("Jacobians of maps between extended poses can be checked", "[extended_pose]",

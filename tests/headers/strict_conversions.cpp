@@ -88,6 +88,15 @@ class Instances {
         Gaussian<Scalar, 3>(landmark.mean, landmark.covariance), Pose(),
         [&](const Pose& pose, const Vector3<Scalar>& uvd) { return landmark.project(camera, pose, uvd); },
         NoisyMeasurement<Scalar, 3>{landmark.mean, landmark.covariance});
+    const std::vector<ImuSample<Scalar>> samples(2);
+    const auto motion = integrate_imu(samples, {0, 0}, Vector6<Scalar>::Zero(), ImuNoise<Scalar>{});
+    using Inertial = InertialChart<Scalar, VectorChart<Scalar, 1>>;
+    PoseFilter<StateGaussian<Inertial>, MysovskikhRule<6>, PoseMarginalUpdate<QuadraticProgression<Scalar>>>
+        filter{StateGaussian<Inertial>{}};
+    filter.predict(motion, motion.template jacobian_in<Inertial>(), motion.template noise_in<Inertial>());
+    (void)filter.update([](const Pose&) { return Scalar(0); });
+    (void)with_gravity_length(change_keyframe(filter.density()).state, Scalar(1));
+    (void)bingham_from_gravity(Vector3<Scalar>(0, 0, 1), Vector3<Scalar>(0, 0, 1), Scalar(1));
     const Eigen::Matrix<Scalar, 3, Eigen::Dynamic> cloud = Eigen::Matrix<Scalar, 3, 4>::Zero();
     (void)act(Pose(), cloud);
   }

@@ -31,19 +31,21 @@ void write_euroc_sensor(std::ostream& stream, const Lens& lens, const Eigen::Iso
       fmt::join(lens.coefficients, ", "));
 }
 
-void write_euroc_truth(std::ostream& stream, const CameraPath& path, const Eigen::Isometry3d& T_body_camera,
+void write_euroc_truth(std::ostream& stream, const CameraPath& body_path, const std::vector<ImuTruth>& imu,
                        double fps) {
   fmt::print(stream,
              "#timestamp,p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z [],"
              "v_RS_R_x [m s^-1],v_RS_R_y [m s^-1],v_RS_R_z [m s^-1],b_w_RS_S_x [rad s^-1],"
              "b_w_RS_S_y [rad s^-1],b_w_RS_S_z [rad s^-1],b_a_RS_S_x [m s^-2],b_a_RS_S_y [m s^-2],"
              "b_a_RS_S_z [m s^-2]\n");
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    const Eigen::Isometry3d T_world_body = path[i] * T_body_camera.inverse();
-    const Eigen::Vector3d p = T_world_body.translation();
-    const Eigen::Quaterniond q(T_world_body.linear());
-    fmt::print(stream, "{},{},{},{},{},{},{},{},0,0,0,0,0,0,0,0,0\n", euroc_stamp_ns(i, fps), p.x(), p.y(),
-               p.z(), q.w(), q.x(), q.y(), q.z());
+  for (std::size_t i = 0; i < body_path.size(); ++i) {
+    const Eigen::Vector3d p = body_path[i].translation();
+    const Eigen::Quaterniond q(body_path[i].linear());
+    const auto& [v, bw, ba] = imu.empty() ? ImuTruth{} : imu[i];
+    fmt::print(stream, "{},{},{},{},{},{},{},{},", euroc_stamp_ns(i, fps), p.x(), p.y(), p.z(), q.w(), q.x(),
+               q.y(), q.z());
+    fmt::print(stream, "{},{},{},{},{},{},{},{},{}\n", v.x(), v.y(), v.z(), bw.x(), bw.y(), bw.z(), ba.x(),
+               ba.y(), ba.z());
   }
 }
 

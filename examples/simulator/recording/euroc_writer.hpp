@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <ostream>
+#include <vector>
 
+#include "simulator/recording/imu.hpp"
 #include "simulator/world/camera_path.hpp"
 #include "stereo_slam/calibration/stereo_rig.hpp"
 
@@ -23,8 +25,9 @@ void write_euroc_rows(std::ostream& stream, std::size_t frames, double fps);
 void write_euroc_sensor(std::ostream& stream, const Lens& lens, const Eigen::Isometry3d& T_body_camera,
                         double fps);
 
-/// data.csv of the ground truth, T_world_body; velocities and biases are zero.
-void write_euroc_truth(std::ostream& stream, const CameraPath& path, const Eigen::Isometry3d& T_body_camera,
+/// data.csv of the ground truth, T_world_body of `body_path`, with the velocities and biases of `imu`; zeros
+/// if that is empty.
+void write_euroc_truth(std::ostream& stream, const CameraPath& body_path, const std::vector<ImuTruth>& imu,
                        double fps);
 
 }  // namespace stereo_slam::simulator

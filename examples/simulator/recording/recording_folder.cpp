@@ -75,6 +75,12 @@ void RecordingFolder::write_cameras() const {
 }
 
 void RecordingFolder::write_times_and_poses(const CameraPath& path) const {
+  CameraPath body_path = path;  // the body of the KITTI layout is the left camera
+  if (settings_.rig) {
+    const Eigen::Isometry3d T_camera_body = settings_.rig->T_body_left->inverse();
+    for (auto& pose : body_path) pose = pose * T_camera_body;
+  }
+  const std::vector<ImuTruth> imu = write_imu(body_path);
   if (!settings_.rig) {
     write_file(root_ / "times.txt",
                [&](std::ostream& stream) { write_kitti_times(stream, path.size(), settings_.fps); });
@@ -86,9 +92,27 @@ void RecordingFolder::write_times_and_poses(const CameraPath& path) const {
                [&](std::ostream& stream) { write_euroc_rows(stream, path.size(), settings_.fps); });
   }
   fs::create_directories(root_ / "state_groundtruth_estimate0");
-  write_file(root_ / "state_groundtruth_estimate0/data.csv", [&](std::ostream& stream) {
-    write_euroc_truth(stream, path, *settings_.rig->T_body_left, settings_.fps);
+  write_file(root_ / "state_groundtruth_estimate0/data.csv",
+             [&](std::ostream& stream) { write_euroc_truth(stream, body_path, imu, settings_.fps); });
+}
+
+std::vector<ImuTruth> RecordingFolder::write_imu(const CameraPath& body_path) const {
+  constexpr std::size_t kFewest = 2;  // a recording that was interrupted may have less
+  if (!settings_.imu || body_path.size() < kFewest) return {};
+  const ImuSettings& imu = *settings_.imu;
+  const auto readings = imu_readings(body_path, settings_.fps, imu, settings_.seed);
+  auto truth = imu_truth(body_path, settings_.fps, readings, imu);
+  const bool euroc = settings_.rig.has_value();
+  if (euroc) fs::create_directories(root_ / "imu0");
+  write_file(root_ / (euroc ? "imu0/data.csv" : "imu.csv"), [&](std::ostream& stream) {
+    write_imu_rows(stream, readings, imu, euroc ? euroc_stamp_ns(0, settings_.fps) : 0);
   });
+  write_file(root_ / (euroc ? "imu0/sensor.yaml" : "imu.yaml"),
+             [&](std::ostream& stream) { write_imu_sensor(stream, imu); });
+  if (!euroc) {
+    write_file(root_ / "imu_truth.csv", [&](std::ostream& stream) { write_imu_truth(stream, truth); });
+  }
+  return truth;
 }
 
 void RecordingFolder::write_disturbance(const std::vector<RightCameraError>& errors,

@@ -9,6 +9,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "simulator/recording/imu.hpp"
 #include "simulator/recording/simulate.hpp"
 #include "simulator/world/camera_path.hpp"
 
@@ -26,6 +27,7 @@ class RecordingFolder {
   RecordingFolder(const SimulationSettings& settings, const std::filesystem::path& output);
 
   void write_cameras() const;
+  /// With an IMU also its readings, and velocities and biases in the ground truth.
   void write_times_and_poses(const CameraPath& path) const;
   /// disturbance.csv: what happens to the right camera in each frame.
   void write_disturbance(const std::vector<RightCameraError>& errors, const PinholeCamera& camera) const;
@@ -36,6 +38,8 @@ class RecordingFolder {
 
  private:
   [[nodiscard]] std::string name(std::size_t frame) const;
+  /// Returns the truth of every frame; none without an IMU.
+  std::vector<ImuTruth> write_imu(const CameraPath& body_path) const;
 
   const SimulationSettings& settings_;
   std::filesystem::path root_;

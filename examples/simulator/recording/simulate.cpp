@@ -67,6 +67,7 @@ void validate(const SimulationSettings& settings) {
     validate(settings.lens_error, settings.camera);
   }
   validate(settings.sensor);
+  if (settings.imu) validate(*settings.imu);
   const double exposure_s = settings.sensor.exposure_s;
   require(exposure_s >= 0.0 && exposure_s * settings.fps <= 1.0,
           "exposure_s must be from 0 to the time between two frames", exposure_s);

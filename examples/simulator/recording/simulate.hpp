@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "simulator/recording/imu.hpp"
 #include "simulator/rendering/projection.hpp"
 #include "simulator/rendering/rectification_error.hpp"
 #include "simulator/rendering/rig_disturbance.hpp"
@@ -44,6 +45,8 @@ struct SimulationSettings {
   /// KITTI's; the path is that of the left one. T_body_left is required.
   std::optional<StereoRig> rig;
   SensorSettings sensor;
+  /// Also the readings of an IMU: of the rig's body, or in the axes of the left camera without a rig.
+  std::optional<ImuSettings> imu;
   LoopSettings loop;        ///< the drive of the town
   HighwaySettings highway;  ///< the drive of the highway
   int threads = 0;          ///< 0 is one per processor; the images do not depend on it
@@ -59,10 +62,12 @@ using Progress = std::function<bool(int done, int total)>;
 /// poses.txt, image_0/%06d.png and image_1/%06d.png; or, with a rig, mav0 with cam0, cam1 and
 /// state_groundtruth_estimate0. With `moving_masks`, the folder `moving` beside image_0 or cam0 holds masks
 /// of the moving objects, white on black. With `disturbance`, disturbance.csv holds the RightCameraError of
-/// every frame, and its displacements in pixels. The text files are written first, then each pair of images
-/// as soon as it is rendered. Throws std::invalid_argument for settings out of range and std::runtime_error
-/// for a trajectory that cannot be read or leads more than 20 km away from its start, both before anything is
-/// written; and std::runtime_error for files that cannot be written and for an `output` that is not empty.
+/// every frame, and its displacements in pixels. With `imu`, imu.csv, imu.yaml and imu_truth.csv, or imu0 in
+/// mav0 and velocities and biases in its ground truth, are the readings of an IMU. The text files are written
+/// first, then each pair of images as soon as it is rendered. Throws std::invalid_argument for settings out
+/// of range and std::runtime_error for a trajectory that cannot be read or leads more than 20 km away from
+/// its start, both before anything is written; and std::runtime_error for files that cannot be written and
+/// for an `output` that is not empty.
 void simulate(const SimulationSettings& settings, const std::filesystem::path& output,
               const Progress& progress = nullptr);
 

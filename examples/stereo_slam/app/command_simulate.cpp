@@ -27,6 +27,9 @@ struct SimulateArguments {
   double exposure_ms = 0.0;
   double sync_error_ms = 0.0;
   double bounce_mm = 0.0;
+  double imu_delay_ms = 0.0;
+  bool with_imu = false;
+  simulator::ImuSettings imu;
   bool quiet = false;
   std::string format = "kitti";
   std::optional<Distortion> distortion;
@@ -47,7 +50,10 @@ CLI::Option* add_list_option(CLI::App& app, const std::string& name, const std::
     const auto items = CLI::detail::split(text, ',');
     if (items.size() < needed || items.size() > numbers.size())
       throw CLI::ValidationError(
-          name, fmt::format("{} is not {} to {} numbers separated by commas", text, needed, numbers.size()));
+          name,
+          needed == numbers.size()
+              ? fmt::format("{} is not {} numbers separated by a comma", text, needed)
+              : fmt::format("{} is not {} to {} numbers separated by commas", text, needed, numbers.size()));
     for (std::size_t i = 0; i < items.size(); ++i) {
       const auto& [value, least, most] = numbers[i];
       const std::string error = number_between(least, most)(items[i]);
@@ -123,6 +129,38 @@ void add_rig_options(CLI::App& app, SimulateArguments& arguments) {
       ->type_name("MS");
 }
 
+void add_imu_options(CLI::App& app, SimulateArguments& arguments) {
+  simulator::ImuSettings& imu = arguments.imu;
+  auto* with_imu =
+      app.add_flag("--imu", arguments.with_imu,
+                   "also write the readings of an inertial measurement unit: imu.csv and imu.yaml in "
+                   "the axes of the left camera, or imu0 with --format euroc");
+  app.add_option("--imu-rate", imu.rate_hz, "its samples per second")
+      ->check(number_between(10.0, 10'000.0))
+      ->capture_default_str()
+      ->needs(with_imu)
+      ->type_name("HZ");
+  const auto add_pair = [&](const char* name, double& gyroscope, double& accelerometer, double least,
+                            double most, const std::string& description) {
+    add_list_option(app, name, {{&gyroscope, least, most}, {&accelerometer, least, most}}, 2, description)
+        ->needs(with_imu)
+        ->type_name("GYRO,ACCEL");
+  };
+  add_pair("--imu-noise", imu.gyroscope_noise, imu.accelerometer_noise, 0.0, 1.0,
+           "its noise densities, in rad/s/sqrt(Hz) and m/s^2/sqrt(Hz); default: 1.7e-4,2e-3");
+  add_pair("--imu-walk", imu.gyroscope_walk, imu.accelerometer_walk, 0.0, 1.0,
+           "random walks of its biases, in rad/s^2/sqrt(Hz) and m/s^3/sqrt(Hz); default: 2e-5,3e-3");
+  add_pair("--imu-bias", imu.gyroscope_bias, imu.accelerometer_bias, 0.0, 1.0,
+           "standard deviations of its biases at the start, in rad/s and m/s^2; default: .05,.1");
+  add_pair("--imu-range", imu.gyroscope_range, imu.accelerometer_range, 1e-3, 1e6,
+           "largest readings, in rad/s and m/s^2; larger ones are cut off there; default: no limit");
+  app.add_option("--imu-delay", arguments.imu_delay_ms,
+                 "time by which its stamps are later than those of the images, in milliseconds")
+      ->check(number_between(-1000.0, 1000.0))
+      ->needs(with_imu)
+      ->type_name("MS");
+}
+
 void add_recording_options(CLI::App& app, SimulateArguments& arguments) {
   app.add_option("--fps", arguments.settings.fps, "frames per second")
       ->check(number_between(0.1, 1000.0))
@@ -164,6 +202,10 @@ int simulate_command(const SimulateArguments& arguments) {
   settings.ride.bounce_m = 1e-3 * arguments.bounce_mm;
   settings.disturbance.sync_error_s = 1e-3 * arguments.sync_error_ms;
   settings.sensor.exposure_s = 1e-3 * arguments.exposure_ms;
+  if (arguments.with_imu) {
+    settings.imu = arguments.imu;
+    settings.imu->delay_s = 1e-3 * arguments.imu_delay_ms;
+  }
   if (arguments.format == "euroc") {
     settings.rig =
         simulator::euroc_like_rig(arguments.distortion.value_or(Distortion::kRadTan), arguments.scale);
@@ -193,6 +235,7 @@ Command add_simulate(CLI::App& parent) {
   add_scene_options(app, arguments->settings);
   add_recording_options(app, *arguments);
   add_rig_options(app, *arguments);
+  add_imu_options(app, *arguments);
   app.parse_complete_callback([arguments] {
     if (arguments->distortion && arguments->format != "euroc")
       throw CLI::ValidationError("--distortion", "needs --format euroc");

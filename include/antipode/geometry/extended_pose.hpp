@@ -118,6 +118,23 @@ requires(K >= 1) struct ExtendedPose : ExtendedPoseParts<Scalar_, K> {
   /// log(y^-1 x), for x = *this.
   [[nodiscard]] Tangent boxminus(const ExtendedPose& y) const noexcept { return (y.inverse() * *this).log(); }
 
+  /// Right Jacobian: exp(xi + d) = exp(xi) exp(J d) to first order in d.
+  [[nodiscard]] static Matrix<Scalar, kDim> right_jacobian(const Tangent& xi) noexcept {
+    return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian(screw); });
+  }
+  /// The inverse of right_jacobian(xi), for |phi| < 2 pi.
+  [[nodiscard]] static Matrix<Scalar, kDim> right_jacobian_inverse(const Tangent& xi) noexcept {
+    return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian_inverse(screw); });
+  }
+  /// Left Jacobian: exp(xi + d) = exp(J d) exp(xi) to first order in d.
+  [[nodiscard]] static Matrix<Scalar, kDim> left_jacobian(const Tangent& xi) noexcept {
+    return right_jacobian(-xi);
+  }
+  /// The inverse of left_jacobian(xi), for |phi| < 2 pi.
+  [[nodiscard]] static Matrix<Scalar, kDim> left_jacobian_inverse(const Tangent& xi) noexcept {
+    return right_jacobian_inverse(-xi);
+  }
+
   /// (phi, the k-th vector) of xi, a tangent vector of SE(3).
   [[nodiscard]] static Vector6<Scalar> screw(const Tangent& xi, int k) noexcept {
     Vector6<Scalar> result;
@@ -133,6 +150,19 @@ requires(K >= 1) struct ExtendedPose : ExtendedPoseParts<Scalar_, K> {
     if constexpr (K >= 2) x.velocity = c.col(0);
     if constexpr (K >= 3) x.vectors = c.template rightCols<K - 2>();
     return x;
+  }
+  /// Each of (phi, nu), (phi, rho), ... is a screw with a Jacobian [[J, 0], [Q, J]]. The result has the
+  /// blocks of all.
+  template <class F>
+  [[nodiscard]] static Matrix<Scalar, kDim> from_screws(const Tangent& xi, F&& jacobian_of_screw) noexcept {
+    Matrix<Scalar, kDim> J = Matrix<Scalar, kDim>::Zero();
+    for (int k = 0; k < K; ++k) {
+      const Matrix6<Scalar> of_screw = jacobian_of_screw(screw(xi, k));
+      J.template topLeftCorner<3, 3>() = of_screw.template topLeftCorner<3, 3>();
+      J.template block<3, 3>(3 + 3 * k, 0) = of_screw.template bottomLeftCorner<3, 3>();
+      J.template block<3, 3>(3 + 3 * k, 3 + 3 * k) = of_screw.template bottomRightCorner<3, 3>();
+    }
+    return J;
   }
 };
 
@@ -152,12 +182,10 @@ struct ExtendedPoseChart {
   /// log(x^-1 y).
   [[nodiscard]] static Tangent local(const Point& x, const Point& y) noexcept { return y.boxminus(x); }
   /// The right Jacobian of SE_K(3).
-  [[nodiscard]] static Square jacobian(const Tangent& xi) noexcept {
-    return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian(screw); });
-  }
+  [[nodiscard]] static Square jacobian(const Tangent& xi) noexcept { return Point::right_jacobian(xi); }
   /// The inverse of jacobian(xi).
   [[nodiscard]] static Square jacobian_inverse(const Tangent& xi) noexcept {
-    return from_screws(xi, [](const Vector6<Scalar>& screw) { return se3_right_jacobian_inverse(screw); });
+    return Point::right_jacobian_inverse(xi);
   }
   /// Rotations by at most half a turn.
   [[nodiscard]] static bool contains(const Tangent& xi) noexcept {
@@ -174,21 +202,6 @@ struct ExtendedPoseChart {
     ScrewChart<Scalar>::require_finite(x.pose);
     if constexpr (K >= 2) detail::require_finite("velocity is not finite", x.velocity);
     if constexpr (K >= 3) detail::require_finite("vectors of an extended pose are not finite", x.vectors);
-  }
-
- private:
-  /// Each of (phi, nu), (phi, rho), ... is a screw with a Jacobian [[J, 0], [Q, J]]. The result has the
-  /// blocks of all.
-  template <class F>
-  [[nodiscard]] static Square from_screws(const Tangent& xi, F&& jacobian_of_screw) noexcept {
-    Square J = Square::Zero();
-    for (int k = 0; k < K; ++k) {
-      const Matrix6<Scalar> of_screw = jacobian_of_screw(Point::screw(xi, k));
-      J.template topLeftCorner<3, 3>() = of_screw.template topLeftCorner<3, 3>();
-      J.template block<3, 3>(3 + 3 * k, 0) = of_screw.template bottomLeftCorner<3, 3>();
-      J.template block<3, 3>(3 + 3 * k, 3 + 3 * k) = of_screw.template bottomRightCorner<3, 3>();
-    }
-    return J;
   }
 };
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "simulator/rendering/lens_view.hpp"
 #include "simulator/rendering/sensor.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/support/support.hpp"
@@ -123,6 +124,44 @@ TEST_CASE("A simulation that is stopped leaves a shorter, complete recording", "
   const auto frames = static_cast<int>(poses);
   for (const std::string& name : image_names(frames)) CHECK(fs::exists(folder / "seq" / name));
   CHECK_FALSE(fs::exists(folder / "seq" / image_names(frames + 1).back()));
+}
+
+TEST_CASE("A recording with an IMU has its readings, in either layout", "[simulate][imu]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.imu = ImuSettings{};
+  simulator::simulate(settings, folder / "kitti");
+  // Four frames at 10 Hz are .3 s, at 200 Hz; and a heading.
+  CHECK(split_lines(read_text(folder / "kitti/imu.csv")).size() == 62);
+  CHECK_THAT(read_text(folder / "kitti/imu.yaml"), Catch::Contains("gyroscope_noise_density: 0.00017"));
+  CHECK(split_lines(read_text(folder / "kitti/imu_truth.csv")).size() == 5);
+
+  settings.rig = euroc_like_rig(Distortion::kRadTan, 0.2);
+  simulator::simulate(settings, folder / "euroc");
+  const auto rows = split_lines(read_text(folder / "euroc/mav0/imu0/data.csv"));
+  CHECK(rows.size() == 62);
+  CHECK_THAT(rows.at(1), Catch::StartsWith("1000000000000000000,"));
+  CHECK_THAT(rows.back(), Catch::StartsWith("1000000000300000000,"));
+  CHECK(fs::exists(folder / "euroc/mav0/imu0/sensor.yaml"));
+  const auto truth = split_lines(read_text(folder / "euroc/mav0/state_groundtruth_estimate0/data.csv"));
+  CHECK(truth.size() == 5);
+  CHECK_THAT(truth.at(1), !Catch::EndsWith(",0,0,0,0,0,0,0,0,0"));
+
+  settings.imu.reset();
+  simulator::simulate(settings, folder / "without");
+  CHECK_FALSE(fs::exists(folder / "without/mav0/imu0"));
+  const auto zeros = split_lines(read_text(folder / "without/mav0/state_groundtruth_estimate0/data.csv"));
+  CHECK_THAT(zeros.at(1), Catch::EndsWith(",0,0,0,0,0,0,0,0,0"));
+}
+
+TEST_CASE("A recording with an IMU may be stopped after its first frame", "[simulate][imu]") {
+  const TemporaryFolder folder;
+  SimulationSettings settings = small_settings();
+  settings.imu = ImuSettings{};
+  settings.threads = 1;
+  simulator::simulate(settings, folder / "seq", [](int, int) { return false; });
+  CHECK(read_trajectory(folder / "seq/poses.txt").poses.size() == 1);
+  CHECK(fs::exists(folder / "seq/imu.csv"));
 }
 
 TEST_CASE("The images depend on the seed, not on the number of threads", "[simulate]") {
