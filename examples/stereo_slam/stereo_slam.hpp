@@ -31,6 +31,9 @@ struct SlamOptions {
   std::map<std::string, std::string> settings{};  ///< after the file: {{"features.count", "500"}}
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< localises in a map that save_map() wrote
   bool extend_map = false;                                       ///< also continues the loaded map
+  /// Begins with what an earlier run learned of the same cameras: cameras.yaml of `stereo_slam run`, or the
+  /// file of save_cameras(). A loaded map has this, too: not with load_map.
+  std::optional<std::filesystem::path> learned = std::nullopt;
   bool loop_thread = true;  ///< a thread of its own closes loops; the results are the same
   /// Do not set: it records your compiler's flags. The constructors throw if the library's differ.
   std::size_t eigen_alignment = EIGEN_MAX_ALIGN_BYTES;
@@ -103,6 +106,11 @@ class StereoSlam {
   /// Writes the map for SlamOptions::load_map and `stereo_slam run --load-map`. Throws std::runtime_error
   /// when the file cannot be written, and std::logic_error without loop closure or an image size so far.
   void save_map(const std::filesystem::path& file) const;
+
+  /// Writes what was learned of the cameras, for SlamOptions::learned and `stereo_slam run --learned`. Throws
+  /// std::runtime_error when the file cannot be written, and std::logic_error before the first images or with
+  /// a preset that learns nothing.
+  void save_cameras(const std::filesystem::path& file) const;
 
  private:
   struct State;

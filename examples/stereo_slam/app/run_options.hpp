@@ -21,9 +21,9 @@ struct RunOptions {
   bool overwrite = false;  ///< replace the results of an earlier run
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< to localise in; with save_map, to extend
   std::optional<std::filesystem::path> save_map = std::nullopt;
-  std::optional<std::filesystem::path> learned = std::nullopt;       ///< cameras.yaml of an earlier run
-  std::optional<std::filesystem::path> mcap = std::nullopt;  ///< file for the results as messages of ROS 2
-  bool mcap_images = false;                                  ///< with small left images in it
+  std::optional<std::filesystem::path> learned = std::nullopt;  ///< cameras.yaml of an earlier run
+  std::optional<std::filesystem::path> mcap = std::nullopt;     ///< file for the results as messages of ROS 2
+  bool mcap_images = false;                                     ///< with small left images in it
   std::optional<std::filesystem::path> debug_images = std::nullopt;  ///< folder
   PoseFrame pose_frame = PoseFrame::kCamera;
 };

@@ -81,12 +81,17 @@ void CameraErrors::allow_lens_error(Coefficients& prior) const {
   prior.tail<LensResidual::kTerms>() = widest_prior_.tail<LensResidual::kTerms>();
 }
 
-/// Drops what another one had learned, if all motions since are likelier with the widest prior alone.
-void CameraErrors::check_learned() {
+/// Drops what another one had learned, if all motions since are likelier with the widest prior alone: than
+/// with it, or with it and a turn.
+void CameraErrors::check_learned(const std::optional<Turn>& turn) {
   if (!learned_) return;
   const Evidence widest{Information(widest_prior_.asDiagonal()), Coefficients::Zero()};
   const Evidence since = everything_ - *learned_;
-  if (widest.log_evidence(since) <= learned_->log_evidence(since)) return;
+  const double with_it = turn
+                             ? learned_->log_evidence(turn->everything_before - *learned_) +
+                                   forgotten(turn->before).log_evidence(everything_ - turn->everything_before)
+                             : learned_->log_evidence(since);
+  if (widest.log_evidence(since) <= with_it) return;
   everything_ = widest + since;
   learned_.reset();
   dropped_learned_ = true;
@@ -95,12 +100,17 @@ void CameraErrors::check_learned() {
 
 bool CameraErrors::add(const Evidence& motion) {
   everything_ = everything_ + motion;
-  check_learned();
+  check_learned({});
   ++motions_;
   ++motions_since_begin_;
   if (recent_.size() == kLongestWindow) recent_.erase(recent_.begin());
   recent_.push_back(motion);
-  if (const auto turn = find_turn()) {
+  auto turn = find_turn();
+  if (turn && learned_) {
+    check_learned(turn);
+    if (!learned_) turn.reset();
+  }
+  if (turn) {
     const bool is_new = !was_so_from_start(*turn);
     if (is_new) periods_.push_back({motions_ - turn->motions, turn->before, turn->change_px});
     begin_again(turn->after);
@@ -109,7 +119,8 @@ bool CameraErrors::add(const Evidence& motion) {
   has_large_error_ = has_large_error_ || shows_large_error(everything_);
   notice_lens_error();
   const Evidence now = estimate();
-  if (has_large_error_ && rms_px(now.mean() - begun_with_) > kLargeChange_px) begin_again(forgotten(now));
+  const bool changed = has_large_error_ && rms_px(now.mean() - begun_with_) > kLargeChange_px;
+  if (changed && !learned_) begin_again(forgotten(now));
   return false;
 }
 
@@ -163,9 +174,9 @@ std::optional<CameraErrors::Turn> CameraErrors::find_turn() const {
 
 /// Goes on from an estimate as if it were the prior.
 void CameraErrors::begin_again(const Evidence& estimate) {
-  learned_.reset();  // it is part of the estimate
   everything_ = estimate;
   everything_.information.diagonal() -= large_error_prior_ - widest_prior_;
+  if (learned_) learned_ = everything_;  // the motions from now on may contradict it still
   begun_with_ = estimate.mean();
   has_large_error_ = true;
   motions_since_begin_ = 0;

@@ -127,7 +127,7 @@ class CameraErrors {
   [[nodiscard]] double log_evidence_with(const Coefficients& prior, const Evidence& everything) const;
   [[nodiscard]] bool shows_large_error(const Evidence& everything) const;
   void notice_lens_error();
-  void check_learned();
+  void check_learned(const std::optional<Turn>& turn);
   void allow_lens_error(Coefficients& prior) const;
   [[nodiscard]] bool was_so_from_start(const Turn& turn) const;
   [[nodiscard]] Evidence with_prior(const Evidence& everything, bool has_large_error) const;

@@ -9,6 +9,8 @@
 #include "stereo_slam/calibration/calibration_file.hpp"
 #include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/images/grey_image.hpp"
+#include "stereo_slam/io/output_file.hpp"
+#include "stereo_slam/results/learned_cameras.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -53,7 +55,14 @@ struct StereoSlam::State {
   std::vector<std::size_t> keyframes;
 
   explicit State(const SlamOptions& given) : options(given), settings(settings_of(given)) {
+    if (options.load_map && options.learned)
+      throw std::invalid_argument("SlamOptions: give load_map or learned, not both");
     if (options.load_map) known = stereo_slam::load_map(*options.load_map);
+    if (options.learned) {
+      const LearnedCameras learned = read_learned_cameras(*options.learned);
+      known.camera = learned.camera;
+      known.rectification = learned.estimate;
+    }
   }
 
   void use(const StereoCamera& rectified) {
@@ -84,8 +93,9 @@ struct StereoSlam::State {
     try {
       slam = make_slam_system(camera, settings, thread, known, use);
     } catch (const std::invalid_argument& error) {
-      if (!options.load_map) throw;
-      throw std::invalid_argument(fmt::format("{}: {}", options.load_map->string(), error.what()));
+      const auto& file = options.load_map ? options.load_map : options.learned;
+      if (!file) throw;
+      throw std::invalid_argument(fmt::format("{}: {}", file->string(), error.what()));
     }
   }
 
@@ -213,6 +223,12 @@ std::vector<LoopEvent> StereoSlam::loops() const {
 const StereoCamera& StereoSlam::camera() const { return state_->camera; }
 
 const std::optional<Eigen::Isometry3d>& StereoSlam::T_body_camera() const { return state_->T_body_camera; }
+
+void StereoSlam::save_cameras(const std::filesystem::path& file) const {
+  const auto learned = state_->begun().learned();
+  if (!learned) throw std::logic_error("this preset learns nothing of the cameras");
+  write_file(file, [&](std::ostream& out) { write_learned_cameras(out, {camera(), *learned}); });
+}
 
 void StereoSlam::save_map(const std::filesystem::path& file) const {
   stereo_slam::save_map(file, state_->begun().saved_map());

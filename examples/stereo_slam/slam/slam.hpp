@@ -103,7 +103,7 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
-  [[nodiscard]] RightImageFit searched_along_rows(const StereoFrame& frame, const RightImageState& right,
+  [[nodiscard]] RightImageFit searched_along_rows(const FrameImages& images, const RightImageState& right,
                                                   const std::vector<Match>& matches) const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_of(const FrameMeasurement& measured) const;
   [[nodiscard]] Matrix6<double> correct_displacement(FrameMeasurement& measured);

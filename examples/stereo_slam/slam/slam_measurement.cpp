@@ -8,6 +8,7 @@
 
 #include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
+#include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/odometry/displacement_search.hpp"
 #include "stereo_slam/slam/slam.hpp"
@@ -149,20 +150,21 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
                               right_camera_.geometry().lens(), settings_);
   const auto find = [&](bool in_right) {
     StereoView view = right_camera_.view_of(images.frame, measured.right);
-    view.right_is_usable = view.right_is_usable && in_right;
+    view.right_is_usable = in_right;
     return search.align_patches(expected, view, measured.odometry.valid);
   };
   // Depths by motion have another scale than disparities: the pose must not be a compromise.
-  Association association = find(reference_.has_stereo_depths());
-  if (!previous_.lost) {  // else the predicted pose may be wrong: missing landmarks tell nothing of the image
-    if (!reference_.has_stereo_depths()) {
-      measured.right.monitor.add(searched_along_rows(images.frame, measured.right, association.matches));
-    } else {
-      measured.right.monitor.add(association.right_image);
-      const bool searched_right = association.right_image.in_left > 0;
-      if (searched_right && measured.right.is_ignored()) association = find(false);
-    }
+  const bool predicts = reference_.has_stereo_depths();
+  const bool in_right = predicts && images.frame.has_right() && measured.right.monitor.fits();
+  Association association = find(in_right);
+  if (!predicts || (previous_.lost && measured.right.is_ignored())) {
+    RightImageMonitor monitor = measured.right.monitor;
+    monitor.add(searched_along_rows(images, measured.right, association.matches));
+    if (!previous_.lost || monitor.fits()) measured.right.monitor = monitor;  // a loss raises no doubt
+  } else if (!previous_.lost) {  // else the predicted pose may be wrong: missing landmarks tell nothing
+    measured.right.monitor.add(association.right_image);
   }
+  if (in_right && measured.right.is_ignored()) association = find(false);
   if (trace) {
     if (association.flow.empty()) search.observe(association);
     *trace = trace_association(association, positions(measured.odometry.inliers), settings_.association);
@@ -170,19 +172,25 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   measured.matches = std::move(association.matches);
 }
 
-/// Whether the right image shows the landmarks, each on its row, with disparities in proportion to those that
-/// the landmarks have: their depths may be of another scale. An image that is displaced along the rows does
-/// not fit.
-RightImageFit Slam::searched_along_rows(const StereoFrame& frame, const RightImageState& right,
+/// Whether a right image that is not used fits again: whether it shows the landmarks, each on its row, with
+/// disparities in proportion to those that they have. Their depths may be of another scale, but an image that
+/// is displaced along the rows does not fit. If few landmarks were found, any corners have to be on their
+/// rows.
+RightImageFit Slam::searched_along_rows(const FrameImages& images, const RightImageState& right,
                                         const std::vector<Match>& matches) const {
+  constexpr std::size_t kFew = 30;           // as for the monitor
   constexpr double kLargestOffset_px = 1.0;  // between what is usual of rectifications and of displacements
+  const StereoFrame& frame = images.frame;
   if (!frame.has_right()) return {};
+  const bool few = matches.size() < kFew;
+  const auto positions_px =
+      few ? find_landmark_corners(images.corners, {}, frame.left.size(), settings_) : positions(matches);
   std::vector<PairSearch> searches;
   std::vector<Vector2<double>> disparities_px;  // that the landmark has, and that was found
-  const auto found = match_stereo(right_camera_.view_of(frame, right), positions(matches), settings_.stereo);
+  const auto found = match_stereo(right_camera_.view_of(frame, right), positions_px, settings_.stereo);
   for (std::size_t i = 0; i < found.size(); ++i) {
     searches.push_back({true, found[i] ? std::optional(found[i]->row_error_px) : std::nullopt});
-    if (found[i]) disparities_px.emplace_back(matches[i].predicted.z.z(), found[i]->z.z());
+    if (found[i] && !few) disparities_px.emplace_back(matches[i].predicted.z.z(), found[i]->z.z());
   }
   RightImageFit fit = fit_of(searches);
   if (std::abs(robust_line(disparities_px)[0]) > kLargestOffset_px) fit.in_right = 0;

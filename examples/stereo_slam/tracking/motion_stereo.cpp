@@ -105,6 +105,33 @@ struct AlignedPatch {
   return result;
 }
 
+/// The corner that was at `source_px` in an earlier left image, if the motion tells its depth.
+[[nodiscard]] std::optional<Measurement> measured_corner(const Vector2<double>& source_px,
+                                                         const AlignedPatch& aligned,
+                                                         const PoseGaussian& T_source_current,
+                                                         const LeftCamera& camera) {
+  const Vector2<double>& left_px = aligned.at.position_px;
+  const LeftPosition first{camera.lens.corrected(source_px),
+                           aligned.at.covariance_px2 + pixel_noise(kAlignedSigma_px)};
+  const LeftPosition second{camera.lens.corrected(left_px), pixel_noise(kAlignedSigma_px)};
+  const auto seen = disparity_by_motion(first, second, T_source_current, camera.camera);
+  if (!seen || seen->squared_distance > kChi2_2_99 || !is_known(seen->px, seen->variance_px2))
+    return std::nullopt;
+  Measurement result;
+  result.measured.z = {second.px.x(), second.px.y(), seen->px};
+  result.measured.left_px = left_px;
+  result.measured.disparity_slope = aligned.disparity_slope;
+  result.measured.covariance_px2.topLeftCorner<2, 2>() = second.covariance_px2;
+  result.measured.covariance_px2(2, 2) =
+      seen->variance_px2 +
+      (seen->by_motion * T_source_current.covariance * seen->by_motion.transpose()).value();
+  result.scale_by_motion = seen->by_motion.transpose() / seen->px;
+  const Eigen::RowVector2d by_lens =
+      seen->by_first * camera.lens.basis(source_px) + seen->by_second * camera.lens.basis(left_px);
+  result.scale_by_lens = by_lens.transpose() / seen->px;
+  return result;
+}
+
 /// The error of the scale that the measurements share: their weighted mean, as the pose would take it.
 [[nodiscard]] double common_scale_sigma(const std::vector<Measurement>& measurements,
                                         const MeasuredMotion& motion, const LeftCamera& camera) {
@@ -232,24 +259,8 @@ MotionStereoPoints MotionStereo::measure(const cv::Mat& left, const std::vector<
     const auto aligned =
         align_patch(source.left, corner.source_px, z, T_source_current.pose, left, corner.px, camera.camera);
     if (!aligned) continue;
-    const LeftPosition first{source_px, aligned->at.covariance_px2 + pixel_noise(kAlignedSigma_px)};
-    const LeftPosition second{camera.lens.corrected(aligned->at.position_px), pixel_noise(kAlignedSigma_px)};
-    const auto seen = disparity_by_motion(first, second, T_source_current, camera.camera);
-    if (!seen || seen->squared_distance > kChi2_2_99 || !is_known(seen->px, seen->variance_px2)) continue;
-    Measurement result;
-    result.measured.z = {second.px.x(), second.px.y(), seen->px};
-    result.measured.left_px = aligned->at.position_px;
-    result.measured.disparity_slope = aligned->disparity_slope;
-    result.measured.covariance_px2.topLeftCorner<2, 2>() = second.covariance_px2;
-    result.measured.covariance_px2(2, 2) =
-        seen->variance_px2 +
-        (seen->by_motion * T_source_current.covariance * seen->by_motion.transpose()).value();
-    result.scale_by_motion = seen->by_motion.transpose() / seen->px;
-    result.scale_by_lens = (seen->by_first * camera.lens.basis(corner.source_px) +
-                            seen->by_second * camera.lens.basis(aligned->at.position_px))
-                               .transpose() /
-                           seen->px;
-    measurements.push_back(result);
+    if (const auto point = measured_corner(corner.source_px, *aligned, T_source_current, camera))
+      measurements.push_back(*point);
   }
   MotionStereoPoints result;
   result.scale_sigma = common_scale_sigma(measurements, motion, camera);

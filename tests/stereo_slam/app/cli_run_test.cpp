@@ -131,10 +131,10 @@ TEST_CASE("A run begins with what an earlier one learned of the cameras", "[cli]
   check_one_line_failure(run({"--learned", folder / "out/run.yaml"}), "run.yaml");
   check_one_line_failure(run({"--learned", file, "--preset", "paper"}), "--learned");
   CHECK(run({"--learned", file, "--load-map", file}).status == 2);
-  write_tiny_sequence(folder / "other", 2);
-  check_one_line_failure(
-      call({"run", "--dataset", folder / "other", "--output", folder / "o", "--learned", file}),
-      "another camera");
+  std::string text = read_text(file);
+  text.replace(text.find("fx: "), 4, "fx: 9");
+  write_text(file, text);
+  check_one_line_failure(run({"--learned", file}), "another camera");
 }
 
 TEST_CASE("simulate writes a recording that run and info accept", "[cli]") {

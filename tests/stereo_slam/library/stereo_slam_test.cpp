@@ -166,3 +166,26 @@ TEST_CASE("A saved map is loaded again, and that of another camera is refused", 
   CHECK_THAT(message_of([&] { StereoSlam slam(camera, {.load_map = folder / "wall.map"}); }),
              Catch::Contains("wall.map: it was made with another camera"));
 }
+
+TEST_CASE("What was learned of the cameras is used again, and that of others is refused", "[library]") {
+  const TemporaryFolder folder;
+  const auto file = folder / "cameras.yaml";
+  StereoSlam first(kTinyCamera);
+  CHECK_THROWS_AS(first.save_cameras(file), std::logic_error);
+  process_frames(first, 8);
+  first.save_cameras(file);
+  StereoCamera camera = kTinyCamera;
+  camera.width_px = TinySequence::kWidth;
+  camera.height_px = TinySequence::kHeight;
+  StereoSlam second(camera, {.learned = file});
+  process_frames(second, 4);
+  CHECK(second.trajectory().back().status == TrackingStatus::kOk);
+  camera.baseline_m = 0.5;
+  CHECK_THAT(message_of([&] { StereoSlam slam(camera, {.learned = file}); }),
+             Catch::Contains("cameras.yaml: it was made with another camera"));
+  CHECK_THAT(message_of([&] { StereoSlam slam(camera, {.load_map = file, .learned = file}); }),
+             Catch::Contains("not both"));
+  StereoSlam paper(kTinyCamera, {.preset = "paper"});
+  process_frames(paper, 2);
+  CHECK_THROWS_AS(paper.save_cameras(file), std::logic_error);
+}
