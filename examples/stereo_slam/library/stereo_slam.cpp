@@ -9,7 +9,6 @@
 #include "stereo_slam/calibration/calibration_file.hpp"
 #include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/images/grey_image.hpp"
-#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/results/learned_cameras.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/presets.hpp"
@@ -227,7 +226,7 @@ const std::optional<Eigen::Isometry3d>& StereoSlam::T_body_camera() const { retu
 void StereoSlam::save_cameras(const std::filesystem::path& file) const {
   const auto learned = state_->begun().learned();
   if (!learned) throw std::logic_error("this preset learns nothing of the cameras");
-  write_file(file, [&](std::ostream& out) { write_learned_cameras(out, {camera(), *learned}); });
+  save_learned_cameras(file, {camera(), *learned});
 }
 
 void StereoSlam::save_map(const std::filesystem::path& file) const {

@@ -12,6 +12,7 @@
 #include "stereo_slam/calibration/yaml_map.hpp"
 #include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
 
@@ -73,6 +74,10 @@ void write_learned_cameras(std::ostream& stream, const LearnedCameras& learned) 
                                                 estimate.row_vector);
   write_gaussian<CameraErrors::kTerms>(stream, "disparity_offset_and_lenses", estimate.disparity_information,
                                        estimate.disparity_vector);
+}
+
+void save_learned_cameras(const std::filesystem::path& file, const LearnedCameras& learned) {
+  write_file(file, [&](std::ostream& out) { write_learned_cameras(out, learned); });
 }
 
 LearnedCameras read_learned_cameras(const std::filesystem::path& path) {
