@@ -24,7 +24,7 @@ mkdir -p build/fuzz/findings build/fuzz/logs
 run_target() {
   local log=build/fuzz/logs/$2-campaign.log status=0
   mkdir -p "build/fuzz/corpus/$2"
-  build/fuzz-fast/tests/fuzz/fuzz "--target=$2" -runs="$1" -timeout=10 -rss_limit_mb=1024 -max_len=4096 -print_final_stats=1 \
+  build/fuzz-fast/tests/fuzz/fuzz "--target=$2" -runs="$1" -timeout=10 -rss_limit_mb=1024 -max_len=8192 -print_final_stats=1 \
     -artifact_prefix="build/fuzz/findings/$2-" "build/fuzz/corpus/$2" "tests/fuzz/corpus/$2" >"$log" 2>&1 || status=$?
   figure() { sed -n "s/^stat::$1: *//p" "$log" | tail -n 1; }
   local result="$2: $(figure number_of_executed_units) executions, $(figure average_exec_per_sec) a second"

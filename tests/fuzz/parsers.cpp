@@ -26,6 +26,7 @@
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/report/run_folder.hpp"
 #include "stereo_slam/results/byte_stream.hpp"
+#include "stereo_slam/results/learned_cameras.hpp"
 #include "stereo_slam/results/map_file.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 #include "stereo_slam/stamps/name_times.hpp"
@@ -184,7 +185,7 @@ void map_body(Bytes bytes) {
   };
   ByteWriter writer;
   writer.put_bytes("antipode map\r\n\x1a\n");
-  writer.put(std::uint32_t{3});
+  writer.put(kMapVersion);
   writer.put(std::uint64_t{32 + bytes.size() + 4});
   writer.put(checksum(std::string(writer.bytes())));
   writer.put_bytes({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
@@ -196,6 +197,16 @@ void map_body(Bytes bytes) {
     const SavedMap map = load_map(file);
     check(map);
     (void)extent_of(map);
+  });
+}
+
+/// cameras.yaml of a run.
+void learned_cameras(Bytes bytes) {
+  const fs::path file = folder().write("cameras.yaml", bytes);
+  attempt_to_read([&] {
+    const LearnedCameras learned = read_learned_cameras(file);
+    const OnlineRectificationSettings settings;
+    (void)RectificationEstimator::after_drift(learned.camera, settings, learned.estimate);
   });
 }
 
@@ -256,6 +267,7 @@ std::vector<Target> parser_targets() {
           {"settings", settings},
           {"map_body", map_body},
           {"map_file", map_file},
+          {"learned_cameras", learned_cameras},
           {"loops", loops},
           {"covariances", covariances},
           {"run_yaml", run_yaml},

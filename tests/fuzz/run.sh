@@ -25,7 +25,7 @@ export ASAN_OPTIONS=detect_leaks=1:malloc_context_size=2:quarantine_size_mb=8 UB
 run_target() {
   local log=build/fuzz/logs/$2.log status=0
   mkdir -p "build/fuzz/corpus/$2"
-  build/asan-ubsan/tests/fuzz/fuzz "--target=$2" -max_total_time="$1" -timeout=10 -rss_limit_mb=1024 -max_len=4096 -print_final_stats=1 \
+  build/asan-ubsan/tests/fuzz/fuzz "--target=$2" -max_total_time="$1" -timeout=10 -rss_limit_mb=1024 -max_len=8192 -print_final_stats=1 \
     -artifact_prefix="build/fuzz/findings/$2-" "build/fuzz/corpus/$2" "tests/fuzz/corpus/$2" >"$log" 2>&1 || status=$?
   figure() { sed -n "s/^stat::$1: *//p" "$log" | tail -n 1; }
   echo "$2: $(figure number_of_executed_units) executions, $(figure average_exec_per_sec) a second"

@@ -24,7 +24,6 @@ static_assert(sizeof(std::size_t) == 8 && sizeof(int) == 4, "the file has fields
 
 // Header and trailer stay the same in all versions.
 constexpr std::string_view kMagic = "antipode map\r\n\x1a\n";
-constexpr std::uint32_t kVersion = 4;
 constexpr std::size_t kHeaderBytes = 32;
 constexpr std::size_t kTrailerBytes = 4;
 
@@ -215,7 +214,7 @@ void set_keyframe_ids(std::vector<Keyframe>& keyframes) {
 std::string encode_header(std::size_t file_bytes) {
   ByteWriter header;
   header.put_bytes(kMagic);
-  header.put(kVersion);
+  header.put(kMapVersion);
   header.put(std::uint64_t{file_bytes});
   header.put(checksum(header.bytes()));
   return header.take();
@@ -238,10 +237,10 @@ std::uint64_t decode_header(std::string_view header) {
   if (reader.get<std::uint32_t>() != checksum(header.substr(0, kHeaderBytes - sizeof(std::uint32_t)))) {
     throw std::runtime_error(fmt::format("damaged: the checksum of its header is wrong; {}", kCopyAgain));
   }
-  if (version != kVersion) {
-    throw std::runtime_error(
-        fmt::format("is of version {} of the format, this program reads version {}; use {}", version,
-                    kVersion, version > kVersion ? "a newer stereo_slam" : "the stereo_slam that wrote it"));
+  if (version != kMapVersion) {
+    throw std::runtime_error(fmt::format(
+        "is of version {} of the format, this program reads version {}; use {}", version, kMapVersion,
+        version > kMapVersion ? "a newer stereo_slam" : "the stereo_slam that wrote it"));
   }
   return file_bytes;
 }

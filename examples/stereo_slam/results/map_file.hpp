@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string_view>
 
@@ -8,6 +9,9 @@
 
 /// A map as one file, readable on any machine; docs/map_file.md describes it byte by byte.
 namespace stereo_slam {
+
+/// Of the format. Header and trailer of the file are the same in all versions.
+inline constexpr std::uint32_t kMapVersion = 4;
 
 /// Whether a file that begins like this is a map.
 [[nodiscard]] bool is_map(std::string_view beginning);
