@@ -45,6 +45,15 @@ def drive(slam, convert=lambda image: image, frames=FRAMES):
     return results
 
 
+def write_images(folder, suffix, write):
+    """Writes the images of all frames into folder/left and folder/right, each by write(path, image)."""
+    for side in (0, 1):
+        images = folder / ("left", "right")[side]
+        images.mkdir()
+        for i in range(FRAMES):
+            write(images / f"{i:06}.{suffix}", pair(i)[side])
+
+
 class ModuleTest(unittest.TestCase):
     def test_poses_have_the_motion_and_its_covariance(self):
         results = drive(stereo_slam.StereoSlam(CAMERA))
@@ -155,12 +164,8 @@ class ModuleTest(unittest.TestCase):
     def test_the_program_has_the_same_poses(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
-            for side in (0, 1):
-                images = folder / ("left", "right")[side]
-                images.mkdir()
-                for i in range(FRAMES):
-                    pgm = f"P5 {WIDTH} {HEIGHT} 255\n".encode() + pair(i)[side].tobytes()
-                    (images / f"{i:06}.pgm").write_bytes(pgm)
+            write_images(folder, "pgm", lambda path, image: path.write_bytes(
+                f"P5 {WIDTH} {HEIGHT} 255\n".encode() + image.tobytes()))
             fx, fy, cx, cy, baseline = CAMERA
             (folder / "calibration.yaml").write_text(
                 f"rectified: {{fx: {fx}, fy: {fy}, cx: {cx}, cy: {cy}, baseline_m: {baseline}}}\nframe_rate_hz: 10\n")
@@ -198,11 +203,8 @@ class ModuleTest(unittest.TestCase):
             self.skipTest("matplotlib is not installed (Debian: python3-matplotlib)")
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
-            for side in (0, 1):
-                images = folder / ("left", "right")[side]
-                images.mkdir()
-                for i in range(FRAMES):
-                    matplotlib.image.imsave(images / f"{i:06}.png", pair(i)[side], cmap="gray", vmin=0, vmax=255)
+            write_images(folder, "png", lambda path, image: matplotlib.image.imsave(
+                path, image, cmap="gray", vmin=0, vmax=255))
             (folder / "calibration.yaml").write_text(
                 "rectified: {fx: 200, fy: 200, cx: 160, cy: 60, baseline_m: 0.4}\n")
             subprocess.run([sys.executable, os.environ["PLOT_RUN"], folder / "calibration.yaml", folder / "left",

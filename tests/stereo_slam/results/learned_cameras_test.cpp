@@ -69,6 +69,9 @@ TEST_CASE("A file that is not what a run learned is refused, and the message nam
   CHECK_THAT(refusal(replaced(text, "format: 1", "format: 9")), Catch::Contains("format 9"));
   CHECK_THAT(refusal(replaced(text, "fx: ", "fx: nan#")), Catch::Contains("cameras.yaml"));
   CHECK_THAT(refusal(replaced(text, "width_px: ", "width_px: -")), Catch::Contains("cameras.yaml"));
+  CHECK_THAT(refusal(replaced(text, "width_px: ", "width_px: 9e99#")), Catch::Contains("cameras.yaml"));
+  CHECK_THAT(refusal(replaced(text, "height_px: 376}", "height_px: 9e99}")),
+             Catch::Contains("height_px is 9e+99"));
   CHECK_THAT(refusal(replaced(text, "lens_error", "lens")), Catch::Contains("unknown key"));
   CHECK_THAT(refusal(replaced(text, "    - [", "    - [-")), Catch::Contains("not a covariance"));
   CHECK_THAT(refusal(text.substr(0, text.size() / 2)), Catch::Contains("cameras.yaml"));

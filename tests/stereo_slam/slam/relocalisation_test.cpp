@@ -261,31 +261,6 @@ TEST_CASE("Tracking recovers from frames with left and right swapped", "[stereo_
   CHECK(outcome.rms_error_m(every) < std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
 }
 
-TEST_CASE("While the right image does not fit, the left one alone is tracked",
-          "[stereo_slam][relocalisation]") {
-  constexpr std::size_t kFrom = 30;
-  constexpr std::size_t kLength = 8;
-  const std::vector<std::function<void(StereoFrame&)>> faults = {
-      [](StereoFrame& frame) { frame.right = recording().frames[frame.index - 1].right.clone(); },  // late
-      [](StereoFrame& frame) { frame.right.setTo(0); },                                             // covered
-      [](StereoFrame& frame) { frame.right = recording().frames[kFrom].right.clone(); },            // frozen
-  };
-  for (std::size_t fault = 0; fault < faults.size(); ++fault) {
-    const auto outcome = run({range(0, 60), [&](std::size_t step, StereoFrame& frame) {
-                                if (step > kFrom && step <= kFrom + kLength) faults[fault](frame);
-                              }});
-    CAPTURE(fault, outcome.letters(), outcome.errors_m);
-    CHECK(outcome.letters() == "I" + std::string(kFrom, 'O') + std::string(2 * kLength, 'W') +
-                                   std::string(59 - kFrom - 2 * kLength, 'O'));
-    for (std::size_t i = kFrom + 1; i < 60; ++i) {
-      CHECK(outcome.results[i].right_image_fits == (i > kFrom + kLength));
-      const Matrix6<double>& covariance = outcome.trajectory[i].covariance;
-      CHECK(outcome.errors_m[i] < 4.0 * std::sqrt(covariance.bottomRightCorner<3, 3>().trace()));
-    }
-    CHECK(outcome.errors_m.back() < 0.1);
-  }
-}
-
 TEST_CASE("A right camera that turns up by half a pixel goes on being used",
           "[stereo_slam][relocalisation]") {
   const auto outcome = run({range(0, 60), [](std::size_t step, StereoFrame& frame) {
