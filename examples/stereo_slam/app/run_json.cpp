@@ -100,11 +100,8 @@ void RunJson::check() const {
                       [](std::string_view beginning) { return beginning.starts_with(kBeginning); });
   if (options_.debug_images) require_no_folder_of(file_, *options_.debug_images);
   require_writable_besides_results(file_, options_.output);
-  const auto place_of = [](const fs::path& any) { return fs::weakly_canonical(fs::absolute(any)); };
-  if (options_.save_map && place_of(file_) == place_of(*options_.save_map))
-    fail(file_, "is the file of --save-map, too; name another file");
-  if (options_.mcap && place_of(file_) == place_of(*options_.mcap))
-    fail(file_, "is the file of --mcap, too; name another file");
+  require_other_file(file_, options_.save_map, "--save-map");
+  require_other_file(file_, options_.mcap, "--mcap");
 }
 
 void RunJson::write(const RunSummary& summary, const StereoSequence& sequence,

@@ -22,13 +22,9 @@ namespace fs = std::filesystem;
                                                          const StereoSequence& sequence,
                                                          const Settings& settings, LoopThread thread) {
   if (settings.system == SystemKind::kPaper || !settings.online_rectification.enabled)
-    throw std::runtime_error("--learned needs online rectification, which the preset paper does not have");
-  const LearnedCameras learned = read_learned_cameras(learned_file);
-  const SavedMap known{.camera = learned.camera,
-                       .rectification = learned.estimate,
-                       .keyframes = {},
-                       .loops = {},
-                       .points = {}};
+    throw std::runtime_error(
+        "--learned needs online rectification: set online_rectification.enabled, and not the preset paper");
+  const SavedMap known = as_map(read_learned_cameras(learned_file));
   try {
     return make_slam_system(sequence.camera, settings, thread, known);
   } catch (const std::invalid_argument& error) {
@@ -66,9 +62,7 @@ void check_save_map(const RunOptions& options) {
   });
   if (options.debug_images) require_no_folder_of(file, *options.debug_images);
   require_writable_besides_results(file, options.output);
-  const auto place_of = [](const fs::path& any) { return fs::weakly_canonical(fs::absolute(any)); };
-  if (options.mcap && place_of(file) == place_of(*options.mcap))
-    fail(file, "is the file of --mcap, too; name another file");
+  require_other_file(file, options.mcap, "--mcap");
 }
 
 std::optional<fs::path> write_map(const RunOptions& options, const SavedMap& map, bool finished,

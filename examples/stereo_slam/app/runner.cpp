@@ -238,7 +238,7 @@ std::optional<Eigen::Isometry3d> body_of(const StereoSequence& sequence, const R
 }
 
 /// Adds what the SLAM knows only at the end: final trajectory, map and loops.
-void add_final_results(const SlamSystem& slam, const StereoCamera& camera, RunRecord& record) {
+void add_final_results(const SlamSystem& slam, RunRecord& record) {
   record.trajectory = slam.trajectory();
   record.trajectory.resize(record.results.size());
   const auto covariances = slam.relative_covariances();
@@ -251,7 +251,7 @@ void add_final_results(const SlamSystem& slam, const StereoCamera& camera, RunRe
   record.right_image_displacement_px = slam.right_image_displacement_px();
   record.lens_error = slam.lens_error();
   record.refused_learned = slam.refused_learned();
-  if (const auto learned = slam.learned()) record.learned = LearnedCameras{camera, *learned};
+  record.learned = slam.learned();
 }
 
 std::size_t bytes_per_keyframe(const SlamSystem& slam, const RunRecord& record) {
@@ -309,10 +309,8 @@ std::size_t bytes_per_keyframe(const SlamSystem& slam, const RunRecord& record) 
 /// Ends the file of --mcap. Returns where it is, if it did not replace that of an earlier run.
 [[nodiscard]] std::optional<fs::path> end_mcap(McapRecording& mcap, const RunRecord& record,
                                                RunHeader& header) {
-  (void)attempt(header, [&] {
-    mcap.finish(record);
-    if (header.state == "finished") mcap.publish();
-  });
+  (void)attempt(header, [&] { mcap.finish(record); });
+  if (header.state == "finished") (void)attempt(header, [&] { mcap.publish(); });
   return mcap.beside();
 }
 
@@ -366,7 +364,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
     process_recording(input, slam, {display, progress, results, mcap ? &*mcap : nullptr, record});
   });
   header.seconds = seconds_since(start);
-  add_final_results(slam, sequence.camera, record);
+  add_final_results(slam, record);
   RunSummary summary = summary_of(record);
   summary.all_frames = all_frames;
   summary.interrupted = SignalGuard::stop_requested() && !sequence.live;  // a live run ends by a signal

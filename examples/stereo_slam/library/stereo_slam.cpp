@@ -57,11 +57,7 @@ struct StereoSlam::State {
     if (options.load_map && options.learned)
       throw std::invalid_argument("SlamOptions: give load_map or learned, not both");
     if (options.load_map) known = stereo_slam::load_map(*options.load_map);
-    if (options.learned) {
-      const LearnedCameras learned = read_learned_cameras(*options.learned);
-      known.camera = learned.camera;
-      known.rectification = learned.estimate;
-    }
+    if (options.learned) known = as_map(read_learned_cameras(*options.learned));
   }
 
   void use(const StereoCamera& rectified) {
@@ -226,7 +222,7 @@ const std::optional<Eigen::Isometry3d>& StereoSlam::T_body_camera() const { retu
 void StereoSlam::save_cameras(const std::filesystem::path& file) const {
   const auto learned = state_->begun().learned();
   if (!learned) throw std::logic_error("this preset learns nothing of the cameras");
-  save_learned_cameras(file, {camera(), *learned});
+  save_learned_cameras(file, *learned);
 }
 
 void StereoSlam::save_map(const std::filesystem::path& file) const {

@@ -13,7 +13,6 @@
 #include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/output_file.hpp"
-#include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam {
@@ -76,6 +75,14 @@ void write_learned_cameras(std::ostream& stream, const LearnedCameras& learned) 
                                        estimate.disparity_vector);
 }
 
+SavedMap as_map(const LearnedCameras& learned) {
+  return {.camera = learned.camera,
+          .rectification = learned.estimate,
+          .keyframes = {},
+          .loops = {},
+          .points = {}};
+}
+
 void save_learned_cameras(const std::filesystem::path& file, const LearnedCameras& learned) {
   write_file(file, [&](std::ostream& out) { write_learned_cameras(out, learned); });
 }
@@ -93,13 +100,16 @@ LearnedCameras read_learned_cameras(const std::filesystem::path& path) {
   }
   LearnedCameras learned;
   const YamlMap camera = file.map("camera");
-  learned.camera = {camera.number("fx"),
-                    camera.number("fy"),
-                    camera.number("cx"),
-                    camera.number("cy"),
-                    camera.number("baseline_m"),
-                    static_cast<int>(camera.number("width_px")),
-                    static_cast<int>(camera.number("height_px"))};
+  const auto pixels = [&](const char* key) {
+    constexpr double kMost = 1e6;
+    const double number = camera.number(key);
+    if (!(number >= 1.0 && number <= kMost))
+      camera.fail("{} is {}, but an image has 1 to {:.0f} pixels a side", key, number, kMost);
+    return static_cast<int>(number);
+  };
+  learned.camera = {camera.number("fx"), camera.number("fy"),         camera.number("cx"),
+                    camera.number("cy"), camera.number("baseline_m"), pixels("width_px"),
+                    pixels("height_px")};
   RectificationEstimate& estimate = learned.estimate;
   read_gaussian<RectificationResidual::kTerms>(file, "row_offset", estimate.row_information,
                                                estimate.row_vector);
@@ -111,8 +121,7 @@ LearnedCameras read_learned_cameras(const std::filesystem::path& path) {
   estimate.coefficients.row(1) = estimate.row_information.ldlt().solve(estimate.row_vector).transpose();
   estimate.lens = mean.tail<LensResidual::kTerms>();
   try {
-    check(SavedMap{
-        .camera = learned.camera, .rectification = estimate, .keyframes = {}, .loops = {}, .points = {}});
+    check(as_map(learned));
   } catch (const std::invalid_argument& error) {
     fail(path, error.what());
   }

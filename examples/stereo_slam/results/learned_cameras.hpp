@@ -4,22 +4,19 @@
 #include <filesystem>
 #include <ostream>
 
-#include "stereo_slam/core/stereo_camera.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/frontend/learned_cameras.hpp"
+#include "stereo_slam/loop_closing/saved_map.hpp"
 
 namespace stereo_slam {
-
-/// What a run learned of its cameras, from which a run with the same cameras can begin.
-struct LearnedCameras {
-  StereoCamera camera;  ///< as calibrated
-  RectificationEstimate estimate;
-};
 
 /// Writes `cameras.yaml`: camera, lens error, and the coefficients of the offset with their covariances.
 void write_learned_cameras(std::ostream& stream, const LearnedCameras& learned);
 
 /// Writes them to a file. Throws std::runtime_error if it cannot be written.
 void save_learned_cameras(const std::filesystem::path& file, const LearnedCameras& learned);
+
+/// A map without keyframes, with which make_slam_system() begins.
+[[nodiscard]] SavedMap as_map(const LearnedCameras& learned);
 
 /// Reads what write_learned_cameras() wrote. Throws std::runtime_error, which names the file, the line and
 /// what to do, for a file that cannot be read, is of another kind, lacks a value, or has one that no run can

@@ -139,6 +139,11 @@ void RunFolder::publish() const {
   move_results(working_, folder_);
 }
 
+void require_other_file(const fs::path& file, const std::optional<fs::path>& other, std::string_view option) {
+  if (other && place_of(file) == place_of(*other))
+    fail(file, "is the file of {}, too; name another file", option);
+}
+
 void require_no_folder_of(const fs::path& file, const fs::path& folder) {
   const fs::path place = place_of(file);
   for (fs::path above = place_of(folder);; above = above.parent_path()) {

@@ -37,6 +37,10 @@ class RunFolder {
   std::optional<FolderLock> working_lock_;  // if working_ is another folder
 };
 
+/// Throws std::runtime_error if `file` is also the one that `option` names.
+void require_other_file(const std::filesystem::path& file, const std::optional<std::filesystem::path>& other,
+                        std::string_view option);
+
 /// Throws std::runtime_error if `file` is `folder`, which need not exist yet, or a folder above it.
 void require_no_folder_of(const std::filesystem::path& file, const std::filesystem::path& folder);
 

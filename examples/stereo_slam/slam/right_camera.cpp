@@ -29,7 +29,7 @@ bool RightCamera::refuse_learned() {
 }
 
 bool RightCamera::relearn_rows(const StereoFrame& frame) {
-  return learns_ && rectification_.relearn_rows(match_corners(frame.left, frame.right));
+  return settings_.enabled && rectification_.relearn_rows(match_corners(frame.left, frame.right));
 }
 
 bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
@@ -42,14 +42,14 @@ bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
 RectificationEffect RightCamera::consider(const std::vector<Match>& matches, const MapView& map,
                                           const Pose& T_keyframe_camera) {
   came_to_rest_ = false;
-  if (!learns_) return {};
+  if (!settings_.enabled) return {};
   return rectification_.consider_motion(bias_constraints(matches, map, T_keyframe_camera), T_keyframe_camera);
 }
 
 RectificationEffect RightCamera::refine(const std::vector<Match>& matches, const MapView& map,
                                         const Pose& T_keyframe_camera, const OdometryResult& odometry) {
   came_to_rest_ = false;
-  if (!learns_) return {};
+  if (!settings_.enabled) return {};
   const auto constraints = bias_constraints(matches, map, T_keyframe_camera);
   RectificationEffect effect =
       vibration_.present()

@@ -38,7 +38,7 @@ struct RightImageState {
 class RightCamera {
  public:
   RightCamera(const StereoCamera& camera, const OnlineRectificationSettings& settings)
-      : camera_(camera), settings_(settings), learns_(settings.enabled), rectification_(camera, settings) {}
+      : camera_(camera), settings_(settings), rectification_(camera, settings) {}
 
   /// Goes on from what an earlier run learned, with the drift that is possible since then.
   [[nodiscard]] static RightCamera resumed(const StereoCamera& camera,
@@ -87,7 +87,7 @@ class RightCamera {
   }
   /// Adds stereo matches of a frame, measured as view_of() says: they observe the row offsets.
   void add_rows(std::span<const StereoMeasurement> matches) {
-    if (learns_) rectification_.add_rows(matches);
+    if (settings_.enabled) rectification_.add_rows(matches);
   }
   /// Forgets what an earlier run learned if the rows of the first frame contradict it. Returns whether they
   /// do.
@@ -123,7 +123,7 @@ class RightCamera {
                ? rectification_.current().coefficients()(0, 0)
                : 0.0;
   }
-  [[nodiscard]] bool learns() const noexcept { return learns_; }
+  [[nodiscard]] bool learns() const noexcept { return settings_.enabled; }
 
  private:
   static constexpr int kFirstRelearn = 2;      // frames in a row
@@ -131,7 +131,6 @@ class RightCamera {
 
   StereoCamera camera_;
   OnlineRectificationSettings settings_;
-  bool learns_ = true;
   bool refused_learned_ = false;
   RectificationEstimator rectification_;
   RightImageState image_;  // of the last frame

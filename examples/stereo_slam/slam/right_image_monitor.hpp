@@ -28,10 +28,7 @@ class RightImageMonitor {
   /// of other frames do not fit.
   void begin_frame(bool has_right = true) {
     has_right_ = has_right;
-    if (fits_) {
-      last_fits_ = *fits_;
-      last_seen_ = seen_;
-    }
+    if (fits_) last_seen_ = seen_;
     if (fits_) doubt_ = std::clamp(doubt_ + (*fits_ ? -1 : 1), 0, kPatience);
     suspicion_ = std::max(suspicion_ - 1, 0);
     fits_.reset();
@@ -55,7 +52,7 @@ class RightImageMonitor {
   /// What is to be done with the image, as far as the points added show.
   [[nodiscard]] RightImage judgement() const noexcept {
     if (!has_right_) return RightImage::kIgnored;
-    if (!fits_ && !last_fits_ && !last_seen_) return RightImage::kIgnored;  // until it is seen to fit again
+    if (!fits_ && !last_seen_) return RightImage::kIgnored;  // until it is seen to fit again
     if (!fits()) return doubt_ < kPatience || !seen_ ? RightImage::kIgnored : RightImage::kDoubtful;
     return doubt_ == 0 && suspicion_ == 0 ? RightImage::kFits : RightImage::kDoubtful;
   }
@@ -94,8 +91,7 @@ class RightImageMonitor {
   bool has_right_ = true;     // this frame
   std::optional<bool> fits_;  // of this frame; nothing if too few points were searched
   bool seen_ = true;          // in the right image of this frame: enough of the points
-  bool last_fits_ = true;     // of the last frame of which something is known
-  bool last_seen_ = true;     // likewise
+  bool last_seen_ = true;     // the same in the last frame of which something is known
   int suspicion_ = 0;         // frames for which images that fit are doubtful all the same
   int doubt_ = 0;             // counts earlier frames: up if they did not fit, down if they did
   std::optional<double> usual_row_spread_px_;  // nothing before the first frame

@@ -152,9 +152,12 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, {}, images.frame.index);
   note_static_points(tracked, T_keyframe_previous);
-  reference_.motion_stereo.follow({previous_.pyramids, images.flow_pyramids}, T_keyframe_previous,
-                                  to_pose_gaussian(posterior_), right_camera_.left_camera());
-  if (tracked.basis == PoseBasis::kLandmarks && uses_right_image()) noise_.add(tracked.variance_ratio);
+  if (reference_.motion_stereo.size() > 0) {
+    reference_.motion_stereo.follow({previous_.pyramids, images.flow_pyramids}, T_keyframe_previous,
+                                    to_pose_gaussian(posterior_), right_camera_.left_camera());
+  }
+  const bool both_images = result.right_image_fits && uses_right_image();
+  if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
   path_.append(reported(tracked), tracked.measured(), calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured() || !extend_map(tracked, images)) return;

@@ -67,7 +67,7 @@ class Slam final : public SlamSystem {
     return right_camera_.displacement_px();
   }
   [[nodiscard]] std::optional<LensEstimate> lens_error() const override;
-  [[nodiscard]] std::optional<RectificationEstimate> learned() const override;
+  [[nodiscard]] std::optional<LearnedCameras> learned() const override;
   [[nodiscard]] bool refused_learned() const override { return right_camera_.refused_learned(); }
   [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(local_map_); }
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
@@ -136,7 +136,8 @@ class Slam final : public SlamSystem {
   void change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
   void begin_segment(const FrameImages& images, const TrackedPose& tracked);
-  void change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
+  void move_reference(std::size_t frame, PoseGaussian T_previous_keyframe, const RectificationEffect& effect);
+  void change_keyframe(const FrameImages& images, const PoseGaussian& T_previous_keyframe,
                        const std::vector<Match>& matches, const OdometryResult& odometry);
   void begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points);
   [[nodiscard]] std::vector<KeyframePoint> add_stereo_landmarks(const FrameImages& images,

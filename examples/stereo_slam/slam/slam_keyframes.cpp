@@ -89,7 +89,6 @@ void Slam::add_corners(const std::vector<Match>& matches, const FrameImages& ima
 /// addition to that of the landmarks before. Both are added as if they were the same, since links are
 /// composed as if they were independent.
 void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images) {
-  PoseGaussian link = reported(tracked);
   const RectificationEffect effect =
       right_camera_.consider(tracked.matches, local_map_.view(), posterior_.pose());
   const MeasuredMotion motion{measured_pose(tracked), effect.derivative.rightCols<LensResidual::kTerms>()};
@@ -97,15 +96,22 @@ void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImag
   const auto seen = corners.measure(images.frame.left, tracked.matches, local_map_.view(), motion,
                                     right_camera_.left_camera());
   corners.change_keyframe(motion.T_keyframe_current);
-  link.covariance += effect.covariance;
-  path_.add_keyframe(images.frame.index, link, effect);
-  posterior_ = certain_pose();
   const ReobservedLandmarks reobserved(tracked.matches, local_map_.landmarks());
-  local_map_.restart(path_.trajectory().reference());
+  move_reference(images.frame.index, reported(tracked), effect);
   const double scale_sigma = reference_.scale_sigma + seen.scale_sigma;
   begin_keyframe(images, add_landmarks(images, seen.points, reobserved));
   reference_.scale_sigma = scale_sigma;
   reference_.motion_stereo = std::move(corners);
+}
+
+/// Makes a frame the reference of pose and landmarks, of which there are none yet. `effect` is how its pose
+/// depends on the rectification.
+void Slam::move_reference(std::size_t frame, PoseGaussian T_previous_keyframe,
+                          const RectificationEffect& effect) {
+  T_previous_keyframe.covariance += effect.covariance;
+  path_.add_keyframe(frame, T_previous_keyframe, effect);
+  posterior_ = certain_pose();
+  local_map_.restart(path_.trajectory().reference());
 }
 
 /// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The pose of the
@@ -119,7 +125,7 @@ void Slam::begin_segment(const FrameImages& images, const TrackedPose& tracked) 
 
 /// Makes the current frame the reference keyframe of pose and landmarks, and refines the rectification by the
 /// matches with the last one.
-void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_keyframe,
+void Slam::change_keyframe(const FrameImages& images, const PoseGaussian& T_previous_keyframe,
                            const std::vector<Match>& matches, const OdometryResult& odometry) {
   const RectificationResidual before = right_camera_.geometry();
   // Depths by motion teach nothing of the disparities.
@@ -128,11 +134,8 @@ void Slam::change_keyframe(const FrameImages& images, PoseGaussian T_previous_ke
           ? right_camera_.consider(matches, local_map_.view(), posterior_.pose())
           : right_camera_.refine(matches, local_map_.view(), posterior_.pose(), odometry);
   if (right_camera_.learns()) tracks_.remeasure(before, right_camera_.geometry());
-  T_previous_keyframe.covariance += effect.covariance;
-  path_.add_keyframe(images.frame.index, T_previous_keyframe, effect);
-  posterior_ = certain_pose();
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
-  local_map_.restart(path_.trajectory().reference());
+  move_reference(images.frame.index, T_previous_keyframe, effect);
   begin_keyframe(images, add_stereo_landmarks(images, reobserved));
 }
 

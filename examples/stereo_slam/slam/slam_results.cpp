@@ -17,9 +17,9 @@ std::optional<LensEstimate> Slam::lens_error() const {
   return right_camera_.rectification().lens_error();
 }
 
-std::optional<RectificationEstimate> Slam::learned() const {
+std::optional<LearnedCameras> Slam::learned() const {
   if (!right_camera_.learns()) return std::nullopt;
-  return right_camera_.rectification().estimate();
+  return LearnedCameras{right_camera_.camera(), right_camera_.rectification().estimate()};
 }
 
 std::vector<PoseGaussian> Slam::trajectory() const { return path_.poses(calibration_error()); }

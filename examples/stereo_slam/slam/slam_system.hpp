@@ -11,6 +11,7 @@
 #include "stereo_slam/core/landmark_track.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/learned_cameras.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -55,7 +56,7 @@ class SlamSystem {
   [[nodiscard]] virtual std::optional<LensEstimate> lens_error() const { return std::nullopt; }
 
   /// What was learned of the cameras, for a later run; nothing where nothing is learned.
-  [[nodiscard]] virtual std::optional<RectificationEstimate> learned() const { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<LearnedCameras> learned() const { return std::nullopt; }
 
   /// Whether what an earlier run learned of the cameras, with which this one began, was of other cameras: the
   /// images contradict it, and it was dropped.

@@ -190,7 +190,6 @@ void MotionStereo::change_keyframe(const PoseGaussian& T_previous_keyframe) {
 
 void MotionStereo::follow(const ConsecutivePyramids& pyramids, const Pose& T_keyframe_previous,
                           const PoseGaussian& T_keyframe_current, const LeftCamera& camera) {
-  if (corners_.empty()) return;
   std::vector<cv::Point2f> from, guess;
   for (const auto& corner : corners_) {
     const Pose T_source_keyframe = sources_[corner.source].T_keyframe_source.pose.inverse();

@@ -209,17 +209,8 @@ struct PoseMarginalUpdate {
                           Measurement, const Rule&> [[nodiscard]] UpdateResult<StateGaussian<C>>
   operator()(const StateGaussian<C>& prior, Measurement&& measurement, const Rule& rule) const {
     const auto of_part = update(pose_marginal<Parts...>(prior), std::forward<Measurement>(measurement), rule);
-    UpdateResult<StateGaussian<C>> result{.posterior = prior,
-                                          .status = of_part.status,
-                                          .steps = of_part.steps,
-                                          .evaluations = of_part.evaluations,
-                                          .log_evidence = of_part.log_evidence,
-                                          .log_likelihood = of_part.log_likelihood,
-                                          .nis = of_part.nis,
-                                          .residual = of_part.residual,
-                                          .limit_hit = of_part.limit_hit};
     const auto all = with_marginal<Parts...>(prior, of_part.posterior);
-    result.posterior = all.posterior;
+    auto result = detail::as_result_of(all.posterior, of_part, of_part.limit_hit);
     if (all.status != MarginalStatus::kUpdated) result.status = UpdateStatus::kDiverged;
     return result;
   }

@@ -146,15 +146,7 @@ template <class Density>
 }
 template <class Scalar>
 [[nodiscard]] PoseUpdateResult<Scalar> as_update_result(const ProgressiveResult<Scalar>& result) {
-  return {.posterior = to_pose_gaussian(result.posterior),
-          .status = result.status,
-          .steps = result.steps,
-          .evaluations = result.evaluations,
-          .log_evidence = result.log_evidence,
-          .log_likelihood = result.log_likelihood,
-          .nis = result.nis,
-          .residual = result.residual,
-          .limit_hit = result.step_floor_hit};
+  return as_result_of(to_pose_gaussian(result.posterior), result, result.step_floor_hit);
 }
 
 }  // namespace detail

@@ -37,6 +37,25 @@ struct UpdateResult {
   bool limit_hit = false;  ///< the allowed number of steps or iterations was too small
 };
 
+namespace detail {
+
+/// How an update ended, as the result for another density: a part of its own or another form of it.
+template <class Density, class Result>
+[[nodiscard]] UpdateResult<Density> as_result_of(const Density& posterior, const Result& result,
+                                                 bool limit_hit) {
+  return {.posterior = posterior,
+          .status = result.status,
+          .steps = result.steps,
+          .evaluations = result.evaluations,
+          .log_evidence = result.log_evidence,
+          .log_likelihood = result.log_likelihood,
+          .nis = result.nis,
+          .residual = result.residual,
+          .limit_hit = limit_hit};
+}
+
+}  // namespace detail
+
 /// The result for a pose in the screw chart.
 template <std::floating_point Scalar>
 using PoseUpdateResult = UpdateResult<PoseGaussian<Scalar>>;
