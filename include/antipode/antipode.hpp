@@ -18,6 +18,7 @@
 #include <antipode/distributions/covariance_conventions.hpp>
 #include <antipode/distributions/density.hpp>
 #include <antipode/distributions/gaussian.hpp>
+#include <antipode/distributions/gaussian_information.hpp>
 #include <antipode/distributions/keyframe_change.hpp>
 #include <antipode/distributions/mixture.hpp>
 #include <antipode/distributions/mixture_fit.hpp>
@@ -49,10 +50,13 @@
 #include <antipode/filters/predict.hpp>
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
+#include <antipode/filters/robust_least_squares.hpp>
 #include <antipode/filters/robust_likelihood.hpp>
+#include <antipode/filters/robust_noise.hpp>
 #include <antipode/filters/smoothing_filter.hpp>
 #include <antipode/filters/unscented_update.hpp>
 #include <antipode/filters/update_status.hpp>
+#include <antipode/filters/weighted_sums.hpp>
 #include <antipode/geometry/angles.hpp>
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>

@@ -22,23 +22,6 @@ using Pose = DualQuaternion<double>;
 using Point = Vector3<double>;
 using Measurements = std::vector<NoisyMeasurement<double, 3>>;
 
-/// StereoModel with its Jacobian under x exp(xi).
-struct StereoWithJacobian {
-  StereoModel<double> camera;
-  std::vector<Point> landmarks;
-
-  std::optional<Point> operator()(const Pose& x, std::size_t i, Matrix<double, 3, 6>& J) const {
-    const Point p = x.inverse() * landmarks[i];
-    if (p[2] < 0.1) return std::nullopt;
-    Matrix3<double> of_point;
-    of_point << camera.fx / p[2], 0, -camera.fx * p[0] / (p[2] * p[2]),  //
-        0, camera.fy / p[2], -camera.fy * p[1] / (p[2] * p[2]),          //
-        0, 0, -camera.fx * camera.baseline / (p[2] * p[2]);
-    J << of_point * skew(p), -of_point;
-    return camera(x, landmarks[i]);
-  }
-};
-
 }  // namespace
 
 TEST_CASE("Gauss-Newton agrees with linearisation where that is exact", "[gauss-newton]") {

@@ -14,6 +14,7 @@
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/noisy_measurement.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/geometry/quaternion.hpp>
 
 #include "support/random.hpp"
 
@@ -48,6 +49,24 @@ struct StereoModel {
                                              const Vector3<Scalar>& z) const {
     const Scalar depth = fx * baseline / z[2];
     return T_world_camera * Vector3<Scalar>((z[0] - cx) * depth / fx, (z[1] - cy) * depth / fy, depth);
+  }
+};
+
+/// StereoModel with its Jacobian under x exp(xi).
+struct StereoWithJacobian {
+  StereoModel<double> camera;
+  std::vector<Vector3<double>> landmarks;
+
+  std::optional<Vector3<double>> operator()(const DualQuaternion<double>& x, std::size_t i,
+                                            Matrix<double, 3, 6>& J) const {
+    const Vector3<double> p = x.inverse() * landmarks[i];
+    if (p[2] < 0.1) return std::nullopt;
+    Matrix3<double> of_point;
+    of_point << camera.fx / p[2], 0, -camera.fx * p[0] / (p[2] * p[2]),  //
+        0, camera.fy / p[2], -camera.fy * p[1] / (p[2] * p[2]),          //
+        0, 0, -camera.fx * camera.baseline / (p[2] * p[2]);
+    J << of_point * skew(p), -of_point;
+    return camera(x, landmarks[i]);
   }
 };
 

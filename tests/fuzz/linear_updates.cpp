@@ -3,12 +3,14 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <antipode/distributions/gaussian.hpp>
 #include <antipode/filters/gauss_newton_update.hpp>
 #include <antipode/filters/linearized_update.hpp>
+#include <antipode/filters/robust_least_squares.hpp>
 #include <antipode/filters/unscented_update.hpp>
 
 #include "fuzz/fuzz_target.hpp"
@@ -77,6 +79,54 @@ void gauss_newton(Bytes bytes) {
       "pose covariance");
 }
 
+template <class Noise>
+void least_squares_with(const Noise& noise, const HostileProblem& problem, HostileInput& input) {
+  using Poses = ScrewChart<double>;
+  const auto& [density, measurements, model] = problem;
+  const auto add_all = [&](const DualQuaternion<double>& x, auto& sums) {
+    for (std::size_t i = 0; i < measurements.size(); ++i) {
+      Matrix<double, 1, 6> J;
+      const auto z = model(x, i, J);
+      if (!z) {
+        sums.miss(1);
+        continue;
+      }
+      for (int row = 0; row < 8; ++row) {  // enough for residuals: the same with other derivatives
+        J[row % 6] += 1.0;
+        sums.add(Scalar1(measurements[i].z - *z), Scalar1(1.0 / measurements[i].R(0, 0)), J);
+      }
+    }
+  };
+  const LeastSquaresOptions<double> options{.covariance = static_cast<CovarianceFrom>(input.choice(3)),
+                                            .check_modes = input.choice(2) == 0};
+  const bool has_prior = input.choice(2) == 0;
+  std::optional<LeastSquaresPrior<Poses>> prior;
+  if (has_prior) prior = LeastSquaresPrior<Poses>::from_covariance(density.pose, density.covariance);
+  const auto result =
+      robust_least_squares<Poses>(density.pose, add_all, noise, options, prior ? &*prior : nullptr);
+  require(result.state.coeffs().allFinite(), "the state is not finite");
+  if (!result.converged()) return;
+  try {
+    (void)Gaussian<double, 6>(Vector6<double>::Zero(), result.covariance);
+  } catch (const std::invalid_argument& error) {
+    require(false, std::string("converged to no covariance: ") + error.what());
+  }
+}
+
+void least_squares(Bytes bytes) {
+  HostileInput input(bytes);
+  const HostileProblem problem(input);
+  const unsigned kind = input.choice(4);
+  allow_refusal(
+      [&] {
+        if (kind == 0) least_squares_with(NormalNoise<double>{}, problem, input);
+        if (kind == 1) least_squares_with(CauchyLoss<double>{}, problem, input);
+        if (kind == 2) least_squares_with(StudentT<double>{}, problem, input);
+        if (kind == 3) least_squares_with(Contamination<double>{}, problem, input);
+      },
+      "covariance of the prior");
+}
+
 /// A point measured from a known pose.
 void unscented(Bytes bytes) {
   HostileInput input(bytes);
@@ -117,6 +167,7 @@ void unscented(Bytes bytes) {
 std::vector<Target> linear_update_targets() {
   return {{"linearized_update", linearized},
           {"gauss_newton_update", gauss_newton},
+          {"robust_least_squares", least_squares},
           {"unscented_update", unscented}};
 }
 

@@ -6,7 +6,6 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -16,6 +15,7 @@
 #include <antipode/detail/positive_semidefinite.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/filters/noisy_measurement.hpp>
+#include <antipode/filters/robust_noise.hpp>
 
 /// @file
 /// Likelihoods for measurements with outliers: wrong matches, moving objects, multipath.
@@ -31,86 +31,6 @@
 /// Contamination they are those of the peak: a measurement that is an outlier after all stays unnoticed, and
 /// under a prior ten times as wide they are two thirds of the true ones.
 namespace antipode {
-
-/// The multivariate t distribution with the scale matrix R, without constants:
-/// -(dof + Dim)/2 log(1 + d^2/dof).
-///
-/// The default choice: it needs no share of outliers, and its gradient points towards the mode from any
-/// distance. In return, good measurements count a little less than they should (3 to 9 % larger errors). A
-/// dof of 1 is the Cauchy distribution; above 30 it is nearly Gaussian.
-template <std::floating_point Scalar>
-struct StudentT {
-  Scalar dof = Scalar(4);  ///< degrees of freedom
-
-  /// Throws unless dof is positive and finite.
-  void check() const {
-    if (!(dof > Scalar(0)) || !std::isfinite(dof)) [[unlikely]]
-      detail::throw_invalid("dof of StudentT is not positive", dof);
-  }
-  /// The logarithm, without constants, at a squared Mahalanobis distance of a vector of `dim` numbers. Finite
-  /// at any distance, infinity too.
-  [[nodiscard]] Scalar log_density(Scalar squared_distance, int dim) const {
-    const Scalar ratio = std::min(squared_distance / dof, std::numeric_limits<Scalar>::max());
-    return Scalar(-0.5) * (dof + Scalar(dim)) * std::log1p(ratio);
-  }
-};
-
-/// A share of the measurements are outliers, the others Gaussian, without constants:
-///
-///     log((1 - share) exp(-d^2/2) + share scale^-Dim t(d/scale)) - log(1 - share)
-///
-/// with t the density of the Cauchy distribution divided by the peak of the Gaussian: outliers scatter about
-/// the prediction too, `outlier_scale` times as far. This is the contamination model of Tukey (1960) and
-/// Huber (1964). Good measurements count fully and outliers hardly at all, so that the update is about as
-/// good as one that knows the outliers. If measurements are few, the posterior has more than one mode, and an
-/// update from a wide prior may not settle on one; the status reports this. A larger scale makes outliers
-/// count less and the modes harder to find.
-template <std::floating_point Scalar>
-struct Contamination {
-  Scalar outlier_share = Scalar(0.2);  ///< of all measurements, inside (0, 1)
-  Scalar outlier_scale = Scalar(5);    ///< in standard deviations of the noise
-
-  /// Throws unless the share is in (0, 1) and the scale at least 1.
-  void check() const {
-    if (!(outlier_share > Scalar(0) && outlier_share < Scalar(1))) [[unlikely]] {
-      detail::throw_invalid("outlier_share of Contamination is not in (0, 1)", outlier_share);
-    }
-    if (!(outlier_scale >= Scalar(1)) || !std::isfinite(outlier_scale)) [[unlikely]] {
-      detail::throw_invalid("outlier_scale of Contamination is below 1", outlier_scale);
-    }
-  }
-  /// The logarithm, without constants, at a squared Mahalanobis distance of a vector of `dim` numbers. Finite
-  /// at any distance, infinity too.
-  [[nodiscard]] Scalar log_density(Scalar squared_distance, int dim) const {
-    using std::exp;
-    using std::log;
-    using std::log1p;
-    squared_distance = std::min(squared_distance, std::numeric_limits<Scalar>::max());
-    const Scalar outlier =
-        log_outlier_peak(dim) -
-        Scalar(0.5) * Scalar(1 + dim) * log1p(squared_distance / (outlier_scale * outlier_scale));
-    const Scalar good = Scalar(-0.5) * squared_distance;
-    return good > outlier ? good + log1p(exp(outlier - good)) : outlier + log1p(exp(good - outlier));
-  }
-
- private:
-  /// log of share/(1 - share) times the Cauchy density's peak in units of the Gaussian's,
-  /// 2^(Dim/2) Gamma((1 + Dim)/2) / Gamma(1/2), which is 1 for Dim = 2, and (Dim - 1) times that of Dim - 2.
-  [[nodiscard]] Scalar log_outlier_peak(int dim) const {
-    using std::log;
-    Scalar ratio = dim % 2 == 0 ? Scalar(1) : Scalar(2) / std::sqrt(Scalar(2) * std::numbers::pi_v<Scalar>);
-    for (int d = dim; d > 2; d -= 2) ratio *= Scalar(d - 1);
-    return log(outlier_share / (Scalar(1) - outlier_share) * ratio) - Scalar(dim) * log(outlier_scale);
-  }
-};
-
-/// A robust kind of noise. log_density(d^2, dim) is finite for a finite d^2 and at most log_density(0, dim);
-/// check() throws on invalid parameters.
-template <class Noise, class Scalar>
-concept RobustNoise = requires(const Noise& noise, Scalar squared_distance) {
-  { noise.log_density(squared_distance, 3) } -> std::same_as<Scalar>;
-  noise.check();
-};
 
 /// Independent measurements z_i = h(x, i) + v_i with the scale matrices R_i, noise of the given kind, and
 /// their model h(pose, i), which returns a vector or a std::optional of one. The counterpart of
