@@ -15,14 +15,6 @@ Matrix6<double> solve_symmetric(const Matrix6<double>& S, const Matrix6<double>&
   return Eigen::LDLT<Matrix6<double>>(S).solve(B);
 }
 
-std::optional<Vector6<double>> solve_semidefinite(const Matrix6<double>& A, const Vector6<double>& b) {
-  const Eigen::LDLT<Matrix6<double>> factor(A);
-  if (!A.allFinite() || factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
-  const Vector6<double> x = factor.solve(b);
-  if (!x.allFinite()) return std::nullopt;
-  return x;
-}
-
 std::optional<Matrix6<double>> inverse_of_definite(const Matrix6<double>& A) {
   const Eigen::LLT<Matrix6<double>> factor(A);
   if (!A.allFinite() || factor.info() != Eigen::Success) return std::nullopt;

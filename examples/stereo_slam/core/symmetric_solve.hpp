@@ -15,10 +15,6 @@ namespace stereo_slam {
 /// S^-1 B. Not finite if S is singular.
 [[nodiscard]] Matrix6<double> solve_symmetric(const Matrix6<double>& S, const Matrix6<double>& B);
 
-/// A^-1 b, or nothing if A has a negative pivot or the solution is not finite.
-[[nodiscard]] std::optional<Vector6<double>> solve_semidefinite(const Matrix6<double>& A,
-                                                                const Vector6<double>& b);
-
 /// A^-1, or nothing if A is not positive definite.
 [[nodiscard]] std::optional<Matrix6<double>> inverse_of_definite(const Matrix6<double>& A);
 

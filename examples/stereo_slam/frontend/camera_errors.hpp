@@ -5,42 +5,14 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
+
+#include <antipode/distributions/gaussian_information.hpp>
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/lens_residual.hpp"
 
 namespace stereo_slam {
-
-/// A Gaussian of N numbers in information form, mean = information^-1 vector; or what measurements add to it.
-template <int N>
-struct GaussianInformation {
-  antipode::Matrix<double, N> information = antipode::Matrix<double, N>::Zero();
-  antipode::Vector<double, N> vector = antipode::Vector<double, N>::Zero();
-
-  [[nodiscard]] GaussianInformation operator+(const GaussianInformation& other) const {
-    return {information + other.information, vector + other.vector};
-  }
-  [[nodiscard]] GaussianInformation operator-(const GaussianInformation& other) const {
-    return {information - other.information, vector - other.vector};
-  }
-  [[nodiscard]] antipode::Vector<double, N> mean() const { return information.ldlt().solve(vector); }
-  /// log of the density of what was measured, with this as the prior, up to a constant.
-  [[nodiscard]] double log_evidence(const GaussianInformation& measured) const {
-    using Information = antipode::Matrix<double, N>;
-    const Eigen::LDLT<Information> prior(information);
-    const Eigen::LDLT<Information> posterior(Information(information + measured.information));
-    const antipode::Vector<double, N> mean = prior.solve(vector);
-    const antipode::Vector<double, N> residual = measured.vector - measured.information * mean;
-    return 0.5 * (mean.dot(measured.vector + residual) + residual.dot(posterior.solve(residual)) +
-                  (prior.vectorD().array() / posterior.vectorD().array()).log().sum());
-  }
-  /// log of the density at x, up to a constant.
-  [[nodiscard]] double log_density(const antipode::Vector<double, N>& x) const {
-    return x.dot(vector - 0.5 * information * x);
-  }
-};
 
 /// The Gaussian estimate of the errors that only motions show: the disparity offset, which is the horizontal
 /// part of a RectificationResidual, and the lenses' LensResidual.
@@ -63,7 +35,7 @@ class CameraErrors {
   using Coefficients = antipode::Vector<double, kTerms>;  ///< px; those of the lenses last
   using Information = antipode::Matrix<double, kTerms>;
 
-  using Evidence = GaussianInformation<kTerms>;  ///< 1/px^2, 1/px
+  using Evidence = antipode::GaussianInformation<double, kTerms>;  ///< 1/px^2, 1/px
 
   /// The time before a turn of the right camera.
   struct Period {

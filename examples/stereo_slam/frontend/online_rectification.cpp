@@ -8,7 +8,9 @@
 #include <Eigen/Cholesky>
 
 #include "stereo_slam/core/median.hpp"
-#include "stereo_slam/frontend/motion_equations.hpp"
+#include "stereo_slam/core/robust_line.hpp"
+#include "stereo_slam/core/robust_loss.hpp"
+#include "stereo_slam/frontend/motion_evidence.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -28,41 +30,19 @@ constexpr double kExactSigma_px = 0.03;  // of a coefficient if there is no row 
          CameraErrors::kLargeChange_px;
 }
 
-/// A displacement and a roll of the right image: offsets in the rows, of the terms 1 and x.
-struct RowFit {
-  Vector2<double> offset_px = Vector2<double>::Zero();
-  double median_residual_px = 0.0;
-};
-
-/// Iteratively reweighted least squares from the median on, as some pairs are wrong.
-[[nodiscard]] RowFit fit_rows(std::span<const CornerPair> corners, const RectificationResidual& residual) {
-  constexpr int kIterations = 10;
+/// A displacement and a roll of the right image: the offset of the rows as a line along x, in the coordinates
+/// of RectificationResidual.
+[[nodiscard]] RobustLine fit_rows(std::span<const CornerPair> corners,
+                                  const RectificationResidual& residual) {
   constexpr double kLeastScale_px = 0.1;
+  std::vector<Vector2<double>> points;
   std::vector<double> rows_px;
   for (const auto& [left_px, right_px] : corners) {
+    const Vector2<double> position_px(left_px.x, left_px.y);
     rows_px.push_back(static_cast<double>(right_px.y) - static_cast<double>(left_px.y));
+    points.emplace_back(residual.basis(position_px)[1], rows_px.back());
   }
-  RowFit fit{{median(rows_px), 0.0}};
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
-    std::vector<Vector2<double>> terms;
-    std::vector<double> distances_px;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const Vector2<double> left_px(corners[i].left_px.x, corners[i].left_px.y);
-      terms.emplace_back(residual.basis(left_px).head<2>());
-      distances_px.push_back(std::abs(rows_px[i] - terms.back().dot(fit.offset_px)));
-    }
-    fit.median_residual_px = median(distances_px);
-    const double scale_px = std::max(fit.median_residual_px, kLeastScale_px);
-    Matrix2<double> information = Matrix2<double>::Zero();
-    Vector2<double> vector = Vector2<double>::Zero();
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const double weight = 1.0 / (1.0 + std::pow(distances_px[i] / scale_px, 2));
-      information += weight * terms[i] * terms[i].transpose();
-      vector += weight * rows_px[i] * terms[i];
-    }
-    fit.offset_px = information.ldlt().solve(vector);
-  }
-  return fit;
+  return fit_line(points, {.offset = median(std::move(rows_px))}, kLeastScale_px);
 }
 
 /// The coefficients of an offset that a displacement amounts to, in the disparities and in the rows.
@@ -128,7 +108,7 @@ RectificationEstimator RectificationEstimator::after_drift(const StereoCamera& c
 
 bool RectificationEstimator::contradicts_learned() const {
   if (!learned_rows_) return rows_contradict_learned_;
-  const GaussianInformation<RectificationResidual::kTerms> nothing_known{
+  const RowInformation nothing_known{
       RectificationEstimate::Information::Identity() / (row_sigma_px_ * row_sigma_px_),
       RectificationEstimate::Basis::Zero()};
   const auto since = rows_ - *learned_rows_;
@@ -159,7 +139,7 @@ void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches
     const RectificationResidual::Basis terms = residual.basis(match.left_px);
     const double offset = terms.dot(residual.coefficients().row(1)) - match.row_error_px;
     const double distance2 = match.row_error_px * match.row_error_px / (kRowSigma_px * kRowSigma_px);
-    const double weight = 1.0 / (kRowSigma_px * kRowSigma_px * (1.0 + distance2 / kCauchyScale2));
+    const double weight = kOutlierLoss.weight(distance2, 1) / (kRowSigma_px * kRowSigma_px);
     rows_.information += weight * terms * terms.transpose();
     rows_.vector += weight * offset * terms;
   }
@@ -170,12 +150,12 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
   constexpr double kMaxResidual_px = 0.3;  // the median; .03 to .24 on good pairs, .36 and more on late ones
   constexpr double kLeastChange_px = 1.0;  // smaller ones leave enough matches
   if (corners.size() < kMinCorners) return false;
-  const RowFit fit = fit_rows(corners, current());
+  const RobustLine fit = fit_rows(corners, current());
   RectificationResidual::Coefficients coefficients = coefficients_;
   coefficients.row(1).setZero();
-  coefficients.row(1).head<2>() = fit.offset_px.transpose();
+  coefficients.row(1).head<2>() << fit.offset, fit.slope;
   const RectificationResidual change(camera_, coefficients - coefficients_);
-  const bool agree = fit.median_residual_px <= kMaxResidual_px;
+  const bool agree = fit.median_residual <= kMaxResidual_px;
   if (!agree || !(change.rms_offset_px().y() >= kLeastChange_px)) return false;
   rows_contradict_learned_ = rows_contradict_learned_ || learned_rows_;
   learned_rows_.reset();
@@ -211,29 +191,20 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   noticed_turn_ = false;
   constexpr std::size_t kMinConstraints = 30;
   if (constraints.size() < kMinConstraints) return {};
-  MotionEquations sums;
-  const RectificationResidual residual = current();
-  const CameraErrors::Coefficients applied_now = applied();
-  for (const auto& c : constraints) sums.add(c, residual, applied_now, vibrates ? &camera_ : nullptr);
-  if (vibrates) sums.eliminate_displacement();
-  const Eigen::LDLT<Matrix6<double>> factor(sums.pose_pose);
-  constexpr double kMinReciprocalCondition = 1e-12;  // below, the motion itself is not known
-  if (factor.info() != Eigen::Success || !factor.isPositive() || !(factor.rcond() > kMinReciprocalCondition))
-    return {};
-  const MotionEquations::PoseByBias pose_derivative = factor.solve(sums.pose_bias);
+  const auto shown = evidence_of_motion(constraints, current(), applied(), camera_, vibrates);
+  if (!shown) return {};
   RectificationEffect effect{
-      .applied = applied_now,
-      .derivative = -pose_derivative,
-      .derivative_by_second = -factor.solve(sums.pose_second),
+      .applied = applied(),
+      .derivative = shown->derivative,
+      .derivative_by_second = shown->derivative_by_second,
       .vibrates = vibrates,
       .motion = motions_++,
-      .evidence = {confidence * (sums.bias_bias - sums.pose_bias.transpose() * pose_derivative),
-                   confidence * (sums.bias_vector - pose_derivative.transpose() * sums.pose_vector)}};
+      .evidence = {confidence * shown->evidence.information, confidence * shown->evidence.vector}};
   effect.covariance = covariance_of(effect);
   noticed_turn_ = !vibrates && disparity_.add(effect.evidence);
   if (vibrates) disparity_.add_without_turn(effect.evidence);
   const Vector3<double> path_m = T_first_second.inverse().translation();
-  length_derivative_m2_ += pose_derivative.bottomRows<3>().transpose() * path_m;
+  length_derivative_m2_ -= effect.derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
   return effect;
 }

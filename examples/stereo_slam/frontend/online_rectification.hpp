@@ -174,6 +174,7 @@ class RectificationEstimator {
 
  private:
   using MotionDerivative = RectificationEffect::Derivative;
+  using RowInformation = antipode::GaussianInformation<double, RectificationResidual::kTerms>;
 
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second,
                                  double confidence, bool vibrates = false);
@@ -189,9 +190,8 @@ class RectificationEstimator {
   double row_sigma_px_ = 1.0;  // prior standard deviation of a row coefficient
   RectificationResidual::Coefficients coefficients_ = RectificationResidual::Coefficients::Zero();
   LensResidual::Coefficients lens_ = LensResidual::Coefficients::Zero();
-  GaussianInformation<RectificationResidual::kTerms> rows_{RectificationEstimate::Information::Identity(),
-                                                           RectificationEstimate::Basis::Zero()};
-  std::optional<GaussianInformation<RectificationResidual::kTerms>> learned_rows_{};  // of after_drift()
+  RowInformation rows_{RectificationEstimate::Information::Identity(), RectificationEstimate::Basis::Zero()};
+  std::optional<RowInformation> learned_rows_{};  // of after_drift()
   bool rows_contradict_learned_ = false;
   CameraErrors disparity_;
   std::size_t motions_ = 0;

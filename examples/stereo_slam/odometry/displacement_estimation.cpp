@@ -2,84 +2,79 @@
 #include "stereo_slam/odometry/displacement_estimation.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
+#include <vector>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <antipode/filters/robust_least_squares.hpp>
 
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/core/robust_loss.hpp"
+#include "stereo_slam/core/symmetric_solve.hpp"
 
 namespace stereo_slam {
 namespace {
 
 constexpr int kPose = 6;
-constexpr int kUnknowns = kPose + ImageDisplacement::kTerms;
-constexpr double kHalfWeightDistance2 = 6.0;  // squared Mahalanobis distance at which a weight halves
-constexpr double kRowSigma_px = 0.15;         // of a row difference
-constexpr double kMedianNormal2 = 0.455;      // median of a squared normal variable: chi-square, one degree
-using Unknowns = antipode::Vector<double, kUnknowns>;
-using Information = antipode::Matrix<double, kUnknowns>;
+constexpr int kDisplacement = ImageDisplacement::kTerms;
+constexpr double kRowSigma_px = 0.15;     // of a row difference
+constexpr double kMedianNormal2 = 0.455;  // median of a squared normal variable: chi-square, one degree
+using Unknowns =
+    antipode::VectorChart<double, kPose + kDisplacement>;  // a change of the pose, a displacement
+using Number = antipode::Vector<double, 1>;
 
 /// The residuals of a point at an estimate.
 struct Residuals {
-  double point2 = 0.0;  // squared Mahalanobis distance of (u, v, disparity)
-  double row2 = 0.0;    // of the row error
-};
+  Vector3<double> point;  // (u, v, disparity), px
+  double point2;          // its squared Mahalanobis distance
+  double row_px;          // of the row error
 
-[[nodiscard]] Residuals residuals_of(const DisplacementConstraint& c, const Unknowns& x) {
-  Vector3<double> e = c.innovation - c.J_pose * x.head<kPose>();
-  e.z() += c.basis.row(0) * x.tail<ImageDisplacement::kTerms>();
-  const double row = (c.row_error_px + c.basis.row(1) * x.tail<ImageDisplacement::kTerms>()) / kRowSigma_px;
-  return {e.dot(c.S_inverse * e), row * row};
-}
-
-struct Scales {
-  double point = 1.0;
-  double row = 1.0;
-};
-
-/// Variances relative to those assumed, by the medians; at least one.
-[[nodiscard]] Scales scales_of(std::span<const Residuals> residuals) {
-  std::vector<double> points, rows;
-  for (const auto& r : residuals) {
-    points.push_back(r.point2);
-    rows.push_back(r.row2);
+  Residuals(const DisplacementConstraint& c, const Unknowns::Point& x)
+      : point(c.innovation - c.J_pose * x.head<kPose>()),
+        row_px(c.row_error_px + c.basis.row(1) * x.tail<kDisplacement>()) {
+    point.z() += c.basis.row(0) * x.tail<kDisplacement>();
+    point2 = point.dot(c.S_inverse * point);
   }
-  return {std::max(1.0, median(std::move(points)) / kChi2_3_50),
-          std::max(1.0, median(std::move(rows)) / kMedianNormal2)};
-}
-
-struct Equations {
-  Information information = Information::Zero();
-  Unknowns vector = Unknowns::Zero();
+  [[nodiscard]] double row2() const { return row_px * row_px / (kRowSigma_px * kRowSigma_px); }
 };
 
-[[nodiscard]] Equations equations_of(std::span<const DisplacementConstraint> points,
-                                     std::span<const Residuals> residuals, const DisplacementPrior& prior) {
-  const Scales scales = scales_of(residuals);
-  const auto weight = [](double distance2, double scale) {
-    return 1.0 / (scale + distance2 / kHalfWeightDistance2);
-  };
-  Equations result;
+/// The points and their rows as measurements of pose and displacement. Variances are those assumed, times
+/// what the medians of the residuals show, at least one.
+struct PointsAndRows {
+  std::span<const DisplacementConstraint> points;
+
+  template <class Sums>
+  void operator()(const Unknowns::Point& x, Sums& sums) const {
+    std::vector<Residuals> residuals;
+    std::vector<double> points2, rows2;
+    for (const auto& c : points) {
+      const Residuals& r = residuals.emplace_back(c, x);
+      points2.push_back(r.point2);
+      rows2.push_back(r.row2());
+    }
+    const double point_scale = std::max(1.0, median(std::move(points2)) / kChi2_3_50);
+    const double row_variance =
+        std::max(1.0, median(std::move(rows2)) / kMedianNormal2) * kRowSigma_px * kRowSigma_px;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto& c = points[i];
+      antipode::Matrix<double, 3, Unknowns::kDim> J = antipode::Matrix<double, 3, Unknowns::kDim>::Zero();
+      J.leftCols<kPose>() = c.J_pose;
+      J.row(2).tail<kDisplacement>() = -c.basis.row(0);
+      sums.add(residuals[i].point, Matrix3<double>(c.S_inverse / point_scale), J);
+      antipode::Matrix<double, 1, Unknowns::kDim> J_row = antipode::Matrix<double, 1, Unknowns::kDim>::Zero();
+      J_row.tail<kDisplacement>() = -c.basis.row(1);
+      sums.add(Number(residuals[i].row_px), Number(1.0 / row_variance), J_row);
+    }
+  }
+};
+
+[[nodiscard]] antipode::LeastSquaresPrior<Unknowns> as_prior_of_unknowns(const DisplacementPrior& prior) {
+  antipode::LeastSquaresPrior<Unknowns> result{Unknowns::Point::Zero()};
+  result.mean.tail<kDisplacement>() = prior.mean;
   result.information.topLeftCorner<kPose, kPose>() = prior.pose_information;
-  result.information.bottomRightCorner<ImageDisplacement::kTerms, ImageDisplacement::kTerms>() =
-      prior.information;
-  result.vector.tail<ImageDisplacement::kTerms>() = prior.information * prior.mean;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto& c = points[i];
-    Eigen::Matrix<double, 3, kUnknowns> J = Eigen::Matrix<double, 3, kUnknowns>::Zero();
-    J.leftCols<kPose>() = c.J_pose;
-    J.row(2).tail<ImageDisplacement::kTerms>() = -c.basis.row(0);
-    const Eigen::Matrix<double, kUnknowns, 3> JtW =
-        weight(residuals[i].point2, scales.point) * J.transpose() * c.S_inverse;
-    result.information.noalias() += JtW * J;
-    result.vector.noalias() += JtW * c.innovation;
-    const double w = weight(residuals[i].row2, scales.row) / (kRowSigma_px * kRowSigma_px);
-    const auto row = c.basis.row(1);
-    result.information.bottomRightCorner<ImageDisplacement::kTerms, ImageDisplacement::kTerms>() +=
-        w * row.transpose() * row;
-    result.vector.tail<ImageDisplacement::kTerms>() -= w * c.row_error_px * row.transpose();
-  }
+  result.information.bottomRightCorner<kDisplacement, kDisplacement>() = prior.information;
   return result;
 }
 
@@ -87,35 +82,33 @@ struct Equations {
 
 std::optional<DisplacementEstimate> estimate_displacement(std::span<const DisplacementConstraint> points,
                                                           const DisplacementPrior& prior) {
-  constexpr int kIterations = 8;
-  constexpr double kConverged = 1e-3;  // px, rad, m
-  Unknowns x = Unknowns::Zero();
-  std::vector<Residuals> residuals(points.size());
-  Eigen::LDLT<Information> factor;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
-    std::transform(points.begin(), points.end(), residuals.begin(),
-                   [&](const auto& point) { return residuals_of(point, x); });
-    const Equations equations = equations_of(points, residuals, prior);
-    factor.compute(equations.information);
-    if (factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 0.0)) return std::nullopt;
-    const Unknowns next = factor.solve(equations.vector);
-    if (!next.allFinite()) return std::nullopt;
-    const double step = (next - x).cwiseAbs().maxCoeff();
-    x = next;
-    if (step < kConverged) break;
-  }
-  const Information covariance = factor.solve(Information::Identity());
+  const auto before = as_prior_of_unknowns(prior);
+  // The variances change with the estimate, and with them the unit of the cost.
+  const auto fit =
+      antipode::robust_least_squares<Unknowns>(Unknowns::Point::Zero(), PointsAndRows{points}, kOutlierLoss,
+                                               {.max_iterations = 10,
+                                                .max_increase = std::numeric_limits<double>::infinity(),
+                                                .covariance = antipode::CovarianceFrom::kNoise,
+                                                .check_modes = false},
+                                               &before);
+  using Status = antipode::LeastSquaresStatus;
+  if (fit.status != Status::kConverged && fit.status != Status::kNotSettled) return std::nullopt;
   DisplacementEstimate result;
-  result.pose_change = x.head<kPose>();
-  result.change = x.tail<ImageDisplacement::kTerms>();
-  result.covariance = covariance.bottomRightCorner<ImageDisplacement::kTerms, ImageDisplacement::kTerms>();
-  result.pose_by_displacement = result.covariance.ldlt()
-                                    .solve(covariance.bottomLeftCorner<ImageDisplacement::kTerms, kPose>())
-                                    .transpose();
+  result.pose_change = fit.state.head<kPose>();
+  result.change = fit.state.tail<kDisplacement>();
+  const Matrix6<double> of_pose = fit.information.topLeftCorner<kPose, kPose>();
+  const Matrix6<double> inverse = solve_symmetric(of_pose, Matrix6<double>::Identity());
+  const antipode::Matrix<double, kPose, kDisplacement> cross =
+      fit.information.topRightCorner<kPose, kDisplacement>();
+  result.pose_by_displacement = -inverse * cross;
+  // By the variances of the residuals, which are at least those assumed, and the weights.
+  result.covariance = (fit.information.bottomRightCorner<kDisplacement, kDisplacement>() +
+                       cross.transpose() * result.pose_by_displacement)
+                          .inverse();
   for (const auto& point : points) {
-    const Residuals r = residuals_of(point, x);
+    const Residuals r(point, fit.state);
     constexpr double kThreeSigma2 = 9.0;
-    if (r.point2 < kChi2_3_99 && r.row2 < kThreeSigma2) ++result.agreeing;
+    if (r.point2 < kChi2_3_99 && r.row2() < kThreeSigma2) ++result.agreeing;
   }
   return result;
 }

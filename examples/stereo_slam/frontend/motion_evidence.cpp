@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/frontend/motion_evidence.hpp"
+
+#include <antipode/filters/robust_noise.hpp>
+#include <antipode/filters/weighted_sums.hpp>
+
+#include "stereo_slam/core/robust_loss.hpp"
+#include "stereo_slam/frontend/image_displacement.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kPose = 6;
+constexpr int kDisplacement = ImageDisplacement::kTerms;
+constexpr int kField = RectificationResidual::kTerms;
+constexpr int kLens = LensResidual::kTerms;
+constexpr int kErrors = CameraErrors::kTerms;
+static_assert(kField + kLens == kErrors);
+
+/// d z / d coefficients of a measurement.
+[[nodiscard]] antipode::Matrix<double, 3, kErrors> derivative_of(const StereoPoint& z,
+                                                                 const RectificationResidual& residual) {
+  const Vector2<double> left_px = residual.left_position(z);
+  const Vector2<double> right_px = residual.lens().in_image({z.x() - z.z(), z.y()});
+  antipode::Matrix<double, 3, kErrors> result = antipode::Matrix<double, 3, kErrors>::Zero();
+  result.block<1, kField>(2, 0) = residual.basis(left_px).transpose();
+  result.block<2, kLens>(0, kField) = residual.lens().basis(left_px);
+  result.block<1, kLens>(2, kField) =
+      (residual.lens().basis(left_px) - residual.lens().basis(right_px)).row(0);
+  return result;
+}
+
+/// The motion is the state, with the displacement if the rig vibrates. The errors of the cameras are
+/// considered: those in both frames, and then those of the field in the second frame alone.
+template <bool Vibrates>
+[[nodiscard]] std::optional<MotionEvidence> evidence_of(std::span<const BiasConstraint> points,
+                                                        const RectificationResidual& residual,
+                                                        const StereoCamera& camera) {
+  constexpr int kState = Vibrates ? kPose + kDisplacement : kPose;
+  using Sums = antipode::WeightedSums<double, kState, kErrors + kField, antipode::CauchyLoss<double>>;
+  Sums sums(kOutlierLoss);
+  if constexpr (Vibrates) {
+    constexpr double kUnknown_px = 10.0;  // standard deviation of the displacement
+    typename Sums::Square prior = Sums::Square::Zero();
+    prior.diagonal().template tail<kDisplacement>().setConstant(1.0 / (kUnknown_px * kUnknown_px));
+    sums.add_prior(prior, Sums::Tangent::Zero(), 0.0);
+  }
+  for (const auto& c : points) {
+    antipode::Matrix<double, 3, kState> J = antipode::Matrix<double, 3, kState>::Zero();
+    J.template leftCols<kPose>() = c.J_pose;
+    if constexpr (Vibrates) {
+      const Vector2<double> right_px(c.second.x() - c.second.z(), c.second.y());
+      J.row(2).template tail<kDisplacement>() = -ImageDisplacement::basis(right_px, camera).row(0);
+    }
+    const antipode::Matrix<double, 3, kErrors> second = derivative_of(c.second, residual);
+    antipode::Matrix<double, 3, kErrors + kField> K;
+    K << c.J_first * derivative_of(c.first, residual) - second, -second.leftCols<kField>();
+    sums.template add<3>(c.innovation, c.S_inverse, J, K);
+  }
+  const auto root = sums.root();
+  if (!root) return std::nullopt;
+  const auto derivative = sums.sensitivity(*root);
+  const auto evidence = sums.evidence(*root);
+  MotionEvidence result{.derivative = derivative.template topLeftCorner<kPose, kErrors>(),
+                        .derivative_by_second = RectificationEffect::Derivative::Zero(),
+                        .evidence = {evidence.information.template topLeftCorner<kErrors, kErrors>(),
+                                     evidence.vector.template head<kErrors>()}};
+  result.derivative_by_second.leftCols<kField>() = derivative.template topRightCorner<kPose, kField>();
+  return result;
+}
+
+}  // namespace
+
+std::optional<MotionEvidence> evidence_of_motion(std::span<const BiasConstraint> points,
+                                                 const RectificationResidual& residual,
+                                                 const CameraErrors::Coefficients& applied,
+                                                 const StereoCamera& camera, bool vibrates) {
+  auto result =
+      vibrates ? evidence_of<true>(points, residual, camera) : evidence_of<false>(points, residual, camera);
+  // The sums are about the coefficients applied, the evidence is on the coefficients themselves.
+  if (result) result->evidence.vector += result->evidence.information * applied;
+  return result;
+}
+
+}  // namespace stereo_slam

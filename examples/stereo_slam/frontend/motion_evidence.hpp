@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/frontend/camera_errors.hpp"
+#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/frontend/rectification_residual.hpp"
+
+namespace stereo_slam {
+
+/// How a motion depends on the errors of the cameras, and what its points show of them.
+struct MotionEvidence {
+  RectificationEffect::Derivative derivative;            ///< d motion / d coefficients
+  RectificationEffect::Derivative derivative_by_second;  ///< if they change for the second frame alone
+  CameraErrors::Evidence evidence;                       ///< on the coefficients
+};
+
+/// The motion is eliminated, and so is a displacement of the second right image against the first if the rig
+/// vibrates. `applied` are the coefficients that the points were measured with. Nothing if the points do not
+/// determine the motion.
+[[nodiscard]] std::optional<MotionEvidence> evidence_of_motion(std::span<const BiasConstraint> points,
+                                                               const RectificationResidual& residual,
+                                                               const CameraErrors::Coefficients& applied,
+                                                               const StereoCamera& camera, bool vibrates);
+
+}  // namespace stereo_slam
