@@ -6,9 +6,9 @@
 
 namespace stereo_slam {
 
-PoseDensity certain_pose() {
+PoseGaussian certain_pose() {
   constexpr double kVariance = 1e-10;
-  return PoseDensity::from_pose_covariance(Pose::identity(), kVariance * Matrix6<double>::Identity());
+  return {Pose::identity(), kVariance * Matrix6<double>::Identity()};
 }
 
 Matrix6<double> unknown_pose_covariance() {

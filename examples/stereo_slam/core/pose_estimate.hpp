@@ -9,12 +9,12 @@
 
 namespace stereo_slam {
 
-/// The filter's density of a pose: orientation and translation coupled, valid for wide orientations too.
+/// The density of a pose in the DQV-SLAM paper, valid for wide orientations too.
 using PoseDensity = antipode::BinghamGaussian<double>;
 
-/// Pose of a keyframe relative to itself: the identity with a negligible covariance, since a density cannot
-/// have a covariance of zero.
-[[nodiscard]] PoseDensity certain_pose();
+/// Pose of a keyframe relative to itself: the identity with a negligible covariance, since one of zero has no
+/// inverse.
+[[nodiscard]] PoseGaussian certain_pose();
 
 /// Covariance of a pose of which nothing is known: a radian and a hundred metres.
 [[nodiscard]] Matrix6<double> unknown_pose_covariance();

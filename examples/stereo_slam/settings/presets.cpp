@@ -20,7 +20,6 @@ void apply_paper(Settings& settings) {
   settings.online_rectification.enabled = false;
   settings.odometry.window_px = 15;
   settings.odometry.pyramid_levels = 3;
-  settings.update.method = PoseUpdateMethod::kPaper;
   settings.update.tau = 0.05;
   settings.update.student_t_inverse_dof = 0.0;
   settings.update.noise_from_residuals = false;

@@ -76,9 +76,8 @@ struct RefinementSettings {
   double pixel_sigma_px = 0.05;
 };
 
-/// How the landmarks correct the predicted pose.
+/// How the landmarks correct the predicted pose. (PaperSlam has its own way: Alg. 2 with 7 x 7 points.)
 enum class PoseUpdateMethod {
-  kPaper,  ///< Alg. 2 with 7 x 7 points; orientation and translation independent; subsets of the matches
   kProgressive,  ///< Alg. 2 with degree-5 points; orientation and translation coupled
   kQuadratic,    ///< antipode::quadratic_update: quadratic fits of the log-likelihood
 };

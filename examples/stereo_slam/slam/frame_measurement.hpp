@@ -20,7 +20,7 @@ struct FrameMeasurement {
   RightImageState right;
   PointTracks tracks;  ///< the points of the odometry, followed into this frame
   OdometryResult odometry;
-  PoseDensity prior;           ///< T_keyframe_camera, predicted
+  PoseGaussian prior;          ///< T_keyframe_camera, predicted
   std::vector<Match> matches;  ///< landmarks found in this frame
   /// What the landmarks show of the displacement besides that of `right`.
   std::optional<DisplacementEstimate> displacement_left{};

@@ -15,7 +15,7 @@ void MotionModel::learn(const TrackedPose& tracked, const Pose& T_keyframe_previ
   if (!tracked.measured()) {
     velocity_.unmeasured(stamp_ns);
   } else if (tracked.basis == PoseBasis::kLandmarks && !after_loss) {
-    velocity_.measured(stamp_ns, T_keyframe_previous.inverse() * tracked.posterior.pose());
+    velocity_.measured(stamp_ns, T_keyframe_previous.inverse() * tracked.posterior.pose);
   } else if (tracked.odometry.valid) {
     velocity_.measured(stamp_ns, tracked.odometry.T_previous_current.pose);
   } else {

@@ -19,7 +19,10 @@
 namespace stereo_slam {
 
 PaperSlam::PaperSlam(const StereoCamera& camera, const Settings& settings)
-    : camera_(camera), settings_(settings), posterior_(certain_pose()), map_(camera, settings.map) {}
+    : camera_(camera),
+      settings_(settings),
+      posterior_(antipode::to_bingham_gaussian(certain_pose())),
+      map_(camera, settings.map) {}
 
 FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* trace) {
   StageClock clock;
@@ -36,10 +39,10 @@ FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* tr
   FrameEvidence evidence{.after_loss = previous_.lost};
   std::vector<Match> matches;
   if (begun_) {
-    const TrackedPose tracked = track(images, trace, clock);
-    integrate(tracked, images, result);
-    matches = tracked.matches;
-    evidence.basis = tracked.basis;
+    const Step step = track(images, trace, clock);
+    integrate(step, images, result);
+    matches = step.tracked.matches;
+    evidence.basis = step.tracked.basis;
   } else {
     begin(images, result);
     evidence.begins_map = begun_;
@@ -56,7 +59,8 @@ FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* tr
 }
 
 /// The pose of a frame: system input, prediction, data association, progressive update.
-TrackedPose PaperSlam::track(const FrameImages& images, AssociationTrace* trace, StageClock& clock) const {
+PaperSlam::Step PaperSlam::track(const FrameImages& images, AssociationTrace* trace,
+                                 StageClock& clock) const {
   const std::int64_t stamp_ns = images.frame.stamp_ns;
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   OdometryResult odometry = odometry_from_circle(pyramids, odometry_points_, view_of(images.frame),
@@ -66,15 +70,21 @@ TrackedPose PaperSlam::track(const FrameImages& images, AssociationTrace* trace,
       predict_as_in_paper(posterior_, odometry.T_previous_current, odometry.valid, settings_.motion,
                           motion_.unseen_until(stamp_ns));  // eqs. 5-7
   clock.lap("predict");
-  std::vector<Match> matches = find_landmarks(images, prior, odometry, trace);  // Alg. 3, sec. IV-C
+  std::vector<Match> matches =
+      find_landmarks(images, to_pose_gaussian(prior), odometry, trace);  // Alg. 3, sec. IV-C
   clock.lap("associate");
-  const PoseUpdate update = update_pose(prior, matches, map_.view(), settings_.update);  // eq. 13, Alg. 2
+  const auto update = update_as_in_paper(prior, matches, map_.view(), settings_.update);  // eq. 13, Alg. 2
   clock.lap("update");
-  return TrackedPose::updated(prior, std::move(odometry), std::move(matches), update);
+  const PoseUpdate as_gaussian{.posterior = to_pose_gaussian(update.posterior),
+                               .converged = update.converged,
+                               .nis = update.nis,
+                               .nis_dof = update.nis_dof};
+  return {update.posterior, TrackedPose::updated(to_pose_gaussian(prior), std::move(odometry),
+                                                 std::move(matches), as_gaussian)};
 }
 
 /// The landmarks in the features of both images; in the left one without those that the odometry uses.
-std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const PoseDensity& prior,
+std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const PoseGaussian& prior,
                                              const OdometryResult& odometry, AssociationTrace* trace) const {
   const MapView map = map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
@@ -84,14 +94,15 @@ std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const Po
   const StereoFeatures usable{exclude_features(images.features.left, positions(odometry.inliers),
                                                images.frame.left.size(), settings_.odometry.exclusion_px),
                               images.features.right};
-  Association association = search.match_features(to_pose_gaussian(prior), usable);
+  Association association = search.match_features(prior, usable);
   if (trace) *trace = trace_association(association, positions(odometry.inliers), settings_.association);
   return association.matches;
 }
 
 /// Makes the posterior the state, updates the landmarks, and drops and adds some. The matched landmarks are
 /// static points of the next circular matching.
-void PaperSlam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
+void PaperSlam::integrate(const Step& step, const FrameImages& images, FrameResult& result) {
+  const TrackedPose& tracked = step.tracked;
   const bool by_odometry = tracked.basis == PoseBasis::kOdometry;
   if (by_odometry && previous_.lost)
     path_.begin_segment();  // relative to a guess; no loop will tell its place
@@ -99,17 +110,17 @@ void PaperSlam::integrate(const TrackedPose& tracked, const FrameImages& images,
                  .few_landmarks = tracked.has_few_landmarks(),
                  .segment_not_localised = !path_.segment().localised()};
   if (found_again(tracked.basis, previous_.lost)) {
-    path_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
+    path_.continue_odometry(tracked.prior.pose, tracked.posterior.pose);
   }
   motion_.learn(tracked, posterior_.pose(), previous_.lost, images.frame.stamp_ns);
-  posterior_ = tracked.posterior;
+  posterior_ = step.posterior;
   map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   map_.update(tracked.matches, posterior_);  // Alg. 4
   odometry_points_.static_points.clear();
   if (tracked.basis == PoseBasis::kLandmarks && motion_.steady()) {
     for (const auto& match : tracked.matches) odometry_points_.static_points.push_back(match.z);
   }
-  path_.append(to_pose_gaussian(posterior_), tracked.measured(), calibration_error(), result);
+  path_.append(tracked.posterior, tracked.measured(), calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured()) return;
   map_.cull(images.frame.index);  // sec. IV-E

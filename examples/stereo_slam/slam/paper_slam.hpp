@@ -54,12 +54,16 @@ class PaperSlam final : public SlamSystem {
   }
 
   // The boxes of Fig. 2.
-  [[nodiscard]] TrackedPose track(const FrameImages& images, AssociationTrace* trace,
-                                  StageClock& clock) const;
-  [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseDensity& prior,
+  /// A step of the filter, with its posterior as it is.
+  struct Step {
+    PoseDensity posterior;
+    TrackedPose tracked;
+  };
+  [[nodiscard]] Step track(const FrameImages& images, AssociationTrace* trace, StageClock& clock) const;
+  [[nodiscard]] std::vector<Match> find_landmarks(const FrameImages& images, const PoseGaussian& prior,
                                                   const OdometryResult& odometry,
                                                   AssociationTrace* trace) const;
-  void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
+  void integrate(const Step& step, const FrameImages& images, FrameResult& result);
   [[nodiscard]] std::size_t add_landmarks(const FrameImages& images,
                                           const std::vector<Vector2<double>>& reserved_px);
   void prepare_next(const FrameImages& images, const std::vector<Match>& matches, const FrameResult& result);

@@ -32,9 +32,9 @@ constexpr int kRounds = 3;
 
 }  // namespace
 
-std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const PatchSource& source,
-                                              const StereoView& view, const StereoPoints& points,
-                                              const Settings& settings) {
+std::optional<PoseGaussian> recognise_keyframe(const Keyframe& keyframe, const PatchSource& source,
+                                               const StereoView& view, const StereoPoints& points,
+                                               const Settings& settings) {
   const auto& rule = settings.loop_verification;
   Keyframe seen;
   seen.points = keyframe_points(points, {});
@@ -43,8 +43,8 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
 
   const MapView map{source.landmarks, view.camera};
   const PoseGaussian& rough = verified.loop.T_old_new;
-  const auto prior = PoseDensity::from_pose_covariance(rough.pose, kPriorScale * rough.covariance);
-  PoseGaussian expected = antipode::to_pose_gaussian(prior);
+  const PoseGaussian prior{rough.pose, kPriorScale * rough.covariance};
+  PoseGaussian expected = prior;
   for (int round = 0; round < kRounds; ++round) {
     const Association association = search_at(expected, map, view.rectification.lens(), settings.map);
     const auto matches =
@@ -57,7 +57,7 @@ std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe, const Pa
         kMinFoundShare * agreeing >= association.predicted.size()) {
       return update.posterior;
     }
-    expected.pose = update.posterior.pose();  // the covariance stays that of the prior, where updates start
+    expected.pose = update.posterior.pose;  // the covariance stays that of the prior, where updates start
   }
   return std::nullopt;
 }

@@ -46,9 +46,10 @@ struct ReferenceKeyframe {
 /// pose predicts them, and correct it. This is repeated from the corrected pose, up to three times in all,
 /// until a third of the landmarks that should be in view agree with it. Nothing if they never do, or if too
 /// few are found to correct the pose.
-[[nodiscard]] std::optional<PoseDensity> recognise_keyframe(const Keyframe& keyframe,
-                                                            const PatchSource& source, const StereoView& view,
-                                                            const StereoPoints& points,
-                                                            const Settings& settings);
+[[nodiscard]] std::optional<PoseGaussian> recognise_keyframe(const Keyframe& keyframe,
+                                                             const PatchSource& source,
+                                                             const StereoView& view,
+                                                             const StereoPoints& points,
+                                                             const Settings& settings);
 
 }  // namespace stereo_slam

@@ -92,21 +92,16 @@ Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
 }
 
 TrackedPose Slam::update(FrameMeasurement measured, std::int64_t stamp_ns) {
-  const PoseDensity& prior = measured.prior;
+  const PoseGaussian& prior = measured.prior;
   const Matrix6<double> by_displacement = correct_displacement(measured);
   PoseUpdate update{.posterior = prior};
   if (usual_basis() == PoseBasis::kLandmarks)
     update = update_pose(prior, measured.matches, local_map_.view(), settings_.update);
   const bool left_alone = !uses_right_image();
-  if (left_alone && jumps(prior.pose(), to_pose_gaussian(update.posterior), stamp_ns))
-    update = {.posterior = prior};
-  local_map_.update_correlation(to_pose_gaussian(prior), update.posterior.pose(), update.used);
+  if (left_alone && jumps(prior.pose, update.posterior, stamp_ns)) update = {.posterior = prior};
+  local_map_.update_correlation(prior, update.posterior.pose, update.used);
   if (left_alone) update.nis_dof -= static_cast<int>(update.used.size());  // they have no disparity
-  if (update.converged && !by_displacement.isZero(0.0)) {
-    PoseGaussian posterior = to_pose_gaussian(update.posterior);
-    posterior.covariance += by_displacement;
-    update.posterior = antipode::to_bingham_gaussian(posterior);
-  }
+  if (update.converged) update.posterior.covariance += by_displacement;
   return TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
 }
 
@@ -124,7 +119,7 @@ bool Slam::jumps(const Pose& predicted, const PoseGaussian& measured, std::int64
 
 /// The pose by the points of the last keyframe, if they are recognised. In the first frame that is not
 /// tracked, a pose that would need a jerk is not believed: the points may be on a vehicle.
-std::optional<PoseDensity> Slam::relocalise(const FrameImages& images, const PoseDensity& prior) const {
+std::optional<PoseGaussian> Slam::relocalise(const FrameImages& images, const PoseGaussian& prior) const {
   // Features of all pyramid levels: the camera may have come nearer since the keyframe.
   const StereoView view = right_camera_.view_of(images.frame);
   const auto points =
@@ -134,9 +129,8 @@ std::optional<PoseDensity> Slam::relocalise(const FrameImages& images, const Pos
   auto found =
       recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
   if (found && motion_.known() && !previous_.lost) {
-    const Pose T_previous_keyframe = posterior_.pose().inverse();
-    if (!continues(T_previous_keyframe * found->pose(), T_previous_keyframe * prior.pose()))
-      return std::nullopt;
+    const Pose T_previous_keyframe = posterior_.pose.inverse();
+    if (!continues(T_previous_keyframe * found->pose, T_previous_keyframe * prior.pose)) return std::nullopt;
   }
   return found;
 }
@@ -145,16 +139,16 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   result.weak = weaknesses(tracked, images.frame.index);
   result.right_image_fits = right_camera_.fits();
   if (found_again(tracked.basis, previous_.lost)) {
-    path_.continue_odometry(tracked.prior.pose(), tracked.posterior.pose());
+    path_.continue_odometry(tracked.prior.pose, tracked.posterior.pose);
   }
-  const Pose T_keyframe_previous = posterior_.pose();
+  const Pose T_keyframe_previous = posterior_.pose;
   motion_.learn(tracked, T_keyframe_previous, previous_.lost, images.frame.stamp_ns);
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, {}, images.frame.index);
   note_static_points(tracked, T_keyframe_previous);
   if (reference_.motion_stereo.size() > 0) {
     reference_.motion_stereo.follow({previous_.pyramids, images.flow_pyramids}, T_keyframe_previous,
-                                    to_pose_gaussian(posterior_), right_camera_.left_camera());
+                                    posterior_, right_camera_.left_camera());
   }
   const bool both_images = result.right_image_fits && uses_right_image();
   if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
@@ -183,7 +177,7 @@ WeakReasons Slam::weaknesses(const TrackedPose& tracked, std::size_t frame) {
 void Slam::note_static_points(const TrackedPose& tracked, const Pose& T_keyframe_previous) {
   std::optional<Pose> T_previous_current;
   if (fits_landmarks(tracked) && motion_.steady()) {
-    T_previous_current = T_keyframe_previous.inverse() * posterior_.pose();
+    T_previous_current = T_keyframe_previous.inverse() * posterior_.pose;
   }
   tracks_.compare_with(T_previous_current, right_camera_.camera(), settings_.odometry.pixel_sigma_px);
 }
@@ -237,9 +231,9 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
   result.status = judge({.waits = waits, .weak = result.weak});
   PoseGaussian motion;
   motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
-  const PoseDensity predicted =
+  const PoseGaussian predicted =
       predict_pose(posterior_, motion, false, settings_.motion, motion_.unseen_until(frame.stamp_ns));
-  path_.append(to_pose_gaussian(predicted), false, calibration_error(), result);
+  path_.append(predicted, false, calibration_error(), result);
 }
 
 /// Begins the map, if the image shows enough for one.
@@ -258,7 +252,7 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
     return path_.append_unknown(calibration_error(), result);
   motion_.found(images.frame.stamp_ns);
   begin_keyframe(images, std::move(points));
-  path_.append(to_pose_gaussian(posterior_), true, calibration_error(), result);
+  path_.append(posterior_, true, calibration_error(), result);
   result.is_keyframe = true;
 }
 
@@ -266,7 +260,7 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
 /// to the noise that the residuals show, or, with noise_from_residuals off, to the assumed noise. Otherwise
 /// it stays as it is. The filter itself goes on with the assumed noise.
 PoseGaussian Slam::measured_pose(const TrackedPose& tracked) const {
-  PoseGaussian pose = to_pose_gaussian(tracked.posterior);
+  PoseGaussian pose = tracked.posterior;
   if (tracked.basis != PoseBasis::kLandmarks) return pose;
   if (settings_.update.noise_from_residuals) {
     pose.covariance =

@@ -109,8 +109,8 @@ class Slam final : public SlamSystem {
   [[nodiscard]] Matrix6<double> correct_displacement(FrameMeasurement& measured);
   [[nodiscard]] TrackedPose update(FrameMeasurement measured, std::int64_t stamp_ns);
   [[nodiscard]] bool jumps(const Pose& predicted, const PoseGaussian& measured, std::int64_t stamp_ns) const;
-  [[nodiscard]] std::optional<PoseDensity> relocalise(const FrameImages& images,
-                                                      const PoseDensity& prior) const;
+  [[nodiscard]] std::optional<PoseGaussian> relocalise(const FrameImages& images,
+                                                       const PoseGaussian& prior) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
   [[nodiscard]] WeakReasons weaknesses(const TrackedPose& tracked, std::size_t frame);
   void note_static_points(const TrackedPose& tracked, const Pose& T_keyframe_previous);
@@ -147,7 +147,7 @@ class Slam final : public SlamSystem {
                                                          const ReobservedLandmarks& reobserved);
 
   Settings settings_;
-  PoseDensity posterior_;        // T_keyframe_camera of the last frame: the state of the filter
+  PoseGaussian posterior_;       // T_keyframe_camera of the last frame: the state of the filter
   LocalMap local_map_;           // landmarks of the reference keyframe, and the archive of earlier ones
   ReferenceKeyframe reference_;  // image and points of the reference keyframe
   NoiseScale noise_;             // how much larger errors are than assumed, by the residuals of landmarks

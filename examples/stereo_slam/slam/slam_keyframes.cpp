@@ -80,7 +80,7 @@ void Slam::add_corners(const std::vector<Match>& matches, const FrameImages& ima
   for (const auto& px : reference_.motion_stereo.positions()) present_px.push_back(px);
   if (4 * present_px.size() > 3 * most) return;
   reference_.motion_stereo.add(
-      images.frame.left, posterior_.pose(),
+      images.frame.left, posterior_.pose,
       find_landmark_corners(images.corners, present_px, images.frame.left.size(), settings_),
       median_disparity(matches));
 }
@@ -90,7 +90,7 @@ void Slam::add_corners(const std::vector<Match>& matches, const FrameImages& ima
 /// composed as if they were independent.
 void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images) {
   const RectificationEffect effect =
-      right_camera_.consider(tracked.matches, local_map_.view(), posterior_.pose());
+      right_camera_.consider(tracked.matches, local_map_.view(), posterior_.pose);
   const MeasuredMotion motion{measured_pose(tracked), effect.derivative.rightCols<LensResidual::kTerms>()};
   MotionStereo corners = std::move(reference_.motion_stereo);
   const auto seen = corners.measure(images.frame.left, tracked.matches, local_map_.view(), motion,
@@ -131,8 +131,8 @@ void Slam::change_keyframe(const FrameImages& images, const PoseGaussian& T_prev
   // Depths by motion teach nothing of the disparities.
   const RectificationEffect effect =
       reference_.scale_sigma > 0.0
-          ? right_camera_.consider(matches, local_map_.view(), posterior_.pose())
-          : right_camera_.refine(matches, local_map_.view(), posterior_.pose(), odometry);
+          ? right_camera_.consider(matches, local_map_.view(), posterior_.pose)
+          : right_camera_.refine(matches, local_map_.view(), posterior_.pose, odometry);
   if (right_camera_.learns()) tracks_.remeasure(before, right_camera_.geometry());
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
   move_reference(images.frame.index, T_previous_keyframe, effect);
@@ -170,7 +170,7 @@ std::vector<KeyframePoint> Slam::add_landmarks(const FrameImages& images, const 
   for (const auto& known : reobserved.ids_at(points, images.frame.left.size())) {
     ids.push_back(known ? *known : local_map_.new_id());
   }
-  local_map_.add(points, ids, to_pose_gaussian(posterior_), images.frame);
+  local_map_.add(points, ids, posterior_, images.frame);
   return keyframe_points(points, ids);
 }
 

@@ -4,8 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
+#include "stereo_slam/core/robust_line.hpp"
 #include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
@@ -42,27 +41,6 @@ namespace {
   return !fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced);
 }
 
-/// Offset and slope of a line y = offset + slope x through points (x, y) of which some are wrong, by
-/// iteratively reweighted least squares.
-[[nodiscard]] Vector2<double> robust_line(const std::vector<Vector2<double>>& points) {
-  constexpr int kIterations = 20;
-  constexpr double kScale_px = 1.0;  // Cauchy
-  Vector2<double> line(0.0, 1.0);
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
-    Matrix2<double> information = 1e-9 * Matrix2<double>::Identity();
-    Vector2<double> vector = Vector2<double>::Zero();
-    for (const auto& point : points) {
-      const Vector2<double> terms(1.0, point.x());
-      const double error_px = point.y() - terms.dot(line);
-      const double weight = 1.0 / (1.0 + error_px * error_px / (kScale_px * kScale_px));
-      information += weight * terms * terms.transpose();
-      vector += weight * point.y() * terms;
-    }
-    line = information.ldlt().solve(vector);
-  }
-  return line;
-}
-
 }  // namespace
 
 /// Measures a frame, with the displacement of its right image if the rig vibrates, or if a displacement
@@ -88,7 +66,7 @@ std::vector<StereoPlane> Slam::points_of_previous() const {
   for (const auto& landmark : local_map_.landmarks()) {
     if (landmark.last_seen + 1 != path_.frames()) continue;
     const auto point = to_point(landmark, landmark.mean, right_camera_.camera());
-    const auto z = project(point, posterior_.pose(), right_camera_.camera());
+    const auto z = project(point, posterior_.pose, right_camera_.camera());
     if (z && z->z() > 0.0) points.push_back({*z, landmark.disparity_slope});
   }
   return points;
@@ -142,10 +120,10 @@ void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured)
 
 void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
                           AssociationTrace* trace) const {
-  const PoseGaussian expected = to_pose_gaussian(measured.prior);
+  const PoseGaussian& expected = measured.prior;
   const MapView map = local_map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
-  const Pose T_keyframe_previous = posterior_.pose();
+  const Pose T_keyframe_previous = posterior_.pose;
   const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous,
                               right_camera_.geometry().lens(), settings_);
   const auto find = [&](bool in_right) {
@@ -179,6 +157,7 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
 RightImageFit Slam::searched_along_rows(const FrameImages& images, const RightImageState& right,
                                         const std::vector<Match>& matches) const {
   constexpr std::size_t kFew = 30;           // as for the monitor
+  constexpr double kScale_px = 1.0;          // of the errors of the disparities, at least
   constexpr double kLargestOffset_px = 1.0;  // between what is usual of rectifications and of displacements
   const StereoFrame& frame = images.frame;
   if (!frame.has_right()) return {};
@@ -193,7 +172,8 @@ RightImageFit Slam::searched_along_rows(const FrameImages& images, const RightIm
     if (found[i] && !few) disparities_px.emplace_back(matches[i].predicted.z.z(), found[i]->z.z());
   }
   RightImageFit fit = fit_of(searches);
-  if (std::abs(robust_line(disparities_px)[0]) > kLargestOffset_px) fit.in_right = 0;
+  if (std::abs(fit_line(disparities_px, {.slope = 1.0}, kScale_px).offset) > kLargestOffset_px)
+    fit.in_right = 0;
   return fit;
 }
 
@@ -206,7 +186,7 @@ std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement
   const bool in_both = !measured.right.is_ignored() && reference_.has_stereo_depths();
   if (!right_camera_.learns() || !in_both || measured.matches.size() < kFewestMatches) return std::nullopt;
   const bool vibrates = right_camera_.vibration().present();
-  const PoseGaussian prior = to_pose_gaussian(measured.prior);
+  const PoseGaussian& prior = measured.prior;
   DisplacementPrior known{
       .pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity()),
       .mean = -measured.right.displacement,

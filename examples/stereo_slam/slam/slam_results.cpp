@@ -26,7 +26,7 @@ std::vector<PoseGaussian> Slam::trajectory() const { return path_.poses(calibrat
 
 std::vector<LandmarkTrack> Slam::landmark_tracks() const {
   if (path_.frames() == 0) return {};
-  return tracks_in_view(local_map_.view(), posterior_.pose(), path_.frames() - 1);
+  return tracks_in_view(local_map_.view(), posterior_.pose, path_.frames() - 1);
 }
 
 SavedMap Slam::saved_map() const {

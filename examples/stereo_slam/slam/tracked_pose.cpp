@@ -6,7 +6,7 @@
 
 namespace stereo_slam {
 
-TrackedPose TrackedPose::updated(const PoseDensity& prior, OdometryResult odometry,
+TrackedPose TrackedPose::updated(const PoseGaussian& prior, OdometryResult odometry,
                                  std::vector<Match> matches, const PoseUpdate& update) {
   PoseBasis basis = PoseBasis::kNothing;
   if (odometry.valid) basis = PoseBasis::kOdometry;

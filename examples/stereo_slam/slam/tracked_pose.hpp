@@ -21,8 +21,8 @@ enum class PoseBasis {
 
 /// One step of the filter: the pose of a frame relative to the reference keyframe, and what it came from.
 struct TrackedPose {
-  PoseDensity prior;      ///< T_keyframe_camera, predicted
-  PoseDensity posterior;  ///< T_keyframe_camera
+  PoseGaussian prior;      ///< T_keyframe_camera, predicted
+  PoseGaussian posterior;  ///< T_keyframe_camera
   PoseBasis basis = PoseBasis::kNothing;
   OdometryResult odometry;
   std::vector<Match> matches;  ///< landmarks found in this frame
@@ -31,7 +31,7 @@ struct TrackedPose {
   Vector2<double> variance_ratio = Vector2<double>::Ones();  ///< see PoseUpdate
 
   /// The prior, corrected by an update with `matches`.
-  [[nodiscard]] static TrackedPose updated(const PoseDensity& prior, OdometryResult odometry,
+  [[nodiscard]] static TrackedPose updated(const PoseGaussian& prior, OdometryResult odometry,
                                            std::vector<Match> matches, const PoseUpdate& update);
 
   [[nodiscard]] bool measured() const noexcept { return basis != PoseBasis::kNothing; }
@@ -44,7 +44,7 @@ struct TrackedPose {
   void report(FrameResult& result) const;
 
   /// Takes the pose relative to the reference keyframe as the posterior, if the keyframe was recognised.
-  void use_keyframe(const std::optional<PoseDensity>& recognised) {
+  void use_keyframe(const std::optional<PoseGaussian>& recognised) {
     if (!recognised) return;
     posterior = *recognised;
     basis = PoseBasis::kKeyframe;

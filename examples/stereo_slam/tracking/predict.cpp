@@ -39,11 +39,10 @@ constexpr double kMinTranslationSigma_m = 2e-3;  // of a measured motion, per ax
 
 }  // namespace
 
-PoseDensity predict_pose(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
-                         bool odometry_valid, const MotionSettings& settings, const UnseenSteps& unseen) {
+PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& T_previous_current,
+                          bool odometry_valid, const MotionSettings& settings, const UnseenSteps& unseen) {
   const Matrix6<double> covariance = motion_covariance(T_previous_current, odometry_valid, unseen, settings);
-  return antipode::to_bingham_gaussian(antipode::predict_closed_form(
-      antipode::to_pose_gaussian(posterior), T_previous_current.pose, {Pose::identity(), covariance}));
+  return antipode::predict_closed_form(posterior, T_previous_current.pose, {Pose::identity(), covariance});
 }
 
 PoseDensity predict_as_in_paper(const PoseDensity& posterior, const PoseGaussian& T_previous_current,

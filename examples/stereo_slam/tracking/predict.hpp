@@ -9,9 +9,9 @@ namespace stereo_slam {
 
 /// Prior T_keyframe_camera of the current frame from the posterior of the last frame and the odometry (eq.
 /// 11). Without a valid odometry, T_previous_current is a guess and the noise grows with the unseen steps.
-[[nodiscard]] PoseDensity predict_pose(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
-                                       bool odometry_valid, const MotionSettings& settings,
-                                       const UnseenSteps& unseen = {});
+[[nodiscard]] PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& T_previous_current,
+                                        bool odometry_valid, const MotionSettings& settings,
+                                        const UnseenSteps& unseen = {});
 
 /// The same through 7 x 7 points, as in the paper (eqs. 5-7): its independent model drops the correlation of
 /// orientation and translation.

@@ -45,14 +45,15 @@ constexpr double kRegularizerForgetting =
 }
 
 /// Whether the steps of an update settled. A posterior that is not Gaussian is accepted: the cap of the
-/// likelihood can cause that, and update_pose() checks the matches themselves.
+/// likelihood can cause that, and update_robustly() checks the matches themselves.
 [[nodiscard]] bool is_settled(antipode::UpdateStatus status) {
   return status == antipode::UpdateStatus::kConverged || status == antipode::UpdateStatus::kNotGaussian;
 }
 
-/// Alg. 2 on subsets of the matches, with orientation and translation independent (sec. IV-D).
-[[nodiscard]] PoseUpdate update_as_in_paper(const PoseDensity& prior, const std::vector<Match>& matches,
-                                            const MapView& map, double cap, const UpdateSettings& settings) {
+/// One update by Alg. 2. The squared Mahalanobis distance of each match is limited to `cap`.
+[[nodiscard]] PoseUpdateOf<PoseDensity> update_once(const PoseDensity& prior,
+                                                    const std::vector<Match>& matches, const MapView& map,
+                                                    double cap, const UpdateSettings& settings) {
   const auto ordered = interleaved(matches, kMaxCorrespondences);
   const auto likelihood_of = [&](int begin, int end) {
     const std::span<const Match> all(ordered);
@@ -69,33 +70,25 @@ constexpr double kRegularizerForgetting =
 }
 
 /// Alg. 2 with degree-5 points and the coupling of orientation and translation.
-[[nodiscard]] PoseUpdate update_progressively(const PoseDensity& prior, const PoseLikelihood& likelihood,
+[[nodiscard]] PoseUpdate update_progressively(const PoseGaussian& prior, const PoseLikelihood& likelihood,
                                               const UpdateSettings& settings) {
-  const auto result =
-      antipode::progressive_update(prior, likelihood, antipode::RichPoseRule{}, {.tau = settings.tau});
+  const auto result = antipode::progressive_update(antipode::to_bingham_gaussian(prior), likelihood,
+                                                   antipode::RichPoseRule{}, {.tau = settings.tau});
+  return {.posterior = antipode::to_pose_gaussian(result.posterior), .converged = is_settled(result.status)};
+}
+
+[[nodiscard]] PoseUpdate update_quadratically(const PoseGaussian& prior, const PoseLikelihood& likelihood) {
+  // With many landmarks the posterior has one mode; update_robustly() removes the outliers among the matches.
+  const auto result = antipode::quadratic_update(prior, likelihood, {.check_modes = false});
   return {.posterior = result.posterior, .converged = is_settled(result.status)};
 }
 
-[[nodiscard]] PoseUpdate update_quadratically(const PoseDensity& prior, const PoseLikelihood& likelihood) {
-  // With many landmarks the posterior has one mode; update_pose() removes the outliers among the matches.
-  const auto result =
-      antipode::quadratic_update(antipode::to_pose_gaussian(prior), likelihood, {.check_modes = false});
-  return {.posterior = antipode::to_bingham_gaussian(result.posterior),
-          .converged = is_settled(result.status)};
-}
-
-/// One update with the method of the settings. The squared Mahalanobis distance of each match is limited to
-/// `cap`.
-[[nodiscard]] PoseUpdate update_once(const PoseDensity& prior, const std::vector<Match>& matches,
+/// One update with the method of the settings. The cap applies as above.
+[[nodiscard]] PoseUpdate update_once(const PoseGaussian& prior, const std::vector<Match>& matches,
                                      const MapView& map, double cap, const UpdateSettings& settings) {
-  if (settings.method == PoseUpdateMethod::kPaper) {
-    return update_as_in_paper(prior, matches, map, cap, settings);
-  }
-  const PoseLikelihood likelihood(matches, map, cap, antipode::to_pose_gaussian(prior));
-  if (settings.method == PoseUpdateMethod::kProgressive) {
-    return update_progressively(prior, likelihood, settings);
-  }
-  return update_quadratically(prior, likelihood);
+  const PoseLikelihood likelihood(matches, map, cap, prior);
+  return settings.method == PoseUpdateMethod::kProgressive ? update_progressively(prior, likelihood, settings)
+                                                           : update_quadratically(prior, likelihood);
 }
 
 /// Factor, at least 1, by which the prior's uncertainty increases the mean squared innovation over that of
@@ -175,10 +168,10 @@ struct WeightedMatches {
 
 /// Squared distance of the measurements from the posterior plus that of the posterior from the prior: for
 /// linear models the normalised innovation squared.
-[[nodiscard]] double normalised_innovation_squared(const PoseDensity& prior, const PoseDensity& posterior,
+[[nodiscard]] double normalised_innovation_squared(const PoseGaussian& prior, const PoseGaussian& posterior,
                                                    const PoseLikelihood& likelihood) {
-  const Vector6<double> correction = posterior.pose().boxminus(prior.pose());
-  return likelihood.squared_distance(posterior.pose()) + mahalanobis_squared(correction, prior.covariance());
+  const Vector6<double> correction = posterior.pose.boxminus(prior.pose);
+  return likelihood.squared_distance(posterior.pose) + mahalanobis_squared(correction, prior.covariance);
 }
 
 /// Sums over residuals e with variances v and weights, for two components of the measurements.
@@ -200,13 +193,13 @@ struct InfluenceSums {
 /// units of their standard deviations. It is corrected for the parameters that were fitted to the residuals:
 /// six, less what the prior knew of them. NaN without matches.
 [[nodiscard]] Vector2<double> posterior_variance_ratio(const WeightedMatches& weighted, const MapView& map,
-                                                       const PoseDensity& prior,
-                                                       const PoseDensity& posterior) {
+                                                       const PoseGaussian& prior,
+                                                       const PoseGaussian& posterior) {
   InfluenceSums sums;
   int residuals = 0;
   for (std::size_t i = 0; i < weighted.matches.size(); ++i) {
     const Match& match = weighted.matches[i];
-    const auto e = residual_of(match, map, posterior.pose());
+    const auto e = residual_of(match, map, posterior.pose);
     if (!e) continue;
     residuals += 3;
     const double weight = weighted.weights[i];
@@ -216,9 +209,43 @@ struct InfluenceSums {
     sums.slopes += Vector2<double>::Constant(weight) - 2.0 * weighted.steepness * weight * weighted_squares;
     sums.weights += weight;
   }
-  const double known = solve_symmetric(prior.covariance(), posterior.covariance()).trace();
+  const double known = solve_symmetric(prior.covariance, posterior.covariance).trace();
   const double fitted = 6.0 - std::clamp(known, 0.0, 6.0);
   return sums.variance_ratio() * (residuals / std::max(residuals - fitted, 1.0));
+}
+
+[[nodiscard]] const PoseGaussian& as_gaussian(const PoseGaussian& density) { return density; }
+[[nodiscard]] PoseGaussian as_gaussian(const PoseDensity& density) { return to_pose_gaussian(density); }
+
+/// The innovations contain the prior's error: the wide cap allows for it. The second update starts from the
+/// prior again, without the matches that contradict the first, and with covariances taken at its result. If
+/// the matches are weighted, it is repeated with the weights at its own result.
+template <class Density>
+[[nodiscard]] PoseUpdateOf<Density> update_robustly(const Density& prior, const std::vector<Match>& matches,
+                                                    const MapView& map, const UpdateSettings& settings) {
+  if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
+  const double wide_cap = settings.robust_cap * prior_spread(matches);
+  const auto first = update_once(prior, matches, map, wide_cap, settings);
+  if (!first.converged) return {.posterior = prior};
+  const Pose first_pose = as_gaussian(first.posterior).pose;
+  const auto kept = relinearised_inliers(matches, map, first_pose, settings.robust_cap);
+  if (kept.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
+  WeightedMatches weighted;
+  PoseUpdateOf<Density> update{.posterior = first.posterior};
+  const int passes = settings.student_t_inverse_dof > 0.0 ? 2 : 1;
+  for (int pass = 0; pass < passes; ++pass) {
+    const Pose pose = as_gaussian(update.posterior).pose;
+    weighted = weighted_by_residuals(kept, map, pose, settings.student_t_inverse_dof);
+    update = update_once(prior, weighted.matches, map, wide_cap, settings);
+    if (!update.converged) return {.posterior = prior};
+  }
+  const PoseGaussian &before = as_gaussian(prior), &after = as_gaussian(update.posterior);
+  const PoseLikelihood likelihood(kept, map, wide_cap, before);
+  update.nis = normalised_innovation_squared(before, after, likelihood);
+  update.nis_dof = likelihood.dimension();
+  update.variance_ratio = posterior_variance_ratio(weighted, map, before, after);
+  update.used = std::move(weighted.matches);
+  return update;
 }
 
 }  // namespace
@@ -242,32 +269,14 @@ double expected_variance_ratio(const UpdateSettings& settings) {
   return sums.variance_ratio().x();
 }
 
-PoseUpdate update_pose(const PoseDensity& prior, const std::vector<Match>& matches, const MapView& map,
+PoseUpdate update_pose(const PoseGaussian& prior, const std::vector<Match>& matches, const MapView& map,
                        const UpdateSettings& settings) {
-  if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
+  return update_robustly(prior, matches, map, settings);
+}
 
-  // The innovations contain the prior's error: the wide cap allows for it. The second update starts from the
-  // prior again, without the matches that contradict the first, and with covariances taken at its result. If
-  // the matches are weighted, it is repeated with the weights at its own result.
-  const double wide_cap = settings.robust_cap * prior_spread(matches);
-  const auto first = update_once(prior, matches, map, wide_cap, settings);
-  if (!first.converged) return {.posterior = prior};
-  const auto kept = relinearised_inliers(matches, map, first.posterior.pose(), settings.robust_cap);
-  if (kept.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
-  WeightedMatches weighted;
-  PoseUpdate update{.posterior = first.posterior};
-  const int passes = settings.student_t_inverse_dof > 0.0 ? 2 : 1;
-  for (int pass = 0; pass < passes; ++pass) {
-    weighted = weighted_by_residuals(kept, map, update.posterior.pose(), settings.student_t_inverse_dof);
-    update = update_once(prior, weighted.matches, map, wide_cap, settings);
-    if (!update.converged) return {.posterior = prior};
-  }
-  const PoseLikelihood likelihood(kept, map, wide_cap, antipode::to_pose_gaussian(prior));
-  update.nis = normalised_innovation_squared(prior, update.posterior, likelihood);
-  update.nis_dof = likelihood.dimension();
-  update.variance_ratio = posterior_variance_ratio(weighted, map, prior, update.posterior);
-  update.used = std::move(weighted.matches);
-  return update;
+PoseUpdateOf<PoseDensity> update_as_in_paper(const PoseDensity& prior, const std::vector<Match>& matches,
+                                             const MapView& map, const UpdateSettings& settings) {
+  return update_robustly(prior, matches, map, settings);
 }
 
 }  // namespace stereo_slam

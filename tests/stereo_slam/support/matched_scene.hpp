@@ -20,7 +20,7 @@ struct MatchedScene {
   StereoCamera camera = kitti_camera();
   std::vector<Landmark> landmarks;
   std::vector<Match> matches;
-  PoseDensity prior = PoseDensity::from_pose_covariance(Pose::identity(), Matrix6<double>::Identity() * 1e-6);
+  PoseGaussian prior{Pose::identity(), Matrix6<double>::Identity() * 1e-6};
 
   MapView map() const { return {landmarks, camera}; }
 };
@@ -35,8 +35,7 @@ inline MatchedScene make_scene(std::mt19937_64& random, const Pose& truth, int c
   sigma << Vector3<double>::Constant(rotation_sigma_rad), Vector3<double>::Constant(translation_sigma_m);
   Vector6<double> error;
   for (double& e : error) e = normal(random);
-  scene.prior = PoseDensity::from_pose_covariance(truth.boxplus(sigma.cwiseProduct(error)),
-                                                  Matrix6<double>(sigma.cwiseAbs2().asDiagonal()));
+  scene.prior = {truth.boxplus(sigma.cwiseProduct(error)), sigma.cwiseAbs2().asDiagonal()};
   while (static_cast<int>(scene.matches.size()) < count) {
     const StereoPoint z = random_measurement(random, camera, 5.0, 45.0);
     const auto seen = camera.project(truth.inverse() * camera.back_project(z));
@@ -44,8 +43,7 @@ inline MatchedScene make_scene(std::mt19937_64& random, const Pose& truth, int c
     const StereoPoint measured = *seen + stereo_noise(random, kSceneSigma_px);
     const std::vector<Landmark> landmark{
         landmark_at(z + stereo_noise(random, kSceneSigma_px), camera, kSceneSigma_px)};
-    const auto predicted =
-        project_landmarks({landmark, camera}, antipode::to_pose_gaussian(scene.prior), 1e3);
+    const auto predicted = project_landmarks({landmark, camera}, scene.prior, 1e3);
     if (predicted.empty()) continue;  // out of view at the prior's pose
     scene.matches.push_back({scene.landmarks.size(), measured, measured.head<2>(),
                              stereo_pixel_covariance(kSceneSigma_px), predicted.front()});

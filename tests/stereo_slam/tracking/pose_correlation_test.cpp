@@ -35,8 +35,7 @@ double mean_nees(int runs, int frames, bool track_correlation, double inverse_do
     }
     LocalMap map(camera, map_settings);
     map.add(test::points_at(seen), std::vector<std::uint32_t>(seen.size()), {}, frame);
-    PoseDensity state =
-        PoseDensity::from_pose_covariance(Pose::identity(), 1e-10 * Matrix6<double>::Identity());
+    PoseGaussian state{Pose::identity(), 1e-10 * Matrix6<double>::Identity()};
     Pose truth = Pose::identity();
     for (int k = 0; k < frames; ++k) {
       truth = truth * test::car_motion(0.4);
@@ -48,7 +47,7 @@ double mean_nees(int runs, int frames, bool track_correlation, double inverse_do
       const auto prior = predict_pose(state, odometry, true, settings.motion);
       if (track_correlation) map.predict_correlation(odometry.pose);
       std::vector<Match> matches;
-      for (const auto& p : project_landmarks(map.view(), antipode::to_pose_gaussian(prior), 1e3)) {
+      for (const auto& p : project_landmarks(map.view(), prior, 1e3)) {
         const auto z = camera.project(truth.inverse() * points[p.index]);
         if (!z || !camera.in_view(*z)) continue;
         const StereoPoint measured = *z + test::stereo_noise(random, 0.5);
@@ -56,14 +55,11 @@ double mean_nees(int runs, int frames, bool track_correlation, double inverse_do
       }
       const auto update = update_pose(prior, matches, map.view(), settings.update);
       REQUIRE(update.converged);
-      const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
-      if (track_correlation)
-        map.update_correlation(antipode::to_pose_gaussian(prior), posterior.pose, update.used);
+      if (track_correlation) map.update_correlation(prior, update.posterior.pose, update.used);
       state = update.posterior;
     }
-    const PoseGaussian estimate = antipode::to_pose_gaussian(state);
-    const Vector6<double> error = truth.boxminus(estimate.pose);
-    const Matrix6<double> covariance = expected_variance_ratio(settings.update) * estimate.covariance;
+    const Vector6<double> error = truth.boxminus(state.pose);
+    const Matrix6<double> covariance = expected_variance_ratio(settings.update) * state.covariance;
     sum += error.dot(covariance.ldlt().solve(error)) / runs;
   }
   return sum;

@@ -70,7 +70,7 @@ Outcome outcome_of(const Experiment& experiment) {
     assume(experiment.assumed_variance, scene);
     const auto update = update_pose(scene.prior, scene.matches, scene.map(), settings);
     REQUIRE(update.converged);
-    const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
+    const PoseGaussian posterior = update.posterior;
     const Vector6<double> error = truth.boxminus(posterior.pose);
     const Matrix6<double> covariance = NoiseScale::scaled(posterior.covariance, update.variance_ratio);
     outcome.nees += error.dot(covariance.ldlt().solve(error)) / kRuns;
@@ -163,7 +163,7 @@ TEST_CASE("Weighted residuals show noise that differs along and across the rows"
     }
     const auto update = update_pose(scene.prior, scene.matches, scene.map(), {});
     REQUIRE(update.converged);
-    const PoseGaussian posterior = antipode::to_pose_gaussian(update.posterior);
+    const PoseGaussian posterior = update.posterior;
     const Matrix6<double> covariance = NoiseScale::scaled(posterior.covariance, update.variance_ratio);
     mean_squares += truth.boxminus(posterior.pose).cwiseAbs2().cwiseQuotient(covariance.diagonal()) / kRuns;
   }
@@ -192,15 +192,15 @@ TEST_CASE("Matches without residuals give finite results", "[stereo_slam][update
     const Landmark& landmark = scene.landmarks[match.landmark];
     match.z = project(to_point(landmark, landmark.mean, scene.camera), truth, scene.camera).value();
   }
-  scene.prior = PoseDensity::from_pose_covariance(truth, scene.prior.covariance());
+  scene.prior.pose = truth;
   UpdateSettings settings;
   settings.student_t_inverse_dof = GENERATE(0.0, kDefaultInverseDof, 1.0);
   const auto update = update_pose(scene.prior, scene.matches, scene.map(), settings);
   REQUIRE(update.converged);
   CHECK(update.variance_ratio.allFinite());
   CHECK(update.variance_ratio.maxCoeff() < 1e-4);
-  CHECK(update.posterior.covariance().allFinite());
-  CHECK(truth.boxminus(antipode::to_pose_gaussian(update.posterior).pose).norm() < 1e-4);
+  CHECK(update.posterior.covariance.allFinite());
+  CHECK(truth.boxminus(update.posterior.pose).norm() < 1e-4);
 }
 
 }  // namespace
