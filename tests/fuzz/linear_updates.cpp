@@ -82,18 +82,17 @@ void gauss_newton(Bytes bytes) {
 template <class Noise>
 void least_squares_with(const Noise& noise, const HostileProblem& problem, HostileInput& input) {
   using Poses = ScrewChart<double>;
-  const auto& [density, measurements, model] = problem;
   const auto add_all = [&](const DualQuaternion<double>& x, auto& sums) {
-    for (std::size_t i = 0; i < measurements.size(); ++i) {
+    for (std::size_t i = 0; i < problem.measurements.size(); ++i) {
       Matrix<double, 1, 6> J;
-      const auto z = model(x, i, J);
+      const auto z = problem.model(x, i, J);
       if (!z) {
         sums.miss(1);
         continue;
       }
       for (int row = 0; row < 8; ++row) {  // enough for residuals: the same with other derivatives
         J[row % 6] += 1.0;
-        sums.add(Scalar1(measurements[i].z - *z), Scalar1(1.0 / measurements[i].R(0, 0)), J);
+        sums.add(Scalar1(problem.measurements[i].z - *z), Scalar1(1.0 / problem.measurements[i].R(0, 0)), J);
       }
     }
   };
@@ -101,9 +100,10 @@ void least_squares_with(const Noise& noise, const HostileProblem& problem, Hosti
                                             .check_modes = input.choice(2) == 0};
   const bool has_prior = input.choice(2) == 0;
   std::optional<LeastSquaresPrior<Poses>> prior;
-  if (has_prior) prior = LeastSquaresPrior<Poses>::from_covariance(density.pose, density.covariance);
+  if (has_prior)
+    prior = LeastSquaresPrior<Poses>::from_covariance(problem.prior.pose, problem.prior.covariance);
   const auto result =
-      robust_least_squares<Poses>(density.pose, add_all, noise, options, prior ? &*prior : nullptr);
+      robust_least_squares<Poses>(problem.prior.pose, add_all, noise, options, prior ? &*prior : nullptr);
   require(result.state.coeffs().allFinite(), "the state is not finite");
   if (!result.converged()) return;
   try {

@@ -156,7 +156,7 @@ std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
   // unit of squared Mahalanobis distance more.
   const antipode::LeastSquaresOptions<double> options{.max_iterations = 20,
                                                       .max_increase = 0.25,
-                                                      .covariance = antipode::CovarianceFrom::kEachResidual,
+                                                      .covariance = antipode::CovarianceFrom::kResiduals,
                                                       .check_modes = false};
   using Poses = antipode::ScrewChart<double>;
   const Problem problem{correspondences_, camera_, R_, S_inverse_, is_used};

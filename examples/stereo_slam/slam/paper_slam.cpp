@@ -66,9 +66,9 @@ PaperSlam::Step PaperSlam::track(const FrameImages& images, AssociationTrace* tr
   OdometryResult odometry = odometry_from_circle(pyramids, odometry_points_, view_of(images.frame),
                                                  motion_.expected_until(stamp_ns), settings_);  // u_k, eq. 11
   clock.lap("odometry");
-  const PoseDensity prior =
-      predict_as_in_paper(posterior_, odometry.T_previous_current, odometry.valid, settings_.motion,
-                          motion_.unseen_until(stamp_ns));  // eqs. 5-7
+  const PoseDensity prior = predict_as_in_paper(
+      posterior_, motion_with_noise(odometry.T_previous_current, odometry.valid, settings_.motion,
+                                    motion_.unseen_until(stamp_ns)));  // eqs. 5-7
   clock.lap("predict");
   std::vector<Match> matches =
       find_landmarks(images, to_pose_gaussian(prior), odometry, trace);  // Alg. 3, sec. IV-C
@@ -173,8 +173,8 @@ void PaperSlam::pass_over(const StereoFrame& frame, FrameResult& result) {
   result.status = judge({.waits = waits, .weak = result.weak});
   PoseGaussian motion;
   motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
-  const PoseDensity predicted =
-      predict_as_in_paper(posterior_, motion, false, settings_.motion, motion_.unseen_until(frame.stamp_ns));
+  const PoseDensity predicted = predict_as_in_paper(
+      posterior_, motion_with_noise(motion, false, settings_.motion, motion_.unseen_until(frame.stamp_ns)));
   path_.append(to_pose_gaussian(predicted), false, calibration_error(), result);
 }
 

@@ -2,6 +2,7 @@
 #include "stereo_slam/slam/slam.hpp"
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -92,11 +93,13 @@ Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
 }
 
 TrackedPose Slam::update(FrameMeasurement measured, std::int64_t stamp_ns) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   const PoseGaussian& prior = measured.prior;
   const Matrix6<double> by_displacement = correct_displacement(measured);
   PoseUpdate update{.posterior = prior};
   if (usual_basis() == PoseBasis::kLandmarks)
     update = update_pose(prior, measured.matches, local_map_.view(), settings_.update);
+  if (!settings_.update.noise_from_residuals) update.variance_ratio.setConstant(kUnknown);
   const bool left_alone = !uses_right_image();
   if (left_alone && jumps(prior.pose, update.posterior, stamp_ns)) update = {.posterior = prior};
   local_map_.update_correlation(prior, update.posterior.pose, update.used);
@@ -231,8 +234,8 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
   result.status = judge({.waits = waits, .weak = result.weak});
   PoseGaussian motion;
   motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
-  const PoseGaussian predicted =
-      predict_pose(posterior_, motion, false, settings_.motion, motion_.unseen_until(frame.stamp_ns));
+  PoseGaussian predicted = predict(motion, false, frame.stamp_ns);
+  predicted.covariance = NoiseScale::scaled(predicted.covariance, noise_.variance_ratio());
   path_.append(predicted, false, calibration_error(), result);
 }
 
@@ -256,18 +259,16 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   result.is_keyframe = true;
 }
 
-/// The posterior with the covariance that its measurements have. If landmarks measured the pose, it is scaled
-/// to the noise that the residuals show, or, with noise_from_residuals off, to the assumed noise. Otherwise
-/// it stays as it is. The filter itself goes on with the assumed noise.
+/// The posterior with the covariance that its measurements have: the filter's, which is in units of the
+/// assumed noise of the pixels, times what the residuals show of the noise. (A pose by the last keyframe has
+/// no such factor yet.)
 PoseGaussian Slam::measured_pose(const TrackedPose& tracked) const {
   PoseGaussian pose = tracked.posterior;
-  if (tracked.basis != PoseBasis::kLandmarks) return pose;
-  if (settings_.update.noise_from_residuals) {
-    pose.covariance =
-        NoiseScale::scaled(pose.covariance, noise_.variance_ratio_of_frame(tracked.variance_ratio));
-  } else {
-    pose.covariance *= expected_variance_ratio(settings_.update);
-  }
+  if (tracked.basis == PoseBasis::kKeyframe) return pose;
+  pose.covariance =
+      NoiseScale::scaled(pose.covariance, tracked.basis == PoseBasis::kLandmarks
+                                              ? noise_.variance_ratio_of_frame(tracked.variance_ratio)
+                                              : noise_.variance_ratio());
   return pose;
 }
 

@@ -102,6 +102,8 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::vector<StereoPlane> points_of_previous() const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
+  [[nodiscard]] PoseGaussian predict(const PoseGaussian& T_previous_current, bool odometry_valid,
+                                     std::int64_t stamp_ns) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
   [[nodiscard]] RightImageFit searched_along_rows(const FrameImages& images, const RightImageState& right,
                                                   const std::vector<Match>& matches) const;

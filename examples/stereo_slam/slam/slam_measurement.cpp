@@ -98,13 +98,23 @@ FrameMeasurement Slam::measure(const FrameImages& images,
   if (displacement && measured.odometry.valid)
     measured.odometry.T_previous_current.covariance += displacement->pose_covariance();
   clock.lap("odometry");
-  measured.prior = predict_pose(posterior_, measured.odometry.T_previous_current, measured.odometry.valid,
-                                settings_.motion, motion_.unseen_until(images.frame.stamp_ns));  // eqs. 5-7
+  measured.prior = predict(measured.odometry.T_previous_current, measured.odometry.valid,
+                           images.frame.stamp_ns);  // eqs. 5-7
   clock.lap("predict");
   find_landmarks(images, measured, trace);  // Alg. 3
   measured.displacement_left = displacement_of(measured);
   clock.lap("associate");
   return measured;
+}
+
+/// The prior of a frame. Covariances of the filter are in units of the assumed noise of the pixels, that of
+/// the motion is as the images show it: it is converted.
+PoseGaussian Slam::predict(const PoseGaussian& T_previous_current, bool odometry_valid,
+                           std::int64_t stamp_ns) const {
+  PoseGaussian motion =
+      motion_with_noise(T_previous_current, odometry_valid, settings_.motion, motion_.unseen_until(stamp_ns));
+  motion.covariance = NoiseScale::scaled(motion.covariance, noise_.variance_ratio().cwiseInverse());
+  return predict_pose(posterior_, motion);
 }
 
 void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured) const {

@@ -9,28 +9,6 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kMinRotationSigma_rad = 2e-4;   // of a measured motion, per axis
-constexpr double kMinTranslationSigma_m = 2e-3;  // of a measured motion, per axis
-
-/// Noise v_k of the prediction.
-[[nodiscard]] Matrix6<double> motion_covariance(const PoseGaussian& T_previous_current, bool odometry_valid,
-                                                const UnseenSteps& unseen, const MotionSettings& settings) {
-  const auto diagonal = [](double rotation_sigma_rad, double translation_sigma_m) {
-    Vector6<double> variance;
-    variance << Vector3<double>::Constant(rotation_sigma_rad * rotation_sigma_rad),
-        Vector3<double>::Constant(translation_sigma_m * translation_sigma_m);
-    return Matrix6<double>(variance.asDiagonal());
-  };
-  if (!odometry_valid) {
-    // The unknown translation has a constant velocity: its standard deviation grows with the number of steps.
-    // That of the rotation grows with the square root.
-    const double growth = std::sqrt(unseen.now * (2.0 * unseen.before + unseen.now));
-    return diagonal(std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad,
-                    growth * settings.lost_translation_sigma_m);
-  }
-  return T_previous_current.covariance + diagonal(kMinRotationSigma_rad, kMinTranslationSigma_m);
-}
-
 /// The density without its correlation of orientation and translation.
 [[nodiscard]] PoseDensity decoupled(const PoseDensity& density) {
   return PoseDensity::independent(density.orientation(), density.mean_translation(),
@@ -39,18 +17,33 @@ constexpr double kMinTranslationSigma_m = 2e-3;  // of a measured motion, per ax
 
 }  // namespace
 
-PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& T_previous_current,
-                          bool odometry_valid, const MotionSettings& settings, const UnseenSteps& unseen) {
-  const Matrix6<double> covariance = motion_covariance(T_previous_current, odometry_valid, unseen, settings);
-  return antipode::predict_closed_form(posterior, T_previous_current.pose, {Pose::identity(), covariance});
+PoseGaussian motion_with_noise(const PoseGaussian& T_previous_current, bool odometry_valid,
+                               const MotionSettings& settings, const UnseenSteps& unseen) {
+  if (odometry_valid) return T_previous_current;
+  // The unknown translation has a constant velocity: its standard deviation grows with the number of steps.
+  // That of the rotation grows with the square root.
+  const double growth = std::sqrt(unseen.now * (2.0 * unseen.before + unseen.now));
+  const double rotation_sigma_rad = std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad;
+  const double translation_sigma_m = growth * settings.lost_translation_sigma_m;
+  Vector6<double> variance;
+  variance << Vector3<double>::Constant(rotation_sigma_rad * rotation_sigma_rad),
+      Vector3<double>::Constant(translation_sigma_m * translation_sigma_m);
+  return {T_previous_current.pose, variance.asDiagonal()};
 }
 
-PoseDensity predict_as_in_paper(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
-                                bool odometry_valid, const MotionSettings& settings,
-                                const UnseenSteps& unseen) {
-  const Matrix6<double> covariance = motion_covariance(T_previous_current, odometry_valid, unseen, settings);
+PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& motion) {
+  return antipode::predict_closed_form(posterior, motion.pose, {Pose::identity(), motion.covariance});
+}
+
+PoseDensity predict_as_in_paper(const PoseDensity& posterior, const PoseGaussian& motion) {
+  constexpr double kMinRotationSigma_rad = 2e-4;   // per axis, of motions whose errors are those of features
+  constexpr double kMinTranslationSigma_m = 2e-3;  // likewise
+  Vector6<double> least;
+  least << Vector3<double>::Constant(kMinRotationSigma_rad),
+      Vector3<double>::Constant(kMinTranslationSigma_m);
+  const Matrix6<double> covariance = motion.covariance + Matrix6<double>(least.cwiseAbs2().asDiagonal());
   const auto noise = decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance));
-  return antipode::predict(posterior, T_previous_current.pose, noise, antipode::PaperPoseRule{},
+  return antipode::predict(posterior, motion.pose, noise, antipode::PaperPoseRule{},
                            {.keep_coupling = false});
 }
 

@@ -41,10 +41,10 @@ double mean_nees(int runs, int frames, bool track_correlation, double inverse_do
       truth = truth * test::car_motion(0.4);
       Vector6<double> error;
       for (double& e : error) e = normal(random);
-      PoseGaussian odometry;  // its covariance is the least that the settings allow
+      PoseGaussian odometry = noise;
       odometry.pose =
           test::car_motion(0.4).boxplus(noise.covariance.diagonal().cwiseSqrt().cwiseProduct(error));
-      const auto prior = predict_pose(state, odometry, true, settings.motion);
+      const auto prior = predict_pose(state, odometry);
       if (track_correlation) map.predict_correlation(odometry.pose);
       std::vector<Match> matches;
       for (const auto& p : project_landmarks(map.view(), prior, 1e3)) {

@@ -223,22 +223,22 @@ TEST_CASE("Prediction composes and its covariance grows with the lever arm", "[s
   P.diagonal() << 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6;
   const PoseGaussian state{test::car_motion(3.0), P};
   const MotionSettings settings;
-  const PoseGaussian predicted = predict_pose(state, odometry, true, settings);
+  const PoseGaussian predicted = predict_pose(state, odometry);
   CHECK(predicted.pose.is_approx(test::car_motion(3.0) * odometry.pose, 1e-9));
   CHECK(predicted.covariance(3, 3) > 90e-6);           // (10 m)^2 * 1e-6 rad^2 of yaw, sideways
   CHECK(std::abs(predicted.covariance(1, 3)) > 5e-6);  // and correlated with it
-  const PoseGaussian lost = predict_pose(state, odometry, false, settings);
+  const PoseGaussian lost = predict_pose(state, motion_with_noise(odometry, false, settings));
   CHECK(lost.covariance(5, 5) > 0.9 * settings.lost_translation_sigma_m * settings.lost_translation_sigma_m);
   double variance = 0.0;  // of ten lost frames in a row
   const auto lost_variance = [&](const UnseenSteps& unseen) {
-    return predict_pose(state, PoseGaussian{}, false, settings, unseen).covariance(5, 5) -
+    return predict_pose(state, motion_with_noise({}, false, settings, unseen)).covariance(5, 5) -
            state.covariance(5, 5);
   };
   for (int k = 0; k < 10; ++k) variance += lost_variance({static_cast<double>(k), 1.0});
   CHECK(lost_variance({0.0, 10.0}) == Approx(variance).epsilon(0.01));  // or in one frame as long as they
   CHECK(std::sqrt(variance) == Approx(10.0 * settings.lost_translation_sigma_m).epsilon(0.01));
-  const PoseGaussian independent = antipode::to_pose_gaussian(
-      predict_as_in_paper(antipode::to_bingham_gaussian(state), odometry, true, settings));
+  const PoseGaussian independent =
+      antipode::to_pose_gaussian(predict_as_in_paper(antipode::to_bingham_gaussian(state), odometry));
   CHECK(std::abs(independent.covariance(1, 3)) < 1e-12);
 }
 
