@@ -20,11 +20,15 @@ using namespace stereo_slam;
 void read_messages(MessageFile& file) {
   (void)file.times();
   for (const auto& topic : file.topics()) {
-    for (const auto& place : file.places(topic.name)) {
+    const auto places = file.places(topic.name);
+    const auto beginnings = file.read_beginnings(places);
+    for (std::size_t i = 0; i < places.size(); ++i) {
       try {
-        const std::size_t beginning = file.read(place, kStampedBytes).size();
-        const std::size_t all = file.read(place).size();
-        require(beginning >= std::min(all, kStampedBytes), "the beginning of a message is shorter");
+        const auto message = file.read(places[i]);
+        const auto& [bytes, count, fault] = beginnings[i];
+        require(fault.empty() && count == std::min(message.size(), kStampedBytes) &&
+                    std::equal(bytes.begin(), bytes.begin() + count, message.begin()),
+                "a message and its beginning differ");
       } catch (const std::runtime_error&) {  // of one message
       } catch (const std::invalid_argument&) {
       }

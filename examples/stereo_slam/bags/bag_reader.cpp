@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -112,12 +114,11 @@ std::vector<BagReader::Message> BagReader::messages(const std::string& topic) co
   return found;
 }
 
-RosMessage BagReader::read(const std::string& topic, const Message& message, std::size_t most_bytes) {
+RosMessage BagReader::read(const std::string& topic, const Message& message) {
   const BagTopic& of = topics_.at(topic);
   if (last_read_ != nullptr && last_read_ != message.part) last_read_->messages->release();
   last_read_ = message.part;
-  return {of.type, serialization_of(of.serialization),
-          message.part->messages->read(message.place, most_bytes)};
+  return {of.type, serialization_of(of.serialization), message.part->messages->read(message.place)};
 }
 
 void BagReader::read_image(const std::string& topic, std::size_t i,
@@ -142,24 +143,44 @@ std::vector<BagTopic> BagReader::topics() const {
   return topics;
 }
 
-std::vector<IndexedImages> BagReader::index_images(const std::vector<std::string>& topics) {
-  struct Image : Message {
-    std::size_t topic = 0;
-  };
-  std::vector<Image> all;
+std::vector<BagReader::Indexed> BagReader::read_beginnings(const BagPart& part,
+                                                           const std::vector<std::string>& topics) {
+  std::vector<Indexed> messages;
+  std::vector<MessagePlace> places;
   for (std::size_t topic = 0; topic < topics.size(); ++topic) {
-    for (const auto& message : messages(topics[topic])) all.push_back({message, topic});
-    images_[topics[topic]].clear();
+    const auto more = call(part, [&](MessageFile& file) { return file.places(topics[topic]); });
+    places.insert(places.end(), more.begin(), more.end());
+    messages.resize(places.size(), {{&part, {}}, topic, {}});
   }
-  sort_by_time(all);  // so that no part of a file is read twice
+  const auto beginnings = call(part, [&](MessageFile& file) { return file.read_beginnings(places); });
+  part.messages->release();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    messages[i].place = places[i];
+    messages[i].place.record_ns = bounded(places[i].record_ns);
+    messages[i].beginning = beginnings[i];
+  }
+  return messages;
+}
+
+std::vector<IndexedImages> BagReader::index_images(const std::vector<std::string>& topics) {
+  std::vector<Indexed> all;
+  for (const auto& part : parts_) {
+    auto messages = read_beginnings(part, topics);
+    std::ranges::move(messages, std::back_inserter(all));
+  }
+  sort_by_time(all);
+  for (const auto& topic : topics) images_[topic].clear();
   std::vector<IndexedImages> indexed(topics.size());
   for (const auto& image : all) {
-    const std::string& topic = topics[image.topic];
+    const BagTopic& topic = topics_.at(topics[image.topic]);
     auto& [times, unreadable, first_fault] = indexed[image.topic];
     try {
-      const auto stamp_ns = header_stamp_ns(read(topic, image, kStampedBytes));
+      const auto& beginning = image.beginning;
+      if (!beginning.fault.empty()) throw std::runtime_error(beginning.fault);
+      const auto bytes = std::span(beginning.bytes).first(beginning.count);
+      const auto stamp_ns = header_stamp_ns({topic.type, serialization_of(topic.serialization), bytes});
       times.push_back({.header_ns = stamp_ns, .record_ns = image.place.record_ns});
-      images_[topic].push_back(image);
+      images_[topic.name].push_back(image);
     } catch (const std::exception& error) {
       if (unreadable++ == 0) first_fault = error.what();
     }

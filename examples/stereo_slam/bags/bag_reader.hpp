@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -69,16 +68,25 @@ class BagReader {
     MessagePlace place;
   };
 
+  /// A message of one of several topics.
+  struct Indexed : Message {
+    std::size_t topic = 0;
+    MessageBeginning beginning;
+  };
+
   /// From the first to the last message.
   [[nodiscard]] double duration_s() const;
 
   /// The messages of a topic in order of recording.
   [[nodiscard]] std::vector<Message> messages(const std::string& topic) const;
 
-  /// A message of a topic, or at least its first bytes. Throws without the name of the file. Only the part
-  /// that was read last keeps messages in memory.
-  [[nodiscard]] RosMessage read(const std::string& topic, const Message& message,
-                                std::size_t most_bytes = std::numeric_limits<std::size_t>::max());
+  /// A message of a topic. Throws without the name of the file. Only the part that was read last keeps
+  /// messages in memory.
+  [[nodiscard]] RosMessage read(const std::string& topic, const Message& message);
+
+  /// The messages of topics in a part, with their beginnings.
+  [[nodiscard]] static std::vector<Indexed> read_beginnings(const BagPart& part,
+                                                            const std::vector<std::string>& topics);
 
   /// Calls `use` with image `i` of an indexed topic, and adds the names of both to its errors.
   void read_image(const std::string& topic, std::size_t i, const std::function<void(const RosMessage&)>& use);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
 #include <sqlite3.h>
@@ -67,23 +68,15 @@ class Db3File : public MessageFile {
     return places;
   }
 
-  using MessageFile::read;
-  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place,
-                                                   std::size_t most_bytes) override {
-    const auto row = static_cast<sqlite3_int64>(place.offset);
-    sqlite3_blob* blob = blob_.get();
-    const int status = blob != nullptr
-                           ? sqlite3_blob_reopen(blob, row)
-                           : sqlite3_blob_open(database_.get(), "main", "messages", "data", row, 0, &blob);
-    if (blob_ == nullptr) blob_.reset(blob);
-    if (status == SQLITE_OK) {
-      bytes_.resize(std::min(most_bytes, static_cast<std::size_t>(sqlite3_blob_bytes(blob))));
-      if (sqlite3_blob_read(blob, bytes_.data(), static_cast<int>(bytes_.size()), 0) == SQLITE_OK)
-        return bytes_;
-    }
-    const std::string why = sqlite3_errmsg(database_.get());
-    blob_.reset();  // it cannot be used again
-    throw std::runtime_error(fmt::format("the message cannot be read ({}); {}", why, kDatabaseAdvice));
+  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place) override {
+    return read(place, std::numeric_limits<std::size_t>::max());
+  }
+
+  [[nodiscard]] std::vector<MessageBeginning> read_beginnings(std::span<const MessagePlace> places) override {
+    std::vector<MessageBeginning> beginnings(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i)
+      fill_beginning(beginnings[i], [&] { return read(places[i], kStampedBytes); });
+    return beginnings;
   }
 
   void release() override {
@@ -101,6 +94,24 @@ class Db3File : public MessageFile {
     void operator()(sqlite3_blob* blob) const { sqlite3_blob_close(blob); }
   };
   using Statement = std::unique_ptr<sqlite3_stmt, Close>;
+
+  /// The message, or at least its first `most_bytes`.
+  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place, std::size_t most_bytes) {
+    const auto row = static_cast<sqlite3_int64>(place.offset);
+    sqlite3_blob* blob = blob_.get();
+    const int status = blob != nullptr
+                           ? sqlite3_blob_reopen(blob, row)
+                           : sqlite3_blob_open(database_.get(), "main", "messages", "data", row, 0, &blob);
+    if (blob_ == nullptr) blob_.reset(blob);
+    if (status == SQLITE_OK) {
+      bytes_.resize(std::min(most_bytes, static_cast<std::size_t>(sqlite3_blob_bytes(blob))));
+      if (sqlite3_blob_read(blob, bytes_.data(), static_cast<int>(bytes_.size()), 0) == SQLITE_OK)
+        return bytes_;
+    }
+    const std::string why = sqlite3_errmsg(database_.get());
+    blob_.reset();  // it cannot be used again
+    throw std::runtime_error(fmt::format("the message cannot be read ({}); {}", why, kDatabaseAdvice));
+  }
 
   [[noreturn]] void refuse(std::string_view what) const {
     const std::string why = sqlite3_errmsg(database_.get());
