@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "stereo_slam/bags/unpack.hpp"
 #include "stereo_slam/calibration/yaml_map.hpp"
@@ -77,6 +78,14 @@ constexpr const char* kMetadataKey = "rosbag2_bagfile_information";
   return files;
 }
 
+/// Whether a bag, or what is packed or unpacked from it, is among files.
+[[nodiscard]] bool contains(const std::vector<fs::path>& files, const fs::path& bag) {
+  return std::ranges::any_of(files, [&](const fs::path& file) {
+    return file.filename() == bag.filename() || file.stem() == bag.filename() ||
+           file.filename() == bag.stem();
+  });
+}
+
 /// "A,B" as two names.
 [[nodiscard]] std::vector<fs::path> split_names(const std::string& names) {
   std::vector<fs::path> files;
@@ -110,9 +119,14 @@ bool is_bag_recording(const fs::path& recording) {
 
 BagFiles bag_files(const fs::path& recording) {
   if (fs::is_directory(recording) && !has_bag_name(recording)) {
-    if (has_metadata(recording)) return {.files = files_in_metadata(recording), .are_parts = true};
     std::error_code error;
-    BagFiles found{.files = bags_in(recording, error), .are_parts = false};
+    BagFiles found{.files = bags_in(recording, error), .are_parts = has_metadata(recording)};
+    if (found.are_parts) {
+      found.unnamed = std::exchange(found.files, files_in_metadata(recording));
+      std::ranges::sort(found.unnamed);
+      std::erase_if(found.unnamed, [&](const fs::path& bag) { return contains(found.files, bag); });
+      return found;
+    }
     if (found.files.empty()) fail(recording, "contains no bags");
     return found;
   }

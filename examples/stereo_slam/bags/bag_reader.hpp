@@ -59,6 +59,9 @@ class BagReader {
   /// is.
   [[nodiscard]] CameraInfo camera_info(const std::string& topic);
 
+  /// The last message of such a topic.
+  [[nodiscard]] CameraInfo last_camera_info(const std::string& topic);
+
   /// What the files lack, one warning for each that is not whole: "PATH: WHAT".
   [[nodiscard]] std::vector<std::string> warnings() const;
 
@@ -80,6 +83,9 @@ class BagReader {
   /// The messages of a topic in order of recording.
   [[nodiscard]] std::vector<Message> messages(const std::string& topic) const;
 
+  /// A message of sensor_msgs/CameraInfo. Throws with the name of its file.
+  [[nodiscard]] CameraInfo read_camera_info(const std::string& topic, const Message& message);
+
   /// A message of a topic. Throws without the name of the file. Only the part that was read last keeps
   /// messages in memory.
   [[nodiscard]] RosMessage read(const std::string& topic, const Message& message);
@@ -92,6 +98,7 @@ class BagReader {
   void read_image(const std::string& topic, std::size_t i, const std::function<void(const RosMessage&)>& use);
 
   std::filesystem::path recording_;
+  std::vector<std::string> warnings_;  ///< of the parts together
   std::vector<BagPart> parts_;
   const BagPart* last_read_ = nullptr;
   std::map<std::string, BagTopic> topics_;
