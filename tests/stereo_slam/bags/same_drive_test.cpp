@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/dataset/euroc.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/support/bags.hpp"
 #include "stereo_slam/support/db3_writer.hpp"
@@ -80,10 +81,22 @@ TEST_CASE("Rectified images in every kind of bag are those of the same drive as 
   }
 }
 
-TEST_CASE("Raw images in every kind of bag are those of the same drive in a bag of ROS 1", "[bags]") {
-  const auto folder = bags();
-  if (!folder) return;
-  const auto ros1 = whole_sequence(*folder / "stereo.bag");
+TEST_CASE("Raw images in every kind of bag are those of the same drive as EuRoC, and in a bag of ROS 1",
+          "[bags]") {
+  const TemporaryFolder folder;
+  write_tiny_euroc(folder.path(), kFrames);
+  const auto euroc = scan_euroc(folder.path()).sequence;
+  REQUIRE(euroc.rectifier);
   for_each_bag({.frames = kFrames, .image = "image_raw"},
-               [&](const fs::path& bag) { check_same(whole_sequence(bag), ros1); });
+               [&](const fs::path& bag) { check_same(whole_sequence(bag), euroc); });
+  const auto ros1 = bags();
+  if (ros1) check_same(whole_sequence(*ros1 / "stereo.bag"), euroc);
+}
+
+TEST_CASE("Rectified images in a bag of ROS 1 are those of the same drive as KITTI", "[bags]") {
+  const auto ros1 = bags();
+  if (!ros1) return;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), kFrames);
+  check_same(whole_sequence(*ros1 / "rgb.bag"), scan_kitti(folder.path()).sequence);
 }
