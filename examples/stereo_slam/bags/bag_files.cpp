@@ -40,7 +40,8 @@ constexpr const char* kMetadataKey = "rosbag2_bagfile_information";
   const fs::path file = folder / name;
   for (const auto& candidate : {file, folder / name.filename(), fs::path(file.string() + ".zstd"),
                                 file.parent_path() / file.stem()}) {
-    if (fs::is_regular_file(candidate)) return candidate;
+    std::error_code error;  // a name may be too long
+    if (fs::is_regular_file(candidate, error)) return candidate;
   }
   fail(folder / kMetadataFile,
        "names {}, which is not there; copy it to the folder, or remove {} to read the files that are there",
@@ -118,8 +119,8 @@ bool is_bag_recording(const fs::path& recording) {
 }
 
 BagFiles bag_files(const fs::path& recording) {
-  if (fs::is_directory(recording) && !has_bag_name(recording)) {
-    std::error_code error;
+  std::error_code error;
+  if (fs::is_directory(recording, error) && !has_bag_name(recording)) {
     BagFiles found{.files = bags_in(recording, error), .are_parts = has_metadata(recording)};
     if (found.are_parts) {
       found.unnamed = std::exchange(found.files, files_in_metadata(recording));
@@ -131,7 +132,7 @@ BagFiles bag_files(const fs::path& recording) {
     return found;
   }
   const std::string names = recording.string();
-  if (fs::exists(recording) || names.find(',') == std::string::npos)
+  if (fs::exists(recording, error) || names.find(',') == std::string::npos)
     return {.files = {recording}, .are_parts = false};
   return {.files = split_names(names), .are_parts = false};
 }

@@ -34,9 +34,10 @@ auto call(const BagPart& part, const Read& read) {
 }
 
 [[nodiscard]] BagPart open_part(const fs::path& file) {
-  if (!fs::exists(file)) fail(file, "no such file");
-  if (fs::is_directory(file)) fail(file, "is a folder with the name of a bag; rename it");
-  if (!fs::is_regular_file(file)) fail(file, "it is not an ordinary file; copy the bag to one");
+  std::error_code error;  // a name may be too long
+  if (!fs::exists(file, error)) fail(file, "no such file");
+  if (fs::is_directory(file, error)) fail(file, "is a folder with the name of a bag; rename it");
+  if (!fs::is_regular_file(file, error)) fail(file, "it is not an ordinary file; copy the bag to one");
   BagPart part{.file = file, .messages = nullptr, .times = {}};
   try {
     part.messages = open_message_file(file);

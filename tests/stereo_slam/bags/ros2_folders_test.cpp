@@ -111,6 +111,9 @@ TEST_CASE("Folders of rosbag2 that cannot be used are refused in one line", "[ba
   CHECK_THAT(error_with(metadata_of({"drive_0.mcap"})),
              Catch::Contains("metadata.yaml: names drive_0.mcap, which is not there"));
   CHECK_THAT(error_with(metadata_of({})), Catch::Contains("names no file"));
+  const std::string longest(300, 'a');  // names may have 255 bytes
+  CHECK_THAT(error_with(metadata_of({longest})), Catch::Contains(longest + ", which is not there"));
+  CHECK_THAT(error_of(folder / (longest + ".mcap")), Catch::Contains("no such file"));
   CHECK_THAT(error_with("rosbag2_bagfile_information: 3\n"), Catch::Contains("metadata.yaml:1:"));
   CHECK_THAT(error_with("rosbag2_bagfile_information: {version: 8}\n"),
              Catch::Contains("has no relative_file_paths"));
