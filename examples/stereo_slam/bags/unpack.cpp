@@ -150,8 +150,7 @@ void UnpackStream::begin(ReadPacked read_packed) {
 std::size_t UnpackStream::read(std::span<std::uint8_t> room) {
   std::size_t filled = 0;
   while (filled < room.size()) {
-    const bool is_new = packed_.empty();
-    if (is_new) packed_ = std::span(part_).first(read_packed_(part_));
+    if (packed_.empty()) packed_ = std::span(part_).first(read_packed_(part_));
     const std::size_t before = packed_.size();
     const std::size_t count = decoder_->decode(packed_, room.subspan(filled));
     filled += count;

@@ -2,8 +2,10 @@
 // One drive in every kind of bag is one drive.
 #include <algorithm>
 #include <functional>
+#include <random>
 
 #include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/bags/message_file.hpp"
 #include "stereo_slam/dataset/euroc.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/support/bags.hpp"
@@ -99,4 +101,27 @@ TEST_CASE("Rectified images in a bag of ROS 1 are those of the same drive as KIT
   const TemporaryFolder folder;
   write_tiny_sequence(folder.path(), kFrames);
   check_same(whole_sequence(*ros1 / "rgb.bag"), scan_kitti(folder.path()).sequence);
+}
+
+TEST_CASE("The beginnings of messages are those of the messages, in any order", "[bags]") {
+  std::mt19937 random(5);
+  for_each_bag({.frames = kFrames}, [&](const fs::path& bag) {
+    CAPTURE(bag.string());
+    const auto file = open_message_file(bag);
+    std::vector<MessagePlace> places;
+    for (const auto& topic : file->topics()) {
+      const auto more = file->places(topic.name);
+      places.insert(places.end(), more.begin(), more.end());
+    }
+    std::ranges::shuffle(places, random);
+    const auto beginnings = file->read_beginnings(places);
+    REQUIRE(beginnings.size() == places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto message = file->read(places[i]);
+      const auto& [bytes, count, fault] = beginnings[i];
+      CHECK(fault.empty());
+      REQUIRE(count == std::min(message.size(), kStampedBytes));
+      CHECK(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count), message.begin()));
+    }
+  });
 }
