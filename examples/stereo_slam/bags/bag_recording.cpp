@@ -186,6 +186,15 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   return topics;
 }
 
+/// Whether the last message of a topic is another calibration than this one; not if it is damaged.
+[[nodiscard]] bool changes(BagReader& reader, const std::string& name, const CameraInfo& info) {
+  try {
+    return !(reader.last_camera_info(name) == info);
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
 /// The calibration in the bag's camera_info.
 [[nodiscard]] OwnCamera calibration_inside(BagReader& reader, const TopicPair& topics, const fs::path& file) {
   if (topics.side_by_side()) {
@@ -222,7 +231,7 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   if (const auto warning = baseline_warning(of_left, of_right); !warning.empty())
     own.warnings.push_back(fmt::format("{}: {}: {}", file.string(), right, warning));
   for (const auto& [name, info] : {std::pair(left, of_left), {right, of_right}}) {
-    if (reader.last_camera_info(name) == info) continue;
+    if (!changes(reader, name, info)) continue;
     own.warnings.push_back(
         fmt::format("{}: {} changes during the recording; its first calibration is used for all images",
                     file.string(), name));

@@ -81,13 +81,19 @@ TEST_CASE("A camera_info may come once, at any time", "[bags]") {
   }
 }
 
-TEST_CASE("A camera_info that changes during the recording is a warning", "[bags]") {
+TEST_CASE("A camera_info that changes during the recording is a warning; a damaged one is none", "[bags]") {
   const auto problem = problem_of(changed([](TestMessage& message) {
     if (message.topic == "/stereo/left/camera_info" && message.record_ns > kDriveStart_ns + 4 * kDriveStep_ns)
       message.bytes = cdr_camera_info({.coefficients = 0, .f = 210.0, .Tx = 0.0}, false);
     return true;
   }));
   CHECK_THAT(problem, Catch::Contains("/stereo/left/camera_info changes during the recording; its first"));
+  const auto damaged = scan_of(changed([](TestMessage& message) {
+    if (is_info(message) && message.record_ns > kDriveStart_ns + 4 * kDriveStep_ns) message.bytes.resize(20);
+    return true;
+  }));
+  CHECK(damaged.problems.empty());
+  CHECK(damaged.sequence.frames.size() == 5);
 }
 
 TEST_CASE("Names of topics may begin without a slash", "[bags]") {
