@@ -15,8 +15,6 @@
 #include <variant>
 #include <vector>
 
-#include <antipode/distributions/covariance_conventions.hpp>
-
 #include "images.hpp"
 
 namespace py = pybind11;
@@ -92,14 +90,6 @@ using Cameras = std::variant<std::filesystem::path, std::array<double, 5>>;
   return stacked(points.size(), {3}, [&](std::size_t i) { return points[i].position_world; });
 }
 
-/// antipode::to_ros_covariance of a pose as a 4x4 matrix with its 6x6 covariance.
-[[nodiscard]] RowMajor<6> ros_covariance(const RowMajor<4>& T, const RowMajor<6>& covariance) {
-  const Pose pose =
-      Pose::from_matrix(Matrix3<double>(T.topLeftCorner<3, 3>()), Vector3<double>(T.topRightCorner<3, 1>()));
-  const auto rows = antipode::to_ros_covariance(PoseGaussian{pose, covariance});
-  return Eigen::Map<const RowMajor<6>>(rows.data());
-}
-
 void add_frame(py::module_& module) {
   py::class_<FrameResult>(module, "Frame", "The result of one image pair.")
       .def_readonly("index", &FrameResult::index, "number of pairs processed before")
@@ -165,8 +155,4 @@ PYBIND11_MODULE(stereo_slam, module) {
   module.doc() = "Stereo visual SLAM with a covariance for every pose.";
   add_frame(module);
   add_slam(module);
-  module.def("ros_covariance", &ros_covariance, py::arg("T"), py::arg("covariance"),
-             "The covariance of geometry_msgs/PoseWithCovariance, 6x6: position, then rotation, along the "
-             "axes of the "
-             "parent frame");
 }

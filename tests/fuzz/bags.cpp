@@ -16,15 +16,21 @@ namespace {
 
 using namespace stereo_slam;
 
-/// Every message of a file, in full and its beginning.
-void read_messages(MessageFile& file) {
+/// Every message of a file, in full and its beginning, which are the same if a place leads to one message
+/// only.
+void read_messages(MessageFile& file, bool has_stable_places) {
   (void)file.times();
   for (const auto& topic : file.topics()) {
-    for (const auto& place : file.places(topic.name)) {
+    const auto places = file.places(topic.name);
+    const auto beginnings = file.read_beginnings(places);
+    for (std::size_t i = 0; i < places.size(); ++i) {
       try {
-        const std::size_t beginning = file.read(place, kStampedBytes).size();
-        const std::size_t all = file.read(place).size();
-        require(beginning >= std::min(all, kStampedBytes), "the beginning of a message is shorter");
+        const auto message = file.read(places[i]);
+        const auto& [bytes, count, fault] = beginnings[i];
+        if (!has_stable_places) continue;
+        require(fault.empty() && count == std::min(message.size(), kStampedBytes) &&
+                    std::equal(bytes.begin(), bytes.begin() + count, message.begin()),
+                "a message and its beginning differ");
       } catch (const std::runtime_error&) {  // of one message
       } catch (const std::invalid_argument&) {
       }
@@ -37,7 +43,8 @@ void read_messages(MessageFile& file) {
 void read_bag(Bytes bytes, const std::string& name) {
   const auto bag = folder().write(name, bytes);
   try {
-    read_messages(*open_message_file(bag));
+    // In a damaged database several rows may have the same number.
+    read_messages(*open_message_file(bag), bag.extension() != ".db3");
   } catch (const std::runtime_error&) {
   } catch (const std::invalid_argument&) {
   }

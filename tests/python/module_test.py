@@ -149,17 +149,6 @@ class ModuleTest(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "nowhere.yaml"):
             stereo_slam.StereoSlam("nowhere.yaml")
 
-    def test_the_covariance_of_ros(self):
-        angle = 0.3
-        R = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
-        T = np.eye(4)
-        T[:3, :3], T[:3, 3] = R, [1, 2, 3]
-        A = np.random.default_rng(1).normal(size=(6, 6))
-        P = A @ A.T
-        order = [3, 4, 5, 0, 1, 2]
-        turned = np.kron(np.eye(2), R) @ P @ np.kron(np.eye(2), R).T
-        np.testing.assert_allclose(stereo_slam.ros_covariance(T, P), turned[np.ix_(order, order)], rtol=1e-12, atol=1e-12)
-
     @unittest.skipUnless(os.access(PROGRAM, os.X_OK), "the program is not built")
     def test_the_program_has_the_same_poses(self):
         with tempfile.TemporaryDirectory() as name:
@@ -181,7 +170,7 @@ class ModuleTest(unittest.TestCase):
 
     def test_the_documentation(self):
         text = (pathlib.Path(__file__).parents[2] / "docs/embedding.md").read_text()
-        code = text[text.index("import stereo_slam\n"):]
+        code = text[text.index("import antipode\nimport stereo_slam\n"):]
         code = code[:code.index("```")]
         before = os.getcwd()
         with tempfile.TemporaryDirectory() as folder:
@@ -189,9 +178,11 @@ class ModuleTest(unittest.TestCase):
             try:
                 pathlib.Path("calibration.yaml").write_text(
                     "rectified: {fx: 200, fy: 200, cx: 160, cy: 60, baseline_m: 0.4}\n")
-                names = {"pairs": [(*pair(i), i * PERIOD_NS) for i in range(4)], "print": lambda *values: None}
+                names = {"pairs": [(*pair(i), i * PERIOD_NS) for i in range(4)], "print": lambda *values: None, "numpy": np}
                 exec(code, names)
                 self.assertEqual(names["of_ros"].shape, (6, 6))
+                self.assertEqual(names["lidar"].pose.matrix.shape, (4, 4))
+                self.assertTrue(names["both"].converged)
                 self.assertTrue(pathlib.Path("hall.map").exists())
             finally:
                 os.chdir(before)

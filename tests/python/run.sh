@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the SLAM as an archive for shared libraries (some CPU minutes), installs it to a folder, builds examples/python with it, and
-# tests the module. Exit status 77: Debian's pybind11-dev or python3-numpy is not installed.
+# tests the modules. Exit status 77: Debian's pybind11-dev or python3-numpy is not installed.
 #
 #   tests/python/run.sh [STEREO_SLAM [BUILD_DIR]]
 #
@@ -29,4 +29,5 @@ cmake -S "$root/examples/python" -B "$build/module" -G Ninja -D CMAKE_CXX_COMPIL
   -D antipode_ROOT="$build/prefix" >/dev/null
 cmake --build "$build/module"
 export PYTHONPATH=$build/module STEREO_SLAM=$program PLOT_RUN=$root/examples/python/plot_run.py
+"$python" "$root/tests/python/toolkit_test.py"
 "$python" "$root/tests/python/module_test.py"

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "stereo_slam/bags/unpack.hpp"
 #include "stereo_slam/calibration/yaml_map.hpp"
@@ -39,7 +40,8 @@ constexpr const char* kMetadataKey = "rosbag2_bagfile_information";
   const fs::path file = folder / name;
   for (const auto& candidate : {file, folder / name.filename(), fs::path(file.string() + ".zstd"),
                                 file.parent_path() / file.stem()}) {
-    if (fs::is_regular_file(candidate)) return candidate;
+    std::error_code error;  // a name may be too long
+    if (fs::is_regular_file(candidate, error)) return candidate;
   }
   fail(folder / kMetadataFile,
        "names {}, which is not there; copy it to the folder, or remove {} to read the files that are there",
@@ -77,6 +79,14 @@ constexpr const char* kMetadataKey = "rosbag2_bagfile_information";
   return files;
 }
 
+/// Whether a bag, or what is packed or unpacked from it, is among files.
+[[nodiscard]] bool contains(const std::vector<fs::path>& files, const fs::path& bag) {
+  return std::ranges::any_of(files, [&](const fs::path& file) {
+    return file.filename() == bag.filename() || file.stem() == bag.filename() ||
+           file.filename() == bag.stem();
+  });
+}
+
 /// "A,B" as two names.
 [[nodiscard]] std::vector<fs::path> split_names(const std::string& names) {
   std::vector<fs::path> files;
@@ -109,15 +119,20 @@ bool is_bag_recording(const fs::path& recording) {
 }
 
 BagFiles bag_files(const fs::path& recording) {
-  if (fs::is_directory(recording) && !has_bag_name(recording)) {
-    if (has_metadata(recording)) return {.files = files_in_metadata(recording), .are_parts = true};
-    std::error_code error;
-    BagFiles found{.files = bags_in(recording, error), .are_parts = false};
+  std::error_code error;
+  if (fs::is_directory(recording, error) && !has_bag_name(recording)) {
+    BagFiles found{.files = bags_in(recording, error), .are_parts = has_metadata(recording)};
+    if (found.are_parts) {
+      found.unnamed = std::exchange(found.files, files_in_metadata(recording));
+      std::ranges::sort(found.unnamed);
+      std::erase_if(found.unnamed, [&](const fs::path& bag) { return contains(found.files, bag); });
+      return found;
+    }
     if (found.files.empty()) fail(recording, "contains no bags");
     return found;
   }
   const std::string names = recording.string();
-  if (fs::exists(recording) || names.find(',') == std::string::npos)
+  if (fs::exists(recording, error) || names.find(',') == std::string::npos)
     return {.files = {recording}, .are_parts = false};
   return {.files = split_names(names), .are_parts = false};
 }

@@ -18,7 +18,8 @@ namespace stereo_slam {
 /// The files of a recording.
 struct BagFiles {
   std::vector<std::filesystem::path> files;
-  bool are_parts = false;  ///< metadata.yaml says so; otherwise their times have to
+  bool are_parts = false;                        ///< metadata.yaml says so; otherwise their times have to
+  std::vector<std::filesystem::path> unnamed{};  ///< bags in the folder that metadata.yaml does not name
 };
 
 /// Those of a bag; of the parts of one as BAG,BAG,...; of a folder: the files that its metadata.yaml names,

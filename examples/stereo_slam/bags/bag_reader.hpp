@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -60,6 +59,9 @@ class BagReader {
   /// is.
   [[nodiscard]] CameraInfo camera_info(const std::string& topic);
 
+  /// The last message of such a topic.
+  [[nodiscard]] CameraInfo last_camera_info(const std::string& topic);
+
   /// What the files lack, one warning for each that is not whole: "PATH: WHAT".
   [[nodiscard]] std::vector<std::string> warnings() const;
 
@@ -69,21 +71,34 @@ class BagReader {
     MessagePlace place;
   };
 
+  /// A message of one of several topics.
+  struct Indexed : Message {
+    std::size_t topic = 0;
+    MessageBeginning beginning;
+  };
+
   /// From the first to the last message.
   [[nodiscard]] double duration_s() const;
 
   /// The messages of a topic in order of recording.
   [[nodiscard]] std::vector<Message> messages(const std::string& topic) const;
 
-  /// A message of a topic, or at least its first bytes. Throws without the name of the file. Only the part
-  /// that was read last keeps messages in memory.
-  [[nodiscard]] RosMessage read(const std::string& topic, const Message& message,
-                                std::size_t most_bytes = std::numeric_limits<std::size_t>::max());
+  /// A message of sensor_msgs/CameraInfo. Throws with the name of its file.
+  [[nodiscard]] CameraInfo read_camera_info(const std::string& topic, const Message& message);
+
+  /// A message of a topic. Throws without the name of the file. Only the part that was read last keeps
+  /// messages in memory.
+  [[nodiscard]] RosMessage read(const std::string& topic, const Message& message);
+
+  /// The messages of topics in a part, with their beginnings.
+  [[nodiscard]] static std::vector<Indexed> read_beginnings(const BagPart& part,
+                                                            const std::vector<std::string>& topics);
 
   /// Calls `use` with image `i` of an indexed topic, and adds the names of both to its errors.
   void read_image(const std::string& topic, std::size_t i, const std::function<void(const RosMessage&)>& use);
 
   std::filesystem::path recording_;
+  std::vector<std::string> warnings_;  ///< of the parts together
   std::vector<BagPart> parts_;
   const BagPart* last_read_ = nullptr;
   std::map<std::string, BagTopic> topics_;

@@ -27,13 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "/cam0/image_raw/compressed" -> "/cam0/image_raw".
-[[nodiscard]] std::string without_transport(std::string image_topic) {
-  constexpr std::string_view kCompressed = "/compressed";
-  if (image_topic.ends_with(kCompressed)) image_topic.resize(image_topic.size() - kCompressed.size());
-  return image_topic;
-}
-
 /// "/cam0/image_raw" -> "/cam0/camera_info", also for ".../image_raw/compressed".
 [[nodiscard]] std::string camera_info_topic(const std::string& image_topic) {
   const std::string name = without_transport(image_topic);
@@ -156,14 +149,18 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   return fs::path(without_transport(image_topic)).filename().string().find("rect") != std::string::npos;
 }
 
+/// Whether there are messages on a topic.
+[[nodiscard]] bool has_messages(const BagReader& reader, const std::string& name) {
+  return std::ranges::any_of(reader.topics(),
+                             [&](const BagTopic& topic) { return topic.name == name && topic.messages > 0; });
+}
+
 /// Whether P[3], which ROS defines to be 0 for the left camera of a pair, says that a pair of topics is in
 /// order or is not; nothing if there is no camera_info or P[3] of both or of neither is 0.
 [[nodiscard]] std::optional<bool> are_in_order(BagReader& reader, const TopicPair& topics) {
-  const auto all = reader.topics();
   const auto has_baseline = [&](const std::string& image_topic) -> std::optional<bool> {
     const std::string name = camera_info_topic(image_topic);
-    if (std::ranges::none_of(all, [&](const BagTopic& topic) { return topic.name == name; }))
-      return std::nullopt;
+    if (!has_messages(reader, name)) return std::nullopt;
     return reader.camera_info(name).P[3] != 0.0;
   };
   const auto left = has_baseline(topics.left);
@@ -189,6 +186,15 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   return topics;
 }
 
+/// Whether the last message of a topic is another calibration than this one; not if it is damaged.
+[[nodiscard]] bool changes(BagReader& reader, const std::string& name, const CameraInfo& info) {
+  try {
+    return !(reader.last_camera_info(name) == info);
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
 /// The calibration in the bag's camera_info.
 [[nodiscard]] OwnCamera calibration_inside(BagReader& reader, const TopicPair& topics, const fs::path& file) {
   if (topics.side_by_side()) {
@@ -199,10 +205,9 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   }
   const std::string left = camera_info_topic(topics.left);
   const std::string right = camera_info_topic(topics.right);
-  const auto all = reader.topics();
   for (const auto& name : {left, right}) {
-    if (std::ranges::any_of(all, [&](const BagTopic& topic) { return topic.name == name; })) continue;
-    fail(file, "has no {}; name the calibration of the camera: --calibration FILE", name);
+    if (!has_messages(reader, name))
+      fail(file, "has no {}; name the calibration of the camera: --calibration FILE", name);
   }
   const CameraInfo of_left = reader.camera_info(left);
   const CameraInfo of_right = reader.camera_info(right);
@@ -225,6 +230,12 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
   }
   if (const auto warning = baseline_warning(of_left, of_right); !warning.empty())
     own.warnings.push_back(fmt::format("{}: {}: {}", file.string(), right, warning));
+  for (const auto& [name, info] : {std::pair(left, of_left), {right, of_right}}) {
+    if (!changes(reader, name, info)) continue;
+    own.warnings.push_back(
+        fmt::format("{}: {} changes during the recording; its first calibration is used for all images",
+                    file.string(), name));
+  }
   return own;
 }
 

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <limits>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <sqlite3.h>
 #include <stdexcept>
 #include <utility>
@@ -34,6 +40,23 @@ constexpr std::string_view kDatabaseAdvice =
   return fs::exists(file.string() + "-wal") ? uri : uri + "?immutable=1";
 }
 
+/// Whether the file has fewer pages than its header says. With a log beside it the header need not be right.
+[[nodiscard]] bool is_cut_off(const fs::path& file) {
+  constexpr std::size_t kHeader_bytes = 100;  // https://www.sqlite.org/fileformat.html
+  std::array<std::uint8_t, kHeader_bytes> header{};
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream.read(reinterpret_cast<char*>(header.data()), header.size())) return false;
+  if (fs::exists(file.string() + "-wal")) return false;
+  const auto number = [&](std::size_t at, std::size_t bytes) {
+    return std::accumulate(header.begin() + static_cast<std::ptrdiff_t>(at),
+                           header.begin() + static_cast<std::ptrdiff_t>(at + bytes), std::uint64_t{0},
+                           [](std::uint64_t value, std::uint8_t byte) { return 256 * value + byte; });
+  };
+  const std::uint64_t page_bytes = number(16, 2) == 1 ? 65536 : number(16, 2);
+  const bool counts_pages = number(24, 4) == number(92, 4);  // written by a version of SQLite that does
+  return counts_pages && page_bytes * number(28, 4) > fs::file_size(file);
+}
+
 /// A bag in a database of SQLite: the tables topics and messages. The offset of a place is the row of its
 /// message.
 class Db3File : public MessageFile {
@@ -44,8 +67,11 @@ class Db3File : public MessageFile {
         sqlite3_open_v2(uri_of(file).c_str(), &opened, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
     database_.reset(opened);
     if (status != SQLITE_OK) refuse("cannot be opened");
+    // SQLite reads what is left of a file that was cut off only if the schema may be written, which a
+    // connection for reading does not do.
+    sqlite3_exec(opened, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
     read_topics();
-    read_places();
+    read_places(is_cut_off(file));
   }
 
   [[nodiscard]] std::vector<BagTopic> topics() override {
@@ -67,23 +93,15 @@ class Db3File : public MessageFile {
     return places;
   }
 
-  using MessageFile::read;
-  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place,
-                                                   std::size_t most_bytes) override {
-    const auto row = static_cast<sqlite3_int64>(place.offset);
-    sqlite3_blob* blob = blob_.get();
-    const int status = blob != nullptr
-                           ? sqlite3_blob_reopen(blob, row)
-                           : sqlite3_blob_open(database_.get(), "main", "messages", "data", row, 0, &blob);
-    if (blob_ == nullptr) blob_.reset(blob);
-    if (status == SQLITE_OK) {
-      bytes_.resize(std::min(most_bytes, static_cast<std::size_t>(sqlite3_blob_bytes(blob))));
-      if (sqlite3_blob_read(blob, bytes_.data(), static_cast<int>(bytes_.size()), 0) == SQLITE_OK)
-        return bytes_;
-    }
-    const std::string why = sqlite3_errmsg(database_.get());
-    blob_.reset();  // it cannot be used again
-    throw std::runtime_error(fmt::format("the message cannot be read ({}); {}", why, kDatabaseAdvice));
+  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place) override {
+    return read(place, std::numeric_limits<std::size_t>::max());
+  }
+
+  [[nodiscard]] std::vector<MessageBeginning> read_beginnings(std::span<const MessagePlace> places) override {
+    std::vector<MessageBeginning> beginnings(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i)
+      fill_beginning(beginnings[i], [&] { return read(places[i], kStampedBytes); });
+    return beginnings;
   }
 
   void release() override {
@@ -101,6 +119,24 @@ class Db3File : public MessageFile {
     void operator()(sqlite3_blob* blob) const { sqlite3_blob_close(blob); }
   };
   using Statement = std::unique_ptr<sqlite3_stmt, Close>;
+
+  /// The message, or at least its first `most_bytes`.
+  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place, std::size_t most_bytes) {
+    const auto row = static_cast<sqlite3_int64>(place.offset);
+    sqlite3_blob* blob = blob_.get();
+    const int status = blob != nullptr
+                           ? sqlite3_blob_reopen(blob, row)
+                           : sqlite3_blob_open(database_.get(), "main", "messages", "data", row, 0, &blob);
+    if (blob_ == nullptr) blob_.reset(blob);
+    if (status == SQLITE_OK) {
+      bytes_.resize(std::min(most_bytes, static_cast<std::size_t>(sqlite3_blob_bytes(blob))));
+      if (sqlite3_blob_read(blob, bytes_.data(), static_cast<int>(bytes_.size()), 0) == SQLITE_OK)
+        return bytes_;
+    }
+    const std::string why = sqlite3_errmsg(database_.get());
+    blob_.reset();  // it cannot be used again
+    throw std::runtime_error(fmt::format("the message cannot be read ({}); {}", why, kDatabaseAdvice));
+  }
 
   [[noreturn]] void refuse(std::string_view what) const {
     const std::string why = sqlite3_errmsg(database_.get());
@@ -132,7 +168,7 @@ class Db3File : public MessageFile {
   }
 
   /// Reads where the messages are, without these. Of a damaged database, as many as can be read.
-  void read_places() {
+  void read_places(bool is_cut) {
     const Statement query =
         prepare("SELECT rowid, topic_id, timestamp FROM messages NOT INDEXED ORDER BY rowid");
     std::size_t count = 0;
@@ -148,11 +184,11 @@ class Db3File : public MessageFile {
       times_->last_ns = std::max(times_->last_ns, record_ns);
       ++count;
     }
-    if (status == SQLITE_DONE) return;
-    if (count == 0) refuse("is damaged");
+    if (status == SQLITE_DONE && !is_cut) return;
+    if (status != SQLITE_DONE && count == 0) refuse("is damaged");
     warning_ = fmt::format(
         "the database is damaged ({}): {} at its beginning can be read, and later ones are missing",
-        sqlite3_errmsg(database_.get()), counted(count, "message"));
+        is_cut ? "it was cut off" : sqlite3_errmsg(database_.get()), counted(count, "message"));
   }
 
   std::unique_ptr<sqlite3, Close> database_;

@@ -16,6 +16,7 @@
 #include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/images/image_size.hpp"
 #include "stereo_slam/images/jpeg_data.hpp"
+#include "stereo_slam/io/counted.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -57,7 +58,7 @@ const Encoding& encoding_of(const ImageMessage& message) {
       kEncodings, [&](const Encoding& encoding) { return encoding.name == message.encoding; });
   if (found == kEncodings.end()) {
     throw std::invalid_argument(fmt::format(
-        "the encoding {} is not known; record mono8, bgr8, rgb8, bayer_*8, yuv422 or compressed images",
+        "the encoding '{}' is not known; record mono8, bgr8, rgb8, bayer_*8, yuv422 or compressed images",
         message.encoding));
   }
   return *found;
@@ -77,8 +78,13 @@ void check_size(const ImageMessage& message, std::size_t pixel_bytes) {
   require_pixels({message.width, message.height});
   const std::uint64_t needed =
       std::uint64_t{message.step} * (message.height - 1) + message.width * pixel_bytes;
-  if (message.step < message.width * pixel_bytes || message.data.size() < needed)
-    throw std::invalid_argument("the image is truncated; record it again");
+  if (message.step < message.width * pixel_bytes) {
+    throw std::invalid_argument(fmt::format(
+        "a row (step) has {}, but its {} pixels of {} take {}; correct the driver and record it "
+        "again",
+        counted(message.step, "byte"), message.width, message.encoding, message.width * pixel_bytes));
+  }
+  if (message.data.size() < needed) throw std::invalid_argument("the image is truncated; record it again");
 }
 
 /// The upper and the lower byte of each pixel of a checked image with 16 bits a pixel.

@@ -16,6 +16,12 @@ namespace {
 
 }  // namespace
 
+std::span<const std::uint8_t> mcap_message_data(const McapContent& record) {
+  if (record.op != McapOp::kMessage || record.content.size() < kMcapMessageHeader_bytes)
+    throw std::runtime_error("the index of the bag leads to other records; copy or download the bag again");
+  return record.content.subspan(kMcapMessageHeader_bytes);
+}
+
 McapOp read_mcap_content(const RandomFile& file, std::uint64_t offset, std::uint64_t most_bytes,
                          std::vector<std::uint8_t>& content) {
   std::array<std::uint8_t, kMcapRecordHeader_bytes> header{};
@@ -69,16 +75,56 @@ std::span<const std::uint8_t> McapChunks::records(std::uint64_t offset) {
   return chunk.records;
 }
 
-std::uint64_t McapChunks::plain_records_offset(std::uint64_t offset) {
-  if (offset == plain_offset_) return plain_records_;
+void McapBeginnings::begin_chunk(std::uint64_t offset) {
   constexpr std::uint64_t kLongestHeader_bytes = 256;  // with the name of the compression
-  std::vector<std::uint8_t> content;
-  read_mcap_content(file_, offset, kLongestHeader_bytes, content);
-  const McapChunkHeader header = mcap_chunk_header(content);
-  const bool is_plain = compression_of(header.compression) == Compression::kNone;
-  plain_records_ = is_plain ? offset + kMcapRecordHeader_bytes + header.bytes : 0;
-  plain_offset_ = offset;
-  return plain_records_;
+  chunk_ = 0;                                          // until it is begun
+  read_mcap_content(file_, offset, kLongestHeader_bytes, bytes_);
+  const McapChunkHeader header = mcap_chunk_header(bytes_);
+  const Compression compression = compression_of(header.compression);
+  records_ = offset + kMcapRecordHeader_bytes + header.bytes;
+  at_ = 0;
+  stream_ = nullptr;
+  if (compression != Compression::kNone) {
+    stream_ = &streams_.try_emplace(compression, compression).first->second;
+    const std::uint64_t end = std::min(header.packed_bytes, file_.size() - records_) + records_;
+    stream_->begin([this, at = records_, end](std::span<std::uint8_t> room) mutable {
+      const auto part = room.first(std::min<std::uint64_t>(room.size(), end - at));
+      file_.read(at, part);
+      at += part.size();
+      return part.size();
+    });
+  }
+  chunk_ = offset;
+}
+
+std::span<const std::uint8_t> McapBeginnings::read_record(std::uint64_t offset) {
+  constexpr std::size_t kSkippedAtOnce_bytes = std::size_t{1} << 16;
+  constexpr std::size_t kNeeded_bytes = kMcapRecordHeader_bytes + kMcapMessageHeader_bytes + kStampedBytes;
+  while (at_ < offset) {
+    bytes_.resize(std::min<std::uint64_t>(offset - at_, kSkippedAtOnce_bytes));
+    const std::size_t count = stream_->read(bytes_);
+    at_ += count;
+    if (count < bytes_.size()) break;
+  }
+  bytes_.resize(kNeeded_bytes);
+  bytes_.resize(stream_->read(bytes_));
+  at_ += bytes_.size();
+  return bytes_;
+}
+
+std::span<const std::uint8_t> McapBeginnings::read(const MessagePlace& place) {
+  constexpr std::uint64_t kNeeded_bytes = kMcapMessageHeader_bytes + kStampedBytes;
+  if (place.block != 0 && (place.block != chunk_ || place.offset < at_)) begin_chunk(place.block);
+  if (place.block == 0 || stream_ == nullptr) {
+    const std::uint64_t begin = place.block == 0 ? 0 : records_;
+    const McapOp op = read_mcap_content(file_, begin + place.offset, kNeeded_bytes, bytes_);
+    return mcap_message_data({op, bytes_});
+  }
+  const auto bytes = read_record(place.offset);
+  if (bytes.size() < kMcapRecordHeader_bytes) return mcap_message_data({});
+  const McapRecord record = mcap_record(bytes);
+  const auto content = bytes.subspan(kMcapRecordHeader_bytes);
+  return mcap_message_data({record.op, content.first(std::min<std::uint64_t>(content.size(), record.bytes))});
 }
 
 }  // namespace stereo_slam

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "stereo_slam/bags/mcap_records.hpp"
 #include "stereo_slam/bags/message_file.hpp"
 #include "stereo_slam/bags/random_file.hpp"
+#include "stereo_slam/core/parallel.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -59,19 +61,29 @@ class McapFile : public MessageFile {
     return places;
   }
 
-  using MessageFile::read;
-  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place,
-                                                   std::size_t most_bytes) override {
-    if (place.block == 0) return read_from_file(place.offset, most_bytes);
-    // The beginning of a message need not wait for its whole chunk.
-    if (most_bytes < kMostUnpacked_bytes) {
-      if (const auto records = chunks_.plain_records_offset(place.block); records != 0)
-        return read_from_file(records + place.offset, most_bytes);
+  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place) override {
+    if (place.block == 0) {
+      const McapOp op = read_mcap_content(file_, place.offset, file_.size(), bytes_);
+      return mcap_message_data({op, bytes_});
     }
     const auto records = chunks_.records(place.block);
     const auto record = first_mcap_record(records.subspan(std::min(place.offset, records.size())));
-    if (!record) refuse_index();
-    return message_data(*record);
+    return mcap_message_data(record.value_or(McapContent{}));
+  }
+
+  /// In the order of the file, in two halves at the same time.
+  [[nodiscard]] std::vector<MessageBeginning> read_beginnings(std::span<const MessagePlace> places) override {
+    std::vector<std::size_t> order(places.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t i) { return std::pair(places[i].block, places[i].offset); });
+    std::vector<MessageBeginning> beginnings(places.size());
+    const auto read_part = [&](std::span<const std::size_t> part) {
+      McapBeginnings reader(file_);
+      for (const std::size_t i : part) fill_beginning(beginnings[i], [&] { return reader.read(places[i]); });
+    };
+    const auto all = std::span<const std::size_t>(order);
+    run_both([&] { read_part(all.first(all.size() / 2)); }, [&] { read_part(all.subspan(all.size() / 2)); });
+    return beginnings;
   }
 
   void release() override {
@@ -94,27 +106,13 @@ class McapFile : public MessageFile {
       const auto index = chunk.message_indexes.find(channel);
       if (index == chunk.message_indexes.end()) continue;
       const McapOp op = read_mcap_content(file_, index->second, file_.size(), bytes_);
-      if (op != McapOp::kMessageIndex) refuse_index();
+      if (op != McapOp::kMessageIndex)
+        throw std::runtime_error(
+            "the index of the bag leads to other records; copy or download the bag again");
       for (const auto& [log_ns, offset] : mcap_message_index(bytes_))
         places.push_back({log_ns, chunk.offset, offset});
     }
     return places;
-  }
-
-  /// The data of a message whose record is at this place in the file, or its first bytes.
-  [[nodiscard]] std::span<const std::uint8_t> read_from_file(std::uint64_t offset, std::size_t most_bytes) {
-    const std::uint64_t most = std::min<std::uint64_t>(most_bytes, file_.size()) + kMcapMessageHeader_bytes;
-    const McapOp op = read_mcap_content(file_, offset, most, bytes_);
-    return message_data({op, bytes_});
-  }
-
-  static std::span<const std::uint8_t> message_data(const McapContent& record) {
-    if (record.op != McapOp::kMessage || record.content.size() < kMcapMessageHeader_bytes) refuse_index();
-    return record.content.subspan(kMcapMessageHeader_bytes);
-  }
-
-  [[noreturn]] static void refuse_index() {
-    throw std::runtime_error("the index of the bag leads to other records; copy or download the bag again");
   }
 
   RandomFile file_;

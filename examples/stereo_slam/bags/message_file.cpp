@@ -2,6 +2,7 @@
 #include "stereo_slam/bags/message_file.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -31,16 +32,26 @@ class UnpackedMessages : public MessageFile {
     file_->release();
   }
 
-  using MessageFile::read;
-  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place,
-                                                   std::size_t most_bytes) override {
-    const auto bytes = file_->read(place, most_bytes);
+  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place) override {
+    const auto bytes = file_->read(place);
     if (!begins_as_zstd(bytes)) return bytes;
-    const std::size_t most_unpacked = std::min<std::size_t>(most_bytes, kMostUnpacked_bytes);
-    unpack(Compression::kZstd, file_->read(place), most_unpacked, unpacked_);
+    unpack(Compression::kZstd, bytes, kMostUnpacked_bytes, unpacked_);
     if (unpacked_.size() == kMostUnpacked_bytes)
       throw std::runtime_error("the message unpacks to more than 1 GB, which is not read");
     return unpacked_;
+  }
+
+  [[nodiscard]] std::vector<MessageBeginning> read_beginnings(std::span<const MessagePlace> places) override {
+    auto beginnings = file_->read_beginnings(places);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      auto& beginning = beginnings[i];
+      if (!begins_as_zstd(std::span(beginning.bytes).first(beginning.count))) continue;
+      fill_beginning(beginning, [&] {
+        unpack(Compression::kZstd, file_->read(places[i]), kStampedBytes, unpacked_);
+        return std::span<const std::uint8_t>(unpacked_);
+      });
+    }
+    return beginnings;
   }
 
  private:
@@ -57,6 +68,16 @@ class UnpackedMessages : public MessageFile {
 }
 
 }  // namespace
+
+std::vector<MessageBeginning> MessageFile::read_beginnings(std::span<const MessagePlace> places) {
+  std::vector<std::size_t> order(places.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  // In order of recording, so that no part of the file is unpacked twice.
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return places[i].record_ns; });
+  std::vector<MessageBeginning> beginnings(places.size());
+  for (const std::size_t i : order) fill_beginning(beginnings[i], [&] { return read(places[i]); });
+  return beginnings;
+}
 
 std::unique_ptr<MessageFile> open_message_file(const fs::path& file) {
   if (lower_case(file.extension().string()) != ".zstd") return open_by_name(file, file);

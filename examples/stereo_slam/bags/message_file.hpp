@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "stereo_slam/bags/message_fields.hpp"
 #include "stereo_slam/bags/topic_pair.hpp"
 
 /// What every kind of bag is: messages on topics. The rules for topics, calibrations, stamps and pairs see
@@ -22,6 +25,13 @@ struct MessagePlace {
   std::int64_t record_ns = 0;  ///< when it was recorded
   std::uint64_t block = 0;     ///< of what is read as a whole; its meaning is that of the file
   std::uint64_t offset = 0;    ///< in the block
+};
+
+/// The first bytes of a message, which contain the stamp of its header.
+struct MessageBeginning {
+  std::array<std::uint8_t, kStampedBytes> bytes{};
+  std::size_t count = 0;  ///< fewer only if the message has no more
+  std::string fault{};    ///< why the message cannot be read; else empty
 };
 
 /// When the first and the last message of a file were recorded.
@@ -49,12 +59,11 @@ class MessageFile {
   /// Where the messages of a topic are, in any order; none of a topic that the file does not have.
   [[nodiscard]] virtual std::vector<MessagePlace> places(const std::string& topic) = 0;
 
-  /// The serialised message, or at least its first `most_bytes`. Valid until the next call.
-  [[nodiscard]] virtual std::span<const std::uint8_t> read(const MessagePlace& place,
-                                                           std::size_t most_bytes) = 0;
-  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place) {
-    return read(place, std::numeric_limits<std::size_t>::max());
-  }
+  /// The serialised message. Valid until the next call.
+  [[nodiscard]] virtual std::span<const std::uint8_t> read(const MessagePlace& place) = 0;
+
+  /// The beginnings of messages, by reading as little as possible: checksums are not compared.
+  [[nodiscard]] virtual std::vector<MessageBeginning> read_beginnings(std::span<const MessagePlace> places);
 
   /// Frees what is kept of messages that were read.
   virtual void release() {}
@@ -62,6 +71,19 @@ class MessageFile {
   /// What the file lacks, as far as it has been read: one warning. Empty if it is whole.
   [[nodiscard]] virtual std::string warning() const { return {}; }
 };
+
+/// Fills the beginning of a message by `read`, which returns the message or its first bytes, or throws.
+template <class Read>
+void fill_beginning(MessageBeginning& beginning, const Read& read) {
+  beginning = {};
+  try {
+    const std::span<const std::uint8_t> message = read();
+    beginning.count = std::min(message.size(), beginning.bytes.size());
+    std::copy_n(message.begin(), beginning.count, beginning.bytes.begin());
+  } catch (const std::exception& error) {
+    beginning.fault = error.what();
+  }
+}
 
 /// A bag of ROS 1. Throws std::runtime_error like the functions of MessageFile; in a program built without
 /// librosbag-storage-dev always.

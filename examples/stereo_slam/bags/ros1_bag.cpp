@@ -102,9 +102,7 @@ class Ros1Bag : public MessageFile {
     return places;
   }
 
-  using MessageFile::read;
-  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place,
-                                                   std::size_t /*most_bytes*/) override {
+  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place) override {
     call([&] {
       const rosbag::MessageInstance& message = messages_.at(place.offset);
       bytes_.resize(message.size());

@@ -2,9 +2,13 @@
 #include "stereo_slam/bags/ros_message.hpp"
 
 #include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
 
 #include "stereo_slam/bags/image_message.hpp"
 #include "stereo_slam/bags/topic_pair.hpp"
+#include "stereo_slam/images/image_size.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -31,8 +35,12 @@ namespace {
 [[nodiscard]] std::span<const std::uint8_t> compressed_image(const RosMessage& message) {
   MessageFields fields(message.bytes, message.serialization);
   fields.skip_header();
-  (void)fields.text();  // format
-  return fields.bytes();
+  const std::string format = fields.text();
+  const auto bytes = fields.bytes();
+  if (image_size(bytes)) return bytes;  // by its contents; the format is not always right
+  throw std::invalid_argument(fmt::format(
+      "the compressed image of format '{}' is damaged, or is none that is decoded; record JPEG or PNG",
+      format));
 }
 
 }  // namespace

@@ -20,7 +20,9 @@ namespace stereo_slam {
 namespace {
 
 [[nodiscard]] bool has_images(const BagTopic& topic) {
-  return is_sensor_type(topic.type, "Image") || is_sensor_type(topic.type, "CompressedImage");
+  constexpr std::string_view kDepth = "/compressedDepth";  // a transport of image_transport
+  return is_sensor_type(topic.type, "Image") ||
+         (is_sensor_type(topic.type, "CompressedImage") && !topic.name.ends_with(kDepth));
 }
 
 /// Possible names of the right camera's topic, if `left` is the name of a left camera's topic, such as
@@ -109,6 +111,17 @@ class ImageTopics {
     }
   }
 
+  /// Those among which a pair is looked for: not a compressed copy of images that are there.
+  [[nodiscard]] static ImageTopics candidates(const std::vector<BagTopic>& topics) {
+    ImageTopics images(topics);
+    const ImageTopics all = images;
+    std::erase_if(images.names_, [&](const std::string& name) {
+      const std::string raw = without_transport(name);
+      return raw != name && all.contain(raw);
+    });
+    return images;
+  }
+
   [[nodiscard]] bool contain(const std::string& name) const {
     return std::ranges::find(names_, name) != names_.end();
   }
@@ -159,7 +172,28 @@ class ImageTopics {
   std::vector<std::string> names_;
 };
 
+/// The pairs by the best of the rules that find any.
+[[nodiscard]] std::vector<TopicPair> pairs_of(const ImageTopics& images) {
+  auto pairs = images.named_pairs();
+  if (pairs.empty()) pairs = images.other_pairs();
+  if (pairs.empty()) pairs = images.unnamed_pairs();
+  return pairs;
+}
+
+/// "/scan (foxglove.PointCloud, protobuf)".
+[[nodiscard]] std::string described(const BagTopic& topic) {
+  const std::string type = topic.type.empty() ? "of unknown type" : topic.type;
+  return fmt::format("{} ({}{}{})", topic.name, type, topic.serialization.empty() ? "" : ", ",
+                     topic.serialization);
+}
+
 }  // namespace
+
+std::string without_transport(std::string image_topic) {
+  constexpr std::string_view kCompressed = "/compressed";
+  if (image_topic.ends_with(kCompressed)) image_topic.resize(image_topic.size() - kCompressed.size());
+  return image_topic;
+}
 
 bool is_sensor_type(std::string_view type, std::string_view name) {
   for (const std::string_view package : {"sensor_msgs/", "sensor_msgs/msg/"}) {  // of ROS 1 and 2
@@ -178,9 +212,10 @@ TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& 
     }
     return {left, right};
   }
-  auto pairs = images.named_pairs();
-  if (pairs.empty()) pairs = images.other_pairs();
-  if (pairs.empty()) pairs = images.unnamed_pairs();
+  std::vector<BagTopic> filled = topics;
+  std::erase_if(filled, [](const BagTopic& topic) { return topic.messages == 0; });
+  auto pairs = pairs_of(ImageTopics::candidates(filled));
+  if (pairs.empty()) pairs = pairs_of(ImageTopics::candidates(topics));
   if (pairs.size() == 1) return pairs.front();
   if (pairs.empty()) refuse_topics(topics);
   throw std::invalid_argument(fmt::format("several pairs of image topics; {}", images.advice()));
@@ -190,11 +225,12 @@ void refuse_topics(const std::vector<BagTopic>& topics) {
   if (std::ranges::all_of(topics, [](const BagTopic& topic) { return topic.messages == 0; }))
     throw std::invalid_argument("contains no messages; record it again");
   if (std::ranges::none_of(topics, has_images)) {
-    std::vector<std::string_view> names;
-    names.reserve(topics.size());
-    for (const auto& topic : topics) names.push_back(topic.name);
-    throw std::invalid_argument(fmt::format(
-        "has no images (sensor_msgs Image or CompressedImage); its topics are {}", fmt::join(names, ", ")));
+    std::vector<std::string> descriptions;
+    std::ranges::transform(topics, std::back_inserter(descriptions), described);
+    throw std::invalid_argument(
+        fmt::format("has no images that are read (sensor_msgs Image or CompressedImage, cdr or ros1); its "
+                    "topics are {}",
+                    fmt::join(descriptions, ", ")));
   }
   throw std::invalid_argument(fmt::format("no pairs of image topics; {}", ImageTopics(topics).advice()));
 }

@@ -20,6 +20,9 @@ struct BagTopic {
 /// Whether the type of a topic is this one of the package sensor_msgs.
 [[nodiscard]] bool is_sensor_type(std::string_view type, std::string_view name);
 
+/// "/cam0/image_raw/compressed" -> "/cam0/image_raw".
+[[nodiscard]] std::string without_transport(std::string image_topic);
+
 /// The names of the image topics of the left and the right camera; the same if its images show both.
 struct TopicPair {
   std::string left;
@@ -30,10 +33,11 @@ struct TopicPair {
   [[nodiscard]] bool side_by_side() const { return left == right; }
 };
 
-/// The topics named `left` and `right`, or, if these are empty, the only pair whose names differ by left and
-/// right, cam0 and cam1, camera0 and camera1, or infra1 and infra2; else the only one whose names differ by l
-/// and r, a and b, port and starboard, or a number and the next. Throws std::invalid_argument, listing the
-/// candidates, when there is no pair or more than one.
+/// The topics named `left` and `right`, or, if these are empty, the only pair with messages whose names
+/// differ by left and right, cam0 and cam1, camera0 and camera1, or infra1 and infra2; else the only one
+/// whose names differ by l and r, a and b, port and starboard, or a number and the next. Throws
+/// std::invalid_argument, listing the candidates, when there is no pair or more than one. A compressed copy
+/// of an image topic is no other topic.
 [[nodiscard]] TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& left = "",
                                       const std::string& right = "");
 

@@ -6,12 +6,12 @@
 #include <lz4frame.h>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 #include <zstd.h>
 
 #include <fmt/format.h>
 
 namespace stereo_slam {
-namespace {
 
 /// A decoder of one of the two formats.
 class FrameDecoder {
@@ -21,10 +21,15 @@ class FrameDecoder {
   FrameDecoder& operator=(const FrameDecoder&) = delete;
   virtual ~FrameDecoder() = default;
 
+  /// Forgets what came before.
+  virtual void reset() = 0;
+
   /// Takes bytes off `packed`, and fills `room` from its beginning. Returns the number of bytes there; 0 if
   /// none of `packed` was taken either.
   virtual std::size_t decode(std::span<const std::uint8_t>& packed, std::span<std::uint8_t> room) = 0;
 };
+
+namespace {
 
 class Lz4Decoder : public FrameDecoder {
  public:
@@ -32,6 +37,8 @@ class Lz4Decoder : public FrameDecoder {
   ~Lz4Decoder() override { LZ4F_freeDecompressionContext(context_); }
   Lz4Decoder(const Lz4Decoder&) = delete;
   Lz4Decoder& operator=(const Lz4Decoder&) = delete;
+
+  void reset() override { LZ4F_resetDecompressionContext(context_); }
 
   std::size_t decode(std::span<const std::uint8_t>& packed, std::span<std::uint8_t> room) override {
     std::size_t taken = packed.size();
@@ -52,6 +59,8 @@ class Lz4Decoder : public FrameDecoder {
 
 class ZstdDecoder : public FrameDecoder {
  public:
+  void reset() override { ZSTD_DCtx_reset(context_.get(), ZSTD_reset_session_only); }
+
   std::size_t decode(std::span<const std::uint8_t>& packed, std::span<std::uint8_t> room) override {
     ZSTD_inBuffer in{packed.data(), packed.size(), 0};
     ZSTD_outBuffer out{room.data(), room.size(), 0};
@@ -125,6 +134,29 @@ void unpack_stream(Compression compression, const std::function<std::size_t(std:
       write(std::span(unpacked_part).first(filled));
     }
   }
+}
+
+UnpackStream::UnpackStream(Compression compression)
+    : decoder_(decoder_of(compression)), part_(std::size_t{1} << 16) {}
+
+UnpackStream::~UnpackStream() = default;
+
+void UnpackStream::begin(ReadPacked read_packed) {
+  decoder_->reset();
+  read_packed_ = std::move(read_packed);
+  packed_ = {};
+}
+
+std::size_t UnpackStream::read(std::span<std::uint8_t> room) {
+  std::size_t filled = 0;
+  while (filled < room.size()) {
+    if (packed_.empty()) packed_ = std::span(part_).first(read_packed_(part_));
+    const std::size_t before = packed_.size();
+    const std::size_t count = decoder_->decode(packed_, room.subspan(filled));
+    filled += count;
+    if (count == 0 && packed_.size() == before) break;
+  }
+  return filled;
 }
 
 bool begins_as_zstd(std::span<const std::uint8_t> bytes) {

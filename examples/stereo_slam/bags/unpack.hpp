@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,32 @@ void unpack(Compression compression, std::span<const std::uint8_t> packed, std::
 /// `write` takes what is unpacked. Throws like unpack(), and passes on what these throw.
 void unpack_stream(Compression compression, const std::function<std::size_t(std::span<std::uint8_t>)>& read,
                    const std::function<void(std::span<const std::uint8_t>)>& write);
+
+/// How a format is decoded.
+class FrameDecoder;
+
+/// Unpacks such data only as far as it is read.
+class UnpackStream {
+ public:
+  /// Fills its argument with packed data, and returns the number of bytes; 0 at the end.
+  using ReadPacked = std::function<std::size_t(std::span<std::uint8_t>)>;
+
+  explicit UnpackStream(Compression compression);
+  ~UnpackStream();
+
+  /// Begins with other data.
+  void begin(ReadPacked read_packed);
+
+  /// Fills `room`. Returns the number of bytes there; fewer than its size if there are no more. Throws like
+  /// unpack(), and passes on what `read_packed` throws.
+  std::size_t read(std::span<std::uint8_t> room);
+
+ private:
+  std::unique_ptr<FrameDecoder> decoder_;
+  ReadPacked read_packed_;
+  std::vector<std::uint8_t> part_;
+  std::span<const std::uint8_t> packed_;  ///< what of the part is not decoded yet
+};
 
 /// Whether data begins as zstd does.
 [[nodiscard]] bool begins_as_zstd(std::span<const std::uint8_t> bytes);

@@ -20,6 +20,8 @@ struct CameraInfo {
   std::array<double, 9> K{};     ///< of the raw camera; zeros if it is not calibrated
   std::array<double, 9> R{};     ///< rotates vectors of the lens into the rectified camera; may be zeros
   std::array<double, 12> P{};    ///< of the rectified camera
+
+  friend bool operator==(const CameraInfo&, const CameraInfo&) = default;
 };
 
 /// Whether the message says so: K[0] is 0 in those of a camera that is not calibrated.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/stamps/stamp_units.hpp"
 
@@ -76,6 +77,11 @@ StampPairs paired_by_stamps(const CameraStamps& left, const CameraStamps& right,
                             const PairingOptions& options, SequenceScan& scan) {
   constexpr std::int64_t kNoted_ns = 1'000'000;  // more than messages and triggers take
   StampPairs result = pair_stamps(left.stamps_ns, right.stamps_ns, options.most_apart_ns);
+  if (left.stamps_ns.size() < 2 && right.stamps_ns.size() < 2) {
+    fail(scan.sequence.folder, "has {} of {} and {} of {}; a recording has two pairs of images or more",
+         counted(left.stamps_ns.size(), "image"), left.name, counted(right.stamps_ns.size(), "image"),
+         right.name);
+  }
   if (result.pairs.size() < 2) {
     fail(scan.sequence.folder,
          "{} of {} images of {} and {} of {} were taken within {:.4g} ms of each other, and the nearest are "

@@ -84,7 +84,7 @@ TEST_CASE("Bags that cannot be used are refused in one line", "[bags]") {
   CHECK_THAT(error_of(*folder / "folder.bag"), Catch::Contains("is a folder"));
   fs::remove(*folder / "folder.bag");
   CHECK_THAT(error_of(*folder / "strange.bag"),
-             Catch::Contains("image 0 of /stereo/left/image_raw: the encoding 32FC1") &&
+             Catch::Contains("image 0 of /stereo/left/image_raw: the encoding '32FC1'") &&
                  !Catch::Contains("reindex"));
   CHECK_THAT(error_of(*folder / "swapped.bag"), Catch::Contains("the two are swapped"));
   CHECK_THAT(error_of(*folder / "fisheye.bag"), Catch::Contains(": /stereo/right/camera_info: "));

@@ -36,6 +36,40 @@ TEST_CASE("A damaged database gives one error, or a warning and the frames that 
   }
 }
 
+TEST_CASE("A database that was cut off gives every frame before the cut, and one warning", "[bags][db3]") {
+  const TemporaryFolder folder;
+  auto messages = drive_messages({.frames = 8});
+  std::vector<std::string> marks;  // at the ends of left images, which are the last of their frames
+  for (auto& message : messages) {
+    if (message.topic != "/stereo/left/image_rect") continue;
+    marks.push_back(fmt::format("the end of {}", marks.size()));
+    std::ranges::copy(marks.back(), message.bytes.end() - static_cast<std::ptrdiff_t>(marks.back().size()));
+  }
+  write_db3(folder / "whole.db3", messages);
+  const std::string whole = read_text(folder / "whole.db3");
+  std::mt19937 random(59);
+  for (int i = 0; i < 200; ++i) {
+    const std::size_t cut = random() % whole.size();
+    CAPTURE(cut, whole.size());
+    write_text(folder / "cut.db3", whole.substr(0, cut));
+    const auto scan = scan_bag(folder / "cut.db3", {});
+    const auto expected = static_cast<std::size_t>(std::ranges::count_if(
+        marks, [&](const std::string& mark) { return whole.find(mark) + mark.size() <= cut; }));
+    if (expected < 2) continue;  // too short a recording
+    CHECK(std::ranges::none_of(scan.problems, is_error));
+    CHECK(std::ranges::count_if(scan.problems, [](const Problem& problem) {
+            return problem.text.find("the database is damaged (it was cut off)") != std::string::npos;
+          }) == 1);
+    std::size_t loaded = 0;
+    for (std::size_t k = 0; k < scan.sequence.frames.size(); ++k) {
+      const auto frame = load_partial_frame(scan.sequence, k);
+      loaded += frame.has_left() && frame.has_right() ? 1 : 0;
+    }
+    CHECK(loaded >= expected);  // the last mark may be cut, and nothing else
+    CHECK(loaded <= expected + 1);
+  }
+}
+
 TEST_CASE("Databases that cannot be used are refused in one line", "[bags][db3]") {
   const TemporaryFolder folder;
   write_text(folder / "text.db3", "no database, though it is long enough to be asked");

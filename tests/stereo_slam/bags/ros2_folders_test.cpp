@@ -49,8 +49,6 @@ TEST_CASE("The files that metadata.yaml names are one recording, also after a pa
   CHECK_THAT(error_of(folder.path()), Catch::Contains("so they are no parts of one recording"));
   write_text(folder / "metadata.yaml", metadata_of({"a_0.mcap", "b_1.mcap"}));
   CHECK(frames_of(folder.path()) == 5);
-  write_text(folder / "copy.mcap", read_text(folder / "a_0.mcap"));  // is not named
-  CHECK(frames_of(folder.path()) == 5);
   CHECK(list_topics(folder.path()).size() == 5);
   CHECK(list_topics(folder.path())[2].messages == 5);
 }
@@ -66,6 +64,27 @@ TEST_CASE("Bags in a folder without metadata are one recording if their times fo
   CHECK(frames_of(folder.path()) == 5);
   write_text(folder / "c_2.mcap", mcap_of({}).bytes);  // a part without messages
   CHECK(frames_of(folder.path()) == 5);
+}
+
+TEST_CASE("What of a folder is not read is said", "[bags]") {
+  const TemporaryFolder folder;
+  write_parts(folder.path());
+  const auto warning_with = [&](std::size_t frames) {
+    const auto scan = scan_bag(folder.path(), {});
+    CHECK(scan.sequence.frames.size() == frames);
+    REQUIRE(scan.problems.size() == 1);
+    CHECK_FALSE(is_error(scan.problems[0]));
+    return scan.problems[0].text;
+  };
+  write_text(folder / "metadata.yaml", metadata_of({"a_0.mcap"}));  // the last part was never named
+  CHECK_THAT(warning_with(3), Catch::Contains("b_1.mcap: is not in metadata.yaml, so it is not read"));
+  write_text(folder / "metadata.yaml", metadata_of({"a_0.mcap", "b_1.mcap"}));
+  write_text(folder / "b_1.mcap", "");
+  CHECK_THAT(warning_with(3), Catch::Contains("b_1.mcap: is empty; the other parts are read"));
+  fs::remove(folder / "metadata.yaml");
+  write_parts(folder.path(), 6);  // frames 3 to 8 were in a part that is missing
+  CHECK_THAT(warning_with(5),
+             Catch::Contains("b_1.mcap: begins 0.67 s after the end of a_0.mcap; is a part missing?"));
 }
 
 TEST_CASE("Packed files and packed messages are found by the metadata of their folder", "[bags]") {
@@ -92,6 +111,9 @@ TEST_CASE("Folders of rosbag2 that cannot be used are refused in one line", "[ba
   CHECK_THAT(error_with(metadata_of({"drive_0.mcap"})),
              Catch::Contains("metadata.yaml: names drive_0.mcap, which is not there"));
   CHECK_THAT(error_with(metadata_of({})), Catch::Contains("names no file"));
+  const std::string longest(300, 'a');  // names may have 255 bytes
+  CHECK_THAT(error_with(metadata_of({longest})), Catch::Contains(longest + ", which is not there"));
+  CHECK_THAT(error_of(folder / (longest + ".mcap")), Catch::Contains("no such file"));
   CHECK_THAT(error_with("rosbag2_bagfile_information: 3\n"), Catch::Contains("metadata.yaml:1:"));
   CHECK_THAT(error_with("rosbag2_bagfile_information: {version: 8}\n"),
              Catch::Contains("has no relative_file_paths"));

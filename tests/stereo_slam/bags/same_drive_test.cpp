@@ -2,8 +2,11 @@
 // One drive in every kind of bag is one drive.
 #include <algorithm>
 #include <functional>
+#include <random>
 
 #include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/bags/message_file.hpp"
+#include "stereo_slam/dataset/euroc.hpp"
 #include "stereo_slam/dataset/kitti.hpp"
 #include "stereo_slam/support/bags.hpp"
 #include "stereo_slam/support/db3_writer.hpp"
@@ -80,10 +83,45 @@ TEST_CASE("Rectified images in every kind of bag are those of the same drive as 
   }
 }
 
-TEST_CASE("Raw images in every kind of bag are those of the same drive in a bag of ROS 1", "[bags]") {
-  const auto folder = bags();
-  if (!folder) return;
-  const auto ros1 = whole_sequence(*folder / "stereo.bag");
+TEST_CASE("Raw images in every kind of bag are those of the same drive as EuRoC, and in a bag of ROS 1",
+          "[bags]") {
+  const TemporaryFolder folder;
+  write_tiny_euroc(folder.path(), kFrames);
+  const auto euroc = scan_euroc(folder.path()).sequence;
+  REQUIRE(euroc.rectifier);
   for_each_bag({.frames = kFrames, .image = "image_raw"},
-               [&](const fs::path& bag) { check_same(whole_sequence(bag), ros1); });
+               [&](const fs::path& bag) { check_same(whole_sequence(bag), euroc); });
+  const auto ros1 = bags();
+  if (ros1) check_same(whole_sequence(*ros1 / "stereo.bag"), euroc);
+}
+
+TEST_CASE("Rectified images in a bag of ROS 1 are those of the same drive as KITTI", "[bags]") {
+  const auto ros1 = bags();
+  if (!ros1) return;
+  const TemporaryFolder folder;
+  write_tiny_sequence(folder.path(), kFrames);
+  check_same(whole_sequence(*ros1 / "rgb.bag"), scan_kitti(folder.path()).sequence);
+}
+
+TEST_CASE("The beginnings of messages are those of the messages, in any order", "[bags]") {
+  std::mt19937 random(5);
+  for_each_bag({.frames = kFrames}, [&](const fs::path& bag) {
+    CAPTURE(bag.string());
+    const auto file = open_message_file(bag);
+    std::vector<MessagePlace> places;
+    for (const auto& topic : file->topics()) {
+      const auto more = file->places(topic.name);
+      places.insert(places.end(), more.begin(), more.end());
+    }
+    std::ranges::shuffle(places, random);
+    const auto beginnings = file->read_beginnings(places);
+    REQUIRE(beginnings.size() == places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto message = file->read(places[i]);
+      const auto& [bytes, count, fault] = beginnings[i];
+      CHECK(fault.empty());
+      REQUIRE(count == std::min(message.size(), kStampedBytes));
+      CHECK(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count), message.begin()));
+    }
+  });
 }

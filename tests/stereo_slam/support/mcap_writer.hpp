@@ -9,6 +9,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 #include <zstd.h>
 
@@ -70,6 +71,13 @@ class McapWriter {
     if (chunk_.size() >= layout_.chunk_bytes) end_chunk();
   }
 
+  /// Takes the bytes so far, so that they need not be kept. The offsets of McapBytes are then of no use.
+  [[nodiscard]] std::string take() {
+    taken_bytes_ += file_.bytes.size();
+    return std::exchange(file_.bytes, {});
+  }
+
+  /// What has not been taken, and the end of the file.
   [[nodiscard]] McapBytes end() {
     end_chunk();
     file_.bytes += record(0x0F, number(std::uint32_t{0}));
@@ -105,7 +113,9 @@ class McapWriter {
   }
 
   /// In the file, with the attachment.
-  [[nodiscard]] std::uint64_t position() const { return file_.bytes.size() + layout_.hole_bytes; }
+  [[nodiscard]] std::uint64_t position() const {
+    return taken_bytes_ + file_.bytes.size() + layout_.hole_bytes;
+  }
 
   [[nodiscard]] std::string packed() const {
     std::string bytes = chunk_;
@@ -128,6 +138,7 @@ class McapWriter {
                          number(checksum(chunk_) + layout_.wrong_checksum) + text(layout_.compression) +
                          number(std::uint64_t{records.size()}) + records);
     const std::size_t end = file_.bytes.size();
+    const std::uint64_t after_chunk = position();
     for (const std::size_t at : ends_in_chunk_)
       file_.message_ends.push_back(layout_.compression.empty() ? end - chunk_.size() + at : end);
     std::string offsets;
@@ -136,9 +147,8 @@ class McapWriter {
       if (layout_.has_index) file_.bytes += record(0x07, number(channel) + text(entries));
     }
     chunk_indexes_ +=
-        record(0x08, number(first_ns_) + number(last_ns_) + number(begin) +
-                         number(end + layout_.hole_bytes - begin) + text(offsets) +
-                         number(std::uint64_t{file_.bytes.size() - end}) + text(layout_.compression) +
+        record(0x08, number(first_ns_) + number(last_ns_) + number(begin) + number(after_chunk - begin) +
+                         text(offsets) + number(position() - after_chunk) + text(layout_.compression) +
                          number(std::uint64_t{records.size()}) + number(std::uint64_t{chunk_.size()}));
     chunk_.clear();
     index_.clear();
@@ -166,6 +176,7 @@ class McapWriter {
   std::string chunk_, definitions_, chunk_indexes_;
   std::vector<std::size_t> ends_in_chunk_;
   std::size_t chunk_messages_ = 0;
+  std::uint64_t taken_bytes_ = 0;
   std::int64_t first_ns_ = 0, last_ns_ = 0;
 };
 
