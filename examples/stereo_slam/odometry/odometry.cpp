@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "stereo_slam/core/opencv_points.hpp"
+#include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 
@@ -146,6 +147,16 @@ struct MotionOfTracks {
   return followed;
 }
 
+/// The motion with the error that all points of a frame have in common, which their residuals do not show:
+/// the light on a surface changes, or a vehicle hides half of what moves. Its size is that with which five
+/// rendered drives have the right share of poses inside (docs/results/history/2026-11-29-one-estimator.md).
+[[nodiscard]] PoseGaussian with_shared_error(PoseGaussian motion, const StereoCamera& camera) {
+  constexpr double kShared_px = 0.02;  // root mean square of the angles times the focal length
+  const Vector6<double> sigma = kShared_px / camera.fx * common_error_per_rad(motion);
+  motion.covariance.diagonal() += sigma.cwiseAbs2();
+  return motion;
+}
+
 }  // namespace
 
 std::vector<StereoPoint> select_odometry_points(const StereoView& view, const std::vector<Feature>& features,
@@ -193,8 +204,8 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
   }
   tracks = std::move(measured.tracks);
   tracks.keep(measured.motion.is_inlier);
-  return {measured.motion.valid, measured.motion.T_previous_current, correspondences(tracks.points()),
-          measured.motion.jerk, measured.right_image};
+  return {measured.motion.valid, with_shared_error(measured.motion.T_previous_current, view.camera),
+          correspondences(tracks.points()), measured.motion.jerk, measured.right_image};
 }
 
 }  // namespace stereo_slam
