@@ -37,6 +37,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   result.loop_corrected = path_.correct_before(recorded.index);
   if (path_.has_loops()) clock.lap("loops");
   const StereoFrame frame = with_equal_brightness(recorded);
+  motion_.begin_frame(frame);
   if (!can_measure(frame) || previous_.repeated_by(frame)) {
     pass_over(frame, result);
     result.times = clock.times();
@@ -68,7 +69,9 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
   FrameMeasurement measured = measure(images, trace, clock);
   right_camera_.take(measured.right, measured.displacement_left);
   tracks_ = std::move(measured.tracks);
-  local_map_.predict_correlation(measured.odometry.T_previous_current.pose);
+  local_map_.predict_correlation(measured.inertial
+                                     ? measured.inertial->camera_regression
+                                     : measured.odometry.T_previous_current.pose.inverse().adjoint());
   auto tracked = update(std::move(measured), images.frame.stamp_ns);  // eq. 13
   clock.lap("update");
   if (!right_camera_.is_ignored() && (previous_.lost || !tracked.measured())) {
@@ -107,7 +110,10 @@ TrackedPose Slam::update(FrameMeasurement measured, std::int64_t stamp_ns) {
     posterior.covariance += by_displacement;
     update.posterior = antipode::to_bingham_gaussian(posterior);
   }
-  return TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
+  TrackedPose tracked =
+      TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
+  tracked.use_imu(std::move(measured.inertial));
+  return tracked;
 }
 
 /// Whether a measured position is more than half a baseline a frame from the predicted one, and its
@@ -158,7 +164,9 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   }
   const bool both_images = result.right_image_fits && uses_right_image();
   if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
-  path_.append(reported(tracked), tracked.measured(), calibration_error(), result);
+  result.weak.imu_contradicted = motion_.inertial().given_up();
+  result.inertial = motion_.inertial().estimate();
+  path_.append(reported(tracked), tracked.basis != PoseBasis::kNothing, calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured() || !extend_map(tracked, images)) return;
   result.is_keyframe = true;
@@ -171,6 +179,7 @@ WeakReasons Slam::weaknesses(const TrackedPose& tracked, std::size_t frame) {
   return {
       .odometry_alone =
           tracked.basis == PoseBasis::kOdometry && (previous_.lost || usual_basis() != PoseBasis::kOdometry),
+      .imu_alone = tracked.basis == PoseBasis::kImu,
       .few_landmarks = tracked.has_few_landmarks(),
       .repetitive_scene = reference_.is_ambiguous(frame),
       .right_image_unfit = right_camera_.judgement() != RightImage::kFits,
@@ -231,10 +240,17 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
   if (!reference_.begun()) return path_.append_unknown(calibration_error(), result);
   const bool repeated = can_measure(frame);
   const bool waits = repeated && previous_.is_last_of(path_.frames()) && !previous_.lost;
-  result.weak = {.repeated_image = repeated,
+  const auto inertial = motion_.inertial().predicted()
+                            ? std::optional(motion_.inertial().prior(std::nullopt).T_keyframe_camera)
+                            : std::nullopt;
+  result.inertial = motion_.inertial().estimate();
+  result.weak = {.imu_alone = inertial.has_value(),
+                 .repeated_image = repeated,
                  .right_image_unfit = !frame.has_right(),
                  .segment_not_localised = !path_.segment().localised()};
-  result.status = judge({.waits = waits, .weak = result.weak});
+  result.status =
+      judge({.basis = inertial ? PoseBasis::kImu : PoseBasis::kNothing, .waits = waits, .weak = result.weak});
+  if (inertial) return path_.append(*inertial, true, calibration_error(), result);
   PoseGaussian motion;
   motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
   const PoseDensity predicted =
@@ -256,7 +272,7 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   }
   if (points.size() < static_cast<std::size_t>(settings_.update.min_matches))
     return path_.append_unknown(calibration_error(), result);
-  motion_.found(images.frame.stamp_ns);
+  motion_.begin_map(images.frame.stamp_ns);
   begin_keyframe(images, std::move(points));
   path_.append(to_pose_gaussian(posterior_), true, calibration_error(), result);
   result.is_keyframe = true;

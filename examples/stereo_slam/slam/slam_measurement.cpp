@@ -120,8 +120,7 @@ FrameMeasurement Slam::measure(const FrameImages& images,
   if (displacement && measured.odometry.valid)
     measured.odometry.T_previous_current.covariance += displacement->pose_covariance();
   clock.lap("odometry");
-  measured.prior = predict_pose(posterior_, measured.odometry.T_previous_current, measured.odometry.valid,
-                                settings_.motion, motion_.unseen_until(images.frame.stamp_ns));  // eqs. 5-7
+  predict(images.frame.stamp_ns, measured);  // eqs. 5-7
   clock.lap("predict");
   find_landmarks(images, measured, trace);  // Alg. 3
   measured.displacement_left = displacement_of(measured);
@@ -138,6 +137,22 @@ void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured)
   if (!measured.right.is_ignored()) return;
   measured.odometry = {};  // without disparities there is no length
   measured.odometry.T_previous_current.pose = expected.T_previous_current;
+}
+
+/// The prior: by the odometry, and by an IMU if one is used. A motion that contradicts the IMU is not that of
+/// the camera, but of a vehicle in view, say.
+void Slam::predict(std::int64_t stamp_ns, FrameMeasurement& measured) const {
+  OdometryResult& odometry = measured.odometry;
+  if (!motion_.inertial().predicted()) {
+    measured.prior = predict_pose(posterior_, odometry.T_previous_current, odometry.valid, settings_.motion,
+                                  motion_.unseen_until(stamp_ns));
+    return;
+  }
+  std::optional<PoseGaussian> motion;
+  if (odometry.valid) motion = with_least_noise(odometry.T_previous_current);
+  measured.inertial = motion_.inertial().prior(motion);
+  measured.prior = antipode::to_bingham_gaussian(measured.inertial->T_keyframe_camera);
+  odometry.valid = odometry.valid && !measured.inertial->contradicts;
 }
 
 void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,

@@ -12,15 +12,16 @@ namespace {
 constexpr double kMinRotationSigma_rad = 2e-4;   // of a measured motion, per axis
 constexpr double kMinTranslationSigma_m = 2e-3;  // of a measured motion, per axis
 
+[[nodiscard]] Matrix6<double> diagonal(double rotation_sigma_rad, double translation_sigma_m) {
+  Vector6<double> variance;
+  variance << Vector3<double>::Constant(rotation_sigma_rad * rotation_sigma_rad),
+      Vector3<double>::Constant(translation_sigma_m * translation_sigma_m);
+  return Matrix6<double>(variance.asDiagonal());
+}
+
 /// Noise v_k of the prediction.
 [[nodiscard]] Matrix6<double> motion_covariance(const PoseGaussian& T_previous_current, bool odometry_valid,
                                                 const UnseenSteps& unseen, const MotionSettings& settings) {
-  const auto diagonal = [](double rotation_sigma_rad, double translation_sigma_m) {
-    Vector6<double> variance;
-    variance << Vector3<double>::Constant(rotation_sigma_rad * rotation_sigma_rad),
-        Vector3<double>::Constant(translation_sigma_m * translation_sigma_m);
-    return Matrix6<double>(variance.asDiagonal());
-  };
   if (!odometry_valid) {
     // The unknown translation has a constant velocity: its standard deviation grows with the number of steps.
     // That of the rotation grows with the square root.
@@ -28,7 +29,7 @@ constexpr double kMinTranslationSigma_m = 2e-3;  // of a measured motion, per ax
     return diagonal(std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad,
                     growth * settings.lost_translation_sigma_m);
   }
-  return T_previous_current.covariance + diagonal(kMinRotationSigma_rad, kMinTranslationSigma_m);
+  return with_least_noise(T_previous_current).covariance;
 }
 
 /// The density without its correlation of orientation and translation.
@@ -38,6 +39,11 @@ constexpr double kMinTranslationSigma_m = 2e-3;  // of a measured motion, per ax
 }
 
 }  // namespace
+
+PoseGaussian with_least_noise(PoseGaussian T_previous_current) {
+  T_previous_current.covariance += diagonal(kMinRotationSigma_rad, kMinTranslationSigma_m);
+  return T_previous_current;
+}
 
 PoseDensity predict_pose(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
                          bool odometry_valid, const MotionSettings& settings, const UnseenSteps& unseen) {

@@ -7,6 +7,10 @@
 
 namespace stereo_slam {
 
+/// A motion measured by the odometry with the least noise that it has: 0.2 mrad and 2 mm in each axis are
+/// added to its own.
+[[nodiscard]] PoseGaussian with_least_noise(PoseGaussian T_previous_current);
+
 /// Prior T_keyframe_camera of the current frame from the posterior of the last frame and the odometry (eq.
 /// 11). Without a valid odometry, T_previous_current is a guess and the noise grows with the unseen steps.
 [[nodiscard]] PoseDensity predict_pose(const PoseDensity& posterior, const PoseGaussian& T_previous_current,
