@@ -312,6 +312,13 @@ void warn_of_imu(const RunSummary& summary, bool quiet) {
     warn(fmt::format("the IMU contradicts the images and was switched off{}: {}",
                      imu.starts == 0 ? " before it was used" : "", imu.fault),
          quiet);
+  } else if (imu.delay_ns != 0) {
+    warn(fmt::format(
+             "the stamps of the IMU are about {:.1f} ms {} than those of the images, which was corrected "
+             "while driving; set timeshift_cam_imu to {:.4f} in the file that describes the IMU",
+             1e-6 * std::abs(static_cast<double>(imu.delay_ns)), imu.delay_ns > 0 ? "later" : "earlier",
+             1e-9 * static_cast<double>(imu.delay_ns)),
+         quiet);
   } else if (imu.starts == 0) {
     warn(
         "the IMU was not used: in no second were there samples and images enough to find velocity and "

@@ -66,6 +66,8 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
   }
   if (const auto& imu = summary.inertial) {
     json["imu"] = {{"phase", to_string(imu->phase)}, {"starts", imu->starts}, {"restarts", imu->restarts}};
+    json["imu"]["nis"] = number(imu->nis);
+    json["imu"]["delay_ms"] = number(1e-6 * static_cast<double>(imu->delay_ns));
     if (!imu->fault.empty()) json["imu"]["fault"] = imu->fault;
   }
   if (summary.refused_learned) json["refused_learned"] = true;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include <antipode/eigen_types.hpp>
@@ -46,7 +47,10 @@ struct InertialSummary {
   InertialPhase phase = InertialPhase::kNone;  ///< now
   int starts = 0;                              ///< how often the filter started to run
   int restarts = 0;                            ///< how often it was given up because the images contradicted
-  std::string fault{};                         ///< for kOff: what is wrong with the readings, probably
+  double nis = 0.0;  ///< normalised innovation squared of the motions that the images show, of 6 degrees of
+                     ///< freedom: the mean over the last 30
+  std::int64_t delay_ns = 0;  ///< found between the stamps and those of the images, and taken out
+  std::string fault{};        ///< for kOff: what is wrong with the readings, probably
 };
 
 }  // namespace stereo_slam

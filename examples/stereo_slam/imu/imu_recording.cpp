@@ -97,9 +97,11 @@ void require_overlap(const ImuRecording& imu, std::int64_t first_ns, std::int64_
 }
 
 ImuReadings ImuFeed::until(std::int64_t stamp_ns) {
+  constexpr std::int64_t kAhead_ns = 250'000'000;
+  const std::int64_t end_ns = stamp_ns + kAhead_ns;
   const auto& samples = imu_->samples;
   ImuReadings readings{.sensor = imu_->sensor, .samples = {}};
-  while (next_ < samples.size() && (next_ == 0 || samples[next_ - 1].stamp_ns < stamp_ns)) {
+  while (next_ < samples.size() && (next_ == 0 || samples[next_ - 1].stamp_ns < end_ns)) {
     readings.samples.push_back(samples[next_++]);
   }
   return readings;

@@ -47,7 +47,8 @@ class ImuFeed {
   /// Refers to the recording.
   explicit ImuFeed(const ImuRecording& imu) : imu_(&imu) {}
 
-  /// The samples since the last call, up to the first one that is not before the stamp.
+  /// The samples since the last call, up to the first one that is a quarter of a second after the stamp: if
+  /// the stamps of the IMU are found to be late, these are needed.
   [[nodiscard]] ImuReadings until(std::int64_t stamp_ns);
 
  private:

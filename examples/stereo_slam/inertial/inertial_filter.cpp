@@ -14,6 +14,7 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kMostRestarts = 2;
+constexpr int kFramesBetweenChecks = 50;          // of the delay
 constexpr std::int64_t kMargin_ns = 300'000'000;  // samples kept before the oldest rotation
 
 /// The standard deviation of a position or velocity whose covariance is a block of the state's.
@@ -42,7 +43,8 @@ void InertialFilter::begin_frame(std::int64_t stamp_ns, const std::optional<ImuR
   given_up_ = false;
   if (!imu || summary_.phase == InertialPhase::kOff) return;
   sensor_ = imu->sensor;
-  for (const auto& sample : imu->samples) {
+  for (ImuSample sample : imu->samples) {
+    sample.stamp_ns -= summary_.delay_ns;
     if (!sample.finite() || (!samples_.empty() && sample.stamp_ns <= samples_.back().stamp_ns)) continue;
     samples_.push_back(sample);
     noise_.add(sample);
@@ -112,7 +114,12 @@ void InertialFilter::end_frame(const SeenFrame& seen, const std::optional<Inerti
   } else {
     continue_start(seen);
   }
-  if (innovations_.contradicts()) give_up(seen);
+  summary_.nis = innovations_.mean();
+  if (innovations_.contradicts()) {
+    give_up(seen);
+  } else if (++frames_ % kFramesBetweenChecks == 0) {
+    correct_delay(seen);
+  }
   predicted_.reset();
   forget_samples();
 }
@@ -172,13 +179,36 @@ void InertialFilter::cross_gap(const SeenFrame& seen) {
 void InertialFilter::give_up(const SeenFrame& seen) {
   given_up_ = running();
   ++summary_.restarts;
-  if (summary_.restarts <= kMostRestarts) return begin(seen.stamp_ns, unknown_state());
+  if (correct_delay(seen) || summary_.restarts <= kMostRestarts) return begin(seen.stamp_ns, unknown_state());
   summary_.phase = InertialPhase::kOff;
-  given_up_ = true;
-  const std::vector<SeenRotation> rotations(rotations_.begin(), rotations_.end());
-  summary_.fault = probable_fault(rotations, samples_);
+  summary_.fault = probable_fault(last_rotations(), samples_);
   samples_.clear();
   rotations_.clear();
+}
+
+std::vector<SeenRotation> InertialFilter::last_rotations() const {
+  return {rotations_.begin(), rotations_.end()};
+}
+
+/// Looks for a delay between the clocks, which has to be evident the first time, and takes it out. If it is
+/// large, the filter starts anew. Returns whether there was one.
+bool InertialFilter::correct_delay(const SeenFrame& seen) {
+  constexpr int kMostCorrections = 5;
+  constexpr double kEvident = 0.5, kLikely = 0.97;
+  constexpr std::int64_t kLarge_ns = 10'000'000;
+  if (corrections_ >= kMostCorrections) return false;
+  const auto later_ns = seen_delay_ns(last_rotations(), samples_, corrections_ == 0 ? kEvident : kLikely);
+  if (!later_ns) return false;
+  ++corrections_;
+  move_stamps(*later_ns);
+  if (std::abs(*later_ns) > kLarge_ns) begin(seen.stamp_ns, unknown_state());
+  return true;
+}
+
+/// Corrects the stamps of all samples, those to come too.
+void InertialFilter::move_stamps(std::int64_t later_ns) {
+  summary_.delay_ns += later_ns;
+  for (auto& sample : samples_) sample.stamp_ns -= later_ns;
 }
 
 void InertialFilter::remember(const SeenFrame& seen) {

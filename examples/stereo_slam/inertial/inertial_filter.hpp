@@ -90,6 +90,9 @@ class InertialFilter {
   void continue_run(const SeenFrame& seen, const std::optional<InertialPrior>& prior);
   void cross_gap(const SeenFrame& seen);
   void give_up(const SeenFrame& seen);
+  bool correct_delay(const SeenFrame& seen);
+  void move_stamps(std::int64_t later_ns);
+  [[nodiscard]] std::vector<SeenRotation> last_rotations() const;
   void remember(const SeenFrame& seen);
   void forget_samples();
 
@@ -105,6 +108,8 @@ class InertialFilter {
   bool given_up_ = false;
   int motions_ = 0;  // measured since the start began
   std::int64_t start_ns_ = 0;
+  int frames_ = 0;       // that were measured
+  int corrections_ = 0;  // of the delay
   InnovationMonitor innovations_;
 };
 

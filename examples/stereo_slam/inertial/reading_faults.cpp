@@ -124,15 +124,17 @@ class Gyroscope {
   return better && angle_deg(best) > kLeastTurn_deg ? std::optional(best) : std::nullopt;
 }
 
-/// By how many milliseconds the samples are later than the frames, if that explains the rates.
-[[nodiscard]] std::optional<int> lateness_ms(std::span<const SeenRotation> rotations,
-                                             const Gyroscope& gyroscope) {
-  constexpr int kLargest_ms = 200, kLeast_ms = 4;
-  constexpr double kMuch = 0.5;
+/// By how much the samples are later than the frames, if that explains the rates: the delay with the least
+/// error, between whole milliseconds by a parabola.
+[[nodiscard]] std::optional<std::int64_t> lateness_ns(std::span<const SeenRotation> rotations,
+                                                      const Gyroscope& gyroscope, double share) {
+  constexpr int kLargest_ms = 200, kLeast_ms = 2, kWidth_ms = 4;
+  constexpr double kNanosecondsPerMs = 1e6;
+  constexpr std::size_t kFewest = 15;
   while (!rotations.empty() &&
          rotations.back().end_ns + std::int64_t{kLargest_ms} * 1'000'000 > gyroscope.end_ns())
     rotations = rotations.first(rotations.size() - 1);
-  if (rotations.size() < 2) return std::nullopt;
+  if (rotations.size() < kFewest) return std::nullopt;
   const Rates seen = seen_rates(rotations);
   const auto error = [&](int later_ms) {
     return (seen - gyroscope.during(rotations, std::int64_t{later_ms} * 1'000'000)).squaredNorm();
@@ -147,19 +149,28 @@ class Gyroscope {
       best_ms = later_ms;
     }
   }
-  const bool better = least < kMuch * undelayed && std::abs(best_ms) >= kLeast_ms;
-  return better ? std::optional(best_ms) : std::nullopt;
+  const bool explains = least < share * undelayed && least < 0.25 * seen.squaredNorm();
+  if (!explains || std::abs(best_ms) < kLeast_ms) return std::nullopt;
+  const double before = error(best_ms - kWidth_ms), after = error(best_ms + kWidth_ms);
+  const double curvature = before - 2.0 * least + after;
+  const double step_ms = curvature > 0.0 ? 0.5 * kWidth_ms * (before - after) / curvature : 0.0;
+  return std::llround(kNanosecondsPerMs * (best_ms + std::clamp(step_ms, -1.0, 1.0)));
 }
 
 }  // namespace
+
+std::optional<std::int64_t> seen_delay_ns(std::span<const SeenRotation> rotations,
+                                          std::span<const ImuSample> samples, double share) {
+  if (samples.size() < 2) return std::nullopt;
+  return lateness_ns(rotations, Gyroscope(samples), share);
+}
 
 std::string probable_fault(std::span<const SeenRotation> rotations, std::span<const ImuSample> samples) {
   constexpr double kLeastRate_rad_s = 0.02;  // slower rotations are those of the noise
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   if (is_in_multiples_of_gravity(samples)) {
     return "the accelerometer's readings have a length of about 1, so they seem to be in multiples of "
-           "gravity: "
-           "write them in m/s^2";
+           "gravity: write them in m/s^2";
   }
   if (rotations.empty() || samples.size() < 2) return "no cause is known";
   const Rates seen = seen_rates(rotations);
@@ -170,8 +181,7 @@ std::string probable_fault(std::span<const SeenRotation> rotations, std::span<co
   const double ratio = std::sqrt(read.squaredNorm() / count) / std::max(seen_rad_s, 1e-9);
   if (seen_rad_s < kLeastRate_rad_s) {
     return "the camera hardly turns, which would tell; check the units and T_BS, the pose of the camera in "
-           "the "
-           "axes of the IMU";
+           "the axes of the IMU";
   }
   if (ratio > 0.7 * kDegrees && ratio < 1.4 * kDegrees) {
     return fmt::format(
@@ -181,15 +191,16 @@ std::string probable_fault(std::span<const SeenRotation> rotations, std::span<co
   }
   if (const auto turn = turn_of_axes(seen, read)) {
     return fmt::format(
-        "the axes of the IMU seem to be turned by {:.0f} degrees: correct the pose of the camera "
-        "in the axes of the IMU (T_BS, T_cam_imu)",
+        "the axes of the IMU seem to be turned by {:.0f} degrees: correct the pose of the "
+        "camera in the axes of the IMU (T_BS, T_cam_imu)",
         angle_deg(*turn));
   }
-  if (const auto later_ms = lateness_ms(rotations, gyroscope)) {
+  if (const auto later_ns = lateness_ns(rotations, gyroscope, 0.5)) {
+    const double later_ms = 1e-6 * static_cast<double>(*later_ns);
     return fmt::format(
-        "the stamps of the IMU seem to be about {} ms {} than those of the images: set "
-        "timeshift_cam_imu to {:.3f} in the file that describes the IMU",
-        std::abs(*later_ms), *later_ms > 0 ? "later" : "earlier", 1e-3 * *later_ms);
+        "the stamps of the IMU seem to be about {:.0f} ms {} than those of the images: set "
+        "timeshift_cam_imu to {:.4f} in the file that describes the IMU",
+        std::abs(later_ms), later_ms > 0.0 ? "later" : "earlier", 1e-3 * later_ms);
   }
   return "neither units, axes nor a delay explain it; check the calibration of the cameras and the IMU";
 }

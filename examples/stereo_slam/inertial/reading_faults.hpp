@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -17,9 +18,13 @@ struct SeenRotation {
   Vector3<double> angle_rad = Vector3<double>::Zero();  ///< rotation vector, in the axes of the IMU
 };
 
-/// What is probably wrong with the readings of an IMU that contradict the images, in plain words: other
-/// units, axes that are turned, or another clock. The samples should begin and end a quarter of a second
-/// before and after the rotations. Without a rotation to compare with, little can be said.
+/// By how much the stamps of the samples are later than those of the images, up to 200 ms; nothing unless
+/// that leaves less than `share` of the squared error which the rotations have without a delay.
+[[nodiscard]] std::optional<std::int64_t> seen_delay_ns(std::span<const SeenRotation> rotations,
+                                                        std::span<const ImuSample> samples, double share);
+
+/// What is probably wrong with the readings of an IMU that contradict the images: other units, axes that are
+/// turned, or another clock. Without a rotation to compare with, little can be said.
 [[nodiscard]] std::string probable_fault(std::span<const SeenRotation> rotations,
                                          std::span<const ImuSample> samples);
 

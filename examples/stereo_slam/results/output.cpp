@@ -151,6 +151,8 @@ void emit_inertial(YAML::Emitter& yaml, const InertialSummary& inertial) {
   emit(yaml, "phase", to_string(inertial.phase));
   emit(yaml, "starts", inertial.starts);
   emit(yaml, "restarts", inertial.restarts);
+  emit(yaml, "nis", fmt::format("{:.2f}", inertial.nis));
+  emit(yaml, "delay_ms", fmt::format("{:.1f}", 1e-6 * static_cast<double>(inertial.delay_ns)));
   if (!inertial.fault.empty())
     yaml << YAML::Key << "fault" << YAML::Value << YAML::DoubleQuoted << inertial.fault;
   yaml << YAML::EndMap;

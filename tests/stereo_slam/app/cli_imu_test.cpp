@@ -95,6 +95,21 @@ TEST_CASE("An IMU in other units is switched off with a warning, and the run goe
   CHECK(read_text(folder / "out/trajectory_kitti.txt") == poses);  // it was never used
 }
 
+TEST_CASE("Half a second without images is bridged by the IMU", "[cli][imu]") {
+  const TemporaryFolder folder;
+  render_drive(folder, 50);
+  for (int i = 35; i < 45; ++i) {
+    for (const auto* camera : {"image_0", "image_1"})
+      fs::remove(fs::path(folder / "drive") / camera / fmt::format("{:06}.png", i));
+  }
+  CHECK(run_with(folder, {"--imu"}).status == 0);
+  const std::string bridged = read_text(folder / "out/covariances.csv");
+  CHECK_THAT(bridged, !Catch::Contains("LOST"));
+  CHECK_THAT(read_text(folder / "run.json"), Catch::Contains("\"imu_alone\": 10"));
+  CHECK(run_with(folder, {}).status == 0);
+  CHECK_THAT(read_text(folder / "out/covariances.csv"), Catch::Contains("LOST"));
+}
+
 TEST_CASE("An IMU that is not there, or of another clock, is an error before the run", "[cli][imu][faults]") {
   const TemporaryFolder folder;
   write_tiny_sequence(folder / "drive", 3);
