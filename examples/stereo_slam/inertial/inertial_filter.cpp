@@ -14,6 +14,7 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kMostRestarts = 2;
+constexpr int kEnoughForCause = 20;               // motions at the start, before which waiting costs nothing
 constexpr int kFramesBetweenChecks = 50;          // of the delay
 constexpr std::int64_t kMargin_ns = 300'000'000;  // samples kept before the oldest rotation
 
@@ -115,7 +116,7 @@ void InertialFilter::end_frame(const SeenFrame& seen, const std::optional<Inerti
     continue_start(seen);
   }
   summary_.nis = innovations_.mean();
-  if (innovations_.contradicts()) {
+  if (innovations_.contradicts() && (running() || motions_ >= kEnoughForCause)) {
     give_up(seen);
   } else if (++frames_ % kFramesBetweenChecks == 0) {
     correct_delay(seen);
@@ -143,7 +144,10 @@ void InertialFilter::try_to_run(const SeenFrame& seen) {
   constexpr std::int64_t kShortest_ns = 500'000'000;
   const bool long_enough = motions_ >= kFewestMotions && seen.stamp_ns - start_ns_ >= kShortest_ns;
   if (!long_enough || !is_known(state_) || innovations_.contradicts()) return;
-  if (!has_length_of_gravity(state_)) return give_up(seen);
+  if (!has_length_of_gravity(state_)) {
+    if (motions_ >= kEnoughForCause) give_up(seen);
+    return;
+  }
   state_ = at_pose(with_known_gravity(state_), in_imu(seen.T_keyframe_camera));
   summary_.phase = InertialPhase::kRunning;
   ++summary_.starts;

@@ -31,13 +31,13 @@ class InnovationMonitor {
     return std::accumulate(values_.begin(), values_.end(), 0.0) / static_cast<double>(values_.size());
   }
 
-  /// The NIS of a motion that is not that of the camera: beyond any chance, even if the noise is twice as
-  /// large as assumed.
-  static constexpr double kImpossible = 150.0;
+  /// The NIS of a motion that is not that of the camera: beyond any chance, even if the noise is half as
+  /// large again as assumed.
+  static constexpr double kImpossible = 100.0;
 
  private:
   static constexpr std::size_t kWindow = 30, kFewest = 10;
-  static constexpr double kLargestMean = 30.0;  // five times that of a right covariance
+  static constexpr double kLargestMean = 15.0;  // of a right covariance 6; in real flights about 1
   static constexpr int kMostInRow = 3;
 
   std::deque<double> values_;
