@@ -165,7 +165,6 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   const bool both_images = result.right_image_fits && uses_right_image();
   if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
   result.weak.imu_contradicted = motion_.inertial().given_up();
-  result.inertial = motion_.inertial().estimate();
   path_.append(reported(tracked), tracked.basis != PoseBasis::kNothing, calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured() || !extend_map(tracked, images)) return;
@@ -206,6 +205,7 @@ void Slam::complete(const FrameImages& images, FrameEvidence evidence, FrameResu
   evidence.segment_localised = !lost && segment.take_newly_localised();
   result.status = judge(evidence);
   result.segment = segment.current();
+  result.inertial = motion_.inertial().estimate();
   result.features = static_cast<int>(tracks_.points().size());
   result.landmarks = static_cast<int>(local_map_.landmarks().size());
   const bool unmeasured = result.status == TrackingStatus::kLost || !result.right_image_fits;
