@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,8 @@ struct SlamOptions {
   /// Begins with what an earlier run learned of the same cameras: cameras.yaml of `stereo_slam run`, or the
   /// file of save_cameras(). A loaded map has this, too: not with load_map.
   std::optional<std::filesystem::path> learned = std::nullopt;
-  bool loop_thread = true;  ///< a thread of its own closes loops; the results are the same
+  ImuNoise imu_noise = ImuSensor{}.noise;  ///< of the IMU whose samples process() gets
+  bool loop_thread = true;                 ///< a thread of its own closes loops; the results are the same
   /// Do not set: it records your compiler's flags. The constructors throw if the library's differ.
   std::size_t eigen_alignment = EIGEN_MAX_ALIGN_BYTES;
 };
@@ -81,6 +83,14 @@ class StereoSlam {
   /// is not later than the one before.
   FrameResult process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns);
 
+  /// The same with the samples of an IMU since the frame before, which predict the motion: in order, with
+  /// stamps of the images' clock, up to the first one that is not before `stamp_ns` if there is one already.
+  /// FrameResult::inertial has velocity, gravity and biases, and inertial() says whether the IMU is used.
+  /// Samples that are not finite or not in order are left out. The body of the calibration is the IMU: throws
+  /// std::invalid_argument if the calibration has no T_body_camera.
+  FrameResult process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns,
+                      std::span<const ImuSample> imu);
+
   /// Waits for loops that are still being closed. Call it after the last frame, before reading the results.
   void finish();
 
@@ -103,6 +113,9 @@ class StereoSlam {
   /// `T_world_camera * T_body_camera.inverse()`.
   [[nodiscard]] const std::optional<Eigen::Isometry3d>& T_body_camera() const;
 
+  /// How the samples of an IMU were used so far; nothing without any.
+  [[nodiscard]] std::optional<InertialSummary> inertial() const;
+
   /// Writes the map for SlamOptions::load_map and `stereo_slam run --load-map`. Throws std::runtime_error
   /// when the file cannot be written, and std::logic_error without loop closure or an image size so far.
   void save_map(const std::filesystem::path& file) const;
@@ -113,6 +126,9 @@ class StereoSlam {
   void save_cameras(const std::filesystem::path& file) const;
 
  private:
+  FrameResult process_frame(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns,
+                            std::optional<ImuReadings> imu);
+
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -48,9 +48,11 @@ const Graph kMayInclude = {
     {"stereo_slam/calibration",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/images"}},
     {"stereo_slam/stamps", {"stereo_slam/core", "stereo_slam/io"}},
+    {"stereo_slam/imu",
+     {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/calibration"}},
     {"stereo_slam/dataset",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/codecs", "stereo_slam/settings",
-      "stereo_slam/images", "stereo_slam/calibration", "stereo_slam/stamps"}},
+      "stereo_slam/images", "stereo_slam/calibration", "stereo_slam/stamps", "stereo_slam/imu"}},
     {"stereo_slam/bags",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/codecs", "stereo_slam/settings",
       "stereo_slam/images", "stereo_slam/calibration", "stereo_slam/dataset"}},
@@ -67,10 +69,11 @@ const Graph kMayInclude = {
     {"stereo_slam/loop_closing",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/frontend",
       "stereo_slam/odometry", "stereo_slam/local_map", "stereo_slam/keyframes"}},
+    {"stereo_slam/inertial", {"stereo_slam/core"}},
     {"stereo_slam/slam",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/frontend",
       "stereo_slam/odometry", "stereo_slam/local_map", "stereo_slam/keyframes", "stereo_slam/tracking",
-      "stereo_slam/loop_closing"}},
+      "stereo_slam/loop_closing", "stereo_slam/inertial"}},
     {"stereo_slam/evaluation", {"stereo_slam/core", "stereo_slam/io"}},
     {"stereo_slam/results",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/calibration",
@@ -96,9 +99,10 @@ const Graph kMayInclude = {
       "stereo_slam/dataset", "simulator/textures", "simulator/rendering", "simulator/world"}},
     {"stereo_slam/app",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/images",
-      "stereo_slam/calibration", "stereo_slam/dataset", "stereo_slam/bags", "stereo_slam/tracking",
-      "stereo_slam/slam", "stereo_slam/evaluation", "stereo_slam/results", "stereo_slam/ros2_output",
-      "stereo_slam/report", "stereo_slam/visualization", "simulator/rendering", "simulator/recording"}},
+      "stereo_slam/calibration", "stereo_slam/imu", "stereo_slam/dataset", "stereo_slam/bags",
+      "stereo_slam/tracking", "stereo_slam/slam", "stereo_slam/evaluation", "stereo_slam/results",
+      "stereo_slam/ros2_output", "stereo_slam/report", "stereo_slam/visualization", "simulator/rendering",
+      "simulator/recording"}},
 };
 
 /// "antipode/filters/detail/progression.hpp" is in "antipode/filters".
@@ -240,8 +244,9 @@ TEST_CASE("No folder of the SLAM has more than 20 source files", "[layout]") {
 
 TEST_CASE("The algorithm includes nothing of the program but settings and file access", "[layout]") {
   const std::set<std::string> algorithm = {
-      "stereo_slam/core",      "stereo_slam/frontend", "stereo_slam/odometry",     "stereo_slam/local_map",
-      "stereo_slam/keyframes", "stereo_slam/tracking", "stereo_slam/loop_closing", "stereo_slam/slam"};
+      "stereo_slam/core",         "stereo_slam/frontend",  "stereo_slam/odometry",
+      "stereo_slam/local_map",    "stereo_slam/keyframes", "stereo_slam/tracking",
+      "stereo_slam/loop_closing", "stereo_slam/inertial",  "stereo_slam/slam"};
   for (const auto& folder : algorithm) {
     for (const auto& included : kMayInclude.at(folder)) {
       CAPTURE(folder, included);

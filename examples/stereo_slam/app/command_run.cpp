@@ -34,6 +34,8 @@ struct RunArguments {
   bool loop_closure = true;
   const CLI::Option* loop_closure_flag = nullptr;  ///< counts whether the flag was given
   bool clahe = false;
+  bool imu = false;
+  fs::path imu_file;
   RunOptions run;
   std::optional<fs::path> json;
 };
@@ -51,6 +53,15 @@ void add_settings_options(CLI::App& app, RunArguments& arguments) {
                                              "close loops, or do not; default: as in the settings");
   app.add_flag("--clahe", arguments.clahe,
                "equalise the contrast locally; the same as the setting images.clahe: true");
+}
+
+void add_imu_options(CLI::App& app, RunArguments& arguments) {
+  app.add_flag("--imu", arguments.imu, "use the recording's IMU, too: imu0 of EuRoC's layout, or imu.csv");
+  app.add_option("--imu-file", arguments.imu_file,
+                 "use the IMU with these samples: rows of stamp in ns, rates in rad/s, specific forces in "
+                 "m/s^2; its description is the .yaml beside it")
+      ->check(require_name)
+      ->type_name("FILE.csv");
 }
 
 void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>& json) {
@@ -258,7 +269,7 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
   if (arguments.config) inputs.push_back(*arguments.config);
   if (arguments.run.load_map) inputs.push_back(*arguments.run.load_map);
   if (arguments.run.learned) inputs.push_back(*arguments.run.learned);
-  for (const auto& file : {arguments.dataset.folder, arguments.dataset.calibration}) {
+  for (const auto& file : {arguments.dataset.folder, arguments.dataset.calibration, arguments.imu_file}) {
     if (fs::is_regular_file(file)) inputs.push_back(file);
   }
   return inputs;
@@ -293,12 +304,38 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
   }
 }
 
+/// What became of the IMU, if it was not used.
+void warn_of_imu(const RunSummary& summary, bool quiet) {
+  if (!summary.inertial) return;
+  const InertialSummary& imu = *summary.inertial;
+  if (imu.phase == InertialPhase::kOff) {
+    warn(fmt::format("the IMU contradicts the images and was switched off{}: {}",
+                     imu.starts == 0 ? " before it was used" : "", imu.fault),
+         quiet);
+  } else if (imu.delay_ns != 0) {
+    warn(fmt::format(
+             "the stamps of the IMU are about {:.1f} ms {} than those of the images, which was corrected "
+             "while driving; set timeshift_cam_imu to {:.4f} in the file that describes the IMU",
+             1e-6 * std::abs(static_cast<double>(imu.delay_ns)), imu.delay_ns > 0 ? "later" : "earlier",
+             1e-9 * static_cast<double>(imu.delay_ns)),
+         quiet);
+  } else if (imu.starts == 0) {
+    warn(
+        "the IMU was not used: in no second were there samples and images enough to find velocity and "
+        "gravity",
+        quiet);
+  }
+}
+
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   Settings settings = settings_of(arguments);
   if (settings.loop_closure.enabled && settings.system == SystemKind::kPaper)
     warn("no loop is closed, because the preset paper has no keyframes", quiet);
+  if ((arguments.imu || !arguments.imu_file.empty()) && settings.system == SystemKind::kPaper)
+    warn("the IMU is not used, because the preset paper is the filter of the paper", quiet);
   SequenceScan found = scan(arguments.dataset);
+  if (arguments.imu || !arguments.imu_file.empty()) add_imu(found, arguments.imu_file);
   require_usable(found.problems, quiet);
   const StereoSequence sequence = std::move(found.sequence);
   check_before_run(sequence, settings, quiet);
@@ -324,6 +361,7 @@ int run_command(const RunArguments& arguments) {
          quiet);
   }
   warn_of_right_camera(summary, quiet);
+  warn_of_imu(summary, quiet);
   constexpr double kNoticeable_s = 0.1;
   if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
     warn(fmt::format("images were not read in time, so the last frame was {:.1f} s late; use a faster disk, "
@@ -343,6 +381,7 @@ Command add_run(CLI::App& parent) {
       *parent.add_subcommand("run", "run the SLAM; write trajectory, covariances, map, timing and a report");
   add_dataset_options(app, arguments->dataset);
   add_settings_options(app, *arguments);
+  add_imu_options(app, *arguments);
   add_run_options(app, arguments->run, arguments->json);
   app.footer(
       "Examples:\n"

@@ -64,6 +64,12 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
                           {"k1_sigma", number(lens->sigma[0])},
                           {"k2_sigma", number(lens->sigma[1])}};
   }
+  if (const auto& imu = summary.inertial) {
+    json["imu"] = {{"phase", to_string(imu->phase)}, {"starts", imu->starts}, {"restarts", imu->restarts}};
+    json["imu"]["nis"] = number(imu->nis);
+    json["imu"]["delay_ms"] = number(1e-6 * static_cast<double>(imu->delay_ns));
+    if (!imu->fault.empty()) json["imu"]["fault"] = imu->fault;
+  }
   if (summary.refused_learned) json["refused_learned"] = true;
   json["right_camera_turns"] = summary.right_camera_turns;
   json["keyframes"] = summary.keyframes;

@@ -22,6 +22,7 @@
 #include "stereo_slam/app/realtime_reader.hpp"
 #include "stereo_slam/app/run_map.hpp"
 #include "stereo_slam/app/signals.hpp"
+#include "stereo_slam/imu/imu_recording.hpp"
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/output_file.hpp"
@@ -146,11 +147,14 @@ void note_faults(const StereoFrame& frame, RunRecord& record) {
 void process_frames(const std::function<std::optional<OfferedFrame>()>& next, const RunInput& input,
                     SlamSystem& slam, RunOutputs& outputs) {
   RunRecord& record = outputs.record;
+  std::optional<ImuFeed> imu;
+  if (input.sequence.imu) imu.emplace(*input.sequence.imu);
   double cpu_ms = process_cpu_ms();
   while (auto offered = next()) {
     StereoFrame& frame = offered->read.frame;
     const std::size_t position = std::exchange(frame.index, record.results.size());
     note_faults(frame, record);
+    if (imu) frame.imu = imu->until(frame.stamp_ns);
     const auto start = Clock::now();
     AssociationTrace trace;
     FrameResult result = slam.process(frame, outputs.display.needs_trace() ? &trace : nullptr);
@@ -250,6 +254,7 @@ void add_final_results(const SlamSystem& slam, RunRecord& record) {
   record.loops = slam.loop_events();
   record.right_image_displacement_px = slam.right_image_displacement_px();
   record.lens_error = slam.lens_error();
+  record.inertial = slam.inertial();
   record.refused_learned = slam.refused_learned();
   record.learned = slam.learned();
 }
@@ -380,6 +385,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   header.unreadable = record.unreadable;
   header.weak_frames_by_reason = summary.weak_frames_by_reason;
   header.lens_error = summary.lens_error;
+  header.inertial = summary.inertial;
   header.frame_cost = frame_cost(record);
   header.realtime = realtime_summary(record);
   header.bytes_per_keyframe = bytes_per_keyframe(slam, record);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@
 #include <antipode/distributions/pose_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
 #include <antipode/geometry/dual_quaternion.hpp>
+
+#include "stereo_slam/core/imu_readings.hpp"
+#include "stereo_slam/core/inertial_estimate.hpp"
 
 /// @file
 /// Data that the stages of the SLAM hand to each other. Pixels, metres, radians; `T_a_b` maps b to a.
@@ -38,6 +42,7 @@ struct StereoFrame {
   cv::Mat right;              ///< of the right camera; black if there is none
   std::string left_fault{};   ///< why there is no left image; empty if there is one
   std::string right_fault{};  ///< why there is no right image
+  std::optional<ImuReadings> imu{};  ///< of an IMU, if there is one that is to be used
 
   /// Whether the left image could be read.
   [[nodiscard]] bool has_left() const { return left_fault.empty(); }
@@ -69,6 +74,8 @@ enum class TrackingStatus {
 /// Why the pose of a frame is less certain than its covariance says.
 struct WeakReasons {
   bool odometry_alone = false;         ///< no landmarks measured it
+  bool imu_alone = false;              ///< no image measured it, but an IMU did
+  bool imu_contradicted = false;       ///< the IMU, which had a part in earlier poses, contradicts the images
   bool few_landmarks = false;          ///< so few that they may agree by chance
   bool repeated_image = false;         ///< the image is that of the frame before; the pose is predicted
   bool repetitive_scene = false;       ///< the reference keyframe shows one pattern many times
@@ -104,6 +111,8 @@ struct WeakReason {
 /// All reasons, in the order in which they are written.
 inline constexpr std::array kWeakReasons = {
     WeakReason{&WeakReasons::odometry_alone, "odometry_alone", "odometry without landmarks"},
+    WeakReason{&WeakReasons::imu_alone, "imu_alone", "IMU without images"},
+    WeakReason{&WeakReasons::imu_contradicted, "imu_contradicted", "the IMU contradicted the images"},
     WeakReason{&WeakReasons::few_landmarks, "few_landmarks", "few landmarks"},
     WeakReason{&WeakReasons::repeated_image, "repeated_image", "the same image again"},
     WeakReason{&WeakReasons::repetitive_scene, "repetitive_scene", "repetitive scene"},
@@ -171,6 +180,7 @@ struct FrameResult {
   bool right_image_fits = true;  ///< false: of another moment than the left one, or covered
   double nis = 0.0;              ///< normalised innovation squared of the pose update
   int nis_dof = 0;               ///< its degrees of freedom
+  InertialEstimate inertial;     ///< velocity, gravity and biases by an IMU, if there is one
   std::vector<StageTime> times;  ///< of the stages of this frame
 };
 

@@ -115,6 +115,22 @@ Problem wrong_size(std::string_view image, const cv::Size& size, const cv::Size&
                       image, size.width, size.height, all.width, all.height)};
 }
 
+void add_imu(SequenceScan& scan, const fs::path& file) {
+  StereoSequence& sequence = scan.sequence;
+  attempt(scan.problems, Problem::Severity::kError, [&] {
+    if (sequence.live) fail(sequence.folder, "is a live camera, whose IMU cannot be read; leave out --imu");
+    const auto samples = file.empty() ? find_imu(sequence.folder) : std::optional(file);
+    if (!samples) {
+      fail(sequence.folder, "has no samples of an IMU (imu0/data.csv or imu.csv); name them with --imu-file");
+    }
+    auto imu = std::make_shared<ImuRecording>(read_imu(*samples, sequence.T_body_camera));
+    if (!sequence.frames.empty())
+      require_overlap(*imu, sequence.frames.front().stamp_ns, sequence.frames.back().stamp_ns);
+    for (const auto& text : imu->faults.texts()) scan.warn(*samples, "{}", text);
+    sequence.imu = std::move(imu);
+  });
+}
+
 void set_rig(StereoSequence& sequence, const StereoRig& rig) {
   sequence.rig = rig;
   auto rectifier = std::make_shared<const Rectifier>(rig);

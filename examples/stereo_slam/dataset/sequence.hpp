@@ -20,6 +20,7 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/images/pair_source.hpp"
+#include "stereo_slam/imu/imu_recording.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 /// A recording as plain data: the files of each frame and the camera. A new dataset format needs one function
@@ -60,6 +61,8 @@ struct StereoSequence {
   std::string lenses;                              ///< distortion model before rectification, or empty
   std::shared_ptr<PairSource> source;              ///< null for image files
   std::optional<Eigen::Isometry3d> T_body_camera;  ///< of the rectified left camera, if known
+
+  std::shared_ptr<const ImuRecording> imu;  ///< null if no IMU is to be used
 
   std::vector<Eigen::Isometry3d> ground_truth;  ///< T_world_camera, or empty
   std::vector<std::int64_t> ground_truth_ns;    ///< its stamps; for KITTI those of the frames
@@ -126,6 +129,11 @@ struct PairingOptions {
 [[nodiscard]] SequenceScan scan_sequence(const std::filesystem::path& folder, std::string_view format,
                                          const std::filesystem::path& calibration = {},
                                          const PairingOptions& pairing = {});
+
+/// Reads the samples of the recording's IMU, from `file` or, if that is empty, from where the recording has
+/// them. Adds a warning for every kind of fault, and an error if there are no samples at the times of the
+/// frames.
+void add_imu(SequenceScan& scan, const std::filesystem::path& file);
 
 /// Finds which part of 16 bits a pixel the images use: a camera of 12 bits may leave the upper four empty,
 /// and a thermal one uses a small part. Up to sixteen pairs, spread over the recording, decide for all

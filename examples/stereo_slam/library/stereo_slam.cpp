@@ -118,6 +118,18 @@ struct StereoSlam::State {
     return rectifier ? rectifier->right_size() : cv::Size(camera.width_px, camera.height_px);
   }
 
+  /// The body of the calibration is the IMU.
+  [[nodiscard]] Pose T_camera_imu() const {
+    if (!T_body_camera) {
+      throw std::invalid_argument(
+          "the calibration has no pose of the camera in the axes of the IMU; add T_body_left, T_BS or "
+          "T_cam_imu");
+    }
+    const Eigen::Quaterniond q(T_body_camera->linear());
+    const antipode::Vector4<double> rotation(q.w(), q.x(), q.y(), q.z());
+    return Pose::from_rotation_translation(rotation, T_body_camera->translation()).inverse();
+  }
+
   [[nodiscard]] const SlamSystem& begun() const {
     if (!slam) throw std::logic_error("no frame has been processed yet");
     return *slam;
@@ -159,6 +171,21 @@ StereoSlam& StereoSlam::operator=(StereoSlam&&) noexcept = default;
 StereoSlam::~StereoSlam() = default;
 
 FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns) {
+  return process_frame(left, right, stamp_ns, std::nullopt);
+}
+
+FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns,
+                                std::span<const ImuSample> imu) {
+  if (!state_->slam) state_->options.imu_noise.check();
+  return process_frame(
+      left, right, stamp_ns,
+      ImuReadings{.sensor = {.T_camera_imu = Pose::identity(),  // known with the first images
+                             .noise = state_->options.imu_noise},
+                  .samples = {imu.begin(), imu.end()}});
+}
+
+FrameResult StereoSlam::process_frame(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns,
+                                      std::optional<ImuReadings> imu) {
   State& state = *state_;
   if (!state.frames.empty() && stamp_ns <= state.frames.back().stamp_ns) {
     throw std::invalid_argument(fmt::format("the stamp {} ns is not later than {} ns, the one before",
@@ -181,6 +208,8 @@ FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::
     frame.left = state.rectifier->left(frame.left);
     frame.right = state.rectifier->right(frame.right);
   }
+  if (imu) imu->sensor.T_camera_imu = state.T_camera_imu();
+  frame.imu = std::move(imu);
   equalise_contrast(frame, state.settings.images);
   FrameResult result = state.slam->process(frame);
   state.frames.push_back({frame.index, stamp_ns, result.status, {}});
@@ -218,6 +247,10 @@ std::vector<LoopEvent> StereoSlam::loops() const {
 const StereoCamera& StereoSlam::camera() const { return state_->camera; }
 
 const std::optional<Eigen::Isometry3d>& StereoSlam::T_body_camera() const { return state_->T_body_camera; }
+
+std::optional<InertialSummary> StereoSlam::inertial() const {
+  return state_->slam ? state_->slam->inertial() : std::nullopt;
+}
 
 void StereoSlam::save_cameras(const std::filesystem::path& file) const {
   const auto learned = state_->begun().learned();

@@ -134,10 +134,9 @@ void LocalMap::update(const std::vector<Match>& matches, const PoseDensity& T_ke
   }
 }
 
-void LocalMap::predict_correlation(const Pose& T_previous_current) {
-  const Matrix6<double> A = T_previous_current.inverse().adjoint();
+void LocalMap::predict_correlation(const Matrix6<double>& pose_regression) {
   for (auto& landmark : landmarks_)
-    landmark.pose_cross_covariance = (A * landmark.pose_cross_covariance).eval();
+    landmark.pose_cross_covariance = (pose_regression * landmark.pose_cross_covariance).eval();
 }
 
 void LocalMap::update_correlation(const PoseGaussian& prior, const Pose& posterior,

@@ -64,8 +64,9 @@ class LocalMap {
   /// Updates every matched landmark with its measurement, given the posterior of the pose (Alg. 4).
   void update(const std::vector<Match>& matches, const PoseDensity& T_keyframe_camera);
 
-  /// Propagates the cross-covariances of pose and landmarks through a motion of the camera.
-  void predict_correlation(const Pose& T_previous_current);
+  /// Propagates the cross-covariances of pose and landmarks through a motion of the camera: its error is that
+  /// of the pose before times this matrix, and what has nothing to do with the landmarks.
+  void predict_correlation(const Matrix6<double>& pose_regression);
 
   /// Updates the cross-covariances of pose and landmarks after an update of the pose that took the landmarks'
   /// errors into account but did not reduce them (Schmidt's consider filter). `prior` is the pose before the

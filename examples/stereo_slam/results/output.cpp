@@ -32,6 +32,7 @@
 #include "stereo_slam/io/output_file.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/results/inertial_table.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 
 namespace stereo_slam {
@@ -45,6 +46,7 @@ constexpr std::array kResultFiles = {"trajectory_kitti.txt",
                                      "loops.csv",
                                      "map.ply",
                                      "cameras.yaml",
+                                     "inertial.csv",
                                      "report.html"};
 
 std::vector<Pose> poses_of(std::span<const PoseGaussian> estimates) {
@@ -141,6 +143,18 @@ void emit_lens_error(YAML::Emitter& yaml, const LensEstimate& lens) {
   emit(yaml, "k2", fmt::format("{:.6f}", lens.k[1]));
   emit(yaml, "k1_sigma", fmt::format("{:.6f}", lens.sigma[0]));
   emit(yaml, "k2_sigma", fmt::format("{:.6f}", lens.sigma[1]));
+  yaml << YAML::EndMap;
+}
+
+void emit_inertial(YAML::Emitter& yaml, const InertialSummary& inertial) {
+  emit_map(yaml, "imu");
+  emit(yaml, "phase", to_string(inertial.phase));
+  emit(yaml, "starts", inertial.starts);
+  emit(yaml, "restarts", inertial.restarts);
+  emit(yaml, "nis", fmt::format("{:.2f}", inertial.nis));
+  emit(yaml, "delay_ms", fmt::format("{:.1f}", 1e-6 * static_cast<double>(inertial.delay_ns)));
+  if (!inertial.fault.empty())
+    yaml << YAML::Key << "fault" << YAML::Value << YAML::DoubleQuoted << inertial.fault;
   yaml << YAML::EndMap;
 }
 
@@ -261,6 +275,7 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
   write("timing.csv", [&](auto& out) { write_timing(out, record); });
   write("loops.csv", [&](auto& out) { write_loops(out, record.loops); });
   write("map.ply", [&](auto& out) { write_ply(out, record.map_points); });
+  if (record.inertial) write("inertial.csv", [&](auto& out) { write_inertial(out, record.results); });
   if (record.learned) write("cameras.yaml", [&](auto& out) { write_learned_cameras(out, *record.learned); });
   if (!first_error.empty()) throw std::runtime_error(first_error);
 }
@@ -281,6 +296,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   emit_memory(yaml, header);
   if (header.state != "running") emit_reasons(yaml, header.weak_frames_by_reason);
   if (header.lens_error) emit_lens_error(yaml, *header.lens_error);
+  if (header.inertial) emit_inertial(yaml, *header.inertial);
   emit_unreadable(yaml, header.unreadable);
   emit_dataset(yaml, sequence);
   emit_host(yaml);

@@ -53,8 +53,9 @@ struct RunRecord {
   std::vector<UnreadableImage> unreadable;
   double right_image_displacement_px = 0.0;  ///< Slam::right_image_displacement_px()
   std::optional<LensEstimate> lens_error = std::nullopt;
-  std::optional<LearnedCameras> learned = std::nullopt;  ///< nothing where nothing is learned
-  bool refused_learned = false;                          ///< SlamSystem::refused_learned()
+  std::optional<LearnedCameras> learned = std::nullopt;    ///< nothing where nothing is learned
+  std::optional<InertialSummary> inertial = std::nullopt;  ///< nothing without an IMU
+  bool refused_learned = false;                            ///< SlamSystem::refused_learned()
   std::optional<RealtimeRecord> realtime = std::nullopt;
 };
 
@@ -111,13 +112,15 @@ struct RunHeader {
   std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
   std::vector<UnreadableImage> unreadable{};
   ReasonCounts weak_frames_by_reason{};
-  std::optional<LensEstimate> lens_error{};  ///< as learned at the end
+  std::optional<LensEstimate> lens_error{};   ///< as learned at the end
+  std::optional<InertialSummary> inertial{};  ///< nothing without an IMU
 };
 
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,
-/// loops.csv, map.ply, and cameras.yaml if something was learned. trajectory_kitti.txt has
-/// poses_of_all_frames, as that format has no stamps; the others have processed frames only. If a file cannot
-/// be written, the others are still written; then std::runtime_error is thrown with the first failure.
+/// loops.csv, map.ply, cameras.yaml if something was learned, and inertial.csv if there is an IMU.
+/// trajectory_kitti.txt has poses_of_all_frames, as that format has no stamps; the others have processed
+/// frames only. If a file cannot be written, the others are still written; then std::runtime_error is thrown
+/// with the first failure.
 void write_results(const std::filesystem::path& folder, const RunRecord& record);
 
 /// Writes run.yaml: version, state, dataset, host and all settings. load_settings reads it. If it cannot be

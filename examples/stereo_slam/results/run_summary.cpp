@@ -27,6 +27,7 @@ RunSummary summary_of(const RunRecord& record) {
   summary.weak_frames_by_reason = count_reasons(record, TrackingStatus::kWeak);
   summary.right_image_displacement_px = record.right_image_displacement_px;
   summary.lens_error = record.lens_error;
+  summary.inertial = record.inertial;
   summary.refused_learned = record.refused_learned;
   summary.unreadable = record.unreadable;
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);

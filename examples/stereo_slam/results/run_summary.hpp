@@ -23,6 +23,7 @@ struct RunSummary {
   std::vector<std::size_t> right_camera_turns;   ///< frames in which a turn of the right camera was noticed
   double right_image_displacement_px = 0.0;      ///< that the rows do not show, at the end
   std::optional<LensEstimate> lens_error{};      ///< as learned at the end
+  std::optional<InertialSummary> inertial{};     ///< nothing without an IMU
   bool refused_learned = false;                  ///< what --learned gave is of other cameras
   std::vector<UnreadableImage> unreadable;       ///< images that were treated as missing
   std::size_t keyframes = 0;

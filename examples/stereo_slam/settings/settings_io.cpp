@@ -186,11 +186,12 @@ class Overlay {
 
 /// Throws if the file of a run holds anything beside `settings:` that write_run_yaml does not write.
 void check_run_keys(const std::filesystem::path& file, const YAML::Node& document) {
-  constexpr std::array<std::string_view, 16> kRunKeys = {
-      "settings",         "version",           "written",    "state",      "error",
-      "frames_processed", "seconds",           "pose_frame", "frame_cost", "realtime",
-      "memory",           "unreadable_images", "dataset",    "host",       "weak_frames_by_reason",
-      "lens_error"};
+  constexpr std::array<std::string_view, 17> kRunKeys = {"settings",   "version",    "written",
+                                                         "state",      "error",      "frames_processed",
+                                                         "seconds",    "pose_frame", "frame_cost",
+                                                         "realtime",   "memory",     "unreadable_images",
+                                                         "dataset",    "host",       "weak_frames_by_reason",
+                                                         "lens_error", "imu"};
   for (const auto& entry : document) {
     const auto key = as_text(entry.first);
     if (std::ranges::find(kRunKeys, key) != kRunKeys.end()) continue;

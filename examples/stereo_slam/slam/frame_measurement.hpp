@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/inertial/inertial_filter.hpp"
 #include "stereo_slam/local_map/match.hpp"
 #include "stereo_slam/odometry/displacement_estimation.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
@@ -24,6 +25,7 @@ struct FrameMeasurement {
   std::vector<Match> matches;  ///< landmarks found in this frame
   /// What the landmarks show of the displacement besides that of `right`.
   std::optional<DisplacementEstimate> displacement_left{};
+  std::optional<InertialPrior> inertial{};  ///< what the prior rests on, if an IMU is used
 };
 
 }  // namespace stereo_slam

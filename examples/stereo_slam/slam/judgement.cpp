@@ -16,7 +16,8 @@ TrackingStatus judge(const FrameEvidence& evidence) {
     return TrackingStatus::kWeak;
   if (evidence.begins_map) return TrackingStatus::kInitializing;
   if (found_again(evidence.basis, evidence.after_loss)) return TrackingStatus::kRelocalised;
-  const bool doubtful = weak.odometry_alone || weak.few_landmarks || weak.repetitive_scene;
+  const bool doubtful = weak.odometry_alone || weak.imu_alone || weak.imu_contradicted ||
+                        weak.few_landmarks || weak.repetitive_scene;
   return doubtful ? TrackingStatus::kWeak : TrackingStatus::kOk;
 }
 

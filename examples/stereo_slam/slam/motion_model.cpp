@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/motion_model.hpp"
 
+#include "stereo_slam/slam/judgement.hpp"
+
 namespace stereo_slam {
 
 ExpectedMotion MotionModel::expected_until(std::int64_t stamp_ns) const {
+  if (inertial_.predicted()) return {inertial_.predicted_motion(), Expectation::kSteady};
   ExpectedMotion expected{velocity_.motion_until(stamp_ns), Expectation::kNoMotion};
   if (velocity_.known()) expected.expectation = steady() ? Expectation::kSteady : Expectation::kDoubtful;
   return expected;
 }
 
-void MotionModel::learn(const TrackedPose& tracked, const Pose& T_keyframe_previous, bool after_loss,
-                        std::int64_t stamp_ns) {
+void MotionModel::learn(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
+                        const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
   jerks_.add(tracked.odometry.jerk);
   if (!tracked.measured()) {
     velocity_.unmeasured(stamp_ns);
@@ -21,6 +24,28 @@ void MotionModel::learn(const TrackedPose& tracked, const Pose& T_keyframe_previ
   } else {
     velocity_.found(stamp_ns);
   }
+  learn_inertially(tracked, T_keyframe_camera, T_keyframe_previous, after_loss, stamp_ns);
+}
+
+void MotionModel::learn_inertially(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
+                                   const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
+  if (inertial_.summary().phase == InertialPhase::kNone) return;
+  const bool by_landmarks = tracked.basis == PoseBasis::kLandmarks;
+  const bool relocalised = found_again(tracked.basis, after_loss);
+  SeenFrame seen{.stamp_ns = stamp_ns,
+                 .T_keyframe_camera = T_keyframe_camera,
+                 .by_landmarks = by_landmarks,
+                 .relocalised = relocalised};
+  if (tracked.odometry.valid && !relocalised) {
+    seen.T_previous_current = tracked.odometry.T_previous_current;
+    if (by_landmarks) seen.T_previous_current->pose = T_keyframe_previous.inverse() * T_keyframe_camera.pose;
+  }
+  inertial_.end_frame(seen, tracked.inertial);
+}
+
+void MotionModel::begin_map(std::int64_t stamp_ns) {
+  velocity_.found(stamp_ns);
+  inertial_.begin_map(stamp_ns);
 }
 
 }  // namespace stereo_slam

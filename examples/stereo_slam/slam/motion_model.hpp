@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/inertial/inertial_filter.hpp"
 #include "stereo_slam/odometry/constant_velocity.hpp"
 #include "stereo_slam/odometry/jerk_monitor.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
@@ -11,9 +12,16 @@
 
 namespace stereo_slam {
 
-/// The motion that is expected of the next frame, and how far it is believed.
+/// The motion that is expected of the next frame, and how far it is believed: that of an IMU if one is used,
+/// otherwise one of constant velocity.
 class MotionModel {
  public:
+  /// Takes the readings of an IMU that come with a frame, before anything else is asked of it.
+  void begin_frame(const StereoFrame& frame) { inertial_.begin_frame(frame.stamp_ns, frame.imu); }
+
+  /// Velocity, gravity and biases, if there is an IMU.
+  [[nodiscard]] const InertialFilter& inertial() const noexcept { return inertial_; }
+
   /// The motion from the last frame to one with this stamp.
   [[nodiscard]] ExpectedMotion expected_until(std::int64_t stamp_ns) const;
 
@@ -29,17 +37,27 @@ class MotionModel {
   /// vehicle.
   [[nodiscard]] bool steady() const noexcept { return jerks_.steady(); }
 
-  /// Learns from a tracked frame. `T_keyframe_previous` is the posterior of the frame before, which was lost
-  /// if `after_loss`.
-  void learn(const TrackedPose& tracked, const Pose& T_keyframe_previous, bool after_loss,
-             std::int64_t stamp_ns);
+  /// Learns from a tracked frame. `T_keyframe_camera` is its posterior with the covariance by the noise that
+  /// was seen, `T_keyframe_previous` that of the frame before, which was lost if `after_loss`.
+  void learn(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
+             const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns);
 
   /// Adds a frame whose pose is known, but not its motion.
   void found(std::int64_t stamp_ns) { velocity_.found(stamp_ns); }
 
+  /// Begins with the first keyframe.
+  void begin_map(std::int64_t stamp_ns);
+
+  /// Makes the last frame the keyframe that poses are relative to.
+  void change_keyframe() { inertial_.change_keyframe(); }
+
  private:
+  void learn_inertially(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
+                        const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns);
+
   ConstantVelocity velocity_;
   JerkMonitor jerks_;
+  InertialFilter inertial_;
 };
 
 }  // namespace stereo_slam

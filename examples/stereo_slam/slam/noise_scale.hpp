@@ -37,6 +37,16 @@ class NoiseScale {
     return variance_ratio() + kExcess * (own - usual).cwiseMax(0.0);
   }
 
+  /// An estimate of the filter, which counts in units of the assumed noise, with the covariance by the noise
+  /// that was seen.
+  [[nodiscard]] PoseGaussian as_seen(const PoseGaussian& assumed) const {
+    return {assumed.pose, scaled(assumed.covariance, variance_ratio())};
+  }
+  /// The inverse: an estimate that has the right covariance, in the units of the filter.
+  [[nodiscard]] PoseGaussian in_assumed_units(const PoseGaussian& seen) const {
+    return {seen.pose, scaled(seen.covariance, variance_ratio().cwiseInverse())};
+  }
+
   /// The covariance of a pose with variance ratios of the noise. Rotations about x and z and the translation
   /// along y move points across the rows and have the noise in v; the other components have the noise in u.
   /// For the rotation about z and the translation along z this holds in images that are much wider than high.

@@ -112,7 +112,7 @@ void PaperSlam::integrate(const Step& step, const FrameImages& images, FrameResu
   if (found_again(tracked.basis, previous_.lost)) {
     path_.continue_odometry(tracked.prior.pose, tracked.posterior.pose);
   }
-  motion_.learn(tracked, posterior_.pose(), previous_.lost, images.frame.stamp_ns);
+  motion_.learn(tracked, tracked.posterior, posterior_.pose(), previous_.lost, images.frame.stamp_ns);
   posterior_ = step.posterior;
   map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   map_.update(tracked.matches, posterior_);  // Alg. 4

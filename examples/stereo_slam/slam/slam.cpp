@@ -38,6 +38,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   result.loop_corrected = path_.correct_before(recorded.index);
   if (path_.has_loops()) clock.lap("loops");
   const StereoFrame frame = with_equal_brightness(recorded);
+  motion_.begin_frame(frame);
   if (!can_measure(frame) || previous_.repeated_by(frame)) {
     pass_over(frame, result);
     result.times = clock.times();
@@ -69,7 +70,9 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
   FrameMeasurement measured = measure(images, trace, clock);
   right_camera_.take(measured.right, measured.displacement_left);
   tracks_ = std::move(measured.tracks);
-  local_map_.predict_correlation(measured.odometry.T_previous_current.pose);
+  local_map_.predict_correlation(measured.inertial
+                                     ? measured.inertial->camera_regression
+                                     : measured.odometry.T_previous_current.pose.inverse().adjoint());
   auto tracked = update(std::move(measured), images.frame.stamp_ns);  // eq. 13
   clock.lap("update");
   if (!right_camera_.is_ignored() && (previous_.lost || !tracked.measured())) {
@@ -105,7 +108,10 @@ TrackedPose Slam::update(FrameMeasurement measured, std::int64_t stamp_ns) {
   local_map_.update_correlation(prior, update.posterior.pose, update.used);
   if (left_alone) update.nis_dof -= static_cast<int>(update.used.size());  // they have no disparity
   if (update.converged) update.posterior.covariance += by_displacement;
-  return TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
+  TrackedPose tracked =
+      TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
+  tracked.use_imu(std::move(measured.inertial));
+  return tracked;
 }
 
 /// Whether a measured position is more than half a baseline a frame from the predicted one, and its
@@ -145,7 +151,8 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
     path_.continue_odometry(tracked.prior.pose, tracked.posterior.pose);
   }
   const Pose T_keyframe_previous = posterior_.pose;
-  motion_.learn(tracked, T_keyframe_previous, previous_.lost, images.frame.stamp_ns);
+  motion_.learn(tracked, noise_.as_seen(tracked.posterior), T_keyframe_previous, previous_.lost,
+                images.frame.stamp_ns);
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, {}, images.frame.index);
   note_static_points(tracked, T_keyframe_previous);
@@ -155,7 +162,8 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   }
   const bool both_images = result.right_image_fits && uses_right_image();
   if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
-  path_.append(reported(tracked), tracked.measured(), calibration_error(), result);
+  result.weak.imu_contradicted = motion_.inertial().given_up();
+  path_.append(reported(tracked), tracked.basis != PoseBasis::kNothing, calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured() || !extend_map(tracked, images)) return;
   result.is_keyframe = true;
@@ -168,6 +176,7 @@ WeakReasons Slam::weaknesses(const TrackedPose& tracked, std::size_t frame) {
   return {
       .odometry_alone =
           tracked.basis == PoseBasis::kOdometry && (previous_.lost || usual_basis() != PoseBasis::kOdometry),
+      .imu_alone = tracked.basis == PoseBasis::kImu,
       .few_landmarks = tracked.has_few_landmarks(),
       .repetitive_scene = reference_.is_ambiguous(frame),
       .right_image_unfit = right_camera_.judgement() != RightImage::kFits,
@@ -194,6 +203,7 @@ void Slam::complete(const FrameImages& images, FrameEvidence evidence, FrameResu
   evidence.segment_localised = !lost && segment.take_newly_localised();
   result.status = judge(evidence);
   result.segment = segment.current();
+  result.inertial = motion_.inertial().estimate();
   result.features = static_cast<int>(tracks_.points().size());
   result.landmarks = static_cast<int>(local_map_.landmarks().size());
   const bool unmeasured = result.status == TrackingStatus::kLost || !result.right_image_fits;
@@ -228,14 +238,20 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
   if (!reference_.begun()) return path_.append_unknown(calibration_error(), result);
   const bool repeated = can_measure(frame);
   const bool waits = repeated && previous_.is_last_of(path_.frames()) && !previous_.lost;
-  result.weak = {.repeated_image = repeated,
+  const auto inertial = motion_.inertial().predicted()
+                            ? std::optional(motion_.inertial().prior(std::nullopt).T_keyframe_camera)
+                            : std::nullopt;
+  result.inertial = motion_.inertial().estimate();
+  result.weak = {.imu_alone = inertial.has_value(),
+                 .repeated_image = repeated,
                  .right_image_unfit = !frame.has_right(),
                  .segment_not_localised = !path_.segment().localised()};
-  result.status = judge({.waits = waits, .weak = result.weak});
+  result.status =
+      judge({.basis = inertial ? PoseBasis::kImu : PoseBasis::kNothing, .waits = waits, .weak = result.weak});
+  if (inertial) return path_.append(*inertial, true, calibration_error(), result);
   PoseGaussian motion;
   motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
-  PoseGaussian predicted = predict(motion, false, frame.stamp_ns);
-  predicted.covariance = NoiseScale::scaled(predicted.covariance, noise_.variance_ratio());
+  const PoseGaussian predicted = noise_.as_seen(predicted_pose(motion, false, frame.stamp_ns));
   path_.append(predicted, false, calibration_error(), result);
 }
 
@@ -253,7 +269,7 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
   }
   if (points.size() < static_cast<std::size_t>(settings_.update.min_matches))
     return path_.append_unknown(calibration_error(), result);
-  motion_.found(images.frame.stamp_ns);
+  motion_.begin_map(images.frame.stamp_ns);
   begin_keyframe(images, std::move(points));
   path_.append(posterior_, true, calibration_error(), result);
   result.is_keyframe = true;
@@ -263,12 +279,11 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
 /// assumed noise of the pixels, times what the residuals show of the noise. (A pose by the last keyframe has
 /// no such factor yet.)
 PoseGaussian Slam::measured_pose(const TrackedPose& tracked) const {
+  if (tracked.basis == PoseBasis::kKeyframe) return tracked.posterior;
+  if (tracked.basis != PoseBasis::kLandmarks) return noise_.as_seen(tracked.posterior);
   PoseGaussian pose = tracked.posterior;
-  if (tracked.basis == PoseBasis::kKeyframe) return pose;
   pose.covariance =
-      NoiseScale::scaled(pose.covariance, tracked.basis == PoseBasis::kLandmarks
-                                              ? noise_.variance_ratio_of_frame(tracked.variance_ratio)
-                                              : noise_.variance_ratio());
+      NoiseScale::scaled(pose.covariance, noise_.variance_ratio_of_frame(tracked.variance_ratio));
   return pose;
 }
 

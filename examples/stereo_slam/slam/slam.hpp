@@ -69,6 +69,7 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::optional<LensEstimate> lens_error() const override;
   [[nodiscard]] std::optional<LearnedCameras> learned() const override;
   [[nodiscard]] bool refused_learned() const override { return right_camera_.refused_learned(); }
+  [[nodiscard]] std::optional<InertialSummary> inertial() const override;
   [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(local_map_); }
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
     return path_.archived_map_points(local_map_);
@@ -102,8 +103,9 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::vector<StereoPlane> points_of_previous() const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
-  [[nodiscard]] PoseGaussian predict(const PoseGaussian& T_previous_current, bool odometry_valid,
-                                     std::int64_t stamp_ns) const;
+  void predict(std::int64_t stamp_ns, FrameMeasurement& measured) const;
+  [[nodiscard]] PoseGaussian predicted_pose(const PoseGaussian& T_previous_current, bool odometry_valid,
+                                            std::int64_t stamp_ns) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
   [[nodiscard]] RightImageFit searched_along_rows(const FrameImages& images, const RightImageState& right,
                                                   const std::vector<Match>& matches) const;

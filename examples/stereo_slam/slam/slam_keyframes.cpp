@@ -111,6 +111,7 @@ void Slam::move_reference(std::size_t frame, PoseGaussian T_previous_keyframe,
   T_previous_keyframe.covariance += effect.covariance;
   path_.add_keyframe(frame, T_previous_keyframe, effect);
   posterior_ = certain_pose();
+  motion_.change_keyframe();
   local_map_.restart(path_.trajectory().reference());
 }
 

@@ -98,23 +98,12 @@ FrameMeasurement Slam::measure(const FrameImages& images,
   if (displacement && measured.odometry.valid)
     measured.odometry.T_previous_current.covariance += displacement->pose_covariance();
   clock.lap("odometry");
-  measured.prior = predict(measured.odometry.T_previous_current, measured.odometry.valid,
-                           images.frame.stamp_ns);  // eqs. 5-7
+  predict(images.frame.stamp_ns, measured);  // eqs. 5-7
   clock.lap("predict");
   find_landmarks(images, measured, trace);  // Alg. 3
   measured.displacement_left = displacement_of(measured);
   clock.lap("associate");
   return measured;
-}
-
-/// The prior of a frame. Covariances of the filter are in units of the assumed noise of the pixels, that of
-/// the motion is as the images show it: it is converted.
-PoseGaussian Slam::predict(const PoseGaussian& T_previous_current, bool odometry_valid,
-                           std::int64_t stamp_ns) const {
-  PoseGaussian motion =
-      motion_with_noise(T_previous_current, odometry_valid, settings_.motion, motion_.unseen_until(stamp_ns));
-  motion.covariance = NoiseScale::scaled(motion.covariance, noise_.variance_ratio().cwiseInverse());
-  return predict_pose(posterior_, motion);
 }
 
 void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured) const {
@@ -126,6 +115,28 @@ void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured)
   if (!measured.right.is_ignored()) return;
   measured.odometry = {};  // without disparities there is no length
   measured.odometry.T_previous_current.pose = expected.T_previous_current;
+}
+
+/// The prior: by the odometry, and by an IMU if one is used. A motion that contradicts the IMU is not that of
+/// the camera, but of a vehicle in view, say.
+void Slam::predict(std::int64_t stamp_ns, FrameMeasurement& measured) const {
+  OdometryResult& odometry = measured.odometry;
+  if (!motion_.inertial().predicted()) {
+    measured.prior = predicted_pose(odometry.T_previous_current, odometry.valid, stamp_ns);
+    return;
+  }
+  measured.inertial =
+      motion_.inertial().prior(odometry.valid ? std::optional(odometry.T_previous_current) : std::nullopt);
+  measured.prior = noise_.in_assumed_units(measured.inertial->T_keyframe_camera);
+  odometry.valid = odometry.valid && !measured.inertial->contradicts;
+}
+
+/// The prior by the odometry, or, without a valid one, by a guess.
+PoseGaussian Slam::predicted_pose(const PoseGaussian& T_previous_current, bool odometry_valid,
+                                  std::int64_t stamp_ns) const {
+  return predict_pose(
+      posterior_, noise_.in_assumed_units(motion_with_noise(
+                      T_previous_current, odometry_valid, settings_.motion, motion_.unseen_until(stamp_ns))));
 }
 
 void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,

@@ -24,6 +24,11 @@ std::optional<LearnedCameras> Slam::learned() const {
 
 std::vector<PoseGaussian> Slam::trajectory() const { return path_.poses(calibration_error()); }
 
+std::optional<InertialSummary> Slam::inertial() const {
+  const InertialSummary& summary = motion_.inertial().summary();
+  return summary.phase == InertialPhase::kNone ? std::nullopt : std::optional(summary);
+}
+
 std::vector<LandmarkTrack> Slam::landmark_tracks() const {
   if (path_.frames() == 0) return {};
   return tracks_in_view(local_map_.view(), posterior_.pose, path_.frames() - 1);

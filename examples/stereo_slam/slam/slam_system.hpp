@@ -62,6 +62,9 @@ class SlamSystem {
   /// images contradict it, and it was dropped.
   [[nodiscard]] virtual bool refused_learned() const { return false; }
 
+  /// How the readings of an IMU were used; nothing without any.
+  [[nodiscard]] virtual std::optional<InertialSummary> inertial() const { return std::nullopt; }
+
   /// The established landmarks in world coordinates, with those of a loaded map once the run is localised in
   /// it: they were seen in three frames and are not at infinity. Complete after finish().
   [[nodiscard]] virtual std::vector<MapPoint> map_points() const = 0;

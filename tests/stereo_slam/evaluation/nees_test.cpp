@@ -284,7 +284,7 @@ TEST_CASE("evaluate reads a covariances.csv with reasons, and one of before that
   };
   CHECK_THAT(refusal(std::regex_replace(text, std::regex("few_"), "few ")),
              Catch::Contains("covariances.csv:3: 'few landmarks' in the column reasons is none of: "
-                             "odometry_alone, few_landmarks, "));
+                             "odometry_alone, imu_alone, imu_contradicted, few_landmarks, "));
   CHECK_THAT(refusal(std::regex_replace(text, std::regex("localised"), "")),
              Catch::Contains("covariances.csv:3: 'segment_not_' in the column reasons is none of"));
   CHECK_THAT(refusal(std::regex_replace(text, std::regex("segment_not_localised"), "")),

@@ -45,7 +45,7 @@ double mean_nees(int runs, int frames, bool track_correlation, double inverse_do
       odometry.pose =
           test::car_motion(0.4).boxplus(noise.covariance.diagonal().cwiseSqrt().cwiseProduct(error));
       const auto prior = predict_pose(state, odometry);
-      if (track_correlation) map.predict_correlation(odometry.pose);
+      if (track_correlation) map.predict_correlation(odometry.pose.inverse().adjoint());
       std::vector<Match> matches;
       for (const auto& p : project_landmarks(map.view(), prior, 1e3)) {
         const auto z = camera.project(truth.inverse() * points[p.index]);

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include <antipode/geometry/dual_quaternion.hpp>
+#include <antipode/sensors/inertial_measurement_unit.hpp>
+
+/// @file
+/// The readings of an inertial measurement unit (IMU) that come with the frames.
+namespace stereo_slam {
+
+using ImuSample = antipode::ImuSample<double>;  ///< in the axes of the IMU: rad/s, m/s^2
+using ImuNoise = antipode::ImuNoise<double>;    ///< densities
+
+/// What is known of an IMU beforehand.
+struct ImuSensor {
+  /// The IMU in the rectified left camera.
+  antipode::DualQuaternion<double> T_camera_imu = antipode::DualQuaternion<double>::identity();
+  /// Its noise, by default that of a usual sensor at rest. In motion it is larger; the filter measures that.
+  ImuNoise noise = {
+      .gyroscope = 2e-4, .accelerometer = 2e-3, .gyroscope_bias_walk = 2e-5, .accelerometer_bias_walk = 3e-3};
+};
+
+/// The samples that come with a frame: those since the frame before, in order, with stamps of the frames'
+/// clock. If the last one is not before the frame, readings at the time of the frame are interpolated.
+struct ImuReadings {
+  ImuSensor sensor;                ///< the same for all frames
+  std::vector<ImuSample> samples;  ///< since the frame before
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/inertial/inertial_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <tuple>
+#include <utility>
+
+#include <antipode/distributions/keyframe_change.hpp>
+#include <antipode/filters/marginal_update.hpp>
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kMostRestarts = 2;
+constexpr int kEnoughForCause = 20;               // motions at the start, before which waiting costs nothing
+constexpr int kFramesBetweenChecks = 50;          // of the delay
+constexpr std::int64_t kMargin_ns = 300'000'000;  // samples kept before the oldest rotation
+
+/// The standard deviation of a position or velocity whose covariance is a block of the state's.
+[[nodiscard]] double sigma_of(const InertialState& state, int block) {
+  return std::sqrt(state.covariance.block<3, 3>(block, block).trace() / 3.0);
+}
+
+/// Whether velocity and tilt are known well enough to predict the motion.
+[[nodiscard]] bool is_known(const InertialState& itself) {
+  constexpr double kVelocity_m_s = 0.2, kTilt_rad = 0.05;
+  return sigma_of(itself, StatePart::kNu) < kVelocity_m_s &&
+         sigma_of(itself, StatePart::kGamma) < kTilt_rad * kGravity;
+}
+
+/// Whether gravity has its length, within the error that the state has and that of a usual scale.
+[[nodiscard]] bool has_length_of_gravity(const InertialState& itself) {
+  constexpr double kScale = 0.02 * kGravity, kSigmas = 4.0;
+  const GravityLength gravity = gravity_length(itself);
+  return std::abs(gravity.length - kGravity) < kSigmas * std::sqrt(gravity.variance + kScale * kScale);
+}
+
+}  // namespace
+
+void InertialFilter::begin_frame(std::int64_t stamp_ns, const std::optional<ImuReadings>& imu) {
+  predicted_.reset();
+  given_up_ = false;
+  if (!imu || summary_.phase == InertialPhase::kOff) return;
+  sensor_ = imu->sensor;
+  for (ImuSample sample : imu->samples) {
+    sample.stamp_ns -= summary_.delay_ns;
+    if (!sample.finite() || (!samples_.empty() && sample.stamp_ns <= samples_.back().stamp_ns)) continue;
+    samples_.push_back(sample);
+    noise_.add(sample);
+  }
+  if (summary_.phase == InertialPhase::kNone) summary_.phase = InertialPhase::kStarting;
+  if (!begun_ || !running()) return;
+  constexpr std::int64_t kLongest_ns = 10'000'000'000;
+  if (stamp_ns - stamp_ns_ > kLongest_ns) return samples_.clear();
+  constexpr double kFarthest_m = 0.5;  // a position less certain than that is no prediction
+  const InertialMotion motion = motion_until(stamp_ns);
+  if (motion.status != antipode::InertialStatus::kComplete) return;
+  predicted_ = step(state_, motion);
+  if (!(sigma_of(predicted_->state, StatePart::kRho) < kFarthest_m)) predicted_.reset();
+}
+
+InertialMotion InertialFilter::motion_until(std::int64_t stamp_ns) const {
+  const auto after = std::ranges::upper_bound(samples_, stamp_ns_, {}, &ImuSample::stamp_ns);
+  const auto first = after == samples_.begin() ? after : std::prev(after);
+  return antipode::integrate_imu<double>(std::span(first, samples_.end()), {stamp_ns_, stamp_ns},
+                                         std::get<1>(state_.state), noise_.densities(sensor_.noise));
+}
+
+PoseGaussian InertialFilter::in_imu(const PoseGaussian& camera) const {
+  return conjugated(sensor_.T_camera_imu.inverse(), camera);
+}
+
+PoseGaussian InertialFilter::in_camera(const PoseGaussian& imu) const {
+  return conjugated(sensor_.T_camera_imu, imu);
+}
+
+Pose InertialFilter::predicted_motion() const {
+  return in_camera({predicted_->T_previous_current(), Matrix6<double>::Zero()}).pose;
+}
+
+InertialPrior InertialFilter::prior(const std::optional<PoseGaussian>& T_previous_current) const {
+  InertialPrior prior{.step = *predicted_, .T_keyframe_camera = {}};
+  if (T_previous_current) {
+    FusedStep fused = fuse(*predicted_, in_imu(*T_previous_current));
+    prior.nis = fused.nis;
+    prior.contradicts = !(fused.nis < InnovationMonitor::kImpossible);
+    if (!prior.contradicts) prior.step = std::move(fused.step);
+  }
+  prior.T_keyframe_camera = in_camera(antipode::pose_marginal(prior.step.state));
+  const Matrix6<double> to_camera = sensor_.T_camera_imu.adjoint();
+  prior.camera_regression =
+      to_camera * prior.step.pose_regression() * sensor_.T_camera_imu.inverse().adjoint();
+  return prior;
+}
+
+void InertialFilter::begin_map(std::int64_t stamp_ns) { begin(stamp_ns, unknown_state()); }
+
+/// Begins to estimate a state relative to the IMU itself.
+void InertialFilter::begin(std::int64_t stamp_ns, const InertialState& itself) {
+  if (summary_.phase == InertialPhase::kRunning) summary_.phase = InertialPhase::kStarting;
+  state_ = itself;
+  stamp_ns_ = start_ns_ = stamp_ns;
+  motions_ = 0;
+  begun_ = true;
+  innovations_ = {};
+}
+
+void InertialFilter::end_frame(const SeenFrame& seen, const std::optional<InertialPrior>& prior) {
+  if (!begun_ || summary_.phase == InertialPhase::kNone || summary_.phase == InertialPhase::kOff) return;
+  remember(seen);
+  if (running()) {
+    continue_run(seen, prior);
+  } else {
+    continue_start(seen);
+  }
+  summary_.nis = innovations_.mean();
+  if (innovations_.contradicts() && (running() || motions_ >= kEnoughForCause)) {
+    give_up(seen);
+  } else if (++frames_ % kFramesBetweenChecks == 0) {
+    correct_delay(seen);
+  }
+  predicted_.reset();
+  forget_samples();
+}
+
+/// Estimates the state by the motion that the images show.
+void InertialFilter::continue_start(const SeenFrame& seen) {
+  const InertialMotion motion = motion_until(seen.stamp_ns);
+  const bool complete = motion.status == antipode::InertialStatus::kComplete;
+  if (!seen.T_previous_current || !complete) return begin(seen.stamp_ns, unknown_state());
+  const FusedStep fused = fuse(step(state_, motion), in_imu(*seen.T_previous_current));
+  innovations_.add(fused.nis, false);
+  state_ = relative_to_itself(fused.step.state);
+  stamp_ns_ = seen.stamp_ns;
+  ++motions_;
+  try_to_run(seen);
+}
+
+/// Runs from now on, if enough is known. If gravity has another length than it must have, it starts anew.
+void InertialFilter::try_to_run(const SeenFrame& seen) {
+  constexpr int kFewestMotions = 8;
+  constexpr std::int64_t kShortest_ns = 500'000'000;
+  const bool long_enough = motions_ >= kFewestMotions && seen.stamp_ns - start_ns_ >= kShortest_ns;
+  if (!long_enough || !is_known(state_) || innovations_.contradicts()) return;
+  if (!has_length_of_gravity(state_)) {
+    if (motions_ >= kEnoughForCause) give_up(seen);
+    return;
+  }
+  state_ = at_pose(with_known_gravity(state_), in_imu(seen.T_keyframe_camera));
+  summary_.phase = InertialPhase::kRunning;
+  ++summary_.starts;
+}
+
+/// Takes the pose of the frame over, and corrects the rest with it.
+void InertialFilter::continue_run(const SeenFrame& seen, const std::optional<InertialPrior>& prior) {
+  if (!prior) return cross_gap(seen);
+  if (prior->nis) innovations_.add(*prior->nis, prior->contradicts && seen.by_landmarks);
+  const PoseGaussian pose = in_imu(seen.T_keyframe_camera);
+  if (seen.relocalised) {
+    state_ = at_pose(relative_to_itself(prior->step.state), pose);
+  } else {
+    const auto updated = antipode::with_marginal(prior->step.state, pose);
+    if (updated.status != antipode::MarginalStatus::kUpdated) return begin(seen.stamp_ns, unknown_state());
+    state_ = antipode::with_gravity_length(updated.posterior, kGravity);
+  }
+  stamp_ns_ = seen.stamp_ns;
+}
+
+/// A frame without prediction, because samples are missing or it is too uncertain: gravity turns with the
+/// pose, if that is known, and the velocity has to be found again.
+void InertialFilter::cross_gap(const SeenFrame& seen) {
+  if (!seen.T_previous_current) return begin(seen.stamp_ns, unknown_state());
+  InertialState moved = relative_to_itself(state_);
+  const PoseGaussian motion = in_imu(*seen.T_previous_current);
+  auto& x = std::get<0>(moved.state);
+  x.vectors = (motion.pose.rotation_matrix().transpose() * x.vectors).eval();
+  begin(seen.stamp_ns, without_velocity(moved));
+}
+
+/// The readings contradict the images: they are tried again, and after some times not used any more.
+void InertialFilter::give_up(const SeenFrame& seen) {
+  given_up_ = running();
+  ++summary_.restarts;
+  if (correct_delay(seen) || summary_.restarts <= kMostRestarts) return begin(seen.stamp_ns, unknown_state());
+  summary_.phase = InertialPhase::kOff;
+  summary_.fault = probable_fault(last_rotations(), samples_);
+  samples_.clear();
+  rotations_.clear();
+}
+
+std::vector<SeenRotation> InertialFilter::last_rotations() const {
+  return {rotations_.begin(), rotations_.end()};
+}
+
+/// Looks for a delay between the clocks, which has to be evident the first time, and takes it out. If it is
+/// large, the filter starts anew. Returns whether there was one.
+bool InertialFilter::correct_delay(const SeenFrame& seen) {
+  constexpr int kMostCorrections = 5;
+  constexpr double kEvident = 0.5, kLikely = 0.97;
+  constexpr std::int64_t kLarge_ns = 10'000'000;
+  if (corrections_ >= kMostCorrections) return false;
+  const auto later_ns = seen_delay_ns(last_rotations(), samples_, corrections_ == 0 ? kEvident : kLikely);
+  if (!later_ns) return false;
+  ++corrections_;
+  move_stamps(*later_ns);
+  if (std::abs(*later_ns) > kLarge_ns) begin(seen.stamp_ns, unknown_state());
+  return true;
+}
+
+/// Corrects the stamps of all samples, those to come too.
+void InertialFilter::move_stamps(std::int64_t later_ns) {
+  summary_.delay_ns += later_ns;
+  for (auto& sample : samples_) sample.stamp_ns -= later_ns;
+}
+
+void InertialFilter::remember(const SeenFrame& seen) {
+  constexpr std::size_t kMost = 100;
+  if (!seen.T_previous_current || seen.stamp_ns <= stamp_ns_) return;
+  const Vector6<double> motion = in_imu(*seen.T_previous_current).pose.log();
+  rotations_.push_back({stamp_ns_, seen.stamp_ns, motion.head<3>()});
+  if (rotations_.size() > kMost) rotations_.pop_front();
+}
+
+/// Samples that no later step needs, and no search for a fault.
+void InertialFilter::forget_samples() {
+  const std::int64_t oldest_ns = rotations_.empty() ? stamp_ns_ : rotations_.front().begin_ns;
+  const auto kept = std::ranges::lower_bound(samples_, std::min(oldest_ns, stamp_ns_) - kMargin_ns, {},
+                                             &ImuSample::stamp_ns);
+  samples_.erase(samples_.begin(), kept);
+}
+
+void InertialFilter::change_keyframe() {
+  if (running()) state_ = relative_to_itself(state_);
+}
+
+InertialEstimate InertialFilter::estimate() const {
+  if (!running()) return {.phase = summary_.phase};
+  return estimate_of(relative_to_itself(predicted_ ? predicted_->state : state_));
+}
+
+}  // namespace stereo_slam

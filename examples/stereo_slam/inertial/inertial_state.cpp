@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/inertial/inertial_state.hpp"
+
+#include <tuple>
+
+#include <antipode/distributions/keyframe_change.hpp>
+#include <antipode/geometry/jacobians.hpp>
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kVelocitySigma_m_s = 20.0;
+constexpr double kPoseVariance = 1e-10;  // of the reference itself: a covariance must not be singular
+
+using Square = antipode::Matrix<double, 18>;
+using Vector18 = antipode::Vector<double, 18>;
+
+void set_variance(Square& P, int block, double sigma) {
+  P.block<3, 3>(block, block) = sigma * sigma * Matrix3<double>::Identity();
+}
+
+/// The covariance A P A^T, symmetric in spite of rounding errors.
+[[nodiscard]] Square congruence(const Square& A, const Square& P) {
+  const Square Q = A * P * A.transpose();
+  return 0.5 * (Q + Q.transpose());
+}
+
+}  // namespace
+
+InertialState unknown_state() {
+  constexpr double kGyroscopeBias = 0.1, kAccelerometerBias = 0.3;  // those of cheap sensors
+  InertialState state;
+  Square& P = state.covariance;
+  set_variance(P, StatePart::kNu, kVelocitySigma_m_s);
+  set_variance(P, StatePart::kGamma, kGravity);
+  set_variance(P, StatePart::kGyro, kGyroscopeBias);
+  set_variance(P, StatePart::kAccel, kAccelerometerBias);
+  P.block<3, 3>(StatePart::kPhi, StatePart::kPhi).diagonal().setConstant(kPoseVariance);
+  P.block<3, 3>(StatePart::kRho, StatePart::kRho).diagonal().setConstant(kPoseVariance);
+  return state;
+}
+
+InertialState relative_to_itself(const InertialState& state) {
+  InertialState itself = antipode::change_keyframe(state).state;
+  itself.covariance.block<3, 3>(StatePart::kPhi, StatePart::kPhi).diagonal().setConstant(kPoseVariance);
+  itself.covariance.block<3, 3>(StatePart::kRho, StatePart::kRho).diagonal().setConstant(kPoseVariance);
+  return itself;
+}
+
+InertialState at_pose(const InertialState& itself, const PoseGaussian& T_reference_imu) {
+  // v = R u: with the error phi of R independent of that of u, nu = nu' - [u] phi, and so for gravity.
+  InertialState state = itself;
+  auto& x = std::get<0>(state.state);
+  const Matrix3<double> R = T_reference_imu.pose.rotation_matrix();
+  const Vector3<double> u = x.velocity, g = x.vectors.col(0);
+  x.pose = T_reference_imu.pose;
+  x.velocity = R * u;
+  x.vectors.col(0) = R * g;
+  Square P = itself.covariance;
+  for (const int block : {StatePart::kPhi, StatePart::kRho}) {
+    P.middleRows<3>(block).setZero();
+    P.middleCols<3>(block).setZero();
+  }
+  const Matrix6<double>& pose = T_reference_imu.covariance;
+  P.block<3, 3>(StatePart::kPhi, StatePart::kPhi) = pose.topLeftCorner<3, 3>();
+  P.block<3, 3>(StatePart::kPhi, StatePart::kRho) = pose.topRightCorner<3, 3>();
+  P.block<3, 3>(StatePart::kRho, StatePart::kPhi) = pose.bottomLeftCorner<3, 3>();
+  P.block<3, 3>(StatePart::kRho, StatePart::kRho) = pose.bottomRightCorner<3, 3>();
+  Square A = Square::Identity();
+  A.block<3, 3>(StatePart::kNu, StatePart::kPhi) = -antipode::skew(u);
+  A.block<3, 3>(StatePart::kGamma, StatePart::kPhi) = -antipode::skew(g);
+  state.covariance = congruence(A, P);
+  return state;
+}
+
+InertialState without_velocity(const InertialState& itself) {
+  InertialState state = unknown_state();
+  std::get<0>(state.state).vectors = std::get<0>(itself.state).vectors;
+  std::get<1>(state.state) = std::get<1>(itself.state);
+  state.covariance.bottomRightCorner<9, 9>() = itself.covariance.bottomRightCorner<9, 9>();
+  return state;
+}
+
+PoseGaussian conjugated(const Pose& T_b_a, const PoseGaussian& X) {
+  const Matrix6<double> A = T_b_a.adjoint();
+  const Matrix6<double> P = A * X.covariance * A.transpose();
+  return {(T_b_a * X.pose * T_b_a.inverse()).renormalized(), 0.5 * (P + P.transpose())};
+}
+
+InertialEstimate estimate_of(const InertialState& itself) {
+  const auto& [x, biases] = itself.state;
+  InertialEstimate estimate{.phase = InertialPhase::kRunning,
+                            .velocity = x.velocity,
+                            .gravity = x.vectors.col(0),
+                            .biases = biases};
+  const Square& P = itself.covariance;
+  auto& covariance = estimate.covariance;
+  covariance.topLeftCorner<3, 3>() = P.block<3, 3>(StatePart::kNu, StatePart::kNu);
+  covariance.topRightCorner<3, 9>() = P.block<3, 9>(StatePart::kNu, StatePart::kGamma);
+  covariance.bottomLeftCorner<9, 3>() = P.block<9, 3>(StatePart::kGamma, StatePart::kNu);
+  covariance.bottomRightCorner<9, 9>() = P.bottomRightCorner<9, 9>();
+  return estimate;
+}
+
+GravityLength gravity_length(const InertialState& state) {
+  const auto& x = std::get<0>(state.state);
+  const double length = x.vectors.norm();
+  if (!(length > 0.0)) return {};
+  const Vector3<double> along = x.pose.rotation_matrix().transpose() * (x.vectors.col(0) / length);
+  return {length, along.dot(state.covariance.block<3, 3>(StatePart::kGamma, StatePart::kGamma) * along)};
+}
+
+InertialState with_known_gravity(const InertialState& state) {
+  constexpr double kSigma = 0.03;  // of the length, from place to place
+  const GravityLength measured = gravity_length(state);
+  if (!(measured.length > 0.0)) return state;
+  const auto& x = std::get<0>(state.state);
+  const Vector3<double> along = x.pose.rotation_matrix().transpose() * (x.vectors.col(0) / measured.length);
+  const Vector18 with_length = state.covariance.middleCols<3>(StatePart::kGamma) * along;
+  const Vector18 gain = with_length / (measured.variance + kSigma * kSigma);
+  InertialState known = state;
+  known.state = InertialChart::retract(state.state, gain * (kGravity - measured.length));
+  known.covariance -= gain * with_length.transpose();
+  known.covariance = (0.5 * (known.covariance + known.covariance.transpose())).eval();
+  return antipode::with_gravity_length(known, kGravity);
+}
+
+}  // namespace stereo_slam

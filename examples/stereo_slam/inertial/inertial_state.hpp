@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <antipode/distributions/state_gaussian.hpp>
+#include <antipode/sensors/inertial_propagation.hpp>
+
+#include "stereo_slam/core/inertial_estimate.hpp"
+#include "stereo_slam/core/types.hpp"
+
+/// @file
+/// The state of the inertial filter: pose T_reference_imu, velocity and gravity in the axes of the reference,
+/// and the biases, 18 dimensions (docs/guides/inertial.md). The reference is a keyframe's IMU, or the IMU
+/// itself at the frame.
+namespace stereo_slam {
+
+using InertialChart = antipode::InertialChart<double>;
+using InertialState = antipode::StateGaussian<InertialChart>;
+using InertialMotion = antipode::InertialMotion<double>;
+using Matrix18x6 = antipode::Matrix<double, 18, 6>;
+
+/// The first coordinates of the parts of a tangent vector (phi, nu, rho, gamma, b_g, b_a).
+struct StatePart {
+  static constexpr int kPhi = 0, kNu = 3, kRho = 6, kGamma = 9, kGyro = 12, kAccel = 15;
+};
+
+inline constexpr double kGravity = 9.81;  ///< m/s^2; it differs by .03 from place to place
+
+/// A state of which nothing is known but that its pose is the reference: up to 20 m/s in any direction,
+/// gravity in any direction, and usual biases, or those given with their covariance.
+[[nodiscard]] InertialState unknown_state();
+
+/// The state relative to the IMU itself, whose pose is then the reference.
+[[nodiscard]] InertialState relative_to_itself(const InertialState& state);
+
+/// A state relative to the IMU itself, moved to the pose T_reference_imu, whose error is independent.
+[[nodiscard]] InertialState at_pose(const InertialState& itself, const PoseGaussian& T_reference_imu);
+
+/// A state relative to the IMU itself that knows its gravity and biases, but not its velocity: as after a
+/// time without samples.
+[[nodiscard]] InertialState without_velocity(const InertialState& itself);
+
+/// The state relative to another frame fixed to the same body: `T_b_a` X T_b_a^-1 for poses X.
+[[nodiscard]] PoseGaussian conjugated(const Pose& T_b_a, const PoseGaussian& X);
+
+/// What is reported of a state that is relative to the IMU itself.
+[[nodiscard]] InertialEstimate estimate_of(const InertialState& itself);
+
+/// The length of gravity, with its variance as the state has it.
+struct GravityLength {
+  double length = 0.0;
+  double variance = 0.0;
+};
+[[nodiscard]] GravityLength gravity_length(const InertialState& state);
+
+/// The state with a gravity of 9.81 m/s^2 exactly: what the known length tells of the rest, the bias of the
+/// accelerometer above all, is taken over.
+[[nodiscard]] InertialState with_known_gravity(const InertialState& state);
+
+}  // namespace stereo_slam

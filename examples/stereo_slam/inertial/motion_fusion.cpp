@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/inertial/motion_fusion.hpp"
+
+#include <tuple>
+
+#include "stereo_slam/core/symmetric_solve.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// The rows of the pose.
+template <int Columns>
+[[nodiscard]] antipode::Matrix<double, 6, Columns> pose_rows(const antipode::Matrix<double, 18, Columns>& X) {
+  antipode::Matrix<double, 6, Columns> rows;
+  rows << X.template middleRows<3>(StatePart::kPhi), X.template middleRows<3>(StatePart::kRho);
+  return rows;
+}
+
+/// The columns of the pose of a covariance.
+[[nodiscard]] Matrix18x6 pose_columns(const antipode::Matrix<double, 18>& P) {
+  return pose_rows<18>(P).transpose();
+}
+
+}  // namespace
+
+Pose InertialStep::T_previous_current() const {
+  return (T_reference_previous.inverse() * std::get<0>(state.state).pose).renormalized();
+}
+
+Matrix6<double> InertialStep::pose_regression() const {
+  return solve_symmetric(previous, pose_rows<6>(cross).transpose()).transpose();
+}
+
+InertialStep step(const InertialState& previous, const InertialMotion& motion) {
+  const antipode::Matrix<double, 18>& F = motion.jacobian;
+  const Matrix18x6 with_pose = pose_columns(previous.covariance);
+  InertialStep result;
+  result.state.state = InertialChart::normalized(motion(previous.state));
+  const antipode::Matrix<double, 18> P = F * previous.covariance * F.transpose() + motion.noise;
+  result.state.covariance = 0.5 * (P + P.transpose());
+  result.T_reference_previous = std::get<0>(previous.state).pose;
+  result.previous = pose_rows<6>(with_pose);
+  result.cross = F * with_pose;
+  return result;
+}
+
+FusedStep fuse(const InertialStep& step, const PoseGaussian& T_previous_current) {
+  // With the errors x of the previous pose and y of the state, the motion has the error y_pose - A x.
+  const Pose predicted = step.T_previous_current();
+  const Matrix6<double> A = predicted.inverse().adjoint();
+  const antipode::Matrix<double, 18>& P = step.state.covariance;
+  const Matrix18x6 with_motion = pose_columns(P) - step.cross * A.transpose();
+  const Matrix6<double> previous_with_motion =
+      pose_rows<6>(step.cross).transpose() - step.previous * A.transpose();
+  Matrix6<double> S = pose_rows<6>(with_motion) - A * previous_with_motion + T_previous_current.covariance;
+  S = (0.5 * (S + S.transpose())).eval();
+  const Vector6<double> innovation = (predicted.inverse() * T_previous_current.pose).log();
+  const Matrix6<double> S_inverse = solve_symmetric(S, Matrix6<double>::Identity());
+  const Matrix18x6 gain = with_motion * S_inverse;
+
+  FusedStep fused{.step = step, .nis = innovation.dot(S_inverse * innovation)};
+  auto& [state, T_reference_previous, previous, cross] = fused.step;
+  state.state = InertialChart::normalized(InertialChart::retract(state.state, gain * innovation));
+  state.covariance -= gain * with_motion.transpose();
+  state.covariance = (0.5 * (state.covariance + state.covariance.transpose())).eval();
+  cross -= gain * previous_with_motion.transpose();
+  return fused;
+}
+
+}  // namespace stereo_slam

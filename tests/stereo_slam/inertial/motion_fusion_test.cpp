@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/inertial/motion_fusion.hpp"
+
+#include <random>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <antipode/filters/marginal_update.hpp>
+
+#include "stereo_slam/support/flight.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+using Square = antipode::Matrix<double, 18>;
+
+/// A state with a random covariance of usual size.
+[[nodiscard]] InertialState random_state(std::mt19937_64& random) {
+  InertialState state;
+  auto& x = std::get<0>(state.state);
+  x.pose = measured(Pose::identity(), 0.5, 1.0, random).pose;
+  x.velocity = normal3(random, 1.0);
+  x.vectors.col(0) = Vector3<double>(0.0, 0.0, -kGravity);
+  Square A;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 18; ++j) A.block<3, 1>(3 * i, j) = normal3(random, 1e-3);
+  }
+  state.covariance = A * A.transpose();
+  return state;
+}
+
+[[nodiscard]] InertialMotion motion_of(const Flight& flight) {
+  std::vector<ImuSample> samples;
+  for (int i = 0; i <= 10; ++i) samples.push_back(flight.reading(i * kSample_ns));
+  return antipode::integrate_imu<double>(samples, {0, kFrame_ns}, antipode::Vector6<double>::Zero(),
+                                         {1e-3, 1e-2, 1e-4, 1e-3});
+}
+
+}  // namespace
+
+TEST_CASE("A motion without information changes nothing, and has no innovation", "[inertial][fusion]") {
+  std::mt19937_64 random(1);
+  const InertialStep before = step(random_state(random), motion_of(Flight{}));
+  const FusedStep fused = fuse(before, {before.T_previous_current(), 1e12 * Matrix6<double>::Identity()});
+  CHECK(fused.nis < 1e-20);
+  CHECK(fused.step.state.covariance.isApprox(before.state.covariance, 1e-9));
+  CHECK(fused.step.pose_regression().isApprox(before.pose_regression(), 1e-9));
+}
+
+TEST_CASE("Without an IMU, the motion is added to the pose: the prediction by odometry is a limit",
+          "[inertial][fusion]") {
+  // An IMU of no use: its noise is a million times that of the motion.
+  std::mt19937_64 random(2);
+  const InertialState state = random_state(random);
+  InertialMotion motion = motion_of(Flight{});
+  const Pose truth = step(state, motion).T_previous_current();
+  motion.noise = 1e6 * Square::Identity();
+  const PoseGaussian T_previous_current = measured(truth, 1e-3, 1e-2, random);
+  const FusedStep fused = fuse(step(state, motion), T_previous_current);
+  const PoseGaussian before = antipode::pose_marginal(state),
+                     after = antipode::pose_marginal(fused.step.state);
+  const Matrix6<double> A = T_previous_current.pose.inverse().adjoint();
+  const Matrix6<double> P = A * before.covariance * A.transpose() + T_previous_current.covariance;
+  // Linear in the innovation of a hundredth, and the IMU's noise has six digits more than the result.
+  CHECK(after.pose.boxminus(before.pose * T_previous_current.pose).norm() < 1e-3);
+  CHECK(after.covariance.isApprox(P, 0.03));
+  CHECK(fused.step.pose_regression().isApprox(A, 0.03));
+}
+
+TEST_CASE("Fusing is the update of pose before and state together", "[inertial][fusion]") {
+  // The oracle: the joint covariance of 24 dimensions, and the information form of a Gaussian update.
+  std::mt19937_64 random(3);
+  const InertialStep before = step(random_state(random), motion_of(Flight{}));
+  Eigen::Matrix<double, 24, 24> joint;
+  joint << before.previous, before.cross.transpose(), before.cross, before.state.covariance;
+  Eigen::Matrix<double, 6, 24> H = Eigen::Matrix<double, 6, 24>::Zero();
+  H.leftCols<6>() = -before.T_previous_current().inverse().adjoint();
+  for (int i = 0; i < 3; ++i) H(i, 6 + i) = H(3 + i, 6 + StatePart::kRho + i) = 1.0;
+  const PoseGaussian z = measured(before.T_previous_current(), 1e-4, 1e-3, random);
+  const Eigen::Matrix<double, 24, 24> posterior =
+      (joint.inverse() + H.transpose() * z.covariance.inverse() * H).inverse();
+  const FusedStep fused = fuse(before, z);
+  CHECK(fused.step.state.covariance.isApprox(posterior.bottomRightCorner<18, 18>(), 1e-6));
+  const Vector6<double> innovation = z.pose.boxminus(before.T_previous_current());
+  const Eigen::Matrix<double, 24, 1> expected =
+      posterior * H.transpose() * z.covariance.inverse() * innovation;
+  const auto moved = InertialChart::local(before.state.state, fused.step.state.state);
+  CHECK((moved - expected.tail<18>()).norm() < 1e-6 * expected.norm() + 1e-12);
+}
+
+TEST_CASE("A state at a pose has the covariance that its parts have in the axes of the IMU", "[inertial]") {
+  std::mt19937_64 random(4);
+  const InertialState state = random_state(random);
+  const InertialState itself = relative_to_itself(state);
+  const PoseGaussian pose = measured(Pose::exp(Vector6<double>::Constant(0.3)), 1e-2, 1e-2, random);
+  const InertialState again = relative_to_itself(at_pose(itself, pose));
+  CHECK(again.covariance.isApprox(itself.covariance, 1e-9));
+  CHECK((std::get<0>(again.state).velocity - std::get<0>(itself.state).velocity).norm() < 1e-12);
+  CHECK((std::get<0>(again.state).vectors - std::get<0>(itself.state).vectors).norm() < 1e-12);
+  const InertialEstimate estimate = estimate_of(itself);
+  CHECK(estimate.covariance.bottomRightCorner<9, 9>() == itself.covariance.bottomRightCorner<9, 9>());
+}
+
+TEST_CASE("The known length of gravity tells the bias along it", "[inertial]") {
+  InertialState state = unknown_state();
+  std::get<0>(state.state).vectors = Vector3<double>(0.0, 0.0, -10.0);
+  // An accelerometer at rest: gravity is known up to the bias, and to 1 mm/s^2 besides.
+  for (int i = 0; i < 3; ++i) {
+    const int g = StatePart::kGamma + i, b = StatePart::kAccel + i;
+    state.covariance(g, b) = state.covariance(b, g) = state.covariance(b, b);
+    state.covariance(g, g) = state.covariance(b, b) + 1e-6;
+  }
+  const InertialState known = with_known_gravity(state);
+  const auto bias = std::get<1>(known.state);
+  CHECK(std::get<0>(known.state).vectors.norm() == Approx(kGravity));
+  CHECK(bias[5] == Approx(0.19).margin(0.01));        // the step of gravity along z, from -10 to -9.81
+  CHECK(std::sqrt(known.covariance(17, 17)) < 0.04);  // the spread of gravity over the Earth
+  CHECK(gravity_length(known).variance < 1e-12);
+}
