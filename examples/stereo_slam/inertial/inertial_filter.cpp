@@ -13,7 +13,7 @@
 namespace stereo_slam {
 namespace {
 
-constexpr int kMostRestarts = 2;
+constexpr int kMostRestarts = 1;
 constexpr int kEnoughForCause = 20;               // motions at the start, before which waiting costs nothing
 constexpr int kFramesBetweenChecks = 50;          // of the delay
 constexpr std::int64_t kMargin_ns = 300'000'000;  // samples kept before the oldest rotation

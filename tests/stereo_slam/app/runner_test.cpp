@@ -134,7 +134,7 @@ TEST_CASE("An image that cannot be read costs its own frame only, whatever is wr
     CHECK(summary.right_image_misfits.empty());
     CHECK(reasons(folder / "out", 3) == "right_image_unfit");
     CHECK(reasons(folder / "out", 4).empty());
-    CHECK(summary.weak_frames_by_reason == ReasonCounts{0, 0, 0, 0, 1, 0, 0});
+    CHECK(summary.weak_frames_by_reason == ReasonCounts{0, 0, 0, 0, 0, 0, 1, 0, 0});
     CHECK_THAT(read_text(folder / "out/run.yaml"),
                Catch::Contains("weak_frames_by_reason: {right_image_unfit: 1}\n"));
     CHECK(page_data(read_text(folder / "out/report.html"))["unreadable_images"] == 2);

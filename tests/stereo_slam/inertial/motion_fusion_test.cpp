@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/inertial/motion_fusion.hpp"
 
+#include <array>
+#include <new>
 #include <random>
 
 #include <Eigen/Cholesky>
@@ -20,7 +22,7 @@ using Square = antipode::Matrix<double, 18>;
 
 /// A state with a random covariance of usual size.
 [[nodiscard]] InertialState random_state(std::mt19937_64& random) {
-  InertialState state;
+  InertialState state = unknown_state();
   auto& x = std::get<0>(state.state);
   x.pose = measured(Pose::identity(), 0.5, 1.0, random).pose;
   x.velocity = normal3(random, 1.0);
@@ -103,6 +105,16 @@ TEST_CASE("A state at a pose has the covariance that its parts have in the axes 
   CHECK((std::get<0>(again.state).vectors - std::get<0>(itself.state).vectors).norm() < 1e-12);
   const InertialEstimate estimate = estimate_of(itself);
   CHECK(estimate.covariance.bottomRightCorner<9, 9>() == itself.covariance.bottomRightCorner<9, 9>());
+}
+
+TEST_CASE("An unknown state is at rest without biases, whatever the memory held before", "[inertial]") {
+  alignas(InertialState) std::array<unsigned char, sizeof(InertialState)> memory;
+  memory.fill(0x55);
+  const auto* state = new (memory.data()) InertialState(unknown_state());
+  CHECK(std::get<1>(state->state) == antipode::Vector6<double>::Zero());
+  CHECK(std::get<0>(state->state).velocity == Vector3<double>::Zero());
+  CHECK(std::get<0>(state->state).vectors.norm() == 0.0);
+  CHECK(std::get<0>(state->state).pose.is_approx(Pose::identity(), 0.0));
 }
 
 TEST_CASE("The known length of gravity tells the bias along it", "[inertial]") {
