@@ -33,11 +33,11 @@ RobustLine fit_line(std::span<const Vector2<double>> points, const RobustLine& i
     }
   };
   // The scale changes with the line, and with it the unit of the cost.
-  const auto fit =
-      antipode::robust_least_squares<Lines>({initial.offset, initial.slope}, model, antipode::CauchyLoss<double>{1.0},
-                                            {.max_increase = std::numeric_limits<double>::infinity(),
-                                             .covariance = antipode::CovarianceFrom::kNoise,
-                                             .check_modes = false});
+  const auto fit = antipode::robust_least_squares<Lines>(
+      {initial.offset, initial.slope}, model, antipode::CauchyLoss<double>{1.0},
+      {.max_increase = std::numeric_limits<double>::infinity(),
+       .covariance = antipode::CovarianceFrom::kNoise,
+       .check_modes = false});
   RobustLine line{fit.state[0], fit.state[1]};
   line.median_residual = median_residual(points, line);
   return line;
