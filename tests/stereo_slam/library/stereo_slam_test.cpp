@@ -189,3 +189,33 @@ TEST_CASE("What was learned of the cameras is used again, and that of others is 
   process_frames(paper, 2);
   CHECK_THROWS_AS(paper.save_cameras(file), std::logic_error);
 }
+
+TEST_CASE("The library takes the samples of an IMU with the images", "[library][imu]") {
+  const TemporaryFolder folder;
+  const std::string rectified =
+      "rectified: {fx: 200, fy: 200, cx: 160, cy: 60, baseline_m: 0.4}\n"
+      "T_body_left: [0,0,1,0, -1,0,0,0, 0,-1,0,0, 0,0,0,1]\n";  // an IMU with x forward and z up
+  write_text(folder / "calibration.yaml", rectified);
+  StereoSlam slam(folder / "calibration.yaml");
+  StereoSlam without_body(kTinyCamera);
+  std::vector<ImuSample> samples;
+  for (int i = -1; i <= 0; ++i) samples.push_back({i * kPeriod_ns / 20, {0, 0, 0}, {0, 0, 9.81}});
+  const Images first = tiny_images(0);
+  CHECK_THAT(message_of([&] { (void)without_body.process(first.left, first.right, 0, samples); }),
+             Catch::Contains("no pose of the camera in the axes of the IMU"));
+  for (int frame = 0; frame < 12; ++frame) {
+    const auto images = tiny_images(frame);
+    const auto result = slam.process(images.left, images.right, frame * kPeriod_ns, samples);
+    CHECK((result.inertial.phase == InertialPhase::kRunning) == (frame >= 8));
+    samples.clear();
+    for (int i = 1; i <= 20; ++i)
+      samples.push_back({frame * kPeriod_ns + i * kPeriod_ns / 20, {0, 0, 0}, {0, 0, 9.81}});
+  }
+  REQUIRE(slam.inertial());
+  CHECK(slam.inertial()->restarts == 0);
+  SlamOptions options;
+  options.imu_noise.gyroscope = -1.0;
+  StereoSlam wrong(folder / "calibration.yaml", options);
+  CHECK_THAT(message_of([&] { (void)wrong.process(first.left, first.right, 0, samples); }),
+             Catch::Contains("noise density"));
+}
