@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <new>
 #include <tuple>
 #include <vector>
 
@@ -34,6 +37,15 @@ using Square = Matrix<double, 9>;
 }
 
 }  // namespace
+
+TEST_CASE("A state that nothing was said of is the identity and zero, whatever the memory held", "[joint]") {
+  alignas(StateDensity) std::array<std::byte, sizeof(StateDensity)> memory;
+  memory.fill(std::byte{0x5a});
+  const auto* state = new (memory.data()) StateDensity;
+  CHECK(std::get<0>(state->state).coeffs() == Pose::identity().coeffs());
+  CHECK(std::get<1>(state->state) == Point::Zero());
+  CHECK(state->covariance.isZero(0.0));
+}
 
 TEST_CASE("A position updates the velocity that it is correlated with", "[joint]") {
   Rng rng(1);

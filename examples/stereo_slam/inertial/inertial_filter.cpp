@@ -110,13 +110,14 @@ void InertialFilter::begin(std::int64_t stamp_ns, const InertialState& itself) {
 void InertialFilter::end_frame(const SeenFrame& seen, const std::optional<InertialPrior>& prior) {
   if (!begun_ || summary_.phase == InertialPhase::kNone || summary_.phase == InertialPhase::kOff) return;
   remember(seen);
-  if (running()) {
+  const bool refuted = running() && seen.refutes_imu;
+  if (running() && !refuted) {
     continue_run(seen, prior);
-  } else {
+  } else if (!refuted) {
     continue_start(seen);
   }
   summary_.nis = innovations_.mean();
-  if (innovations_.contradicts() && (running() || motions_ >= kEnoughForCause)) {
+  if (refuted || (innovations_.contradicts() && (running() || motions_ >= kEnoughForCause))) {
     give_up(seen);
   } else if (++frames_ % kFramesBetweenChecks == 0) {
     correct_delay(seen);

@@ -37,6 +37,7 @@ struct SeenFrame {
   std::optional<PoseGaussian> T_previous_current{};  ///< if it was measured, with the noise of the odometry
   bool by_landmarks = false;                         ///< the landmarks of the keyframe agree with the pose
   bool relocalised = false;                          ///< the pose does not follow from the one before
+  bool refutes_imu = false;  ///< the odometry contradicts the prediction, and the landmarks agree with it
 };
 
 /// Velocity, gravity and biases by an IMU, jointly with the pose relative to the reference keyframe.

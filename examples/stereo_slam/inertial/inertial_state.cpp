@@ -31,7 +31,6 @@ InertialState unknown_state() {
   constexpr double kGyroscopeBias = 0.1, kAccelerometerBias = 0.3;  // those of cheap sensors
   InertialState state;
   std::get<0>(state.state) = {};
-  std::get<1>(state.state).setZero();  // a tuple leaves it as it is
   Square& P = state.covariance;
   set_variance(P, StatePart::kNu, kVelocitySigma_m_s);
   set_variance(P, StatePart::kGamma, kGravity);

@@ -37,9 +37,7 @@ class InnovationMonitor {
 
  private:
   static constexpr std::size_t kWindow = 30, kFewest = 10;
-  // Of a right covariance 6, in a real flight 9; with axes that are wrong by 10 degrees 77, by 90 or with
-  // wrong units 90 and more.
-  static constexpr double kLargestMean = 25.0;
+  static constexpr double kLargestMean = 10.0;  // of a right covariance 6; in real flights about 1
   static constexpr int kMostInRow = 3;
 
   std::deque<double> values_;

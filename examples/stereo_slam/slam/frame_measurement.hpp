@@ -26,6 +26,7 @@ struct FrameMeasurement {
   /// What the landmarks show of the displacement besides that of `right`.
   std::optional<DisplacementEstimate> displacement_left{};
   std::optional<InertialPrior> inertial{};  ///< what the prior rests on, if an IMU is used
+  bool refutes_imu = false;  ///< more landmarks are where the odometry predicts them than by it
 };
 
 }  // namespace stereo_slam

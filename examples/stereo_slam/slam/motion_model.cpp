@@ -2,6 +2,7 @@
 #include "stereo_slam/slam/motion_model.hpp"
 
 #include "stereo_slam/slam/judgement.hpp"
+#include "stereo_slam/tracking/predict.hpp"
 
 namespace stereo_slam {
 
@@ -35,9 +36,10 @@ void MotionModel::learn_inertially(const TrackedPose& tracked, const PoseGaussia
   SeenFrame seen{.stamp_ns = stamp_ns,
                  .T_keyframe_camera = T_keyframe_camera,
                  .by_landmarks = by_landmarks,
-                 .relocalised = relocalised};
+                 .relocalised = relocalised,
+                 .refutes_imu = tracked.refutes_imu};
   if (tracked.odometry.valid && !relocalised) {
-    seen.T_previous_current = tracked.odometry.T_previous_current;
+    seen.T_previous_current = with_least_noise(tracked.odometry.T_previous_current);
     if (by_landmarks) seen.T_previous_current->pose = T_keyframe_previous.inverse() * T_keyframe_camera.pose;
   }
   inertial_.end_frame(seen, tracked.inertial);

@@ -111,6 +111,7 @@ TrackedPose Slam::update(FrameMeasurement measured, std::int64_t stamp_ns) {
   TrackedPose tracked =
       TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
   tracked.use_imu(std::move(measured.inertial));
+  tracked.refutes_imu = measured.refutes_imu;
   return tracked;
 }
 

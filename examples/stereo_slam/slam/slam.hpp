@@ -104,6 +104,8 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
   void predict(std::int64_t stamp_ns, FrameMeasurement& measured) const;
+  [[nodiscard]] std::optional<FrameMeasurement> without_imu(const FrameMeasurement& measured,
+                                                            std::int64_t stamp_ns) const;
   [[nodiscard]] PoseGaussian predicted_pose(const PoseGaussian& T_previous_current, bool odometry_valid,
                                             std::int64_t stamp_ns) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;

@@ -100,7 +100,12 @@ FrameMeasurement Slam::measure(const FrameImages& images,
   clock.lap("odometry");
   predict(images.frame.stamp_ns, measured);  // eqs. 5-7
   clock.lap("predict");
+  auto by_odometry = without_imu(measured, images.frame.stamp_ns);
   find_landmarks(images, measured, trace);  // Alg. 3
+  if (by_odometry) {
+    find_landmarks(images, *by_odometry, nullptr);
+    if (by_odometry->matches.size() > measured.matches.size()) measured = *std::move(by_odometry);
+  }
   measured.displacement_left = displacement_of(measured);
   clock.lap("associate");
   return measured;
@@ -125,10 +130,23 @@ void Slam::predict(std::int64_t stamp_ns, FrameMeasurement& measured) const {
     measured.prior = predicted_pose(odometry.T_previous_current, odometry.valid, stamp_ns);
     return;
   }
-  measured.inertial =
-      motion_.inertial().prior(odometry.valid ? std::optional(odometry.T_previous_current) : std::nullopt);
+  std::optional<PoseGaussian> motion;
+  if (odometry.valid) motion = with_least_noise(odometry.T_previous_current);
+  measured.inertial = motion_.inertial().prior(motion);
   measured.prior = noise_.in_assumed_units(measured.inertial->T_keyframe_camera);
   odometry.valid = odometry.valid && !measured.inertial->contradicts;
+}
+
+/// The measurement with the prior by the odometry alone, if the odometry contradicts the IMU. One of both is
+/// wrong: the landmarks tell which.
+std::optional<FrameMeasurement> Slam::without_imu(const FrameMeasurement& measured,
+                                                  std::int64_t stamp_ns) const {
+  if (!measured.inertial || !measured.inertial->contradicts) return std::nullopt;
+  FrameMeasurement result = measured;
+  result.inertial.reset();
+  result.refutes_imu = result.odometry.valid = true;
+  result.prior = predicted_pose(result.odometry.T_previous_current, true, stamp_ns);
+  return result;
 }
 
 /// The prior by the odometry, or, without a valid one, by a guess.

@@ -33,6 +33,7 @@ struct TrackedPose {
   int nis_dof = 0;
   Vector2<double> variance_ratio = Vector2<double>::Ones();  ///< see PoseUpdate
   std::optional<InertialPrior> inertial{};                   ///< what the prior rests on, if an IMU is used
+  bool refutes_imu = false;                                  ///< see FrameMeasurement
 
   /// The prior, corrected by an update with `matches`.
   [[nodiscard]] static TrackedPose updated(const PoseGaussian& prior, OdometryResult odometry,

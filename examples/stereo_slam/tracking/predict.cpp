@@ -35,13 +35,16 @@ PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& mot
   return antipode::predict_closed_form(posterior, motion.pose, {Pose::identity(), motion.covariance});
 }
 
-PoseDensity predict_as_in_paper(const PoseDensity& posterior, const PoseGaussian& motion) {
-  constexpr double kMinRotationSigma_rad = 2e-4;   // per axis, of motions whose errors are those of features
-  constexpr double kMinTranslationSigma_m = 2e-3;  // likewise
+PoseGaussian with_least_noise(PoseGaussian T_previous_current) {
+  constexpr double kRotation_rad = 2e-4, kTranslation_m = 2e-3;
   Vector6<double> least;
-  least << Vector3<double>::Constant(kMinRotationSigma_rad),
-      Vector3<double>::Constant(kMinTranslationSigma_m);
-  const Matrix6<double> covariance = motion.covariance + Matrix6<double>(least.cwiseAbs2().asDiagonal());
+  least << Vector3<double>::Constant(kRotation_rad), Vector3<double>::Constant(kTranslation_m);
+  T_previous_current.covariance.diagonal() += least.cwiseAbs2();
+  return T_previous_current;
+}
+
+PoseDensity predict_as_in_paper(const PoseDensity& posterior, const PoseGaussian& motion) {
+  const Matrix6<double> covariance = with_least_noise(motion).covariance;
   const auto noise = decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance));
   return antipode::predict(posterior, motion.pose, noise, antipode::PaperPoseRule{},
                            {.keep_coupling = false});

@@ -3,6 +3,7 @@
 
 #include <concepts>
 #include <stdexcept>
+#include <tuple>
 #include <type_traits>
 
 #include <antipode/detail/cholesky.hpp>
@@ -16,6 +17,23 @@
 /// A state on any manifold with its covariance.
 namespace antipode {
 
+namespace detail {
+
+/// A point as its type makes it, its vectors zero: Eigen leaves in them what the memory held.
+template <class Point>
+[[nodiscard]] Point default_point() {
+  Point point{};
+  if constexpr (requires { point.setZero(); }) {
+    point.setZero();
+  } else if constexpr (requires { std::tuple_size<Point>::value; }) {
+    std::apply([](auto&... parts) { ((parts = default_point<std::remove_cvref_t<decltype(parts)>>()), ...); },
+               point);
+  }
+  return point;
+}
+
+}  // namespace detail
+
 /// A concentrated density on any manifold: the state is Chart::retract(state, xi), xi ~ N(0, covariance). Of
 /// a joint state, ProductChart<SplitChart<double>, VectorChart<double, 6>> say, `state` is a tuple, and the
 /// blocks of the covariance are in the order of the charts.
@@ -24,7 +42,7 @@ struct StateGaussian {
   using Chart = Chart_;                   ///< in which xi is normally distributed
   using Scalar = typename Chart::Scalar;  ///< of coordinates
 
-  typename Chart::Point state{};                                                 ///< the mean
+  typename Chart::Point state = detail::default_point<typename Chart::Point>();  ///< the mean
   Matrix<Scalar, Chart::kDim> covariance = Matrix<Scalar, Chart::kDim>::Zero();  ///< of xi
 };
 
