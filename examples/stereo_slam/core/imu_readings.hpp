@@ -13,6 +13,13 @@ namespace stereo_slam {
 using ImuSample = antipode::ImuSample<double>;  ///< in the axes of the IMU: rad/s, m/s^2
 using ImuNoise = antipode::ImuNoise<double>;    ///< densities
 
+/// Whether a sample can be one of a sensor: finite, and below 100 000 rad/s and m/s^2, whose squares add up.
+[[nodiscard]] inline bool is_plausible(const ImuSample& sample) {
+  constexpr double kLargest = 1e5;
+  const auto within = [](const Eigen::Vector3d& reading) { return reading.cwiseAbs().maxCoeff() < kLargest; };
+  return sample.finite() && within(sample.angular_velocity) && within(sample.specific_force);
+}
+
 /// What is known of an IMU beforehand.
 struct ImuSensor {
   /// The IMU in the rectified left camera.

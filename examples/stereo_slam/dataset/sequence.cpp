@@ -124,8 +124,11 @@ void add_imu(SequenceScan& scan, const fs::path& file) {
       fail(sequence.folder, "has no samples of an IMU (imu0/data.csv or imu.csv); name them with --imu-file");
     }
     auto imu = std::make_shared<ImuRecording>(read_imu(*samples, sequence.T_body_camera));
-    if (!sequence.frames.empty())
-      require_overlap(*imu, sequence.frames.front().stamp_ns, sequence.frames.back().stamp_ns);
+    if (!sequence.frames.empty()) {
+      const auto missing =
+          check_overlap(*imu, sequence.frames.front().stamp_ns, sequence.frames.back().stamp_ns);
+      if (missing) scan.warn(*samples, "{}", *missing);
+    }
     for (const auto& text : imu->faults.texts()) scan.warn(*samples, "{}", text);
     sequence.imu = std::move(imu);
   });

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/imu/imu_recording.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 
 #include "stereo_slam/calibration/yaml_map.hpp"
 #include "stereo_slam/io/file_error.hpp"
@@ -87,13 +89,24 @@ ImuRecording read_imu(const fs::path& samples, const std::optional<Eigen::Isomet
   return imu;
 }
 
-void require_overlap(const ImuRecording& imu, std::int64_t first_ns, std::int64_t last_ns) {
+std::optional<std::string> check_overlap(const ImuRecording& imu, std::int64_t first_ns,
+                                         std::int64_t last_ns) {
   const std::int64_t begin_ns = imu.samples.front().stamp_ns, end_ns = imu.samples.back().stamp_ns;
-  if (begin_ns < last_ns && end_ns > first_ns) return;
-  fail(imu.file,
-       "has samples from {} s to {} s, but the frames are from {} s to {} s; write the stamps of both in the "
-       "same clock",
-       format_seconds(begin_ns), format_seconds(end_ns), format_seconds(first_ns), format_seconds(last_ns));
+  if (begin_ns >= last_ns || end_ns <= first_ns) {
+    fail(imu.file,
+         "has samples from {} s to {} s, but the frames are from {} s to {} s; write the stamps of both in "
+         "the "
+         "same clock",
+         format_seconds(begin_ns), format_seconds(end_ns), format_seconds(first_ns), format_seconds(last_ns));
+  }
+  constexpr std::int64_t kNoticeable_ns = 1'000'000'000;
+  const std::int64_t before_ns = std::max<std::int64_t>(begin_ns - first_ns, 0);
+  const std::int64_t after_ns = std::max<std::int64_t>(last_ns - end_ns, 0);
+  if (before_ns + after_ns <= kNoticeable_ns) return std::nullopt;
+  return fmt::format(
+      "the first {:.1f} s and the last {:.1f} s of the frames have no samples; there the images "
+      "are used alone",
+      1e-9 * static_cast<double>(before_ns), 1e-9 * static_cast<double>(after_ns));
 }
 
 ImuReadings ImuFeed::until(std::int64_t stamp_ns) {

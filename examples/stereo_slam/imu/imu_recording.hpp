@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -39,7 +40,9 @@ struct ImuRecording {
                                     const std::optional<Eigen::Isometry3d>& T_body_camera);
 
 /// Throws std::runtime_error unless the IMU has samples between these stamps of the first and last frame.
-void require_overlap(const ImuRecording& imu, std::int64_t first_ns, std::int64_t last_ns);
+/// Returns a sentence about the frames that have none, if there are more than a second of them.
+[[nodiscard]] std::optional<std::string> check_overlap(const ImuRecording& imu, std::int64_t first_ns,
+                                                       std::int64_t last_ns);
 
 /// Hands out the samples of a recording frame by frame.
 class ImuFeed {

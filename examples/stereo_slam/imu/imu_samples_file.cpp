@@ -27,7 +27,7 @@ constexpr std::size_t kNumbers = 6;
   return readings;
 }
 
-/// A row; nothing unless it is a stamp and six finite numbers.
+/// A row; nothing unless it is a stamp and six numbers of a sensor.
 [[nodiscard]] std::optional<ImuSample> sample_of(std::string_view row) {
   const auto fields = split_row(row, separator_of(row));
   if (fields.size() < 1 + kNumbers) return std::nullopt;
@@ -40,7 +40,8 @@ constexpr std::size_t kNumbers = 6;
     if (!number || number->size() != 1) return std::nullopt;
     readings[static_cast<Eigen::Index>(i)] = number->front();
   }
-  return ImuSample{*stamp_ns, readings.head<3>(), readings.tail<3>()};
+  const ImuSample sample{*stamp_ns, readings.head<3>(), readings.tail<3>()};
+  return is_plausible(sample) ? std::optional(sample) : std::nullopt;
 }
 
 /// Whether a line names the columns.
@@ -101,7 +102,7 @@ std::vector<std::string> ImuFaults::texts() const {
     if (count > 0) texts.push_back(fmt::format("{} of {} {}", count, counted(rows, "row"), what));
   };
   of_rows(unreadable,
-          fmt::format("are not a stamp and six finite numbers and were left out, the first in line {}",
+          fmt::format("are not a stamp and six numbers within 100000 and were left out, the first in line {}",
                       first_unreadable));
   of_rows(unsorted, "were earlier than the row before and were sorted");
   of_rows(repeated, "had the stamp of another row and were left out");

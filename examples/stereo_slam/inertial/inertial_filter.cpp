@@ -46,7 +46,7 @@ void InertialFilter::begin_frame(std::int64_t stamp_ns, const std::optional<ImuR
   sensor_ = imu->sensor;
   for (ImuSample sample : imu->samples) {
     sample.stamp_ns -= summary_.delay_ns;
-    if (!sample.finite() || (!samples_.empty() && sample.stamp_ns <= samples_.back().stamp_ns)) continue;
+    if (!is_plausible(sample) || (!samples_.empty() && sample.stamp_ns <= samples_.back().stamp_ns)) continue;
     samples_.push_back(sample);
     noise_.add(sample);
   }
