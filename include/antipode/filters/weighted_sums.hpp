@@ -123,9 +123,9 @@ class WeightedSums {
 
   /// The covariance of an M-estimate if all errors have the same distribution, up to their S, which the
   /// residuals show: the variance of their weighted values over their squared mean slope, times the inverse
-  /// of the sum of J^T S^-1 J, with the correction for few measurements (Huber, Robust Statistics, 1981, eq.
-  /// 7.6.8). It follows errors that are larger or smaller than assumed, and outliers. Nothing if no more
-  /// numbers were measured than fitted, or if most are outliers.
+  /// of the sum of J^T S^-1 J, with the correction for few measurements (Huber, Robust Statistics, 1981,
+  /// section 7.6). It follows errors that are larger or smaller than assumed, and outliers. Nothing if no
+  /// more numbers were measured than fitted, or if most are outliers.
   [[nodiscard]] std::optional<Square> covariance_by_residuals() const {
     const Scalar count = Scalar(numbers_);
     const Scalar slope = slope_ / count;
