@@ -75,7 +75,7 @@ struct LeastSquaresPrior {
     LeastSquaresPrior prior{mean};
     prior.information = GaussianInformation<Scalar, kDim>::from_covariance({}, covariance).information;
     if (!prior.information.allFinite()) [[unlikely]]
-      detail::throw_invalid("the covariance of the prior is not positive definite; its trace is",
+      detail::throw_invalid("covariance of the prior is not positive definite; its trace is",
                             covariance.trace());
     return prior;
   }
@@ -242,7 +242,7 @@ class RobustIteration {
     result.log_evidence = -sums.cost();
     for (int i = 0; i < N; ++i) result.log_evidence -= std::log(root(i, i));
     const auto covariance = covariance_of(sums);
-    if (!covariance || !covariance->allFinite()) {
+    if (!covariance || !covariance->allFinite() || !cholesky_factor<Scalar, N>(*covariance)) {
       result.status = LeastSquaresStatus::kUndetermined;
       return result;
     }

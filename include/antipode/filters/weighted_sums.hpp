@@ -165,6 +165,7 @@ class WeightedSums {
   [[nodiscard]] Weights weights_of(const Vector<Scalar, Dim>& e, const Matrix<Scalar, Dim>& S_inverse) {
     const int dim = static_cast<int>(e.size());
     const Scalar squared = e.dot(S_inverse * e);
+    if (!(squared >= Scalar(0))) cost_ = std::numeric_limits<Scalar>::quiet_NaN();  // S is no covariance
     const Scalar weight = noise_.weight(squared, dim);
     ++measurements_;
     numbers_ += dim;
