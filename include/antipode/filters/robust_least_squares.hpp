@@ -65,7 +65,7 @@ struct LeastSquaresPrior {
   using Square = Matrix<Scalar, kDim>;             ///< in the chart about the mean
   using Cross = Matrix<Scalar, kDim, Considered>;  ///< state by considered parameters
 
-  typename C::Point mean;
+  typename C::Point mean;                   ///< the most likely state
   Square information = Square::Zero();      ///< the state's block of the inverse of the joint covariance
   Cross cross_information = Cross::Zero();  ///< the block of both
 
@@ -100,14 +100,14 @@ struct LeastSquaresResult {
   using Sensitivity = Matrix<Scalar, kDim, Considered>;      ///< state by considered parameters
   using Evidence = GaussianInformation<Scalar, Considered>;  ///< on the considered parameters
 
-  typename C::Point state;
+  typename C::Point state;  ///< the estimate
   /// If the considered parameters were known to be 0.
   Square covariance = Square::Constant(std::numeric_limits<Scalar>::quiet_NaN());
   /// The weighted information of the measurements and the prior at the state: what fixes it, by its blocks.
   Square information = Square::Zero();
   Sensitivity sensitivity = Sensitivity::Zero();  ///< d state / d considered
   Evidence considered = {};  ///< what the measurements say of the considered parameters, without the prior
-  LeastSquaresStatus status = LeastSquaresStatus::kNotFinite;
+  LeastSquaresStatus status = LeastSquaresStatus::kNotFinite;  ///< only kConverged is to be trusted
   Scalar cost = Scalar(0);              ///< minus the log-densities of noise and prior, without constants
   Scalar squared_distance = Scalar(0);  ///< sum of the weighted squared distances, and that from the prior
   /// log of the probability of the measurements in Laplace's approximation, without constants; comparable
