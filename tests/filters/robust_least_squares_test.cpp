@@ -99,22 +99,6 @@ constexpr LeastSquaresOptions<double> kByNoise{.covariance = CovarianceFrom::kNo
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("The weight is the slope of the log-density, and weight_slope that of the weight",
-                   "[least-squares][law]", NormalNoise<double>, CauchyLoss<double>, StudentT<double>,
-                   Contamination<double>) {
-  const TestType noise{};
-  const int dim = GENERATE(1, 2, 3, 6);
-  for (const double d2 : {0.01, 0.5, 2.0, 9.0, 30.0, 200.0}) {
-    CAPTURE(dim, d2);
-    const double h = 1e-4 * d2;
-    const double slope = (noise.log_density(d2 + h, dim) - noise.log_density(d2 - h, dim)) / (2 * h);
-    CHECK(noise.weight(d2, dim) == Approx(-2.0 * slope).epsilon(1e-6).margin(1e-12));
-    const double change = (noise.weight(d2 + h, dim) - noise.weight(d2 - h, dim)) / (2 * h);
-    CHECK(noise.weight_slope(d2, dim) == Approx(change).epsilon(1e-5).margin(1e-12));
-  }
-  CHECK(noise.weight(0.0, dim) >= noise.weight(1e6, dim));
-}
-
 TEST_CASE("Normal noise and a linear model give the weighted least squares of a dense solve",
           "[least-squares]") {
   for (unsigned seed = 0; seed < 10; ++seed) {
