@@ -8,22 +8,16 @@ set -euo pipefail
 program=$(realpath "$1")
 export WITNESS_MODULES=$2
 kills=${3:-3}
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-if ! command -v node >/dev/null || [ ! -d "$WITNESS_MODULES/node_modules/@mcap/core" ]; then
-  echo "skipped: npm install --prefix $WITNESS_MODULES $here/witness    (node and npm: Debian's packages of these names)"
-  exit 77
-fi
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder"
-"$program" simulate --quiet --output DIR --frames 30 --scale 0.35
+source "$(dirname "${BASH_SOURCE[0]}")/witness/prepare.sh"
 # A long recording: forwards and backwards, again and again.
 mkdir -p LONG/image_0 LONG/image_1
 cp DIR/calib.txt LONG
 for ((i = 0; i < 6000; ++i)); do
   k=$((i % 58))
   [ "$k" -lt 30 ] || k=$((58 - k))
-  for camera in 0 1; do ln -s "$(printf '../../DIR/image_%d/%06d.png' $camera $k)" "$(printf 'LONG/image_%d/%06d.png' $camera $i)"; done
+  for camera in 0 1; do
+    ln -s "$(printf '../../DIR/image_%d/%06d.png' $camera $k)" "$(printf 'LONG/image_%d/%06d.png' $camera $i)"
+  done
   printf '%d.%d\n' $((i / 10)) $((i % 10))
 done >LONG/times.txt
 

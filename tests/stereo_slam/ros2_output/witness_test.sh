@@ -5,15 +5,7 @@
 set -euo pipefail
 program=$1
 export WITNESS_MODULES=$2
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-if ! command -v node >/dev/null || [ ! -d "$WITNESS_MODULES/node_modules/@mcap/core" ]; then
-  echo "skipped: npm install --prefix $WITNESS_MODULES $here/witness    (node and npm: Debian's packages of these names)"
-  exit 77
-fi
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder"
-"$program" simulate --quiet --output DIR --frames 30 --scale 0.35
+source "$(dirname "${BASH_SOURCE[0]}")/witness/prepare.sh"
 # Nothing changes the covariances at the end of such a run, so that those of the table are those of the messages.
 printf 'online_rectification: {enabled: false}\n' >settings.yaml
 "$program" run --quiet --dataset DIR --output OUT --config settings.yaml --no-loop-closure --mcap run.mcap --mcap-images
