@@ -31,6 +31,7 @@
 #include "stereo_slam/results/output.hpp"
 #include "stereo_slam/results/result_streams.hpp"
 #include "stereo_slam/results/run_folder.hpp"
+#include "stereo_slam/results/run_yaml.hpp"
 #include "stereo_slam/ros2_output/mcap_recording.hpp"
 #include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
@@ -217,20 +218,6 @@ void require_pace(const RunInput& input) {
          "frame {} has no later stamp than the frame before it, so --realtime cannot be used; add times or "
          "frame_rate_hz to the calibration, or leave out --realtime",
          i);
-  }
-}
-
-/// Throws std::runtime_error if the files of `option` would be written into a folder with images of the
-/// recording. Debug images would belong to it then.
-void require_other_folder(const fs::path& folder, std::string_view option, const StereoSequence& sequence) {
-  if (sequence.frames.empty()) return;
-  std::error_code error;
-  for (const auto& image : {sequence.frames.front().left, sequence.frames.front().right}) {
-    const bool beside_link = fs::equivalent(folder, image.parent_path(), error) && !error;
-    const bool beside_image =
-        fs::equivalent(folder, fs::canonical(image, error).parent_path(), error) && !error;
-    if (!beside_link && !beside_image) continue;
-    fail(folder, "has the images of the recording; choose another folder for {}", option);
   }
 }
 

@@ -30,7 +30,6 @@ void set_variance(Square& P, int block, double sigma) {
 InertialState unknown_state() {
   constexpr double kGyroscopeBias = 0.1, kAccelerometerBias = 0.3;  // those of cheap sensors
   InertialState state;
-  std::get<0>(state.state) = {};
   Square& P = state.covariance;
   set_variance(P, StatePart::kNu, kVelocitySigma_m_s);
   set_variance(P, StatePart::kGamma, kGravity);

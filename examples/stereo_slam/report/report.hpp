@@ -8,6 +8,7 @@
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/report/thumbnails.hpp"
 #include "stereo_slam/results/output.hpp"
+#include "stereo_slam/results/run_yaml.hpp"
 
 namespace stereo_slam::report {
 

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <ostream>
 #include <span>
@@ -16,7 +15,6 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/results/learned_cameras.hpp"
-#include "stereo_slam/settings/settings.hpp"
 
 /// Writes the result files at the end of a run, each completely or not at all. result_streams.hpp writes
 /// files during the run.
@@ -99,35 +97,12 @@ struct RealtimeSummary {
 /// (ScLERP); frames dropped before the first processed frame have the pose of that frame.
 [[nodiscard]] std::vector<Pose> poses_of_all_frames(const RunRecord& record);
 
-/// What run.yaml contains besides the settings.
-struct RunHeader {
-  std::string state;  ///< running, finished, interrupted or failed
-  std::string error;  ///< empty unless failed
-  std::size_t frames_processed = 0;
-  double seconds = 0.0;
-  FrameCost frame_cost{};
-  std::optional<RealtimeSummary> realtime = std::nullopt;
-  std::string pose_frame = "camera";  ///< frame whose poses the trajectories contain: "camera" or "body"
-  double peak_mb = std::numeric_limits<double>::quiet_NaN();  ///< memory of the process; NaN where unknown
-  std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
-  std::vector<UnreadableImage> unreadable{};
-  ReasonCounts weak_frames_by_reason{};
-  std::optional<LensEstimate> lens_error{};   ///< as learned at the end
-  std::optional<InertialSummary> inertial{};  ///< nothing without an IMU
-};
-
 /// Writes trajectory_kitti.txt, trajectory_tum.txt, trajectory_online.txt, covariances.csv, timing.csv,
 /// loops.csv, map.ply, cameras.yaml if something was learned, and inertial.csv if there is an IMU.
 /// trajectory_kitti.txt has poses_of_all_frames, as that format has no stamps; the others have processed
 /// frames only. If a file cannot be written, the others are still written; then std::runtime_error is thrown
 /// with the first failure.
 void write_results(const std::filesystem::path& folder, const RunRecord& record);
-
-/// Writes run.yaml: version, state, dataset, host and all settings. load_settings reads it. If it cannot be
-/// written, as on a full disk, the state in an earlier run.yaml is changed from running to failed, and
-/// std::runtime_error is thrown.
-void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header,
-                    const StereoSequence& sequence, const Settings& settings);
 
 /// The files that a run writes, besides run.yaml.
 [[nodiscard]] std::span<const char* const> result_files();

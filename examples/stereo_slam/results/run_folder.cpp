@@ -144,6 +144,18 @@ void require_other_file(const fs::path& file, const std::optional<fs::path>& oth
     fail(file, "is the file of {}, too; name another file", option);
 }
 
+void require_other_folder(const fs::path& folder, std::string_view option, const StereoSequence& sequence) {
+  if (sequence.frames.empty()) return;
+  std::error_code error;
+  for (const auto& image : {sequence.frames.front().left, sequence.frames.front().right}) {
+    const bool beside_link = fs::equivalent(folder, image.parent_path(), error) && !error;
+    const bool beside_image =
+        fs::equivalent(folder, fs::canonical(image, error).parent_path(), error) && !error;
+    if (!beside_link && !beside_image) continue;
+    fail(folder, "has the images of the recording; choose another folder for {}", option);
+  }
+}
+
 void require_no_folder_of(const fs::path& file, const fs::path& folder) {
   const fs::path place = place_of(file);
   for (fs::path above = place_of(folder);; above = above.parent_path()) {

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <string_view>
 
+#include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/io/folder_lock.hpp"
 
 namespace stereo_slam {
@@ -40,6 +42,11 @@ class RunFolder {
 /// Throws std::runtime_error if `file` is also the one that `option` names.
 void require_other_file(const std::filesystem::path& file, const std::optional<std::filesystem::path>& other,
                         std::string_view option);
+
+/// Throws std::runtime_error if the files of `option` would be written into a folder with images of the
+/// recording. Debug images would belong to it then.
+void require_other_folder(const std::filesystem::path& folder, std::string_view option,
+                          const StereoSequence& sequence);
 
 /// Throws std::runtime_error if `file` is `folder`, which need not exist yet, or a folder above it.
 void require_no_folder_of(const std::filesystem::path& file, const std::filesystem::path& folder);

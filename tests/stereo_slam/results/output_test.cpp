@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/results/output.hpp"
+#include "stereo_slam/results/run_yaml.hpp"
 
 #include <cstring>
 #include <limits>
