@@ -187,9 +187,7 @@ void write_ground_truth(std::ostream& stream, const StereoSequence& sequence, Po
       frame == PoseFrame::kBody ? require_body(sequence).inverse() : Eigen::Isometry3d::Identity();
   std::vector<Pose> poses;
   for (const auto& T_world_camera : sequence.ground_truth) {
-    const Eigen::Isometry3d T = T_world_camera * T_camera_frame;
-    poses.push_back(
-        Pose::from_matrix(Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix(), T.translation()));
+    poses.push_back(to_pose(T_world_camera * T_camera_frame));
   }
   stream << kGroundTruthHeader << '\n';
   write_tum_trajectory(stream, sequence.ground_truth_ns, poses);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
 #include <antipode/distributions/pose_gaussian.hpp>
@@ -33,6 +34,12 @@ using antipode::Vector6;
 using Matrix6x3 = antipode::Matrix<double, 6, 3>;  ///< covariances of a pose and a point
 
 using Pose = antipode::DualQuaternion<double>;  ///< `T_a_b` maps coordinates of b to those of a
+
+/// The pose of an isometry, as files and calibrations have them: with the rotation that is nearest to a
+/// matrix of few digits.
+[[nodiscard]] inline Pose to_pose(const Eigen::Isometry3d& T) {
+  return Pose::from_matrix(Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix(), T.translation());
+}
 
 /// One rectified grey-scale stereo pair (CV_8UC1, equal sizes).
 struct StereoFrame {

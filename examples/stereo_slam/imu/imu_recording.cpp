@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/calibration/yaml_map.hpp"
+#include "stereo_slam/core/types.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
@@ -57,12 +58,6 @@ namespace fs = std::filesystem;
   return std::llround(1e9 * delay_s);
 }
 
-[[nodiscard]] antipode::DualQuaternion<double> as_pose(const Eigen::Isometry3d& T) {
-  const Eigen::Quaterniond q(T.linear());
-  const antipode::Vector4<double> rotation(q.w(), q.x(), q.y(), q.z());
-  return antipode::DualQuaternion<double>::from_rotation_translation(rotation, T.translation());
-}
-
 }  // namespace
 
 std::optional<fs::path> find_imu(const fs::path& recording) {
@@ -85,7 +80,7 @@ ImuRecording read_imu(const fs::path& samples, const std::optional<Eigen::Isomet
     for (auto& sample : imu.samples) sample.stamp_ns -= later_ns;
   }
   const Eigen::Isometry3d T_camera_body = T_body_camera.value_or(Eigen::Isometry3d::Identity()).inverse();
-  imu.sensor.T_camera_imu = as_pose(T_camera_body * T_body_imu);
+  imu.sensor.T_camera_imu = to_pose(T_camera_body * T_body_imu);
   return imu;
 }
 

@@ -125,9 +125,7 @@ struct StereoSlam::State {
           "the calibration has no pose of the camera in the axes of the IMU; add T_body_left, T_BS or "
           "T_cam_imu");
     }
-    const Eigen::Quaterniond q(T_body_camera->linear());
-    const antipode::Vector4<double> rotation(q.w(), q.x(), q.y(), q.z());
-    return Pose::from_rotation_translation(rotation, T_body_camera->translation()).inverse();
+    return to_pose(*T_body_camera).inverse();
   }
 
   [[nodiscard]] const SlamSystem& begun() const {

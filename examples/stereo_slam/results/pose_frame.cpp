@@ -9,10 +9,7 @@ namespace {
 class BodyFrame {
  public:
   explicit BodyFrame(const Eigen::Isometry3d& T_body_camera)
-      : X_(Pose::from_matrix(Eigen::Quaterniond(T_body_camera.linear()).normalized().toRotationMatrix(),
-                             T_body_camera.translation())),
-        X_inverse_(X_.inverse()),
-        Ad_(X_.adjoint()) {}
+      : X_(to_pose(T_body_camera)), X_inverse_(X_.inverse()), Ad_(X_.adjoint()) {}
 
   [[nodiscard]] const Pose& X() const { return X_; }
 

@@ -51,8 +51,7 @@ RunMessages::RunMessages(McapWriter& writer, const std::optional<Eigen::Isometry
                          bool with_images)
     : writer_(writer),
       T_base_camera_(T_body_camera.value_or(optical_frame_in_link())),
-      X_(Pose::from_matrix(Eigen::Quaterniond(T_base_camera_.linear()).normalized().toRotationMatrix(),
-                           T_base_camera_.translation())),
+      X_(to_pose(T_base_camera_)),
       base_(T_body_camera ? "base_link" : "camera_link") {
   channels_.odometry = add_topic(writer_, "/stereo_slam/odometry", "nav_msgs/msg/Odometry");
   channels_.pose = add_topic(writer_, "/stereo_slam/pose", "geometry_msgs/msg/PoseWithCovarianceStamped");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/imu/imu_recording.hpp"
 
+#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
@@ -93,6 +94,10 @@ TEST_CASE("The description gives densities, axes and delay of an IMU", "[imu]") 
   CHECK(imu.sensor.noise.accelerometer_bias_walk == 4e-3);
   CHECK(imu.samples.front().stamp_ns == -20'000'000);  // the camera's clock is earlier
   CHECK((imu.sensor.T_camera_imu * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.1, 1, 0)).norm() < 1e-12);
+  // Four digits are enough of a rotation, here by 30 degrees.
+  const ImuRecording turned =
+      read_with("T_BS:\n  rows: 4\n  cols: 4\n  data: [0.8660,-0.5,0,0, 0.5,0.8660,0,0, 0,0,1,0, 0,0,0,1]\n");
+  CHECK(turned.sensor.T_camera_imu.rotation()[3] == Approx(std::sin(0.5 * 0.5235988)).epsilon(1e-4));
   CHECK(read_with("imu0:\n  accelerometer_noise_density: 0.5\n  update_rate: 200\n")
             .sensor.noise.accelerometer == 0.5);
   CHECK(read_with("rate_hz: 200\n").sensor.noise.gyroscope == ImuSensor{}.noise.gyroscope);

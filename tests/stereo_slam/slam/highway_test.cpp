@@ -67,6 +67,28 @@ TEST_CASE("Images with less noise than assumed give smaller covariances, and pos
   }
 }
 
+TEST_CASE("The covariance of the odometry alone is as large as its error", "[stereo_slam][slam][highway]") {
+  Settings settings;
+  settings.system = SystemKind::kOdometry;
+  settings.online_rectification.enabled = false;  // the images are rectified exactly
+  Slam slam(drive().sequence.camera, settings);
+  std::size_t inside = 0, motions = 0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < drive().sequence.frames.size(); ++i) {
+    const FrameResult result = slam.process(load_frame(drive().sequence, i));
+    if (i == 0) continue;
+    const Pose truth = to_pose(drive().truth[i - 1].inverse() * drive().truth[i]);
+    const double nees = mahalanobis_squared(truth.boxminus(result.odometry.pose), result.odometry.covariance);
+    sum += nees;
+    ++motions;
+    if (nees < kChi2_6_95) ++inside;
+  }
+  CAPTURE(inside, motions, sum / static_cast<double>(motions));
+  REQUIRE(motions == 39);
+  CHECK(inside >= 34);  // of 39: with 95 % each, fewer are as rare as 2 %
+  CHECK(sum > 39.0);    // a mean of one sixth of what is expected would be a covariance that is far too large
+}
+
 TEST_CASE("Along a rendered highway every frame is tracked and the path has its length",
           "[stereo_slam][slam][highway]") {
   Settings settings;
