@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/results/output.hpp"
-#include "stereo_slam/results/run_yaml.hpp"
 
 #include <cstring>
 #include <limits>
@@ -12,6 +11,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/results/run_yaml.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
