@@ -14,6 +14,7 @@
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/measurement_iteration.hpp>
 #include <antipode/filters/detail/sqrt_gaussian.hpp>
 #include <antipode/filters/linearized_update.hpp>
 #include <antipode/filters/pose_update_result.hpp>
@@ -60,15 +61,7 @@ namespace detail {
 
 template <class Scalar>
 void check_options(const GaussNewtonOptions<Scalar>& options) {
-  if (options.max_iterations < 1) [[unlikely]] {
-    throw_invalid("max_iterations is not positive", options.max_iterations);
-  }
-  if (!(options.tolerance > Scalar(0))) [[unlikely]] {
-    throw_invalid("tolerance is not positive", options.tolerance);
-  }
-  if (!(options.max_final_residual > Scalar(0))) [[unlikely]] {
-    throw_invalid("max_final_residual is not positive", options.max_final_residual);
-  }
+  check_iteration_options(options);
   if (std::isnan(options.min_log_likelihood)) [[unlikely]] {
     throw_invalid("min_log_likelihood is not a number", options.min_log_likelihood);
   }
@@ -116,27 +109,19 @@ template <class Density, class Measurements, class Model>
 /// The iteration of gauss_newton_update: expand at the mean, condition the prior, move. If the posterior
 /// became less likely, go back and repeat the step with half its length.
 template <class Density, class Measurements, class Model>
-class GaussNewtonIteration {
-  using Scalar = typename Density::Scalar;
-  static constexpr int N = Density::Chart::kDim;
+class GaussNewtonIteration : MeasurementIteration<Density, Measurements, Model> {
+  using Base = MeasurementIteration<Density, Measurements, Model>;
+  using Base::N, Base::origin_, Base::density_, Base::measurements_, Base::h_, Base::result_, Base::fail;
+  using typename Base::Scalar;
   using Rule = DefaultRule<N>;
 
  public:
   GaussNewtonIteration(const Density& prior, const Measurements& measurements, const Model& h,
                        const GaussNewtonOptions<Scalar>& options)
-      : origin_(SqrtGaussian<Density>::of(prior)),
-        density_(origin_),
-        measurements_(measurements),
-        h_(h),
-        options_(options),
-        result_{.posterior = prior} {}
+      : Base(prior, measurements, h), options_(options) {}
 
   [[nodiscard]] UpdateResult<Density> run() {
-    if (measurements_.size() == 0) return result_;
-    if (!has_finite_noise(measurements_)) {
-      (void)fail(UpdateStatus::kNotFinite);
-      return result_;
-    }
+    if (!this->begins()) return result_;
     while (iterate()) {
     }
     return result_;
@@ -233,25 +218,13 @@ class GaussNewtonIteration {
     return likelihood.has_second_mode(origin_, density_, result_.log_evidence, local_model);
   }
 
-  /// The posterior stays the prior.
-  [[nodiscard]] bool fail(UpdateStatus status) {
-    result_.status = status;
-    return false;
-  }
-
   static constexpr Scalar kWorse = Scalar(1e-3);  // decrease of the log posterior that takes the step back
 
-  const SqrtGaussian<Density> origin_;  ///< the prior
-  SqrtGaussian<Density> density_;
-  const Measurements& measurements_;
-  const Model& h_;
   const GaussNewtonOptions<Scalar>& options_;
-
   SqrtGaussian<Density> last_ = origin_;  ///< where the last step started
   ConditionedGaussian<Scalar, N> y_ = {};
   Scalar last_log_posterior_ = -std::numeric_limits<Scalar>::infinity();
   Scalar share_ = Scalar(1);  ///< of the step that is taken
-  UpdateResult<Density> result_;
 };
 
 }  // namespace detail

@@ -16,6 +16,7 @@
 #include <antipode/detail/products.hpp>
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/eigen_types.hpp>
+#include <antipode/filters/detail/measurement_iteration.hpp>
 #include <antipode/filters/detail/measurement_modes.hpp>
 #include <antipode/filters/detail/sqrt_gaussian.hpp>
 #include <antipode/filters/detail/statistical_regression.hpp>
@@ -199,26 +200,18 @@ template <class Density, class Measurements, class Model, int N, int Count>
 
 /// The iteration of linearized_update: regress h on the points over the density, condition the prior, move.
 template <class Density, class Measurements, class Model, class Rule>
-class LinearizedIteration {
-  using Scalar = typename Density::Scalar;
-  static constexpr int N = Density::Chart::kDim;
+class LinearizedIteration : MeasurementIteration<Density, Measurements, Model> {
+  using Base = MeasurementIteration<Density, Measurements, Model>;
+  using Base::N, Base::origin_, Base::density_, Base::measurements_, Base::h_, Base::result_, Base::fail;
+  using typename Base::Scalar;
 
  public:
   LinearizedIteration(const Density& prior, const Measurements& measurements, const Model& h,
                       const LinearizedUpdateOptions<Scalar>& options)
-      : origin_(SqrtGaussian<Density>::of(prior)),
-        density_(origin_),
-        measurements_(measurements),
-        h_(h),
-        options_(options),
-        result_{.posterior = prior} {}
+      : Base(prior, measurements, h), options_(options) {}
 
   [[nodiscard]] UpdateResult<Density> run(const Rule& rule) {
-    if (measurements_.size() == 0) return result_;
-    if (!has_finite_noise(measurements_)) {
-      (void)fail(UpdateStatus::kNotFinite);
-      return result_;
-    }
+    if (!this->begins()) return result_;
     const auto standard = rule.template standard<Scalar>();
     do {
       if (!iterate(standard)) return result_;
@@ -278,36 +271,16 @@ class LinearizedIteration {
     return likelihood.has_second_mode(origin_, density_, result_.log_evidence, local_model);
   }
 
-  /// The posterior stays the prior.
-  [[nodiscard]] bool fail(UpdateStatus status) {
-    result_.status = status;
-    return false;
-  }
-
-  const SqrtGaussian<Density> origin_;  ///< the prior
-  SqrtGaussian<Density> density_;
-  const Measurements& measurements_;
-  const Model& h_;
   const LinearizedUpdateOptions<Scalar>& options_;
-
   Scalar last_step_ = std::numeric_limits<Scalar>::infinity();
   bool bent_ = false;  ///< the measurements are not linear over the prior, or a density on the way
-  UpdateResult<Density> result_;
 };
 
 template <class Scalar>
 void check_options(const LinearizedUpdateOptions<Scalar>& options) {
-  if (options.max_iterations < 1) [[unlikely]] {
-    throw_invalid("max_iterations is not positive", options.max_iterations);
-  }
-  if (!(options.tolerance > Scalar(0))) [[unlikely]] {
-    throw_invalid("tolerance is not positive", options.tolerance);
-  }
+  check_iteration_options(options);
   if (!(options.settled_step > Scalar(0))) [[unlikely]] {
     throw_invalid("settled_step is not positive", options.settled_step);
-  }
-  if (!(options.max_final_residual > Scalar(0))) [[unlikely]] {
-    throw_invalid("max_final_residual is not positive", options.max_final_residual);
   }
   if (!(options.robust_scale > Scalar(0))) [[unlikely]] {
     throw_invalid("robust_scale is not positive", options.robust_scale);
