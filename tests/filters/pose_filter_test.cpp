@@ -204,7 +204,7 @@ TEST_CASE("Gaussian measurements are a log-likelihood", "[filter]") {
   const auto nothing = [](const Pose&, std::size_t) { return std::optional<Vector3<double>>(); };
   CHECK(GaussianMeasurements(measurements.measurements(), nothing)(Pose::identity()) ==
         -std::numeric_limits<double>::infinity());
-  CHECK(GaussianMeasurements(measurements.measurements(), nothing, -5.0)(Pose::identity()) == -5.0);
+  CHECK(GaussianMeasurements(measurements.measurements(), nothing, 3.0)(Pose::identity()) == -9.0);
 
   R(0, 0) = -1;
   CHECK(error_message([&] {
