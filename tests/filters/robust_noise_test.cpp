@@ -10,8 +10,8 @@ using namespace antipode;
 using namespace antipode::test;
 
 TEMPLATE_TEST_CASE("The weight is the slope of the log-density, and weight_slope that of the weight",
-                   "[robust][law]", NormalNoise<double>, CauchyLoss<double>, StudentT<double>,
-                   Contamination<double>) {
+                   "[robust][law]", NormalNoise<double>, TruncatedLoss<double>, CauchyLoss<double>,
+                   StudentT<double>, Contamination<double>) {
   const TestType noise{};
   const int dim = GENERATE(1, 2, 3, 6);
   for (const double d2 : {0.01, 0.5, 2.0, 9.0, 30.0, 200.0}) {
@@ -26,7 +26,7 @@ TEMPLATE_TEST_CASE("The weight is the slope of the log-density, and weight_slope
 }
 
 TEMPLATE_TEST_CASE("Log-density and weight are numbers at any distance", "[robust]", NormalNoise<double>,
-                   CauchyLoss<double>, StudentT<double>, Contamination<double>) {
+                   TruncatedLoss<double>, CauchyLoss<double>, StudentT<double>, Contamination<double>) {
   const TestType noise{};
   CHECK_NOTHROW(noise.check());
   for (const double d2 : {0.0, 1e-300, 1.0, 1e300}) {
@@ -41,5 +41,6 @@ TEMPLATE_TEST_CASE("Log-density and weight are numbers at any distance", "[robus
 TEST_CASE("A loss without a scale is refused", "[robust]") {
   for (const double scale : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     CHECK(contains(error_message([&] { CauchyLoss<double>{scale}.check(); }), "scale of CauchyLoss"));
+    CHECK(contains(error_message([&] { TruncatedLoss<double>{scale}.check(); }), "cap of TruncatedLoss"));
   }
 }

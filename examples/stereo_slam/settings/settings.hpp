@@ -78,8 +78,8 @@ struct RefinementSettings {
 
 /// How the landmarks correct the predicted pose. (PaperSlam has its own way: Alg. 2 with 7 x 7 points.)
 enum class PoseUpdateMethod {
-  kProgressive,  ///< Alg. 2 with degree-5 points; orientation and translation coupled
-  kQuadratic,    ///< antipode::quadratic_update: quadratic fits of the log-likelihood
+  kQuadratic,     ///< antipode::quadratic_update: quadratic fits of the log-likelihood to samples
+  kLeastSquares,  ///< antipode::robust_least_squares: Gauss-Newton steps with derivatives
 };
 
 /// Pose update (sec. III-B and IV-D).

@@ -11,12 +11,14 @@
 
 #include <antipode/filters/progressive_update.hpp>
 #include <antipode/filters/quadratic_update.hpp>
+#include <antipode/filters/robust_least_squares.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/tracking/landmark_equations.hpp"
 #include "stereo_slam/tracking/pose_likelihood.hpp"
 
 namespace stereo_slam {
@@ -53,7 +55,8 @@ constexpr double kRegularizerForgetting =
 /// One update by Alg. 2. The squared Mahalanobis distance of each match is limited to `cap`.
 [[nodiscard]] PoseUpdateOf<PoseDensity> update_once(const PoseDensity& prior,
                                                     const std::vector<Match>& matches, const MapView& map,
-                                                    double cap, const UpdateSettings& settings) {
+                                                    double cap, const UpdateSettings& settings,
+                                                    const Pose& /*start*/) {
   const auto ordered = interleaved(matches, kMaxCorrespondences);
   const auto likelihood_of = [&](int begin, int end) {
     const std::span<const Match> all(ordered);
@@ -69,26 +72,36 @@ constexpr double kRegularizerForgetting =
   return {.posterior = result.posterior, .converged = is_settled(result.status)};
 }
 
-/// Alg. 2 with degree-5 points and the coupling of orientation and translation.
-[[nodiscard]] PoseUpdate update_progressively(const PoseGaussian& prior, const PoseLikelihood& likelihood,
-                                              const UpdateSettings& settings) {
-  const auto result = antipode::progressive_update(antipode::to_bingham_gaussian(prior), likelihood,
-                                                   antipode::RichPoseRule{}, {.tau = settings.tau});
-  return {.posterior = antipode::to_pose_gaussian(result.posterior), .converged = is_settled(result.status)};
-}
-
 [[nodiscard]] PoseUpdate update_quadratically(const PoseGaussian& prior, const PoseLikelihood& likelihood) {
   // With many landmarks the posterior has one mode; update_robustly() removes the outliers among the matches.
   const auto result = antipode::quadratic_update(prior, likelihood, {.check_modes = false});
   return {.posterior = result.posterior, .converged = is_settled(result.status)};
 }
 
-/// One update with the method of the settings. The cap applies as above.
+/// Gauss-Newton steps from `start` on.
+[[nodiscard]] PoseUpdate update_by_least_squares(const PoseGaussian& prior, const WhitenedMatches& matches,
+                                                 double cap, const Pose& start) {
+  using Chart = PoseGaussian::Chart;
+  constexpr double kTolerance = 0.1;  // of the last step but one; Gauss-Newton squares what is left
+  const auto information = inverse_of_definite(prior.covariance);
+  if (!information) return {.posterior = prior};
+  const antipode::LeastSquaresPrior<Chart> known{prior.pose, *information};
+  const LandmarkEquations equations{matches, {cap}};
+  const auto result = antipode::robust_least_squares<Chart>(
+      start, equations, equations.noise,
+      {.tolerance = kTolerance, .covariance = antipode::CovarianceFrom::kNoise, .check_modes = false},
+      &known);
+  return {.posterior = {result.state, result.covariance}, .converged = result.converged()};
+}
+
+/// One update with the method of the settings, whose result will be near `start`. The cap applies as above.
 [[nodiscard]] PoseUpdate update_once(const PoseGaussian& prior, const std::vector<Match>& matches,
-                                     const MapView& map, double cap, const UpdateSettings& settings) {
-  const PoseLikelihood likelihood(matches, map, cap, prior);
-  return settings.method == PoseUpdateMethod::kProgressive ? update_progressively(prior, likelihood, settings)
-                                                           : update_quadratically(prior, likelihood);
+                                     const MapView& map, double cap, const UpdateSettings& settings,
+                                     const Pose& start) {
+  const WhitenedMatches whitened = whiten(matches, map, prior);
+  return settings.method == PoseUpdateMethod::kQuadratic
+             ? update_quadratically(prior, {whitened, cap})
+             : update_by_least_squares(prior, whitened, cap, start);
 }
 
 /// Factor, at least 1, by which the prior's uncertainty increases the mean squared innovation over that of
@@ -225,7 +238,7 @@ template <class Density>
                                                     const MapView& map, const UpdateSettings& settings) {
   if (matches.size() < static_cast<std::size_t>(settings.min_matches)) return {.posterior = prior};
   const double wide_cap = settings.robust_cap * prior_spread(matches);
-  const auto first = update_once(prior, matches, map, wide_cap, settings);
+  const auto first = update_once(prior, matches, map, wide_cap, settings, as_gaussian(prior).pose);
   if (!first.converged) return {.posterior = prior};
   const Pose first_pose = as_gaussian(first.posterior).pose;
   const auto kept = relinearised_inliers(matches, map, first_pose, settings.robust_cap);
@@ -236,7 +249,7 @@ template <class Density>
   for (int pass = 0; pass < passes; ++pass) {
     const Pose pose = as_gaussian(update.posterior).pose;
     weighted = weighted_by_residuals(kept, map, pose, settings.student_t_inverse_dof);
-    update = update_once(prior, weighted.matches, map, wide_cap, settings);
+    update = update_once(prior, weighted.matches, map, wide_cap, settings, pose);
     if (!update.converged) return {.posterior = prior};
   }
   const PoseGaussian &before = as_gaussian(prior), &after = as_gaussian(update.posterior);

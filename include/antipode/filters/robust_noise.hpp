@@ -30,6 +30,29 @@ struct NormalNoise {
   [[nodiscard]] Scalar weight_slope(Scalar /*squared_distance*/, int /*dim*/) const { return Scalar(0); }
 };
 
+/// Truncated least squares, -min(d^2, cap)/2: a measurement counts fully, or beyond the cap not at all. An
+/// M-estimator with a jump in its weights, so that the steps may end between two sets of measurements.
+template <std::floating_point Scalar>
+struct TruncatedLoss {
+  Scalar cap = Scalar(16);  ///< on the squared distance
+
+  /// Throws unless the cap is positive.
+  void check() const {
+    if (!(cap > Scalar(0))) [[unlikely]]
+      detail::throw_invalid("cap of TruncatedLoss is not positive", cap);
+  }
+  /// Minus the loss.
+  [[nodiscard]] Scalar log_density(Scalar squared_distance, int /*dim*/) const {
+    return Scalar(-0.5) * std::min(squared_distance, cap);
+  }
+  /// 1 below the cap, and 0 from there on.
+  [[nodiscard]] Scalar weight(Scalar squared_distance, int /*dim*/) const {
+    return squared_distance < cap ? Scalar(1) : Scalar(0);
+  }
+  /// 0.
+  [[nodiscard]] Scalar weight_slope(Scalar /*squared_distance*/, int /*dim*/) const { return Scalar(0); }
+};
+
 /// Cauchy's loss, -scale^2/2 log(1 + d^2/scale^2): an M-estimator rather than a density. A measurement
 /// without residual has the weight 1, as with normal noise, and one at the distance `scale` half of that.
 template <std::floating_point Scalar>
