@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
+
+#include <antipode/filters/robust_least_squares.hpp>
+#include <antipode/geometry/quaternion.hpp>
 
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/core/median.hpp"
@@ -17,163 +20,156 @@
 namespace stereo_slam {
 namespace {
 
-using Matrix2x3 = Eigen::Matrix<double, 2, 3>;
-using Matrix3x6 = Eigen::Matrix<double, 3, 6>;
+using Motion = antipode::ScrewChart<double>;
+using Matrix2x3 = antipode::Matrix<double, 2, 3>;
+using Matrix2x6 = antipode::Matrix<double, 2, 6>;
+using Evidence = antipode::GaussianInformation<double, 3>;  // of (log f, cx, cy)
 
-/// What is estimated: log of the focal length and principal point, both relative to the calibration, and the
-/// motion of each pair of frames, in baselines.
+/// The camera, and the motion of each pair of frames in baselines.
 struct Unknowns {
   double focal_px = 0.0;
-  Eigen::Vector2d centre_px;
-  std::vector<Eigen::Isometry3d> T_second_first;
+  Vector2<double> centre_px;
+  std::vector<Pose> T_second_first;
 };
 
-/// Error of a predicted point, px, and its derivatives by (log f, cx, cy) and by the motion (rotation,
-/// translation; on the left).
+/// A predicted point, px, and its derivatives by (log f, cx, cy) and by the motion.
 struct Prediction {
-  Eigen::Vector2d error_px;
-  double sigma_px = 1.0;  ///< of the error for one pixel of noise in each measurement
+  Vector2<double> px;
+  double sigma_px =
+      1.0;  ///< of its distance from the measured one, for one pixel of noise in each measurement
   Matrix2x3 J_camera;
-  Eigen::Matrix<double, 2, 6> J_motion;
-  bool in_front = true;
+  Matrix2x6 J_motion;
 };
 
-Prediction predict(const Unknowns& x, std::size_t pair, const MovedPoint& point) {
+/// Nothing if the point is not in front of the second camera.
+std::optional<Prediction> predict(const Unknowns& x, const Matrix3<double>& R, const Vector3<double>& t,
+                                  const MovedPoint& point) {
+  constexpr double kNearest = 0.1;  // baselines
   const double f = x.focal_px;
   const double inverse_d = 1.0 / point.disparity_px;
-  const Eigen::Isometry3d& T = x.T_second_first[pair];
-  Eigen::Vector3d p;
+  Vector3<double> p;
   p << (point.first_px - x.centre_px) * inverse_d, f * inverse_d;
-  const Eigen::Vector3d turned = T.linear() * p;
-  const Eigen::Vector3d q = turned + T.translation();
-  Prediction result;
-  constexpr double kNearest = 0.1;  // baselines
-  result.in_front = q.z() > kNearest && turned.z() > kNearest;
-  if (!result.in_front) return result;
-  const Eigen::Vector2d ray = q.head<2>() / q.z();
-  result.error_px = f * ray + x.centre_px - point.second_px;
+  const Vector3<double> turned = R * p;
+  const Vector3<double> q = turned + t;
+  if (!(q.z() > kNearest && turned.z() > kNearest)) return std::nullopt;
+  const Vector2<double> ray = q.head<2>() / q.z();
   Matrix2x3 J_point;
   J_point << 1.0, 0.0, -ray.x(), 0.0, 1.0, -ray.y();
   J_point *= f / q.z();
-  Eigen::Matrix3d J_p;  // of p by the camera
+  Matrix3<double> J_p;  // of p by the camera
   J_p << 0.0, -inverse_d, 0.0, 0.0, 0.0, -inverse_d, f * inverse_d, 0.0, 0.0;
-  result.J_camera = J_point * T.linear() * J_p;
+  Prediction result{f * ray + x.centre_px};
+  const Matrix2x3 J_turned = J_point * R;
+  result.J_camera = J_turned * J_p;
   result.J_camera.col(0) += f * ray;
   result.J_camera.rightCols<2>() += Eigen::Matrix2d::Identity();
-  Eigen::Matrix3d cross;
-  cross << 0.0, -q.z(), q.y(), q.z(), 0.0, -q.x(), -q.y(), q.x(), 0.0;
-  result.J_motion.leftCols<3>() = -J_point * cross;
-  result.J_motion.rightCols<3>() = J_point;
+  result.J_motion << -J_turned * antipode::skew(p), J_turned;
   // An error of the disparity moves the point along its ray, which matters as far as the camera has moved.
   const double parallax_px = f * (ray - turned.head<2>() / turned.z()).norm();
   result.sigma_px = std::hypot(std::sqrt(2.0), parallax_px * inverse_d);
   return result;
 }
 
-/// Normal equations of one pair, and those of the camera that remain without its motion.
-struct PairEquations {
-  Matrix6<double> H = Matrix6<double>::Zero();
-  Vector6<double> g = Vector6<double>::Zero();
-  Matrix3x6 H_camera_motion = Matrix3x6::Zero();
-  Eigen::Matrix3d H_camera = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d g_camera = Eigen::Vector3d::Zero();
-};
+/// The points of one pair of frames as the model of robust_least_squares().
+struct MovedPoints {
+  const Unknowns& x;
+  const std::vector<MovedPoint>& points;
 
-PairEquations equations_of(const Unknowns& x, std::size_t pair, const std::vector<MovedPoint>& points,
-                           double scale_px) {
-  PairEquations e;
-  for (const auto& point : points) {
-    const Prediction p = predict(x, pair, point);
-    if (!p.in_front) continue;
-    const double relative2 = p.error_px.squaredNorm() / (p.sigma_px * p.sigma_px * scale_px * scale_px);
-    const double weight = 1.0 / ((1.0 + relative2) * p.sigma_px * p.sigma_px);
-    e.H += weight * p.J_motion.transpose() * p.J_motion;
-    e.g += weight * p.J_motion.transpose() * p.error_px;
-    e.H_camera_motion += weight * p.J_camera.transpose() * p.J_motion;
-    e.H_camera += weight * p.J_camera.transpose() * p.J_camera;
-    e.g_camera += weight * p.J_camera.transpose() * p.error_px;
+  template <class Sums>
+  void operator()(const Pose& T_second_first, Sums& sums) const {
+    const Matrix3<double> R = T_second_first.rotation_matrix();
+    const Vector3<double> t = T_second_first.translation();
+    for (const auto& point : points) {
+      if (const auto predicted = predict(x, R, t, point)) {
+        const double information = 1.0 / (predicted->sigma_px * predicted->sigma_px);
+        sums.template add<2>(point.second_px - predicted->px, information * Eigen::Matrix2d::Identity(),
+                             predicted->J_motion, predicted->J_camera);
+      } else {
+        sums.miss(2);
+      }
+    }
   }
-  e.H.diagonal().array() += 1e-9 * e.H.trace() + 1e-12;
-  return e;
-}
-
-void move(Eigen::Isometry3d& T, const Vector6<double>& step) {
-  const Eigen::Vector3d turn = step.head<3>();
-  const double angle = turn.norm();
-  Eigen::Isometry3d change = Eigen::Isometry3d::Identity();
-  if (angle > 0.0) change.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
-  change.translation() = step.tail<3>();
-  T = change * T;
-}
+};
 
 /// What of the camera is estimated besides the motions.
 enum class FreeCamera { kNothing, kCentre, kAll };
 
-/// One Gauss-Newton step. Returns the information of the camera.
-Eigen::Matrix3d step(Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs, double scale_px,
-                     FreeCamera free) {
+/// What the points say of the camera, whatever the motions are, and what they cost: half a chi-square if the
+/// noise is 1 px.
+struct Fit {
+  Evidence camera;
+  double cost = 0.0;
+  std::vector<Eigen::Matrix<double, 6, 3>> motion_by_camera;  ///< for each pair
+};
+
+/// Moves every pair to where its points fit best.
+Fit fit_motions(Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs, double scale_px) {
+  constexpr double kWide = 1e3;  // rad and baselines: keeps pairs of few points from being undetermined
+  const antipode::LeastSquaresPrior<Motion, 3> wide{Pose::identity(),
+                                                    Matrix6<double>::Identity() / (kWide * kWide)};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Fit fit;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    // The cost may increase, since every state has its own noise.
+    const auto result = antipode::robust_least_squares<Motion, 3>(
+        x.T_second_first[k], MovedPoints{x, pairs[k]}, antipode::CauchyLoss<double>{scale_px},
+        {.max_iterations = 20, .max_increase = kInfinity, .check_modes = false}, &wide);
+    x.T_second_first[k] = result.state;
+    fit.camera = fit.camera + result.considered;
+    fit.cost += result.cost;
+    fit.motion_by_camera.push_back(result.sensitivity);
+  }
+  return fit;
+}
+
+/// The change of (log f, cx, cy) that the points ask for.
+Vector3<double> change_of_camera(const Evidence& camera, FreeCamera free) {
   constexpr double kLongestStep = 0.2;  // of log f
-  std::vector<PairEquations> equations;
-  Eigen::Matrix3d S = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d s = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const auto& e = equations.emplace_back(equations_of(x, k, pairs[k], scale_px));
-    const Matrix3x6 gain = e.H.ldlt().solve(e.H_camera_motion.transpose()).transpose();
-    S += e.H_camera - gain * e.H_camera_motion.transpose();
-    s += e.g_camera - gain * e.g;
-  }
-  Eigen::Vector3d change = Eigen::Vector3d::Zero();
-  if (free != FreeCamera::kNothing) {
-    constexpr double kFixed = 1e15;
-    Eigen::Matrix3d damped = S;  // straight motion leaves the camera open
-    damped.diagonal() += Eigen::Vector3d(free == FreeCamera::kAll ? 10.0 : kFixed, 1e-4, 1e-4);
-    change = -damped.ldlt().solve(s);
-    change.x() = std::clamp(change.x(), -kLongestStep, kLongestStep);
-  }
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const auto& e = equations[k];
-    move(x.T_second_first[k], -e.H.ldlt().solve(e.g + e.H_camera_motion.transpose() * change));
-  }
-  x.focal_px *= std::exp(change.x());
-  x.centre_px += change.tail<2>();
-  return S;
+  constexpr double kFixed = 1e15;
+  if (free == FreeCamera::kNothing) return Vector3<double>::Zero();
+  Matrix3<double> damped = camera.information;  // straight motion leaves the camera open
+  damped.diagonal() += Vector3<double>(free == FreeCamera::kAll ? 10.0 : kFixed, 1e-4, 1e-4);
+  Vector3<double> change = damped.ldlt().solve(camera.vector);
+  change.x() = std::clamp(change.x(), -kLongestStep, kLongestStep);
+  return change;
 }
 
-/// Twenty steps. Returns the information of the camera, for a noise of 1 px.
-Eigen::Matrix3d iterate(Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs, double scale_px,
-                        FreeCamera free) {
-  constexpr int kSteps = 20;
-  Eigen::Matrix3d information;
-  for (int k = 0; k < kSteps; ++k) information = step(x, pairs, scale_px, free);
-  return information;
-}
-
-/// Distances of the points from where they are predicted, in units of their sigmas.
-std::vector<double> errors_of(const Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs) {
-  constexpr double kBehind = 1e3;
-  std::vector<double> errors;
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    for (const auto& point : pairs[k]) {
-      const Prediction p = predict(x, k, point);
-      errors.push_back(p.in_front ? p.error_px.norm() / p.sigma_px : kBehind);
+/// Moves all unknowns to where the points fit best.
+Fit iterate(Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs, double scale_px,
+            FreeCamera free) {
+  constexpr int kMostSteps = 20;
+  const Vector3<double> negligible(1e-6, 1e-3, 1e-3);
+  Fit fit = fit_motions(x, pairs, scale_px);
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Vector3<double> change = change_of_camera(fit.camera, free);
+    if ((change.array().abs() < negligible.array()).all()) break;
+    x.focal_px *= std::exp(change.x());
+    x.centre_px += change.tail<2>();
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const Vector6<double> moved = fit.motion_by_camera[k] * change;
+      if (Motion::contains(moved)) x.T_second_first[k] = Motion::retract(x.T_second_first[k], moved);
     }
+    fit = fit_motions(x, pairs, scale_px);
   }
-  return errors;
+  return fit;
 }
 
-/// The noise of a measurement, px, from the median error.
+/// The noise of a measurement, px: from the median distance of the points from where they are predicted, in
+/// units of their sigmas.
 double noise_of(const Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs) {
   constexpr double kMedianOfNorm = 1.177;  // of two normal errors: sqrt(2 log 2)
-  return median(errors_of(x, pairs)) / kMedianOfNorm;
-}
-
-/// Cauchy's cost of the errors, which is chi-square for small ones. `scale` is in units of the noise.
-double cost(const Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs, double scale,
-            double noise_px) {
-  double sum = 0.0;
-  for (const double error : errors_of(x, pairs))
-    sum += scale * scale * std::log1p(std::pow(error / (scale * noise_px), 2));
-  return sum;
+  constexpr double kBehind = 1e3;
+  std::vector<double> distances;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const Pose& T = x.T_second_first[k];
+    const Matrix3<double> R = T.rotation_matrix();
+    for (const auto& point : pairs[k]) {
+      const auto predicted = predict(x, R, T.translation(), point);
+      distances.push_back(predicted ? (predicted->px - point.second_px).norm() / predicted->sigma_px
+                                    : kBehind);
+    }
+  }
+  return median(distances) / kMedianOfNorm;
 }
 
 }  // namespace
@@ -218,20 +214,20 @@ std::optional<CameraFromMotion> camera_from_motion(const StereoCamera& camera,
   if (points < kLeastPoints) return std::nullopt;
   Unknowns calibrated{.focal_px = camera.fx,
                       .centre_px = {camera.cx, camera.cy},
-                      .T_second_first = std::vector(pairs.size(), Eigen::Isometry3d::Identity())};
+                      .T_second_first = std::vector(pairs.size(), Pose::identity())};
   for (const double scale_px : {30.0, 5.0, 1.0})
     (void)iterate(calibrated, pairs, scale_px, FreeCamera::kNothing);
   Unknowns free = calibrated;
   for (const double scale_px : {5.0, 1.0}) (void)iterate(free, pairs, scale_px, FreeCamera::kAll);
   const double noise_px = std::max(noise_of(free, pairs), kLeastNoise_px);
-  for (const double scale_px : {5.0, 1.0, kSharp * noise_px})
-    (void)iterate(calibrated, pairs, scale_px, FreeCamera::kCentre);
-  const Eigen::Matrix3d information = iterate(free, pairs, kSharp * noise_px, FreeCamera::kAll);
-  const Eigen::Vector2d& centre_px = free.centre_px;
+  for (const double scale_px : {5.0, 1.0}) (void)iterate(calibrated, pairs, scale_px, FreeCamera::kCentre);
+  const Fit fixed_focal = iterate(calibrated, pairs, kSharp * noise_px, FreeCamera::kCentre);
+  const Fit all = iterate(free, pairs, kSharp * noise_px, FreeCamera::kAll);
+  const Vector2<double>& centre_px = free.centre_px;
   return CameraFromMotion{
       .focal_factor = free.focal_px / camera.fx,
-      .sigma = noise_px * std::sqrt(std::max(information.inverse()(0, 0), 0.0)),
-      .gain = cost(calibrated, pairs, kSharp, noise_px) - cost(free, pairs, kSharp, noise_px),
+      .sigma = noise_px * std::sqrt(std::max(all.camera.information.inverse()(0, 0), 0.0)),
+      .gain = 2.0 * (fixed_focal.cost - all.cost) / (noise_px * noise_px),
       .is_camera = centre_px.x() > 0.0 && centre_px.x() < camera.width_px && centre_px.y() > 0.0 &&
                    centre_px.y() < camera.height_px};
 }
