@@ -259,8 +259,8 @@ CameraPath camera_path(const SimulationSettings& settings) {
   validate(settings);
   if (settings.trajectory.empty()) {
     const int frames = settings.frames > 0 ? settings.frames : SimulationSettings::kDefaultFrames;
-    return settings.scenery == Scenery::kTown ? street_loop(frames, settings.fps, settings.loop)
-                                              : highway_drive(frames, settings.fps, settings.highway);
+    return settings.scenery == Scenery::kHighway ? highway_drive(frames, settings.fps, settings.highway)
+                                                 : street_loop(frames, settings.fps, settings.loop);
   }
   CameraPath path = read_camera_path(settings.trajectory);
   const auto frames = static_cast<std::size_t>(settings.frames);

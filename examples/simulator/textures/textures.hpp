@@ -39,6 +39,7 @@ namespace stereo_slam::simulator {
 [[nodiscard]] cv::Mat1f leaf_texture(Random& random, int size);    ///< 2 m
 [[nodiscard]] cv::Mat1f leaf_opacity(Random& random, int size);    ///< one branch: 1 where there is a leaf
 [[nodiscard]] cv::Mat1f fence_opacity(Random& random, int size);   ///< 2.56 m: bars
+[[nodiscard]] cv::Mat1f picket_opacity(int size);                  ///< 2.56 m: sixteen equal pickets
 [[nodiscard]] cv::Mat1f forest_texture(Random& random, int size);  ///< 160 m: a hillside
 [[nodiscard]] cv::Mat1f cloud_texture(Random& random, int size);   ///< 6 km: a sky
 [[nodiscard]] cv::Mat1f stain_texture(Random& random, int size);   ///< macro variation of any surface

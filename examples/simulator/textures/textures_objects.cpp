@@ -232,6 +232,14 @@ cv::Mat1f fence_opacity(Random& random, int size) {
   return tile;
 }
 
+cv::Mat1f picket_opacity(int size) {
+  constexpr int kPickets = 16;
+  cv::Mat1f tile(size, size, 0.0F);
+  for (int i = 0; i < kPickets; ++i)
+    fill(tile, part(size, (i + 0.2) / kPickets, 0.0, (i + 0.8) / kPickets, 1.0), 1.0);
+  return tile;
+}
+
 cv::Mat1f forest_texture(Random& random, int size) {
   cv::Mat1f tile(size, size, 0.4F);
   scatter(tile, random,

@@ -32,13 +32,6 @@ void add_gantries(Yard& yard) {
   }
 }
 
-/// Height of the ground at the right end of a slot minus the height at its left end, as seen looking at its
-/// front.
-[[nodiscard]] double rise_m(const Site& site, const Slot& slot) {
-  const GroundPoint right = slot.box.half_length_m * GroundPoint(-slot.front.y(), slot.front.x());
-  return site.terrain.height(slot.box.centre - right) - site.terrain.height(slot.box.centre + right);
-}
-
 void add_rails(Yard& yard) {
   constexpr double kPiece_m = 4.0;
   const double offset = yard.site.street.pavement_end_m() - 0.3;

@@ -82,6 +82,21 @@ template <class Synthesis>
   return ids;
 }
 
+/// Appends a material like another one, with its own texture.
+MaterialId add_variant(std::vector<Material>& materials, MaterialId like, const cv::Mat1f& detail,
+                       float stain_contrast) {
+  Material material = materials[like];
+  material.detail = make_texture(detail);
+  material.macro_contrast = stain_contrast;
+  materials.push_back(material);
+  return static_cast<MaterialId>(materials.size() - 1);
+}
+
+/// The texture with its contrast changed, about a brightness.
+[[nodiscard]] cv::Mat1f even(const cv::Mat1f& tile, double contrast, double brightness = 0.5) {
+  return brightness + contrast * (tile - 0.5);
+}
+
 }  // namespace
 
 Palette make_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px) {
@@ -128,19 +143,40 @@ Palette make_palette(std::vector<Material>& materials, std::uint64_t seed, int s
   return palette;
 }
 
+Palette make_fences_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px) {
+  Palette palette = make_palette(materials, seed, size_px);
+  Random random(seed, 9);
+  palette.walls = {palette.walls[2]};  // plaster
+  palette.windows = {palette.windows.front()};
+  palette.shops = {palette.shops.front()};
+  palette.doors = {palette.doors.front()};
+  palette.fence = add_variant(materials, palette.fence, metal_texture(random, size_px / 2), 0.1F);
+  materials[palette.fence].opacity = make_texture(picket_opacity(size_px / 2));
+  return palette;
+}
+
+Palette make_snow_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px) {
+  constexpr double kSnow = 0.85;  // mean brightness
+  Palette palette = make_palette(materials, seed, size_px);
+  Random random(seed, 10);
+  const auto plain = [&](MaterialId like, double brightness) {
+    return add_variant(materials, like, even(gravel_texture(random, size_px / 2), 0.06, brightness), 0.06F);
+  };
+  for (MaterialId* id : {&palette.asphalt, &palette.kerb, &palette.grass}) *id = plain(*id, kSnow);
+  for (auto* ids : {&palette.pavements, &palette.grounds, &palette.roofs})
+    *ids = {plain(ids->front(), kSnow)};
+  palette.walls = {plain(palette.walls[2], 0.55), plain(palette.walls[3], 0.45)};  // plaster
+  return palette;
+}
+
 Palette make_highway_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px) {
   Palette palette = make_palette(materials, seed, size_px);
   Random random(seed, 8);
-  const auto even = [&](MaterialId like, const cv::Mat1f& tile, double contrast, float stain_contrast) {
-    Material material = materials[like];
-    material.detail = make_texture(0.5 + contrast * (tile - 0.5));
-    material.macro_contrast = stain_contrast;
-    materials.push_back(material);
-    return static_cast<MaterialId>(materials.size() - 1);
-  };
-  palette.asphalt = even(palette.asphalt, asphalt_texture(random, size_px), 0.35, 0.12F);
-  palette.grass = even(palette.grass, grass_texture(random, size_px), 0.4, 0.45F);
-  const MaterialId gravel = even(palette.grounds.front(), gravel_texture(random, size_px), 0.4, 0.3F);
+  palette.asphalt =
+      add_variant(materials, palette.asphalt, even(asphalt_texture(random, size_px), 0.35), 0.12F);
+  palette.grass = add_variant(materials, palette.grass, even(grass_texture(random, size_px), 0.4), 0.45F);
+  const MaterialId gravel =
+      add_variant(materials, palette.grounds.front(), even(gravel_texture(random, size_px), 0.4), 0.3F);
   palette.kerb = gravel;
   palette.pavements = {gravel};
   return palette;

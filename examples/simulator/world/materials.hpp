@@ -28,6 +28,12 @@ struct Palette {
 /// textures, a power of two of at least 64; throws std::invalid_argument otherwise.
 [[nodiscard]] Palette make_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px);
 
+/// The same for houses whose windows are all equal, and with pickets of one shape as `fence`.
+[[nodiscard]] Palette make_fences_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px);
+
+/// The same with snow on the ground and on the roofs, and plain walls.
+[[nodiscard]] Palette make_snow_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px);
+
 /// The same with little texture on the ground nearby: uniform asphalt, gravel beside it, and grass of one
 /// colour.
 [[nodiscard]] Palette make_highway_palette(std::vector<Material>& materials, std::uint64_t seed, int size_px);

@@ -8,6 +8,11 @@
 
 namespace stereo_slam::simulator {
 
+double rise_m(const Site& site, const Slot& slot) {
+  const GroundPoint right = slot.box.half_length_m * GroundPoint(-slot.front.y(), slot.front.x());
+  return site.terrain.height(slot.box.centre - right) - site.terrain.height(slot.box.centre + right);
+}
+
 int Plan::cell(double x) { return static_cast<int>(std::floor(x / kCell_m)); }
 
 Slot Plan::slot(const Route::Station& station, double side, double offset_m, double length_m,

@@ -19,6 +19,10 @@ struct Slot {
   double ground_y = 0.0;
 };
 
+/// Height of the ground at the right end of a slot minus the height at its left end, as seen looking at its
+/// front.
+[[nodiscard]] double rise_m(const Site& site, const Slot& slot);
+
 /// Keeps objects off the route and apart from each other.
 class Plan {
  public:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "simulator/world/world.hpp"
 
+#include "simulator/world/fenced_street.hpp"
 #include "simulator/world/ground.hpp"
 #include "simulator/world/highway.hpp"
 #include "simulator/world/shadows.hpp"
@@ -9,7 +10,7 @@
 namespace stereo_slam::simulator {
 
 StreetProfile street_profile(Scenery scenery) {
-  if (scenery == Scenery::kTown) return {};
+  if (scenery != Scenery::kHighway) return {};
   return {.road_half_width_m = 8.0,
           .kerb_width_m = 0.3,
           .kerb_height_m = 0.0,
@@ -22,22 +23,47 @@ StreetProfile street_profile(Scenery scenery) {
           .fastest_m_s = 30.0};
 }
 
+namespace {
+
+[[nodiscard]] auto palette_of(Scenery scenery) {
+  switch (scenery) {
+    case Scenery::kHighway:
+      return make_highway_palette;
+    case Scenery::kFences:
+      return make_fences_palette;
+    case Scenery::kSnow:
+      return make_snow_palette;
+    case Scenery::kTown:
+      break;
+  }
+  return make_palette;
+}
+
+}  // namespace
+
 World::World(const CameraPath& path, const WorldSettings& settings)
     : street_(settings.street.value_or(street_profile(settings.scenery))),
       route_(path, settings.camera_height_m, street_.run_out_m),
       terrain_(route_, street_, settings.seed) {
   constexpr double kChunk_m = 24.0;
-  const bool town = settings.scenery == Scenery::kTown;
-  const auto make = town ? make_palette : make_highway_palette;
-  palette_ = make(scene_.materials, settings.seed, settings.texture_size_px);
+  const bool highway = settings.scenery == Scenery::kHighway;
+  palette_ = palette_of(settings.scenery)(scene_.materials, settings.seed, settings.texture_size_px);
   const Site site{route_, terrain_, street_, palette_, scene_.materials, settings.seed};
   std::vector<Face> faces;
-  const auto add_surroundings = town ? add_town : add_highway;
-  add_surroundings(site, faces);
+  if (highway) {
+    add_highway(site, faces);
+  } else if (settings.scenery == Scenery::kFences) {
+    add_fenced_street(site, faces);
+  } else {
+    add_town(site, faces);
+  }
   scene_.sunlight = cast_shadows(faces, scene_.materials, terrain_, route_.low(), route_.high());
   add_ground(site, faces);
-  const auto add_markings = town ? add_ground_details : add_highway_lines;
-  add_markings(site, faces);
+  if (highway) {
+    add_highway_lines(site, faces);
+  } else if (settings.scenery != Scenery::kSnow) {
+    add_ground_details(site, faces);
+  }
   add_sky(site, faces);
   scene_.chunks = make_chunks(faces, kChunk_m);
 }

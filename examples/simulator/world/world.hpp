@@ -16,6 +16,8 @@ namespace stereo_slam::simulator {
 enum class Scenery {
   kTown,     ///< houses at the kerb: most visible points are near
   kHighway,  ///< a wide carriageway through fields: most visible points are far
+  kFences,   ///< a street between picket fences, with houses whose windows are all equal
+  kSnow,     ///< the town under snow, with plain walls: little texture
 };
 
 /// The usual cross-section of the street in a scenery.

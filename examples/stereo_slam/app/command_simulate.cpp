@@ -71,8 +71,12 @@ void add_scene_options(CLI::App& app, simulator::SimulationSettings& settings) {
       ->type_name("POSES");
   let_be_one_of<simulator::Scenery>(
       app.add_option("--scene", settings.scenery,
-                     "scene along the path: town, or highway, where most points are far; default: town"),
-      {{"town", simulator::Scenery::kTown}, {"highway", simulator::Scenery::kHighway}});
+                     "scene along the path: town; highway, where most points are far; fences, where pickets "
+                     "and windows repeat; snow, with little texture; default: town"),
+      {{"town", simulator::Scenery::kTown},
+       {"highway", simulator::Scenery::kHighway},
+       {"fences", simulator::Scenery::kFences},
+       {"snow", simulator::Scenery::kSnow}});
   app.add_option("--frames", settings.frames,
                  fmt::format("number of frames, the first ones of --trajectory; default: all of "
                              "--trajectory, or {} without it",

@@ -220,7 +220,7 @@ TEST_CASE("A revisited place looks the same", "[simulate][world]") {
 TEST_CASE("The same seed builds the same world, another seed a different one", "[simulate][world]") {
   const CameraPath path = street_loop(30, kFps);
   WorldSettings other = kSettings;
-  other.scenery = GENERATE(Scenery::kTown, Scenery::kHighway);
+  other.scenery = GENERATE(Scenery::kTown, Scenery::kHighway, Scenery::kFences, Scenery::kSnow);
   other.seed = 6;
   other.texture_size_px = 64;
   WorldSettings same = other;
