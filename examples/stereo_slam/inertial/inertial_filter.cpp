@@ -186,7 +186,7 @@ void InertialFilter::give_up(const SeenFrame& seen) {
   ++summary_.restarts;
   if (correct_delay(seen) || summary_.restarts <= kMostRestarts) return begin(seen.stamp_ns, unknown_state());
   summary_.phase = InertialPhase::kOff;
-  summary_.fault = probable_fault(last_rotations(), samples_);
+  summary_.fault = probable_fault(last_rotations(), samples_, summary_.delay_ns + sensor_.known_delay_ns);
   samples_.clear();
   rotations_.clear();
 }
