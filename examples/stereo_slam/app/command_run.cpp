@@ -19,6 +19,7 @@
 #include "stereo_slam/dataset/stereo_check.hpp"
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/output_file.hpp"
+#include "stereo_slam/results/inertial_warnings.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 
@@ -312,31 +313,6 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
   }
 }
 
-/// What became of the IMU, if it was not used.
-void warn_of_imu(const RunSummary& summary, const StereoSequence& sequence, bool quiet) {
-  if (!summary.inertial) return;
-  const InertialSummary& imu = *summary.inertial;
-  const std::int64_t known_delay_ns = sequence.imu->sensor.known_delay_ns;
-  if (imu.phase == InertialPhase::kOff) {
-    warn(fmt::format("the IMU contradicts the images and was switched off{}: {}",
-                     imu.starts == 0 ? " before it was used" : "", imu.fault),
-         quiet);
-  } else if (imu.delay_ns != 0) {
-    warn(fmt::format(
-             "the stamps of the IMU are about {:.1f} ms {} than those of the images{}, which was corrected "
-             "while driving; set timeshift_cam_imu to {:.4f} in the file that describes the IMU",
-             1e-6 * std::abs(static_cast<double>(imu.delay_ns)), imu.delay_ns > 0 ? "later" : "earlier",
-             known_delay_ns == 0 ? "" : " and the known delay",
-             1e-9 * static_cast<double>(imu.delay_ns + known_delay_ns)),
-         quiet);
-  } else if (imu.starts == 0) {
-    warn(
-        "the IMU was not used: in no second were there samples and images enough to find velocity and "
-        "gravity",
-        quiet);
-  }
-}
-
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   Settings settings = settings_of(arguments);
@@ -371,7 +347,10 @@ int run_command(const RunArguments& arguments) {
          quiet);
   }
   warn_of_right_camera(summary, quiet);
-  warn_of_imu(summary, sequence, quiet);
+  if (summary.inertial) {
+    for (const auto& text : inertial_warnings(*summary.inertial, sequence.imu->sensor.known_delay_ns))
+      warn(text, quiet);
+  }
   constexpr double kNoticeable_s = 0.1;
   if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
     warn(fmt::format("images were not read in time, so the last frame was {:.1f} s late; use a faster disk, "

@@ -87,6 +87,10 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
     json["imu"] = {{"phase", to_string(imu->phase)}, {"starts", imu->starts}, {"restarts", imu->restarts}};
     json["imu"]["nis"] = number(imu->nis);
     json["imu"]["delay_ms"] = number(1e-6 * static_cast<double>(imu->delay_ns));
+    for (int i = 0; i < 3; ++i) {
+      json["imu"]["turn_rad"].push_back(number(imu->turn_rad[i]));
+      json["imu"]["turn_sigma_rad"].push_back(number(imu->turn_sigma_rad[i]));
+    }
     if (!imu->fault.empty()) json["imu"]["fault"] = imu->fault;
     if (summary.last_inertial) json["imu"]["last"] = inertial_estimate(*summary.last_inertial);
   }

@@ -114,7 +114,7 @@ void write_pages(const std::filesystem::path& folder) {
   lost.trajectory[50].covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
   lost.map_points.clear();
   write(folder, "lost", lost, info_of(lost),
-        {{"texts", {"No frame could be tracked", "No values."}}, {"charts", kCharts}, {"view", true}});
+        {{"texts", {"No frame could be tracked", "No values."}}, {"charts", kCharts + 4}, {"view", true}});
 }
 
 /// What `compare` reads of a record.
