@@ -133,7 +133,7 @@ void print_part(std::ostream& stream, std::string_view name, const std::string& 
 }
 
 [[nodiscard]] std::string part_json(const InertialPartScore& score) {
-  return fmt::format(R"("rms": {}, "mean_nees": {}, "share_inside": {}, "frames": {})", score.rms,
+  return fmt::format(R"("rms": {}, "mean_nees": {}, "share_inside_95": {}, "frames": {})", score.rms,
                      score.mean_nees, score.share_inside, score.frames);
 }
 
