@@ -145,8 +145,8 @@ def row(folder):
     gap = [1e3 * bridged_error(body, path) for path in online]
     lost = f"{runs['gap_alone']['frames_lost']}, {runs['gap_imu']['frames_lost']}"
     state = "" if imu["phase"] == "running" else f" ({imu['phase']})"
-    score = json.load(open(folder / "score.json")) if (folder / "score.json").exists() else {}
-    inertial, inside = score.get("inertial"), score.get("nees", {}).get("relative_nees", [])
+    score, inertial_score = [json.load(open(file)) if file.exists() else {} for file in (folder / "score.json", folder / "inertial.json")]
+    inertial, inside = inertial_score.get("inertial"), score.get("nees", {}).get("relative_nees", [])
     shares = ", ".join(f"{100 * s['share_inside_95']:.0f}" if s["count"] else "-" for s in inside)
     parts = ["-", "-", "-"]
     if inertial:

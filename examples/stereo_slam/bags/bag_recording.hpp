@@ -13,10 +13,10 @@
 namespace stereo_slam {
 
 struct BagOptions {
-  std::string left_topic;   ///< both empty: see choose_topics()
-  std::string right_topic;  ///< the same as the left one: its images show both cameras side by side
+  std::string left_topic{};   ///< both empty: see choose_topics()
+  std::string right_topic{};  ///< the same as the left one: its images show both cameras side by side
   /// See read_calibration(). Empty: the calibration beside the bag, else the bag's camera_info.
-  std::filesystem::path calibration;
+  std::filesystem::path calibration{};
   std::string imu_topic{};  ///< empty: see choose_imu_topic()
   PairingOptions pairing{};
   bool record_times = false;  ///< use the times of recording, not the stamps in the headers of messages
