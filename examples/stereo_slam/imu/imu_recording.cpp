@@ -25,9 +25,10 @@ namespace fs = std::filesystem;
   constexpr std::int64_t kSame_ns = 1'000;
   const auto described = description ? description->later_ns : std::nullopt;
   if (described && camera.later_ns && std::abs(*described - *camera.later_ns) > kSame_ns) {
-    fail(description->file,
-         "timeshift_cam_imu is {:.6g} s, but {:.6g} s in the calibration of the cameras; remove the wrong one",
-         1e-9 * static_cast<double>(*described), 1e-9 * static_cast<double>(*camera.later_ns));
+    fail(
+        description->file,
+        "timeshift_cam_imu is {:.6g} s, but {:.6g} s in the calibration of the cameras; remove the wrong one",
+        1e-9 * static_cast<double>(*described), 1e-9 * static_cast<double>(*camera.later_ns));
   }
   return described.value_or(camera.later_ns.value_or(0));
 }

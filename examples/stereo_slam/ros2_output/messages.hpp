@@ -48,8 +48,8 @@ struct UncertainVector {
   Matrix3<double> covariance;
 };
 
-/// A geometry_msgs/msg/AccelWithCovarianceStamped of a linear acceleration. Its angular part is zero and means
-/// nothing.
+/// A geometry_msgs/msg/AccelWithCovarianceStamped of a linear acceleration. Its angular part is zero and
+/// means nothing.
 [[nodiscard]] CdrMessage acceleration_message(const RosHeader& header, const UncertainVector& linear);
 
 /// A geometry_msgs/msg/TwistWithCovarianceStamped of an angular velocity. Its linear part is zero and means
