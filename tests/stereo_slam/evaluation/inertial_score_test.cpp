@@ -34,6 +34,7 @@ constexpr std::int64_t kStep_ns = 50'000'000;
 
 [[nodiscard]] std::vector<TrueInertialState> true_states(int count) {
   std::vector<TrueInertialState> states;
+  states.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) states.push_back(true_state(i));
   return states;
 }
@@ -52,6 +53,7 @@ constexpr std::int64_t kStep_ns = 50'000'000;
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
   std::vector<InertialRow> rows;
+  rows.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     const TrueInertialState truth = true_state(i);
     const Vec gravity = 9.81 * truth.R_world_imu.transpose() * Vec::UnitY();
