@@ -72,6 +72,8 @@ void ros_message(Bytes bytes) {
     const CameraInfo info = read_camera_info(as("sensor_msgs/msg/CameraInfo"));
     require(info.D.size() <= 14, "more coefficients than a model has");
   });
+  allow_refusal(
+      [&] { require(is_plausible(read_imu_sample(as("sensor_msgs/msg/Imu"))), "no reading of a sensor"); });
 }
 
 /// The file metadata.yaml of a folder.

@@ -45,6 +45,7 @@ void allow_refusal(const Function& function, std::string_view about = "") {
 
 [[nodiscard]] std::vector<Target> parser_targets();
 [[nodiscard]] std::vector<Target> bag_targets();
+[[nodiscard]] std::vector<Target> imu_targets();
 [[nodiscard]] std::vector<Target> geometry_targets();
 [[nodiscard]] std::vector<Target> distribution_targets();
 [[nodiscard]] std::vector<Target> likelihood_update_targets();

@@ -42,6 +42,7 @@ struct DatasetOptions {
   std::filesystem::path calibration;  ///< empty: the recording's own
   std::string left_topic;             ///< of a bag; empty: see choose_topics()
   std::string right_topic;
+  std::string imu_topic;      ///< of a bag; empty: see choose_imu_topic()
   bool record_times = false;  ///< of a bag, not those in the headers
   std::optional<double> max_pair_distance_ms{};
   bool right_half_first = false;  ///< of images side by side

@@ -17,6 +17,7 @@
 #include "stereo_slam/app/messages.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/evaluation/file_warnings.hpp"
+#include "stereo_slam/evaluation/inertial_score.hpp"
 #include "stereo_slam/evaluation/loop_score.hpp"
 #include "stereo_slam/evaluation/nees.hpp"
 #include "stereo_slam/io/counted.hpp"
@@ -38,6 +39,7 @@ struct EvaluateArguments {
   double truth_sigma_m = 0.0;
   double truth_sigma_deg = 0.0;
   std::optional<fs::path> loops;
+  std::optional<fs::path> inertial;
   RevisitRule revisits;
 };
 
@@ -97,11 +99,20 @@ void add_loop_options(CLI::App& app, EvaluateArguments& arguments) {
       ->type_name("N");
 }
 
+void add_inertial_options(CLI::App& app, EvaluateArguments& arguments) {
+  app.add_option(
+         "--inertial", arguments.inertial,
+         "inertial.csv of a run with --imu: report the errors of velocity, tilt and biases; the ground "
+         "truth is EuRoC's state_groundtruth_estimate0/data.csv, or that of simulate --format euroc")
+      ->check(require_name)
+      ->type_name("FILE");
+}
+
 /// Throws std::runtime_error if the file of --json would replace one of the inputs.
 void check_json(const EvaluateArguments& arguments) {
   if (!arguments.json) return;
   std::vector<fs::path> inputs = {arguments.ground_truth, arguments.estimate};
-  for (const auto& more : {arguments.covariances, arguments.loops}) {
+  for (const auto& more : {arguments.covariances, arguments.loops, arguments.inertial}) {
     if (more) inputs.push_back(*more);
   }
   require_replaceable(*arguments.json, inputs, [](std::string_view beginning) {
@@ -153,6 +164,18 @@ auto compare_files(const std::string& first, const std::string& second, const Co
   return "\"loops\": " + loop_score_json(loops);
 }
 
+/// Prints the score of velocity, tilt and biases; returns it as a member of the JSON file.
+[[nodiscard]] std::string evaluate_inertial(const EvaluateArguments& arguments) {
+  const auto rows = read_inertial(*arguments.inertial);
+  const auto truth = read_true_inertial_states(arguments.ground_truth);
+  const InertialScore score = compare_files(named(*arguments.inertial, rows.size(), "running frame"),
+                                            named(arguments.ground_truth, truth.size(), "state"), [&] {
+                                              return score_inertial(rows, truth, arguments.max_difference_s);
+                                            });
+  print_inertial_score(std::cout, score);
+  return "\"inertial\": " + inertial_score_json(score);
+}
+
 constexpr auto kReplaceInvalid = nlohmann::json::error_handler_t::replace;  // names that are not UTF-8
 
 int evaluate_command(const EvaluateArguments& arguments) {
@@ -174,6 +197,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
   std::vector<std::string> members;
   if (arguments.covariances) members.push_back(evaluate_covariances(arguments, truth, estimate, pairs));
   if (arguments.loops) members.push_back(evaluate_loops(arguments, truth, estimate, pairs));
+  if (arguments.inertial) members.push_back(evaluate_inertial(arguments));
   members.push_back("\"warnings\": " + nlohmann::json(warnings).dump(-1, ' ', false, kReplaceInvalid));
   if (arguments.json) {
     write_file(*arguments.json, [&, &scores = evaluation](std::ostream& out) {
@@ -191,6 +215,7 @@ Command add_evaluate(CLI::App& parent) {
   add_trajectory_options(app, *arguments);
   add_covariance_options(app, *arguments);
   add_loop_options(app, *arguments);
+  add_inertial_options(app, *arguments);
   app.footer(
       "Examples:\n"
       "  stereo_slam evaluate --groundtruth poses/06.txt --estimate out/06/trajectory_kitti.txt\n"

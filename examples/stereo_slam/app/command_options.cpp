@@ -38,8 +38,10 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
       ->type_name("TOPIC")
       ->needs(left_topic);
   left_topic->needs("--right-topic");
-  app.add_flag("--record-times", dataset.record_times,
-               "in a bag, use the times at which the images were recorded, not the stamps in their headers");
+  app.add_flag(
+      "--record-times", dataset.record_times,
+      "in a bag, use the times at which images and samples of an IMU were recorded, not the stamps in "
+      "their headers");
   constexpr double kMostApart_ms = 1e6;
   app.add_option("--max-pair-distance-ms", dataset.max_pair_distance_ms,
                  "how far apart the stamps of a left and a right image may be; default: less than half the "
@@ -66,6 +68,7 @@ namespace {
     return scan_bag(dataset.folder, {.left_topic = dataset.left_topic,
                                      .right_topic = dataset.right_topic,
                                      .calibration = dataset.calibration,
+                                     .imu_topic = dataset.imu_topic,
                                      .pairing = pairing,
                                      .record_times = dataset.record_times});
   }

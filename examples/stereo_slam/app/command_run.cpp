@@ -19,6 +19,7 @@
 #include "stereo_slam/dataset/stereo_check.hpp"
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/output_file.hpp"
+#include "stereo_slam/results/inertial_warnings.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
 
@@ -56,12 +57,20 @@ void add_settings_options(CLI::App& app, RunArguments& arguments) {
 }
 
 void add_imu_options(CLI::App& app, RunArguments& arguments) {
-  app.add_flag("--imu", arguments.imu, "use the recording's IMU, too: imu0 of EuRoC's layout, or imu.csv");
+  app.add_flag("--imu", arguments.imu,
+               "use the recording's IMU, too: imu0 of EuRoC's layout, imu.csv, or that of a bag");
+  app.add_option("--imu-topic", arguments.dataset.imu_topic,
+                 "use the IMU in a bag with this topic; needed if there are several")
+      ->type_name("TOPIC");
   app.add_option("--imu-file", arguments.imu_file,
                  "use the IMU with these samples: rows of stamp in ns, rates in rad/s, specific forces in "
                  "m/s^2; its description is the .yaml beside it")
       ->check(require_name)
       ->type_name("FILE.csv");
+}
+
+[[nodiscard]] bool uses_imu(const RunArguments& arguments) {
+  return arguments.imu || !arguments.imu_file.empty() || !arguments.dataset.imu_topic.empty();
 }
 
 void add_run_options(CLI::App& app, RunOptions& options, std::optional<fs::path>& json) {
@@ -304,38 +313,15 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
   }
 }
 
-/// What became of the IMU, if it was not used.
-void warn_of_imu(const RunSummary& summary, bool quiet) {
-  if (!summary.inertial) return;
-  const InertialSummary& imu = *summary.inertial;
-  if (imu.phase == InertialPhase::kOff) {
-    warn(fmt::format("the IMU contradicts the images and was switched off{}: {}",
-                     imu.starts == 0 ? " before it was used" : "", imu.fault),
-         quiet);
-  } else if (imu.delay_ns != 0) {
-    warn(fmt::format(
-             "the stamps of the IMU are about {:.1f} ms {} than those of the images, which was corrected "
-             "while driving; set timeshift_cam_imu to {:.4f} in the file that describes the IMU",
-             1e-6 * std::abs(static_cast<double>(imu.delay_ns)), imu.delay_ns > 0 ? "later" : "earlier",
-             1e-9 * static_cast<double>(imu.delay_ns)),
-         quiet);
-  } else if (imu.starts == 0) {
-    warn(
-        "the IMU was not used: in no second were there samples and images enough to find velocity and "
-        "gravity",
-        quiet);
-  }
-}
-
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   Settings settings = settings_of(arguments);
   if (settings.loop_closure.enabled && settings.system == SystemKind::kPaper)
     warn("no loop is closed, because the preset paper has no keyframes", quiet);
-  if ((arguments.imu || !arguments.imu_file.empty()) && settings.system == SystemKind::kPaper)
+  if (uses_imu(arguments) && settings.system == SystemKind::kPaper)
     warn("the IMU is not used, because the preset paper is the filter of the paper", quiet);
   SequenceScan found = scan(arguments.dataset);
-  if (arguments.imu || !arguments.imu_file.empty()) add_imu(found, arguments.imu_file);
+  if (uses_imu(arguments)) add_imu(found, arguments.imu_file);
   require_usable(found.problems, quiet);
   const StereoSequence sequence = std::move(found.sequence);
   check_before_run(sequence, settings, quiet);
@@ -361,7 +347,10 @@ int run_command(const RunArguments& arguments) {
          quiet);
   }
   warn_of_right_camera(summary, quiet);
-  warn_of_imu(summary, quiet);
+  if (summary.inertial) {
+    for (const auto& text : inertial_warnings(*summary.inertial, sequence.imu->sensor.known_delay_ns))
+      warn(text, quiet);
+  }
   constexpr double kNoticeable_s = 0.1;
   if (arguments.run.realtime && summary.realtime->reading_delay_s > kNoticeable_s) {
     warn(fmt::format("images were not read in time, so the last frame was {:.1f} s late; use a faster disk, "

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ostream>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -39,6 +40,24 @@ constexpr std::string_view kBeginning = "{\n  \"stereo_slam\": \"";
   return json;
 }
 
+/// Velocity, gravity and biases, in the axes of the IMU, each as its three numbers and their standard
+/// deviations.
+[[nodiscard]] Json inertial_estimate(const InertialEstimate& estimate) {
+  Json json = Json::object();
+  const auto add = [&](const std::string& name, const Vector3<double>& value, int begin) {
+    const Vector3<double> variances = estimate.covariance.diagonal().segment<3>(begin);
+    for (int i = 0; i < 3; ++i) {
+      json[name].push_back(number(value[i]));
+      json[name + "_sigma"].push_back(number(std::sqrt(std::max(variances[i], 0.0))));
+    }
+  };
+  add("velocity_m_s", estimate.velocity, 0);
+  add("gravity_m_s2", estimate.gravity, 3);
+  add("gyroscope_bias_rad_s", estimate.biases.head<3>(), 6);
+  add("accelerometer_bias_m_s2", estimate.biases.tail<3>(), 9);
+  return json;
+}
+
 void write_json(std::ostream& stream, const RunSummary& summary, const StereoSequence& sequence,
                 const Settings& settings) {
   Json json;
@@ -68,7 +87,12 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
     json["imu"] = {{"phase", to_string(imu->phase)}, {"starts", imu->starts}, {"restarts", imu->restarts}};
     json["imu"]["nis"] = number(imu->nis);
     json["imu"]["delay_ms"] = number(1e-6 * static_cast<double>(imu->delay_ns));
+    for (int i = 0; i < 3; ++i) {
+      json["imu"]["turn_rad"].push_back(number(imu->turn_rad[i]));
+      json["imu"]["turn_sigma_rad"].push_back(number(imu->turn_sigma_rad[i]));
+    }
     if (!imu->fault.empty()) json["imu"]["fault"] = imu->fault;
+    if (summary.last_inertial) json["imu"]["last"] = inertial_estimate(*summary.last_inertial);
   }
   if (summary.refused_learned) json["refused_learned"] = true;
   json["right_camera_turns"] = summary.right_camera_turns;

@@ -250,6 +250,19 @@ CameraInfo BagReader::last_camera_info(const std::string& topic) {
   return read_camera_info(topic, messages(topic).back());
 }
 
+void BagReader::for_each(const std::string& topic,
+                         const std::function<void(const RosMessage&, std::int64_t)>& use,
+                         const std::function<void(const std::string&)>& fault) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& message : messages(topic)) {
+    try {
+      use(read(topic, message), message.place.record_ns);
+    } catch (const std::exception& error) {
+      fault(error.what());
+    }
+  }
+}
+
 std::vector<std::string> BagReader::warnings() const {
   std::vector<std::string> warnings = warnings_;
   for (const auto& part : parts_) {

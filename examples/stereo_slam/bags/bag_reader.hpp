@@ -62,6 +62,11 @@ class BagReader {
   /// The last message of such a topic.
   [[nodiscard]] CameraInfo last_camera_info(const std::string& topic);
 
+  /// Calls `use` with every message of a topic, and with the time at which it was recorded, in the order of
+  /// these times. What is thrown for a message goes to `fault`.
+  void for_each(const std::string& topic, const std::function<void(const RosMessage&, std::int64_t)>& use,
+                const std::function<void(const std::string&)>& fault);
+
   /// What the files lack, one warning for each that is not whole: "PATH: WHAT".
   [[nodiscard]] std::vector<std::string> warnings() const;
 

@@ -13,6 +13,7 @@
 
 #include "stereo_slam/bags/bag_files.hpp"
 #include "stereo_slam/bags/bag_reader.hpp"
+#include "stereo_slam/bags/ros_message.hpp"
 #include "stereo_slam/calibration/camera_info.hpp"
 #include "stereo_slam/dataset/euroc.hpp"
 #include "stereo_slam/dataset/own_camera.hpp"
@@ -261,6 +262,60 @@ void require_size(const StereoCamera& camera, const TopicPair& topics, BagImages
   return calibration_inside(reader, topics, file);
 }
 
+/// The samples of a topic. Throws std::invalid_argument with what is wrong with the topic.
+[[nodiscard]] ImuSamples samples_of(BagReader& reader, const std::string& topic, bool record_times) {
+  std::vector<ImuSample> samples;
+  ImuFaults faults{.record = "message", .place = "message"};
+  std::string first_fault;
+  reader.for_each(
+      topic,
+      [&](const RosMessage& message, std::int64_t record_ns) {
+        samples.push_back(read_imu_sample(message));
+        if (record_times) samples.back().stamp_ns = record_ns;
+        ++faults.records;
+      },
+      [&](const std::string& fault) {
+        if (faults.unreadable++ > 0) return;
+        first_fault = fault;
+        faults.first_unreadable = faults.records;
+      });
+  faults.records += faults.unreadable;
+  if (2 * faults.unreadable > faults.records)
+    throw std::invalid_argument(fmt::format("{} of its {} messages cannot be used, the first because {}",
+                                            faults.unreadable, faults.records, first_fault));
+  const auto unstamped = std::ranges::count(samples, 0, &ImuSample::stamp_ns);
+  if (unstamped > 1 && 2 * static_cast<std::size_t>(unstamped) >= samples.size())
+    throw std::invalid_argument(
+        "the stamps in its headers are zero; the option --record-times uses the times at which they were "
+        "recorded, or correct the driver and record again");
+  return usable_samples(std::move(samples), faults);
+}
+
+/// The description of the IMU beside the bag or the calibration.
+[[nodiscard]] std::optional<ImuDescription> imu_description(const fs::path& recording,
+                                                            const fs::path& calibration) {
+  auto file = find_imu_description(fs::absolute(bag_files(recording).files.front()).parent_path());
+  if (!file && !calibration.empty()) file = find_imu_description(fs::absolute(calibration).parent_path());
+  return file ? std::optional(read_imu_description(*file)) : std::nullopt;
+}
+
+/// The IMU of a bag.
+[[nodiscard]] ImuRecording imu_in(BagReader& reader, const fs::path& recording, const BagOptions& options,
+                                  const CameraAndImu& camera) {
+  std::string topic;
+  try {
+    topic = choose_imu_topic(reader.topics(), options.imu_topic);
+  } catch (const std::invalid_argument& error) {
+    fail(recording, error.what());
+  }
+  try {
+    return imu_recording(recording, samples_of(reader, topic, options.record_times),
+                         imu_description(recording, options.calibration), camera);
+  } catch (const std::invalid_argument& error) {
+    fail(recording, "{}: {}", topic, error.what());
+  }
+}
+
 /// Everything but the checks of scan_bag(). Throws std::runtime_error that names the recording.
 void read_recording(const std::shared_ptr<BagReader>& reader, const BagOptions& options, SequenceScan& scan) {
   auto& sequence = scan.sequence;
@@ -283,6 +338,9 @@ void read_recording(const std::shared_ptr<BagReader>& reader, const BagOptions& 
   pair_images(*reader, topics, options, *images, scan);
   if (own.rectified) require_size(*own.rectified, topics, *images, recording);
   sequence.source = images;
+  sequence.recorded_imu = [reader, recording, options](const CameraAndImu& camera) {
+    return imu_in(*reader, recording, options, camera);
+  };
   set_camera(own, options.calibration.empty() ? recording : options.calibration, sequence);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/bags/ros_message.hpp"
 
+#include <array>
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -56,6 +58,33 @@ cv::Mat read_grey(const RosMessage& message, const GreyScale& scale) {
 
 cv::Mat read_16_bit(const RosMessage& message) {
   return is_compressed(message) ? decode_16_bit(compressed_image(message)) : values_of_16(raw_image(message));
+}
+
+ImuSample read_imu_sample(const RosMessage& message) {
+  constexpr std::size_t kOrientation = 4, kCovariance = 9;
+  MessageFields fields(message.bytes, message.serialization);
+  ImuSample sample;
+  sample.stamp_ns = MessageFields(fields).stamp_ns();
+  fields.skip_header();
+  std::array<double, kOrientation + kCovariance> orientation{};
+  fields.fill(orientation);  // drivers estimate it by gravity, rates and a compass
+  const auto next = [&](const char* name) -> Eigen::Vector3d {
+    std::array<double, 3> vector{};
+    std::array<double, kCovariance> covariance{};
+    fields.fill(vector);
+    fields.fill(covariance);
+    if (covariance[0] == -1.0) {  // as the definition of the message has it
+      throw std::invalid_argument(
+          fmt::format("{0}_covariance[0] is -1, which says that there is no {0}; name a topic with rates and "
+                      "specific forces",
+                      name));
+    }
+    return {vector[0], vector[1], vector[2]};
+  };
+  sample.angular_velocity = next("angular_velocity");
+  sample.specific_force = next("linear_acceleration");
+  if (!is_plausible(sample)) throw std::invalid_argument("the readings are not six numbers within 100000");
+  return sample;
 }
 
 CameraInfo read_camera_info(const RosMessage& message) {

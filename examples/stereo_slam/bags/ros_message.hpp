@@ -9,6 +9,7 @@
 
 #include "stereo_slam/bags/message_fields.hpp"
 #include "stereo_slam/calibration/camera_info.hpp"
+#include "stereo_slam/core/imu_readings.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 
 namespace stereo_slam {
@@ -28,6 +29,10 @@ struct RosMessage {
 
 /// Such an image as CV_16UC1 if it has 16 bits a pixel; otherwise empty.
 [[nodiscard]] cv::Mat read_16_bit(const RosMessage& message);
+
+/// A sensor_msgs/Imu, with the stamp of its header. Throws std::invalid_argument also if it says that it has
+/// no rates or no specific forces, or if its numbers cannot be those of a sensor.
+[[nodiscard]] ImuSample read_imu_sample(const RosMessage& message);
 
 /// A sensor_msgs/CameraInfo.
 [[nodiscard]] CameraInfo read_camera_info(const RosMessage& message);

@@ -221,6 +221,24 @@ TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& 
   throw std::invalid_argument(fmt::format("several pairs of image topics; {}", images.advice()));
 }
 
+std::string choose_imu_topic(const std::vector<BagTopic>& topics, const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& topic : topics) {
+    if (is_sensor_type(topic.type, "Imu") && topic.messages > 0) names.push_back(topic.name);
+  }
+  const std::string list =
+      names.empty() ? "there are none with messages" : fmt::format("there are {}", fmt::join(names, ", "));
+  if (!name.empty()) {
+    if (std::ranges::find(names, name) != names.end()) return name;
+    throw std::invalid_argument(fmt::format("'{}' is no topic of an IMU (sensor_msgs/Imu); {}", name, list));
+  }
+  if (names.size() == 1) return names.front();
+  throw std::invalid_argument(
+      names.empty() ? "has no messages of an IMU (sensor_msgs/Imu); name a file of samples: --imu-file, or "
+                      "leave out --imu"
+                    : fmt::format("has several topics of an IMU; name one: --imu-topic; {}", list));
+}
+
 void refuse_topics(const std::vector<BagTopic>& topics) {
   if (std::ranges::all_of(topics, [](const BagTopic& topic) { return topic.messages == 0; }))
     throw std::invalid_argument("contains no messages; record it again");

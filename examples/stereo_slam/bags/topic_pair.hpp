@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-/// Which topics of a bag are those of the two cameras.
+/// Which topics of a bag are those of the two cameras and of the IMU.
 namespace stereo_slam {
 
 struct BagTopic {
@@ -40,6 +40,10 @@ struct TopicPair {
 /// of an image topic is no other topic.
 [[nodiscard]] TopicPair choose_topics(const std::vector<BagTopic>& topics, const std::string& left = "",
                                       const std::string& right = "");
+
+/// The topic of sensor_msgs/Imu named `name`, or, if that is empty, the only one with messages. Throws
+/// std::invalid_argument, listing the candidates, when there is none or more than one.
+[[nodiscard]] std::string choose_imu_topic(const std::vector<BagTopic>& topics, const std::string& name = "");
 
 /// Throws std::invalid_argument: that there are no pairs of image topics, listing those there are.
 [[noreturn]] void refuse_topics(const std::vector<BagTopic>& topics);

@@ -39,7 +39,7 @@ struct Rectification {
 };
 
 void check(const StereoRig& rig) {
-  const auto& [left, right, T_right_left, T_body_left] = rig;
+  const auto& [left, right, T_right_left, T_body_left, imu_later_ns] = rig;
   if (std::min({left.width_px, left.height_px, right.width_px, right.height_px}) <= 0) {
     throw std::runtime_error(fmt::format("the image sizes are {}x{} and {}x{}, but must be positive",
                                          left.width_px, left.height_px, right.width_px, right.height_px));

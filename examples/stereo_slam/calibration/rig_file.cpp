@@ -9,6 +9,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "stereo_slam/calibration/lens_values.hpp"
+#include "stereo_slam/calibration/time_shift.hpp"
 #include "stereo_slam/calibration/yaml_map.hpp"
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -163,6 +164,7 @@ Eigen::Isometry3d read_T_right_left(const std::optional<Eigen::Isometry3d>& T_bo
 StereoRig read_rig(const YamlMap& left, const YamlMap& right) {
   StereoRig rig{.left = read_lens(left), .right = read_lens(right), .T_right_left = {}, .T_body_left = {}};
   rig.T_body_left = read_T_body_camera(left);
+  rig.imu_later_ns = read_time_shift_ns(left);
   rig.T_right_left = read_T_right_left(rig.T_body_left, left, right);
   return rig;
 }

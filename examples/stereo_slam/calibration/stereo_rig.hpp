@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -42,6 +43,8 @@ struct StereoRig {
   Lens right;                                                      ///< the camera on its right
   Eigen::Isometry3d T_right_left = Eigen::Isometry3d::Identity();  ///< maps left to right coordinates, m
   std::optional<Eigen::Isometry3d> T_body_left;                    ///< EuRoC's T_BS of the left camera
+  std::optional<std::int64_t> imu_later_ns{};  ///< Kalibr's timeshift_cam_imu: by how much the stamps of the
+                                               ///< IMU are later than those of the left camera
 };
 
 }  // namespace stereo_slam

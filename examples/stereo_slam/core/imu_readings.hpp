@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include <antipode/geometry/dual_quaternion.hpp>
@@ -27,6 +28,9 @@ struct ImuSensor {
   /// Its noise, by default that of a usual sensor at rest. In motion it is larger; the filter measures that.
   ImuNoise noise = {
       .gyroscope = 2e-4, .accelerometer = 2e-3, .gyroscope_bias_walk = 2e-5, .accelerometer_bias_walk = 3e-3};
+  /// By how much its stamps were later than those of the frames, which has been taken out of the samples:
+  /// messages about a further delay tell the sum.
+  std::int64_t known_delay_ns = 0;
 };
 
 /// The samples that come with a frame: those since the frame before, in order, with stamps of the frames'

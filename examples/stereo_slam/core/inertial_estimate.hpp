@@ -50,7 +50,11 @@ struct InertialSummary {
   double nis = 0.0;  ///< normalised innovation squared of the motions that the images show, of 6 degrees of
                      ///< freedom: the mean over the last 30
   std::int64_t delay_ns = 0;  ///< found between the stamps and those of the images, and taken out
-  std::string fault{};        ///< for kOff: what is wrong with the readings, probably
+  /// By which rotation vector, rad, the axes of the readings are turned into those of the calibration, as it
+  /// was found while the filter ran, and its standard deviations. Zero before.
+  antipode::Vector3<double> turn_rad = antipode::Vector3<double>::Zero();
+  antipode::Vector3<double> turn_sigma_rad = antipode::Vector3<double>::Zero();
+  std::string fault{};  ///< for kOff: what is wrong with the readings, probably
 };
 
 }  // namespace stereo_slam

@@ -59,4 +59,15 @@ PoseGaussian with_calibration_error(const PoseGaussian& T_a_b, const Calibration
   return result;
 }
 
+InertialEstimate with_calibration_error(const InertialEstimate& estimate, const CalibrationError& error) {
+  InertialEstimate result = estimate;
+  const Vector3<double>& v = estimate.velocity;
+  const Vector3<double> along = error.scale_sigma * v;
+  // [v] [v]^T = |v|^2 I - v v^T: a turn about any axis by the same angle.
+  const Matrix3<double> across = v.squaredNorm() * Matrix3<double>::Identity() - v * v.transpose();
+  result.covariance.topLeftCorner<3, 3>() +=
+      along * along.transpose() + error.axes_sigma_rad * error.axes_sigma_rad * across;
+  return result;
+}
+
 }  // namespace stereo_slam

@@ -4,6 +4,7 @@
 #include <antipode/distributions/bingham_gaussian.hpp>
 #include <antipode/distributions/pose_algebra.hpp>
 
+#include "stereo_slam/core/inertial_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 
@@ -58,5 +59,10 @@ struct LinkedPose {
 /// translation is uncertain along its own direction. An error of the principal point rotates the camera's
 /// axes by a rotation X: the estimate is X T X^-1 instead of T, so that the direction of travel is uncertain.
 [[nodiscard]] PoseGaussian with_calibration_error(const PoseGaussian& T_a_b, const CalibrationError& error);
+
+/// The velocity with the same uncertainty: its length by the scale, and its direction by the camera's axes.
+/// The images tell the velocity in units of the baseline, so it has the relative error of the path.
+[[nodiscard]] InertialEstimate with_calibration_error(const InertialEstimate& estimate,
+                                                      const CalibrationError& error);
 
 }  // namespace stereo_slam

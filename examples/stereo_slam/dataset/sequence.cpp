@@ -61,6 +61,18 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
                   kKittiLayout, kEurocLayout, kOwnCameraLayout);
 }
 
+/// The IMU of a recording: from `file`, unless that is empty.
+ImuRecording imu_of(const StereoSequence& sequence, const fs::path& file) {
+  if (sequence.live) fail(sequence.folder, "is a live camera, whose IMU cannot be read; leave out --imu");
+  const CameraAndImu camera{.T_body_camera = sequence.T_body_camera,
+                            .later_ns = sequence.rig ? sequence.rig->imu_later_ns : std::nullopt};
+  if (file.empty() && sequence.recorded_imu) return sequence.recorded_imu(camera);
+  const auto samples = file.empty() ? find_imu(sequence.folder) : std::optional(file);
+  if (!samples)
+    fail(sequence.folder, "has no samples of an IMU (imu0/data.csv or imu.csv); name them with --imu-file");
+  return read_imu(*samples, camera);
+}
+
 }  // namespace
 
 SequenceScan scan_sequence(const fs::path& folder, std::string_view format, const fs::path& calibration,
@@ -118,18 +130,13 @@ Problem wrong_size(std::string_view image, const cv::Size& size, const cv::Size&
 void add_imu(SequenceScan& scan, const fs::path& file) {
   StereoSequence& sequence = scan.sequence;
   attempt(scan.problems, Problem::Severity::kError, [&] {
-    if (sequence.live) fail(sequence.folder, "is a live camera, whose IMU cannot be read; leave out --imu");
-    const auto samples = file.empty() ? find_imu(sequence.folder) : std::optional(file);
-    if (!samples) {
-      fail(sequence.folder, "has no samples of an IMU (imu0/data.csv or imu.csv); name them with --imu-file");
-    }
-    auto imu = std::make_shared<ImuRecording>(read_imu(*samples, sequence.T_body_camera));
+    auto imu = std::make_shared<ImuRecording>(imu_of(sequence, file));
     if (!sequence.frames.empty()) {
       const auto missing =
           check_overlap(*imu, sequence.frames.front().stamp_ns, sequence.frames.back().stamp_ns);
-      if (missing) scan.warn(*samples, "{}", *missing);
+      if (missing) scan.warn(imu->file, "{}", *missing);
     }
-    for (const auto& text : imu->faults.texts()) scan.warn(*samples, "{}", text);
+    for (const auto& text : imu->faults.texts()) scan.warn(imu->file, "{}", text);
     sequence.imu = std::move(imu);
   });
 }

@@ -63,6 +63,8 @@ struct StereoSequence {
   std::optional<Eigen::Isometry3d> T_body_camera;  ///< of the rectified left camera, if known
 
   std::shared_ptr<const ImuRecording> imu;  ///< null if no IMU is to be used
+  /// Reads the IMU that the recording has among its images, as bags have; empty for one in files.
+  std::function<ImuRecording(const CameraAndImu&)> recorded_imu;
 
   std::vector<Eigen::Isometry3d> ground_truth;  ///< T_world_camera, or empty
   std::vector<std::int64_t> ground_truth_ns;    ///< its stamps; for KITTI those of the frames

@@ -2,60 +2,35 @@
 #include "stereo_slam/imu/imu_recording.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdlib>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "stereo_slam/calibration/yaml_map.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/imu/imu_samples_file.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
-#include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The file that describes the IMU; nothing if there is none.
-[[nodiscard]] std::optional<fs::path> description_of(const fs::path& samples) {
-  for (const auto& file :
-       {fs::path(samples).replace_extension(".yaml"), samples.parent_path() / "sensor.yaml"}) {
-    if (fs::is_regular_file(file)) return file;
+/// By how much the stamps of the IMU are later than those of the frames, by its description or else by the
+/// calibration of the cameras.
+[[nodiscard]] std::int64_t delay_of(const std::optional<ImuDescription>& description,
+                                    const CameraAndImu& camera) {
+  constexpr std::int64_t kSame_ns = 1'000;
+  const auto described = description ? description->later_ns : std::nullopt;
+  if (described && camera.later_ns && std::abs(*described - *camera.later_ns) > kSame_ns) {
+    fail(
+        description->file,
+        "timeshift_cam_imu is {:.6g} s, but {:.6g} s in the calibration of the cameras; remove the wrong one",
+        1e-9 * static_cast<double>(*described), 1e-9 * static_cast<double>(*camera.later_ns));
   }
-  return std::nullopt;
-}
-
-/// A density of noise; the value of `otherwise` if the map has none.
-[[nodiscard]] double density(const YamlMap& map, const char* key, double otherwise) {
-  constexpr double kLargest = 10.0;  // in any of the units: larger than that of any IMU
-  const double value = map.number_or(key, otherwise);
-  if (!(value > 0.0 && value <= kLargest)) {
-    map.fail(map.get({key}), "{} is {}, but must be positive and at most {}; see the comment of the unit",
-             key, value, kLargest);
-  }
-  return value;
-}
-
-[[nodiscard]] ImuNoise noise_of(const YamlMap& map) {
-  const ImuNoise usual = ImuSensor{}.noise;
-  return {
-      .gyroscope = density(map, "gyroscope_noise_density", usual.gyroscope),
-      .accelerometer = density(map, "accelerometer_noise_density", usual.accelerometer),
-      .gyroscope_bias_walk = density(map, "gyroscope_random_walk", usual.gyroscope_bias_walk),
-      .accelerometer_bias_walk = density(map, "accelerometer_random_walk", usual.accelerometer_bias_walk)};
-}
-
-/// By how much the stamps of the IMU are later than those of the camera.
-[[nodiscard]] std::int64_t delay_ns(const YamlMap& map) {
-  constexpr double kLargest_s = 10.0;
-  const double delay_s = map.number_or("timeshift_cam_imu", 0.0);
-  if (!(std::abs(delay_s) <= kLargest_s)) {
-    map.fail(map.get({"timeshift_cam_imu"}), "timeshift_cam_imu is {} s, but must be within {} s", delay_s,
-             kLargest_s);
-  }
-  return std::llround(1e9 * delay_s);
+  return described.value_or(camera.later_ns.value_or(0));
 }
 
 }  // namespace
@@ -67,20 +42,31 @@ std::optional<fs::path> find_imu(const fs::path& recording) {
   return std::nullopt;
 }
 
-ImuRecording read_imu(const fs::path& samples, const std::optional<Eigen::Isometry3d>& T_body_camera) {
-  auto [read, faults] = read_imu_samples(samples);
-  ImuRecording imu{.file = samples, .sensor = {}, .samples = std::move(read), .faults = faults};
-  Eigen::Isometry3d T_body_imu = Eigen::Isometry3d::Identity();
-  if (const auto file = description_of(samples)) {
-    const YamlMap whole(*file, load_yaml_file(*file), "the file");
-    const YamlMap map = whole.has("imu0") ? whole.map("imu0") : whole;  // as Kalibr writes it
-    imu.sensor.noise = noise_of(map);
-    if (map.has("T_BS")) T_body_imu = map.transform("T_BS");
-    const std::int64_t later_ns = delay_ns(map);
-    for (auto& sample : imu.samples) sample.stamp_ns -= later_ns;
+ImuRecording read_imu(const fs::path& samples, const CameraAndImu& camera) {
+  ImuSamples recorded = read_imu_samples(samples);
+  std::optional<ImuDescription> description;
+  if (const auto file = find_imu_description(samples)) description = read_imu_description(*file);
+  return imu_recording(samples, std::move(recorded), description, camera);
+}
+
+ImuRecording imu_recording(const fs::path& file, ImuSamples recorded,
+                           const std::optional<ImuDescription>& description, const CameraAndImu& camera) {
+  ImuRecording imu{
+      .file = file, .sensor = {}, .samples = std::move(recorded.samples), .faults = recorded.faults};
+  if (description) imu.sensor.noise = description->noise;
+  const auto T_body_imu = description ? description->T_body_imu : std::nullopt;
+  if (!T_body_imu && !camera.T_body_camera) {
+    fail(file,
+         "the pose of the camera in the axes of this IMU is not known; give a calibration that has it "
+         "(T_cam_imu "
+         "of Kalibr, T_BS of EuRoC, or T_body_left), or the pose of the IMU in the left camera as T_BS in "
+         "imu.yaml");
   }
-  const Eigen::Isometry3d T_camera_body = T_body_camera.value_or(Eigen::Isometry3d::Identity()).inverse();
-  imu.sensor.T_camera_imu = to_pose(T_camera_body * T_body_imu);
+  const auto identity = Eigen::Isometry3d::Identity();
+  const Eigen::Isometry3d T_camera_body = camera.T_body_camera.value_or(identity).inverse();
+  imu.sensor.T_camera_imu = to_pose(T_camera_body * T_body_imu.value_or(identity));
+  imu.sensor.known_delay_ns = delay_of(description, camera);
+  for (auto& sample : imu.samples) sample.stamp_ns -= imu.sensor.known_delay_ns;
   return imu;
 }
 

@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "stereo_slam/core/imu_readings.hpp"
-#include "stereo_slam/imu/imu_samples_file.hpp"
+#include "stereo_slam/imu/imu_description.hpp"
+#include "stereo_slam/imu/imu_samples.hpp"
 
 namespace stereo_slam {
 
@@ -28,16 +28,23 @@ struct ImuRecording {
 /// Nothing if there is none.
 [[nodiscard]] std::optional<std::filesystem::path> find_imu(const std::filesystem::path& recording);
 
-/// Reads the samples of an IMU (see read_imu_samples), and the description beside them, if there is one:
-/// imu.yaml beside imu.csv, or sensor.yaml, with the keys of EuRoC and Kalibr:
-///  - gyroscope_noise_density, gyroscope_random_walk, accelerometer_noise_density,
-///    accelerometer_random_walk;
-///  - T_BS, the IMU in the body, by default the body itself;
-///  - timeshift_cam_imu [s], which added to stamps of the camera gives those of the IMU.
-/// `T_body_camera` is the pose of the rectified left camera, by default the body itself. Throws
-/// std::runtime_error, which names the file, for one that cannot be read and numbers out of range.
-[[nodiscard]] ImuRecording read_imu(const std::filesystem::path& samples,
-                                    const std::optional<Eigen::Isometry3d>& T_body_camera);
+/// What the calibration of the cameras says of the IMU.
+struct CameraAndImu {
+  std::optional<Eigen::Isometry3d> T_body_camera{};  ///< of the rectified left camera; nothing: not known
+  std::optional<std::int64_t> later_ns{};  ///< by how much the stamps of the IMU are later, if that is known
+};
+
+/// Reads the samples of an IMU (see read_imu_samples), and the description beside them, if there is one.
+/// Throws std::runtime_error as read_imu_description and imu_recording do.
+[[nodiscard]] ImuRecording read_imu(const std::filesystem::path& samples, const CameraAndImu& camera);
+
+/// The samples of a file with their description, in the clock of the frames. Without one, the body of the
+/// calibration is the IMU, and its noise that of a usual sensor. Throws std::runtime_error, which names the
+/// file, if the pose of the camera in the axes of the IMU is not known, or if description and calibration
+/// have delays that differ.
+[[nodiscard]] ImuRecording imu_recording(const std::filesystem::path& file, ImuSamples recorded,
+                                         const std::optional<ImuDescription>& description,
+                                         const CameraAndImu& camera);
 
 /// Throws std::runtime_error unless the IMU has samples between these stamps of the first and last frame.
 /// Returns a sentence about the frames that have none, if there are more than a second of them.

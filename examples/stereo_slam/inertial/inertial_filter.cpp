@@ -23,6 +23,12 @@ constexpr std::int64_t kMargin_ns = 300'000'000;  // samples kept before the old
   return std::sqrt(state.covariance.block<3, 3>(block, block).trace() / 3.0);
 }
 
+[[nodiscard]] Matrix3<double> rotation_by(const Vector3<double>& angle_rad) {
+  Vector6<double> xi = Vector6<double>::Zero();
+  xi.head<3>() = angle_rad;
+  return Pose::exp(xi).rotation_matrix();
+}
+
 /// Whether velocity and tilt are known well enough to predict the motion.
 [[nodiscard]] bool is_known(const InertialState& itself) {
   constexpr double kVelocity_m_s = 0.2, kTilt_rad = 0.05;
@@ -55,17 +61,30 @@ void InertialFilter::begin_frame(std::int64_t stamp_ns, const std::optional<ImuR
   constexpr std::int64_t kLongest_ns = 10'000'000'000;
   if (stamp_ns - stamp_ns_ > kLongest_ns) return samples_.clear();
   constexpr double kFarthest_m = 0.5;  // a position less certain than that is no prediction
-  const InertialMotion motion = motion_until(stamp_ns);
-  if (motion.status != antipode::InertialStatus::kComplete) return;
-  predicted_ = step(state_, motion);
+  const ReadMotion read = motion_until(stamp_ns);
+  if (read.motion.status != antipode::InertialStatus::kComplete) return;
+  predicted_ = step(state_, read);
   if (!(sigma_of(predicted_->state, StatePart::kRho) < kFarthest_m)) predicted_.reset();
 }
 
-InertialMotion InertialFilter::motion_until(std::int64_t stamp_ns) const {
+/// The motion since the last frame that was measured, by the readings in the axes of the IMU.
+ReadMotion InertialFilter::motion_until(std::int64_t stamp_ns) const {
   const auto after = std::ranges::upper_bound(samples_, stamp_ns_, {}, &ImuSample::stamp_ns);
-  const auto first = after == samples_.begin() ? after : std::prev(after);
-  return antipode::integrate_imu<double>(std::span(first, samples_.end()), {stamp_ns_, stamp_ns},
-                                         std::get<1>(state_.state), noise_.densities(sensor_.noise));
+  std::vector<ImuSample> read(after == samples_.begin() ? after : std::prev(after), samples_.end());
+  const Matrix3<double> R = rotation_by(std::get<2>(state_.state));
+  ReadMotion result;
+  double count = 0.0;
+  for (ImuSample& sample : read) {
+    sample.angular_velocity = (R * sample.angular_velocity).eval();
+    sample.specific_force = (R * sample.specific_force).eval();
+    if (sample.stamp_ns > stamp_ns) continue;
+    count += 1.0;
+    result.mean_rate += (sample.angular_velocity - result.mean_rate) / count;
+    result.mean_force += (sample.specific_force - result.mean_force) / count;
+  }
+  result.motion = antipode::integrate_imu<double>(std::span<const ImuSample>(read), {stamp_ns_, stamp_ns},
+                                                  std::get<1>(state_.state), noise_.densities(sensor_.noise));
+  return result;
 }
 
 PoseGaussian InertialFilter::in_imu(const PoseGaussian& camera) const {
@@ -124,14 +143,18 @@ void InertialFilter::end_frame(const SeenFrame& seen, const std::optional<Inerti
   }
   predicted_.reset();
   forget_samples();
+  if (!running()) return;
+  summary_.turn_rad = std::get<2>(state_.state);
+  summary_.turn_sigma_rad =
+      state_.covariance.diagonal().segment<3>(StatePart::kTurn).cwiseMax(0.0).cwiseSqrt();
 }
 
 /// Estimates the state by the motion that the images show.
 void InertialFilter::continue_start(const SeenFrame& seen) {
-  const InertialMotion motion = motion_until(seen.stamp_ns);
-  const bool complete = motion.status == antipode::InertialStatus::kComplete;
+  const ReadMotion read = motion_until(seen.stamp_ns);
+  const bool complete = read.motion.status == antipode::InertialStatus::kComplete;
   if (!seen.T_previous_current || !complete) return begin(seen.stamp_ns, unknown_state());
-  const FusedStep fused = fuse(step(state_, motion), in_imu(*seen.T_previous_current));
+  const FusedStep fused = fuse(step(state_, read), in_imu(*seen.T_previous_current));
   innovations_.add(fused.nis, false);
   state_ = relative_to_itself(fused.step.state);
   stamp_ns_ = seen.stamp_ns;
@@ -186,7 +209,7 @@ void InertialFilter::give_up(const SeenFrame& seen) {
   ++summary_.restarts;
   if (correct_delay(seen) || summary_.restarts <= kMostRestarts) return begin(seen.stamp_ns, unknown_state());
   summary_.phase = InertialPhase::kOff;
-  summary_.fault = probable_fault(last_rotations(), samples_);
+  summary_.fault = probable_fault(last_rotations(), samples_, summary_.delay_ns + sensor_.known_delay_ns);
   samples_.clear();
   rotations_.clear();
 }

@@ -82,7 +82,7 @@ class InertialFilter {
 
  private:
   [[nodiscard]] bool running() const noexcept { return summary_.phase == InertialPhase::kRunning; }
-  [[nodiscard]] InertialMotion motion_until(std::int64_t stamp_ns) const;
+  [[nodiscard]] ReadMotion motion_until(std::int64_t stamp_ns) const;
   [[nodiscard]] PoseGaussian in_imu(const PoseGaussian& camera) const;
   [[nodiscard]] PoseGaussian in_camera(const PoseGaussian& imu) const;
   void begin(std::int64_t stamp_ns, const InertialState& itself);

@@ -12,16 +12,13 @@ namespace {
 constexpr double kVelocitySigma_m_s = 20.0;
 constexpr double kPoseVariance = 1e-10;  // of the reference itself: a covariance must not be singular
 
-using Square = antipode::Matrix<double, 18>;
-using Vector18 = antipode::Vector<double, 18>;
-
-void set_variance(Square& P, int block, double sigma) {
+void set_variance(StateMatrix& P, int block, double sigma) {
   P.block<3, 3>(block, block) = sigma * sigma * Matrix3<double>::Identity();
 }
 
 /// The covariance A P A^T, symmetric in spite of rounding errors.
-[[nodiscard]] Square congruence(const Square& A, const Square& P) {
-  const Square Q = A * P * A.transpose();
+[[nodiscard]] StateMatrix congruence(const StateMatrix& A, const StateMatrix& P) {
+  const StateMatrix Q = A * P * A.transpose();
   return 0.5 * (Q + Q.transpose());
 }
 
@@ -29,12 +26,14 @@ void set_variance(Square& P, int block, double sigma) {
 
 InertialState unknown_state() {
   constexpr double kGyroscopeBias = 0.1, kAccelerometerBias = 0.3;  // those of cheap sensors
+  constexpr double kTurn_rad = 0.0175;  // a degree: a drawing is that good, and Kalibr better
   InertialState state;
-  Square& P = state.covariance;
+  StateMatrix& P = state.covariance;
   set_variance(P, StatePart::kNu, kVelocitySigma_m_s);
   set_variance(P, StatePart::kGamma, kGravity);
   set_variance(P, StatePart::kGyro, kGyroscopeBias);
   set_variance(P, StatePart::kAccel, kAccelerometerBias);
+  set_variance(P, StatePart::kTurn, kTurn_rad);
   P.block<3, 3>(StatePart::kPhi, StatePart::kPhi).diagonal().setConstant(kPoseVariance);
   P.block<3, 3>(StatePart::kRho, StatePart::kRho).diagonal().setConstant(kPoseVariance);
   return state;
@@ -56,7 +55,7 @@ InertialState at_pose(const InertialState& itself, const PoseGaussian& T_referen
   x.pose = T_reference_imu.pose;
   x.velocity = R * u;
   x.vectors.col(0) = R * g;
-  Square P = itself.covariance;
+  StateMatrix P = itself.covariance;
   for (const int block : {StatePart::kPhi, StatePart::kRho}) {
     P.middleRows<3>(block).setZero();
     P.middleCols<3>(block).setZero();
@@ -66,7 +65,7 @@ InertialState at_pose(const InertialState& itself, const PoseGaussian& T_referen
   P.block<3, 3>(StatePart::kPhi, StatePart::kRho) = pose.topRightCorner<3, 3>();
   P.block<3, 3>(StatePart::kRho, StatePart::kPhi) = pose.bottomLeftCorner<3, 3>();
   P.block<3, 3>(StatePart::kRho, StatePart::kRho) = pose.bottomRightCorner<3, 3>();
-  Square A = Square::Identity();
+  StateMatrix A = StateMatrix::Identity();
   A.block<3, 3>(StatePart::kNu, StatePart::kPhi) = -antipode::skew(u);
   A.block<3, 3>(StatePart::kGamma, StatePart::kPhi) = -antipode::skew(g);
   state.covariance = congruence(A, P);
@@ -77,7 +76,8 @@ InertialState without_velocity(const InertialState& itself) {
   InertialState state = unknown_state();
   std::get<0>(state.state).vectors = std::get<0>(itself.state).vectors;
   std::get<1>(state.state) = std::get<1>(itself.state);
-  state.covariance.bottomRightCorner<9, 9>() = itself.covariance.bottomRightCorner<9, 9>();
+  std::get<2>(state.state) = std::get<2>(itself.state);
+  state.covariance.bottomRightCorner<12, 12>() = itself.covariance.bottomRightCorner<12, 12>();
   return state;
 }
 
@@ -88,17 +88,17 @@ PoseGaussian conjugated(const Pose& T_b_a, const PoseGaussian& X) {
 }
 
 InertialEstimate estimate_of(const InertialState& itself) {
-  const auto& [x, biases] = itself.state;
+  const auto& [x, biases, turn] = itself.state;
   InertialEstimate estimate{.phase = InertialPhase::kRunning,
                             .velocity = x.velocity,
                             .gravity = x.vectors.col(0),
                             .biases = biases};
-  const Square& P = itself.covariance;
+  const StateMatrix& P = itself.covariance;
   auto& covariance = estimate.covariance;
   covariance.topLeftCorner<3, 3>() = P.block<3, 3>(StatePart::kNu, StatePart::kNu);
   covariance.topRightCorner<3, 9>() = P.block<3, 9>(StatePart::kNu, StatePart::kGamma);
   covariance.bottomLeftCorner<9, 3>() = P.block<9, 3>(StatePart::kGamma, StatePart::kNu);
-  covariance.bottomRightCorner<9, 9>() = P.bottomRightCorner<9, 9>();
+  covariance.bottomRightCorner<9, 9>() = P.block<9, 9>(StatePart::kGamma, StatePart::kGamma);
   return estimate;
 }
 
@@ -116,8 +116,10 @@ InertialState with_known_gravity(const InertialState& state) {
   if (!(measured.length > 0.0)) return state;
   const auto& x = std::get<0>(state.state);
   const Vector3<double> along = x.pose.rotation_matrix().transpose() * (x.vectors.col(0) / measured.length);
-  const Vector18 with_length = state.covariance.middleCols<3>(StatePart::kGamma) * along;
-  const Vector18 gain = with_length / (measured.variance + kSigma * kSigma);
+  const antipode::Vector<double, InertialChart::kDim> with_length =
+      state.covariance.middleCols<3>(StatePart::kGamma) * along;
+  const antipode::Vector<double, InertialChart::kDim> gain =
+      with_length / (measured.variance + kSigma * kSigma);
   InertialState known = state;
   known.state = InertialChart::retract(state.state, gain * (kGravity - measured.length));
   known.covariance -= gain * with_length.transpose();

@@ -9,24 +9,36 @@
 
 /// @file
 /// The state of the inertial filter: pose T_reference_imu, velocity and gravity in the axes of the reference,
-/// and the biases, 18 dimensions (docs/guides/inertial.md). The reference is a keyframe's IMU, or the IMU
-/// itself at the frame.
+/// the biases, and the turn of the sensor, 21 dimensions (docs/guides/inertial.md). The reference is a
+/// keyframe's IMU, or the IMU itself at the frame.
+///
+/// The axes of the IMU are those of the calibration, fixed to the camera. Those in which it reads are turned
+/// by what is wrong with the calibration: a reading x is Exp(turn) x in the axes of the IMU.
 namespace stereo_slam {
 
-using InertialChart = antipode::InertialChart<double>;
+using InertialChart = antipode::InertialChart<double, antipode::VectorChart<double, 3>>;
 using InertialState = antipode::StateGaussian<InertialChart>;
 using InertialMotion = antipode::InertialMotion<double>;
-using Matrix18x6 = antipode::Matrix<double, 18, 6>;
+using StateMatrix = antipode::Matrix<double, InertialChart::kDim>;
+using StateByPose = antipode::Matrix<double, InertialChart::kDim, 6>;
 
-/// The first coordinates of the parts of a tangent vector (phi, nu, rho, gamma, b_g, b_a).
+/// The first coordinates of the parts of a tangent vector (phi, nu, rho, gamma, b_g, b_a, turn).
 struct StatePart {
-  static constexpr int kPhi = 0, kNu = 3, kRho = 6, kGamma = 9, kGyro = 12, kAccel = 15;
+  static constexpr int kPhi = 0, kNu = 3, kRho = 6, kGamma = 9, kGyro = 12, kAccel = 15, kTurn = 18;
+};
+
+/// The motion by the readings of an IMU, and their means over its time: rate and specific force, in the axes
+/// of the IMU. How a turn of the sensor changes the motion follows from them.
+struct ReadMotion {
+  InertialMotion motion;
+  Vector3<double> mean_rate = Vector3<double>::Zero();
+  Vector3<double> mean_force = Vector3<double>::Zero();
 };
 
 inline constexpr double kGravity = 9.81;  ///< m/s^2; it differs by .03 from place to place
 
 /// A state of which nothing is known but that its pose is the reference: up to 20 m/s in any direction,
-/// gravity in any direction, and usual biases, or those given with their covariance.
+/// gravity in any direction, usual biases, and the turn that a good calibration leaves.
 [[nodiscard]] InertialState unknown_state();
 
 /// The state relative to the IMU itself, whose pose is then the reference.

@@ -3,6 +3,8 @@
 
 #include <tuple>
 
+#include <antipode/geometry/jacobians.hpp>
+
 #include "stereo_slam/core/symmetric_solve.hpp"
 
 namespace stereo_slam {
@@ -10,15 +12,16 @@ namespace {
 
 /// The rows of the pose.
 template <int Columns>
-[[nodiscard]] antipode::Matrix<double, 6, Columns> pose_rows(const antipode::Matrix<double, 18, Columns>& X) {
+[[nodiscard]] antipode::Matrix<double, 6, Columns> pose_rows(
+    const antipode::Matrix<double, InertialChart::kDim, Columns>& X) {
   antipode::Matrix<double, 6, Columns> rows;
   rows << X.template middleRows<3>(StatePart::kPhi), X.template middleRows<3>(StatePart::kRho);
   return rows;
 }
 
 /// The columns of the pose of a covariance.
-[[nodiscard]] Matrix18x6 pose_columns(const antipode::Matrix<double, 18>& P) {
-  return pose_rows<18>(P).transpose();
+[[nodiscard]] StateByPose pose_columns(const StateMatrix& P) {
+  return pose_rows<InertialChart::kDim>(P).transpose();
 }
 
 }  // namespace
@@ -31,12 +34,17 @@ Matrix6<double> InertialStep::pose_regression() const {
   return solve_symmetric(previous, pose_rows<6>(cross).transpose()).transpose();
 }
 
-InertialStep step(const InertialState& previous, const InertialMotion& motion) {
-  const antipode::Matrix<double, 18>& F = motion.jacobian;
-  const Matrix18x6 with_pose = pose_columns(previous.covariance);
+InertialStep step(const InertialState& previous, const ReadMotion& read) {
+  const InertialMotion& motion = read.motion;
+  // A reading x of the IMU's axes changes by turn x x, and the motion with it as with the opposite bias.
+  StateMatrix F = motion.jacobian_in<InertialChart>();
+  F.block<12, 3>(0, StatePart::kTurn) =
+      F.block<12, 3>(0, StatePart::kGyro) * antipode::skew(read.mean_rate) +
+      F.block<12, 3>(0, StatePart::kAccel) * antipode::skew(read.mean_force);
+  const StateByPose with_pose = pose_columns(previous.covariance);
   InertialStep result;
   result.state.state = InertialChart::normalized(motion(previous.state));
-  const antipode::Matrix<double, 18> P = F * previous.covariance * F.transpose() + motion.noise;
+  const StateMatrix P = F * previous.covariance * F.transpose() + motion.noise_in<InertialChart>();
   result.state.covariance = 0.5 * (P + P.transpose());
   result.T_reference_previous = std::get<0>(previous.state).pose;
   result.previous = pose_rows<6>(with_pose);
@@ -48,15 +56,15 @@ FusedStep fuse(const InertialStep& step, const PoseGaussian& T_previous_current)
   // With the errors x of the previous pose and y of the state, the motion has the error y_pose - A x.
   const Pose predicted = step.T_previous_current();
   const Matrix6<double> A = predicted.inverse().adjoint();
-  const antipode::Matrix<double, 18>& P = step.state.covariance;
-  const Matrix18x6 with_motion = pose_columns(P) - step.cross * A.transpose();
+  const StateMatrix& P = step.state.covariance;
+  const StateByPose with_motion = pose_columns(P) - step.cross * A.transpose();
   const Matrix6<double> previous_with_motion =
       pose_rows<6>(step.cross).transpose() - step.previous * A.transpose();
   Matrix6<double> S = pose_rows<6>(with_motion) - A * previous_with_motion + T_previous_current.covariance;
   S = (0.5 * (S + S.transpose())).eval();
   const Vector6<double> innovation = (predicted.inverse() * T_previous_current.pose).log();
   const Matrix6<double> S_inverse = solve_symmetric(S, Matrix6<double>::Identity());
-  const Matrix18x6 gain = with_motion * S_inverse;
+  const StateByPose gain = with_motion * S_inverse;
 
   FusedStep fused{.step = step, .nis = innovation.dot(S_inverse * innovation)};
   auto& [state, T_reference_previous, previous, cross] = fused.step;

@@ -12,7 +12,7 @@ struct InertialStep {
   InertialState state;
   Pose T_reference_previous = Pose::identity();
   Matrix6<double> previous = Matrix6<double>::Zero();  ///< covariance of T_reference_previous
-  Matrix18x6 cross = Matrix18x6::Zero();               ///< of the state with it
+  StateByPose cross = StateByPose::Zero();             ///< of the state with it
 
   /// The motion from the frame before.
   [[nodiscard]] Pose T_previous_current() const;
@@ -21,7 +21,7 @@ struct InertialStep {
 };
 
 /// The step of a state by the readings of an IMU.
-[[nodiscard]] InertialStep step(const InertialState& previous, const InertialMotion& motion);
+[[nodiscard]] InertialStep step(const InertialState& previous, const ReadMotion& read);
 
 /// A step with the motion that images measured, too.
 struct FusedStep {

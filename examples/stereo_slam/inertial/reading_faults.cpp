@@ -165,7 +165,8 @@ std::optional<std::int64_t> seen_delay_ns(std::span<const SeenRotation> rotation
   return lateness_ns(rotations, Gyroscope(samples), share);
 }
 
-std::string probable_fault(std::span<const SeenRotation> rotations, std::span<const ImuSample> samples) {
+std::string probable_fault(std::span<const SeenRotation> rotations, std::span<const ImuSample> samples,
+                           std::int64_t known_delay_ns) {
   constexpr double kLeastRate_rad_s = 0.02;  // slower rotations are those of the noise
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   if (is_in_multiples_of_gravity(samples)) {
@@ -198,9 +199,11 @@ std::string probable_fault(std::span<const SeenRotation> rotations, std::span<co
   if (const auto later_ns = lateness_ns(rotations, gyroscope, 0.5)) {
     const double later_ms = 1e-6 * static_cast<double>(*later_ns);
     return fmt::format(
-        "the stamps of the IMU seem to be about {:.0f} ms {} than those of the images: set "
+        "the stamps of the IMU seem to be about {:.0f} ms {} than those of the images{}: set "
         "timeshift_cam_imu to {:.4f} in the file that describes the IMU",
-        std::abs(later_ms), later_ms > 0.0 ? "later" : "earlier", 1e-3 * later_ms);
+        std::abs(later_ms), later_ms > 0.0 ? "later" : "earlier",
+        known_delay_ns == 0 ? "" : " and the known delay",
+        1e-9 * static_cast<double>(*later_ns + known_delay_ns));
   }
   return "neither units, axes nor a delay explain it; check the calibration of the cameras and the IMU";
 }

@@ -24,8 +24,9 @@ struct SeenRotation {
                                                         std::span<const ImuSample> samples, double share);
 
 /// What is probably wrong with the readings of an IMU that contradict the images: other units, axes that are
-/// turned, or another clock. Without a rotation to compare with, little can be said.
+/// turned, or another clock. Without a rotation to compare with, little can be said. The stamps were later by
+/// `known_delay_ns`, which is in the delay that is told.
 [[nodiscard]] std::string probable_fault(std::span<const SeenRotation> rotations,
-                                         std::span<const ImuSample> samples);
+                                         std::span<const ImuSample> samples, std::int64_t known_delay_ns = 0);
 
 }  // namespace stereo_slam

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/report/inertial_data.hpp"
 #include "stereo_slam/report/rounding.hpp"
 #include "stereo_slam/report/trajectory_geometry.hpp"
 #include "stereo_slam/report/truth_errors.hpp"
@@ -313,6 +314,7 @@ json run_data(const RunRecord& record, const RunInfo& info) {
   data["map"] = map_json(record);
   data["loops"] = loops_json(record.loops);
   data["without_loops_m"] = without_loops_json(record, rows);
+  data["inertial"] = inertial_data(record.results, rows);
   data["truth"] = truth_json(record, info.ground_truth, rows);
   data["thumbnails"] = thumbnails_json(info.thumbnails);
   return data;

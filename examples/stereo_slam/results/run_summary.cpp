@@ -28,6 +28,9 @@ RunSummary summary_of(const RunRecord& record) {
   summary.right_image_displacement_px = record.right_image_displacement_px;
   summary.lens_error = record.lens_error;
   summary.inertial = record.inertial;
+  for (const auto& result : record.results) {
+    if (result.inertial.phase == InertialPhase::kRunning) summary.last_inertial = result.inertial;
+  }
   summary.refused_learned = record.refused_learned;
   summary.unreadable = record.unreadable;
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);

@@ -24,8 +24,9 @@ struct RunSummary {
   double right_image_displacement_px = 0.0;      ///< that the rows do not show, at the end
   std::optional<LensEstimate> lens_error{};      ///< as learned at the end
   std::optional<InertialSummary> inertial{};     ///< nothing without an IMU
-  bool refused_learned = false;                  ///< what --learned gave is of other cameras
-  std::vector<UnreadableImage> unreadable;       ///< images that were treated as missing
+  std::optional<InertialEstimate> last_inertial{};  ///< of the last frame in which its filter ran
+  bool refused_learned = false;                     ///< what --learned gave is of other cameras
+  std::vector<UnreadableImage> unreadable;          ///< images that were treated as missing
   std::size_t keyframes = 0;
   std::size_t landmarks = 0;
   std::size_t loops_accepted = 0;

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <ios>
 #include <iterator>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -120,6 +121,8 @@ void emit_inertial(YAML::Emitter& yaml, const InertialSummary& inertial) {
   emit(yaml, "restarts", inertial.restarts);
   emit(yaml, "nis", fmt::format("{:.2f}", inertial.nis));
   emit(yaml, "delay_ms", fmt::format("{:.1f}", 1e-6 * static_cast<double>(inertial.delay_ns)));
+  const antipode::Vector3<double> turn_deg = 180.0 / std::numbers::pi * inertial.turn_rad;
+  emit(yaml, "turn_deg", fmt::format("{:.2f}, {:.2f}, {:.2f}", turn_deg.x(), turn_deg.y(), turn_deg.z()));
   if (!inertial.fault.empty())
     yaml << YAML::Key << "fault" << YAML::Value << YAML::DoubleQuoted << inertial.fault;
   yaml << YAML::EndMap;

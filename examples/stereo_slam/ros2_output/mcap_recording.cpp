@@ -44,7 +44,8 @@ McapRecording::McapRecording(const McapOptions& options, const StereoSequence& s
       file_(options),
       writer_([this](std::string_view bytes) { file_.append(bytes); },
               std::string(kMcapLibrary) + STEREO_SLAM_VERSION),
-      messages_(writer_, sequence.T_body_camera, with_images_),
+      messages_(writer_, sequence.T_body_camera, with_images_,
+                sequence.imu ? std::optional(sequence.imu->sensor.T_camera_imu) : std::nullopt),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 McapRecording::~McapRecording() = default;

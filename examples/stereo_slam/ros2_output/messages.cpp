@@ -36,12 +36,25 @@ void put_pose_with_covariance(CdrWriter& cdr, const PoseGaussian& pose) {
   put_covariance(cdr, antipode::to_ros_covariance(pose));
 }
 
-/// geometry_msgs/TwistWithCovariance, which has the linear velocity first.
+/// geometry_msgs/TwistWithCovariance or AccelWithCovariance, which have the linear part first.
 void put_twist_with_covariance(CdrWriter& cdr, const Vector6<double>& velocity, const Matrix6<double>& P) {
   put_vector(cdr, velocity.tail<3>());
   put_vector(cdr, velocity.head<3>());
   // Both parts are in the axes of the child frame, so nothing is turned.
   put_covariance(cdr, antipode::to_ros_covariance(PoseGaussian{Pose::identity(), P}));
+}
+
+/// A stamped twist or acceleration; `begin` is the row of the part that is known: 0 the angular, 3 the
+/// linear.
+[[nodiscard]] CdrMessage part_message(const RosHeader& header, const UncertainVector& part, int begin) {
+  Vector6<double> both = Vector6<double>::Zero();
+  Matrix6<double> P = Matrix6<double>::Zero();
+  both.segment<3>(begin) = part.value;
+  P.block<3, 3>(begin, begin) = part.covariance;
+  CdrWriter cdr;
+  put_header(cdr, header);
+  put_twist_with_covariance(cdr, both, P);
+  return cdr.take();
 }
 
 [[nodiscard]] std::uint8_t level_of(TrackingStatus status) {
@@ -86,6 +99,14 @@ CdrMessage pose_message(const RosHeader& header, const PoseGaussian& pose) {
   put_header(cdr, header);
   put_pose_with_covariance(cdr, pose);
   return cdr.take();
+}
+
+CdrMessage acceleration_message(const RosHeader& header, const UncertainVector& linear) {
+  return part_message(header, linear, 3);
+}
+
+CdrMessage rate_message(const RosHeader& header, const UncertainVector& angular) {
+  return part_message(header, angular, 0);
 }
 
 CdrMessage transforms_message(std::span<const RosTransform> transforms) {

@@ -20,6 +20,7 @@ using CdrMessage = std::vector<std::uint8_t>;
 inline constexpr std::string_view kMapFrame = "map";
 inline constexpr std::string_view kOdometryFrame = "odom";
 inline constexpr std::string_view kOpticalFrame = "camera_optical_frame";
+inline constexpr std::string_view kImuFrame = "imu_link";  ///< the axes of the IMU
 
 /// What a message says of itself.
 struct RosHeader {
@@ -40,6 +41,20 @@ struct RosOdometry {
 
 /// A geometry_msgs/msg/PoseWithCovarianceStamped.
 [[nodiscard]] CdrMessage pose_message(const RosHeader& header, const PoseGaussian& pose);
+
+/// Three numbers with their covariance.
+struct UncertainVector {
+  Vector3<double> value;
+  Matrix3<double> covariance;
+};
+
+/// A geometry_msgs/msg/AccelWithCovarianceStamped of a linear acceleration. Its angular part is zero and
+/// means nothing.
+[[nodiscard]] CdrMessage acceleration_message(const RosHeader& header, const UncertainVector& linear);
+
+/// A geometry_msgs/msg/TwistWithCovarianceStamped of an angular velocity. Its linear part is zero and means
+/// nothing.
+[[nodiscard]] CdrMessage rate_message(const RosHeader& header, const UncertainVector& angular);
 
 /// A transform of tf: T_parent_child.
 struct RosTransform {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/results/pose_frame.hpp"
@@ -48,7 +49,7 @@ constexpr std::string_view kLatched = R"(- history: 1
 }  // namespace
 
 RunMessages::RunMessages(McapWriter& writer, const std::optional<Eigen::Isometry3d>& T_body_camera,
-                         bool with_images)
+                         bool with_images, const std::optional<Pose>& T_camera_imu)
     : writer_(writer),
       T_base_camera_(T_body_camera.value_or(optical_frame_in_link())),
       X_(to_pose(T_base_camera_)),
@@ -63,6 +64,13 @@ RunMessages::RunMessages(McapWriter& writer, const std::optional<Eigen::Isometry
   channels_.map = add_topic(writer_, "/stereo_slam/map", "sensor_msgs/msg/PointCloud2", kLatched);
   if (with_images)
     channels_.image = add_topic(writer_, "/stereo_slam/left/compressed", "sensor_msgs/msg/CompressedImage");
+  if (!T_camera_imu) return;
+  T_base_imu_ = (X_ * *T_camera_imu).renormalized();
+  const std::string acceleration = "geometry_msgs/msg/AccelWithCovarianceStamped";
+  channels_.gravity = add_topic(writer_, "/stereo_slam/imu/gravity", acceleration);
+  channels_.accelerometer_bias = add_topic(writer_, "/stereo_slam/imu/accelerometer_bias", acceleration);
+  channels_.gyroscope_bias =
+      add_topic(writer_, "/stereo_slam/imu/gyroscope_bias", "geometry_msgs/msg/TwistWithCovarianceStamped");
 }
 
 void RunMessages::add(const FrameOutput& frame) {
@@ -70,6 +78,7 @@ void RunMessages::add(const FrameOutput& frame) {
   const auto diagnostics = diagnostics_message(frame.result, frame.total_ms);  // refuses a wrong stamp first
   if (!previous_) add_static_transform(stamp_ns);
   add_motion(frame.result);
+  add_inertial(stamp_ns, frame.result.inertial);
   writer_.add(channels_.diagnostics, stamp_ns, diagnostics);
   if (!frame.new_landmarks_world.empty())
     add_points(channels_.landmarks, stamp_ns, frame.new_landmarks_world);
@@ -94,6 +103,7 @@ void RunMessages::add_motion(const FrameResult& camera) {
                        .velocity = Vector6<double>::Zero(),
                        .P_velocity = unknown_pose_covariance()};
   set_velocity(base, odometry);
+  set_inertial_velocity(camera.inertial, odometry);
   const Pose& T_odom_base = base.T_odometry_camera;
   const Pose T_map_odom = (base.T_world_camera.pose * T_odom_base.inverse()).renormalized();
   writer_.add(channels_.odometry, stamp_ns, odometry_message(odometry));
@@ -117,9 +127,40 @@ void RunMessages::set_velocity(const FrameResult& base, RosOdometry& odometry) c
       (measured ? base.odometry.covariance : unknown_pose_covariance()) / (seconds * seconds);
 }
 
+/// Takes the linear velocity from the IMU, if there is one: that of the base at the time of the frame, not
+/// the mean since the frame before. The base moves with the IMU: v_imu = v_base + w x t, all in its axes.
+void RunMessages::set_inertial_velocity(const InertialEstimate& estimate, RosOdometry& odometry) const {
+  if (!T_base_imu_ || estimate.phase != InertialPhase::kRunning) return;
+  const Matrix3<double> R = T_base_imu_->rotation_matrix();
+  const Vector3<double> t = T_base_imu_->translation(), w = odometry.velocity.head<3>();
+  odometry.velocity.tail<3>() = R * estimate.velocity - w.cross(t);
+  Matrix3<double> lever;  // d (t x w) / d w
+  lever << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
+  const Matrix3<double> P_w = odometry.P_velocity.topLeftCorner<3, 3>();
+  odometry.P_velocity.bottomLeftCorner<3, 3>() = lever * P_w;
+  odometry.P_velocity.topRightCorner<3, 3>() = P_w * lever.transpose();
+  odometry.P_velocity.bottomRightCorner<3, 3>() =
+      R * estimate.covariance.topLeftCorner<3, 3>() * R.transpose() + lever * P_w * lever.transpose();
+}
+
+/// Adds what the IMU told of a frame besides its velocity.
+void RunMessages::add_inertial(std::int64_t stamp_ns, const InertialEstimate& estimate) {
+  if (!T_base_imu_ || estimate.phase != InertialPhase::kRunning) return;
+  const RosHeader header{stamp_ns, kImuFrame};
+  const auto block = [&](int begin) -> Matrix3<double> {
+    return estimate.covariance.block<3, 3>(begin, begin);
+  };
+  writer_.add(channels_.gravity, stamp_ns, acceleration_message(header, {estimate.gravity, block(3)}));
+  writer_.add(channels_.gyroscope_bias, stamp_ns,
+              rate_message(header, {estimate.biases.head<3>(), block(6)}));
+  writer_.add(channels_.accelerometer_bias, stamp_ns,
+              acceleration_message(header, {estimate.biases.tail<3>(), block(9)}));
+}
+
 void RunMessages::add_static_transform(std::int64_t stamp_ns) {
-  writer_.add(channels_.static_transforms, stamp_ns,
-              transforms_message(std::array{RosTransform{{stamp_ns, base_}, kOpticalFrame, X_}}));
+  std::vector<RosTransform> transforms{{{stamp_ns, base_}, kOpticalFrame, X_}};
+  if (T_base_imu_) transforms.push_back({{stamp_ns, base_}, kImuFrame, *T_base_imu_});
+  writer_.add(channels_.static_transforms, stamp_ns, transforms_message(transforms));
 }
 
 void RunMessages::add_path(std::int64_t stamp_ns, std::span<const StampedPose> path_of_camera) {

@@ -31,10 +31,14 @@ struct FrameOutput {
 /// the body of the calibration. Without one it is called camera_link: the place of the left camera, with x
 /// forward, y left and z up (REP 103). `map` is the first pose of the base, or the map that was loaded.
 /// The log time of a message is the stamp of its frame.
+///
+/// With an IMU there is imu_link, too, in whose axes gravity and the biases are.
 class RunMessages {
  public:
-  /// Without T_body_camera the base is camera_link. `writer` must outlive the object.
-  RunMessages(McapWriter& writer, const std::optional<Eigen::Isometry3d>& T_body_camera, bool with_images);
+  /// Without T_body_camera the base is camera_link, and without T_camera_imu there is no IMU. `writer` must
+  /// outlive the object.
+  RunMessages(McapWriter& writer, const std::optional<Eigen::Isometry3d>& T_body_camera, bool with_images,
+              const std::optional<Pose>& T_camera_imu = std::nullopt);
 
   /// Throws std::invalid_argument for a stamp that ROS 2 does not have.
   void add(const FrameOutput& frame);
@@ -53,18 +57,24 @@ class RunMessages {
     std::uint16_t landmarks = 0;
     std::uint16_t map = 0;
     std::uint16_t image = 0;
+    std::uint16_t gravity = 0;
+    std::uint16_t gyroscope_bias = 0;
+    std::uint16_t accelerometer_bias = 0;
   };
 
   void add_motion(const FrameResult& camera);
   void add_static_transform(std::int64_t stamp_ns);
   void add_path(std::int64_t stamp_ns, std::span<const StampedPose> path_of_camera);
   void add_points(std::uint16_t channel, std::int64_t stamp_ns, std::span<const Vector3<float>> points_world);
+  void add_inertial(std::int64_t stamp_ns, const InertialEstimate& estimate);
   void set_velocity(const FrameResult& base, RosOdometry& odometry) const;
+  void set_inertial_velocity(const InertialEstimate& estimate, RosOdometry& odometry) const;
 
   McapWriter& writer_;
   Eigen::Isometry3d T_base_camera_;
   Pose X_;                 // the same; the pose of the camera in the world is X^-1 T_map_base X
   std::string_view base_;  // name of the frame
+  std::optional<Pose> T_base_imu_;
   Channels channels_;
   OdometryCovariance odometry_covariance_;
   std::optional<StampedPose> previous_;  // T_odom_base of the frame before

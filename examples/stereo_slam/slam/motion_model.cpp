@@ -39,7 +39,7 @@ void MotionModel::learn_inertially(const TrackedPose& tracked, const PoseGaussia
                  .relocalised = relocalised,
                  .refutes_imu = tracked.refutes_imu};
   if (tracked.odometry.valid && !relocalised) {
-    seen.T_previous_current = with_least_noise(tracked.odometry.T_previous_current);
+    seen.T_previous_current = tracked.odometry.T_previous_current;
     if (by_landmarks) seen.T_previous_current->pose = T_keyframe_previous.inverse() * T_keyframe_camera.pose;
   }
   inertial_.end_frame(seen, tracked.inertial);

@@ -204,7 +204,7 @@ void Slam::complete(const FrameImages& images, FrameEvidence evidence, FrameResu
   evidence.segment_localised = !lost && segment.take_newly_localised();
   result.status = judge(evidence);
   result.segment = segment.current();
-  result.inertial = motion_.inertial().estimate();
+  result.inertial = with_calibration_error(motion_.inertial().estimate(), calibration_error());
   result.features = static_cast<int>(tracks_.points().size());
   result.landmarks = static_cast<int>(local_map_.landmarks().size());
   const bool unmeasured = result.status == TrackingStatus::kLost || !result.right_image_fits;
@@ -242,7 +242,7 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
   const auto inertial = motion_.inertial().predicted()
                             ? std::optional(motion_.inertial().prior(std::nullopt).T_keyframe_camera)
                             : std::nullopt;
-  result.inertial = motion_.inertial().estimate();
+  result.inertial = with_calibration_error(motion_.inertial().estimate(), calibration_error());
   result.weak = {.imu_alone = inertial.has_value(),
                  .repeated_image = repeated,
                  .right_image_unfit = !frame.has_right(),

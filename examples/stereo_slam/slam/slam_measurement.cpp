@@ -131,7 +131,7 @@ void Slam::predict(std::int64_t stamp_ns, FrameMeasurement& measured) const {
     return;
   }
   std::optional<PoseGaussian> motion;
-  if (odometry.valid) motion = with_least_noise(odometry.T_previous_current);
+  if (odometry.valid) motion = odometry.T_previous_current;
   measured.inertial = motion_.inertial().prior(motion);
   measured.prior = noise_.in_assumed_units(measured.inertial->T_keyframe_camera);
   odometry.valid = odometry.valid && !measured.inertial->contradicts;

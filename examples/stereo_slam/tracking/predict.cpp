@@ -15,6 +15,16 @@ namespace {
                                   density.translation_covariance());
 }
 
+/// The covariance of a motion measured by the odometry, with 0.2 mrad and 2 mm in each axis in addition.
+[[nodiscard]] Matrix6<double> covariance_with_least_noise(const PoseGaussian& motion) {
+  constexpr double kRotation_rad = 2e-4, kTranslation_m = 2e-3;
+  Vector6<double> least;
+  least << Vector3<double>::Constant(kRotation_rad), Vector3<double>::Constant(kTranslation_m);
+  Matrix6<double> covariance = motion.covariance;
+  covariance.diagonal() += least.cwiseAbs2();
+  return covariance;
+}
+
 }  // namespace
 
 PoseGaussian motion_with_noise(const PoseGaussian& T_previous_current, bool odometry_valid,
@@ -35,17 +45,9 @@ PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& mot
   return antipode::predict_closed_form(posterior, motion.pose, {Pose::identity(), motion.covariance});
 }
 
-PoseGaussian with_least_noise(PoseGaussian T_previous_current) {
-  constexpr double kRotation_rad = 2e-4, kTranslation_m = 2e-3;
-  Vector6<double> least;
-  least << Vector3<double>::Constant(kRotation_rad), Vector3<double>::Constant(kTranslation_m);
-  T_previous_current.covariance.diagonal() += least.cwiseAbs2();
-  return T_previous_current;
-}
-
 PoseDensity predict_as_in_paper(const PoseDensity& posterior, const PoseGaussian& motion) {
-  const Matrix6<double> covariance = with_least_noise(motion).covariance;
-  const auto noise = decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance));
+  const auto noise =
+      decoupled(PoseDensity::from_pose_covariance(Pose::identity(), covariance_with_least_noise(motion)));
   return antipode::predict(posterior, motion.pose, noise, antipode::PaperPoseRule{},
                            {.keep_coupling = false});
 }

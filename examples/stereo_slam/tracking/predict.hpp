@@ -12,10 +12,6 @@ namespace stereo_slam {
 [[nodiscard]] PoseGaussian motion_with_noise(const PoseGaussian& T_previous_current, bool odometry_valid,
                                              const MotionSettings& settings, const UnseenSteps& unseen = {});
 
-/// A motion measured by the odometry, with 0.2 mrad and 2 mm in each axis in addition: where it is fused with
-/// more than the landmarks of a keyframe, for errors that successive motions have in common.
-[[nodiscard]] PoseGaussian with_least_noise(PoseGaussian T_previous_current);
-
 /// Prior T_keyframe_camera of the current frame from the posterior of the last frame and the motion since.
 [[nodiscard]] PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& motion);
 

@@ -3,6 +3,8 @@
 #include <functional>
 #include <sstream>
 
+#include "stereo_slam/support/db3_writer.hpp"
+#include "stereo_slam/support/mcap_writer.hpp"
 #include "stereo_slam/support/program.hpp"
 
 using namespace stereo_slam::test;
@@ -41,6 +43,39 @@ void distort(const std::string& csv, const std::function<void(std::vector<double
     text += '\n';
   }
   write_text(csv, text);
+}
+
+/// The recording in a folder of EuRoC's layout, as messages.
+[[nodiscard]] std::vector<TestMessage> messages_of(const fs::path& mav0) {
+  std::vector<TestMessage> messages;
+  for (const std::string camera : {"cam0", "cam1"}) {
+    for (const auto& line : split_lines(read_text(mav0 / camera / "data.csv"))) {
+      if (line.starts_with("#")) continue;
+      const std::int64_t stamp_ns = std::stoll(line);
+      const cv::Mat image = cv::imread((mav0 / camera / "data" / line.substr(line.find(',') + 1)).string(),
+                                       cv::IMREAD_GRAYSCALE);
+      REQUIRE_FALSE(image.empty());
+      messages.push_back({"/" + camera + "/image_raw", "sensor_msgs/msg/Image", stamp_ns,
+                          cdr_image({.stamp_ns = stamp_ns,
+                                     .width = static_cast<std::uint32_t>(image.cols),
+                                     .height = static_cast<std::uint32_t>(image.rows),
+                                     .step = static_cast<std::uint32_t>(image.cols),
+                                     .data = {image.datastart, image.dataend}},
+                                    false)});
+    }
+  }
+  for (const auto& line : split_lines(read_text(mav0 / "imu0/data.csv"))) {
+    if (line.starts_with("#")) continue;
+    CdrImu imu{.stamp_ns = std::stoll(line)};
+    std::istringstream fields(line.substr(line.find(',')));
+    char comma = 0;
+    for (auto* vector : {&imu.angular_velocity, &imu.linear_acceleration}) {
+      for (double& number : *vector) fields >> comma >> number;
+    }
+    messages.push_back({"/imu0", "sensor_msgs/msg/Imu", imu.stamp_ns, cdr_imu(imu, false)});
+  }
+  std::ranges::stable_sort(messages, {}, &TestMessage::record_ns);
+  return messages;
 }
 
 }  // namespace
@@ -119,6 +154,65 @@ TEST_CASE("An IMU that is not there, or of another clock, is an error before the
   check_one_line_failure(run_with(folder, {"--imu"}), "has no samples of an IMU (imu0/data.csv or imu.csv)");
   check_one_line_failure(run_with(folder, {"--imu-file", folder / "no.csv"}), "no.csv");
   write_text(folder / "drive/imu.csv", "1000000000000,0,0,0,0,0,9.81\n1000005000000,0,0,0,0,0,9.81\n");
+  check_one_line_failure(run_with(folder, {"--imu"}),
+                         "the pose of the camera in the axes of this IMU is not known");
+  write_text(folder / "drive/imu.yaml", "T_BS: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n");
   check_one_line_failure(run_with(folder, {"--imu"}), "write the stamps of both in the same clock");
   CHECK_FALSE(fs::exists(folder / "out"));
+}
+
+TEST_CASE("A recording with an IMU gives the same bits as a folder and as a bag", "[cli][imu][bags]") {
+  const TemporaryFolder folder;
+  REQUIRE(call({"simulate", "--quiet", "--output", folder / "drive", "--format", "euroc", "--frames", "30",
+                "--fps", "20", "--scale", "0.35", "--imu", "--threads", "2"})
+              .status == 0);
+  REQUIRE(run_with(folder, {"--imu"}).status == 0);
+  const std::string poses = read_text(folder / "out/trajectory_tum.txt");
+  const std::string velocities = read_text(folder / "out/inertial.csv");
+  CHECK_THAT(velocities, Catch::Contains(",running,"));
+  const fs::path drive = folder / "drive";
+  const auto messages = messages_of(drive / "mav0");
+  write_text(drive / "drive.mcap", mcap_of(messages).bytes);
+  write_db3(drive / "drive.db3", messages);
+  for (const auto* bag : {"drive.mcap", "drive.db3"}) {
+    CAPTURE(bag);
+    const auto run =
+        call({"run", "--dataset", drive / bag, "--output", folder / "out", "--overwrite", "--imu"});
+    CAPTURE(run.err);
+    REQUIRE(run.status == 0);
+    CHECK(read_text(folder / "out/trajectory_tum.txt") == poses);
+    CHECK(read_text(folder / "out/inertial.csv") == velocities);
+  }
+  check_one_line_failure(
+      call({"run", "--dataset", drive / "drive.mcap", "--output", folder / "other", "--imu-topic", "/imu1"}),
+      "'/imu1' is no topic of an IMU (sensor_msgs/Imu); there are /imu0");
+}
+
+TEST_CASE("timeshift_cam_imu is added to the stamps of the camera, and one with the wrong sign is noticed",
+          "[cli][imu]") {
+  const TemporaryFolder folder;
+  render_drive(folder, 70);
+  REQUIRE(run_with(folder, {"--imu"}).status == 0);
+  const std::string poses = read_text(folder / "out/trajectory_tum.txt");
+  const std::string samples = read_text(folder / "drive/imu.csv"),
+                    description = read_text(folder / "drive/imu.yaml");
+  std::string later;
+  for (const auto& line : split_lines(samples)) {
+    if (line.starts_with("#")) continue;
+    later += fmt::format("{}{}\n", std::stoll(line) + 15'000'000, line.substr(line.find(',')));
+  }
+  write_text(folder / "drive/imu.csv", later);
+  write_text(folder / "drive/imu.yaml", description + "timeshift_cam_imu: 0.015\n");
+  const auto right = run_with(folder, {"--imu"});
+  CHECK(right.status == 0);
+  CHECK_THAT(right.err, !Catch::Contains("stamps of the IMU"));
+  CHECK(read_text(folder / "out/trajectory_tum.txt") == poses);
+
+  write_text(folder / "drive/imu.yaml", description + "timeshift_cam_imu: -0.015\n");
+  const auto wrong = run_with(folder, {"--imu"});
+  CHECK(wrong.status == 0);
+  CAPTURE(wrong.err);
+  CHECK_THAT(wrong.err,
+             Catch::Contains("later than those of the images and the known delay, which was corrected "
+                             "while driving; set timeshift_cam_imu to 0.01"));
 }

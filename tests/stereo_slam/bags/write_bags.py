@@ -11,7 +11,7 @@ import zlib
 try:
     import genpy
     import rosbag
-    from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+    from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
     from std_msgs.msg import String
 except ImportError:
     sys.exit(77)
@@ -216,3 +216,13 @@ write("unnamed.bag", {"left": "/other/image", "right": "/main/image"})
 write("unnamed_without.bag", {"left": "/other/image", "right": "/main/image"},
       info=lambda side: CameraInfo(width=320, height=120))
 write("counted.bag", {"left": "/drive/Cam_2/image", "right": "/drive/Cam_3/image"})
+
+with rosbag.Bag(f"{folder}/stereo.bag") as images, rosbag.Bag(f"{folder}/imu.bag", "w") as bag:
+    for topic, message, when in images.read_messages():
+        bag.write(topic, message, when)
+    for i in range(100):  # at 200 Hz, as imu_bag_test.cpp expects them
+        reading = Imu()
+        reading.header.stamp = stamp(0, 5_000_000 * i)
+        reading.angular_velocity.x, reading.angular_velocity.z = 0.1, 0.001 * (i % 7)
+        reading.linear_acceleration.y, reading.linear_acceleration.z = -0.01 * (i % 5), 9.81
+        bag.write("/imu0", reading, stamp(0, 5_000_000 * i + 1_000_000))

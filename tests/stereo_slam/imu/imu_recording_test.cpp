@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/imu/imu_samples_file.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -38,7 +39,7 @@ constexpr const char* kHeading = "#timestamp [ns],wx,wy,wz,ax,ay,az\n";
   const TemporaryFolder folder;
   write_text(folder / "imu.csv", kHeading + rows(0, 100));
   write_text(folder / "imu.yaml", description);
-  return read_imu(folder / "imu.csv", std::nullopt);
+  return read_imu(folder / "imu.csv", {.T_body_camera = Eigen::Isometry3d::Identity()});
 }
 
 }  // namespace
@@ -114,8 +115,30 @@ TEST_CASE("The pose of the camera in the body turns the axes of the IMU", "[imu]
   write_text(folder / "imu.csv", rows(0, 9));
   Eigen::Isometry3d T_body_camera = Eigen::Isometry3d::Identity();
   T_body_camera.translation() = Eigen::Vector3d(0.5, 0.0, 0.0);
-  const ImuRecording imu = read_imu(folder / "imu.csv", T_body_camera);
+  const ImuRecording imu = read_imu(folder / "imu.csv", {.T_body_camera = T_body_camera});
   CHECK((imu.sensor.T_camera_imu * Eigen::Vector3d::Zero() - Eigen::Vector3d(-0.5, 0, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("An IMU whose pose in the axes of the camera is not known is refused", "[imu][faults]") {
+  const TemporaryFolder folder;
+  write_text(folder / "imu.csv", rows(0, 9));
+  CHECK_THAT(message_of([&] { (void)read_imu(folder / "imu.csv", {}); }),
+             Catch::Contains("imu.csv: the pose of the camera in the axes of this IMU is not known; give a"));
+}
+
+TEST_CASE("The delay of the calibration is taken out of the stamps, and one that contradicts it is refused",
+          "[imu]") {
+  const TemporaryFolder folder;
+  write_text(folder / "imu.csv", rows(0, 9));
+  const CameraAndImu camera{.T_body_camera = Eigen::Isometry3d::Identity(), .later_ns = 20'000'000};
+  const ImuRecording imu = read_imu(folder / "imu.csv", camera);
+  CHECK(imu.samples.front().stamp_ns == -20'000'000);
+  CHECK(imu.sensor.known_delay_ns == 20'000'000);
+  write_text(folder / "imu.yaml", "timeshift_cam_imu: 0.02\n");
+  CHECK(read_imu(folder / "imu.csv", camera).samples.front().stamp_ns == -20'000'000);  // once
+  write_text(folder / "imu.yaml", "timeshift_cam_imu: -0.02\n");
+  CHECK_THAT(message_of([&] { (void)read_imu(folder / "imu.csv", camera); }),
+             Catch::Contains("imu.yaml: timeshift_cam_imu is -0.02 s, but 0.02 s in the calibration"));
 }
 
 TEST_CASE("The IMU of a recording is found in EuRoC's layout and as imu.csv", "[imu]") {

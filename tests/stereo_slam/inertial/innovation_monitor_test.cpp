@@ -10,7 +10,7 @@
 using namespace stereo_slam;
 using namespace stereo_slam::test;
 
-TEST_CASE("Innovations of a right filter are no contradiction, and those four times as large are",
+TEST_CASE("Innovations of a right filter are no contradiction, and those five times as large are",
           "[inertial]") {
   std::mt19937_64 random(1);
   std::chi_squared_distribution<double> chi2(6.0);
@@ -19,7 +19,7 @@ TEST_CASE("Innovations of a right filter are no contradiction, and those four ti
     right.add(chi2(random), false);
     CHECK_FALSE(right.contradicts());
   }
-  for (int i = 0; i < 30; ++i) wrong.add(4.0 * chi2(random), false);
+  for (int i = 0; i < 30; ++i) wrong.add(5.0 * chi2(random), false);
   CHECK(wrong.contradicts());
   CHECK(right.mean() == Approx(6.0).margin(3.3 * std::sqrt(12.0 / 30.0)));
 }

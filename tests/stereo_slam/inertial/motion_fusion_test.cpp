@@ -18,8 +18,6 @@ using namespace stereo_slam::test;
 
 namespace {
 
-using Square = antipode::Matrix<double, 18>;
-
 /// A state with a random covariance of usual size.
 [[nodiscard]] InertialState random_state(std::mt19937_64& random) {
   InertialState state = unknown_state();
@@ -27,19 +25,33 @@ using Square = antipode::Matrix<double, 18>;
   x.pose = measured(Pose::identity(), 0.5, 1.0, random).pose;
   x.velocity = normal3(random, 1.0);
   x.vectors.col(0) = Vector3<double>(0.0, 0.0, -kGravity);
-  Square A;
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 18; ++j) A.block<3, 1>(3 * i, j) = normal3(random, 1e-3);
+  StateMatrix A;
+  for (int i = 0; i < InertialChart::kDim / 3; ++i) {
+    for (int j = 0; j < InertialChart::kDim; ++j) A.block<3, 1>(3 * i, j) = normal3(random, 1e-3);
   }
   state.covariance = A * A.transpose();
   return state;
 }
 
-[[nodiscard]] InertialMotion motion_of(const Flight& flight) {
+/// The motion of a flight over a frame, by readings in axes that are turned by a rotation vector.
+[[nodiscard]] ReadMotion motion_of(const Flight& flight,
+                                   const Vector3<double>& turn_rad = Vector3<double>::Zero()) {
+  Vector6<double> xi = Vector6<double>::Zero();
+  xi.head<3>() = turn_rad;
+  const Matrix3<double> R = Pose::exp(xi).rotation_matrix();
+  ReadMotion read;
   std::vector<ImuSample> samples;
-  for (int i = 0; i <= 10; ++i) samples.push_back(flight.reading(i * kSample_ns));
-  return antipode::integrate_imu<double>(samples, {0, kFrame_ns}, antipode::Vector6<double>::Zero(),
-                                         {1e-3, 1e-2, 1e-4, 1e-3});
+  for (int i = 0; i <= 10; ++i) {
+    ImuSample sample = flight.reading(i * kSample_ns);
+    sample.angular_velocity = (R * sample.angular_velocity).eval();
+    sample.specific_force = (R * sample.specific_force).eval();
+    read.mean_rate += sample.angular_velocity / 11.0;
+    read.mean_force += sample.specific_force / 11.0;
+    samples.push_back(sample);
+  }
+  read.motion = antipode::integrate_imu<double>(samples, {0, kFrame_ns}, antipode::Vector6<double>::Zero(),
+                                                {1e-3, 1e-2, 1e-4, 1e-3});
+  return read;
 }
 
 }  // namespace
@@ -58,11 +70,11 @@ TEST_CASE("Without an IMU, the motion is added to the pose: the prediction by od
   // An IMU of no use: its noise is a million times that of the motion.
   std::mt19937_64 random(2);
   const InertialState state = random_state(random);
-  InertialMotion motion = motion_of(Flight{});
-  const Pose truth = step(state, motion).T_previous_current();
-  motion.noise = 1e6 * Square::Identity();
+  ReadMotion read = motion_of(Flight{});
+  const Pose truth = step(state, read).T_previous_current();
+  read.motion.noise = 1e6 * InertialMotion::Square::Identity();
   const PoseGaussian T_previous_current = measured(truth, 1e-3, 1e-2, random);
-  const FusedStep fused = fuse(step(state, motion), T_previous_current);
+  const FusedStep fused = fuse(step(state, read), T_previous_current);
   const PoseGaussian before = antipode::pose_marginal(state),
                      after = antipode::pose_marginal(fused.step.state);
   const Matrix6<double> A = T_previous_current.pose.inverse().adjoint();
@@ -74,24 +86,47 @@ TEST_CASE("Without an IMU, the motion is added to the pose: the prediction by od
 }
 
 TEST_CASE("Fusing is the update of pose before and state together", "[inertial][fusion]") {
-  // The oracle: the joint covariance of 24 dimensions, and the information form of a Gaussian update.
+  // The oracle: the joint covariance of pose and state, and the information form of a Gaussian update.
   std::mt19937_64 random(3);
   const InertialStep before = step(random_state(random), motion_of(Flight{}));
-  Eigen::Matrix<double, 24, 24> joint;
+  constexpr int kState = InertialChart::kDim, kJoint = 6 + kState;
+  using Joint = Eigen::Matrix<double, kJoint, kJoint>;
+  Joint joint;
   joint << before.previous, before.cross.transpose(), before.cross, before.state.covariance;
-  Eigen::Matrix<double, 6, 24> H = Eigen::Matrix<double, 6, 24>::Zero();
+  Eigen::Matrix<double, 6, kJoint> H = Eigen::Matrix<double, 6, kJoint>::Zero();
   H.leftCols<6>() = -before.T_previous_current().inverse().adjoint();
   for (int i = 0; i < 3; ++i) H(i, 6 + i) = H(3 + i, 6 + StatePart::kRho + i) = 1.0;
   const PoseGaussian z = measured(before.T_previous_current(), 1e-4, 1e-3, random);
-  const Eigen::Matrix<double, 24, 24> posterior =
-      (joint.inverse() + H.transpose() * z.covariance.inverse() * H).inverse();
+  const Joint posterior = (joint.inverse() + H.transpose() * z.covariance.inverse() * H).inverse();
   const FusedStep fused = fuse(before, z);
-  CHECK(fused.step.state.covariance.isApprox(posterior.bottomRightCorner<18, 18>(), 1e-6));
+  CHECK(fused.step.state.covariance.isApprox(posterior.bottomRightCorner<kState, kState>(), 1e-6));
   const Vector6<double> innovation = z.pose.boxminus(before.T_previous_current());
-  const Eigen::Matrix<double, 24, 1> expected =
+  const Eigen::Matrix<double, kJoint, 1> expected =
       posterior * H.transpose() * z.covariance.inverse() * innovation;
   const auto moved = InertialChart::local(before.state.state, fused.step.state.state);
-  CHECK((moved - expected.tail<18>()).norm() < 1e-6 * expected.norm() + 1e-12);
+  CHECK((moved - expected.tail<kState>()).norm() < 1e-6 * expected.norm() + 1e-12);
+}
+
+TEST_CASE("A turn of the sensor changes the step as turned readings do, to first order",
+          "[inertial][fusion]") {
+  std::mt19937_64 random(6);
+  const InertialState state = random_state(random);
+  const Flight flight;
+  for (int axis = 0; axis < 3; ++axis) {
+    constexpr double kTurn_rad = 1e-3;
+    const Vector3<double> turn = kTurn_rad * Vector3<double>::Unit(axis);
+    const auto moved = InertialChart::local(step(state, motion_of(flight)).state.state,
+                                            step(state, motion_of(flight, turn)).state.state);
+    // The covariance of the step with the turn, for a state whose turn alone is uncertain, is the Jacobian.
+    InertialState turned = state;
+    turned.covariance.setZero();
+    turned.covariance.block<3, 3>(StatePart::kTurn, StatePart::kTurn).setIdentity();
+    const InertialStep with_turn = step(turned, motion_of(flight));
+    const auto expected = kTurn_rad * with_turn.state.covariance.col(StatePart::kTurn + axis).head<12>();
+    // The readings change by a tenth over the frame, and the mean stands for them.
+    CHECK((moved.head<12>() - expected).norm() < 0.02 * expected.norm());
+    CHECK(expected.norm() > 1e-5);
+  }
 }
 
 TEST_CASE("A state at a pose has the covariance that its parts have in the axes of the IMU", "[inertial]") {
@@ -104,7 +139,8 @@ TEST_CASE("A state at a pose has the covariance that its parts have in the axes 
   CHECK((std::get<0>(again.state).velocity - std::get<0>(itself.state).velocity).norm() < 1e-12);
   CHECK((std::get<0>(again.state).vectors - std::get<0>(itself.state).vectors).norm() < 1e-12);
   const InertialEstimate estimate = estimate_of(itself);
-  CHECK(estimate.covariance.bottomRightCorner<9, 9>() == itself.covariance.bottomRightCorner<9, 9>());
+  CHECK(estimate.covariance.bottomRightCorner<9, 9>() ==
+        itself.covariance.block<9, 9>(StatePart::kGamma, StatePart::kGamma));
 }
 
 TEST_CASE("An unknown state is at rest without biases, whatever the memory held before", "[inertial]") {

@@ -22,7 +22,7 @@ namespace {
 using namespace stereo_slam;
 using nlohmann::json;
 
-constexpr int kCharts = 9;  // without ground truth
+constexpr int kCharts = 9;  // without ground truth and IMU
 
 /// Two laps of a circle with loops, losses, images and ground truth.
 RunRecord laps(std::size_t frames) {
@@ -38,6 +38,13 @@ RunRecord laps(std::size_t frames) {
     record.results[k].T_odometry_camera =
         test::at({0.0, 0.0, 0.02 * static_cast<double>(k)}) * record.trajectory[k].pose;
     record.map_points[k].position_world = position * 1.2 - Vector3<double>(0.0, 2.0, 0.0);
+  }
+  for (std::size_t k = 10; k < frames; ++k) {  // the IMU's filter starts then
+    InertialEstimate& inertial = record.results[k].inertial;
+    inertial.phase = InertialPhase::kRunning;
+    inertial.velocity << 0.1, 0.0, 7.0;
+    inertial.gravity << 0.0, 9.8, 0.4;
+    inertial.covariance.diagonal().setConstant(1e-3);
   }
   for (std::size_t k = 120; k < 140; ++k) {
     record.results[k].status = TrackingStatus::kLost;
@@ -80,7 +87,7 @@ void write_pages(const std::filesystem::path& folder) {
   const json texts = {"two laps</b>",      "20 of 400 frames were lost", "ground truth", "refused",
                       "1 sigma, enlarged", "Why frames are weak",        "few landmarks"};
   const json full = {{"texts", texts},
-                     {"charts", kCharts + 3},
+                     {"charts", kCharts + 3 + 4},
                      {"view", true},
                      {"interactive", true},
                      {"turns", true},
@@ -107,7 +114,7 @@ void write_pages(const std::filesystem::path& folder) {
   lost.trajectory[50].covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
   lost.map_points.clear();
   write(folder, "lost", lost, info_of(lost),
-        {{"texts", {"No frame could be tracked", "No values."}}, {"charts", kCharts}, {"view", true}});
+        {{"texts", {"No frame could be tracked", "No values."}}, {"charts", kCharts + 4}, {"view", true}});
 }
 
 /// What `compare` reads of a record.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/report/run_data.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include <nlohmann/json.hpp>
@@ -191,4 +192,28 @@ TEST_CASE("Numbers are rounded to decimals and to digits", "[report]") {
   CHECK(report::to_digits(0.0, 3) == 0.0);
   CHECK(std::isnan(report::to_digits(kNaN, 3)));
   CHECK(json(report::to_decimals(kNaN, 3)).dump() == "null");
+}
+
+TEST_CASE("What an IMU told is in the data of the frames in which its filter ran, with standard deviations",
+          "[report][imu]") {
+  auto record = drive(4);
+  CHECK(report::run_data(record, {})["inertial"].is_null());
+  InertialEstimate& estimate = record.results[2].inertial;
+  estimate.phase = InertialPhase::kRunning;
+  estimate.velocity << 1.0, 2.0, 3.0;
+  estimate.gravity << 0.0, 9.81 * std::sin(0.2), -9.81 * std::cos(0.2);
+  estimate.biases << 0.01, 0.0, 0.0, 0.0, 0.0, 0.3;
+  estimate.covariance.diagonal().setConstant(0.01);
+  const json data = report::run_data(record, {})["inertial"];
+  REQUIRE(data["velocity_m_s"].size() == 12);
+  CHECK(std::isnan(data["velocity_m_s"][0].get<double>()));
+  CHECK(data["velocity_m_s"][7] == 2.0);
+  CHECK(data["sigma_velocity_m_s"][7] == 0.1);
+  constexpr double kDegrees = 57.29578;
+  CHECK(data["elevation_deg"][6] == 0.0);
+  CHECK(data["elevation_deg"][7].get<double>() == Approx(-0.2 * kDegrees).margin(1e-4));  // the axis dips
+  CHECK(data["elevation_deg"][8].get<double>() == Approx(90.0 - 0.2 * kDegrees).margin(1e-4));
+  CHECK(data["sigma_elevation_deg"][6].get<double>() == Approx(0.1 / 9.81 * kDegrees).epsilon(0.005));
+  CHECK(data["gyroscope_bias_deg_s"][6].get<double>() == Approx(0.01 * kDegrees).margin(1e-4));
+  CHECK(data["accelerometer_bias_m_s2"][8] == 0.3);
 }

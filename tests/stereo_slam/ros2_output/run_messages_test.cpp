@@ -35,10 +35,11 @@ constexpr std::int64_t kStep_ns = 100'000'000;
 /// The messages that a run writes, read by our reader.
 class Messages {
  public:
-  Messages(const std::vector<FrameOutput>& frames, const std::optional<Eigen::Isometry3d>& T_body_camera) {
+  Messages(const std::vector<FrameOutput>& frames, const std::optional<Eigen::Isometry3d>& T_body_camera,
+           const std::optional<Pose>& T_camera_imu = std::nullopt) {
     std::string bytes;
     McapWriter writer([&](std::string_view more) { bytes += more; }, "tests");
-    RunMessages messages(writer, T_body_camera, false);
+    RunMessages messages(writer, T_body_camera, false, T_camera_imu);
     for (const auto& frame : frames) messages.add(frame);
     writer.end();
     write_text(folder_ / "run.mcap", bytes);
@@ -189,4 +190,54 @@ TEST_CASE("Frames with the same stamp, and landmarks and paths that are there, a
   CHECK(messages.count("/stereo_slam/landmarks") == 1);
   CHECK(messages.count("/stereo_slam/path") == 1);
   CHECK(odometry_in(messages, 1).twist == std::array<double, 6>{});
+}
+
+TEST_CASE("With an IMU the velocity of the base is that of the filter, carried from the IMU to the base",
+          "[ros2][imu]") {
+  Vector6<double> xi;
+  xi << 0.3, -0.2, 0.5, 0.4, -0.1, 0.2;
+  const Pose T_camera_imu = Pose::exp(xi);
+  const Eigen::Isometry3d T_body_camera = Eigen::Isometry3d::Identity();
+  FrameOutput frame{frame_at(1, Pose::identity())};
+  InertialEstimate& imu = frame.result.inertial;
+  imu.phase = InertialPhase::kRunning;
+  imu.gravity << 1.0, 2.0, -9.5;
+  imu.biases << 0.01, 0.02, 0.03, 0.1, 0.2, 0.3;
+  imu.covariance.diagonal().setConstant(0.04);
+  const Vector3<double> w = (car_motion().log() / 0.1).head<3>(), v_camera(0.5, -0.2, 8.0);
+  // Rigid: the IMU moves as the camera does, and turns about it.
+  imu.velocity =
+      T_camera_imu.rotation_matrix().transpose() * (v_camera + w.cross(T_camera_imu.translation()));
+  Messages messages({{frame_at(0, Pose::identity())}, frame}, T_body_camera, T_camera_imu);
+  const auto [child, pose, covariance, twist, twist_covariance] = odometry_in(messages, 1);
+  for (int i = 0; i < 3; ++i) {
+    CAPTURE(i);
+    CHECK(twist[static_cast<std::size_t>(i)] == Approx(v_camera[i]));
+    CHECK(twist[static_cast<std::size_t>(i + 3)] == Approx(w[i]));
+    // The rate is known to 1e-6 / .01; at the IMU's distance it adds that times its square, at most.
+    const double variance = twist_covariance[static_cast<std::size_t>(7 * i)];
+    CHECK(variance > 0.04);
+    CHECK(variance < 0.04 + 1e-4 * T_camera_imu.translation().squaredNorm() + 1e-12);
+  }
+
+  const auto read = [&](const std::string& topic, int begin) -> Vector3<double> {
+    auto fields = messages.fields("/stereo_slam/imu/" + topic, 0);
+    (void)fields.stamp_ns();
+    CHECK(fields.text() == "imu_link");
+    std::array<double, 6> numbers{};
+    std::array<double, 36> P{};
+    fields.fill(numbers);
+    fields.fill(P);
+    CHECK(P[static_cast<std::size_t>(7 * begin)] == 0.04);
+    CHECK(P[static_cast<std::size_t>(7 * (3 - begin))] == 0.0);
+    return Vector3<double>(numbers.data() + begin);
+  };
+  CHECK(messages.count("/stereo_slam/imu/gravity") == 1);  // not in the frame before it ran
+  CHECK(read("gravity", 0) == imu.gravity);
+  CHECK(read("accelerometer_bias", 0) == imu.biases.tail<3>());
+  CHECK(read("gyroscope_bias", 3) == imu.biases.head<3>());
+  auto fields = messages.fields("/tf_static", 0);
+  CHECK(fields.next<std::uint32_t>() == 2);
+  (void)next_transform(fields, "base_link", "camera_optical_frame");
+  CHECK(next_transform(fields, "base_link", "imu_link").is_approx(T_camera_imu, 1e-12));
 }

@@ -106,4 +106,29 @@ inline std::vector<std::uint8_t> cdr_camera_info(const CdrCameraInfo& info, bool
   return writer.take();
 }
 
+/// A sensor_msgs/msg/Imu: rates and specific forces along x to z, and what begins their covariances.
+struct CdrImu {
+  std::int64_t stamp_ns = 0;
+  std::array<double, 3> angular_velocity{};
+  std::array<double, 3> linear_acceleration{};
+  double angular_velocity_covariance = 0.0;
+  double linear_acceleration_covariance = 0.0;
+};
+
+inline std::vector<std::uint8_t> cdr_imu(const CdrImu& imu, bool big_endian) {
+  CdrWriter writer(big_endian);
+  writer.put_header(imu.stamp_ns, "imu");
+  const auto put_covariance = [&](double first) {
+    writer.put(first);
+    for (int i = 1; i < 9; ++i) writer.put(0.0);
+  };
+  for (const double q : {0.0, 0.0, 0.0, 1.0}) writer.put(q);
+  put_covariance(-1.0);
+  for (const double w : imu.angular_velocity) writer.put(w);
+  put_covariance(imu.angular_velocity_covariance);
+  for (const double a : imu.linear_acceleration) writer.put(a);
+  put_covariance(imu.linear_acceleration_covariance);
+  return writer.take();
+}
+
 }  // namespace stereo_slam::test

@@ -95,7 +95,7 @@ struct Fisheyes : Cameras {
 inline void check_rig(const OwnCamera& own, const Cameras& cameras, int width_px,
                       std::size_t coefficients = 5) {
   REQUIRE(own.rig);
-  const auto& [left, right, T_right_left, T_body_left] = *own.rig;
+  const auto& [left, right, T_right_left, T_body_left, imu_later_ns] = *own.rig;
   CHECK(left.width_px == width_px);
   CHECK(left.fy == Approx(cameras.K1(1, 1)));
   CHECK(right.cx == Approx(cameras.K2(0, 2)));

@@ -4,8 +4,8 @@ import {fixed, number} from './format.js';
 const kHeight_px = 142;
 
 /// Charts over a common time axis with a common cursor. A chart is
-///   {title, unit, note, series: [{name, values, colour, digits, dash}], and optionally
-///    stack: true (series on top of each other; the first is at the bottom), band: values (half width around the first series),
+///   {title, unit, note, series: [{name, values, colour, digits, dash, band}], and optionally
+///    stack: true (series on top of each other; the first is at the bottom),
 ///    log: true, level: {value, name}, marks: {name, times}, rows: [names] (categories 0, 1 ... instead of numbers), from_zero: false}
 export class ChartGroup {
   /// `onHover(row)` is called when the pointer is over a chart; rows are indices of `time_s`.
@@ -46,8 +46,8 @@ export class ChartGroup {
     } else {
       data.push(...values);
     }
-    if (chart.band) {
-      for (const sign of [1, -1]) data.push(values[0].map((value, k) => (value == null || chart.band[k] == null ? null : value + sign * chart.band[k])));
+    for (const {values: middle, band} of chart.series.filter((one) => one.band)) {
+      for (const sign of [1, -1]) data.push(middle.map((value, k) => (value == null || band[k] == null ? null : value + sign * band[k])));
     }
     return data;
   }
@@ -56,10 +56,10 @@ export class ChartGroup {
     const series = chart.series.map((one) => this.seriesOf(chart, one));
     if (chart.stack) series.reverse();
     const bands = [];
-    if (chart.band) {
+    for (const one of chart.series.filter((each) => each.band)) {
       const edge = {stroke: 'transparent', points: {show: false}, class: 'hidden'};
       series.push({...edge, label: 'upper'}, {...edge, label: 'lower'});
-      bands.push({series: [series.length - 1, series.length], fill: () => `${colour(chart.series[0].colour)}30`});
+      bands.push({series: [series.length - 1, series.length], fill: () => `${colour(one.colour)}30`});
     }
     return {
       width: Math.max(widthIn(figure), 200),

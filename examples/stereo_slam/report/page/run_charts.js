@@ -19,9 +19,10 @@ export function runCharts(data) {
     {title: 'Rotation, 1 sigma', unit: 'degrees', marks,
       note: 'Standard deviation of each final orientation relative to the first frame, about the camera’s axes.',
       series: axisSeries(frames.sigma_rotation_deg, ['pitch', 'yaw', 'roll'])},
-    {title: 'Height', unit: 'm above the first camera', from_zero: false, band: frames.sigma_height_m,
+    {title: 'Height', unit: 'm above the first camera', from_zero: false,
       note: 'Along the vertical axis of the first camera, with one standard deviation. If the first camera was tilted by one degree, a level road rises or falls by 1.7 m in 100 m.',
-      series: [{name: 'height', values: column(frames.position_m, 3, 1).map((y) => (y == null ? null : -y)), colour: 'blue', digits: 2}]},
+      series: [{name: 'height', values: column(frames.position_m, 3, 1).map((y) => (y == null ? null : -y)), colour: 'blue', digits: 2, band: frames.sigma_height_m}]},
+    ...inertialCharts(data.inertial),
     {title: 'Innovation', unit: 'NIS per degree of freedom', level: {value: 1, name: 'expected'},
       note: 'Normalised innovation squared: the squared distance of the measured points from their predictions, relative to the assumed noise. ' +
         'It is about 1 (dashed) if the noise is as assumed. Values far above 1 mean moving objects, blur or a wrong calibration.',
@@ -69,6 +70,24 @@ function truthCharts(truth) {
       series: [{name: 'NEES', values: truth.nees, colour: 'violet'}]});
   }
   return charts;
+}
+
+/// What the IMU tells, with bands of two standard deviations.
+function inertialCharts(inertial) {
+  if (!inertial) return [];
+  const chart = (title, unit, name, digits, note) => ({title, unit, note, from_zero: false,
+    series: axisSeries(inertial[name], ['x', 'y', 'z']).map((one, i) => ({...one, digits,
+      band: column(inertial[`sigma_${name}`], 3, i).map((sigma) => (sigma == null ? null : 2 * sigma))}))});
+  return [
+    chart('Velocity by the IMU', 'm/s', 'velocity_m_s', 3,
+      'Velocity of the IMU in its own axes, with a band of two standard deviations. It begins when the motion has told velocity, gravity and biases.'),
+    chart('Axes of the IMU above the horizon', 'degrees', 'elevation_deg', 2,
+      'The angle of each axis of the IMU above the horizon, by the direction of gravity, with two standard deviations. Until the IMU turns, the bias of the ' +
+      'accelerometer cannot be told from a tilt.'),
+    chart('Bias of the gyroscope', 'degrees/s', 'gyroscope_bias_deg_s', 3, 'The reading of the gyroscope at rest, with two standard deviations.'),
+    chart('Bias of the accelerometer', 'm/s²', 'accelerometer_bias_m_s2', 3,
+      'What the accelerometer reads besides the specific force, with two standard deviations.'),
+  ];
 }
 
 function stageSeries(frames) {

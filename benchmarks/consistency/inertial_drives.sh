@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Is the covariance of `run --imu` as large as its error, and what does an IMU cost or gain? Renders drives, and flights if there is a path,
+# with an IMU that is late or early, turned by 2 degrees and 2 cm off its calibration, with motion blur, all of which begin in motion; runs
+# stereo_slam on each with and without the IMU, and once more with a second of its images missing. Prints a Markdown table.
+# Needs numpy. What is rendered is not rendered again.
+#
+#   inertial_drives.sh [OUT]       default: out/inertial_drives
+#
+# Environment: SEEDS ("1 2 ... 10"); FLIGHT: a ground truth of EuRoC whose parts are flown, one a seed, besides (none);
+# STEREO_SLAM: the program (by default that of build/release, which is built); FRAMES (160); SCALE of the images (0.5).
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+out=${1:-$root/out/inertial_drives}
+frames=${FRAMES:-160}
+if [ -z "${STEREO_SLAM:-}" ]; then
+  cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release >/dev/null
+  cmake --build "$root/build/release" --target stereo_slam >/dev/null
+  STEREO_SLAM=$root/build/release/examples/stereo_slam/stereo_slam
+fi
+python=${PYTHON:-python3}
+mkdir -p "$out"
+
+# one NAME SEED ARGUMENT...: renders a case into OUT/NAME/images, runs and scores it.
+one() {
+  local name=$1 seed=$2 folder=$out/$1 run
+  shift 2
+  if [ ! -d "$folder/images" ]; then
+    rm -rf "$folder"
+    local delays=(-20 0 20 -10 10)
+    local blur=(--exposure 20)
+    ((seed % 3 == 0)) || blur=()
+    "$STEREO_SLAM" simulate --quiet --format euroc --frames "$frames" --fps 20 --scale "${SCALE:-0.5}" --seed "$seed" --imu \
+      --imu-delay "${delays[seed % 5]}" "${blur[@]}" --output "$folder/rendering" "$@"
+    "$python" "$here/inertial_drives.py" misalign "$folder/rendering/mav0" "$seed"
+    mv "$folder/rendering" "$folder/images"
+  fi
+  rm -rf "$folder/gap"
+  cp -rs "$folder/images" "$folder/gap" # links
+  "$python" "$here/inertial_drives.py" remove "$folder/gap/mav0"
+  for run in alone imu gap_alone gap_imu; do
+    local images=images options=()
+    [[ $run == gap* ]] && images=gap
+    [[ $run == *imu ]] && options=(--imu)
+    "$STEREO_SLAM" run --quiet --overwrite --dataset "$folder/$images" --output "$folder/$run" --json "$folder/$run.json" \
+      --pose-frame body "${options[@]}" 2>"$folder/$run.log" || true
+  done
+  # The poses are those of the body, velocities and biases those of what the calibration takes for the IMU.
+  "$STEREO_SLAM" evaluate --groundtruth "$folder/images/mav0/state_groundtruth_estimate0/data.csv" --estimate "$folder/imu/trajectory_tum.txt" \
+    --covariances "$folder/imu/covariances.csv" --json "$folder/score.json" >/dev/null 2>&1 || true
+  "$STEREO_SLAM" evaluate --groundtruth "$folder/images/mav0/true_imu.csv" --estimate "$folder/imu/trajectory_tum.txt" \
+    --inertial "$folder/imu/inertial.csv" --json "$folder/inertial.json" >/dev/null 2>&1 || true
+  "$python" "$here/inertial_drives.py" row "$folder"
+}
+
+out=$(cd "$out" && pwd)
+"$python" "$here/inertial_drives.py" head
+for seed in ${SEEDS:-1 2 3 4 5 6 7 8 9 10}; do
+  one "drive-$seed" "$seed"
+  [ -n "${FLIGHT:-}" ] || continue
+  "$python" "$here/inertial_drives.py" flight "$FLIGHT" "$seed" "$frames" "$out/flight-$seed.txt"
+  one "flight-$seed" "$seed" --trajectory "$out/flight-$seed.txt"
+done
