@@ -2,7 +2,9 @@
 #include "stereo_slam/dataset/camera_from_motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -13,6 +15,7 @@
 
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/core/parallel.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -181,15 +184,21 @@ double cost(const Unknowns& x, const std::vector<std::vector<MovedPoint>>& pairs
 std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame& second) {
   constexpr float kMostRows_px = 2.0F;
   constexpr float kLeastDisparity_px = 2.0F;
-  const ImageCorners corners = find_corners(first.left);
+  const std::array<cv::Mat, 3> images = {first.left, first.right, second.left};
+  std::array<ImageCorners, 3> corners;
+  run_each(images.size(), [&](std::size_t i) { corners[i] = find_corners(images[i]); });
+  std::vector<CornerPair> stereo;
+  std::vector<CornerPair> moved;
+  run_both([&] { stereo = match_corners(corners[0], corners[1]); },
+           [&] { moved = match_corners(corners[0], corners[2]); });
   std::map<std::pair<float, float>, float> disparity_px;
-  for (const auto& [left_px, right_px] : match_corners(corners, find_corners(first.right))) {
+  for (const auto& [left_px, right_px] : stereo) {
     const cv::Point2f offset = left_px - right_px;
-    if (std::abs(offset.y) < kMostRows_px * corners.unit_px && offset.x > kLeastDisparity_px)
+    if (std::abs(offset.y) < kMostRows_px * corners[0].unit_px && offset.x > kLeastDisparity_px)
       disparity_px[{left_px.x, left_px.y}] = offset.x;
   }
   std::vector<MovedPoint> points;
-  for (const auto& [first_px, second_px] : match_corners(corners, find_corners(second.left))) {
+  for (const auto& [first_px, second_px] : moved) {
     const auto found = disparity_px.find({first_px.x, first_px.y});
     if (found == disparity_px.end()) continue;
     points.push_back({.first_px = Eigen::Vector2f(first_px.x, first_px.y).cast<double>(),
