@@ -191,19 +191,20 @@ std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame
   std::vector<CornerPair> moved;
   run_both([&] { stereo = match_corners(corners[0], corners[1]); },
            [&] { moved = match_corners(corners[0], corners[2]); });
-  std::map<std::pair<float, float>, float> disparity_px;
+  std::map<std::pair<float, float>, cv::Point2f> offsets_px;  // left minus right
   for (const auto& [left_px, right_px] : stereo) {
     const cv::Point2f offset = left_px - right_px;
     if (std::abs(offset.y) < kMostRows_px * corners[0].unit_px && offset.x > kLeastDisparity_px)
-      disparity_px[{left_px.x, left_px.y}] = offset.x;
+      offsets_px[{left_px.x, left_px.y}] = offset;
   }
   std::vector<MovedPoint> points;
   for (const auto& [first_px, second_px] : moved) {
-    const auto found = disparity_px.find({first_px.x, first_px.y});
-    if (found == disparity_px.end()) continue;
+    const auto found = offsets_px.find({first_px.x, first_px.y});
+    if (found == offsets_px.end()) continue;
     points.push_back({.first_px = Eigen::Vector2f(first_px.x, first_px.y).cast<double>(),
-                      .disparity_px = static_cast<double>(found->second),
-                      .second_px = Eigen::Vector2f(second_px.x, second_px.y).cast<double>()});
+                      .disparity_px = static_cast<double>(found->second.x),
+                      .second_px = Eigen::Vector2f(second_px.x, second_px.y).cast<double>(),
+                      .rows_px = -static_cast<double>(found->second.y)});
   }
   return points;
 }
