@@ -76,7 +76,8 @@ constexpr std::size_t kAmbiguous = 4;
   return radtan ? "radtan" : "equidistant";
 }
 
-void set_one(Lens& lens, const GivenDistortion& given, const Fail& fail) {
+void set_one(Lens& lens, const GivenDistortion& given, const char* side, const Fail& fail_rig) {
+  const auto fail = [&](const std::string& what) { fail_rig(fmt::format("the {} camera: {}", side, what)); };
   if (!given.model.empty()) {
     set_model(lens, given.model, fail);
   } else {
@@ -112,8 +113,8 @@ void set_distortions(StereoRig& rig, const GivenDistortion& left, const GivenDis
       if (given->model.empty()) given->model = model;
     }
   }
-  set_one(rig.left, of_left, fail);
-  set_one(rig.right, of_right, fail);
+  set_one(rig.left, of_left, "left", fail);
+  set_one(rig.right, of_right, "right", fail);
 }
 
 }  // namespace stereo_slam
