@@ -36,8 +36,7 @@ constexpr std::size_t kAmbiguous = 4;
   for (int i = 1; i <= kSteps; ++i) {
     const double x = most * i / kSteps;
     double factor = 0.0;
-    for (auto coefficient = k.rbegin(); coefficient != k.rend(); ++coefficient)
-      factor = (factor + *coefficient) * x * x;
+    for (std::size_t n = k.size(); n > 0; --n) factor = (factor + k[n - 1]) * x * x;
     const double grown = x * (1.0 + factor);
     if (!(grown > before)) return std::nullopt;
     if (grown >= radius) return x >= kLeast ? std::optional(x) : std::nullopt;

@@ -10,8 +10,8 @@
 /// Whether the right images were taken later than the left ones. A point lies in one row of both images of a
 /// rectified pair. If the right image is later by a part t of the time between two frames, and the row of the
 /// point changes by m from frame to frame, the rows differ by t m. Errors of the rectification change rows in
-/// other ways: by a displacement, or in proportion to the position in the image. A displacement may differ
-/// from frame to frame.
+/// other ways: by a displacement, which may differ from frame to frame, or in proportion to the position in
+/// the image. So does a radial distortion that both images still have.
 namespace stereo_slam {
 
 /// A delay of the right images, in units of the time between two frames.
@@ -28,7 +28,8 @@ struct RightDelay {
 /// The delay within half the time between two frames that fits the rows of the points best, of which some are
 /// wrong. `gap` is the number of frames from the first to the second frame of each pair. Nothing if there are
 /// fewer than 100 points.
-[[nodiscard]] std::optional<RightDelay> right_delay(const std::vector<std::vector<MovedPoint>>& pairs,
+[[nodiscard]] std::optional<RightDelay> right_delay(const StereoCamera& camera,
+                                                    const std::vector<std::vector<MovedPoint>>& pairs,
                                                     std::size_t gap);
 
 }  // namespace stereo_slam

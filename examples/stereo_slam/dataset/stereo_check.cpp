@@ -78,7 +78,7 @@ std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& seque
 /// Right images that were taken later or earlier than the left ones, by less than a frame.
 std::vector<Problem> delayed_right_images(const StereoSequence& sequence,
                                           const std::vector<std::vector<MovedPoint>>& motions) {
-  const auto delay = right_delay(motions, kGap);
+  const auto delay = right_delay(sequence.camera, motions, kGap);
   if (!delay || !delay->is_clear()) return {};
   return {Problem::warning(
       sequence.folder,
