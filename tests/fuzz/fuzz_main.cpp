@@ -5,6 +5,8 @@
 #include <cstring>
 #include <string_view>
 
+#include <opencv2/core/utility.hpp>
+
 #include "fuzz/fuzz_target.hpp"
 
 namespace {
@@ -15,6 +17,7 @@ antipode::fuzz::Target chosen;  // libFuzzer's interface has no place for it
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   constexpr std::string_view kOption = "--target=";
+  cv::setNumThreads(1);  // a second one would wait for work most of the time
   const auto all = antipode::fuzz::targets();
   for (int i = 1; i < *argc; ++i) {
     const std::string_view argument = (*argv)[i];

@@ -210,6 +210,12 @@ void pair_images(BagReader& reader, const TopicPair& topics, const BagOptions& o
     if (!has_messages(reader, name))
       fail(file, "has no {}; name the calibration of the camera: --calibration FILE", name);
   }
+  if (left == right) {
+    fail(file,
+         "{} is the only camera_info beside {} and {}, but each has its own calibration; name that of both: "
+         "--calibration FILE",
+         left, topics.left, topics.right);
+  }
   const CameraInfo of_left = reader.camera_info(left);
   const CameraInfo of_right = reader.camera_info(right);
   for (const auto& [name, info] : {std::pair(left, of_left), {right, of_right}}) {

@@ -63,8 +63,9 @@ class Db3File : public MessageFile {
  public:
   explicit Db3File(const fs::path& file) {
     sqlite3* opened = nullptr;
-    const int status =
-        sqlite3_open_v2(uri_of(file).c_str(), &opened, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+    // Like any MessageFile it is not thread-safe, so that SQLite needs no locks.
+    constexpr int kFlags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
+    const int status = sqlite3_open_v2(uri_of(file).c_str(), &opened, kFlags, nullptr);
     database_.reset(opened);
     if (status != SQLITE_OK) refuse("cannot be opened");
     // SQLite reads what is left of a file that was cut off only if the schema may be written, which a
@@ -94,13 +95,17 @@ class Db3File : public MessageFile {
   }
 
   [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place) override {
-    return read(place, std::numeric_limits<std::size_t>::max());
+    if (const auto fault = try_to_read(place, std::numeric_limits<std::size_t>::max()); !fault.empty())
+      throw std::runtime_error(fault);
+    return bytes_;
   }
 
   [[nodiscard]] std::vector<MessageBeginning> read_beginnings(std::span<const MessagePlace> places) override {
     std::vector<MessageBeginning> beginnings(places.size());
-    for (std::size_t i = 0; i < places.size(); ++i)
-      fill_beginning(beginnings[i], [&] { return read(places[i], kStampedBytes); });
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      beginnings[i].fault = try_to_read(places[i], kStampedBytes);
+      if (beginnings[i].fault.empty()) fill_beginning(beginnings[i], [&] { return std::span(bytes_); });
+    }
     return beginnings;
   }
 
@@ -120,8 +125,9 @@ class Db3File : public MessageFile {
   };
   using Statement = std::unique_ptr<sqlite3_stmt, Close>;
 
-  /// The message, or at least its first `most_bytes`.
-  [[nodiscard]] std::span<const std::uint8_t> read(const MessagePlace& place, std::size_t most_bytes) {
+  /// Reads the message, or its first `most_bytes`. Returns why that is not possible; nothing if it is. In a
+  /// damaged database that may hold for most messages, and exceptions would take most of the time.
+  [[nodiscard]] std::string try_to_read(const MessagePlace& place, std::size_t most_bytes) {
     const auto row = static_cast<sqlite3_int64>(place.offset);
     sqlite3_blob* blob = blob_.get();
     const int status = blob != nullptr
@@ -130,12 +136,11 @@ class Db3File : public MessageFile {
     if (blob_ == nullptr) blob_.reset(blob);
     if (status == SQLITE_OK) {
       bytes_.resize(std::min(most_bytes, static_cast<std::size_t>(sqlite3_blob_bytes(blob))));
-      if (sqlite3_blob_read(blob, bytes_.data(), static_cast<int>(bytes_.size()), 0) == SQLITE_OK)
-        return bytes_;
+      if (sqlite3_blob_read(blob, bytes_.data(), static_cast<int>(bytes_.size()), 0) == SQLITE_OK) return {};
     }
-    const std::string why = sqlite3_errmsg(database_.get());
+    std::string why = sqlite3_errmsg(database_.get());
     blob_.reset();  // it cannot be used again
-    throw std::runtime_error(fmt::format("the message cannot be read ({}); {}", why, kDatabaseAdvice));
+    return fmt::format("the message cannot be read ({}); {}", why, kDatabaseAdvice);
   }
 
   [[noreturn]] void refuse(std::string_view what) const {

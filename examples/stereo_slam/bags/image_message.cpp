@@ -32,7 +32,7 @@ struct Encoding {
 /// The rows of nv12 and nv21 are grey, and colours follow behind them. uyvy and yuyv are the names that ROS 2
 /// gave to yuv422 and yuv422_yuy2. ROS names a Bayer pattern by the pixels from the first row and column on,
 /// OpenCV by those from the second.
-constexpr std::array<Encoding, 20> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
+constexpr std::array<Encoding, 30> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
                                                   {"8UC1", CV_8UC1, kAsItIs},
                                                   {"mono16", CV_16UC1, kAsItIs},
                                                   {"16UC1", CV_16UC1, kAsItIs},
@@ -46,6 +46,16 @@ constexpr std::array<Encoding, 20> kEncodings = {{{"mono8", CV_8UC1, kAsItIs},
                                                   {"bayer_bggr8", CV_8UC1, cv::COLOR_BayerRG2GRAY},
                                                   {"bayer_gbrg8", CV_8UC1, cv::COLOR_BayerGR2GRAY},
                                                   {"bayer_grbg8", CV_8UC1, cv::COLOR_BayerGB2GRAY},
+                                                  {"rgb16", CV_16UC3, cv::COLOR_RGB2GRAY},
+                                                  {"bgr16", CV_16UC3, cv::COLOR_BGR2GRAY},
+                                                  {"rgba16", CV_16UC4, cv::COLOR_RGBA2GRAY},
+                                                  {"bgra16", CV_16UC4, cv::COLOR_BGRA2GRAY},
+                                                  {"16UC3", CV_16UC3, cv::COLOR_BGR2GRAY},
+                                                  {"16UC4", CV_16UC4, cv::COLOR_BGRA2GRAY},
+                                                  {"bayer_rggb16", CV_16UC1, cv::COLOR_BayerBG2GRAY},
+                                                  {"bayer_bggr16", CV_16UC1, cv::COLOR_BayerRG2GRAY},
+                                                  {"bayer_gbrg16", CV_16UC1, cv::COLOR_BayerGR2GRAY},
+                                                  {"bayer_grbg16", CV_16UC1, cv::COLOR_BayerGB2GRAY},
                                                   {"nv12", CV_8UC1, kAsItIs},
                                                   {"nv21", CV_8UC1, kAsItIs},
                                                   {"uyvy", CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
@@ -57,9 +67,11 @@ const Encoding& encoding_of(const ImageMessage& message) {
   const auto* found = std::ranges::find_if(
       kEncodings, [&](const Encoding& encoding) { return encoding.name == message.encoding; });
   if (found == kEncodings.end()) {
-    throw std::invalid_argument(fmt::format(
-        "the encoding '{}' is not known; record mono8, bgr8, rgb8, bayer_*8, yuv422 or compressed images",
-        message.encoding));
+    throw std::invalid_argument(
+        fmt::format("the encoding '{}' is not known; record mono, bgr, rgb or bayer images of 8 or 16 bits, "
+                    "yuv422 or compressed "
+                    "images",
+                    message.encoding));
   }
   return *found;
 }
@@ -87,24 +99,34 @@ void check_size(const ImageMessage& message, std::size_t pixel_bytes) {
   if (message.data.size() < needed) throw std::invalid_argument("the image is truncated; record it again");
 }
 
-/// The upper and the lower byte of each pixel of a checked image with 16 bits a pixel.
-std::array<cv::Mat, 2> bytes_of_16(const ImageMessage& message) {
+/// The upper and the lower bytes of a checked image with 16 bits a value, one channel beside the other.
+std::array<cv::Mat, 2> bytes_of_16(const ImageMessage& message, int channels) {
   auto* data = const_cast<std::uint8_t*>(message.data.data());  // only read
-  const cv::Mat pixels(static_cast<int>(message.height), static_cast<int>(message.width), CV_8UC2, data,
-                       message.step);
+  const cv::Mat values(static_cast<int>(message.height), static_cast<int>(message.width) * channels, CV_8UC2,
+                       data, message.step);
   std::array<cv::Mat, 2> bytes;
-  cv::split(pixels, bytes.data());
+  cv::split(values, bytes.data());
   if (!message.big_endian) std::swap(bytes[0], bytes[1]);
   return bytes;
 }
 
-/// A checked image with 16 bits a pixel as CV_16UC1.
-cv::Mat checked_values_of_16(const ImageMessage& message) {
-  const auto [upper, lower] = bytes_of_16(message);
+/// A checked image with 16 bits a value as grey CV_16UC1.
+cv::Mat checked_values_of_16(const ImageMessage& message, const Encoding& encoding) {
+  const int channels = CV_MAT_CN(encoding.type);
+  const auto [upper, lower] = bytes_of_16(message, channels);
   cv::Mat values;
   upper.convertTo(values, CV_16U, 256.0);
   cv::add(values, lower, values, cv::noArray(), CV_16U);
-  return values;
+  if (encoding.conversion == kAsItIs) return values;
+  cv::Mat grey;
+  cv::cvtColor(values.reshape(channels), grey, encoding.conversion);
+  return grey;
+}
+
+/// A checked image with 16 bits a value as CV_8UC1.
+cv::Mat checked_grey_of_16(const ImageMessage& message, const Encoding& encoding, const GreyScale& scale) {
+  if (scale == GreyScale{} && encoding.conversion == kAsItIs) return bytes_of_16(message, 1)[0];
+  return to_grey(checked_values_of_16(message, encoding), scale);
 }
 
 bool is_jpeg(std::span<const std::uint8_t> data) {
@@ -138,25 +160,23 @@ cv::Mat decode(std::span<const std::uint8_t> data, int flags) {
 
 cv::Mat values_of_16(const ImageMessage& message) {
   const Encoding& encoding = encoding_of(message);
-  if (encoding.type != CV_16UC1) return {};
+  if (CV_MAT_DEPTH(encoding.type) != CV_16U) return {};
   check_size(message, CV_ELEM_SIZE(encoding.type));
-  return checked_values_of_16(message);
+  return checked_values_of_16(message, encoding);
 }
 
 cv::Mat to_grey(const ImageMessage& message, const GreyScale& scale) {
   const Encoding& encoding = encoding_of(message);
   check_size(message, CV_ELEM_SIZE(encoding.type));
+  if (CV_MAT_DEPTH(encoding.type) == CV_16U) return checked_grey_of_16(message, encoding, scale);
   // cv::Mat needs a pointer to non-const data; the image is only read.
   auto* data = const_cast<std::uint8_t*>(message.data.data());
   const cv::Mat image(static_cast<int>(message.height), static_cast<int>(message.width), encoding.type, data,
                       message.step);
-  if (encoding.conversion != kAsItIs) {
-    cv::Mat grey;
-    cv::cvtColor(image, grey, encoding.conversion);
-    return grey;
-  }
-  if (encoding.type == CV_8UC1) return image.clone();
-  return scale == GreyScale{} ? bytes_of_16(message)[0] : to_grey(checked_values_of_16(message), scale);
+  if (encoding.conversion == kAsItIs) return image.clone();
+  cv::Mat grey;
+  cv::cvtColor(image, grey, encoding.conversion);
+  return grey;
 }
 
 cv::Mat decode_16_bit(std::span<const std::uint8_t> compressed) {

@@ -24,13 +24,13 @@ struct ImageMessage {
   std::span<const std::uint8_t> data;
 };
 
-/// The image as CV_8UC1. Throws std::invalid_argument for encodings other than mono8, mono16, 8UC1, 16UC1,
-/// bgr8, rgb8, bgra8, rgba8, 8UC3 and 8UC4 (which are read as bgr8 and bgra8), bayer_*8, yuv422, uyvy,
-/// yuv422_yuy2, yuyv, nv12 and nv21, and for sizes that do not fit together. 16 bits a pixel become grey by
-/// the scale.
+/// The image as CV_8UC1. Throws std::invalid_argument for encodings other than mono, bgr, rgb, bgra, rgba and
+/// bayer_* of 8 and 16 bits, 8UC1, 8UC3, 8UC4, 16UC1, 16UC3 and 16UC4 (which are read as mono, bgr and bgra),
+/// yuv422, uyvy, yuv422_yuy2, yuyv, nv12 and nv21, and for sizes that do not fit together. 16 bits a value
+/// become 16 bits of grey first, and then 8 by the scale.
 [[nodiscard]] cv::Mat to_grey(const ImageMessage& message, const GreyScale& scale = {});
 
-/// An image of 16 bits a pixel as CV_16UC1; empty for another encoding. Throws like to_grey().
+/// An image of 16 bits a value as grey CV_16UC1; empty for another encoding. Throws like to_grey().
 [[nodiscard]] cv::Mat values_of_16(const ImageMessage& message);
 
 /// The image of a sensor_msgs/CompressedImage as CV_8UC1: JPEG, PNG or another format that OpenCV decodes.

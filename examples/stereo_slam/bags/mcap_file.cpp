@@ -71,18 +71,20 @@ class McapFile : public MessageFile {
     return mcap_message_data(record.value_or(McapContent{}));
   }
 
-  /// In the order of the file, in two halves at the same time.
+  /// In the order of the file, in parts at the same time: more than there are threads, so that these end at
+  /// about the same time.
   [[nodiscard]] std::vector<MessageBeginning> read_beginnings(std::span<const MessagePlace> places) override {
     std::vector<std::size_t> order(places.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::sort(order, {}, [&](std::size_t i) { return std::pair(places[i].block, places[i].offset); });
     std::vector<MessageBeginning> beginnings(places.size());
-    const auto read_part = [&](std::span<const std::size_t> part) {
+    constexpr std::size_t kPartsOfThread = 4;
+    const std::size_t parts = kPartsOfThread * static_cast<std::size_t>(cv::getNumThreads());
+    run_each(parts, [&](std::size_t part) {
       McapBeginnings reader(file_);
-      for (const std::size_t i : part) fill_beginning(beginnings[i], [&] { return reader.read(places[i]); });
-    };
-    const auto all = std::span<const std::size_t>(order);
-    run_both([&] { read_part(all.first(all.size() / 2)); }, [&] { read_part(all.subspan(all.size() / 2)); });
+      for (std::size_t k = part * order.size() / parts; k < (part + 1) * order.size() / parts; ++k)
+        fill_beginning(beginnings[order[k]], [&] { return reader.read(places[order[k]]); });
+    });
     return beginnings;
   }
 

@@ -36,8 +36,7 @@ constexpr std::size_t kAmbiguous = 4;
   for (int i = 1; i <= kSteps; ++i) {
     const double x = most * i / kSteps;
     double factor = 0.0;
-    for (auto coefficient = k.rbegin(); coefficient != k.rend(); ++coefficient)
-      factor = (factor + *coefficient) * x * x;
+    for (std::size_t n = k.size(); n > 0; --n) factor = (factor + k[n - 1]) * x * x;
     const double grown = x * (1.0 + factor);
     if (!(grown > before)) return std::nullopt;
     if (grown >= radius) return x >= kLeast ? std::optional(x) : std::nullopt;
@@ -76,7 +75,8 @@ constexpr std::size_t kAmbiguous = 4;
   return radtan ? "radtan" : "equidistant";
 }
 
-void set_one(Lens& lens, const GivenDistortion& given, const Fail& fail) {
+void set_one(Lens& lens, const GivenDistortion& given, const char* side, const Fail& fail_rig) {
+  const auto fail = [&](const std::string& what) { fail_rig(fmt::format("the {} camera: {}", side, what)); };
   if (!given.model.empty()) {
     set_model(lens, given.model, fail);
   } else {
@@ -112,8 +112,8 @@ void set_distortions(StereoRig& rig, const GivenDistortion& left, const GivenDis
       if (given->model.empty()) given->model = model;
     }
   }
-  set_one(rig.left, of_left, fail);
-  set_one(rig.right, of_right, fail);
+  set_one(rig.left, of_left, "left", fail);
+  set_one(rig.right, of_right, "right", fail);
 }
 
 }  // namespace stereo_slam

@@ -102,6 +102,13 @@ void set_coefficients(Lens& lens, std::vector<double> coefficients, const Fail& 
       std::all_of(coefficients.begin() + static_cast<std::ptrdiff_t>(most), coefficients.end(), is_zero))
     coefficients.resize(most);
   const auto count = coefficients.size();
+  constexpr std::size_t kThinPrism = 12;
+  if (radtan && (count == kThinPrism || count == kThinPrism + 2)) {
+    return fail(fmt::format(
+        "radtan has {} distortion coefficients, of which those after the eighth (thin prism, tilted "
+        "sensor) are not zero and not read; calibrate without them",
+        count));
+  }
   if (count != 4 && !(radtan && (count == 5 || count == kRational))) {
     return fail(fmt::format("{} has {} distortion coefficients, but needs {}",
                             radtan ? "radtan" : "equidistant", count,

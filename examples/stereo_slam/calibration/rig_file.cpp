@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -193,8 +195,16 @@ StereoRig read_camchain(const fs::path& file, const YAML::Node& document) {
 
 OwnCamera read_own_camera(const fs::path& file) {
   const YamlMap map = load(file, "write the calibration as docs/datasets.md describes");
-  map.refuse_unknown_keys({"left", "right", "T_right_left", "T_body_left", "rectified", "frame_rate_hz",
-                           "times", "layout", "source"});
+  const std::set<std::string> known = {"left",          "right", "T_right_left", "T_body_left", "rectified",
+                                       "frame_rate_hz", "times", "layout",       "source"};
+  const bool is_cameras = map.has("rectified") || (map.has("left") && map.has("right"));
+  if (const auto first = map.first_key(); !is_cameras && !first.empty() && !known.contains(first)) {
+    map.fail(
+        "is no calibration of a program that is known (its first key is {}); write its values into a "
+        "calibration.yaml as docs/datasets.md describes",
+        first);
+  }
+  map.refuse_unknown_keys(known);
   OwnCamera own;
   read_layout(map, own);
   const bool rectified = map.has("rectified");

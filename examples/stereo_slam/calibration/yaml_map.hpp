@@ -48,6 +48,11 @@ class YamlMap {
   }
 
   [[nodiscard]] bool has(const std::string& key) const { return node_[key].IsDefined(); }
+  /// The first key; empty if there is none.
+  [[nodiscard]] std::string first_key() const {
+    const auto first = node_.begin();
+    return first != node_.end() && first->first.IsScalar() ? first->first.Scalar() : "";
+  }
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
   [[nodiscard]] const YAML::Node& node() const { return node_; }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+
 #include <opencv2/core/utility.hpp>
 
 namespace stereo_slam {
@@ -12,6 +14,15 @@ void run_both(const First& first, const Second& second) {
   cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& range) {
     if (range.start == 0) first();
     if (range.end == 2) second();
+  });
+}
+
+/// Calls a function with each number below `count`, in any order, on OpenCV's threads. Returns when all calls
+/// have ended. An exception of one reaches the caller.
+template <typename Function>
+void run_each(std::size_t count, const Function& function) {
+  cv::parallel_for_(cv::Range(0, static_cast<int>(count)), [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) function(static_cast<std::size_t>(i));
   });
 }
 

@@ -2,8 +2,13 @@
 #include "stereo_slam/dataset/camera_from_motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+<<<<<<< HEAD
 #include <limits>
+=======
+#include <cstddef>
+>>>>>>> a37a35b7a90fa90eb77e85c1bcbe3757cbe8640d
 #include <map>
 #include <numeric>
 #include <utility>
@@ -16,6 +21,7 @@
 
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/core/parallel.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -177,20 +183,27 @@ double noise_of(const Unknowns& x, const std::vector<std::vector<MovedPoint>>& p
 std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame& second) {
   constexpr float kMostRows_px = 2.0F;
   constexpr float kLeastDisparity_px = 2.0F;
-  const ImageCorners corners = find_corners(first.left);
-  std::map<std::pair<float, float>, float> disparity_px;
-  for (const auto& [left_px, right_px] : match_corners(corners, find_corners(first.right))) {
+  const std::array<cv::Mat, 3> images = {first.left, first.right, second.left};
+  std::array<ImageCorners, 3> corners;
+  run_each(images.size(), [&](std::size_t i) { corners[i] = find_corners(images[i]); });
+  std::vector<CornerPair> stereo;
+  std::vector<CornerPair> moved;
+  run_both([&] { stereo = match_corners(corners[0], corners[1]); },
+           [&] { moved = match_corners(corners[0], corners[2]); });
+  std::map<std::pair<float, float>, cv::Point2f> offsets_px;  // left minus right
+  for (const auto& [left_px, right_px] : stereo) {
     const cv::Point2f offset = left_px - right_px;
-    if (std::abs(offset.y) < kMostRows_px * corners.unit_px && offset.x > kLeastDisparity_px)
-      disparity_px[{left_px.x, left_px.y}] = offset.x;
+    if (std::abs(offset.y) < kMostRows_px * corners[0].unit_px && offset.x > kLeastDisparity_px)
+      offsets_px[{left_px.x, left_px.y}] = offset;
   }
   std::vector<MovedPoint> points;
-  for (const auto& [first_px, second_px] : match_corners(corners, find_corners(second.left))) {
-    const auto found = disparity_px.find({first_px.x, first_px.y});
-    if (found == disparity_px.end()) continue;
+  for (const auto& [first_px, second_px] : moved) {
+    const auto found = offsets_px.find({first_px.x, first_px.y});
+    if (found == offsets_px.end()) continue;
     points.push_back({.first_px = Eigen::Vector2f(first_px.x, first_px.y).cast<double>(),
-                      .disparity_px = static_cast<double>(found->second),
-                      .second_px = Eigen::Vector2f(second_px.x, second_px.y).cast<double>()});
+                      .disparity_px = static_cast<double>(found->second.x),
+                      .second_px = Eigen::Vector2f(second_px.x, second_px.y).cast<double>(),
+                      .rows_px = -static_cast<double>(found->second.y)});
   }
   return points;
 }

@@ -21,6 +21,7 @@ struct MovedPoint {
   Eigen::Vector2d first_px;
   double disparity_px = 0.0;
   Eigen::Vector2d second_px;
+  double rows_px = 0.0;  ///< row in the right image minus that in the left one
 };
 
 /// The points that two frames share. Some are wrong.

@@ -20,6 +20,7 @@
 #include "stereo_slam/images/image_file.hpp"
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/folder_names.hpp"
 #include "stereo_slam/stamps/image_names.hpp"
 
 namespace stereo_slam {
@@ -237,7 +238,10 @@ ImageList list_images(const fs::path& folder) {
     const bool broken_link = entry.is_symlink() && !entry.exists();  // is an image that cannot be read
     if (broken_link || entry.is_regular_file()) images.push_back(entry.path());
   }
-  if (images.empty()) fail(folder, "contains no images (png, jpg, pgm, bmp, tif)");
+  if (images.empty()) {
+    const std::string names = names_in(folder);
+    fail(folder, "contains no images (png, jpg, pgm, bmp, tif){}", names.empty() ? "" : "; it has " + names);
+  }
   ImageList list = in_order(folder, std::move(images));
   if (list.times.keys.empty() && list.times.stamps_ns.empty()) require_no_wrap(folder, list.files);
   require_different_stamps(list);

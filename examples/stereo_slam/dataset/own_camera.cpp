@@ -18,6 +18,7 @@
 #include "stereo_slam/images/video.hpp"
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/folder_names.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/stamps/stamp_units.hpp"
 #include "stereo_slam/stamps/times_file.hpp"
@@ -124,8 +125,11 @@ Sources sources_of(const OwnCamera& own, const OwnCameraFiles& files) {
 void check_sources(const Sources& sources, const OwnCameraFiles& files) {
   for (const auto& source : {sources.left, sources.right}) {
     if (source.empty() || is_live(source) || fs::exists(source)) continue;
-    fail(source, "neither a folder of images nor a video; correct {}'source' in {}",
-         files.dataset.empty() ? "" : "--dataset, or ", files.calibration.filename().string());
+    const fs::path folder = source.parent_path();
+    const std::string names = names_in(folder);
+    fail(source, "neither a folder of images nor a video; correct {}'source' in {}{}",
+         files.dataset.empty() ? "" : "--dataset, or ", files.calibration.filename().string(),
+         names.empty() ? "" : fmt::format("; {} has {}", folder.string(), names));
   }
   if (sources.side_by_side()) return;
   if (is_live(sources.left) != is_live(sources.right))

@@ -83,8 +83,8 @@ void check_view(SequenceScan& scan) {
 }
 
 /// What to do about a baseline that is too long to be in metres: the units in which it would be an ordinary
-/// one.
-[[nodiscard]] std::string unit_advice(double baseline) {
+/// one. With a focal length, that of rectified images, it may also be a product with it.
+[[nodiscard]] std::string unit_advice(double baseline, std::optional<double> focal_px) {
   constexpr double kUsualShortest_m = 0.02;
   constexpr double kUsualLongest_m = 1.5;
   struct LengthUnit {
@@ -92,10 +92,19 @@ void check_view(SequenceScan& scan) {
     double per_metre;
   };
   std::string advice;
+  const auto is_usual = [&](double baseline_m) {
+    return baseline_m >= kUsualShortest_m && baseline_m <= kUsualLongest_m;
+  };
+  if (focal_px && is_usual(baseline / *focal_px)) {
+    advice = fmt::format(
+        "if it is the product of focal length and baseline (bf, P[3]), divide it by the focal "
+        "length (to {:.4g} m)",
+        baseline / *focal_px);
+  }
   for (const auto& [name, per_metre] :
        {LengthUnit{"centimetres", 100.0}, LengthUnit{"millimetres", 1000.0}}) {
     const double baseline_m = baseline / per_metre;
-    if (baseline_m < kUsualShortest_m || baseline_m > kUsualLongest_m) continue;
+    if (!is_usual(baseline_m)) continue;
     advice += fmt::format("{}if these are {}, divide the translation by {} (to {:.4g} m)",
                           advice.empty() ? "" : "; ", name, per_metre, baseline_m);
   }
@@ -179,7 +188,7 @@ void check_camera(SequenceScan& scan) {
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
   const std::string advice =
       baseline_m > kLongest_m
-          ? unit_advice(baseline_m)
+          ? unit_advice(baseline_m, scan.sequence.rig ? std::nullopt : std::optional(camera.fx))
           : "multiply the translation by the length of its unit, or by the width of a square of the "
             "calibration board; a product of focal length and baseline (bf, P[3]) may lack the focal length";
   scan.warn(scan.sequence.folder,

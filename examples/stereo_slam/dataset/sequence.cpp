@@ -14,6 +14,7 @@
 #include "stereo_slam/images/live_camera.hpp"
 #include "stereo_slam/images/video.hpp"
 #include "stereo_slam/io/file_error.hpp"
+#include "stereo_slam/io/folder_names.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -55,10 +56,18 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
         {.calibration = has_calibration ? calibration_in_folder : folder / kCalibrationFile, .dataset = {}},
         format, pairing);
   }
+  const std::string names = names_in(folder);
+  if (fs::exists(folder / "left") && fs::exists(folder / "right")) {
+    return unusable(folder,
+                    "has left and right, but no calibration under a name that is looked for, such as {}; it "
+                    "has {}; name the calibration: --calibration FILE",
+                    kCalibrationFile, names);
+  }
   return unusable(folder,
-                  "not a recording of a known layout; expected the KITTI layout "
+                  "not a recording of a known layout{}; expected the KITTI layout "
                   "({}), the EuRoC layout ({}), or a camera of your own ({})",
-                  kKittiLayout, kEurocLayout, kOwnCameraLayout);
+                  names.empty() ? "" : " (it has " + names + ")", kKittiLayout, kEurocLayout,
+                  kOwnCameraLayout);
 }
 
 /// The IMU of a recording: from `file`, unless that is empty.

@@ -45,15 +45,22 @@ std::vector<std::size_t> spread(std::size_t frames, std::size_t count) {
 }
 
 StereoAgreement check_stereo_agreement(const std::vector<StereoFrame>& frames) {
+  std::vector<ImageCorners> corners(2 * frames.size());
+  run_each(corners.size(), [&](std::size_t i) {
+    corners[i] = find_corners(i % 2 == 0 ? frames[i / 2].left : frames[i / 2].right);
+  });
+  std::vector<std::vector<CornerPair>> pairs(frames.size());
+  run_each(pairs.size(),
+           [&](std::size_t i) { pairs[i] = match_corners(corners[2 * i], corners[2 * i + 1]); });
   std::vector<Offset> offsets;
   StereoAgreement agreement;
-  for (const auto& frame : frames) {
-    ImageCorners left, right;
-    run_both([&] { left = find_corners(frame.left); }, [&] { right = find_corners(frame.right); });
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const ImageCorners& left = corners[2 * i];
+    const ImageCorners& right = corners[2 * i + 1];
     agreement.unit_px = static_cast<double>(left.unit_px);
     agreement.left_features += left.positions_px.size();
     agreement.right_features += right.positions_px.size();
-    for (const auto& [left_px, right_px] : match_corners(left, right)) {
+    for (const auto& [left_px, right_px] : pairs[i]) {
       const cv::Point2f difference = left_px - right_px;
       offsets.push_back({static_cast<double>(difference.x), static_cast<double>(difference.y)});
     }

@@ -12,6 +12,7 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/dataset/camera_from_motion.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
+#include "stereo_slam/dataset/right_delay.hpp"
 #include "stereo_slam/dataset/uniform_borders.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -20,6 +21,7 @@ namespace {
 
 constexpr double kMaxNegativeShare = 0.8;
 constexpr double kMaxRowOffset_px = 1.0;
+constexpr std::size_t kGap = 3;  // frames: enough for a turn of some degrees, and most points stay in view
 
 bool lacks_features(const StereoAgreement& agreement) {
   return std::min(agreement.left_features, agreement.right_features) < StereoAgreement::kFewFeatures;
@@ -58,7 +60,6 @@ std::optional<Suspicion> suspicion_of(const StereoAgreement& agreement) {
 /// first ones, which are read in order.
 std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& sequence) {
   constexpr std::size_t kPairs = 6;
-  constexpr std::size_t kGap = 3;  // frames: enough for a turn of some degrees, and most points stay in view
   if (sequence.live || sequence.frames.size() <= kGap) return {};
   const std::size_t starts = sequence.frames.size() - kGap;
   std::vector<std::vector<MovedPoint>> motions;
@@ -74,10 +75,25 @@ std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& seque
   return motions;
 }
 
+/// Right images that were taken later or earlier than the left ones, by less than a frame.
+std::vector<Problem> delayed_right_images(const StereoSequence& sequence,
+                                          const std::vector<std::vector<MovedPoint>>& motions) {
+  const auto delay = right_delay(sequence.camera, motions, kGap);
+  if (!delay || !delay->is_clear()) return {};
+  return {Problem::warning(
+      sequence.folder,
+      "the images of {} look taken {:.2f} of the time between two frames {} than those of {}, so that "
+      "lengths "
+      "are wrong by several percent; trigger both cameras at the same time, or correct their stamps",
+      sequence.right_name, std::abs(delay->frames), delay->frames > 0.0 ? "later" : "earlier",
+      sequence.left_name)};
+}
+
 /// A focal length with which points do not move as they do. Motion without turns does not show it.
-std::vector<Problem> wrong_focal_length(const StereoSequence& sequence) {
+std::vector<Problem> wrong_focal_length(const StereoSequence& sequence,
+                                        const std::vector<std::vector<MovedPoint>>& motions) {
   const auto& camera = sequence.camera;
-  const auto moved = camera_from_motion(camera, sampled_motions(sequence));
+  const auto moved = camera_from_motion(camera, motions);
   if (!moved || !moved->contradicts_calibration()) return {};
   const double excess = 1.0 / moved->focal_factor - 1.0;
   return {Problem::warning(
@@ -211,11 +227,12 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   if (magnification) return {excessive_magnification_problem(sequence, *magnification)};
   if (!agreement.conclusive()) return {too_few_matches(agreement, sequence)};
   auto problems = observed(agreement, sequence);
-  if (!problems.empty() || frames.empty()) return problems;
-  problems = padded_images(sequence, frames);
-  if (!problems.empty()) return problems;
-  problems = unsharp_images(agreement, sequence, frames.front());
-  if (problems.empty()) problems = wrong_focal_length(sequence);
+  if (frames.empty()) return problems;
+  const auto motions = sampled_motions(sequence);
+  if (auto delay = delayed_right_images(sequence, motions); !delay.empty()) return delay;
+  if (problems.empty()) problems = padded_images(sequence, frames);
+  if (problems.empty()) problems = unsharp_images(agreement, sequence, frames.front());
+  if (problems.empty()) problems = wrong_focal_length(sequence, motions);
   return problems.empty() ? far_scene(agreement, sequence) : problems;
 }
 

@@ -9,7 +9,7 @@ using namespace stereo_slam::test;
 TEST_CASE("A bag with camera_info is a recording, whatever its compression and encoding", "[bags]") {
   const auto folder = bags();
   if (!folder) return;
-  for (const char* name : {"stereo.bag", "compressed.bag", "lz4.bag", "rgb.bag", "8uc3.bag"}) {
+  for (const char* name : {"stereo.bag", "compressed.bag", "lz4.bag", "rgb.bag", "8uc3.bag", "rgb16.bag"}) {
     CAPTURE(name);
     check_images(scan_bag(*folder / name, {}), *folder);
   }

@@ -71,6 +71,18 @@ TEST_CASE("Of raw images and their compressed copies in one bag, the raw ones ar
   CHECK(scan.sequence.frames.size() == 5);
 }
 
+TEST_CASE("One camera_info beside both topics of images describes neither pair nor camera", "[bags]") {
+  const auto messages = changed([](TestMessage& message) {
+    const bool is_left = message.topic.find("left") != std::string::npos;
+    message.topic = is_info(message) ? "/oak/camera_info" : is_left ? "/oak/left" : "/oak/right";
+    return true;
+  });
+  CHECK_THAT(
+      problem_of(messages),
+      Catch::Contains("/oak/camera_info is the only camera_info beside /oak/left and /oak/right, but each "
+                      "has its own calibration; name that of both: --calibration FILE"));
+}
+
 TEST_CASE("A camera_info may come once, at any time", "[bags]") {
   for (const int of_frame : {0, 3}) {
     const auto scan = scan_of(changed([&](const TestMessage& message) {

@@ -46,6 +46,9 @@ def image(path, when, encoding="mono8"):
         pixels = b"".join((16 * value + 7).to_bytes(2, "little") for value in pixels)
         message.encoding = "mono16"
         message.step = 640
+    elif encoding == "rgb16":
+        pixels = b"".join(bytes([7, value] * 3) for value in pixels)
+        message.step = 1920
     elif encoding in ("rgb8", "8UC3"):
         pixels = b"".join(bytes([value] * 3) for value in pixels)
         message.step = 960
@@ -208,6 +211,7 @@ write("outlier.bag", stereo, with_stamp(9_000_000_000 % 2**32, 2))
 write("first_zero.bag", stereo, with_stamp(0, 0))
 write("last_late.bag", stereo, with_stamp(1_600_000_000, 4))
 write("8uc3.bag", stereo, lambda path, when: image(path, when, "8UC3"))
+write("rgb16.bag", stereo, lambda path, when: image(path, when, "rgb16"))
 write("both.bag", {"left": "/zed/image"}, side_by_side)
 write("part_0.bag", stereo, recorded=range(0, 2))
 write("part_1.bag", stereo, recorded=range(2, 5))

@@ -212,7 +212,17 @@ TEST_CASE("camera_info says which camera is not calibrated, and needs no R where
                     Catch::Contains("the left camera: the camera matrix is zero"));
   other = info(0.0);
   other.distortion_model = "equidistant";
-  CHECK_THROWS_WITH(rig_of(other, info(-20.0)), Catch::Contains("equidistant has 0 distortion coefficients"));
+  CHECK_THROWS_WITH(rig_of(other, info(-20.0)),
+                    Catch::Contains("the left camera: equidistant has 0 distortion coefficients"));
+  other = info(0.0);
+  other.distortion_model = "rational_polynomial";
+  other.D = {-0.3, 0.1, 0, 0, 0, 0, 0, 0, 0.001, 0, 0, 0};
+  CHECK_THROWS_WITH(
+      rig_of(other, info(-20.0)),
+      Catch::Contains("the left camera: radtan has 12 distortion coefficients, of which those after the "
+                      "eighth (thin prism, tilted sensor) are not zero"));
+  other.distortion_model = "equidistant";
+  other.D.clear();
   CHECK(rectified_of(other, info(20.0)).baseline_m == Approx(0.1));
   CHECK_THAT(baseline_warning(info(0.0), info(20.0)), Catch::Contains("a baseline of 0.1 m"));
 }

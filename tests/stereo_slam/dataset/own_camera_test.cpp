@@ -231,10 +231,42 @@ TEST_CASE("A wrong calibration of an own camera is refused with file and line", 
              Catch::Contains("yaml:3: T_right_left is of raw"));
   CHECK_THAT(raw("-0.4", "0.4"), Catch::Contains("the transformation between the cameras looks inverted"));
   CHECK_THAT(raw("T_right_left", "T_left_right"), Catch::Contains("unknown key T_left_right"));
+  CHECK_THAT(error_with("{\"batchName\": \"\", \"cameraData\": []}"),
+             Catch::Contains("is no calibration of a program that is known (its first key is batchName)"));
   CHECK_THAT(raw("1, 0.1]", "1, 1e300]"),
              Catch::Contains("calibration.yaml:11: T_body_left has a translation of 1e+300 m; give it in"));
   CHECK_THAT(raw("radtan", "brown"), Catch::Contains("calibration.yaml:4: distortion_model is brown"));
   CHECK_THAT(raw("resolution: [320, 120]", "resolution: [640, 120]"), Catch::Contains("640x120"));
+}
+
+TEST_CASE("Where a source or a calibration is missing, what is there is named", "[folders]") {
+  CHECK_THAT(
+      folder_error_after([](const fs::path& folder) { fs::rename(folder / "left", folder / "Left"); }),
+      Catch::Contains("left: neither a folder") && Catch::Contains(" has Left/, right/, calibration.yaml"));
+  CHECK_THAT(folder_error_after([](const fs::path& folder) {
+               fs::rename(folder / "left", folder / "data");
+               fs::create_directory(folder / "left");
+               fs::rename(folder / "data", folder / "left/data");
+             }),
+             Catch::Contains("left: contains no images (png, jpg, pgm, bmp, tif); it has data/"));
+  CHECK_THAT(
+      folder_error_after([](const fs::path& folder) {
+        fs::rename(folder / "calibration.yaml", folder / "stereo_calib.yaml");
+      }),
+      Catch::Contains("no calibration under a name that is looked for, such as calibration.yaml; it has "
+                      "left/, right/, stereo_calib.yaml; name the calibration: --calibration FILE"));
+}
+
+TEST_CASE("A baseline that was multiplied by the focal length is suspected", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  write_text(folder / "calibration.yaml",
+             "rectified: {fx: 200, fy: 200, cx: 160, cy: 60, baseline_m: 80}\nframe_rate_hz: 10\n");
+  const auto scan = scan_sequence(folder.path(), "auto");
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_FALSE(is_error(scan.problems[0]));
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("a baseline of 80 m") &&
+                                        Catch::Contains("divide it by the focal length (to 0.4 m)"));
 }
 
 TEST_CASE("Missing image sources, and two of different kinds, are refused", "[folders]") {

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/dataset/right_delay.hpp"
+
+#include <random>
+#include <string>
+
+#include "simulator/recording/simulate.hpp"
+#include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/support/support.hpp"
+#include "support/catch.hpp"
+
+using namespace stereo_slam;
+using namespace stereo_slam::test;
+
+namespace {
+
+constexpr std::size_t kDelayGap = 3;
+constexpr StereoCamera kDelayCamera{.fx = 700.0,
+                                    .fy = 700.0,
+                                    .cx = 500.0,
+                                    .cy = 180.0,
+                                    .baseline_m = 0.5,
+                                    .width_px = 1200,
+                                    .height_px = 360};
+
+/// Points of three pairs of frames on a camera that drives ahead and nods, with 0.1 px of noise in each row
+/// that is measured. The right camera is rolled and has another scale of its rows, it nods by itself from
+/// pair to pair, and both lenses have a distortion that was not calibrated.
+std::vector<std::vector<MovedPoint>> delayed_points(double delay, double speed) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  std::normal_distribution<double> noise_px(0.0, 0.1);
+  std::vector<std::vector<MovedPoint>> pairs(3);
+  for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
+    const double nod_px = 2.0 * static_cast<double>(pair);  // a frame
+    for (int k = 0; k < 300; ++k) {
+      const Eigen::Vector2d first_px(1200.0 * unit(random), 360.0 * unit(random));
+      const double disparity_px = 4.0 + 60.0 * unit(random);
+      const double moved_px = speed * ((first_px.y() - 180.0) * disparity_px / 700.0 + nod_px);
+      const Eigen::Vector2d left =
+          (first_px - Eigen::Vector2d(kDelayCamera.cx, kDelayCamera.cy)) / kDelayCamera.fx;
+      const Eigen::Vector2d right = left - Eigen::Vector2d(disparity_px / kDelayCamera.fx, 0.0);
+      const double lenses_px =
+          -0.03 * kDelayCamera.fx * left.y() * (right.squaredNorm() - left.squaredNorm());
+      const double misaligned_px = 0.002 * first_px.x() - 0.003 * first_px.y() + 0.7 * nod_px + lenses_px;
+      MovedPoint point{first_px, disparity_px, first_px, delay * moved_px + misaligned_px + noise_px(random)};
+      point.second_px.y() += static_cast<double>(kDelayGap) * moved_px + noise_px(random);
+      pairs[pair].push_back(point);
+    }
+  }
+  return pairs;
+}
+
+/// The same, but every tenth point is wrong.
+std::vector<std::vector<MovedPoint>> with_wrong_points(std::vector<std::vector<MovedPoint>> pairs) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> error_px(-30.0, 70.0);
+  for (auto& points : pairs) {
+    for (std::size_t k = 0; k < points.size(); k += 10) points[k].second_px.y() += error_px(random);
+  }
+  return pairs;
+}
+
+/// What is said of a rendered drive with right images that are late.
+std::string text_of_late_by(double late_s) {
+  const TemporaryFolder folder;
+  simulator::SimulationSettings settings;
+  settings.frames = 12;
+  settings.samples_per_pixel = 4;
+  settings.texture_size_px = 256;
+  settings.camera = {496, 150, 287.5, 287.5, 242.9, 74.1};
+  settings.disturbance.sync_error_s = late_s;
+  simulator::simulate(settings, folder.path());
+  const StereoSequence sequence = open_sequence(folder.path(), "kitti");
+  const std::vector<StereoFrame> frames{load_frame(sequence, 0), load_frame(sequence, 6)};
+  std::string text;
+  for (const auto& problem : problems_of(check_stereo_agreement(frames), sequence, frames))
+    text += problem.text;
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("Rows show a delay of the right images beside any misalignment", "[motion]") {
+  for (const double frames : {-0.5, -0.2, 0.0, 0.2, 0.3, 0.5}) {
+    CAPTURE(frames);
+    const auto delay = right_delay(kDelayCamera, delayed_points(frames, 1.0), kDelayGap);
+    REQUIRE(delay);
+    CAPTURE(delay->frames, delay->sigma, delay->rows_px, delay->rest_px);
+    // The noise of the motion, .1 / 3 px, pulls it to zero by less than a thousandth of itself.
+    CHECK(std::abs(delay->frames - frames) < 4.0 * delay->sigma + 1e-3);
+    CHECK(delay->is_clear() == (frames != 0.0));
+    // A tenth of wrong points, whose weights are bounded, pulls by at most about a tenth.
+    const auto pulled = right_delay(kDelayCamera, with_wrong_points(delayed_points(frames, 1.0)), kDelayGap);
+    REQUIRE(pulled);
+    CHECK(std::abs(pulled->frames - delay->frames) < 0.1 * std::abs(frames) + 4.0 * delay->sigma);
+    CHECK(pulled->is_clear() == (frames != 0.0));
+  }
+}
+
+TEST_CASE("A camera that stands, and few points, show no delay", "[motion]") {
+  const auto standing = right_delay(kDelayCamera, delayed_points(0.5, 0.0), kDelayGap);
+  CHECK((standing && !standing->is_clear()));
+  const auto slow = right_delay(kDelayCamera, delayed_points(0.5, 0.01), kDelayGap);
+  CHECK((slow && !slow->is_clear()));
+  CHECK_FALSE(right_delay(kDelayCamera, {}, kDelayGap));
+  auto few = delayed_points(0.5, 1.0);
+  for (auto& points : few) points.resize(30);
+  CHECK_FALSE(right_delay(kDelayCamera, few, kDelayGap));
+  CHECK(right_delay(kDelayCamera, {{}, delayed_points(0.5, 1.0)[0], {}}, kDelayGap));
+}
+
+TEST_CASE("Right images that are late or early by a part of a frame are noticed", "[motion]") {
+  CHECK(text_of_late_by(0.0).empty());
+  CHECK_THAT(text_of_late_by(0.05), Catch::Contains("of the time between two frames later than"));
+  CHECK_THAT(text_of_late_by(-0.05), Catch::Contains("of the time between two frames earlier than"));
+}
