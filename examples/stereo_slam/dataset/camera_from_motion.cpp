@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-<<<<<<< HEAD
-#include <limits>
-=======
 #include <cstddef>
->>>>>>> a37a35b7a90fa90eb77e85c1bcbe3757cbe8640d
+#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
-#include <Eigen/Cholesky>
+#include <antipode/filters/robust_least_squares.hpp>
 
 #include "stereo_slam/core/median.hpp"
 
@@ -14,109 +15,117 @@ namespace {
 
 constexpr double kSigmaOfMedian = 1.4826;  // of normal errors: 1 / 0.6745
 
-/// What the rows of all pairs have in common: the delay, a plane over the image, and the lenses.
-constexpr std::size_t kCommon = 5;
+/// What the rows of all pairs have in common: the delay, a plane over the image, and a radial distortion that
+/// is left in both images (k1, k2).
+using Common = antipode::Vector<double, 5>;
 
-/// A point as one row of the equations.
+/// What a point tells: its right row differs from the left one by coefficients . common + shift.
 struct RowOfPoint {
-  std::size_t pair = 0;
-  double moved_px = 0.0;   ///< by which its row changes from frame to frame
-  double differ_px = 0.0;  ///< right minus left row
-  Eigen::Vector2d left;    ///< where it is seen, in focal lengths
-  Eigen::Vector2d right;
+  double differ_px = 0.0;
+  Common coefficients;
 };
 
-std::vector<RowOfPoint> rows_of(const StereoCamera& camera, const std::vector<std::vector<MovedPoint>>& pairs,
-                                std::size_t gap) {
-  const Eigen::Vector2d centre_px(camera.cx, camera.cy);
-  std::vector<RowOfPoint> rows;
+/// The points of each pair of frames.
+using Rows = std::vector<std::vector<RowOfPoint>>;
+
+struct Unknowns {
+  Common common = Common::Zero();
+  std::vector<double> shift_px;  ///< of the right image, for each pair
+};
+
+Rows rows_of(const StereoCamera& camera, const std::vector<std::vector<MovedPoint>>& pairs, std::size_t gap) {
+  constexpr double kFocal_px = 1000.0;  // about; for numbers of about one
+  const Vector2<double> centre_px(camera.cx, camera.cy);
+  Rows rows(pairs.size());
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     for (const auto& point : pairs[k]) {
-      const Eigen::Vector2d left = (point.first_px - centre_px) / camera.fx;
-      rows.push_back({.pair = k,
-                      .moved_px = (point.second_px.y() - point.first_px.y()) / static_cast<double>(gap),
-                      .differ_px = point.rows_px,
-                      .left = left,
-                      .right = left - Eigen::Vector2d(point.disparity_px / camera.fx, 0.0)});
+      const Vector2<double> left = (point.first_px - centre_px) / camera.fx;
+      const Vector2<double> right = left - Vector2<double>(point.disparity_px / camera.fx, 0.0);
+      const double left2 = left.squaredNorm(), right2 = right.squaredNorm();
+      RowOfPoint& row = rows[k].emplace_back();
+      row.differ_px = point.rows_px;
+      row.coefficients << (point.second_px.y() - point.first_px.y()) / static_cast<double>(gap), left,
+          kFocal_px * left.y() * (right2 - left2), kFocal_px * left.y() * (right2 * right2 - left2 * left2);
     }
   }
   return rows;
 }
 
-/// What rows differ by: the delay, a plane over the image, a radial distortion that is left in both images
-/// (k1, k2), and a displacement of each pair.
-Eigen::VectorXd coefficients_of(const RowOfPoint& row, std::size_t pairs) {
-  constexpr double kFocal_px = 1000.0;  // about; for numbers of about one
-  Eigen::VectorXd a = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kCommon + pairs));
-  const double left2 = row.left.squaredNorm();
-  const double right2 = row.right.squaredNorm();
-  a(0) = row.moved_px;
-  a.segment<2>(1) = row.left;
-  a(3) = kFocal_px * row.left.y() * (right2 - left2);
-  a(4) = kFocal_px * row.left.y() * (right2 * right2 - left2 * left2);
-  a(static_cast<Eigen::Index>(kCommon + row.pair)) = 1.0;
-  return a;
-}
-
-std::vector<double> row_errors(const std::vector<RowOfPoint>& rows, const Eigen::VectorXd& x) {
+double median_error(const Rows& rows, const Unknowns& x) {
   std::vector<double> errors;
-  errors.reserve(rows.size());
-  for (const auto& row : rows)
-    errors.push_back(row.differ_px -
-                     coefficients_of(row, static_cast<std::size_t>(x.size()) - kCommon).dot(x));
-  return errors;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (const auto& row : rows[k])
+      errors.push_back(std::abs(row.differ_px - row.coefficients.dot(x.common) - x.shift_px[k]));
+  }
+  return median(std::move(errors));
 }
 
-double median_size(std::vector<double> values) {
-  std::ranges::transform(values, values.begin(), [](double value) { return std::abs(value); });
-  return median(std::move(values));
-}
-
-/// The displacements of the pairs that belong to a delay, without a plane: medians, which wrong points do not
-/// change much.
-Eigen::VectorXd begin_with(double delay, const std::vector<RowOfPoint>& rows, std::size_t pairs) {
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kCommon + pairs));
-  x(0) = delay;
-  std::vector<std::vector<double>> rests(pairs);
-  for (const auto& row : rows) rests[row.pair].push_back(row.differ_px - delay * row.moved_px);
-  for (std::size_t k = 0; k < pairs; ++k)
-    x(static_cast<Eigen::Index>(kCommon + k)) = median(std::move(rests[k]));
+/// The shifts that belong to a delay, without a plane: medians, which wrong points do not change much.
+Unknowns begin_with(double delay, const Rows& rows) {
+  Unknowns x;
+  x.common[0] = delay;
+  for (const auto& of_pair : rows) {
+    std::vector<double> rests;
+    for (const auto& row : of_pair) rests.push_back(row.differ_px - row.coefficients.dot(x.common));
+    x.shift_px.push_back(rests.empty() ? 0.0 : median(std::move(rests)));
+  }
   return x;
 }
 
 /// The best of some delays. Wrong points move by any number of rows, so that no least squares can begin.
-Eigen::VectorXd best_begin(const std::vector<RowOfPoint>& rows, std::size_t pairs) {
-  Eigen::VectorXd best;
+Unknowns best_begin(const Rows& rows) {
+  std::optional<Unknowns> best;
   double least_px = 0.0;
   for (const double delay : {0.0, -0.125, 0.125, -0.25, 0.25, -0.375, 0.375, -0.5, 0.5}) {
-    const Eigen::VectorXd x = begin_with(delay, rows, pairs);
-    const double rest_px = median_size(row_errors(rows, x));
-    if (best.size() > 0 && rest_px >= least_px) continue;
+    const Unknowns x = begin_with(delay, rows);
+    const double rest_px = median_error(rows, x);
+    if (best && rest_px >= least_px) continue;
     best = x;
     least_px = rest_px;
   }
-  return best;
+  return *best;
 }
 
+/// The points of one pair as the model of robust_least_squares(), for the shift.
+struct PairModel {
+  const std::vector<RowOfPoint>& rows;
+  const Common& common;
+
+  template <class Sums>
+  void operator()(const antipode::Vector<double, 1>& shift_px, Sums& sums) const {
+    const antipode::Matrix<double, 1> one = antipode::Matrix<double, 1>::Identity();
+    for (const auto& row : rows) {
+      const antipode::Vector<double, 1> error(row.differ_px - row.coefficients.dot(common) - shift_px[0]);
+      sums.template add<1>(error, one, one, row.coefficients.transpose());
+    }
+  }
+};
+
 /// Ten steps of least squares with Cauchy weights. Returns the variance of the delay for errors of one pixel.
-double improve(Eigen::VectorXd& x, const std::vector<RowOfPoint>& rows) {
+double improve(Unknowns& x, const Rows& rows) {
+  using Shift = antipode::VectorChart<double, 1>;
+  using Evidence = antipode::GaussianInformation<double, 5>;
   constexpr int kSteps = 10;
   constexpr double kLeastScale_px = 0.05;
-  Eigen::MatrixXd H;
+  const Evidence wide{1e-9 * antipode::Matrix<double, 5>::Identity()};  // where nothing shows a coefficient
+  Evidence evidence;
   for (int step = 0; step < kSteps; ++step) {
-    const std::vector<double> errors = row_errors(rows, x);
-    const double scale_px = std::max(kLeastScale_px, 2.0 * kSigmaOfMedian * median_size(errors));
-    H = 1e-9 * Eigen::MatrixXd::Identity(x.size(), x.size());
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(x.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const Eigen::VectorXd a = coefficients_of(rows[i], static_cast<std::size_t>(x.size()) - kCommon);
-      const double weight = 1.0 / (1.0 + std::pow(errors[i] / scale_px, 2));
-      H += weight * a * a.transpose();
-      g += weight * errors[i] * a;
+    const double scale_px = std::max(kLeastScale_px, 2.0 * kSigmaOfMedian * median_error(rows, x));
+    evidence = wide;
+    std::vector<Common> shift_by_common;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const auto result = antipode::robust_least_squares<Shift, 5>(
+          antipode::Vector<double, 1>(x.shift_px[k]), PairModel{rows[k], x.common},
+          antipode::CauchyLoss<double>{scale_px}, {.check_modes = false});
+      x.shift_px[k] = result.state[0];
+      evidence = evidence + result.considered;
+      shift_by_common.emplace_back(result.sensitivity.transpose());
     }
-    x += H.ldlt().solve(g);
+    const Common change = evidence.mean();
+    x.common += change;
+    for (std::size_t k = 0; k < rows.size(); ++k) x.shift_px[k] += shift_by_common[k].dot(change);
   }
-  return H.ldlt().solve(Eigen::VectorXd::Unit(x.size(), 0))(0);
+  return evidence.covariance()(0, 0);
 }
 
 }  // namespace
@@ -131,17 +140,18 @@ bool RightDelay::is_clear() const {
 std::optional<RightDelay> right_delay(const StereoCamera& camera,
                                       const std::vector<std::vector<MovedPoint>>& pairs, std::size_t gap) {
   constexpr std::size_t kLeastPoints = 100;
-  const std::vector<RowOfPoint> rows = rows_of(camera, pairs, gap);
-  if (rows.size() < kLeastPoints) return std::nullopt;
-  Eigen::VectorXd x = best_begin(rows, pairs.size());
+  const Rows rows = rows_of(camera, pairs, gap);
+  std::vector<double> moved_px;
+  for (const auto& of_pair : rows) {
+    for (const auto& row : of_pair) moved_px.push_back(std::abs(row.coefficients[0]));
+  }
+  if (moved_px.size() < kLeastPoints) return std::nullopt;
+  Unknowns x = best_begin(rows);
   const double variance = improve(x, rows);
-  const double rest_px = median_size(row_errors(rows, x));
-  std::vector<double> of_delay;
-  of_delay.reserve(rows.size());
-  for (const auto& row : rows) of_delay.push_back(x(0) * row.moved_px);
-  return RightDelay{.frames = x(0),
+  const double rest_px = median_error(rows, x);
+  return RightDelay{.frames = x.common[0],
                     .sigma = kSigmaOfMedian * rest_px * std::sqrt(std::max(variance, 0.0)),
-                    .rows_px = median_size(std::move(of_delay)),
+                    .rows_px = std::abs(x.common[0]) * median(std::move(moved_px)),
                     .rest_px = rest_px};
 }
 

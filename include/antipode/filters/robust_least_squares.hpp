@@ -241,17 +241,17 @@ class RobustIteration {
     result.information = sums.information();
     result.log_evidence = -sums.cost();
     for (int i = 0; i < N; ++i) result.log_evidence -= std::log(root(i, i));
-    const auto covariance = covariance_of(sums);
-    if (!covariance || !covariance->allFinite() || !cholesky_factor<Scalar, N>(*covariance)) {
-      result.status = LeastSquaresStatus::kUndetermined;
-      return result;
-    }
-    result.covariance = *covariance;
     if constexpr (Considered > 0) {
       result.sensitivity = sums.sensitivity(root);
       result.considered = sums.evidence(root);
       if (prior_ != nullptr && !prior_->cross_information.isZero(Scalar(0)))
         remove_prior(result.considered, state);
+    }
+    const auto covariance = covariance_of(sums);
+    if (covariance && covariance->allFinite() && cholesky_factor<Scalar, N>(*covariance)) {
+      result.covariance = *covariance;
+    } else {
+      result.status = LeastSquaresStatus::kUndetermined;
     }
     return result;
   }
