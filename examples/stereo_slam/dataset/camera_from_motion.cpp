@@ -38,10 +38,9 @@ struct Unknowns {
 /// A predicted point, px, and its derivatives by (log f, cx, cy) and by the motion.
 struct Prediction {
   Vector2<double> px;
-  double sigma_px =
-      1.0;  ///< of its distance from the measured one, for one pixel of noise in each measurement
-  Matrix2x3 J_camera;
-  Matrix2x6 J_motion;
+  double sigma_px = 1.0;  ///< of the error, for one pixel of noise in each measurement
+  Matrix2x3 J_camera = Matrix2x3::Zero();
+  Matrix2x6 J_motion = Matrix2x6::Zero();
 };
 
 /// Nothing if the point is not in front of the second camera.

@@ -28,7 +28,8 @@ struct RowOfPoint {
 /// The points of each pair of frames.
 using Rows = std::vector<std::vector<RowOfPoint>>;
 
-struct Unknowns {
+/// By how much rows differ.
+struct RowDifferences {
   Common common = Common::Zero();
   std::vector<double> shift_px;  ///< of the right image, for each pair
 };
@@ -51,7 +52,7 @@ Rows rows_of(const StereoCamera& camera, const std::vector<std::vector<MovedPoin
   return rows;
 }
 
-double median_error(const Rows& rows, const Unknowns& x) {
+double median_error(const Rows& rows, const RowDifferences& x) {
   std::vector<double> errors;
   for (std::size_t k = 0; k < rows.size(); ++k) {
     for (const auto& row : rows[k])
@@ -61,8 +62,8 @@ double median_error(const Rows& rows, const Unknowns& x) {
 }
 
 /// The shifts that belong to a delay, without a plane: medians, which wrong points do not change much.
-Unknowns begin_with(double delay, const Rows& rows) {
-  Unknowns x;
+RowDifferences begin_with(double delay, const Rows& rows) {
+  RowDifferences x;
   x.common[0] = delay;
   for (const auto& of_pair : rows) {
     std::vector<double> rests;
@@ -73,11 +74,11 @@ Unknowns begin_with(double delay, const Rows& rows) {
 }
 
 /// The best of some delays. Wrong points move by any number of rows, so that no least squares can begin.
-Unknowns best_begin(const Rows& rows) {
-  std::optional<Unknowns> best;
+RowDifferences best_begin(const Rows& rows) {
+  std::optional<RowDifferences> best;
   double least_px = 0.0;
   for (const double delay : {0.0, -0.125, 0.125, -0.25, 0.25, -0.375, 0.375, -0.5, 0.5}) {
-    const Unknowns x = begin_with(delay, rows);
+    const RowDifferences x = begin_with(delay, rows);
     const double rest_px = median_error(rows, x);
     if (best && rest_px >= least_px) continue;
     best = x;
@@ -102,7 +103,7 @@ struct PairModel {
 };
 
 /// Ten steps of least squares with Cauchy weights. Returns the variance of the delay for errors of one pixel.
-double improve(Unknowns& x, const Rows& rows) {
+double improve(RowDifferences& x, const Rows& rows) {
   using Shift = antipode::VectorChart<double, 1>;
   using Evidence = antipode::GaussianInformation<double, 5>;
   constexpr int kSteps = 10;
@@ -146,7 +147,7 @@ std::optional<RightDelay> right_delay(const StereoCamera& camera,
     for (const auto& row : of_pair) moved_px.push_back(std::abs(row.coefficients[0]));
   }
   if (moved_px.size() < kLeastPoints) return std::nullopt;
-  Unknowns x = best_begin(rows);
+  RowDifferences x = best_begin(rows);
   const double variance = improve(x, rows);
   const double rest_px = median_error(rows, x);
   return RightDelay{.frames = x.common[0],
