@@ -43,10 +43,12 @@ Rows rows_of(const StereoCamera& camera, const std::vector<std::vector<MovedPoin
       const Vector2<double> left = (point.first_px - centre_px) / camera.fx;
       const Vector2<double> right = left - Vector2<double>(point.disparity_px / camera.fx, 0.0);
       const double left2 = left.squaredNorm(), right2 = right.squaredNorm();
-      RowOfPoint& row = rows[k].emplace_back();
+      RowOfPoint row;
       row.differ_px = point.rows_px;
       row.coefficients << (point.second_px.y() - point.first_px.y()) / static_cast<double>(gap), left,
           kFocal_px * left.y() * (right2 - left2), kFocal_px * left.y() * (right2 * right2 - left2 * left2);
+      const bool usable = std::isfinite(row.differ_px) && row.coefficients.allFinite();
+      if (usable) rows[k].push_back(row);  // not with a focal length of zero
     }
   }
   return rows;
@@ -123,6 +125,7 @@ double improve(RowDifferences& x, const Rows& rows) {
       shift_by_common.emplace_back(result.sensitivity.transpose());
     }
     const Common change = evidence.mean();
+    if (!change.allFinite()) break;  // numbers that overflow
     x.common += change;
     for (std::size_t k = 0; k < rows.size(); ++k) x.shift_px[k] += shift_by_common[k].dot(change);
   }

@@ -107,6 +107,9 @@ TEST_CASE("A camera that stands, and few points, show no delay", "[motion]") {
   auto few = delayed_points(0.5, 1.0);
   for (auto& points : few) points.resize(30);
   CHECK_FALSE(right_delay(kDelayCamera, few, kDelayGap));
+  StereoCamera no_camera = kDelayCamera;
+  no_camera.fx = 0.0;
+  CHECK_FALSE(right_delay(no_camera, delayed_points(0.5, 1.0), kDelayGap));
   CHECK(right_delay(kDelayCamera, {{}, delayed_points(0.5, 1.0)[0], {}}, kDelayGap));
 }
 
