@@ -13,6 +13,8 @@ import sys
 
 import numpy as np
 
+from euroc_world import R_SIMULATOR_WORLD, rotation
+
 ROWS_PER_POSE = 10  # 200 rows per second
 FIRST_TURN = 7651
 # From sensor.yaml of cam0.
@@ -24,18 +26,6 @@ T_BODY_CAMERA = np.array(
         [0, 0, 0, 1],
     ]
 )
-# EuRoC's world has z up; that of the simulator has x right, y down, z forward.
-R_SIMULATOR_WORLD = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]], dtype=float)
-
-
-def rotation(w, x, y, z):
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def read_camera_poses(file):

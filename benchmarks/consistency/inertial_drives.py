@@ -13,19 +13,10 @@ import sys
 
 import numpy as np
 
+from euroc_world import R_SIMULATOR_WORLD, rotation
+
 FIRST_MISSING, MISSING = 60, 20  # frames: drives slow down and turn then
 TURN_DEG, OFFSET_M = 2.0, 0.02
-R_SIMULATOR_WORLD = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]], dtype=float)  # of z up to x right, y down
-
-
-def rotation(w, x, y, z):
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def skew(v):

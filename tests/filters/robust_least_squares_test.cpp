@@ -315,6 +315,21 @@ TEST_CASE("What is not determined is named", "[least-squares]") {
           Status::kUndetermined);
     CHECK(robust_least_squares<R2>(R2::Point::Zero(), problem, NormalNoise<double>{}, kByNoise).converged());
   }
+  SECTION("what considered parameters do is known even if the covariance is not") {
+    const LinearProblem<2, 1> problem(rng, 1);
+    using R2 = VectorChart<double, 2>;
+    const auto solve = [&](CovarianceFrom from) {
+      return robust_least_squares<R2, 1>(R2::Point::Zero(), problem, NormalNoise<double>{},
+                                         {.covariance = from});
+    };
+    const auto open = solve(CovarianceFrom::kResiduals), by_noise = solve(CovarianceFrom::kNoise);
+    CHECK(open.status == Status::kUndetermined);
+    REQUIRE(by_noise.converged());
+    CHECK(open.sensitivity == by_noise.sensitivity);
+    CHECK(open.considered.information == by_noise.considered.information);
+    CHECK(open.considered.vector == by_noise.considered.vector);
+    CHECK(open.sensitivity.norm() > 0.0);
+  }
   SECTION("a measurement that is not finite") {
     LinearProblem<3, 0> problem(rng, 20);
     problem.rows[5].z.x() = GENERATE(std::numeric_limits<double>::quiet_NaN(), 1e308 * 10.0);

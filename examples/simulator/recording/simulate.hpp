@@ -18,7 +18,7 @@
 #include "simulator/world/world.hpp"
 #include "stereo_slam/calibration/stereo_rig.hpp"
 
-/// Renders a town or a highway as a KITTI odometry or EuRoC sequence with exact ground truth.
+/// Renders a street as a KITTI odometry or EuRoC sequence with exact ground truth.
 namespace stereo_slam::simulator {
 
 struct SimulationSettings {
@@ -47,7 +47,7 @@ struct SimulationSettings {
   SensorSettings sensor;
   /// Also the readings of an IMU: of the rig's body, or in the axes of the left camera without a rig.
   std::optional<ImuSettings> imu;
-  LoopSettings loop;        ///< the drive of the town
+  LoopSettings loop;        ///< the drive of every other scene
   HighwaySettings highway;  ///< the drive of the highway
   int threads = 0;          ///< 0 is one per processor; the images do not depend on it
 

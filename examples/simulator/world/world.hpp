@@ -32,7 +32,8 @@ struct WorldSettings {
 };
 
 /// What surrounds a camera path: ground, hills and clouds, and a town with its streets, houses, gardens,
-/// trees and parked cars, or a highway with its rails, signs, bushes and woods. No object stands on the path.
+/// trees and parked cars, a street between fences, or a highway with its rails, signs, bushes and woods. No
+/// object stands on the path.
 /// The same path and settings give the same world, bit for bit.
 class World {
  public:

@@ -230,8 +230,8 @@ int simulate_command(const SimulateArguments& arguments) {
 
 Command add_simulate(CLI::App& parent) {
   auto arguments = std::make_shared<SimulateArguments>();
-  auto& app = *parent.add_subcommand(
-      "simulate", "render a town or a highway as a KITTI or EuRoC sequence with ground truth");
+  auto& app =
+      *parent.add_subcommand("simulate", "render a street as a KITTI or EuRoC sequence with ground truth");
   app.add_option("--output", arguments->output, "folder for the sequence")
       ->required()
       ->check(require_name)

@@ -69,8 +69,7 @@ const Encoding& encoding_of(const ImageMessage& message) {
   if (found == kEncodings.end()) {
     throw std::invalid_argument(
         fmt::format("the encoding '{}' is not known; record mono, bgr, rgb or bayer images of 8 or 16 bits, "
-                    "yuv422 or compressed "
-                    "images",
+                    "yuv422 or compressed images",
                     message.encoding));
   }
   return *found;

@@ -83,8 +83,7 @@ std::vector<Problem> delayed_right_images(const StereoSequence& sequence,
   return {Problem::warning(
       sequence.folder,
       "the images of {} look taken {:.2f} of the time between two frames {} than those of {}, so that "
-      "lengths "
-      "are wrong by several percent; trigger both cameras at the same time, or correct their stamps",
+      "lengths are wrong by several percent; trigger both cameras at the same time, or correct their stamps",
       sequence.right_name, std::abs(delay->frames), delay->frames > 0.0 ? "later" : "earlier",
       sequence.left_name)};
 }

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/table_row.hpp"
 #include "stereo_slam/io/text_file.hpp"
@@ -186,7 +187,6 @@ std::vector<TrueInertialState> read_true_inertial_states(const fs::path& file) {
 
 InertialScore score_inertial(const std::vector<InertialRow>& rows,
                              const std::vector<TrueInertialState>& truth, double max_difference_s) {
-  constexpr double kBound2 = 5.991, kBound3 = 7.815, kBound6 = 12.592;  // of chi squared, 95 %
   const std::int64_t most_ns = std::llround(1e9 * max_difference_s);
   std::vector<ScoredFrame> frames;
   Vec gravity = Vec::Zero();
@@ -198,7 +198,7 @@ InertialScore score_inertial(const std::vector<InertialRow>& rows,
   }
   if (frames.empty()) throw std::runtime_error("no frame in which the filter ran has a true state near it");
   InertialScore score{.velocity = {}, .tilt = {}, .biases = {}, .down = nearest_axis(gravity)};
-  PartErrors velocity(kBound3), tilt(kBound2), biases(kBound6);
+  PartErrors velocity(kChi2_3_95), tilt(kChi2_2_95), biases(kChi2_6_95);
   double accelerometer = 0.0;
   for (const auto& frame : frames) {
     const auto& [estimate, state] = frame;

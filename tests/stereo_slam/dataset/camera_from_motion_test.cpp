@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/support/moved_points.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -13,14 +14,6 @@ using namespace stereo_slam;
 using namespace stereo_slam::test;
 
 namespace {
-
-constexpr StereoCamera kCamera{.fx = 700.0,
-                               .fy = 700.0,
-                               .cx = 600.0,
-                               .cy = 180.0,
-                               .baseline_m = 0.5,
-                               .width_px = 1200,
-                               .height_px = 360};
 
 /// Points as a camera sees them that moves by T_second_first (in baselines), with 0.1 px of noise. Every
 /// tenth one is wrong.
@@ -33,9 +26,11 @@ std::vector<MovedPoint> seen_points(const Eigen::Isometry3d& T_second_first, uns
     const Eigen::Vector2d first_px(1200.0 * unit(random), 360.0 * unit(random));
     const double disparity_px = 4.0 + 60.0 * unit(random);
     Eigen::Vector3d p;
-    p << (first_px - Eigen::Vector2d(kCamera.cx, kCamera.cy)) / disparity_px, kCamera.fx / disparity_px;
+    p << (first_px - Eigen::Vector2d(kMovingCamera.cx, kMovingCamera.cy)) / disparity_px,
+        kMovingCamera.fx / disparity_px;
     const Eigen::Vector3d q = T_second_first * p;
-    Eigen::Vector2d second_px = kCamera.fx * q.head<2>() / q.z() + Eigen::Vector2d(kCamera.cx, kCamera.cy);
+    Eigen::Vector2d second_px =
+        kMovingCamera.fx * q.head<2>() / q.z() + Eigen::Vector2d(kMovingCamera.cx, kMovingCamera.cy);
     if (k % 10 == 0) second_px += Eigen::Vector2d(80.0 * unit(random), -50.0);
     const auto noisy = [&](const Eigen::Vector2d& at) {
       return Eigen::Vector2d(at.x() + noise_px(random), at.y() + noise_px(random));
@@ -57,7 +52,7 @@ std::vector<std::vector<MovedPoint>> motions(double turn_rad) {
 }
 
 StereoCamera with_focal_length(double factor) {
-  StereoCamera camera = kCamera;
+  StereoCamera camera = kMovingCamera;
   camera.fx *= factor;
   camera.fy *= factor;
   return camera;
@@ -85,11 +80,11 @@ TEST_CASE("Straight motion, standing still and few points contradict no calibrat
         camera_from_motion(with_focal_length(factor), {seen_points(Eigen::Isometry3d::Identity(), 4)});
     CHECK((still && !still->contradicts_calibration()));
   }
-  CHECK_FALSE(camera_from_motion(kCamera, {}));
+  CHECK_FALSE(camera_from_motion(kMovingCamera, {}));
   auto few = motions(0.05);
   for (auto& points : few) points.resize(30);
-  CHECK_FALSE(camera_from_motion(kCamera, few));
-  CHECK(camera_from_motion(kCamera, {{}, motions(0.05)[0], {}}));
+  CHECK_FALSE(camera_from_motion(kMovingCamera, few));
+  CHECK(camera_from_motion(kMovingCamera, {{}, motions(0.05)[0], {}}));
 }
 
 TEST_CASE("A nearly straight drive contradicts no calibration, whatever its principal point",

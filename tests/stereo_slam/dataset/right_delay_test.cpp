@@ -6,6 +6,7 @@
 
 #include "simulator/recording/simulate.hpp"
 #include "stereo_slam/dataset/stereo_check.hpp"
+#include "stereo_slam/support/moved_points.hpp"
 #include "stereo_slam/support/support.hpp"
 #include "support/catch.hpp"
 
@@ -15,14 +16,6 @@ using namespace stereo_slam::test;
 namespace {
 
 constexpr std::size_t kDelayGap = 3;
-constexpr StereoCamera kDelayCamera{.fx = 700.0,
-                                    .fy = 700.0,
-                                    .cx = 500.0,
-                                    .cy = 180.0,
-                                    .baseline_m = 0.5,
-                                    .width_px = 1200,
-                                    .height_px = 360};
-
 /// Points of three pairs of frames on a camera that drives ahead and nods, with 0.1 px of noise in each row
 /// that is measured. The right camera is rolled and has another scale of its rows, it nods by itself from
 /// pair to pair, and both lenses have a distortion that was not calibrated.
@@ -38,10 +31,10 @@ std::vector<std::vector<MovedPoint>> delayed_points(double delay, double speed) 
       const double disparity_px = 4.0 + 60.0 * unit(random);
       const double moved_px = speed * ((first_px.y() - 180.0) * disparity_px / 700.0 + nod_px);
       const Eigen::Vector2d left =
-          (first_px - Eigen::Vector2d(kDelayCamera.cx, kDelayCamera.cy)) / kDelayCamera.fx;
-      const Eigen::Vector2d right = left - Eigen::Vector2d(disparity_px / kDelayCamera.fx, 0.0);
+          (first_px - Eigen::Vector2d(kMovingCamera.cx, kMovingCamera.cy)) / kMovingCamera.fx;
+      const Eigen::Vector2d right = left - Eigen::Vector2d(disparity_px / kMovingCamera.fx, 0.0);
       const double lenses_px =
-          -0.03 * kDelayCamera.fx * left.y() * (right.squaredNorm() - left.squaredNorm());
+          -0.03 * kMovingCamera.fx * left.y() * (right.squaredNorm() - left.squaredNorm());
       const double misaligned_px = 0.002 * first_px.x() - 0.003 * first_px.y() + 0.7 * nod_px + lenses_px;
       MovedPoint point{first_px, disparity_px, first_px, delay * moved_px + misaligned_px + noise_px(random)};
       point.second_px.y() += static_cast<double>(kDelayGap) * moved_px + noise_px(random);
@@ -84,14 +77,14 @@ std::string text_of_late_by(double late_s) {
 TEST_CASE("Rows show a delay of the right images beside any misalignment", "[motion]") {
   for (const double frames : {-0.5, -0.2, 0.0, 0.2, 0.3, 0.5}) {
     CAPTURE(frames);
-    const auto delay = right_delay(kDelayCamera, delayed_points(frames, 1.0), kDelayGap);
+    const auto delay = right_delay(kMovingCamera, delayed_points(frames, 1.0), kDelayGap);
     REQUIRE(delay);
     CAPTURE(delay->frames, delay->sigma, delay->rows_px, delay->rest_px);
     // The noise of the motion, .1 / 3 px, pulls it to zero by less than a thousandth of itself.
     CHECK(std::abs(delay->frames - frames) < 4.0 * delay->sigma + 1e-3);
     CHECK(delay->is_clear() == (frames != 0.0));
     // A tenth of wrong points, whose weights are bounded, pulls by at most about a tenth.
-    const auto pulled = right_delay(kDelayCamera, with_wrong_points(delayed_points(frames, 1.0)), kDelayGap);
+    const auto pulled = right_delay(kMovingCamera, with_wrong_points(delayed_points(frames, 1.0)), kDelayGap);
     REQUIRE(pulled);
     CHECK(std::abs(pulled->frames - delay->frames) < 0.1 * std::abs(frames) + 4.0 * delay->sigma);
     CHECK(pulled->is_clear() == (frames != 0.0));
@@ -99,18 +92,18 @@ TEST_CASE("Rows show a delay of the right images beside any misalignment", "[mot
 }
 
 TEST_CASE("A camera that stands, and few points, show no delay", "[motion]") {
-  const auto standing = right_delay(kDelayCamera, delayed_points(0.5, 0.0), kDelayGap);
+  const auto standing = right_delay(kMovingCamera, delayed_points(0.5, 0.0), kDelayGap);
   CHECK((standing && !standing->is_clear()));
-  const auto slow = right_delay(kDelayCamera, delayed_points(0.5, 0.01), kDelayGap);
+  const auto slow = right_delay(kMovingCamera, delayed_points(0.5, 0.01), kDelayGap);
   CHECK((slow && !slow->is_clear()));
-  CHECK_FALSE(right_delay(kDelayCamera, {}, kDelayGap));
+  CHECK_FALSE(right_delay(kMovingCamera, {}, kDelayGap));
   auto few = delayed_points(0.5, 1.0);
   for (auto& points : few) points.resize(30);
-  CHECK_FALSE(right_delay(kDelayCamera, few, kDelayGap));
-  StereoCamera no_camera = kDelayCamera;
+  CHECK_FALSE(right_delay(kMovingCamera, few, kDelayGap));
+  StereoCamera no_camera = kMovingCamera;
   no_camera.fx = 0.0;
   CHECK_FALSE(right_delay(no_camera, delayed_points(0.5, 1.0), kDelayGap));
-  CHECK(right_delay(kDelayCamera, {{}, delayed_points(0.5, 1.0)[0], {}}, kDelayGap));
+  CHECK(right_delay(kMovingCamera, {{}, delayed_points(0.5, 1.0)[0], {}}, kDelayGap));
 }
 
 TEST_CASE("Right images that are late or early by a part of a frame are noticed", "[motion]") {
