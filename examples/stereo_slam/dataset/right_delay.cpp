@@ -69,6 +69,7 @@ RowDifferences begin_with(double delay, const Rows& rows) {
   x.common[0] = delay;
   for (const auto& of_pair : rows) {
     std::vector<double> rests;
+    rests.reserve(of_pair.size());
     for (const auto& row : of_pair) rests.push_back(row.differ_px - row.coefficients.dot(x.common));
     x.shift_px.push_back(rests.empty() ? 0.0 : median(std::move(rests)));
   }
