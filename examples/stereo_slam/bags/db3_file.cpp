@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <set>
 #include <sqlite3.h>
 #include <stdexcept>
 #include <utility>
@@ -163,11 +164,13 @@ class Db3File : public MessageFile {
                  ? std::string()
                  : std::string(bytes, static_cast<std::size_t>(sqlite3_column_bytes(query.get(), column)));
     };
+    std::set<std::int64_t> known;
     int status = SQLITE_OK;
     while ((status = sqlite3_step(query.get())) == SQLITE_ROW) {
+      const std::int64_t id = sqlite3_column_int64(query.get(), 0);
+      if (!known.insert(id).second) continue;  // a damaged database may have a row many times
       topics_.emplace_back(
-          sqlite3_column_int64(query.get(), 0),
-          BagTopic{.name = text(1), .type = text(2), .messages = 0, .serialization = text(3)});
+          id, BagTopic{.name = text(1), .type = text(2), .messages = 0, .serialization = text(3)});
     }
     if (status != SQLITE_DONE) refuse("is damaged");
   }

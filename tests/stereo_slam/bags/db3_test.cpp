@@ -106,3 +106,18 @@ TEST_CASE("A recording whose last messages are still in the log of its database 
   sqlite3_close(writer);
   CHECK(scan_bag(folder / "killed/drive.db3", {}).sequence.frames.size() == 4);
 }
+
+TEST_CASE("A topic whose row a damaged database has twice has its messages once", "[bags][db3]") {
+  const TemporaryFolder folder;
+  write_db3(folder / "drive.db3", drive_messages());
+  sqlite3* writer = nullptr;
+  REQUIRE(sqlite3_open((folder / "drive.db3").c_str(), &writer) == SQLITE_OK);
+  CHECK(sqlite3_exec(writer,
+                     "CREATE TABLE twice AS SELECT * FROM topics UNION ALL SELECT * FROM topics; "
+                     "DROP TABLE topics; ALTER TABLE twice RENAME TO topics",
+                     nullptr, nullptr, nullptr) == SQLITE_OK);
+  sqlite3_close(writer);
+  const auto scan = scan_bag(folder / "drive.db3", {});
+  CHECK(scan.problems.empty());
+  CHECK(scan.sequence.frames.size() == 5);
+}
