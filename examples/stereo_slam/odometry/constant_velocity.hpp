@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/odometry/expected_motion.hpp"
 
 namespace stereo_slam {
 
@@ -16,7 +17,9 @@ struct UnseenSteps {
 /// Constant-velocity motion model.
 ///
 /// A step is the time between the two frames of the last measured motion. Stamps that do not increase count
-/// as one step.
+/// as one step. How constant the velocity is follows from the motions themselves: the standard deviations of
+/// the expected motion are the largest changes of the last few steps, and after a surprise they are wide for
+/// some frames, so that a wrong motion, such as that relative to a vehicle, is soon corrected.
 class ConstantVelocity {
  public:
   /// After this time the velocity is no longer believed: the predicted motion is the identity.
@@ -24,6 +27,10 @@ class ConstantVelocity {
 
   /// Predicted T_last_current from the last frame to one with this stamp; the identity after kLongest_steps.
   [[nodiscard]] Pose motion_until(std::int64_t stamp_ns) const;
+
+  /// The predicted motion with its standard deviations, which are proportional to the unseen steps. Nothing
+  /// is known before a motion was measured.
+  [[nodiscard]] ExpectedMotion expected_until(std::int64_t stamp_ns) const;
 
   /// Whether a motion was measured; before that the prediction is the identity.
   [[nodiscard]] bool known() const noexcept { return step_ns_ > 0.0; }
@@ -42,10 +49,21 @@ class ConstantVelocity {
   void found(std::int64_t stamp_ns);
 
  private:
+  /// The largest change of the motion in the last steps.
+  class Change {
+   public:
+    void add(double change);
+    [[nodiscard]] double sigma(double least) const;
+
+   private:
+    double variance_ = 0.0;
+  };
+
   [[nodiscard]] double steps_until(std::int64_t stamp_ns) const;
 
   Vector6<double> per_step_ = Vector6<double>::Zero();
-  double step_ns_ = 0.0;  // 0: no motion was measured yet
+  Change rotation_rad_, translation_m_;  // per step
+  double step_ns_ = 0.0;                 // 0: no motion was measured yet
   std::int64_t stamp_ns_ = 0;
   double unseen_steps_ = 0.0;
 };

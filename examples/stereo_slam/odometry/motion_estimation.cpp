@@ -31,7 +31,7 @@ constexpr double kWidestRotation_rad = 0.3;  // a rotation that is known less we
 /// A motion, and the correspondences that agree with it.
 struct Hypothesis {
   Pose pose;
-  double cost = std::numeric_limits<double>::infinity();  ///< sum of truncated distances
+  double cost = std::numeric_limits<double>::infinity();  ///< minus twice the logarithm of its probability
   std::size_t inlier_count = 0;
 
   /// Becomes the other one if that is better.
@@ -40,71 +40,40 @@ struct Hypothesis {
   }
 };
 
-[[nodiscard]] Hypothesis judge(const TwoViewAdjustment& adjustment, const Pose& pose) {
-  Hypothesis result{pose, 0.0, 0};
-  for (const double d : adjustment.squared_distances(pose)) {
-    result.cost += std::min(d, kChi2_3_99);
-    if (d < kChi2_3_99) ++result.inlier_count;
-  }
-  return result;
-}
+/// The correspondences that RANSAC chooses a motion by.
+struct Voters {
+  const std::vector<StereoCorrespondence>& points;
+  const TwoViewAdjustment& adjustment;
+  const ExpectedMotion& expected;
 
-/// Whether at least `least` correspondences agree with the first pose, and `majority` times as many as with
-/// the second. Correspondences that agree with both are not counted: far points agree with many motions.
-[[nodiscard]] bool outvotes(const TwoViewAdjustment& adjustment, const std::pair<Pose, Pose>& pose_and_other,
-                            std::size_t majority, std::size_t least) {
-  const auto agree = flag_inliers(adjustment.squared_distances(pose_and_other.first));
-  const auto agree_with_other = flag_inliers(adjustment.squared_distances(pose_and_other.second));
-  std::size_t alone = 0;
-  std::size_t other_alone = 0;
-  for (std::size_t i = 0; i < agree.size(); ++i) {
-    if (agree[i] && !agree_with_other[i]) ++alone;
-    if (agree_with_other[i] && !agree[i]) ++other_alone;
+  [[nodiscard]] Hypothesis judge(const Pose& pose) const {
+    constexpr double kFarthest = ExpectedMotion::kSurprise * ExpectedMotion::kSurprise;
+    Hypothesis result{pose, kChi2_3_99 * std::min(expected.squared_distance(pose), kFarthest), 0};
+    const auto squared_distances = adjustment.squared_distances(pose);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      result.cost += points[i].static_evidence * std::min(squared_distances[i], kChi2_3_99);
+      if (squared_distances[i] < kChi2_3_99) ++result.inlier_count;
+    }
+    return result;
   }
-  return alone >= std::max(least, majority * other_alone);
-}
+};
 
-/// Pose with the smallest sum of truncated distances over random minimal sets; the expected one competes too.
-/// Ends early if a better pose is improbable and the best one continues the expected motion, otherwise after
-/// settings.ransac_iterations.
-///
-/// The points of a moving object that fills half of the image, such as a lorry ahead, agree on one motion as
-/// well as those of the street. A motion that does not continue the expected one therefore has to outvote the
-/// best one that does.
-[[nodiscard]] Pose ransac(const TwoViewAdjustment& adjustment, std::size_t count,
-                          const ExpectedMotion& expected, const OdometrySettings& settings,
-                          std::mt19937_64& random) {
-  const Pose& initial = expected.T_previous_current;
-  Hypothesis best = judge(adjustment, initial);
-  Hypothesis best_continuing = best;
-  for (int iteration = 0; iteration < settings.ransac_iterations; ++iteration) {
+/// The most probable of the motions of random minimal sets; the expected one competes too. Ends early if a
+/// better one is improbable and the best one is no surprise, otherwise after `iterations`.
+[[nodiscard]] Pose ransac(const Voters& voters, int iterations, std::mt19937_64& random) {
+  const Pose& initial = voters.expected.T_previous_current;
+  Hypothesis best = voters.judge(initial);
+  const auto count = voters.points.size();
+  for (int iteration = 0; iteration < iterations; ++iteration) {
     const double share = static_cast<double>(best.inlier_count) / static_cast<double>(count);
-    if (iteration >= sufficient_draws(share) && continues(best.pose, initial)) break;
-    const auto pose = adjustment.minimal_solution(draw_three(count, random), initial);
-    if (!pose) continue;
-    const Hypothesis drawn = judge(adjustment, *pose);
-    best.compete(drawn);
-    if (continues(*pose, initial)) best_continuing.compete(drawn);
+    if (iteration >= sufficient_draws(share) && !voters.expected.surprised_by(best.pose)) break;
+    const auto pose = voters.adjustment.minimal_solution(draw_three(count, random), initial);
+    if (pose) best.compete(voters.judge(*pose));
   }
-  if (continues(best.pose, initial)) return best.pose;
-  const std::size_t majority = expected.expectation == Expectation::kDoubtful ? 1 : 4;
-  const int least = expected.expectation == Expectation::kSteady ? 2 * std::max(0, settings.min_inliers) : 0;
-  const bool jerk =
-      outvotes(adjustment, {best.pose, best_continuing.pose}, majority, static_cast<std::size_t>(least));
-  return jerk ? best.pose : best_continuing.pose;
+  return best.pose;
 }
 
 }  // namespace
-
-bool continues(const Pose& motion, const Pose& expected) {
-  constexpr double kChange = 0.5;  // of the motion, relative
-  constexpr double kRotation_rad = 0.03;
-  constexpr double kTranslation_m = 0.05;
-  const Vector6<double> size = expected.boxminus(Pose::identity());
-  const Vector6<double> change = motion.boxminus(expected);
-  return change.head<3>().norm() < kChange * size.head<3>().norm() + kRotation_rad &&
-         change.tail<3>().norm() < kChange * size.tail<3>().norm() + kTranslation_m;
-}
 
 std::vector<std::uint8_t> agreement(std::span<const StereoCorrespondence> points, const StereoCamera& camera,
                                     const Pose& motion, const OdometrySettings& settings) {
@@ -130,12 +99,11 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
   const TwoViewAdjustment::NoiseOf own_noise = [&equal_noise](const StereoCorrespondence& c) {
     return c.R ? *c.R : equal_noise(c);
   };
-  std::vector<StereoCorrespondence> voters(points.begin(), points.end());
-  voters.insert(voters.end(), static_points.begin(), static_points.end());
-  const TwoViewAdjustment rough(voters, camera, expected.T_previous_current, equal_noise);
-  Pose pose = ransac(rough, voters.size(), expected, settings, random);
-  result.jerk =
-      expected.expectation != Expectation::kNoMotion && !continues(pose, expected.T_previous_current);
+  std::vector<StereoCorrespondence> all(points.begin(), points.end());
+  all.insert(all.end(), static_points.begin(), static_points.end());
+  const TwoViewAdjustment rough(all, camera, expected.T_previous_current, equal_noise);
+  Pose pose = ransac({all, rough, expected}, settings.ransac_iterations, random);
+  result.surprising = expected.surprised_by(pose);
 
   constexpr int kReselections = 2;
   std::optional<PoseGaussian> solution;

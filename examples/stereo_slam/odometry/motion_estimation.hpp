@@ -8,6 +8,7 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/odometry/expected_motion.hpp"
 #include "stereo_slam/odometry/two_view_adjustment.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -17,20 +18,7 @@ namespace stereo_slam {
 struct MotionCorrespondences {
   std::span<const StereoCorrespondence> points;  ///< the motion is fitted to the inliers among them
   std::span<const StereoCorrespondence>
-      static_points{};  ///< known to be static; they vote on the inliers and have no other weight
-};
-
-/// How reliable an expected motion is.
-enum class Expectation {
-  kSteady,    ///< no jerk for some frames
-  kNoMotion,  ///< no motion was measured before it
-  kDoubtful,  ///< there was a jerk a few frames ago: the motion since then may be that relative to a vehicle
-};
-
-/// The motion that is expected between two frames.
-struct ExpectedMotion {
-  Pose T_previous_current;
-  Expectation expectation = Expectation::kNoMotion;
+      static_points{};  ///< they help to choose the inliers and have no other weight
 };
 
 /// Motion between two stereo frames.
@@ -39,12 +27,8 @@ struct MotionEstimate {
   PoseGaussian T_previous_current;
   std::vector<std::uint8_t> is_inlier;  ///< one flag per point
   int inlier_count = 0;
-  bool jerk = false;  ///< the motion does not continue the expected one
+  bool surprising = false;  ///< the motion is far from the expected one
 };
-
-/// Whether a motion continues the `expected` one. A larger change is a jerk, which no vehicle or hand makes
-/// from one frame to the next.
-[[nodiscard]] bool continues(const Pose& motion, const Pose& expected);
 
 /// Which points agree with a motion, with the noise settings.pixel_sigma_px; one flag per point.
 [[nodiscard]] std::vector<std::uint8_t> agreement(std::span<const StereoCorrespondence> points,
@@ -56,10 +40,11 @@ struct MotionEstimate {
 /// RANSAC over three correspondences finds the inliers, with the noise settings.pixel_sigma_px for all
 /// points. A two-view adjustment of the inliers, with each point's own noise, gives the motion.
 ///
-/// Without static points the largest consistent set may be that of a moving lorry. A set that contradicts the
-/// expected motion therefore needs four times the points of one that continues it, not counting those that
-/// agree with both; against a steady motion also twice settings.min_inliers, since the lorry may hide nearly
-/// all of the street. Against a doubtful motion a simple majority is enough.
+/// The largest consistent set may be that of a moving lorry. RANSAC therefore finds the most probable motion:
+/// that with the smallest sum of truncated squared distances, each times the point's static_evidence, and of
+/// the squared distance from the expected motion, up to ExpectedMotion::kSurprise. The points of one vehicle
+/// err together, so that each of them is no proof of its own: a square of a standard deviation of the
+/// expected motion counts as much as an outlier. Where nothing is expected, the larger set wins.
 [[nodiscard]] MotionEstimate estimate_motion(const MotionCorrespondences& correspondences,
                                              const StereoCamera& camera, const ExpectedMotion& expected,
                                              const OdometrySettings& settings, std::mt19937_64& random);

@@ -83,19 +83,12 @@ struct MotionOfTracks {
 [[nodiscard]] MotionOfTracks motion_of(PointTracks tracks, const ConsecutivePyramids& pyramids,
                                        const StereoView& view, const ExpectedMotion& expected,
                                        const Settings& settings) {
-  constexpr std::size_t kStaticVotes = 3;  // besides its own: a lorry may have more points than the street
   MotionOfTracks result;
   result.right_image = tracks.follow(pyramids, view, expected.T_previous_current, settings.odometry);
   result.tracks = std::move(tracks);
   result.matches = correspondences(result.tracks.points());
-  std::vector<StereoCorrespondence> static_matches;
-  for (std::size_t i = 0; i < result.matches.size(); ++i) {
-    if (!result.tracks.points()[i].is_static) continue;
-    static_matches.insert(static_matches.end(), kStaticVotes, result.matches[i]);
-  }
   std::mt19937_64 random(settings.seed + view.frame.index);
-  result.motion =
-      estimate_motion({result.matches, static_matches}, view.camera, expected, settings.odometry, random);
+  result.motion = estimate_motion({result.matches}, view.camera, expected, settings.odometry, random);
   return result;
 }
 
@@ -136,14 +129,15 @@ struct MotionOfTracks {
     if (!measured.motion.is_inlier[i]) others.push_back(measured.matches[i]);
   }
   std::mt19937_64 random(settings.seed + view.frame.index);
-  const auto motion = estimate_motion({others}, view.camera, {measured.pose(), Expectation::kDoubtful},
-                                      settings.odometry, random);
+  const auto motion = estimate_motion({others}, view.camera, {measured.pose()}, settings.odometry, random);
   if (!motion.valid) return std::nullopt;
-  auto followed = motion_of(std::move(tracks), pyramids, view,
-                            {motion.T_previous_current.pose, Expectation::kSteady}, settings);
+  Settings fit_this_one = settings;
+  fit_this_one.odometry.ransac_iterations = 0;
+  auto followed =
+      motion_of(std::move(tracks), pyramids, view, {motion.T_previous_current.pose}, fit_this_one);
   const int extent = extent_of(followed, measured.pose(), view, settings.odometry);
   const int before = extent_of(measured, followed.pose(), view, settings.odometry);
-  if (!followed.motion.valid || followed.motion.jerk || !(extent > kMajority * before)) return std::nullopt;
+  if (!followed.motion.valid || !(extent > kMajority * before)) return std::nullopt;
   return followed;
 }
 
@@ -185,7 +179,7 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
   std::mt19937_64 random(settings.seed + view.frame.index);
   const auto motion =
       estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
-  OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.jerk, {}};
+  OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.surprising, {}};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (motion.is_inlier[i]) result.inliers.push_back(matches[i]);
   }
@@ -195,7 +189,7 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
 OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
                                     const StereoView& view, const ExpectedMotion& expected,
                                     const Settings& settings) {
-  const bool first = expected.expectation == Expectation::kNoMotion;
+  const bool first = !expected.known();
   PointTracks before_this_frame = first ? tracks : PointTracks();
   MotionOfTracks measured = motion_of(std::move(tracks), pyramids, view, expected, settings);
   if (first && measured.motion.valid) {
@@ -205,7 +199,7 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
   tracks = std::move(measured.tracks);
   tracks.keep(measured.motion.is_inlier);
   return {measured.motion.valid, with_shared_error(measured.motion.T_previous_current, view.camera),
-          correspondences(tracks.points()), measured.motion.jerk, measured.right_image};
+          correspondences(tracks.points()), measured.motion.surprising, measured.right_image};
 }
 
 }  // namespace stereo_slam

@@ -20,7 +20,7 @@ struct OdometryResult {
   bool valid = false;
   PoseGaussian T_previous_current;
   std::vector<StereoCorrespondence> inliers;  ///< the points that give the motion
-  bool jerk = false;                          ///< the motion does not continue the expected one
+  bool surprising = false;                    ///< the motion is far from the expected one
   RightImageFit right_image;  ///< of the points followed; without points if by circular matching
 };
 
@@ -47,9 +47,8 @@ struct OdometryPoints {
                                                   const OdometryPoints& points, const StereoView& view,
                                                   const ExpectedMotion& expected, const Settings& settings);
 
-/// The same motion from points followed over many frames. Points that are known to be static have four votes
-/// in the choice of the inliers. If no motion is expected, the motion that shows over the larger part of the
-/// image is chosen. `tracks` keeps the inliers only.
+/// The same motion from points followed over many frames. If no motion is expected, the motion that shows
+/// over the larger part of the image is chosen. `tracks` keeps the inliers only.
 [[nodiscard]] OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyramids& pyramids,
                                                   const StereoView& view, const ExpectedMotion& expected,
                                                   const Settings& settings);

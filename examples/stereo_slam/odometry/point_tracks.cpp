@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -67,6 +68,16 @@ struct PointMeasurement {
   }
 };
 
+/// What an outlier costs that was static for some frames, as a multiple of the cost of a new point,
+/// kChi2_3_99: the log-likelihood ratio of Bayes' rule is added. A third of the moving points agree with the
+/// camera's motion by chance in one frame (docs/results/dynamic.md). The ratio is bounded, since what was
+/// static for long may start to move.
+[[nodiscard]] double static_evidence(int frames) {
+  constexpr double kPerFrame = 0.2;  // 2 log(1 / .33) / kChi2_3_99
+  constexpr double kMost = 4.0;
+  return std::min(1.0 + kPerFrame * frames, kMost);
+}
+
 }  // namespace
 
 std::vector<Vector2<double>> PointTracks::positions() const {
@@ -127,13 +138,13 @@ void PointTracks::compare_with(const std::optional<Pose>& T_previous_current, co
   // Twice: both measurements are noisy.
   const Matrix3<double> S_inverse = (2.0 * stereo_pixel_covariance(pixel_sigma_px)).inverse();
   for (auto& point : points_) {
-    point.is_static = false;
+    const int static_frames = std::exchange(point.static_frames, 0);
     if (!T_previous_current || !point.previous) continue;
     const auto expected =
         camera.project(T_previous_current->inverse() * camera.back_project(*point.previous));
     if (!expected) continue;
     const Vector3<double> error = point.z - *expected;
-    point.is_static = error.dot(S_inverse * error) < kChi2_3_99;
+    if (error.dot(S_inverse * error) < kChi2_3_99) point.static_frames = static_frames + 1;
   }
 }
 
@@ -168,15 +179,15 @@ void PointTracks::replenish(const StereoView& view, const CornerDetector& corner
       spread_features(corners_of_left.detect(positions(), reserved_px, grid), image, rule.cell_px, missing);
   for (const auto& match : match_stereo(view, stereo_slam::positions(corners), settings.stereo)) {
     if (match)
-      points_.push_back(
-          {match->z, match->left_px, match->disparity_slope, std::nullopt, std::nullopt, false});
+      points_.push_back({match->z, match->left_px, match->disparity_slope, std::nullopt, std::nullopt, 0});
   }
 }
 
 std::vector<StereoCorrespondence> correspondences(const std::vector<TrackedPoint>& points) {
   std::vector<StereoCorrespondence> result;
   result.reserve(points.size());
-  for (const auto& point : points) result.push_back({point.previous.value(), point.z, point.R});
+  for (const auto& point : points)
+    result.push_back({point.previous.value(), point.z, point.R, static_evidence(point.static_frames)});
   return result;
 }
 

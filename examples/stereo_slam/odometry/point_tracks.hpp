@@ -23,7 +23,7 @@ struct TrackedPoint {
   Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v)
   std::optional<Matrix3<double>> R;     ///< covariance of z, px^2; nothing for a new point
   std::optional<StereoPoint> previous;  ///< z in the frame before; nothing for a new point
-  bool is_static = false;               ///< it moved like the landmarks of the map between these frames
+  int static_frames = 0;                ///< so many frames on end it moved like the landmarks of the map
 };
 
 /// The points that the odometry measures the motion from. Each is followed for as long as it is seen.
@@ -45,8 +45,9 @@ class PointTracks {
   /// Drops the points whose flag is zero; one flag per point.
   void keep(const std::vector<std::uint8_t>& flags);
 
-  /// Marks the static points: those whose two measurements agree with the camera's motion
-  /// `T_previous_current`, up to a pixel noise of `pixel_sigma_px`. Without a motion no point is static.
+  /// Counts the frame for the points whose two measurements agree with the camera's motion
+  /// `T_previous_current`, up to a pixel noise of `pixel_sigma_px`: they are static. The others begin anew,
+  /// and without a motion all do.
   void compare_with(const std::optional<Pose>& T_previous_current, const StereoCamera& camera,
                     double pixel_sigma_px);
 
@@ -63,7 +64,8 @@ class PointTracks {
   std::vector<TrackedPoint> points_;
 };
 
-/// The two measurements of the points, one entry per point; all points must have two.
+/// The two measurements of the points, one entry per point; all points must have two. Each frame in which a
+/// point was static is evidence that it is.
 [[nodiscard]] std::vector<StereoCorrespondence> correspondences(const std::vector<TrackedPoint>& points);
 
 }  // namespace stereo_slam

@@ -19,6 +19,7 @@ struct StereoCorrespondence {
   StereoPoint previous;
   StereoPoint current;
   std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else by the settings
+  double static_evidence = 1.0;           ///< how much it tells of the camera, as multiples of a new point
 };
 
 /// Positions in the current left image.

@@ -7,15 +7,17 @@
 namespace stereo_slam {
 
 ExpectedMotion MotionModel::expected_until(std::int64_t stamp_ns) const {
-  if (inertial_.predicted()) return {inertial_.predicted_motion(), Expectation::kSteady};
-  ExpectedMotion expected{velocity_.motion_until(stamp_ns), Expectation::kNoMotion};
-  if (velocity_.known()) expected.expectation = steady() ? Expectation::kSteady : Expectation::kDoubtful;
-  return expected;
+  constexpr double kImuRotation_rad = 0.003, kImuTranslation_m = 0.02;  // far more than its errors in a frame
+  if (inertial_.predicted()) return {inertial_.predicted_motion(), kImuRotation_rad, kImuTranslation_m};
+  return velocity_.expected_until(stamp_ns);
+}
+
+PoseGaussian MotionModel::guessed_until(std::int64_t stamp_ns, const MotionSettings& settings) const {
+  return guessed_motion(expected_until(stamp_ns), settings, unseen_until(stamp_ns));
 }
 
 void MotionModel::learn(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
                         const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
-  jerks_.add(tracked.odometry.jerk);
   if (!tracked.measured()) {
     velocity_.unmeasured(stamp_ns);
   } else if (tracked.basis == PoseBasis::kLandmarks && !after_loss) {

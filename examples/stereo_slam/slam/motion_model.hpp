@@ -6,8 +6,8 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/inertial/inertial_filter.hpp"
 #include "stereo_slam/odometry/constant_velocity.hpp"
-#include "stereo_slam/odometry/jerk_monitor.hpp"
-#include "stereo_slam/odometry/motion_estimation.hpp"
+#include "stereo_slam/odometry/expected_motion.hpp"
+#include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/tracked_pose.hpp"
 
 namespace stereo_slam {
@@ -25,6 +25,9 @@ class MotionModel {
   /// The motion from the last frame to one with this stamp.
   [[nodiscard]] ExpectedMotion expected_until(std::int64_t stamp_ns) const;
 
+  /// That motion with the covariance of its noise, for a frame in which none was measured.
+  [[nodiscard]] PoseGaussian guessed_until(std::int64_t stamp_ns, const MotionSettings& settings) const;
+
   /// Time without a measured motion, see ConstantVelocity.
   [[nodiscard]] UnseenSteps unseen_until(std::int64_t stamp_ns) const {
     return velocity_.unseen_until(stamp_ns);
@@ -32,10 +35,6 @@ class MotionModel {
 
   /// Whether a motion was measured.
   [[nodiscard]] bool known() const noexcept { return velocity_.known(); }
-
-  /// Whether no motion in the last frames was a jerk, a sudden change. After one, the motion may be that of a
-  /// vehicle.
-  [[nodiscard]] bool steady() const noexcept { return jerks_.steady(); }
 
   /// Learns from a tracked frame. `T_keyframe_camera` is its posterior with the covariance by the noise that
   /// was seen, `T_keyframe_previous` that of the frame before, which was lost if `after_loss`.
@@ -56,7 +55,6 @@ class MotionModel {
                         const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns);
 
   ConstantVelocity velocity_;
-  JerkMonitor jerks_;
   InertialFilter inertial_;
 };
 

@@ -66,9 +66,9 @@ PaperSlam::Step PaperSlam::track(const FrameImages& images, AssociationTrace* tr
   OdometryResult odometry = odometry_from_circle(pyramids, odometry_points_, view_of(images.frame),
                                                  motion_.expected_until(stamp_ns), settings_);  // u_k, eq. 11
   clock.lap("odometry");
-  const PoseDensity prior = predict_as_in_paper(
-      posterior_, motion_with_noise(odometry.T_previous_current, odometry.valid, settings_.motion,
-                                    motion_.unseen_until(stamp_ns)));  // eqs. 5-7
+  const PoseGaussian motion =
+      odometry.valid ? odometry.T_previous_current : motion_.guessed_until(stamp_ns, settings_.motion);
+  const PoseDensity prior = predict_as_in_paper(posterior_, motion);  // eqs. 5-7
   clock.lap("predict");
   std::vector<Match> matches =
       find_landmarks(images, to_pose_gaussian(prior), odometry, trace);  // Alg. 3, sec. IV-C
@@ -117,7 +117,7 @@ void PaperSlam::integrate(const Step& step, const FrameImages& images, FrameResu
   map_.record_observations(tracked.matches, images.features.left, images.frame.index);
   map_.update(tracked.matches, posterior_);  // Alg. 4
   odometry_points_.static_points.clear();
-  if (tracked.basis == PoseBasis::kLandmarks && motion_.steady()) {
+  if (tracked.basis == PoseBasis::kLandmarks && !tracked.odometry.surprising) {
     for (const auto& match : tracked.matches) odometry_points_.static_points.push_back(match.z);
   }
   path_.append(tracked.posterior, tracked.measured(), calibration_error(), result);
@@ -171,10 +171,8 @@ void PaperSlam::pass_over(const StereoFrame& frame, FrameResult& result) {
                  .right_image_unfit = !frame.has_right(),
                  .segment_not_localised = !path_.segment().localised()};
   result.status = judge({.waits = waits, .weak = result.weak});
-  PoseGaussian motion;
-  motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
-  const PoseDensity predicted = predict_as_in_paper(
-      posterior_, motion_with_noise(motion, false, settings_.motion, motion_.unseen_until(frame.stamp_ns)));
+  const PoseDensity predicted =
+      predict_as_in_paper(posterior_, motion_.guessed_until(frame.stamp_ns, settings_.motion));
   path_.append(to_pose_gaussian(predicted), false, calibration_error(), result);
 }
 

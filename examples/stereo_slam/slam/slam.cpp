@@ -76,7 +76,7 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
   auto tracked = update(std::move(measured), images.frame.stamp_ns);  // eq. 13
   clock.lap("update");
   if (!right_camera_.is_ignored() && (previous_.lost || !tracked.measured())) {
-    tracked.use_keyframe(relocalise(images, tracked.prior));
+    tracked.use_keyframe(relocalise(images));
     clock.lap("recognise");
   }
   return tracked;
@@ -128,8 +128,8 @@ bool Slam::jumps(const Pose& predicted, const PoseGaussian& measured, std::int64
 }
 
 /// The pose by the points of the last keyframe, if they are recognised. In the first frame that is not
-/// tracked, a pose that would need a jerk is not believed: the points may be on a vehicle.
-std::optional<PoseGaussian> Slam::relocalise(const FrameImages& images, const PoseGaussian& prior) const {
+/// tracked, a surprising pose is not believed: the points may be on a vehicle.
+std::optional<PoseGaussian> Slam::relocalise(const FrameImages& images) const {
   // Features of all pyramid levels: the camera may have come nearer since the keyframe.
   const StereoView view = right_camera_.view_of(images.frame);
   const auto points =
@@ -138,11 +138,10 @@ std::optional<PoseGaussian> Slam::relocalise(const FrameImages& images, const Po
   describe(keyframe.points, reference_.left, right_camera_.geometry().lens());
   auto found =
       recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
-  if (found && motion_.known() && !previous_.lost) {
-    const Pose T_previous_keyframe = posterior_.pose.inverse();
-    if (!continues(T_previous_keyframe * found->pose, T_previous_keyframe * prior.pose)) return std::nullopt;
-  }
-  return found;
+  if (!found || previous_.lost) return found;
+  const Pose T_previous_current = posterior_.pose.inverse() * found->pose;
+  return motion_.expected_until(images.frame.stamp_ns).surprised_by(T_previous_current) ? std::nullopt
+                                                                                        : found;
 }
 
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
@@ -185,11 +184,11 @@ WeakReasons Slam::weaknesses(const TrackedPose& tracked, std::size_t frame) {
 }
 
 /// Notes which points are static, for the next frame: those whose motion in the image agrees with that of the
-/// camera. For some frames after a jerk (a sudden change of the measured motion) no point counts as static:
-/// the motion may be that of a vehicle, whose points must not outvote the street's.
+/// camera. A surprising motion may be that of a vehicle, whose points must not outvote the street's: all
+/// begin anew then.
 void Slam::note_static_points(const TrackedPose& tracked, const Pose& T_keyframe_previous) {
   std::optional<Pose> T_previous_current;
-  if (fits_landmarks(tracked) && motion_.steady()) {
+  if (fits_landmarks(tracked) && !tracked.odometry.surprising) {
     T_previous_current = T_keyframe_previous.inverse() * posterior_.pose;
   }
   tracks_.compare_with(T_previous_current, right_camera_.camera(), settings_.odometry.pixel_sigma_px);
@@ -250,9 +249,8 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
   result.status =
       judge({.basis = inertial ? PoseBasis::kImu : PoseBasis::kNothing, .waits = waits, .weak = result.weak});
   if (inertial) return path_.append(*inertial, true, calibration_error(), result);
-  PoseGaussian motion;
-  motion.pose = motion_.expected_until(frame.stamp_ns).T_previous_current;
-  const PoseGaussian predicted = noise_.as_seen(predicted_pose(motion, false, frame.stamp_ns));
+  const PoseGaussian predicted =
+      noise_.as_seen(predicted_pose(motion_.guessed_until(frame.stamp_ns, settings_.motion)));
   path_.append(predicted, false, calibration_error(), result);
 }
 

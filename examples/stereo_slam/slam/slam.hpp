@@ -104,10 +104,8 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
   void predict(std::int64_t stamp_ns, FrameMeasurement& measured) const;
-  [[nodiscard]] std::optional<FrameMeasurement> without_imu(const FrameMeasurement& measured,
-                                                            std::int64_t stamp_ns) const;
-  [[nodiscard]] PoseGaussian predicted_pose(const PoseGaussian& T_previous_current, bool odometry_valid,
-                                            std::int64_t stamp_ns) const;
+  [[nodiscard]] std::optional<FrameMeasurement> without_imu(const FrameMeasurement& measured) const;
+  [[nodiscard]] PoseGaussian predicted_pose(const PoseGaussian& T_previous_current) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
   [[nodiscard]] RightImageFit searched_along_rows(const FrameImages& images, const RightImageState& right,
                                                   const std::vector<Match>& matches) const;
@@ -115,8 +113,7 @@ class Slam final : public SlamSystem {
   [[nodiscard]] Matrix6<double> correct_displacement(FrameMeasurement& measured);
   [[nodiscard]] TrackedPose update(FrameMeasurement measured, std::int64_t stamp_ns);
   [[nodiscard]] bool jumps(const Pose& predicted, const PoseGaussian& measured, std::int64_t stamp_ns) const;
-  [[nodiscard]] std::optional<PoseGaussian> relocalise(const FrameImages& images,
-                                                       const PoseGaussian& prior) const;
+  [[nodiscard]] std::optional<PoseGaussian> relocalise(const FrameImages& images) const;
   void integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result);
   [[nodiscard]] WeakReasons weaknesses(const TrackedPose& tracked, std::size_t frame);
   void note_static_points(const TrackedPose& tracked, const Pose& T_keyframe_previous);

@@ -100,7 +100,7 @@ FrameMeasurement Slam::measure(const FrameImages& images,
   clock.lap("odometry");
   predict(images.frame.stamp_ns, measured);  // eqs. 5-7
   clock.lap("predict");
-  auto by_odometry = without_imu(measured, images.frame.stamp_ns);
+  auto by_odometry = without_imu(measured);
   find_landmarks(images, measured, trace);  // Alg. 3
   if (by_odometry) {
     find_landmarks(images, *by_odometry, nullptr);
@@ -126,12 +126,12 @@ void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured)
 /// the camera, but of a vehicle in view, say.
 void Slam::predict(std::int64_t stamp_ns, FrameMeasurement& measured) const {
   OdometryResult& odometry = measured.odometry;
-  if (!motion_.inertial().predicted()) {
-    measured.prior = predicted_pose(odometry.T_previous_current, odometry.valid, stamp_ns);
-    return;
-  }
   std::optional<PoseGaussian> motion;
   if (odometry.valid) motion = odometry.T_previous_current;
+  if (!motion_.inertial().predicted()) {
+    measured.prior = predicted_pose(motion ? *motion : motion_.guessed_until(stamp_ns, settings_.motion));
+    return;
+  }
   measured.inertial = motion_.inertial().prior(motion);
   measured.prior = noise_.in_assumed_units(measured.inertial->T_keyframe_camera);
   odometry.valid = odometry.valid && !measured.inertial->contradicts;
@@ -139,22 +139,18 @@ void Slam::predict(std::int64_t stamp_ns, FrameMeasurement& measured) const {
 
 /// The measurement with the prior by the odometry alone, if the odometry contradicts the IMU. One of both is
 /// wrong: the landmarks tell which.
-std::optional<FrameMeasurement> Slam::without_imu(const FrameMeasurement& measured,
-                                                  std::int64_t stamp_ns) const {
+std::optional<FrameMeasurement> Slam::without_imu(const FrameMeasurement& measured) const {
   if (!measured.inertial || !measured.inertial->contradicts) return std::nullopt;
   FrameMeasurement result = measured;
   result.inertial.reset();
   result.refutes_imu = result.odometry.valid = true;
-  result.prior = predicted_pose(result.odometry.T_previous_current, true, stamp_ns);
+  result.prior = predicted_pose(result.odometry.T_previous_current);
   return result;
 }
 
-/// The prior by the odometry, or, without a valid one, by a guess.
-PoseGaussian Slam::predicted_pose(const PoseGaussian& T_previous_current, bool odometry_valid,
-                                  std::int64_t stamp_ns) const {
-  return predict_pose(
-      posterior_, noise_.in_assumed_units(motion_with_noise(
-                      T_previous_current, odometry_valid, settings_.motion, motion_.unseen_until(stamp_ns))));
+/// The prior by a motion since the last frame.
+PoseGaussian Slam::predicted_pose(const PoseGaussian& T_previous_current) const {
+  return predict_pose(posterior_, noise_.in_assumed_units(T_previous_current));
 }
 
 void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
@@ -165,10 +161,12 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   const Pose T_keyframe_previous = posterior_.pose;
   const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous,
                               right_camera_.geometry().lens(), settings_);
+  ExpectedMotion motion;  // after a loss nothing is known
+  if (!previous_.lost) motion = motion_.expected_until(images.frame.stamp_ns);
   const auto find = [&](bool in_right) {
     StereoView view = right_camera_.view_of(images.frame, measured.right);
     view.right_is_usable = in_right;
-    return search.align_patches(expected, view, measured.odometry.valid);
+    return search.align_patches(expected, view, measured.odometry.valid, motion);
   };
   // Depths by motion have another scale than disparities: the pose must not be a compromise.
   const bool predicts = reference_.has_stereo_depths();

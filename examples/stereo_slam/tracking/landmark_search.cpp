@@ -36,7 +36,7 @@ void LandmarkSearch::observe(Association& association) const {
 }
 
 Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
-                                          bool motion_known) const {
+                                          bool motion_known, const ExpectedMotion& expected) const {
   Association association = predict(T_keyframe_camera);
   Pose pose = T_keyframe_camera.pose;
   if (motion_known && is_precise(association.predicted)) {
@@ -45,7 +45,8 @@ Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera,
     }
   } else {
     observe(association);
-    if (const auto found = pose_by_flow(association.predicted, association.flow, map_, lens_)) {
+    const auto found = pose_by_flow(association.predicted, association.flow, map_, lens_);
+    if (found && !expected.surprised_by(T_keyframe_previous_.inverse() * found->T_keyframe_camera)) {
       pose = found->T_keyframe_camera;
       for (std::size_t i = 0; i < found->agrees.size(); ++i) {
         association.search_start_px[i].reset();

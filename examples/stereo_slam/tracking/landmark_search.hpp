@@ -5,6 +5,7 @@
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/odometry/expected_motion.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/tracking/associate.hpp"
 #include "stereo_slam/tracking/landmark_alignment.hpp"
@@ -27,10 +28,10 @@ class LandmarkSearch {
 
   /// Aligns the patches of the keyframe's left image, starting where the landmarks are predicted at
   /// `T_keyframe_camera`. If the motion is not known, or the predicted pose is uncertain by more than 1.5 px,
-  /// the alignment starts where optical flow finds the landmarks, if most of them agree with one pose: only
-  /// there.
+  /// the alignment starts where optical flow finds the landmarks, if most of them agree with one pose that
+  /// is no surprise after the `expected` motion: only there.
   [[nodiscard]] Association align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
-                                          bool motion_known) const;
+                                          bool motion_known, const ExpectedMotion& expected) const;
 
   /// Matches the landmarks whose flow is that of a static point with the features of both images (sec. IV-C).
   [[nodiscard]] Association match_features(const PoseGaussian& T_keyframe_camera,

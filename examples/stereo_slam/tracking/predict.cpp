@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/tracking/predict.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <antipode/filters/predict.hpp>
@@ -27,18 +28,20 @@ namespace {
 
 }  // namespace
 
-PoseGaussian motion_with_noise(const PoseGaussian& T_previous_current, bool odometry_valid,
-                               const MotionSettings& settings, const UnseenSteps& unseen) {
-  if (odometry_valid) return T_previous_current;
+PoseGaussian guessed_motion(const ExpectedMotion& expected, const MotionSettings& settings,
+                            const UnseenSteps& unseen) {
   // The unknown translation has a constant velocity: its standard deviation grows with the number of steps.
   // That of the rotation grows with the square root.
   const double growth = std::sqrt(unseen.now * (2.0 * unseen.before + unseen.now));
-  const double rotation_sigma_rad = std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad;
-  const double translation_sigma_m = growth * settings.lost_translation_sigma_m;
-  Vector6<double> variance;
-  variance << Vector3<double>::Constant(rotation_sigma_rad * rotation_sigma_rad),
-      Vector3<double>::Constant(translation_sigma_m * translation_sigma_m);
-  return {T_previous_current.pose, variance.asDiagonal()};
+  double rotation_sigma_rad = std::sqrt(unseen.now) * settings.lost_rotation_sigma_rad;
+  double translation_sigma_m = growth * settings.lost_translation_sigma_m;
+  if (unseen.before == 0.0) {
+    rotation_sigma_rad = std::min(rotation_sigma_rad, expected.rotation_sigma_rad);
+    translation_sigma_m = std::min(translation_sigma_m, expected.translation_sigma_m);
+  }
+  Vector6<double> sigma;
+  sigma << Vector3<double>::Constant(rotation_sigma_rad), Vector3<double>::Constant(translation_sigma_m);
+  return {expected.T_previous_current, sigma.cwiseAbs2().asDiagonal()};
 }
 
 PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& motion) {

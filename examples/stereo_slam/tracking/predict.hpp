@@ -7,10 +7,11 @@
 
 namespace stereo_slam {
 
-/// The motion since the last frame (eq. 11) with the covariance of its noise v_k: that of the odometry, or,
-/// where it is a guess, one that grows with the unseen steps.
-[[nodiscard]] PoseGaussian motion_with_noise(const PoseGaussian& T_previous_current, bool odometry_valid,
-                                             const MotionSettings& settings, const UnseenSteps& unseen = {});
+/// The expected motion since the last frame, where none was measured, with the covariance of its noise v_k
+/// (eq. 11). In the first such frame it is as certain as the last motions were constant; then it is that of
+/// the settings, which grows with the unseen steps.
+[[nodiscard]] PoseGaussian guessed_motion(const ExpectedMotion& expected, const MotionSettings& settings,
+                                          const UnseenSteps& unseen = {});
 
 /// Prior T_keyframe_camera of the current frame from the posterior of the last frame and the motion since.
 [[nodiscard]] PoseGaussian predict_pose(const PoseGaussian& posterior, const PoseGaussian& motion);

@@ -55,6 +55,33 @@ TEST_CASE("The predicted motion is the identity after too many unseen steps", "[
   CHECK(velocity.motion_until(81 * kStep_ns).is_approx(Pose::identity(), 1e-12));
 }
 
+TEST_CASE("The expected motion is as certain as the last ones were constant", "[stereo_slam][velocity]") {
+  constexpr double kUsual_m = 0.01;
+  ConstantVelocity velocity;
+  CHECK_FALSE(velocity.expected_until(0).known());
+  CHECK_FALSE(velocity.expected_until(0).surprised_by(test::car_motion()));
+  velocity.found(0);
+  velocity.measured(kStep_ns, test::car_motion());
+  CHECK(velocity.expected_until(2 * kStep_ns).known());
+  CHECK_FALSE(velocity.expected_until(2 * kStep_ns).surprised_by(Pose::identity()));  // it has just started
+  std::int64_t k = 2;
+  for (; k < 40; ++k) velocity.measured(k * kStep_ns, test::car_motion(k % 2 == 0 ? kUsual_m : 0.0));
+  const auto steady = velocity.expected_until(k * kStep_ns);
+  CHECK(steady.translation_sigma_m > kUsual_m);
+  CHECK(steady.translation_sigma_m < 3.0 * kUsual_m);
+  CHECK(steady.surprised_by(test::car_motion(-0.5)));
+  CHECK(velocity.expected_until((k + 2) * kStep_ns).translation_sigma_m ==
+        Approx(3.0 * steady.translation_sigma_m));  // three steps
+
+  // A surprise widens it at once, and ten steady frames narrow it again.
+  velocity.measured(k++ * kStep_ns, test::car_motion(-0.5));
+  const auto surprised = velocity.expected_until(k * kStep_ns);
+  CHECK(surprised.translation_sigma_m > 0.4);
+  CHECK_FALSE(surprised.surprised_by(test::car_motion()));
+  for (int i = 0; i < 15; ++i) velocity.measured(k++ * kStep_ns, test::car_motion());
+  CHECK(velocity.expected_until(k * kStep_ns).surprised_by(test::car_motion(-0.5)));
+}
+
 TEST_CASE(
     "Stamps that do not increase count as one step; without a measured motion the prediction is the identity",
     "[stereo_slam][velocity]") {

@@ -101,14 +101,23 @@ TEST_CASE("Points that moved with the camera are static", "[stereo_slam][odometr
   PointTracks tracks;
   tracks.replenish(view_of(first), CornerDetector(first.left), {}, track_settings());
   (void)step(tracks, first, wall(1, 5));
-  const auto count_static = [&](const std::optional<Pose>& motion) {
+  const auto static_after = [&](const std::optional<Pose>& motion, int frames) {
     tracks.compare_with(motion, kCamera, 0.4);
-    return static_cast<std::size_t>(std::count_if(tracks.points().begin(), tracks.points().end(),
-                                                  [](const TrackedPoint& point) { return point.is_static; }));
+    return std::all_of(tracks.points().begin(), tracks.points().end(),
+                       [&](const TrackedPoint& point) { return point.static_frames == frames; });
   };
-  CHECK(count_static(sideways(5.0)) == tracks.points().size());
-  CHECK(count_static(sideways(-5.0)) == 0);
-  CHECK(count_static(std::nullopt) == 0);
+  const auto evidence = [&] { return correspondences(tracks.points()).front().static_evidence; };
+  CHECK(static_after(sideways(5.0), 1));
+  const double after_one = evidence();
+  CHECK(after_one > 1.0);
+  CHECK(static_after(sideways(5.0), 2));
+  CHECK(evidence() > after_one);
+  CHECK(static_after(sideways(-5.0), 0));
+  CHECK(evidence() == 1.0);
+  CHECK(static_after(sideways(5.0), 1));
+  CHECK(static_after(std::nullopt, 0));
+  for (int i = 0; i < 1000; ++i) tracks.compare_with(sideways(5.0), kCamera, 0.4);
+  CHECK(evidence() <= 4.0);  // what was static for long may start to move
 }
 
 TEST_CASE("Points near the landmarks are dropped, and new ones keep away from them",

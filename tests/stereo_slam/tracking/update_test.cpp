@@ -227,11 +227,16 @@ TEST_CASE("Prediction composes and its covariance grows with the lever arm", "[s
   CHECK(predicted.pose.is_approx(test::car_motion(3.0) * odometry.pose, 1e-9));
   CHECK(predicted.covariance(3, 3) > 90e-6);           // (10 m)^2 * 1e-6 rad^2 of yaw, sideways
   CHECK(std::abs(predicted.covariance(1, 3)) > 5e-6);  // and correlated with it
-  const PoseGaussian lost = predict_pose(state, motion_with_noise(odometry, false, settings));
+  const ExpectedMotion steady{odometry.pose, 0.003, 0.02};
+  const PoseGaussian guessed = predict_pose(state, guessed_motion(steady, settings));
+  CHECK(guessed.pose.is_approx(predicted.pose, 1e-9));
+  CHECK(guessed.covariance(5, 5) == Approx(0.02 * 0.02).epsilon(0.05));
+  CHECK(predict_pose(state, guessed_motion(steady, settings, {1.0, 1.0})).covariance(5, 5) > 0.4);
+  const PoseGaussian lost = predict_pose(state, guessed_motion({odometry.pose}, settings));
   CHECK(lost.covariance(5, 5) > 0.9 * settings.lost_translation_sigma_m * settings.lost_translation_sigma_m);
   double variance = 0.0;  // of ten lost frames in a row
   const auto lost_variance = [&](const UnseenSteps& unseen) {
-    return predict_pose(state, motion_with_noise({}, false, settings, unseen)).covariance(5, 5) -
+    return predict_pose(state, guessed_motion({}, settings, unseen)).covariance(5, 5) -
            state.covariance(5, 5);
   };
   for (int k = 0; k < 10; ++k) variance += lost_variance({static_cast<double>(k), 1.0});
