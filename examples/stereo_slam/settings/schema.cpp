@@ -82,9 +82,9 @@ void add_odometry(Table& table) {
 void add_motion(Table& table) {
   SettingsGroup(table, "motion", &Settings::motion)
       .add("lost_rotation_sigma_rad", &MotionSettings::lost_rotation_sigma_rad, {1e-6, 0.1}, "rad",
-           "standard deviation of the predicted rotation of a frame without odometry, per axis")
+           "standard deviation of the predicted rotation, at most, of a frame without odometry, per axis")
       .add("lost_translation_sigma_m", &MotionSettings::lost_translation_sigma_m, {1e-6, 100.0}, "m",
-           "standard deviation of the predicted translation of a frame without odometry, per axis");
+           "standard deviation of the predicted translation, at most, of a frame without odometry, per axis");
 }
 
 void add_refinement(Table& table) {

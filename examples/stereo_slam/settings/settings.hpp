@@ -57,7 +57,8 @@ struct OdometrySettings {
   double pixel_sigma_px = 0.4;
 };
 
-/// Noise v_k of the prediction (eq. 11) of a frame without odometry.
+/// Noise v_k of the prediction (eq. 11) of a frame without odometry; that of the first such frame is smaller
+/// if the last motions were constant.
 struct MotionSettings {
   double lost_rotation_sigma_rad = 0.03;
   double lost_translation_sigma_m = 0.5;
