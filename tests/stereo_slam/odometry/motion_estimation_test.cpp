@@ -226,6 +226,7 @@ TEST_CASE("Too few correspondences, or none, give no motion", "[stereo_slam][odo
 TEST_CASE("Correspondences of nothing but noise give no confident motion", "[stereo_slam][odometry]") {
   std::mt19937_64 random(8);
   std::vector<StereoCorrespondence> matches;
+  matches.reserve(100);
   for (int i = 0; i < 100; ++i) {
     matches.push_back({test::random_measurement(random, test::kitti_camera(), 5.0, 60.0),
                        test::random_measurement(random, test::kitti_camera(), 5.0, 60.0)});
