@@ -91,8 +91,11 @@ class InertialFilter {
   void continue_run(const SeenFrame& seen, const std::optional<InertialPrior>& prior);
   void cross_gap(const SeenFrame& seen);
   void give_up(const SeenFrame& seen);
-  bool correct_delay(const SeenFrame& seen);
+  bool correct_delay(const SeenFrame& seen, std::int64_t accounted_ns);
   void move_stamps(std::int64_t later_ns);
+  [[nodiscard]] std::int64_t delay_ns() const;
+  [[nodiscard]] InertialState unknown() const;
+  void summarise();
   [[nodiscard]] std::vector<SeenRotation> last_rotations() const;
   void remember(const SeenFrame& seen);
   void forget_samples();
@@ -100,6 +103,7 @@ class InertialFilter {
   InertialSummary summary_;
   ImuSensor sensor_;
   std::vector<ImuSample> samples_;  // since shortly before the rotations
+  std::int64_t moved_ns_ = 0;       // by how much their stamps were made earlier
   NoiseInMotion noise_;
   std::deque<SeenRotation> rotations_;  // of the last frames, to find the cause of a contradiction
   std::optional<InertialStep> predicted_;
@@ -110,7 +114,7 @@ class InertialFilter {
   int motions_ = 0;  // measured since the start began
   std::int64_t start_ns_ = 0;
   int frames_ = 0;       // that were measured
-  int corrections_ = 0;  // of the delay
+  int corrections_ = 0;  // of the stamps
   InnovationMonitor innovations_;
 };
 

@@ -16,13 +16,19 @@ namespace {
   return certain && imu.turn_rad.norm() >= kNoticeable_rad;
 }
 
-[[nodiscard]] std::string delay_text(std::int64_t delay_ns, std::int64_t known_delay_ns) {
+/// Whether the stamps are late or early by two milliseconds or more, for certain.
+[[nodiscard]] bool is_delayed(const InertialSummary& imu) {
+  constexpr double kNoticeable_s = 0.002, kSigmas = 4.0;
+  return std::abs(imu.delay_s) >= kNoticeable_s && std::abs(imu.delay_s) > kSigmas * imu.delay_sigma_s;
+}
+
+[[nodiscard]] std::string delay_text(double delay_s, std::int64_t known_delay_ns) {
   return fmt::format(
       "the stamps of the IMU are about {:.1f} ms {} than those of the images{}, which was corrected while "
       "driving; set timeshift_cam_imu to {:.4f} in the file that describes the IMU",
-      1e-6 * std::abs(static_cast<double>(delay_ns)), delay_ns > 0 ? "later" : "earlier",
+      1e3 * std::abs(delay_s), delay_s > 0.0 ? "later" : "earlier",
       known_delay_ns == 0 ? "" : " and the known delay",
-      1e-9 * static_cast<double>(delay_ns + known_delay_ns));
+      delay_s + 1e-9 * static_cast<double>(known_delay_ns));
 }
 
 }  // namespace
@@ -33,8 +39,8 @@ std::vector<std::string> inertial_warnings(const InertialSummary& imu, std::int6
                         imu.starts == 0 ? " before it was used" : "", imu.fault)};
   }
   std::vector<std::string> texts;
-  if (imu.delay_ns != 0) {
-    texts.push_back(delay_text(imu.delay_ns, known_delay_ns));
+  if (is_delayed(imu)) {
+    texts.push_back(delay_text(imu.delay_s, known_delay_ns));
   } else if (imu.starts == 0) {
     texts.emplace_back(
         "the IMU was not used: in no second were there samples and images enough to find velocity and "

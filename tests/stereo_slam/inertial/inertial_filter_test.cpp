@@ -256,18 +256,47 @@ TEST_CASE("Axes that are turned by some degrees are found, and cost nothing", "[
   }
 }
 
-TEST_CASE("Stamps of another clock are corrected by the rotations", "[inertial]") {
-  const Flight flight;
+TEST_CASE("The standard deviation of the delay is half a millisecond after ten seconds, and right",
+          "[inertial]") {
+  double nees = 0.0;
+  const std::vector<std::int64_t> delays_ms = {-20, -10, 0, 10, 20};
+  for (const std::int64_t later_ms : delays_ms) {
+    Tracker tracker(Flight{}, static_cast<std::uint64_t>(31 + later_ms));
+    tracker.distort = [&](ImuSample& sample) { sample.stamp_ns += later_ms * 1'000'000; };
+    tracker.ahead = 30'000'000 / kSample_ns;
+    tracker.run(200);
+    const InertialSummary& summary = tracker.filter().summary();
+    const double error_s = summary.delay_s - 1e-3 * static_cast<double>(later_ms);
+    CAPTURE(later_ms, summary.delay_s, summary.delay_sigma_s);
+    CHECK(phase(tracker) == InertialPhase::kRunning);
+    CHECK(summary.restarts == 0);
+    CHECK(std::abs(error_s) < 4.0 * summary.delay_sigma_s);
+    CHECK(summary.delay_sigma_s < 5e-4);
+    CHECK(tracker.error().head<3>().norm() < 0.05);
+    nees += std::pow(error_s / summary.delay_sigma_s, 2) / static_cast<double>(delays_ms.size());
+  }
+  CHECK(nees < 1.0 + 4.0 * std::sqrt(2.0 / 5.0));  // the mean of five chi-squares
+}
+
+TEST_CASE("At rest the delay stays as uncertain as it was", "[inertial]") {
+  Tracker tracker(Flight{.shake = 0.0, .travel = 0.0}, 37);
+  tracker.distort = [](ImuSample& sample) { sample.stamp_ns += 20'000'000; };
+  tracker.ahead = 30'000'000 / kSample_ns;
+  tracker.run(400);
+  REQUIRE(phase(tracker) == InertialPhase::kRunning);
+  CHECK(tracker.filter().summary().delay_sigma_s > 0.5 * kUnknownDelaySigma_s);
+}
+
+TEST_CASE("A delay too large for a first-order correction is found by the rotations", "[inertial]") {
   for (const std::int64_t later_ms : {-80, 80}) {
-    Tracker tracker(flight, 17);
+    Tracker tracker(Flight{}, 17);
     tracker.distort = [&](ImuSample& sample) { sample.stamp_ns += later_ms * 1'000'000; };
     tracker.ahead = 100'000'000 / kSample_ns;
     tracker.run(300);
-    INFO(later_ms << " ms: " << tracker.filter().summary().delay_ns);
+    const InertialSummary& summary = tracker.filter().summary();
+    CAPTURE(later_ms, summary.delay_s);
     CHECK(phase(tracker) == InertialPhase::kRunning);
-    // Rates have a noise of 0.02 rad/s and slopes of 0.65 rad/s^2: a hundred of them tell 3 ms, and 3.3 times
-    // that.
-    CHECK(std::abs(tracker.filter().summary().delay_ns - later_ms * 1'000'000) < 10'000'000);
+    CHECK(std::abs(summary.delay_s - 1e-3 * static_cast<double>(later_ms)) < 1e-3);
     CHECK(tracker.error().head<3>().norm() < 0.1);
   }
 }
