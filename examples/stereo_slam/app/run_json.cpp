@@ -93,6 +93,8 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
     for (int i = 0; i < 3; ++i) {
       json["imu"]["turn_rad"].push_back(number(imu->turn_rad[i]));
       json["imu"]["turn_sigma_rad"].push_back(number(imu->turn_sigma_rad[i]));
+      json["imu"]["offset_m"].push_back(number(imu->offset_m[i]));
+      json["imu"]["offset_sigma_m"].push_back(number(imu->offset_sigma_m[i]));
     }
     if (!imu->fault.empty()) json["imu"]["fault"] = imu->fault;
     if (summary.last_inertial) json["imu"]["last"] = inertial_estimate(*summary.last_inertial);

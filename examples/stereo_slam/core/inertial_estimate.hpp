@@ -60,6 +60,9 @@ struct InertialSummary {
   /// was found while the filter ran, and its standard deviations. Zero before.
   antipode::Vector3<double> turn_rad = antipode::Vector3<double>::Zero();
   antipode::Vector3<double> turn_sigma_rad = antipode::Vector3<double>::Zero();
+  /// Where the IMU is relative to the place that the calibration has, m, in its axes, likewise.
+  antipode::Vector3<double> offset_m = antipode::Vector3<double>::Zero();
+  antipode::Vector3<double> offset_sigma_m = antipode::Vector3<double>::Zero();
   std::string fault{};  ///< for kOff: what is wrong with the readings, probably
 };
 

@@ -57,15 +57,15 @@ void InertialFilter::begin_frame(std::int64_t stamp_ns, const std::optional<ImuR
   constexpr std::int64_t kLongest_ns = 10'000'000'000;
   if (stamp_ns - stamp_ns_ > kLongest_ns) return samples_.clear();
   constexpr double kFarthest_m = 0.5;  // a position less certain than that is no prediction
-  const ReadMotion read = motion_until(stamp_ns);
+  const ReadMotion read = motion_of(state_, {stamp_ns_, stamp_ns});
   if (read.motion.status != antipode::InertialStatus::kComplete) return;
   predicted_ = step(state_, read);
   if (!(sigma_of(predicted_->state, StatePart::kRho) < kFarthest_m)) predicted_.reset();
 }
 
-/// The motion since the last frame that was measured.
-ReadMotion InertialFilter::motion_until(std::int64_t stamp_ns) const {
-  return read_motion(samples_, {stamp_ns_, stamp_ns}, state_, noise_.densities(sensor_.noise));
+/// The motion of a state between two images.
+ReadMotion InertialFilter::motion_of(const InertialState& state, const antipode::TimeInterval& images) const {
+  return read_motion(samples_, images, state, noise_.densities(sensor_.noise));
 }
 
 PoseGaussian InertialFilter::in_imu(const PoseGaussian& camera) const {
@@ -103,6 +103,8 @@ void InertialFilter::begin(std::int64_t stamp_ns, const InertialState& itself) {
   state_ = itself;
   stamp_ns_ = start_ns_ = stamp_ns;
   motions_ = 0;
+  started_.clear();
+  started_at_s_ = std::get<3>(itself.state)[0];
   begun_ = true;
   innovations_ = {};
 }
@@ -132,13 +134,17 @@ void InertialFilter::summarise() {
   summary_.delay_s = 1e-9 * static_cast<double>(moved_ns_) + std::get<3>(state_.state)[0];
   summary_.delay_sigma_s = std::sqrt(std::max(state_.covariance(StatePart::kDelay, StatePart::kDelay), 0.0));
   summary_.turn_rad = std::get<2>(state_.state);
-  summary_.turn_sigma_rad =
-      state_.covariance.diagonal().segment<3>(StatePart::kTurn).cwiseMax(0.0).cwiseSqrt();
+  summary_.offset_m = std::get<4>(state_.state);
+  const auto sigma = [this](int part) -> Vector3<double> {
+    return state_.covariance.diagonal().segment<3>(part).cwiseMax(0.0).cwiseSqrt();
+  };
+  summary_.turn_sigma_rad = sigma(StatePart::kTurn);
+  summary_.offset_sigma_m = sigma(StatePart::kOffset);
 }
 
 /// Estimates the state by the motion that the images show.
 void InertialFilter::continue_start(const SeenFrame& seen) {
-  const ReadMotion read = motion_until(seen.stamp_ns);
+  const ReadMotion read = motion_of(state_, {stamp_ns_, seen.stamp_ns});
   const bool complete = read.motion.status == antipode::InertialStatus::kComplete;
   if (!seen.T_previous_current || !complete) return begin(seen.stamp_ns, unknown());
   const FusedStep fused = fuse(step(state_, read), in_imu(*seen.T_previous_current));
@@ -146,7 +152,28 @@ void InertialFilter::continue_start(const SeenFrame& seen) {
   state_ = relative_to_itself(fused.step.state);
   stamp_ns_ = seen.stamp_ns;
   ++motions_;
+  started_.push_back({stamp_ns_, in_imu(*seen.T_previous_current)});
   try_to_run(seen);
+}
+
+/// Estimates the state anew from the motions of the start, about the delay that they told: what is left of a
+/// large one after a correction of first order may be some milliseconds.
+void InertialFilter::relinearise_start() {
+  constexpr double kFar_s = 0.002;    // at which the second order is less than the standard deviation
+  constexpr std::size_t kMost = 100;  // motions whose samples are kept
+  const double delay_s = std::get<3>(state_.state)[0];
+  if (std::abs(delay_s - started_at_s_) < kFar_s || started_.size() > kMost) return;
+  InertialState state = unknown();
+  std::get<3>(state.state)[0] = delay_s;
+  std::int64_t begin_ns = start_ns_;
+  for (const auto& [end_ns, motion] : started_) {
+    const ReadMotion read = motion_of(state, {begin_ns, end_ns});
+    if (read.motion.status != antipode::InertialStatus::kComplete) return;
+    state = relative_to_itself(fuse(step(state, read), motion).step.state);
+    begin_ns = end_ns;
+  }
+  state_ = state;
+  started_at_s_ = delay_s;
 }
 
 /// Runs from now on, if enough is known. If gravity has another length than it must have, it starts anew.
@@ -155,6 +182,7 @@ void InertialFilter::try_to_run(const SeenFrame& seen) {
   constexpr std::int64_t kShortest_ns = 500'000'000;
   const bool long_enough = motions_ >= kFewestMotions && seen.stamp_ns - start_ns_ >= kShortest_ns;
   if (!long_enough || !is_known(state_) || innovations_.contradicts()) return;
+  relinearise_start();
   if (!has_length_of_gravity(state_)) {
     if (motions_ >= kEnoughForCause) give_up(seen);
     return;

@@ -27,7 +27,7 @@ void set_variance(StateMatrix& P, int block, double sigma) {
 
 InertialState unknown_state(double delay_sigma_s) {
   constexpr double kGyroscopeBias = 0.1, kAccelerometerBias = 0.3;  // those of cheap sensors
-  constexpr double kTurn_rad = 0.0175;  // a degree: a drawing is that good, and Kalibr better
+  constexpr double kTurn_rad = 0.0175, kOffset_m = 0.02;  // a drawing is that good, and Kalibr better
   InertialState state;
   StateMatrix& P = state.covariance;
   set_variance(P, StatePart::kNu, kVelocitySigma_m_s);
@@ -35,6 +35,7 @@ InertialState unknown_state(double delay_sigma_s) {
   set_variance(P, StatePart::kGyro, kGyroscopeBias);
   set_variance(P, StatePart::kAccel, kAccelerometerBias);
   set_variance(P, StatePart::kTurn, kTurn_rad);
+  set_variance(P, StatePart::kOffset, kOffset_m);
   P(StatePart::kDelay, StatePart::kDelay) = delay_sigma_s * delay_sigma_s;
   P.block<3, 3>(StatePart::kPhi, StatePart::kPhi).diagonal().setConstant(kPoseVariance);
   P.block<3, 3>(StatePart::kRho, StatePart::kRho).diagonal().setConstant(kPoseVariance);
@@ -80,6 +81,7 @@ InertialState without_velocity(const InertialState& itself) {
   std::get<1>(state.state) = std::get<1>(itself.state);
   std::get<2>(state.state) = std::get<2>(itself.state);
   std::get<3>(state.state) = std::get<3>(itself.state);
+  std::get<4>(state.state) = std::get<4>(itself.state);
   constexpr int kKnown = InertialChart::kDim - StatePart::kGamma;
   state.covariance.bottomRightCorner<kKnown, kKnown>() =
       itself.covariance.bottomRightCorner<kKnown, kKnown>();
@@ -93,7 +95,7 @@ PoseGaussian conjugated(const Pose& T_b_a, const PoseGaussian& X) {
 }
 
 InertialEstimate estimate_of(const InertialState& itself) {
-  const auto& [x, biases, turn, delay] = itself.state;
+  const auto& [x, biases, turn, delay, offset] = itself.state;
   InertialEstimate estimate{.phase = InertialPhase::kRunning,
                             .velocity = x.velocity,
                             .gravity = x.vectors.col(0),

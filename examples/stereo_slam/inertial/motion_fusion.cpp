@@ -53,9 +53,13 @@ InertialStep step(const InertialState& previous, const ReadMotion& read) {
       F.block<12, 3>(0, StatePart::kGyro) * antipode::skew(Vector3<double>(read.mean.head<3>())) +
       F.block<12, 3>(0, StatePart::kAccel) * antipode::skew(Vector3<double>(read.mean.tail<3>()));
   F.block<12, 1>(0, StatePart::kDelay) = read.by_delay;
+  F.block<6, 3>(StatePart::kNu, StatePart::kOffset) = read.by_offset;
   const StateByPose with_pose = pose_columns(previous.covariance);
   InertialStep result;
-  result.state.state = InertialChart::normalized(motion(previous.state));
+  antipode::Vector<double, InertialChart::kDim> by_offset =
+      antipode::Vector<double, InertialChart::kDim>::Zero();
+  by_offset.segment<6>(StatePart::kNu) = read.by_offset * std::get<4>(previous.state);
+  result.state.state = InertialChart::normalized(InertialChart::retract(motion(previous.state), by_offset));
   const StateMatrix P = F * previous.covariance * F.transpose() + noise_of(read, previous);
   result.state.covariance = 0.5 * (P + P.transpose());
   result.T_reference_previous = std::get<0>(previous.state).pose;

@@ -8,6 +8,9 @@
 #include <tuple>
 #include <vector>
 
+#include <antipode/geometry/jacobians.hpp>
+#include <antipode/geometry/quaternion.hpp>
+
 #include "stereo_slam/inertial/reading_means.hpp"
 
 namespace stereo_slam {
@@ -56,32 +59,44 @@ constexpr std::int64_t kRecent_ns = 1'000'000'000;  // that tells how much the r
   return squares / count;
 }
 
+/// The readings at the ends of a motion, less the biases.
+struct EndReadings {
+  Vector6<double> begin, end;
+};
+
 /// What a delay changes. The change of the readings from end to end contains noise, which must not pass for
 /// knowledge of the delay: at rest there is nothing else. Its best estimate is the share of it that is no
 /// noise, by the usual changes.
-void set_effect_of_delay(const ReadingMeans& means, const antipode::TimeInterval& interval,
-                         const ImuNoise& noise, ReadMotion& read) {
+void set_effect_of_delay(const EndReadings& at, const Vector2<double>& usual_changes, const ImuNoise& noise,
+                         ReadMotion& read) {
   const Vector2<double> noise_variance =
       Vector2<double>(noise.gyroscope, noise.accelerometer).cwiseAbs2() * 2.0 / (1e-9 * kEnd_ns);
-  const Vector2<double> changes = usual_changes(means, interval);
-  const Vector6<double> begin = readings_at(means, interval.begin_ns) - read.motion.biases;
-  const Vector6<double> end = readings_at(means, interval.end_ns) - read.motion.biases;
-  const Vector6<double> middle = 0.5 * (begin + end);
-  Vector6<double> half = 0.5 * (end - begin);
+  const Vector6<double> middle = 0.5 * (at.begin + at.end);
+  Vector6<double> half = 0.5 * (at.end - at.begin);
   for (int part = 0; part < 2; ++part) {
-    const double share =
-        noise_variance[part] < changes[part] ? 1.0 - noise_variance[part] / changes[part] : 0.0;
+    const double share = std::max(1.0 - noise_variance[part] / std::max(usual_changes[part], 1e-300), 0.0);
     half.segment<3>(3 * part) *= share;
     read.by_delay_variance.segment<3>(3 * part).setConstant(share * noise_variance[part]);
   }
   read.by_delay = read.motion.derivative_by_shift(middle - half, middle + half);
 }
 
+/// What an offset d of the sensor changes: it moves with R [w] d relative to the point that the calibration
+/// has, and is R d away from it.
+void set_effect_of_offset(const EndReadings& at, ReadMotion& read) {
+  const Matrix3<double> R_end_begin = antipode::rotation_matrix(read.motion.rotation).transpose();
+  const Matrix3<double> w_begin = antipode::skew(Vector3<double>(at.begin.head<3>()));
+  const Matrix3<double> w_end = antipode::skew(Vector3<double>(at.end.head<3>()));
+  const Matrix3<double> I = Matrix3<double>::Identity();
+  read.by_offset.topRows<3>() = R_end_begin * w_begin - w_end;
+  read.by_offset.bottomRows<3>() = R_end_begin * (I + read.motion.duration_s * w_begin) - I;
+}
+
 }  // namespace
 
 ReadMotion read_motion(std::span<const ImuSample> samples, const antipode::TimeInterval& images,
                        const InertialState& state, const ImuNoise& noise) {
-  const auto& [navigation, biases, turn, delay] = state.state;
+  const auto& [navigation, biases, turn, delay, offset] = state.state;
   const std::int64_t delay_ns = std::llround(1e9 * delay[0]);
   const antipode::TimeInterval interval{images.begin_ns + delay_ns, images.end_ns + delay_ns};
   const auto turned = turned_samples(samples, interval, rotation_by(turn));
@@ -91,7 +106,10 @@ ReadMotion read_motion(std::span<const ImuSample> samples, const antipode::TimeI
     return read;
   const ReadingMeans means(turned);
   read.mean = means.between(interval.begin_ns, interval.end_ns);
-  set_effect_of_delay(means, interval, noise, read);
+  const EndReadings at{readings_at(means, interval.begin_ns) - biases,
+                       readings_at(means, interval.end_ns) - biases};
+  set_effect_of_delay(at, usual_changes(means, interval), noise, read);
+  set_effect_of_offset(at, read);
   return read;
 }
 

@@ -43,6 +43,7 @@ class Tracker {
   }
 
   [[nodiscard]] const InertialFilter& filter() const { return filter_; }
+  [[nodiscard]] int frames() const { return frame_; }
   [[nodiscard]] double time() const { return 1e-9 * static_cast<double>((frame_ - 1) * kFrame_ns); }
   [[nodiscard]] const antipode::Vector6<double>& biases() const { return biases_; }
   /// (velocity, gravity, biases) less the truth.
@@ -256,6 +257,25 @@ TEST_CASE("Axes that are turned by some degrees are found, and cost nothing", "[
   }
 }
 
+TEST_CASE("An IMU that is some centimetres off its place is found by its turns", "[inertial]") {
+  const Flight flight;
+  for (int axis = 0; axis < 3; ++axis) {
+    CAPTURE(axis);
+    const Vector3<double> offset = 0.03 * Vector3<double>::Unit(axis);
+    Tracker tracker(flight, static_cast<std::uint64_t>(41 + axis));
+    tracker.distort = [&](ImuSample& sample) {
+      sample.specific_force += flight.reading(sample.stamp_ns, offset).specific_force -
+                               flight.reading(sample.stamp_ns).specific_force;
+    };
+    tracker.run(600);
+    const InertialSummary& summary = tracker.filter().summary();
+    CHECK(summary.restarts == 0);
+    CHECK(((summary.offset_m - offset).cwiseAbs() - 4.0 * summary.offset_sigma_m).maxCoeff() < 0.0);
+    CHECK(summary.offset_sigma_m.maxCoeff() < 0.01);  // half of the prior's
+    CHECK(tracker.error().head<3>().norm() < 0.05);
+  }
+}
+
 TEST_CASE("The standard deviation of the delay is half a millisecond after ten seconds, and right",
           "[inertial]") {
   double nees = 0.0;
@@ -276,6 +296,25 @@ TEST_CASE("The standard deviation of the delay is half a millisecond after ten s
     nees += std::pow(error_s / summary.delay_sigma_s, 2) / static_cast<double>(delays_ms.size());
   }
   CHECK(nees < 1.0 + 4.0 * std::sqrt(2.0 / 5.0));  // the mean of five chi-squares
+}
+
+TEST_CASE("A delay that the start finds is right within its standard deviation, large as it may be",
+          "[inertial]") {
+  double nees = 0.0;
+  constexpr int kFlights = 20;
+  for (int i = 0; i < kFlights; ++i) {
+    const std::int64_t later_ms = i % 2 == 0 ? -25 : 25;
+    Tracker tracker(Flight{.shake = 2.0, .travel = 2.0}, static_cast<std::uint64_t>(60 + i));
+    tracker.distort = [&](ImuSample& sample) { sample.stamp_ns += later_ms * 1'000'000; };
+    tracker.ahead = 40'000'000 / kSample_ns;
+    while (phase(tracker) != InertialPhase::kRunning && tracker.frames() < 100)
+      tracker.run(tracker.frames() + 1);
+    const InertialSummary& summary = tracker.filter().summary();
+    REQUIRE(summary.phase == InertialPhase::kRunning);
+    const double error_s = summary.delay_s - 1e-3 * static_cast<double>(later_ms);
+    nees += std::pow(error_s / summary.delay_sigma_s, 2) / kFlights;
+  }
+  CHECK(nees < 1.0 + 4.0 * std::sqrt(2.0 / kFlights));  // the mean of chi-squares
 }
 
 TEST_CASE("At rest the delay stays as uncertain as it was", "[inertial]") {

@@ -18,10 +18,11 @@ constexpr ImuNoise kSilent{1e-6, 1e-5, 1e-7, 1e-6};
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 /// Samples from a second before to a second after the time zero, whose stamps are later by `later_ns`.
-[[nodiscard]] std::vector<ImuSample> samples_of(const Flight& flight, std::int64_t later_ns = 0) {
+[[nodiscard]] std::vector<ImuSample> samples_of(const Flight& flight, std::int64_t later_ns = 0,
+                                                const Vector3<double>& offset = Vector3<double>::Zero()) {
   std::vector<ImuSample> samples;
   for (std::int64_t stamp_ns = -kSecond_ns; stamp_ns <= kSecond_ns; stamp_ns += kSample_ns) {
-    samples.push_back(flight.reading(stamp_ns));
+    samples.push_back(flight.reading(stamp_ns, offset));
     samples.back().stamp_ns += later_ns;
   }
   return samples;
@@ -67,6 +68,24 @@ TEST_CASE("A longer delay changes the motion as later samples do, to first order
     // The readings at the ends are means over 20 ms of rates that change at up to 2 rad/s: sinc(.02) there.
     CHECK((by_delay - expected).norm() < 0.02 * expected.norm());
     CHECK(expected.norm() > 0.1);
+  }
+}
+
+TEST_CASE("A sensor that is not where the calibration has it moves the state as one that is", "[inertial]") {
+  const Flight flight;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3<double> offset = 0.1 * Vector3<double>::Unit(axis);
+    InertialState known = state_with_delay(0.0);
+    std::get<4>(known.state) = offset;
+    const auto expected = moved(samples_of(flight), state_with_delay(0.0));
+    const auto corrected = moved(samples_of(flight, 0, offset), known);
+    const auto uncorrected = moved(samples_of(flight, 0, offset), state_with_delay(0.0));
+    const auto error = [&](const InertialChart::Point& x) {
+      return InertialChart::local(expected, x).head<12>().norm();
+    };
+    // The rates at the ends are means over 20 ms, whose curvature is 1.5 rad/s^3: a part in ten thousand.
+    CHECK(error(corrected) < 0.01 * error(uncorrected));
+    CHECK(error(uncorrected) > 1e-3);
   }
 }
 
