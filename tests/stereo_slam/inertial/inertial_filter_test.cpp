@@ -317,6 +317,27 @@ TEST_CASE("A delay that the start finds is right within its standard deviation, 
   CHECK(nees < 1.0 + 4.0 * std::sqrt(2.0 / kFlights));  // the mean of chi-squares
 }
 
+TEST_CASE("Without samples after the frame, late stamps seem later, and nothing else is wrong",
+          "[inertial]") {
+  for (const std::int64_t later_ms : {-20, 10, 20}) {
+    CAPTURE(later_ms);
+    Tracker tracker(Flight{}, 51);
+    tracker.distort = [&](ImuSample& sample) { sample.stamp_ns += later_ms * 1'000'000; };
+    tracker.ahead = -later_ms * 1'000'000 / kSample_ns;  // up to the stamp of the frame
+    tracker.run(300);
+    const InertialSummary& summary = tracker.filter().summary();
+    CHECK(summary.phase == InertialPhase::kRunning);
+    CHECK(summary.restarts == 0);
+    CHECK(tracker.error().head<3>().norm() < 0.05);
+    CHECK(nees(tracker, 0) < 11.3);  // 99 % of a chi-square of three
+    // A rate that is held for the time u misses slope u^2 / 2, as a delay of u^2 / (2 T) does over a frame.
+    const double held_s = std::max(summary.delay_s, 0.0);
+    const double as_delay_s = held_s * held_s / (2e-9 * static_cast<double>(kFrame_ns));
+    const double error_s = summary.delay_s - 1e-3 * static_cast<double>(later_ms) - as_delay_s;
+    CHECK(std::abs(error_s) < 4.0 * summary.delay_sigma_s);
+  }
+}
+
 TEST_CASE("At rest the delay stays as uncertain as it was", "[inertial]") {
   Tracker tracker(Flight{.shake = 0.0, .travel = 0.0}, 37);
   tracker.distort = [](ImuSample& sample) { sample.stamp_ns += 20'000'000; };
