@@ -16,6 +16,13 @@ namespace {
   return certain && imu.turn_rad.norm() >= kNoticeable_rad;
 }
 
+/// Whether the IMU is three centimetres or more from the place that the calibration has, for certain.
+[[nodiscard]] bool is_displaced(const InertialSummary& imu) {
+  constexpr double kNoticeable_m = 0.03, kSigmas = 4.0;
+  const bool certain = (imu.offset_m.cwiseAbs().array() > kSigmas * imu.offset_sigma_m.array()).any();
+  return certain && imu.offset_m.norm() >= kNoticeable_m;
+}
+
 /// Whether the stamps are late or early by two milliseconds or more, for certain.
 [[nodiscard]] bool is_delayed(const InertialSummary& imu) {
   constexpr double kNoticeable_s = 0.002, kSigmas = 4.0;
@@ -51,6 +58,13 @@ std::vector<std::string> inertial_warnings(const InertialSummary& imu, std::int6
         fmt::format("the axes of the IMU are turned by {:.1f} degrees against the calibration, which was "
                     "corrected while driving; correct T_cam_imu or T_BS",
                     180.0 / std::numbers::pi * imu.turn_rad.norm()));
+  }
+  if (is_displaced(imu)) {
+    const antipode::Vector3<double> offset_mm = 1e3 * imu.offset_m;
+    texts.push_back(
+        fmt::format("the IMU is {:.0f}, {:.0f}, {:.0f} mm along its axes from where the calibration has it, "
+                    "which was corrected while driving; correct T_cam_imu or T_BS",
+                    offset_mm.x(), offset_mm.y(), offset_mm.z()));
   }
   return texts;
 }

@@ -48,6 +48,18 @@ TEST_CASE("A turn of more than two degrees is told if it is certain", "[results]
   CHECK_THAT(inertial_warnings(imu, 0)[0], Catch::Contains("turned by 5.7 degrees against the calibration"));
 }
 
+TEST_CASE("An IMU that is three centimetres off its place is told if it is certain", "[results][imu]") {
+  InertialSummary imu = running();
+  imu.offset_m << 0.0, -0.04, 0.0;
+  imu.offset_sigma_m.setConstant(0.015);
+  CHECK(inertial_warnings(imu, 0).empty());
+  imu.offset_sigma_m.setConstant(0.004);
+  REQUIRE(inertial_warnings(imu, 0).size() == 1);
+  CHECK_THAT(inertial_warnings(imu, 0)[0], Catch::Contains("is 0, -40, 0 mm along its axes from where"));
+  imu.offset_m << 0.0, -0.02, 0.0;
+  CHECK(inertial_warnings(imu, 0).empty());
+}
+
 TEST_CASE("An IMU that was switched off, or never used, is told with the cause", "[results][imu]") {
   InertialSummary off{.phase = InertialPhase::kOff, .fault = "the reason"};
   off.turn_rad << 1.0, 0.0, 0.0;  // of no use any more
