@@ -120,7 +120,8 @@ TEST_CASE("Means of readings are those of the lines between samples, held before
   CHECK(means.between(-30'000'000, -10'000'000)[0] == Approx(0.0).margin(1e-12));
   CHECK(means.between(-10'000'000, 10'000'000)[0] == Approx(0.5));
   CHECK(means.between(-10'000'000, 30'000'000)[5] == Approx(1.0));
-  const ReadingMeans one(std::span(samples).first(1));
+  const std::span<const ImuSample> all = samples;
+  const ReadingMeans one(all.first(1));
   CHECK(one.between(5, 6)[5] == Approx(1.0));
 }
 
