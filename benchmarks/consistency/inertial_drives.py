@@ -115,7 +115,7 @@ def bridged_error(truth, estimate):
     return np.linalg.norm(motion(truth, lambda row: row[3:7]) - motion(estimate, lambda row: row[[6, 3, 4, 5]]))
 
 
-HEAD = """| case | delay, ms: true, found | turn, degrees: true, left | ATE without, with, mm | velocity, mm/s (NEES, inside) | tilt, degrees (NEES) | biases, NEES | inside over 1, 10, 100 frames | a second without images, mm: without, with | LOST |
+HEAD = """| case | delay, ms: true, found +- sigma (NEES) | turn, degrees: true, left | ATE without, with, mm | velocity, mm/s (NEES, inside) | tilt, degrees (NEES) | biases, NEES | inside over 1, 10, 100 frames | a second without images, mm: without, with | LOST |
 |---|---|---|---|---|---|---|---|---|---|"""
 
 
@@ -139,12 +139,13 @@ def row(folder):
     score, inertial_score = [json.load(open(file)) if file.exists() else {} for file in (folder / "score.json", folder / "inertial.json")]
     inertial, inside = inertial_score.get("inertial"), score.get("nees", {}).get("relative_nees", [])
     shares = ", ".join(f"{100 * s['share_inside_95']:.0f}" if s["count"] else "-" for s in inside)
-    parts = ["-", "-", "-"]
+    parts, delay_nees = ["-", "-", "-"], "-"
     if inertial:
         v, tilt, biases = inertial["velocity_m_s"], inertial["tilt_rad"], inertial["biases"]
+        delay_nees = f"{inertial['delay_s']['mean_nees']:.1f}"
         parts = [f"{1e3 * v['rms']:.1f} ({v['mean_nees']:.1f}, {100 * v['share_inside_95']:.0f} %)",
                  f"{np.degrees(tilt['rms']):.2f} ({tilt['mean_nees']:.1f})", f"{biases['mean_nees']:.1f}"]
-    print(f"| {folder.name}{state} | {[-20, 0, 20, -10, 10][seed % 5]}, {imu['delay_ms']:.1f} | {TURN_DEG * wrong:.0f}, {left_deg:.2f} | "
+    print(f"| {folder.name}{state} | {[-20, 0, 20, -10, 10][seed % 5]}, {imu['delay_ms']:.2f} +- {imu['delay_sigma_ms']:.2f} ({delay_nees}) | {TURN_DEG * wrong:.0f}, {left_deg:.2f} | "
           f"{ate[0]:.1f}, {ate[1]:.1f} | {parts[0]} | {parts[1]} | {parts[2]} | {shares} | {gap[0]:.0f}, {gap[1]:.1f} | {lost} |", flush=True)
 
 

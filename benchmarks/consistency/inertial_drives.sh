@@ -19,6 +19,7 @@ if [ -z "${STEREO_SLAM:-}" ]; then
   STEREO_SLAM=$root/build/release/examples/stereo_slam/stereo_slam
 fi
 python=${PYTHON:-python3}
+delays=(-20 0 20 -10 10) # ms, by the seed
 mkdir -p "$out"
 
 # one NAME SEED ARGUMENT...: renders a case into OUT/NAME/images, runs and scores it.
@@ -27,7 +28,6 @@ one() {
   shift 2
   if [ ! -d "$folder/images" ]; then
     rm -rf "$folder"
-    local delays=(-20 0 20 -10 10)
     local blur=(--exposure 20)
     ((seed % 3 == 0)) || blur=()
     "$STEREO_SLAM" simulate --quiet --format euroc --frames "$frames" --fps 20 --scale "${SCALE:-0.5}" --seed "$seed" --imu \
@@ -49,7 +49,7 @@ one() {
   "$STEREO_SLAM" evaluate --groundtruth "$folder/images/mav0/state_groundtruth_estimate0/data.csv" --estimate "$folder/imu/trajectory_tum.txt" \
     --covariances "$folder/imu/covariances.csv" --json "$folder/score.json" >/dev/null 2>&1 || true
   "$STEREO_SLAM" evaluate --groundtruth "$folder/images/mav0/true_imu.csv" --estimate "$folder/imu/trajectory_tum.txt" \
-    --inertial "$folder/imu/inertial.csv" --json "$folder/inertial.json" >/dev/null 2>&1 || true
+    --inertial "$folder/imu/inertial.csv" --imu-delay "${delays[seed % 5]}" --json "$folder/inertial.json" >/dev/null 2>&1 || true
   "$python" "$here/inertial_drives.py" row "$folder"
 }
 

@@ -334,6 +334,34 @@ TEST_CASE("Noise and gaps that make no sense are refused", "[inertial][error]") 
   CHECK(contains(with({1e-3, 1e-2, 0, 0}, std::nan("")), "max_gap_s is not positive: nan"));
 }
 
+TEST_CASE("A shift of the interval moves every state as the derivative says", "[inertial]") {
+  Rng rng(71);
+  // Linear rates and forces, which samples show exactly.
+  const Biases slope = random_matrix<double, 6, 1>(rng, 3.0), start = random_matrix<double, 6, 1>(rng, 2.0);
+  const auto readings = [&](std::int64_t stamp_ns) -> Biases {
+    return start + 1e-9 * static_cast<double>(stamp_ns) * slope;
+  };
+  Samples samples;
+  for (std::int64_t t = 0; t <= 300 * kMillisecond; t += kMillisecond)
+    samples.push_back({t, readings(t).head<3>(), readings(t).tail<3>()});
+  const Biases biases = random_matrix<double, 6, 1>(rng, 0.1);
+  const TimeInterval interval{100 * kMillisecond, 150 * kMillisecond};
+  const auto shifted = [&](std::int64_t shift_ns) {
+    return integrate_imu(samples, {interval.begin_ns + shift_ns, interval.end_ns + shift_ns}, biases, kNoise);
+  };
+  const auto derivative = shifted(0).derivative_by_shift(readings(interval.begin_ns) - biases,
+                                                         readings(interval.end_ns) - biases);
+  for (int i = 0; i < 10; ++i) {
+    const Navigation x = random_navigation(rng);
+    constexpr std::int64_t kShift_ns = 100'000;
+    const Navigation before = shifted(-kShift_ns)(x), after = shifted(kShift_ns)(x);
+    const Vector<double, 12> difference = after.boxminus(before) / (2e-9 * static_cast<double>(kShift_ns));
+    // Steps of a millisecond have an error of slope dt^2, 3e-6, over 50 ms; differences one of 1e-8.
+    CHECK((difference - derivative).norm() < 1e-4 * derivative.norm());
+  }
+  CHECK(derivative.norm() > 0.1);
+}
+
 TEMPLATE_TEST_CASE("Integrating samples allocates nothing", "[inertial][allocation]", float, double) {
   using Scalar = TestType;
   std::vector<ImuSample<Scalar>> samples;

@@ -40,6 +40,7 @@ struct EvaluateArguments {
   double truth_sigma_deg = 0.0;
   std::optional<fs::path> loops;
   std::optional<fs::path> inertial;
+  std::optional<double> imu_delay_ms;
   RevisitRule revisits;
 };
 
@@ -100,12 +101,19 @@ void add_loop_options(CLI::App& app, EvaluateArguments& arguments) {
 }
 
 void add_inertial_options(CLI::App& app, EvaluateArguments& arguments) {
-  app.add_option(
-         "--inertial", arguments.inertial,
-         "inertial.csv of a run with --imu: report the errors of velocity, tilt and biases; the ground "
-         "truth is EuRoC's state_groundtruth_estimate0/data.csv, or that of simulate --format euroc")
-      ->check(require_name)
-      ->type_name("FILE");
+  auto* inertial =
+      app.add_option(
+             "--inertial", arguments.inertial,
+             "inertial.csv of a run with --imu: report the errors of velocity, tilt and biases; the ground "
+             "truth is EuRoC's state_groundtruth_estimate0/data.csv, or that of simulate --format euroc")
+          ->check(require_name)
+          ->type_name("FILE");
+  app.add_option("--imu-delay", arguments.imu_delay_ms,
+                 "by how much the stamps of the IMU really were later than those of the images, besides "
+                 "timeshift_cam_imu: report the errors of the delay, too")
+      ->needs(inertial)
+      ->check(number_between(-1e6, 1e6))
+      ->type_name("MS");
 }
 
 /// Throws std::runtime_error if the file of --json would replace one of the inputs.
@@ -164,14 +172,16 @@ auto compare_files(const std::string& first, const std::string& second, const Co
   return "\"loops\": " + loop_score_json(loops);
 }
 
-/// Prints the score of velocity, tilt and biases; returns it as a member of the JSON file.
+/// Prints the score of velocity, tilt, biases and delay; returns it as a member of the JSON file.
 [[nodiscard]] std::string evaluate_inertial(const EvaluateArguments& arguments) {
   const auto rows = read_inertial(*arguments.inertial);
   const auto truth = read_true_inertial_states(arguments.ground_truth);
-  const InertialScore score = compare_files(named(*arguments.inertial, rows.size(), "running frame"),
-                                            named(arguments.ground_truth, truth.size(), "state"), [&] {
-                                              return score_inertial(rows, truth, arguments.max_difference_s);
-                                            });
+  std::optional<double> delay_s;
+  if (arguments.imu_delay_ms) delay_s = 1e-3 * *arguments.imu_delay_ms;
+  const InertialScore score =
+      compare_files(named(*arguments.inertial, rows.size(), "running frame"),
+                    named(arguments.ground_truth, truth.size(), "state"),
+                    [&] { return score_inertial(rows, truth, arguments.max_difference_s, delay_s); });
   print_inertial_score(std::cout, score);
   return "\"inertial\": " + inertial_score_json(score);
 }

@@ -41,7 +41,7 @@ constexpr std::string_view kBeginning = "{\n  \"stereo_slam\": \"";
 }
 
 /// Velocity, gravity and biases, in the axes of the IMU, each as its three numbers and their standard
-/// deviations.
+/// deviations, and the delay.
 [[nodiscard]] Json inertial_estimate(const InertialEstimate& estimate) {
   Json json = Json::object();
   const auto add = [&](const std::string& name, const Vector3<double>& value, int begin) {
@@ -55,6 +55,8 @@ constexpr std::string_view kBeginning = "{\n  \"stereo_slam\": \"";
   add("gravity_m_s2", estimate.gravity, 3);
   add("gyroscope_bias_rad_s", estimate.biases.head<3>(), 6);
   add("accelerometer_bias_m_s2", estimate.biases.tail<3>(), 9);
+  json["delay_s"] = number(estimate.delay_s);
+  json["delay_s_sigma"] = number(std::sqrt(std::max(estimate.covariance(12, 12), 0.0)));
   return json;
 }
 
@@ -86,10 +88,13 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
   if (const auto& imu = summary.inertial) {
     json["imu"] = {{"phase", to_string(imu->phase)}, {"starts", imu->starts}, {"restarts", imu->restarts}};
     json["imu"]["nis"] = number(imu->nis);
-    json["imu"]["delay_ms"] = number(1e-6 * static_cast<double>(imu->delay_ns));
+    json["imu"]["delay_ms"] = number(1e3 * imu->delay_s);
+    json["imu"]["delay_sigma_ms"] = number(1e3 * imu->delay_sigma_s);
     for (int i = 0; i < 3; ++i) {
       json["imu"]["turn_rad"].push_back(number(imu->turn_rad[i]));
       json["imu"]["turn_sigma_rad"].push_back(number(imu->turn_sigma_rad[i]));
+      json["imu"]["offset_m"].push_back(number(imu->offset_m[i]));
+      json["imu"]["offset_sigma_m"].push_back(number(imu->offset_sigma_m[i]));
     }
     if (!imu->fault.empty()) json["imu"]["fault"] = imu->fault;
     if (summary.last_inertial) json["imu"]["last"] = inertial_estimate(*summary.last_inertial);

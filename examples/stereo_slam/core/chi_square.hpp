@@ -5,6 +5,7 @@
 /// degrees of freedom and P percent.
 namespace stereo_slam {
 
+inline constexpr double kChi2_1_95 = 3.841;
 inline constexpr double kChi2_2_95 = 5.991;
 inline constexpr double kChi2_2_99 = 9.210;
 inline constexpr double kChi2_3_50 = 2.366;

@@ -21,6 +21,13 @@ using ImuNoise = antipode::ImuNoise<double>;    ///< densities
   return sample.finite() && within(sample.angular_velocity) && within(sample.specific_force);
 }
 
+/// The standard deviation of a delay of which nothing is known: images that are stamped on arrival are late
+/// by their exposure, readout and transfer, about a period of 50 Hz.
+inline constexpr double kUnknownDelaySigma_s = 0.02;
+/// That of one from a calibration: stamps of the beginning of the exposure are early by half of it, and it
+/// changes by some milliseconds with the light.
+inline constexpr double kKnownDelaySigma_s = 0.002;
+
 /// What is known of an IMU beforehand.
 struct ImuSensor {
   /// The IMU in the rectified left camera.
@@ -31,6 +38,7 @@ struct ImuSensor {
   /// By how much its stamps were later than those of the frames, which has been taken out of the samples:
   /// messages about a further delay tell the sum.
   std::int64_t known_delay_ns = 0;
+  double delay_sigma_s = kUnknownDelaySigma_s;  ///< standard deviation of what is left of the delay
 };
 
 /// The samples that come with a frame: those since the frame before, in order, with stamps of the frames'

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using Vec = Vector3<double>;
 
-constexpr int kNumbers = 12;  // velocity, gravity, biases
+constexpr int kNumbers = InertialEstimate::kNumbers;
 
 /// The numbers of some fields, which must be finite.
 [[nodiscard]] std::optional<std::vector<double>> numbers_of(const std::vector<std::string_view>& fields,
@@ -42,7 +42,8 @@ constexpr int kNumbers = 12;  // velocity, gravity, biases
   InertialEstimate estimate{.phase = InertialPhase::kRunning,
                             .velocity = Vec(numbers.data()),
                             .gravity = Vec(numbers.data() + 3),
-                            .biases = Vector6<double>(numbers.data() + 6)};
+                            .biases = Vector6<double>(numbers.data() + 6),
+                            .delay_s = numbers[12]};
   std::size_t next = kNumbers;
   for (int i = 0; i < kNumbers; ++i) {
     for (int j = i; j < kNumbers; ++j)
@@ -127,6 +128,18 @@ void add_tilt(const ScoredFrame& frame, const Vec& down, PartErrors& errors) {
   errors.add(error, P, angle);
 }
 
+/// Scores the delay in all frames.
+void score_delay(const std::vector<ScoredFrame>& frames, double true_delay_s, InertialScore& score) {
+  constexpr int kDelay = 12;
+  PartErrors errors(kChi2_1_95);
+  for (const auto& frame : frames) {
+    const Eigen::VectorXd error = Eigen::VectorXd::Constant(1, frame.estimate->delay_s - true_delay_s);
+    errors.add(error, frame.estimate->covariance.block<1, 1>(kDelay, kDelay), error[0]);
+  }
+  score.delay = errors.score();
+  score.last_delay_error_s = frames.back().estimate->delay_s - true_delay_s;
+}
+
 void print_part(std::ostream& stream, std::string_view name, const std::string& rms,
                 const InertialPartScore& score, int expected) {
   fmt::print(stream, "{:<32}rms {}  NEES {:.2f} ({} expected)  inside 95 %: {:.0f} % of {} frames\n", name,
@@ -186,7 +199,8 @@ std::vector<TrueInertialState> read_true_inertial_states(const fs::path& file) {
 }
 
 InertialScore score_inertial(const std::vector<InertialRow>& rows,
-                             const std::vector<TrueInertialState>& truth, double max_difference_s) {
+                             const std::vector<TrueInertialState>& truth, double max_difference_s,
+                             std::optional<double> true_delay_s) {
   const std::int64_t most_ns = std::llround(1e9 * max_difference_s);
   std::vector<ScoredFrame> frames;
   Vec gravity = Vec::Zero();
@@ -197,7 +211,7 @@ InertialScore score_inertial(const std::vector<InertialRow>& rows,
     gravity += state->R_world_imu * row.estimate.gravity;
   }
   if (frames.empty()) throw std::runtime_error("no frame in which the filter ran has a true state near it");
-  InertialScore score{.velocity = {}, .tilt = {}, .biases = {}, .down = nearest_axis(gravity)};
+  InertialScore score{.velocity = {}, .tilt = {}, .biases = {}, .delay = {}, .down = nearest_axis(gravity)};
   PartErrors velocity(kChi2_3_95), tilt(kChi2_2_95), biases(kChi2_6_95);
   double accelerometer = 0.0;
   for (const auto& frame : frames) {
@@ -207,7 +221,7 @@ InertialScore score_inertial(const std::vector<InertialRow>& rows,
     add_tilt(frame, score.down, tilt);
     if (!state.biases) continue;
     const Vector6<double> bias_error = estimate->biases - *state.biases;
-    biases.add(bias_error, estimate->covariance.bottomRightCorner<6, 6>(), bias_error.head<3>().norm());
+    biases.add(bias_error, estimate->covariance.block<6, 6>(6, 6), bias_error.head<3>().norm());
     accelerometer += bias_error.tail<3>().squaredNorm();
   }
   score.velocity = velocity.score();
@@ -215,6 +229,7 @@ InertialScore score_inertial(const std::vector<InertialRow>& rows,
   score.biases = biases.score();
   score.accelerometer_bias_rms =
       std::sqrt(accelerometer / static_cast<double>(std::max<std::size_t>(score.biases.frames, 1)));
+  if (true_delay_s) score_delay(frames, *true_delay_s, score);
   return score;
 }
 
@@ -224,18 +239,26 @@ void print_inertial_score(std::ostream& stream, const InertialScore& score) {
              score.tilt, 2);
   if (score.biases.frames == 0) {
     fmt::print(stream, "{:<32}n/a (the ground truth has none)\n", "biases");
-    return;
+  } else {
+    print_part(stream, "biases",
+               fmt::format("{:.2g} rad/s, {:.2g} m/s^2", score.biases.rms, score.accelerometer_bias_rms),
+               score.biases, 6);
   }
-  print_part(stream, "biases",
-             fmt::format("{:.2g} rad/s, {:.2g} m/s^2", score.biases.rms, score.accelerometer_bias_rms),
-             score.biases, 6);
+  if (score.delay.frames == 0) return;
+  print_part(stream, "delay",
+             fmt::format("{:.3f} ms (last {:+.3f})", 1e3 * score.delay.rms, 1e3 * score.last_delay_error_s),
+             score.delay, 1);
 }
 
 std::string inertial_score_json(const InertialScore& score) {
+  std::string delay;
+  if (score.delay.frames > 0)
+    delay = fmt::format(R"("delay_s": {{"last_error": {}, {}}}, )", score.last_delay_error_s,
+                        part_json(score.delay));
   return fmt::format(
-      R"({{"velocity_m_s": {{{}}}, "tilt_rad": {{{}}}, "biases": {{"accelerometer_rms_m_s2": {}, {}}}, "down": [{}, {}, {}]}})",
+      R"({{"velocity_m_s": {{{}}}, "tilt_rad": {{{}}}, "biases": {{"accelerometer_rms_m_s2": {}, {}}}, {}"down": [{}, {}, {}]}})",
       part_json(score.velocity), part_json(score.tilt), score.accelerometer_bias_rms, part_json(score.biases),
-      score.down.x(), score.down.y(), score.down.z());
+      delay, score.down.x(), score.down.y(), score.down.z());
 }
 
 }  // namespace stereo_slam

@@ -12,7 +12,7 @@
 #include "stereo_slam/core/inertial_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
 
-/// Compares what an IMU told of a run with the ground truth: velocity, tilt and biases.
+/// Compares what an IMU told of a run with the ground truth: velocity, tilt, biases and delay.
 namespace stereo_slam {
 
 /// A frame's row of inertial.csv in which the filter ran.
@@ -51,15 +51,19 @@ struct InertialScore {
   InertialPartScore tilt;             ///< rad, 2 degrees of freedom
   InertialPartScore biases;           ///< 6 degrees of freedom; its rms is that of the gyroscope, rad/s
   double accelerometer_bias_rms = 0;  ///< m/s^2
+  InertialPartScore delay;          ///< s, one degree of freedom; without frames if the true one is not known
+  double last_delay_error_s = 0.0;  ///< of the last frame
   Vector3<double> down = Vector3<double>::Zero();  ///< of the world of the ground truth
 };
 
 /// Scores the frames that are between two true states at most `max_difference_s` away each. The vertical of
 /// the world is the axis that is nearest to the mean of the estimated directions of gravity. Throws
-/// std::runtime_error if no frame can be scored.
+/// std::runtime_error if no frame can be scored. The delay is scored if the true one is given: by how much
+/// the stamps of the IMU are later than those of the images.
 [[nodiscard]] InertialScore score_inertial(const std::vector<InertialRow>& rows,
                                            const std::vector<TrueInertialState>& truth,
-                                           double max_difference_s);
+                                           double max_difference_s,
+                                           std::optional<double> true_delay_s = std::nullopt);
 
 /// As text.
 void print_inertial_score(std::ostream& stream, const InertialScore& score);

@@ -19,9 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// By how much the stamps of the IMU are later than those of the frames, by its description or else by the
-/// calibration of the cameras.
-[[nodiscard]] std::int64_t delay_of(const std::optional<ImuDescription>& description,
-                                    const CameraAndImu& camera) {
+/// calibration of the cameras; nothing if neither says so.
+[[nodiscard]] std::optional<std::int64_t> delay_of(const std::optional<ImuDescription>& description,
+                                                   const CameraAndImu& camera) {
   constexpr std::int64_t kSame_ns = 1'000;
   const auto described = description ? description->later_ns : std::nullopt;
   if (described && camera.later_ns && std::abs(*described - *camera.later_ns) > kSame_ns) {
@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
         "timeshift_cam_imu is {:.6g} s, but {:.6g} s in the calibration of the cameras; remove the wrong one",
         1e-9 * static_cast<double>(*described), 1e-9 * static_cast<double>(*camera.later_ns));
   }
-  return described.value_or(camera.later_ns.value_or(0));
+  return described ? described : camera.later_ns;
 }
 
 }  // namespace
@@ -65,7 +65,9 @@ ImuRecording imu_recording(const fs::path& file, ImuSamples recorded,
   const auto identity = Eigen::Isometry3d::Identity();
   const Eigen::Isometry3d T_camera_body = camera.T_body_camera.value_or(identity).inverse();
   imu.sensor.T_camera_imu = to_pose(T_camera_body * T_body_imu.value_or(identity));
-  imu.sensor.known_delay_ns = delay_of(description, camera);
+  const auto later_ns = delay_of(description, camera);
+  if (later_ns) imu.sensor.delay_sigma_s = kKnownDelaySigma_s;
+  imu.sensor.known_delay_ns = later_ns.value_or(0);
   for (auto& sample : imu.samples) sample.stamp_ns -= imu.sensor.known_delay_ns;
   return imu;
 }

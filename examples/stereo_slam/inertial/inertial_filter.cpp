@@ -10,6 +10,8 @@
 #include <antipode/distributions/keyframe_change.hpp>
 #include <antipode/filters/marginal_update.hpp>
 
+#include "stereo_slam/inertial/read_motion.hpp"
+
 namespace stereo_slam {
 namespace {
 
@@ -21,12 +23,6 @@ constexpr std::int64_t kMargin_ns = 300'000'000;  // samples kept before the old
 /// The standard deviation of a position or velocity whose covariance is a block of the state's.
 [[nodiscard]] double sigma_of(const InertialState& state, int block) {
   return std::sqrt(state.covariance.block<3, 3>(block, block).trace() / 3.0);
-}
-
-[[nodiscard]] Matrix3<double> rotation_by(const Vector3<double>& angle_rad) {
-  Vector6<double> xi = Vector6<double>::Zero();
-  xi.head<3>() = angle_rad;
-  return Pose::exp(xi).rotation_matrix();
 }
 
 /// Whether velocity and tilt are known well enough to predict the motion.
@@ -51,7 +47,7 @@ void InertialFilter::begin_frame(std::int64_t stamp_ns, const std::optional<ImuR
   if (!imu || summary_.phase == InertialPhase::kOff) return;
   sensor_ = imu->sensor;
   for (ImuSample sample : imu->samples) {
-    sample.stamp_ns -= summary_.delay_ns;
+    sample.stamp_ns -= moved_ns_;
     if (!is_plausible(sample) || (!samples_.empty() && sample.stamp_ns <= samples_.back().stamp_ns)) continue;
     samples_.push_back(sample);
     noise_.add(sample);
@@ -61,30 +57,15 @@ void InertialFilter::begin_frame(std::int64_t stamp_ns, const std::optional<ImuR
   constexpr std::int64_t kLongest_ns = 10'000'000'000;
   if (stamp_ns - stamp_ns_ > kLongest_ns) return samples_.clear();
   constexpr double kFarthest_m = 0.5;  // a position less certain than that is no prediction
-  const ReadMotion read = motion_until(stamp_ns);
+  const ReadMotion read = motion_of(state_, {stamp_ns_, stamp_ns});
   if (read.motion.status != antipode::InertialStatus::kComplete) return;
   predicted_ = step(state_, read);
   if (!(sigma_of(predicted_->state, StatePart::kRho) < kFarthest_m)) predicted_.reset();
 }
 
-/// The motion since the last frame that was measured, by the readings in the axes of the IMU.
-ReadMotion InertialFilter::motion_until(std::int64_t stamp_ns) const {
-  const auto after = std::ranges::upper_bound(samples_, stamp_ns_, {}, &ImuSample::stamp_ns);
-  std::vector<ImuSample> read(after == samples_.begin() ? after : std::prev(after), samples_.end());
-  const Matrix3<double> R = rotation_by(std::get<2>(state_.state));
-  ReadMotion result;
-  double count = 0.0;
-  for (ImuSample& sample : read) {
-    sample.angular_velocity = (R * sample.angular_velocity).eval();
-    sample.specific_force = (R * sample.specific_force).eval();
-    if (sample.stamp_ns > stamp_ns) continue;
-    count += 1.0;
-    result.mean_rate += (sample.angular_velocity - result.mean_rate) / count;
-    result.mean_force += (sample.specific_force - result.mean_force) / count;
-  }
-  result.motion = antipode::integrate_imu<double>(std::span<const ImuSample>(read), {stamp_ns_, stamp_ns},
-                                                  std::get<1>(state_.state), noise_.densities(sensor_.noise));
-  return result;
+/// The motion of a state between two images.
+ReadMotion InertialFilter::motion_of(const InertialState& state, const antipode::TimeInterval& images) const {
+  return read_motion(samples_, images, state, noise_.densities(sensor_.noise));
 }
 
 PoseGaussian InertialFilter::in_imu(const PoseGaussian& camera) const {
@@ -114,7 +95,7 @@ InertialPrior InertialFilter::prior(const std::optional<PoseGaussian>& T_previou
   return prior;
 }
 
-void InertialFilter::begin_map(std::int64_t stamp_ns) { begin(stamp_ns, unknown_state()); }
+void InertialFilter::begin_map(std::int64_t stamp_ns) { begin(stamp_ns, unknown()); }
 
 /// Begins to estimate a state relative to the IMU itself.
 void InertialFilter::begin(std::int64_t stamp_ns, const InertialState& itself) {
@@ -122,6 +103,8 @@ void InertialFilter::begin(std::int64_t stamp_ns, const InertialState& itself) {
   state_ = itself;
   stamp_ns_ = start_ns_ = stamp_ns;
   motions_ = 0;
+  started_.clear();
+  started_at_s_ = std::get<3>(itself.state)[0];
   begun_ = true;
   innovations_ = {};
 }
@@ -139,27 +122,58 @@ void InertialFilter::end_frame(const SeenFrame& seen, const std::optional<Inerti
   if (refuted || (innovations_.contradicts() && (running() || motions_ >= kEnoughForCause))) {
     give_up(seen);
   } else if (++frames_ % kFramesBetweenChecks == 0) {
-    correct_delay(seen);
+    correct_delay(seen, delay_ns());
   }
   predicted_.reset();
   forget_samples();
-  if (!running()) return;
+  if (running()) summarise();
+}
+
+/// What was found of the sensor.
+void InertialFilter::summarise() {
+  summary_.delay_s = 1e-9 * static_cast<double>(moved_ns_) + std::get<3>(state_.state)[0];
+  summary_.delay_sigma_s = std::sqrt(std::max(state_.covariance(StatePart::kDelay, StatePart::kDelay), 0.0));
   summary_.turn_rad = std::get<2>(state_.state);
-  summary_.turn_sigma_rad =
-      state_.covariance.diagonal().segment<3>(StatePart::kTurn).cwiseMax(0.0).cwiseSqrt();
+  summary_.offset_m = std::get<4>(state_.state);
+  const auto sigma = [this](int part) -> Vector3<double> {
+    return state_.covariance.diagonal().segment<3>(part).cwiseMax(0.0).cwiseSqrt();
+  };
+  summary_.turn_sigma_rad = sigma(StatePart::kTurn);
+  summary_.offset_sigma_m = sigma(StatePart::kOffset);
 }
 
 /// Estimates the state by the motion that the images show.
 void InertialFilter::continue_start(const SeenFrame& seen) {
-  const ReadMotion read = motion_until(seen.stamp_ns);
+  const ReadMotion read = motion_of(state_, {stamp_ns_, seen.stamp_ns});
   const bool complete = read.motion.status == antipode::InertialStatus::kComplete;
-  if (!seen.T_previous_current || !complete) return begin(seen.stamp_ns, unknown_state());
+  if (!seen.T_previous_current || !complete) return begin(seen.stamp_ns, unknown());
   const FusedStep fused = fuse(step(state_, read), in_imu(*seen.T_previous_current));
   innovations_.add(fused.nis, false);
   state_ = relative_to_itself(fused.step.state);
   stamp_ns_ = seen.stamp_ns;
   ++motions_;
+  started_.push_back({stamp_ns_, in_imu(*seen.T_previous_current)});
   try_to_run(seen);
+}
+
+/// Estimates the state anew from the motions of the start, about the delay that they told: what is left of a
+/// large one after a correction of first order may be some milliseconds.
+void InertialFilter::relinearise_start() {
+  constexpr double kFar_s = 0.002;    // at which the second order is less than the standard deviation
+  constexpr std::size_t kMost = 100;  // motions whose samples are kept
+  const double delay_s = std::get<3>(state_.state)[0];
+  if (std::abs(delay_s - started_at_s_) < kFar_s || started_.size() > kMost) return;
+  InertialState state = unknown();
+  std::get<3>(state.state)[0] = delay_s;
+  std::int64_t begin_ns = start_ns_;
+  for (const auto& [end_ns, motion] : started_) {
+    const ReadMotion read = motion_of(state, {begin_ns, end_ns});
+    if (read.motion.status != antipode::InertialStatus::kComplete) return;
+    state = relative_to_itself(fuse(step(state, read), motion).step.state);
+    begin_ns = end_ns;
+  }
+  state_ = state;
+  started_at_s_ = delay_s;
 }
 
 /// Runs from now on, if enough is known. If gravity has another length than it must have, it starts anew.
@@ -168,6 +182,7 @@ void InertialFilter::try_to_run(const SeenFrame& seen) {
   constexpr std::int64_t kShortest_ns = 500'000'000;
   const bool long_enough = motions_ >= kFewestMotions && seen.stamp_ns - start_ns_ >= kShortest_ns;
   if (!long_enough || !is_known(state_) || innovations_.contradicts()) return;
+  relinearise_start();
   if (!has_length_of_gravity(state_)) {
     if (motions_ >= kEnoughForCause) give_up(seen);
     return;
@@ -186,7 +201,7 @@ void InertialFilter::continue_run(const SeenFrame& seen, const std::optional<Ine
     state_ = at_pose(relative_to_itself(prior->step.state), pose);
   } else {
     const auto updated = antipode::with_marginal(prior->step.state, pose);
-    if (updated.status != antipode::MarginalStatus::kUpdated) return begin(seen.stamp_ns, unknown_state());
+    if (updated.status != antipode::MarginalStatus::kUpdated) return begin(seen.stamp_ns, unknown());
     state_ = antipode::with_gravity_length(updated.posterior, kGravity);
   }
   stamp_ns_ = seen.stamp_ns;
@@ -195,7 +210,7 @@ void InertialFilter::continue_run(const SeenFrame& seen, const std::optional<Ine
 /// A frame without prediction, because samples are missing or it is too uncertain: gravity turns with the
 /// pose, if that is known, and the velocity has to be found again.
 void InertialFilter::cross_gap(const SeenFrame& seen) {
-  if (!seen.T_previous_current) return begin(seen.stamp_ns, unknown_state());
+  if (!seen.T_previous_current) return begin(seen.stamp_ns, unknown());
   InertialState moved = relative_to_itself(state_);
   const PoseGaussian motion = in_imu(*seen.T_previous_current);
   auto& x = std::get<0>(moved.state);
@@ -207,9 +222,10 @@ void InertialFilter::cross_gap(const SeenFrame& seen) {
 void InertialFilter::give_up(const SeenFrame& seen) {
   given_up_ = running();
   ++summary_.restarts;
-  if (correct_delay(seen) || summary_.restarts <= kMostRestarts) return begin(seen.stamp_ns, unknown_state());
+  if (correct_delay(seen, 0)) return;  // the state could not account for one
+  if (summary_.restarts <= kMostRestarts) return begin(seen.stamp_ns, unknown());
   summary_.phase = InertialPhase::kOff;
-  summary_.fault = probable_fault(last_rotations(), samples_, summary_.delay_ns + sensor_.known_delay_ns);
+  summary_.fault = probable_fault(last_rotations(), samples_, moved_ns_ + sensor_.known_delay_ns);
   samples_.clear();
   rotations_.clear();
 }
@@ -218,25 +234,32 @@ std::vector<SeenRotation> InertialFilter::last_rotations() const {
   return {rotations_.begin(), rotations_.end()};
 }
 
-/// Looks for a delay between the clocks, which has to be evident the first time, and takes it out. If it is
-/// large, the filter starts anew. Returns whether there was one.
-bool InertialFilter::correct_delay(const SeenFrame& seen) {
+/// Looks for an evident delay between the clocks that is far from the one that is accounted for, too far to
+/// be found step by step. Takes it out and starts anew. Returns whether there was one.
+bool InertialFilter::correct_delay(const SeenFrame& seen, std::int64_t accounted_ns) {
   constexpr int kMostCorrections = 5;
-  constexpr double kEvident = 0.5, kLikely = 0.97;
-  constexpr std::int64_t kLarge_ns = 10'000'000;
+  constexpr std::int64_t kFar_ns = 10'000'000;  // three times the error of what the rotations tell
   if (corrections_ >= kMostCorrections) return false;
-  const auto later_ns = seen_delay_ns(last_rotations(), samples_, corrections_ == 0 ? kEvident : kLikely);
-  if (!later_ns) return false;
+  const auto later_ns = seen_delay_ns(last_rotations(), samples_);
+  if (!later_ns || std::abs(*later_ns - accounted_ns) < kFar_ns) return false;
   ++corrections_;
   move_stamps(*later_ns);
-  if (std::abs(*later_ns) > kLarge_ns) begin(seen.stamp_ns, unknown_state());
+  begin(seen.stamp_ns, unknown());
   return true;
 }
 
-/// Corrects the stamps of all samples, those to come too.
+/// Corrects the stamps of all samples, those to come too. What remains of the delay is not known any more.
 void InertialFilter::move_stamps(std::int64_t later_ns) {
-  summary_.delay_ns += later_ns;
+  moved_ns_ += later_ns;
   for (auto& sample : samples_) sample.stamp_ns -= later_ns;
+}
+
+/// That of the state: what is left in the stamps of the samples that are kept.
+std::int64_t InertialFilter::delay_ns() const { return std::llround(1e9 * std::get<3>(state_.state)[0]); }
+
+/// The state before anything was measured.
+InertialState InertialFilter::unknown() const {
+  return unknown_state(moved_ns_ == 0 ? sensor_.delay_sigma_s : kUnknownDelaySigma_s);
 }
 
 void InertialFilter::remember(const SeenFrame& seen) {
@@ -261,7 +284,9 @@ void InertialFilter::change_keyframe() {
 
 InertialEstimate InertialFilter::estimate() const {
   if (!running()) return {.phase = summary_.phase};
-  return estimate_of(relative_to_itself(predicted_ ? predicted_->state : state_));
+  InertialEstimate estimate = estimate_of(relative_to_itself(predicted_ ? predicted_->state : state_));
+  estimate.delay_s += 1e-9 * static_cast<double>(moved_ns_);
+  return estimate;
 }
 
 }  // namespace stereo_slam

@@ -82,24 +82,35 @@ class InertialFilter {
 
  private:
   [[nodiscard]] bool running() const noexcept { return summary_.phase == InertialPhase::kRunning; }
-  [[nodiscard]] ReadMotion motion_until(std::int64_t stamp_ns) const;
+  [[nodiscard]] ReadMotion motion_of(const InertialState& state, const antipode::TimeInterval& images) const;
   [[nodiscard]] PoseGaussian in_imu(const PoseGaussian& camera) const;
   [[nodiscard]] PoseGaussian in_camera(const PoseGaussian& imu) const;
   void begin(std::int64_t stamp_ns, const InertialState& itself);
   void continue_start(const SeenFrame& seen);
+  void relinearise_start();
   void try_to_run(const SeenFrame& seen);
   void continue_run(const SeenFrame& seen, const std::optional<InertialPrior>& prior);
   void cross_gap(const SeenFrame& seen);
   void give_up(const SeenFrame& seen);
-  bool correct_delay(const SeenFrame& seen);
+  bool correct_delay(const SeenFrame& seen, std::int64_t accounted_ns);
   void move_stamps(std::int64_t later_ns);
+  [[nodiscard]] std::int64_t delay_ns() const;
+  [[nodiscard]] InertialState unknown() const;
+  void summarise();
   [[nodiscard]] std::vector<SeenRotation> last_rotations() const;
   void remember(const SeenFrame& seen);
   void forget_samples();
 
+  /// The motion of the IMU since the frame before, as the images showed it.
+  struct StartMotion {
+    std::int64_t stamp_ns = 0;
+    PoseGaussian T_previous_current;
+  };
+
   InertialSummary summary_;
   ImuSensor sensor_;
   std::vector<ImuSample> samples_;  // since shortly before the rotations
+  std::int64_t moved_ns_ = 0;       // by how much their stamps were made earlier
   NoiseInMotion noise_;
   std::deque<SeenRotation> rotations_;  // of the last frames, to find the cause of a contradiction
   std::optional<InertialStep> predicted_;
@@ -109,8 +120,10 @@ class InertialFilter {
   bool given_up_ = false;
   int motions_ = 0;  // measured since the start began
   std::int64_t start_ns_ = 0;
-  int frames_ = 0;       // that were measured
-  int corrections_ = 0;  // of the delay
+  std::vector<StartMotion> started_;  // the motions since then
+  double started_at_s_ = 0.0;         // the delay about which they were linearised
+  int frames_ = 0;                    // that were measured
+  int corrections_ = 0;               // of the stamps
   InnovationMonitor innovations_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/inertial/inertial_state.hpp"
 
+#include <array>
 #include <tuple>
 
 #include <antipode/distributions/keyframe_change.hpp>
@@ -24,9 +25,9 @@ void set_variance(StateMatrix& P, int block, double sigma) {
 
 }  // namespace
 
-InertialState unknown_state() {
+InertialState unknown_state(double delay_sigma_s) {
   constexpr double kGyroscopeBias = 0.1, kAccelerometerBias = 0.3;  // those of cheap sensors
-  constexpr double kTurn_rad = 0.0175;  // a degree: a drawing is that good, and Kalibr better
+  constexpr double kTurn_rad = 0.0175, kOffset_m = 0.02;  // a drawing is that good, and Kalibr better
   InertialState state;
   StateMatrix& P = state.covariance;
   set_variance(P, StatePart::kNu, kVelocitySigma_m_s);
@@ -34,6 +35,8 @@ InertialState unknown_state() {
   set_variance(P, StatePart::kGyro, kGyroscopeBias);
   set_variance(P, StatePart::kAccel, kAccelerometerBias);
   set_variance(P, StatePart::kTurn, kTurn_rad);
+  set_variance(P, StatePart::kOffset, kOffset_m);
+  P(StatePart::kDelay, StatePart::kDelay) = delay_sigma_s * delay_sigma_s;
   P.block<3, 3>(StatePart::kPhi, StatePart::kPhi).diagonal().setConstant(kPoseVariance);
   P.block<3, 3>(StatePart::kRho, StatePart::kRho).diagonal().setConstant(kPoseVariance);
   return state;
@@ -77,7 +80,11 @@ InertialState without_velocity(const InertialState& itself) {
   std::get<0>(state.state).vectors = std::get<0>(itself.state).vectors;
   std::get<1>(state.state) = std::get<1>(itself.state);
   std::get<2>(state.state) = std::get<2>(itself.state);
-  state.covariance.bottomRightCorner<12, 12>() = itself.covariance.bottomRightCorner<12, 12>();
+  std::get<3>(state.state) = std::get<3>(itself.state);
+  std::get<4>(state.state) = std::get<4>(itself.state);
+  constexpr int kKnown = InertialChart::kDim - StatePart::kGamma;
+  state.covariance.bottomRightCorner<kKnown, kKnown>() =
+      itself.covariance.bottomRightCorner<kKnown, kKnown>();
   return state;
 }
 
@@ -88,17 +95,18 @@ PoseGaussian conjugated(const Pose& T_b_a, const PoseGaussian& X) {
 }
 
 InertialEstimate estimate_of(const InertialState& itself) {
-  const auto& [x, biases, turn] = itself.state;
+  const auto& [x, biases, turn, delay, offset] = itself.state;
   InertialEstimate estimate{.phase = InertialPhase::kRunning,
                             .velocity = x.velocity,
                             .gravity = x.vectors.col(0),
-                            .biases = biases};
-  const StateMatrix& P = itself.covariance;
-  auto& covariance = estimate.covariance;
-  covariance.topLeftCorner<3, 3>() = P.block<3, 3>(StatePart::kNu, StatePart::kNu);
-  covariance.topRightCorner<3, 9>() = P.block<3, 9>(StatePart::kNu, StatePart::kGamma);
-  covariance.bottomLeftCorner<9, 3>() = P.block<9, 3>(StatePart::kGamma, StatePart::kNu);
-  covariance.bottomRightCorner<9, 9>() = P.block<9, 9>(StatePart::kGamma, StatePart::kGamma);
+                            .biases = biases,
+                            .delay_s = delay[0]};
+  constexpr std::array<int, InertialEstimate::kNumbers> kCoordinates = {
+      StatePart::kNu,        StatePart::kNu + 1,    StatePart::kNu + 2,    StatePart::kGamma,
+      StatePart::kGamma + 1, StatePart::kGamma + 2, StatePart::kGyro,      StatePart::kGyro + 1,
+      StatePart::kGyro + 2,  StatePart::kAccel,     StatePart::kAccel + 1, StatePart::kAccel + 2,
+      StatePart::kDelay};
+  estimate.covariance = itself.covariance(kCoordinates, kCoordinates);
   return estimate;
 }
 

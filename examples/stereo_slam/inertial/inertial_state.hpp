@@ -4,42 +4,60 @@
 #include <antipode/distributions/state_gaussian.hpp>
 #include <antipode/sensors/inertial_propagation.hpp>
 
+#include "stereo_slam/core/imu_readings.hpp"
 #include "stereo_slam/core/inertial_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
 
 /// @file
 /// The state of the inertial filter: pose T_reference_imu, velocity and gravity in the axes of the reference,
-/// the biases, and the turn of the sensor, 21 dimensions (docs/guides/inertial.md). The reference is a
-/// keyframe's IMU, or the IMU itself at the frame.
+/// the biases, the turn of the sensor, the delay of its stamps, and its offset, 25 dimensions
+/// (docs/guides/inertial.md). The reference is a keyframe's IMU, or the IMU itself at the frame.
 ///
 /// The axes of the IMU are those of the calibration, fixed to the camera. Those in which it reads are turned
-/// by what is wrong with the calibration: a reading x is Exp(turn) x in the axes of the IMU.
+/// by what is wrong with the calibration: a reading x is Exp(turn) x in the axes of the IMU. Likewise the
+/// IMU, whose pose, velocity and biases these are, is where the calibration has it, and reads at the point
+/// `offset` in its axes.
+///
+/// The state is that at the time of an image with the stamp t. Samples with the stamp t + delay are those of
+/// this time.
 namespace stereo_slam {
 
-using InertialChart = antipode::InertialChart<double, antipode::VectorChart<double, 3>>;
+using InertialChart = antipode::InertialChart<double, antipode::VectorChart<double, 3>,  // turn, rad
+                                              antipode::VectorChart<double, 1>,          // delay, s
+                                              antipode::VectorChart<double, 3>>;         // offset, m
 using InertialState = antipode::StateGaussian<InertialChart>;
 using InertialMotion = antipode::InertialMotion<double>;
 using StateMatrix = antipode::Matrix<double, InertialChart::kDim>;
 using StateByPose = antipode::Matrix<double, InertialChart::kDim, 6>;
 
-/// The first coordinates of the parts of a tangent vector (phi, nu, rho, gamma, b_g, b_a, turn).
+/// The first coordinates of the parts of a tangent vector (phi, nu, rho, gamma, b_g, b_a, turn, delay,
+/// offset).
 struct StatePart {
-  static constexpr int kPhi = 0, kNu = 3, kRho = 6, kGamma = 9, kGyro = 12, kAccel = 15, kTurn = 18;
+  static constexpr int kPhi = 0, kNu = 3, kRho = 6, kGamma = 9, kGyro = 12, kAccel = 15, kTurn = 18,
+                       kDelay = 21, kOffset = 22;
 };
 
-/// The motion by the readings of an IMU, and their means over its time: rate and specific force, in the axes
-/// of the IMU. How a turn of the sensor changes the motion follows from them.
+/// The motion by the readings of an IMU, and what it depends on besides the state at its beginning.
 struct ReadMotion {
   InertialMotion motion;
-  Vector3<double> mean_rate = Vector3<double>::Zero();
-  Vector3<double> mean_force = Vector3<double>::Zero();
+  /// Means of the readings over its time, in the axes of the IMU: rate and specific force. How a turn of the
+  /// sensor changes the motion follows from them.
+  Vector6<double> mean = Vector6<double>::Zero();
+  /// How a longer delay changes the motion, per second: InertialMotion::derivative_by_shift().
+  antipode::Vector<double, 12> by_delay = antipode::Vector<double, 12>::Zero();
+  /// How an offset of the sensor changes velocity and position at the end, in the axes there: d (nu, rho) / d
+  /// offset.
+  antipode::Matrix<double, 6, 3> by_offset = antipode::Matrix<double, 6, 3>::Zero();
+  /// The variance that the noise of the readings leaves in the first six numbers of `by_delay`.
+  Vector6<double> by_delay_variance = Vector6<double>::Zero();
 };
 
 inline constexpr double kGravity = 9.81;  ///< m/s^2; it differs by .03 from place to place
 
 /// A state of which nothing is known but that its pose is the reference: up to 20 m/s in any direction,
-/// gravity in any direction, usual biases, and the turn that a good calibration leaves.
-[[nodiscard]] InertialState unknown_state();
+/// gravity in any direction, usual biases, turn and offset that a good calibration leaves, and a delay with
+/// this standard deviation.
+[[nodiscard]] InertialState unknown_state(double delay_sigma_s = kUnknownDelaySigma_s);
 
 /// The state relative to the IMU itself, whose pose is then the reference.
 [[nodiscard]] InertialState relative_to_itself(const InertialState& state);

@@ -24,6 +24,17 @@ template <int Columns>
   return pose_rows<InertialChart::kDim>(P).transpose();
 }
 
+/// The noise of a step: that of the readings; that of the derivative by the delay, as far as the delay is
+/// unknown; and the drift of the clocks.
+[[nodiscard]] StateMatrix noise_of(const ReadMotion& read, const InertialState& previous) {
+  constexpr double kClockWalk = 5e-5;  // s/sqrt(s): quartz clocks differ by some 50 us in a second
+  StateMatrix Q = read.motion.noise_in<InertialChart>();
+  const double variance = previous.covariance(StatePart::kDelay, StatePart::kDelay);
+  Q.diagonal().head<6>() += variance * read.by_delay_variance;
+  Q(StatePart::kDelay, StatePart::kDelay) += kClockWalk * kClockWalk * read.motion.duration_s;
+  return Q;
+}
+
 }  // namespace
 
 Pose InertialStep::T_previous_current() const {
@@ -39,12 +50,17 @@ InertialStep step(const InertialState& previous, const ReadMotion& read) {
   // A reading x of the IMU's axes changes by turn x x, and the motion with it as with the opposite bias.
   StateMatrix F = motion.jacobian_in<InertialChart>();
   F.block<12, 3>(0, StatePart::kTurn) =
-      F.block<12, 3>(0, StatePart::kGyro) * antipode::skew(read.mean_rate) +
-      F.block<12, 3>(0, StatePart::kAccel) * antipode::skew(read.mean_force);
+      F.block<12, 3>(0, StatePart::kGyro) * antipode::skew(Vector3<double>(read.mean.head<3>())) +
+      F.block<12, 3>(0, StatePart::kAccel) * antipode::skew(Vector3<double>(read.mean.tail<3>()));
+  F.block<12, 1>(0, StatePart::kDelay) = read.by_delay;
+  F.block<6, 3>(StatePart::kNu, StatePart::kOffset) = read.by_offset;
   const StateByPose with_pose = pose_columns(previous.covariance);
   InertialStep result;
-  result.state.state = InertialChart::normalized(motion(previous.state));
-  const StateMatrix P = F * previous.covariance * F.transpose() + motion.noise_in<InertialChart>();
+  antipode::Vector<double, InertialChart::kDim> by_offset =
+      antipode::Vector<double, InertialChart::kDim>::Zero();
+  by_offset.segment<6>(StatePart::kNu) = read.by_offset * std::get<4>(previous.state);
+  result.state.state = InertialChart::normalized(InertialChart::retract(motion(previous.state), by_offset));
+  const StateMatrix P = F * previous.covariance * F.transpose() + noise_of(read, previous);
   result.state.covariance = 0.5 * (P + P.transpose());
   result.T_reference_previous = std::get<0>(previous.state).pose;
   result.previous = pose_rows<6>(with_pose);

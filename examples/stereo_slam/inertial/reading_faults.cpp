@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/inertial/reading_means.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -33,49 +34,18 @@ using Rates = Eigen::Matrix3Xd;
   return centred(std::move(rates));
 }
 
-/// The rates of a gyroscope between any two times.
-class Gyroscope {
- public:
-  explicit Gyroscope(std::span<const ImuSample> samples)
-      : samples_(samples), angles_{Vector3<double>::Zero()} {
-    for (std::size_t i = 1; i < samples.size(); ++i) {
-      const double dt = 1e-9 * static_cast<double>(samples[i].stamp_ns - samples[i - 1].stamp_ns);
-      angles_.push_back(angles_.back() +
-                        0.5 * dt * (samples[i].angular_velocity + samples[i - 1].angular_velocity));
-    }
+/// The mean rates during the rotations, if the stamps of the samples are `later_ns` later than those of the
+/// frames.
+[[nodiscard]] Rates rates_during(std::span<const SeenRotation> rotations, const ReadingMeans& readings,
+                                 std::int64_t later_ns) {
+  Rates rates(3, rotations.size());
+  for (std::size_t i = 0; i < rotations.size(); ++i) {
+    const auto& [begin_ns, end_ns, angle_rad] = rotations[i];
+    rates.col(static_cast<Eigen::Index>(i)) =
+        readings.between(begin_ns + later_ns, end_ns + later_ns).head<3>();
   }
-
-  /// Mean rates during the rotations, if the stamps of the samples are `later_ns` later than those of the
-  /// frames.
-  [[nodiscard]] Rates during(std::span<const SeenRotation> rotations, std::int64_t later_ns) const {
-    Rates rates(3, rotations.size());
-    for (std::size_t i = 0; i < rotations.size(); ++i) {
-      const auto& [begin_ns, end_ns, angle_rad] = rotations[i];
-      rates.col(static_cast<Eigen::Index>(i)) =
-          (angle_at(end_ns + later_ns) - angle_at(begin_ns + later_ns)) /
-          (1e-9 * static_cast<double>(end_ns - begin_ns));
-    }
-    return centred(std::move(rates));
-  }
-
-  /// The time of the last sample.
-  [[nodiscard]] std::int64_t end_ns() const { return samples_.back().stamp_ns; }
-
- private:
-  /// The sum of small rotations until then, rad.
-  [[nodiscard]] Vector3<double> angle_at(std::int64_t stamp_ns) const {
-    const auto after = std::ranges::upper_bound(samples_, stamp_ns, {}, &ImuSample::stamp_ns);
-    if (after == samples_.begin()) return angles_.front();
-    if (after == samples_.end()) return angles_.back();
-    const auto i = static_cast<std::size_t>(after - samples_.begin());
-    const double share = static_cast<double>(stamp_ns - samples_[i - 1].stamp_ns) /
-                         static_cast<double>(samples_[i].stamp_ns - samples_[i - 1].stamp_ns);
-    return angles_[i - 1] + share * (angles_[i] - angles_[i - 1]);
-  }
-
-  std::span<const ImuSample> samples_;
-  std::vector<Vector3<double>> angles_;
-};
+  return centred(std::move(rates));
+}
 
 /// Whether the readings of the accelerometer are multiples of gravity: their usual length is 1.
 [[nodiscard]] bool is_in_multiples_of_gravity(std::span<const ImuSample> samples) {
@@ -127,17 +97,17 @@ class Gyroscope {
 /// By how much the samples are later than the frames, if that explains the rates: the delay with the least
 /// error, between whole milliseconds by a parabola.
 [[nodiscard]] std::optional<std::int64_t> lateness_ns(std::span<const SeenRotation> rotations,
-                                                      const Gyroscope& gyroscope, double share) {
+                                                      const ReadingMeans& readings) {
   constexpr int kLargest_ms = 200, kLeast_ms = 2, kWidth_ms = 4;
-  constexpr double kNanosecondsPerMs = 1e6;
+  constexpr double kNanosecondsPerMs = 1e6, kShare = 0.5;
   constexpr std::size_t kFewest = 15;
   while (!rotations.empty() &&
-         rotations.back().end_ns + std::int64_t{kLargest_ms} * 1'000'000 > gyroscope.end_ns())
+         rotations.back().end_ns + std::int64_t{kLargest_ms} * 1'000'000 > readings.end_ns())
     rotations = rotations.first(rotations.size() - 1);
   if (rotations.size() < kFewest) return std::nullopt;
   const Rates seen = seen_rates(rotations);
   const auto error = [&](int later_ms) {
-    return (seen - gyroscope.during(rotations, std::int64_t{later_ms} * 1'000'000)).squaredNorm();
+    return (seen - rates_during(rotations, readings, std::int64_t{later_ms} * 1'000'000)).squaredNorm();
   };
   int best_ms = 0;
   double least = error(0);
@@ -149,7 +119,7 @@ class Gyroscope {
       best_ms = later_ms;
     }
   }
-  const bool explains = least < share * undelayed && least < 0.25 * seen.squaredNorm();
+  const bool explains = least < kShare * undelayed && least < 0.25 * seen.squaredNorm();
   if (!explains || std::abs(best_ms) < kLeast_ms) return std::nullopt;
   const double before = error(best_ms - kWidth_ms), after = error(best_ms + kWidth_ms);
   const double curvature = before - 2.0 * least + after;
@@ -160,9 +130,9 @@ class Gyroscope {
 }  // namespace
 
 std::optional<std::int64_t> seen_delay_ns(std::span<const SeenRotation> rotations,
-                                          std::span<const ImuSample> samples, double share) {
+                                          std::span<const ImuSample> samples) {
   if (samples.size() < 2) return std::nullopt;
-  return lateness_ns(rotations, Gyroscope(samples), share);
+  return lateness_ns(rotations, ReadingMeans(samples));
 }
 
 std::string probable_fault(std::span<const SeenRotation> rotations, std::span<const ImuSample> samples,
@@ -175,8 +145,8 @@ std::string probable_fault(std::span<const SeenRotation> rotations, std::span<co
   }
   if (rotations.empty() || samples.size() < 2) return "no cause is known";
   const Rates seen = seen_rates(rotations);
-  const Gyroscope gyroscope(samples);
-  const Rates read = gyroscope.during(rotations, 0);
+  const ReadingMeans readings(samples);
+  const Rates read = rates_during(rotations, readings, 0);
   const double count = static_cast<double>(rotations.size());
   const double seen_rad_s = std::sqrt(seen.squaredNorm() / count);
   const double ratio = std::sqrt(read.squaredNorm() / count) / std::max(seen_rad_s, 1e-9);
@@ -196,7 +166,7 @@ std::string probable_fault(std::span<const SeenRotation> rotations, std::span<co
         "camera in the axes of the IMU (T_BS, T_cam_imu)",
         angle_deg(*turn));
   }
-  if (const auto later_ns = lateness_ns(rotations, gyroscope, 0.5)) {
+  if (const auto later_ns = lateness_ns(rotations, readings)) {
     const double later_ms = 1e-6 * static_cast<double>(*later_ns);
     return fmt::format(
         "the stamps of the IMU seem to be about {:.0f} ms {} than those of the images{}: set "

@@ -19,9 +19,9 @@ struct SeenRotation {
 };
 
 /// By how much the stamps of the samples are later than those of the images, up to 200 ms; nothing unless
-/// that leaves less than `share` of the squared error which the rotations have without a delay.
+/// that leaves less than half of the squared error which the rotations have without a delay.
 [[nodiscard]] std::optional<std::int64_t> seen_delay_ns(std::span<const SeenRotation> rotations,
-                                                        std::span<const ImuSample> samples, double share);
+                                                        std::span<const ImuSample> samples);
 
 /// What is probably wrong with the readings of an IMU that contradict the images: other units, axes that are
 /// turned, or another clock. Without a rotation to compare with, little can be said. The stamps were later by

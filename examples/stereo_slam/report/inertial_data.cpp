@@ -62,6 +62,9 @@ json inertial_data(std::span<const FrameResult> results, const std::vector<std::
     append("gyroscope_bias_deg_s", known,
            {kDegrees * estimate.biases.head<3>(), kDegrees * sigma_of(estimate, 6)});
     append("accelerometer_bias_m_s2", known, {estimate.biases.tail<3>(), sigma_of(estimate, 9)});
+    const double sigma_s = std::sqrt(std::max(estimate.covariance(12, 12), 0.0));
+    data["delay_ms"].push_back(known ? to_decimals(1e3 * estimate.delay_s, kDecimals) : kNaN);
+    data["sigma_delay_ms"].push_back(known ? to_digits(1e3 * sigma_s, kDigits) : kNaN);
   }
   return data;
 }

@@ -16,13 +16,26 @@ namespace {
   return certain && imu.turn_rad.norm() >= kNoticeable_rad;
 }
 
-[[nodiscard]] std::string delay_text(std::int64_t delay_ns, std::int64_t known_delay_ns) {
+/// Whether the IMU is three centimetres or more from the place that the calibration has, for certain.
+[[nodiscard]] bool is_displaced(const InertialSummary& imu) {
+  constexpr double kNoticeable_m = 0.03, kSigmas = 4.0;
+  const bool certain = (imu.offset_m.cwiseAbs().array() > kSigmas * imu.offset_sigma_m.array()).any();
+  return certain && imu.offset_m.norm() >= kNoticeable_m;
+}
+
+/// Whether the stamps are late or early by two milliseconds or more, for certain.
+[[nodiscard]] bool is_delayed(const InertialSummary& imu) {
+  constexpr double kNoticeable_s = 0.002, kSigmas = 4.0;
+  return std::abs(imu.delay_s) >= kNoticeable_s && std::abs(imu.delay_s) > kSigmas * imu.delay_sigma_s;
+}
+
+[[nodiscard]] std::string delay_text(double delay_s, std::int64_t known_delay_ns) {
   return fmt::format(
       "the stamps of the IMU are about {:.1f} ms {} than those of the images{}, which was corrected while "
       "driving; set timeshift_cam_imu to {:.4f} in the file that describes the IMU",
-      1e-6 * std::abs(static_cast<double>(delay_ns)), delay_ns > 0 ? "later" : "earlier",
+      1e3 * std::abs(delay_s), delay_s > 0.0 ? "later" : "earlier",
       known_delay_ns == 0 ? "" : " and the known delay",
-      1e-9 * static_cast<double>(delay_ns + known_delay_ns));
+      delay_s + 1e-9 * static_cast<double>(known_delay_ns));
 }
 
 }  // namespace
@@ -33,8 +46,8 @@ std::vector<std::string> inertial_warnings(const InertialSummary& imu, std::int6
                         imu.starts == 0 ? " before it was used" : "", imu.fault)};
   }
   std::vector<std::string> texts;
-  if (imu.delay_ns != 0) {
-    texts.push_back(delay_text(imu.delay_ns, known_delay_ns));
+  if (is_delayed(imu)) {
+    texts.push_back(delay_text(imu.delay_s, known_delay_ns));
   } else if (imu.starts == 0) {
     texts.emplace_back(
         "the IMU was not used: in no second were there samples and images enough to find velocity and "
@@ -45,6 +58,13 @@ std::vector<std::string> inertial_warnings(const InertialSummary& imu, std::int6
         fmt::format("the axes of the IMU are turned by {:.1f} degrees against the calibration, which was "
                     "corrected while driving; correct T_cam_imu or T_BS",
                     180.0 / std::numbers::pi * imu.turn_rad.norm()));
+  }
+  if (is_displaced(imu)) {
+    const antipode::Vector3<double> offset_mm = 1e3 * imu.offset_m;
+    texts.push_back(
+        fmt::format("the IMU is {:.0f}, {:.0f}, {:.0f} mm along its axes from where the calibration has it, "
+                    "which was corrected while driving; correct T_cam_imu or T_BS",
+                    offset_mm.x(), offset_mm.y(), offset_mm.z()));
   }
   return texts;
 }

@@ -120,9 +120,12 @@ void emit_inertial(YAML::Emitter& yaml, const InertialSummary& inertial) {
   emit(yaml, "starts", inertial.starts);
   emit(yaml, "restarts", inertial.restarts);
   emit(yaml, "nis", fmt::format("{:.2f}", inertial.nis));
-  emit(yaml, "delay_ms", fmt::format("{:.1f}", 1e-6 * static_cast<double>(inertial.delay_ns)));
+  emit(yaml, "delay_ms", fmt::format("{:.2f}", 1e3 * inertial.delay_s));
+  emit(yaml, "delay_sigma_ms", fmt::format("{:.2f}", 1e3 * inertial.delay_sigma_s));
   const antipode::Vector3<double> turn_deg = 180.0 / std::numbers::pi * inertial.turn_rad;
   emit(yaml, "turn_deg", fmt::format("{:.2f}, {:.2f}, {:.2f}", turn_deg.x(), turn_deg.y(), turn_deg.z()));
+  const antipode::Vector3<double> offset_mm = 1e3 * inertial.offset_m;
+  emit(yaml, "offset_mm", fmt::format("{:.1f}, {:.1f}, {:.1f}", offset_mm.x(), offset_mm.y(), offset_mm.z()));
   if (!inertial.fault.empty())
     yaml << YAML::Key << "fault" << YAML::Value << YAML::DoubleQuoted << inertial.fault;
   yaml << YAML::EndMap;

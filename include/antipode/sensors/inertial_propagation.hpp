@@ -96,6 +96,21 @@ struct InertialMotion {
     return state;
   }
 
+  /// The derivative of the moved state, the first twelve coordinates of the InertialChart, with respect to a
+  /// shift of both ends of the interval, per second: what a delay between the stamps of the samples and those
+  /// of the state does. `begin` and `end` are the readings there, rate and specific force, less the biases.
+  ///
+  /// Either end moves with the motion that it has, Exp(dt (w, R^T v', R^T v, 0)). What velocity and gravity
+  /// contribute at the beginning moves on to the end, where it is taken away: the derivative does not depend
+  /// on the state.
+  [[nodiscard]] Vector<Scalar, 12> derivative_by_shift(const Vector6<Scalar>& begin,
+                                                       const Vector6<Scalar>& end) const {
+    Vector<Scalar, 12> derivative = -jacobian.template topLeftCorner<12, 6>() * begin;
+    derivative.template head<6>() += end;
+    derivative.template segment<3>(6) += rotate(conjugate(rotation), velocity);
+    return derivative;
+  }
+
   /// The Jacobian for a state with further parts, in the InertialChart C.
   template <Chart C>
   [[nodiscard]] Matrix<Scalar, C::kDim> jacobian_in() const {

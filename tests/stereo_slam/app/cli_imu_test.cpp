@@ -96,11 +96,11 @@ TEST_CASE("run --imu uses the recording's IMU, and writes what it tells", "[cli]
   CHECK_THAT(read_text(folder / "out/run.yaml"), Catch::Contains("phase: running"));
   const auto rows = split_lines(read_text(folder / "out/inertial.csv"));
   REQUIRE(rows.size() == 41);
-  CHECK_THAT(rows.front(), Catch::StartsWith("stamp_s,phase,vx_m_s,") && Catch::EndsWith(",p_11_11"));
+  CHECK_THAT(rows.front(), Catch::StartsWith("stamp_s,phase,vx_m_s,") && Catch::EndsWith(",p_12_12"));
   CHECK_THAT(rows[1], Catch::Contains(",starting,,,"));
   CHECK_THAT(rows.back(), Catch::Contains(",running,"));
   const auto fields = [](const std::string& row) { return std::count(row.begin(), row.end(), ','); };
-  CHECK(fields(rows.front()) == 1 + 12 + 78);
+  CHECK(fields(rows.front()) == 1 + 13 + 91);
   CHECK(fields(rows[1]) == fields(rows.front()));
   CHECK(fields(rows.back()) == fields(rows.front()));
   CHECK(read_text(folder / "out/trajectory_kitti.txt") != poses);
@@ -192,10 +192,11 @@ TEST_CASE("timeshift_cam_imu is added to the stamps of the camera, and one with 
           "[cli][imu]") {
   const TemporaryFolder folder;
   render_drive(folder, 70);
-  REQUIRE(run_with(folder, {"--imu"}).status == 0);
-  const std::string poses = read_text(folder / "out/trajectory_tum.txt");
   const std::string samples = read_text(folder / "drive/imu.csv"),
                     description = read_text(folder / "drive/imu.yaml");
+  write_text(folder / "drive/imu.yaml", description + "timeshift_cam_imu: 0\n");
+  REQUIRE(run_with(folder, {"--imu"}).status == 0);
+  const std::string poses = read_text(folder / "out/trajectory_tum.txt");
   std::string later;
   for (const auto& line : split_lines(samples)) {
     if (line.starts_with("#")) continue;

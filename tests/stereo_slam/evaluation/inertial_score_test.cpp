@@ -20,9 +20,10 @@ using namespace stereo_slam::test;
 namespace {
 
 using Vec = Eigen::Vector3d;
-using Square12 = antipode::Matrix<double, 12>;
+using Square = antipode::Matrix<double, InertialEstimate::kNumbers>;
 
 constexpr std::int64_t kStep_ns = 50'000'000;
+constexpr double kDelay_s = 0.015;
 
 /// An IMU that turns and moves, in a world whose y axis points down.
 [[nodiscard]] TrueInertialState true_state(int i) {
@@ -39,11 +40,11 @@ constexpr std::int64_t kStep_ns = 50'000'000;
   return states;
 }
 
-/// A covariance of all twelve numbers that has no error along gravity.
-[[nodiscard]] Square12 covariance_about(const Vec& gravity, std::mt19937& random) {
+/// A covariance of all numbers that has no error along gravity.
+[[nodiscard]] Square covariance_about(const Vec& gravity, std::mt19937& random) {
   std::normal_distribution<double> normal;
-  const Square12 A = Square12::NullaryExpr([&] { return 0.01 * normal(random); });
-  Square12 across = Square12::Identity();
+  const Square A = Square::NullaryExpr([&] { return 0.01 * normal(random); });
+  Square across = Square::Identity();
   across.block<3, 3>(3, 3) -= gravity.normalized() * gravity.normalized().transpose();
   return across * (A * A.transpose()) * across;
 }
@@ -60,18 +61,20 @@ constexpr std::int64_t kStep_ns = 50'000'000;
     InertialEstimate estimate{.phase = InertialPhase::kRunning,
                               .velocity = truth.R_world_imu.transpose() * truth.velocity,
                               .gravity = gravity,
-                              .biases = *truth.biases};
+                              .biases = *truth.biases,
+                              .delay_s = kDelay_s};
     estimate.covariance = covariance_about(gravity, random);
     const Eigen::LDLT<Eigen::MatrixXd> root(estimate.covariance);
     const Eigen::VectorXd scales = root.vectorD().cwiseMax(0.0).cwiseSqrt();
-    Eigen::VectorXd unit(12);
+    Eigen::VectorXd unit(InertialEstimate::kNumbers);
     for (auto& x : unit) x = factor * normal(random);
     const Eigen::VectorXd scaled = scales.cwiseProduct(unit);
     const Eigen::VectorXd error =
         root.transpositionsP().transpose() * Eigen::VectorXd(root.matrixL() * scaled);
     estimate.velocity += error.head<3>();
     estimate.gravity += error.segment<3>(3);
-    estimate.biases += error.tail<6>();
+    estimate.biases += error.segment<6>(6);
+    estimate.delay_s += error[12];
     rows.push_back({kStep_ns * i, estimate});
   }
   return rows;
@@ -107,14 +110,15 @@ TEST_CASE("An IMU's estimates equal to the truth have no errors, whatever axis o
 TEST_CASE("Errors as large as their covariance have the NEES of their degrees of freedom",
           "[evaluation][imu]") {
   constexpr int kFrames = 4000;
-  const InertialScore score = score_inertial(estimates(kFrames, 1.0), true_states(kFrames), 0.01);
+  const InertialScore score = score_inertial(estimates(kFrames, 1.0), true_states(kFrames), 0.01, kDelay_s);
   // The mean of n values of chi squared with d degrees has a standard error of sqrt(2 d / n): four of them.
   const auto margin = [](int degrees) { return 4.0 * std::sqrt(2.0 * degrees / kFrames); };
   CHECK(score.velocity.mean_nees == Approx(3.0).margin(margin(3)));
   CHECK(score.tilt.mean_nees == Approx(2.0).margin(margin(2)));
   CHECK(score.biases.mean_nees == Approx(6.0).margin(margin(6)));
+  CHECK(score.delay.mean_nees == Approx(1.0).margin(margin(1)));
   const double share_margin = 4.0 * std::sqrt(0.95 * 0.05 / kFrames);
-  for (const auto& part : {score.velocity, score.tilt, score.biases})
+  for (const auto& part : {score.velocity, score.tilt, score.biases, score.delay})
     CHECK(part.share_inside == Approx(0.95).margin(share_margin));
   const InertialScore twice = score_inertial(estimates(kFrames, 2.0), true_states(kFrames), 0.01);
   CHECK(twice.velocity.mean_nees == Approx(12.0).margin(4.0 * margin(3)));
@@ -157,6 +161,7 @@ TEST_CASE("inertial.csv is read as it was written", "[evaluation][imu]") {
     CHECK(read[i].stamp_ns == rows[i].stamp_ns + 1);
     CHECK((read[i].estimate.velocity - rows[i].estimate.velocity).norm() < 1e-7);
     CHECK((read[i].estimate.gravity - rows[i].estimate.gravity).norm() < 1e-7);
+    CHECK(std::abs(read[i].estimate.delay_s - rows[i].estimate.delay_s) < 1e-9);
     CHECK((read[i].estimate.covariance - rows[i].estimate.covariance).norm() < 1e-7);
   }
 }
@@ -191,6 +196,11 @@ TEST_CASE("The score of an IMU is a JSON object, and says when the truth has no 
   CHECK(json["velocity_m_s"]["frames"] == 20);
   CHECK(json["biases"]["accelerometer_rms_m_s2"] > 0.0);
   CHECK(json["down"] == nlohmann::json({0.0, 1.0, 0.0}));
+  CHECK_FALSE(json.contains("delay_s"));
+  const auto with_delay =
+      nlohmann::json::parse(inertial_score_json(score_inertial(estimates(20, 0.0), truth, 0.01, 0.014)));
+  CHECK(with_delay["delay_s"]["frames"] == 20);
+  CHECK(with_delay["delay_s"]["last_error"].get<double>() == Approx(0.001));
   for (auto& state : truth) state.biases.reset();
   std::ostringstream text;
   print_inertial_score(text, score_inertial(estimates(20, 1.0), truth, 0.01));

@@ -134,6 +134,9 @@ TEST_CASE("The delay of the calibration is taken out of the stamps, and one that
   const ImuRecording imu = read_imu(folder / "imu.csv", camera);
   CHECK(imu.samples.front().stamp_ns == -20'000'000);
   CHECK(imu.sensor.known_delay_ns == 20'000'000);
+  CHECK(imu.sensor.delay_sigma_s == kKnownDelaySigma_s);
+  const CameraAndImu undelayed{.T_body_camera = Eigen::Isometry3d::Identity()};
+  CHECK(read_imu(folder / "imu.csv", undelayed).sensor.delay_sigma_s == kUnknownDelaySigma_s);
   write_text(folder / "imu.yaml", "timeshift_cam_imu: 0.02\n");
   CHECK(read_imu(folder / "imu.csv", camera).samples.front().stamp_ns == -20'000'000);  // once
   write_text(folder / "imu.yaml", "timeshift_cam_imu: -0.02\n");

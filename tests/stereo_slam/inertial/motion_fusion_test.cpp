@@ -25,10 +25,9 @@ namespace {
   x.pose = measured(Pose::identity(), 0.5, 1.0, random).pose;
   x.velocity = normal3(random, 1.0);
   x.vectors.col(0) = Vector3<double>(0.0, 0.0, -kGravity);
+  std::normal_distribution<double> normal(0.0, 1e-3);
   StateMatrix A;
-  for (int i = 0; i < InertialChart::kDim / 3; ++i) {
-    for (int j = 0; j < InertialChart::kDim; ++j) A.block<3, 1>(3 * i, j) = normal3(random, 1e-3);
-  }
+  for (double& a : A.reshaped()) a = normal(random);
   state.covariance = A * A.transpose();
   return state;
 }
@@ -45,8 +44,8 @@ namespace {
     ImuSample sample = flight.reading(i * kSample_ns);
     sample.angular_velocity = (R * sample.angular_velocity).eval();
     sample.specific_force = (R * sample.specific_force).eval();
-    read.mean_rate += sample.angular_velocity / 11.0;
-    read.mean_force += sample.specific_force / 11.0;
+    read.mean.head<3>() += sample.angular_velocity / 11.0;
+    read.mean.tail<3>() += sample.specific_force / 11.0;
     samples.push_back(sample);
   }
   read.motion = antipode::integrate_imu<double>(samples, {0, kFrame_ns}, antipode::Vector6<double>::Zero(),
@@ -139,7 +138,7 @@ TEST_CASE("A state at a pose has the covariance that its parts have in the axes 
   CHECK((std::get<0>(again.state).velocity - std::get<0>(itself.state).velocity).norm() < 1e-12);
   CHECK((std::get<0>(again.state).vectors - std::get<0>(itself.state).vectors).norm() < 1e-12);
   const InertialEstimate estimate = estimate_of(itself);
-  CHECK(estimate.covariance.bottomRightCorner<9, 9>() ==
+  CHECK(estimate.covariance.block<9, 9>(3, 3) ==
         itself.covariance.block<9, 9>(StatePart::kGamma, StatePart::kGamma));
 }
 

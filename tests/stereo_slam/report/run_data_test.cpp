@@ -203,6 +203,7 @@ TEST_CASE("What an IMU told is in the data of the frames in which its filter ran
   estimate.velocity << 1.0, 2.0, 3.0;
   estimate.gravity << 0.0, 9.81 * std::sin(0.2), -9.81 * std::cos(0.2);
   estimate.biases << 0.01, 0.0, 0.0, 0.0, 0.0, 0.3;
+  estimate.delay_s = -0.02;
   estimate.covariance.diagonal().setConstant(0.01);
   const json data = report::run_data(record, {})["inertial"];
   REQUIRE(data["velocity_m_s"].size() == 12);
@@ -216,4 +217,7 @@ TEST_CASE("What an IMU told is in the data of the frames in which its filter ran
   CHECK(data["sigma_elevation_deg"][6].get<double>() == Approx(0.1 / 9.81 * kDegrees).epsilon(0.005));
   CHECK(data["gyroscope_bias_deg_s"][6].get<double>() == Approx(0.01 * kDegrees).margin(1e-4));
   CHECK(data["accelerometer_bias_m_s2"][8] == 0.3);
+  REQUIRE(data["delay_ms"].size() == 4);
+  CHECK(data["delay_ms"][2] == -20.0);
+  CHECK(data["sigma_delay_ms"][2] == 100.0);
 }

@@ -45,6 +45,16 @@ struct Flight {
             at.rotation_matrix().transpose() * force};
   }
 
+  /// What a perfect IMU reads that is at the point `offset` in these axes.
+  [[nodiscard]] ImuSample reading(std::int64_t stamp_ns, const Vector3<double>& offset) const {
+    const double t = 1e-9 * static_cast<double>(stamp_ns);
+    const auto arm = [&](double at) -> Vector3<double> { return T_world_imu(at).rotation_matrix() * offset; };
+    const Vector3<double> acceleration = (arm(t - kStep) - 2.0 * arm(t) + arm(t + kStep)) / (kStep * kStep);
+    ImuSample sample = reading(stamp_ns);
+    sample.specific_force += T_world_imu(t).rotation_matrix().transpose() * acceleration;
+    return sample;
+  }
+
   static constexpr double kStep = 1e-3;  ///< of the differences, s: their errors are below 1e-5 m/s^2
 };
 

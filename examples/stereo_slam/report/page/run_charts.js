@@ -75,9 +75,10 @@ function truthCharts(truth) {
 /// What the IMU tells, with bands of two standard deviations.
 function inertialCharts(inertial) {
   if (!inertial) return [];
+  const twice = (sigmas) => sigmas.map((sigma) => (sigma == null ? null : 2 * sigma));
   const chart = (title, unit, name, digits, note) => ({title, unit, note, from_zero: false,
     series: axisSeries(inertial[name], ['x', 'y', 'z']).map((one, i) => ({...one, digits,
-      band: column(inertial[`sigma_${name}`], 3, i).map((sigma) => (sigma == null ? null : 2 * sigma))}))});
+      band: twice(column(inertial[`sigma_${name}`], 3, i))}))});
   return [
     chart('Velocity by the IMU', 'm/s', 'velocity_m_s', 3,
       'Velocity of the IMU in its own axes, with a band of two standard deviations. It begins when the motion has told velocity, gravity and biases.'),
@@ -87,6 +88,10 @@ function inertialCharts(inertial) {
     chart('Bias of the gyroscope', 'degrees/s', 'gyroscope_bias_deg_s', 3, 'The reading of the gyroscope at rest, with two standard deviations.'),
     chart('Bias of the accelerometer', 'm/s²', 'accelerometer_bias_m_s2', 3,
       'What the accelerometer reads besides the specific force, with two standard deviations.'),
+    {title: 'Delay of the IMU', unit: 'ms', from_zero: false,
+      note: 'By how much the stamps of the IMU are later than those of the images, besides what the calibration says, with two standard deviations. ' +
+        'Turns and accelerations tell it; at rest nothing does.',
+      series: [{name: 'delay', values: inertial.delay_ms, colour: 'violet', digits: 2, band: twice(inertial.sigma_delay_ms)}]},
   ];
 }
 
