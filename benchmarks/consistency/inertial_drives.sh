@@ -24,7 +24,7 @@ mkdir -p "$out"
 
 # one NAME SEED ARGUMENT...: renders a case into OUT/NAME/images, runs and scores it.
 one() {
-  local name=$1 seed=$2 folder=$out/$1 run
+  local seed=$2 folder=$out/$1 run
   shift 2
   if [ ! -d "$folder/images" ]; then
     rm -rf "$folder"

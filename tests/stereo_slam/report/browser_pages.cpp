@@ -87,7 +87,7 @@ void write_pages(const std::filesystem::path& folder) {
   const json texts = {"two laps</b>",      "20 of 400 frames were lost", "ground truth", "refused",
                       "1 sigma, enlarged", "Why frames are weak",        "few landmarks"};
   const json full = {{"texts", texts},
-                     {"charts", kCharts + 3 + 4},
+                     {"charts", kCharts + 3 + 5},
                      {"view", true},
                      {"interactive", true},
                      {"turns", true},
@@ -114,7 +114,7 @@ void write_pages(const std::filesystem::path& folder) {
   lost.trajectory[50].covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
   lost.map_points.clear();
   write(folder, "lost", lost, info_of(lost),
-        {{"texts", {"No frame could be tracked", "No values."}}, {"charts", kCharts + 4}, {"view", true}});
+        {{"texts", {"No frame could be tracked", "No values."}}, {"charts", kCharts + 5}, {"view", true}});
 }
 
 /// What `compare` reads of a record.
