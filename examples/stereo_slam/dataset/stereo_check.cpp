@@ -56,9 +56,13 @@ std::optional<Suspicion> suspicion_of(const StereoAgreement& agreement) {
   return rows > kSuspicious_px ? std::optional(Suspicion::kSlight) : std::nullopt;
 }
 
+/// Whether the points of the earlier frame of a pair are looked for in the later one, or the other way round.
+enum class Direction { kForward, kBackward };
+
 /// Points in up to six pairs of frames, `gap` apart, between which the camera may have turned. Those of a
 /// source are its first ones, which are read in order.
-std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& sequence, std::size_t gap) {
+std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& sequence, std::size_t gap,
+                                                     Direction direction = Direction::kForward) {
   constexpr std::size_t kPairs = 6;
   if (sequence.live || sequence.frames.size() <= gap) return {};
   const std::size_t starts = sequence.frames.size() - gap;
@@ -69,7 +73,8 @@ std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& seque
     attempt(ignored, Problem::Severity::kWarning, [&] {
       const StereoFrame first = second.index == i && !second.left.empty() ? second : load_frame(sequence, i);
       second = load_frame(sequence, i + gap);
-      motions.push_back(moved_points(first, second));
+      const bool forward = direction == Direction::kForward;
+      motions.push_back(forward ? moved_points(first, second) : moved_points(second, first));
     });
   }
   return motions;
@@ -87,14 +92,17 @@ std::vector<Problem> delayed_right_images(const StereoSequence& sequence, const 
       sequence.left_name)};
 }
 
-/// The delay that a run begins with. From one frame to the next points move more like they do during the
-/// delay than over several frames. Nothing if stamps do not tell the time between frames.
+/// The delay that a run begins with: by the motion to the next frame if the right images are late, and to the
+/// previous one if they are early, because points do not move evenly. Nothing if stamps do not tell the time
+/// between frames.
 std::optional<DelayEstimate> delay_of_right_images(const StereoSequence& sequence, const RightDelay& delay) {
   constexpr double kSigma = 0.1;  // of a delay, relative: points move faster as they come nearer
   constexpr double kLeastSigma_frames = 0.01;
   if (!delay.is_likely()) return std::nullopt;
-  const auto measured = right_delay(sequence.camera, sampled_motions(sequence, 1), 1);
-  const double frames = measured ? measured->frames : delay.frames;
+  const bool late = delay.frames > 0.0;
+  const auto direction = late ? Direction::kForward : Direction::kBackward;
+  const auto measured = right_delay(sequence.camera, sampled_motions(sequence, 1, direction), 1);
+  const double frames = !measured ? delay.frames : late ? measured->frames : -measured->frames;
   const auto& last = sequence.frames.back();
   const double frame_s = 1e-9 * static_cast<double>(last.stamp_ns - sequence.frames.front().stamp_ns) /
                          static_cast<double>(sequence.frames.size() - 1);
