@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/frontend/late_exposure.hpp"
 
+#include <cstddef>
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -31,8 +32,10 @@ Vector2<double> seen_later(const StereoCamera& camera, const Pose& T_left_later,
 std::vector<StereoPoint> points_in_view(const StereoCamera& camera) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> u(0.0, 1000.0), v(0.0, camera.height_px), d(4.0, 40.0);
+  constexpr std::size_t kPoints = 300;
   std::vector<StereoPoint> points;
-  for (int i = 0; i < 300; ++i) points.emplace_back(u(random), v(random), d(random));
+  points.reserve(kPoints);
+  for (std::size_t i = 0; i < kPoints; ++i) points.emplace_back(u(random), v(random), d(random));
   return points;
 }
 
