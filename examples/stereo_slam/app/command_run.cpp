@@ -160,8 +160,9 @@ void reach_near_points(const StereoAgreement& agreement, int width_px, Settings&
 }
 
 /// Checks a few stereo pairs before the run: throws if the cameras are swapped, warns if the images do not
-/// fit the calibration, and adapts the range of disparities.
-void check_before_run(const StereoSequence& sequence, Settings& settings, bool quiet) {
+/// fit the calibration, and adapts the range of disparities. Returns a delay of the right images.
+std::optional<DelayEstimate> check_before_run(const StereoSequence& sequence, Settings& settings,
+                                              bool quiet) {
   constexpr std::size_t kSampled = 3;
   std::vector<StereoFrame> frames{load_frame(sequence, 0)};
   std::vector<Problem> ignored;  // an unreadable image ends the run only when the run reaches it
@@ -170,8 +171,10 @@ void check_before_run(const StereoSequence& sequence, Settings& settings, bool q
       attempt(ignored, Problem::Severity::kWarning, [&] { frames.push_back(load_frame(sequence, i)); });
   }
   const StereoAgreement agreement = check_stereo_agreement(frames);
-  require_usable(problems_of(agreement, sequence, frames), quiet);
+  const RecordingFindings found = findings_of(agreement, sequence, frames);
+  require_usable(found.problems, quiet);
   reach_near_points(agreement, sequence.camera.width_px, settings, quiet);
+  return found.right_delay;
 }
 
 /// The settings of the preset, the file and the command line. Throws std::runtime_error if --loop-closure is
@@ -298,6 +301,13 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
                      misfits.size(), summary.frames, misfits.front(), misfits.back()),
          quiet);
   }
+  constexpr double kSigmas = 5.0;
+  if (const auto& delay = summary.right_delay; delay && std::abs(delay->seconds) > kSigmas * delay->sigma_s) {
+    warn(fmt::format("the right images were exposed {:.1f} ms {} than the left ones, as was learned while "
+                     "driving and taken into account; poses are better if both cameras are triggered at once",
+                     1e3 * std::abs(delay->seconds), delay->seconds > 0.0 ? "later" : "earlier"),
+         quiet);
+  }
   constexpr double kNoticeable_px = 0.1;
   if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
     const std::string others = turns.size() > 1 ? ", and " + counted(turns.size() - 1, "more time") : "";
@@ -324,10 +334,11 @@ int run_command(const RunArguments& arguments) {
   if (uses_imu(arguments)) add_imu(found, arguments.imu_file);
   require_usable(found.problems, quiet);
   const StereoSequence sequence = std::move(found.sequence);
-  check_before_run(sequence, settings, quiet);
+  RunOptions options = arguments.run;
+  options.right_delay = check_before_run(sequence, settings, quiet);
   std::optional<RunJson> json;
-  if (arguments.json) json.emplace(*arguments.json, inputs_of(arguments), arguments.run);
-  RunSummary summary = run(sequence, settings, arguments.run);
+  if (arguments.json) json.emplace(*arguments.json, inputs_of(arguments), options);
+  RunSummary summary = run(sequence, settings, options);
   if (json) {
     try {
       json->write(summary, sequence, settings);

@@ -31,6 +31,10 @@ constexpr std::string_view kBeginning = "{\n  \"stereo_slam\": \"";
           {"cpu_ms", number(cost.cpu_ms)}};
 }
 
+[[nodiscard]] Json as_json(const DelayEstimate& delay) {
+  return {{"ms", number(1e3 * delay.seconds)}, {"sigma_ms", number(1e3 * delay.sigma_s)}};
+}
+
 /// The reasons that frames have, by their names.
 [[nodiscard]] Json reason_counts(const ReasonCounts& counts) {
   Json json = Json::object();
@@ -85,6 +89,7 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
                           {"k1_sigma", number(lens->sigma[0])},
                           {"k2_sigma", number(lens->sigma[1])}};
   }
+  if (const auto& delay = summary.right_delay) json["right_delay"] = as_json(*delay);
   if (const auto& imu = summary.inertial) {
     json["imu"] = {{"phase", to_string(imu->phase)}, {"starts", imu->starts}, {"restarts", imu->restarts}};
     json["imu"]["nis"] = number(imu->nis);

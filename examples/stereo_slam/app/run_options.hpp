@@ -22,6 +22,7 @@ struct RunOptions {
   std::optional<std::filesystem::path> load_map = std::nullopt;  ///< to localise in; with save_map, to extend
   std::optional<std::filesystem::path> save_map = std::nullopt;
   std::optional<std::filesystem::path> learned = std::nullopt;  ///< cameras.yaml of an earlier run
+  std::optional<DelayEstimate> right_delay = std::nullopt;      ///< of the right images, as a check found
   std::optional<std::filesystem::path> mcap = std::nullopt;     ///< file for the results as messages of ROS 2
   bool mcap_images = false;                                     ///< with small left images in it
   std::optional<std::filesystem::path> debug_images = std::nullopt;  ///< folder

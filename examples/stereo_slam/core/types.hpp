@@ -151,6 +151,13 @@ struct LensEstimate {
   Vector2<double> sigma = Vector2<double>::Zero();  ///< their standard deviations
 };
 
+/// The time by which right images are exposed later than left ones, as learned while driving. Negative if
+/// they are earlier.
+struct DelayEstimate {
+  double seconds = 0.0;
+  double sigma_s = 0.0;  ///< standard deviation
+};
+
 /// Standard deviations of the errors that all frames share.
 struct CalibrationError {
   double scale_sigma = 0.0;       ///< relative, of all lengths

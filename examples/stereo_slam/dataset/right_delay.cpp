@@ -142,6 +142,13 @@ bool RightDelay::is_clear() const {
   return std::abs(frames) > std::max(kLeast, kSigmas * sigma) && rows_px > kLeastRows_px;
 }
 
+bool RightDelay::is_likely() const {
+  constexpr double kLeast = 0.03;  // frames; up to .007 on KITTI, EuRoC and rendered drives
+  constexpr double kSigmas = 10.0;
+  constexpr double kLeastRows_px = 0.02;
+  return std::abs(frames) > std::max(kLeast, kSigmas * sigma) && rows_px > kLeastRows_px;
+}
+
 std::optional<RightDelay> right_delay(const StereoCamera& camera,
                                       const std::vector<std::vector<MovedPoint>>& pairs, std::size_t gap) {
   constexpr std::size_t kLeastPoints = 100;

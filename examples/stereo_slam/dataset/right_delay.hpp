@@ -23,6 +23,8 @@ struct RightDelay {
 
   /// Whether the images show clearly that they are not of one moment.
   [[nodiscard]] bool is_clear() const;
+  /// Whether a run should take the delay into account, which it then measures better: a smaller one, too.
+  [[nodiscard]] bool is_likely() const;
 };
 
 /// The delay within half the time between two frames that fits the rows of the points best, of which some are

@@ -56,36 +56,59 @@ std::optional<Suspicion> suspicion_of(const StereoAgreement& agreement) {
   return rows > kSuspicious_px ? std::optional(Suspicion::kSlight) : std::nullopt;
 }
 
-/// Points in up to six pairs of frames, between which the camera may have turned. Those of a source are its
-/// first ones, which are read in order.
-std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& sequence) {
+/// Whether the points of the earlier frame of a pair are looked for in the later one, or the other way round.
+enum class Direction { kForward, kBackward };
+
+/// Points in up to six pairs of frames, `gap` apart, between which the camera may have turned. Those of a
+/// source are its first ones, which are read in order.
+std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& sequence, std::size_t gap,
+                                                     Direction direction = Direction::kForward) {
   constexpr std::size_t kPairs = 6;
-  if (sequence.live || sequence.frames.size() <= kGap) return {};
-  const std::size_t starts = sequence.frames.size() - kGap;
+  if (sequence.live || sequence.frames.size() <= gap) return {};
+  const std::size_t starts = sequence.frames.size() - gap;
   std::vector<std::vector<MovedPoint>> motions;
   std::vector<Problem> ignored;  // unreadable images are reported elsewhere
   StereoFrame second;
-  for (const std::size_t i : spread(sequence.source ? std::min(starts, kPairs * kGap) : starts, kPairs)) {
+  for (const std::size_t i : spread(sequence.source ? std::min(starts, kPairs * gap) : starts, kPairs)) {
     attempt(ignored, Problem::Severity::kWarning, [&] {
       const StereoFrame first = second.index == i && !second.left.empty() ? second : load_frame(sequence, i);
-      second = load_frame(sequence, i + kGap);
-      motions.push_back(moved_points(first, second));
+      second = load_frame(sequence, i + gap);
+      const bool forward = direction == Direction::kForward;
+      motions.push_back(forward ? moved_points(first, second) : moved_points(second, first));
     });
   }
   return motions;
 }
 
 /// Right images that were taken later or earlier than the left ones, by less than a frame.
-std::vector<Problem> delayed_right_images(const StereoSequence& sequence,
-                                          const std::vector<std::vector<MovedPoint>>& motions) {
-  const auto delay = right_delay(sequence.camera, motions, kGap);
-  if (!delay || !delay->is_clear()) return {};
+std::vector<Problem> delayed_right_images(const StereoSequence& sequence, const RightDelay& delay) {
+  if (!delay.is_clear()) return {};
   return {Problem::warning(
       sequence.folder,
       "the images of {} look taken {:.2f} of the time between two frames {} than those of {}, so that "
-      "lengths are wrong by several percent; trigger both cameras at the same time, or correct their stamps",
-      sequence.right_name, std::abs(delay->frames), delay->frames > 0.0 ? "later" : "earlier",
+      "lengths are uncertain by several percent; trigger both cameras at the same time, or correct their "
+      "stamps",
+      sequence.right_name, std::abs(delay.frames), delay.frames > 0.0 ? "later" : "earlier",
       sequence.left_name)};
+}
+
+/// The delay that a run begins with: by the motion to the next frame if the right images are late, and to the
+/// previous one if they are early, because points do not move evenly. Nothing if stamps do not tell the time
+/// between frames.
+std::optional<DelayEstimate> delay_of_right_images(const StereoSequence& sequence, const RightDelay& delay) {
+  constexpr double kSigma = 0.1;  // of a delay, relative: points move faster as they come nearer
+  constexpr double kLeastSigma_frames = 0.01;
+  if (!delay.is_likely()) return std::nullopt;
+  const bool late = delay.frames > 0.0;
+  const auto direction = late ? Direction::kForward : Direction::kBackward;
+  const auto measured = right_delay(sequence.camera, sampled_motions(sequence, 1, direction), 1);
+  const double frames = !measured ? delay.frames : late ? measured->frames : -measured->frames;
+  const auto& last = sequence.frames.back();
+  const double frame_s = 1e-9 * static_cast<double>(last.stamp_ns - sequence.frames.front().stamp_ns) /
+                         static_cast<double>(sequence.frames.size() - 1);
+  if (!(frame_s > 0.0)) return std::nullopt;
+  return DelayEstimate{.seconds = frames * frame_s,
+                       .sigma_s = std::hypot(kLeastSigma_frames, kSigma * frames) * frame_s};
 }
 
 /// A focal length with which points do not move as they do. Motion without turns does not show it.
@@ -199,8 +222,8 @@ std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequ
 
 }  // namespace
 
-std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoSequence& sequence,
-                                 const std::vector<StereoFrame>& frames) {
+RecordingFindings findings_of(const StereoAgreement& agreement, const StereoSequence& sequence,
+                              const std::vector<StereoFrame>& frames) {
   constexpr double kLeastBeyondShare = 0.01;
   constexpr double kNoDisparity_px = 0.1;  // median; a drone's ground at 600 baselines has .75 px
   // Rectified by two maps, one image shows disparities. Single pairs may be equal, such as black ones. A live
@@ -212,27 +235,30 @@ std::vector<Problem> problems_of(const StereoAgreement& agreement, const StereoS
   const bool flat =
       agreement.beyond_share < kLeastBeyondShare && std::abs(agreement.median_disparity_px) < kNoDisparity_px;
   if (agreement.conclusive() && (flat || twice)) {
-    return {{twice ? Problem::Severity::kError : Problem::Severity::kWarning,
-             fmt::format("{}: {} and {} show the same image (no disparity), so the scale is unknown; check "
-                         "that the images are of two cameras",
-                         sequence.folder.string(), sequence.left_name, sequence.right_name)}};
+    return {{{twice ? Problem::Severity::kError : Problem::Severity::kWarning,
+              fmt::format("{}: {} and {} show the same image (no disparity), so the scale is unknown; check "
+                          "that the images are of two cameras",
+                          sequence.folder.string(), sequence.left_name, sequence.right_name)}}};
   }
   const auto magnification = excessive_magnification(sequence);
   auto suspicion = suspicion_of(agreement);
   if (magnification && !suspicion) suspicion = Suspicion::kSlight;
   if (suspicion && !frames.empty()) {
-    if (const auto cause = cause_of_disagreement(sequence, *suspicion)) return {*cause};
+    if (const auto cause = cause_of_disagreement(sequence, *suspicion)) return {{*cause}};
   }
-  if (magnification) return {excessive_magnification_problem(sequence, *magnification)};
-  if (!agreement.conclusive()) return {too_few_matches(agreement, sequence)};
+  if (magnification) return {{excessive_magnification_problem(sequence, *magnification)}};
+  if (!agreement.conclusive()) return {{too_few_matches(agreement, sequence)}};
   auto problems = observed(agreement, sequence);
-  if (frames.empty()) return problems;
-  const auto motions = sampled_motions(sequence);
-  if (auto delay = delayed_right_images(sequence, motions); !delay.empty()) return delay;
+  if (frames.empty()) return {problems};
+  const auto motions = sampled_motions(sequence, kGap);
+  if (const auto delay = right_delay(sequence.camera, motions, kGap); delay && delay->is_likely()) {
+    const auto clear = delayed_right_images(sequence, *delay);
+    return {clear.empty() ? problems : clear, delay_of_right_images(sequence, *delay)};
+  }
   if (problems.empty()) problems = padded_images(sequence, frames);
   if (problems.empty()) problems = unsharp_images(agreement, sequence, frames.front());
   if (problems.empty()) problems = wrong_focal_length(sequence, motions);
-  return problems.empty() ? far_scene(agreement, sequence) : problems;
+  return {problems.empty() ? far_scene(agreement, sequence) : problems};
 }
 
 }  // namespace stereo_slam

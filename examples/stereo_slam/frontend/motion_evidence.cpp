@@ -31,13 +31,15 @@ static_assert(kField + kLens == kErrors);
 }
 
 /// The motion is the state, with the displacement if the rig vibrates. The errors of the cameras are
-/// considered: those in both frames, and then those of the field in the second frame alone.
+/// considered: those in both frames, then those of the field in the second frame alone, and a delay of the
+/// right images.
 template <bool Vibrates>
 [[nodiscard]] std::optional<MotionEvidence> evidence_of(std::span<const BiasConstraint> points,
                                                         const RectificationResidual& residual,
                                                         const StereoCamera& camera) {
   constexpr int kState = Vibrates ? kPose + kDisplacement : kPose;
-  using Sums = antipode::WeightedSums<double, kState, kErrors + kField, antipode::CauchyLoss<double>>;
+  constexpr int kConsidered = kErrors + kField + 1;
+  using Sums = antipode::WeightedSums<double, kState, kConsidered, antipode::CauchyLoss<double>>;
   Sums sums(kOutlierLoss);
   if constexpr (Vibrates) {
     constexpr double kUnknown_px = 10.0;  // standard deviation of the displacement
@@ -53,8 +55,8 @@ template <bool Vibrates>
       J.row(2).template tail<kDisplacement>() = -ImageDisplacement::basis(right_px, camera).row(0);
     }
     const antipode::Matrix<double, 3, kErrors> second = derivative_of(c.second, residual);
-    antipode::Matrix<double, 3, kErrors + kField> K;
-    K << c.J_first * derivative_of(c.first, residual) - second, -second.leftCols<kField>();
+    antipode::Matrix<double, 3, kConsidered> K;
+    K << c.J_first * derivative_of(c.first, residual) - second, -second.leftCols<kField>(), c.by_delay;
     sums.template add<3>(c.innovation, c.S_inverse, J, K);
   }
   const auto root = sums.root();
@@ -63,9 +65,16 @@ template <bool Vibrates>
   const auto evidence = sums.evidence(*root);
   MotionEvidence result{.derivative = derivative.template topLeftCorner<kPose, kErrors>(),
                         .derivative_by_second = RectificationEffect::Derivative::Zero(),
+                        .derivative_by_delay = derivative.template topRightCorner<kPose, 1>(),
                         .evidence = {evidence.information.template topLeftCorner<kErrors, kErrors>(),
-                                     evidence.vector.template head<kErrors>()}};
-  result.derivative_by_second.leftCols<kField>() = derivative.template topRightCorner<kPose, kField>();
+                                     evidence.vector.template head<kErrors>()},
+                        .with_delay = {}};
+  constexpr int kDelay = kConsidered - 1;
+  result.with_delay.information << result.evidence.information,
+      evidence.information.template block<kErrors, 1>(0, kDelay),
+      evidence.information.template block<1, kErrors>(kDelay, 0), evidence.information(kDelay, kDelay);
+  result.with_delay.vector << result.evidence.vector, evidence.vector[kDelay];
+  result.derivative_by_second.leftCols<kField>() = derivative.template block<kPose, kField>(0, kErrors);
   return result;
 }
 
@@ -80,6 +89,19 @@ std::optional<MotionEvidence> evidence_of_motion(std::span<const BiasConstraint>
   // The sums are about the coefficients applied, the evidence is on the coefficients themselves.
   if (result) result->evidence.vector += result->evidence.information * applied;
   return result;
+}
+
+std::optional<Matrix6<double>> motion_by_parameters(
+    std::span<const BiasConstraint> points, std::span<const Eigen::Matrix<double, 3, 6>> by_parameters) {
+  antipode::WeightedSums<double, kPose, 6, antipode::CauchyLoss<double>> sums(kOutlierLoss);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const antipode::Matrix<double, 3, kPose> J = points[i].J_pose;
+    const antipode::Matrix<double, 3, 6> K = by_parameters[i];
+    sums.template add<3>(points[i].innovation, points[i].S_inverse, J, K);
+  }
+  const auto root = sums.root();
+  if (!root) return std::nullopt;
+  return Matrix6<double>(sums.sensitivity(*root));
 }
 
 }  // namespace stereo_slam

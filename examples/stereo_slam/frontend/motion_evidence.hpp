@@ -17,7 +17,10 @@ namespace stereo_slam {
 struct MotionEvidence {
   RectificationEffect::Derivative derivative;            ///< d motion / d coefficients
   RectificationEffect::Derivative derivative_by_second;  ///< if they change for the second frame alone
+  Vector6<double> derivative_by_delay;                   ///< d motion / d delay of the right images, per s
   CameraErrors::Evidence evidence;                       ///< on the coefficients
+  /// On the coefficients and a delay: both relative to those that the points were measured with.
+  antipode::GaussianInformation<double, CameraErrors::kTerms + 1> with_delay;
 };
 
 /// The motion is eliminated, and so is a displacement of the second right image against the first if the rig
@@ -27,5 +30,10 @@ struct MotionEvidence {
                                                                const RectificationResidual& residual,
                                                                const CameraErrors::Coefficients& applied,
                                                                const StereoCamera& camera, bool vibrates);
+
+/// d motion / d parameters, if `by_parameters` is d prediction minus d second measurement of each point by
+/// six parameters. Nothing if the points do not determine the motion.
+[[nodiscard]] std::optional<Matrix6<double>> motion_by_parameters(
+    std::span<const BiasConstraint> points, std::span<const Eigen::Matrix<double, 3, 6>> by_parameters);
 
 }  // namespace stereo_slam

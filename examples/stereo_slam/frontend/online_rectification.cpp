@@ -67,7 +67,10 @@ struct DisplacementTerms {
 
 RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
                                                const OnlineRectificationSettings& settings)
-    : camera_(camera), row_sigma_px_(settings.row_sigma_px), disparity_(settings.disparity_sigma_px) {
+    : camera_(camera),
+      row_sigma_px_(settings.row_sigma_px),
+      delay_(settings.row_sigma_px),
+      disparity_(settings.disparity_sigma_px) {
   rows_.information /= row_sigma_px_ * row_sigma_px_;
   expect_disparity_offset();
 }
@@ -81,6 +84,7 @@ RectificationEstimator RectificationEstimator::resumed(const StereoCamera& camer
   estimator.rows_ = {estimate.row_information, estimate.row_vector};
   estimator.expect_disparity_offset();
   estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector});
+  if (estimate.delay) estimator.delay_.begin_with(*estimate.delay);
   return estimator;
 }
 
@@ -117,7 +121,8 @@ bool RectificationEstimator::contradicts_learned() const {
 
 RectificationEstimate RectificationEstimator::estimate() const {
   const auto& disparity = disparity_.everything();
-  return {coefficients_, lens_, rows_.information, rows_.vector, disparity.information, disparity.vector};
+  return {coefficients_,    lens_,  rows_.information, rows_.vector, disparity.information,
+          disparity.vector, delay()};
 }
 
 LensEstimate RectificationEstimator::lens_error() const {
@@ -143,6 +148,11 @@ void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches
     rows_.information += weight * terms * terms.transpose();
     rows_.vector += weight * offset * terms;
   }
+}
+
+void RectificationEstimator::add_delay(std::span<const StereoMeasurement> matches,
+                                       const RigVelocity& velocity) {
+  delay_.add(matches, current(), velocity, camera_);
 }
 
 bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
@@ -197,16 +207,54 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
       .applied = applied(),
       .derivative = shown->derivative,
       .derivative_by_second = shown->derivative_by_second,
+      .applied_delay_s = used_delay().seconds,
+      .derivative_by_delay = shown->derivative_by_delay,
       .vibrates = vibrates,
       .motion = motions_++,
       .evidence = {confidence * shown->evidence.information, confidence * shown->evidence.vector}};
   effect.covariance = covariance_of(effect);
+  note_delay_in(*shown, confidence);
   noticed_turn_ = !vibrates && disparity_.add(effect.evidence);
   if (vibrates) disparity_.add_without_turn(effect.evidence);
   const Vector3<double> path_m = T_first_second.inverse().translation();
   length_derivative_m2_ -= effect.derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
   return effect;
+}
+
+/// Adds what a motion tells of the delay together with the coefficients.
+void RectificationEstimator::note_delay_in(const MotionEvidence& shown, double confidence) {
+  if (!delay()) return;
+  constexpr int kTerms = CameraErrors::kTerms;
+  const auto& both = shown.with_delay;
+  const CameraErrors::Coefficients cross = both.information.topRightCorner<kTerms, 1>();
+  const double information = both.information(kTerms, kTerms);
+  delay_cross_ += confidence * cross;
+  delay_evidence_.information(0, 0) += confidence * information;
+  delay_evidence_.vector[0] +=
+      confidence * (both.vector[kTerms] + cross.dot(applied()) + information * used_delay().seconds);
+}
+
+/// What all motions tell of the delay, with the coefficients as unknown as they are.
+antipode::GaussianInformation<double, 1> RectificationEstimator::delay_by_motions() const {
+  const auto known = disparity_.estimate();  // with the delay in use
+  const Eigen::LDLT<CameraErrors::Information> factor(known.information);
+  const double delay_s = used_delay().seconds;
+  const double slope = delay_evidence_.vector[0] - delay_cross_.dot(factor.solve(known.vector)) -
+                       delay_evidence_.information(0, 0) * delay_s;
+  antipode::GaussianInformation<double, 1> result;
+  result.information(0, 0) =
+      std::max(delay_evidence_.information(0, 0) - delay_cross_.dot(factor.solve(delay_cross_)), 0.0);
+  result.vector[0] = slope + result.information(0, 0) * delay_s;
+  return result;
+}
+
+/// Takes the best estimate of the delay, and corrects what the motions so far say of the coefficients.
+void RectificationEstimator::advance_delay() {
+  if (!delay()) return;
+  const double before_s = used_delay().seconds;
+  delay_.advance(delay_by_motions());
+  disparity_.correct(-delay_cross_ * (used_delay().seconds - before_s));
 }
 
 /// Best estimate of the coefficients between the turns of the right camera before and after the motion. Those
@@ -236,7 +284,8 @@ CameraErrors::Coefficients RectificationEstimator::coefficients_during(
 }
 
 Vector6<double> RectificationEstimator::change_of(const RectificationEffect& effect) const {
-  return effect.derivative * (coefficients_during(effect) - effect.applied);
+  return effect.derivative * (coefficients_during(effect) - effect.applied) +
+         effect.derivative_by_delay * (used_delay().seconds - effect.applied_delay_s);
 }
 
 Matrix6<double> RectificationEstimator::nonlinearity_of(const RectificationEffect& effect) const {
@@ -265,7 +314,9 @@ Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect&
   const auto* period = disparity_.period_of(effect.motion);
   const Eigen::LDLT<CameraErrors::Information> information(
       (period ? period->estimate : disparity_.estimate()).information);
-  Matrix6<double> covariance = derivative * information.solve(derivative.transpose());
+  const Vector6<double> by_delay = used_delay().sigma_s * effect.derivative_by_delay;
+  Matrix6<double> covariance =
+      derivative * information.solve(derivative.transpose()) + by_delay * by_delay.transpose();
   for (const auto& before : disparity_.periods()) {
     if (effect.motion + 1 != before.motions && effect.motion != before.motions) continue;
     const Vector6<double> change = effect.derivative_by_second * before.turn_px;
@@ -314,6 +365,7 @@ void RectificationEstimator::shift(const ImageDisplacement::Coefficients& displa
 }
 
 void RectificationEstimator::advance() {
+  advance_delay();
   coefficients_.row(1) = rows_.mean().transpose();
   expect_disparity_offset();
   const CameraErrors::Coefficients mean = disparity_.estimate().mean();

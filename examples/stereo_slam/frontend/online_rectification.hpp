@@ -11,12 +11,15 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/camera_errors.hpp"
+#include "stereo_slam/frontend/exposure_delay.hpp"
 #include "stereo_slam/frontend/image_displacement.hpp"
 #include "stereo_slam/frontend/rectification_residual.hpp"
 #include "stereo_slam/frontend/stereo_measurement.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
+
+struct MotionEvidence;
 
 /// A point measured in two stereo frames, linearised at the relative pose.
 struct BiasConstraint {
@@ -26,6 +29,8 @@ struct BiasConstraint {
   Matrix3<double> J_first;             ///< d prediction / d first measurement
   StereoPoint first, second;           ///< most likely, given both: the noise of what was measured would be
                                        ///< correlated with that of the innovation
+  /// Of a delay of the right images: d prediction minus d second measurement, px/s.
+  Vector3<double> by_delay = Vector3<double>::Zero();
 };
 
 /// How a measured motion depends on the disparity offset and the lenses. Motions are perturbed on the right,
@@ -38,6 +43,8 @@ struct RectificationEffect {
   Derivative derivative = Derivative::Zero();   ///< d motion / d coefficients
   /// d motion / d coefficients of the second frame alone, if the right camera turns in between
   Derivative derivative_by_second = Derivative::Zero();
+  double applied_delay_s = 0.0;                                   ///< of the right images, likewise
+  Vector6<double> derivative_by_delay = Vector6<double>::Zero();  ///< d motion / d delay, per s
   bool vibrates = false;            ///< the right camera did: these coefficients held for this motion only
   std::size_t motion = 0;           ///< how many were measured before
   CameraErrors::Evidence evidence;  ///< what it shows of the coefficients
@@ -58,6 +65,7 @@ struct RectificationEstimate {
   Basis row_vector = Basis::Zero();                                                         ///< 1/px
   CameraErrors::Information disparity_information = CameraErrors::Information::Identity();  ///< 1/px^2
   CameraErrors::Coefficients disparity_vector = CameraErrors::Coefficients::Zero();         ///< 1/px
+  std::optional<DelayEstimate> delay{};  ///< of the right images; nothing if none is known
 };
 
 /// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
@@ -95,6 +103,16 @@ class RectificationEstimator {
 
   /// Stereo matches of one frame, measured with current().
   void add_rows(std::span<const StereoMeasurement> matches);
+
+  /// Adds what the same matches tell of a delay of the right images: measured with current() and the delay in
+  /// use, while the rig had this velocity.
+  void add_delay(std::span<const StereoMeasurement> matches, const RigVelocity& velocity);
+
+  /// The delay of the right images in use; nothing if none was known at the start.
+  [[nodiscard]] const std::optional<DelayEstimate>& delay() const noexcept { return delay_.used(); }
+
+  /// Begins with a delay that is known from elsewhere.
+  void begin_with_delay(const DelayEstimate& known) { delay_.begin_with(known); }
 
   /// Begins the row offset anew, if corners of a pair, matched without assuming rectification, agree that the
   /// right image is displaced or rolled far from current(). Returns whether they do. Call it where hardly any
@@ -178,12 +196,16 @@ class RectificationEstimator {
 
   RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second,
                                  double confidence, bool vibrates = false);
+  void note_delay_in(const MotionEvidence& shown, double confidence);
+  [[nodiscard]] antipode::GaussianInformation<double, 1> delay_by_motions() const;
+  void advance_delay();
   [[nodiscard]] double bent_rows_px() const;
   void expect_disparity_offset();
   [[nodiscard]] CameraErrors::Coefficients applied() const;
   [[nodiscard]] CameraErrors::Coefficients scale_derivative() const;
   [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect,
                                               const MotionDerivative& derivative) const;
+  [[nodiscard]] DelayEstimate used_delay() const { return delay_.used().value_or(DelayEstimate{}); }
   [[nodiscard]] CameraErrors::Coefficients estimate_of_period(const RectificationEffect& effect) const;
 
   StereoCamera camera_;
@@ -193,6 +215,10 @@ class RectificationEstimator {
   RowInformation rows_{RectificationEstimate::Information::Identity(), RectificationEstimate::Basis::Zero()};
   std::optional<RowInformation> learned_rows_{};  // of after_drift()
   bool rows_contradict_learned_ = false;
+  ExposureDelay delay_;
+  // What the motions tell of the delay: the information of it, in s, and the coefficients, in px.
+  CameraErrors::Coefficients delay_cross_ = CameraErrors::Coefficients::Zero();
+  antipode::GaussianInformation<double, 1> delay_evidence_{};
   CameraErrors disparity_;
   std::size_t motions_ = 0;
   bool noticed_turn_ = false;

@@ -12,12 +12,18 @@ constexpr double kMinArea = 0.05;  // px^2, of a pixel in the other view: below,
 
 }  // namespace
 
-std::optional<PatchWarp> right_warp(const Vector2<double>& disparity_slope) {
-  // The pixel at the offset (x, y) in the left image is at (x - slope . (x, y), y) in the right one.
-  const double width = 1.0 - disparity_slope.x();
-  if (!(width > kMinArea)) return std::nullopt;
+std::optional<PatchWarp> right_warp(const StereoPlane& plane, const LateExposure& exposure) {
   PatchWarp warp;
-  warp.linear << 1.0 / width, disparity_slope.y() / width, 0.0, 1.0;
+  if (exposure.is_late()) {
+    const Matrix2<double> forward = exposure.warp(plane.z.head<2>(), plane.z.z(), plane.disparity_slope);
+    if (!(forward.determinant() > kMinArea)) return std::nullopt;
+    warp.linear = forward.inverse();
+    return warp;
+  }
+  // The pixel at the offset (x, y) in the left image is at (x - slope . (x, y), y) in the right one.
+  const double width = 1.0 - plane.disparity_slope.x();
+  if (!(width > kMinArea)) return std::nullopt;
+  warp.linear << 1.0 / width, plane.disparity_slope.y() / width, 0.0, 1.0;
   return warp;
 }
 
@@ -50,7 +56,7 @@ std::optional<PlaneView> view_plane(const StereoPlane& plane, const Pose& T_firs
   view.plane.z = {camera.fx * ray.x() + camera.cx, camera.fy * ray.y() + camera.cy, z.z() / m.z()};
   view.plane.disparity_slope =
       view.left.linear.transpose() * (plane.disparity_slope - z.z() * perspective) / m.z();
-  const auto right = right_warp(view.plane.disparity_slope);
+  const auto right = right_warp(view.plane);
   if (!right) return std::nullopt;
   view.right = {view.left.linear * right->linear, perspective};
   return view;

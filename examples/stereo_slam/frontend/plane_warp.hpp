@@ -5,6 +5,7 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/late_exposure.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 
 namespace stereo_slam {
@@ -28,6 +29,7 @@ struct PlaneView {
                                                   const StereoCamera& camera);
 
 /// Warp from the right image to the left image of the camera that sees the plane; nothing if it is edge-on.
-[[nodiscard]] std::optional<PatchWarp> right_warp(const Vector2<double>& disparity_slope);
+[[nodiscard]] std::optional<PatchWarp> right_warp(const StereoPlane& plane,
+                                                  const LateExposure& exposure = {});
 
 }  // namespace stereo_slam

@@ -24,7 +24,7 @@ RectificationResidual::Basis RectificationResidual::basis(const Vector2<double>&
 
 Vector2<double> RectificationResidual::right_position(const Vector2<double>& left_px,
                                                       double disparity_px) const {
-  const Vector2<double> exact_px = lens_.corrected(left_px) - Vector2<double>(disparity_px, 0.0);
+  const Vector2<double> exact_px = exposure_.right_position(lens_.corrected(left_px), disparity_px);
   Vector2<double> right_px = lens_.in_image(exact_px) + coefficients_ * basis(left_px);
   if (is_displaced_) right_px += ImageDisplacement::basis(right_px, camera_) * displacement_;
   return right_px;
@@ -57,8 +57,11 @@ StereoMeasurement RectificationResidual::measure(const Vector2<double>& left_px,
     without_offset_px -= ImageDisplacement::basis(undisplaced_px, camera_) * displacement_;
   }
   const Vector2<double> corrected_px = lens_.corrected(left_px);
-  const Vector2<double> difference = corrected_px - lens_.corrected(without_offset_px);
-  return {{corrected_px.x(), corrected_px.y(), difference.x()}, left_px, difference.y()};
+  const LateExposure::Seen seen = exposure_.measure(corrected_px, lens_.corrected(without_offset_px));
+  return {.z = {corrected_px.x(), corrected_px.y(), seen.disparity_px},
+          .left_px = left_px,
+          .row_error_px = seen.row_error_px,
+          .disparity_per_px = seen.disparity_per_px};
 }
 
 }  // namespace stereo_slam

@@ -6,6 +6,7 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/image_displacement.hpp"
+#include "stereo_slam/frontend/late_exposure.hpp"
 #include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/frontend/stereo_measurement.hpp"
 
@@ -20,7 +21,7 @@ namespace stereo_slam {
 /// errors of the relative rotation or a difference of the lenses cause it. An offset of a fraction of a pixel
 /// in u changes the length of the estimated path by several per cent. The error that both lenses have is a
 /// LensResidual: a measurement z is what exact pinhole cameras would measure. The right image of a single
-/// frame may be displaced in addition.
+/// frame may be displaced in addition, and exposed later than the left one (LateExposure).
 class RectificationResidual {
  public:
   static constexpr int kTerms = 10;
@@ -45,6 +46,15 @@ class RectificationResidual {
     return result;
   }
   [[nodiscard]] const ImageDisplacement::Coefficients& displacement() const noexcept { return displacement_; }
+
+  /// The same for a frame whose right image was exposed while the rig had moved by `T_left_later`.
+  [[nodiscard]] RectificationResidual late(const Pose& T_left_later) const {
+    RectificationResidual result = *this;
+    result.exposure_ = LateExposure(camera_, T_left_later);
+    return result;
+  }
+  /// The stereo geometry of exact cameras.
+  [[nodiscard]] const LateExposure& exposure() const noexcept { return exposure_; }
 
   [[nodiscard]] const LensResidual& lens() const noexcept { return lens_; }
   /// Position of the point in the left image, px.
@@ -71,6 +81,7 @@ class RectificationResidual {
   StereoCamera camera_;
   Coefficients coefficients_ = Coefficients::Zero();
   LensResidual lens_;
+  LateExposure exposure_;
   ImageDisplacement::Coefficients displacement_ = ImageDisplacement::Coefficients::Zero();
   bool is_displaced_ = false;
 };

@@ -108,29 +108,110 @@ void sum_absolute_differences(const RowSearch& search, std::vector<std::uint16_t
   return best;
 }
 
+/// Where the pattern around a point of the left image is in the right one, to a whole pixel, if the right
+/// image is of a later moment: on the epipolar line from the position at infinity on, which is no row then.
+[[nodiscard]] std::optional<Vector2<double>> search_line(const StereoView& view,
+                                                         const Vector2<double>& point_px,
+                                                         const StereoMatchingSettings& settings) {
+  const Vector2<double> infinity_px = view.rectification.right_position(point_px, 0.0);
+  const Vector2<double> reach_px =
+      view.rectification.right_position(point_px, settings.max_disparity_px) - infinity_px;
+  const int columns = std::min(settings.max_disparity_px, static_cast<int>(-reach_px.x()));
+  const cv::Size side(kSide_px, kSide_px);
+  const auto window = [&](const Vector2<double>& px) {
+    const cv::Point centre(static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y())));
+    return cv::Rect(centre - cv::Point(kRadius_px, kRadius_px), side);
+  };
+  const auto position = [&](int column) -> Vector2<double> {
+    return infinity_px + column / -reach_px.x() * reach_px;
+  };
+  const cv::Rect inside({}, view.frame.left.size());
+  const cv::Rect pattern = window(point_px);
+  if (columns <= 0 || (pattern & inside) != pattern) return std::nullopt;
+  std::vector<double> cost;
+  for (int column = 0; column <= columns; ++column) {
+    const cv::Rect place = window(position(column));
+    const bool visible = (place & inside) == place;
+    cost.push_back(visible ? cv::norm(view.frame.left(pattern), view.frame.right(place), cv::NORM_L1)
+                           : std::numeric_limits<double>::max());
+  }
+  const auto smallest = std::min_element(cost.begin(), cost.end());
+  const int best = static_cast<int>(smallest - cost.begin());
+  double rival = std::numeric_limits<double>::max();
+  for (int column = 0; column <= columns; ++column) {
+    if (std::abs(column - best) > 2) rival = std::min(rival, cost[static_cast<std::size_t>(column)]);
+  }
+  if (!(*smallest < settings.uniqueness * rival)) return std::nullopt;
+  return position(best);
+}
+
+/// Where the pattern around a point of the left image is in the right one, to a whole pixel.
+[[nodiscard]] std::optional<Vector2<double>> search(const StereoView& view, const Vector2<double>& point_px,
+                                                    const StereoMatchingSettings& settings) {
+  if (view.rectification.exposure().is_late()) return search_line(view, point_px, settings);
+  const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
+  const double right_row = view.rectification.right_position(point_px, 0.0).y();
+  const auto disparity =
+      search_row(view.frame.left, view.frame.right, {rounded(point_px.x()), rounded(point_px.y())},
+                 rounded(right_row), settings);
+  if (!disparity) return std::nullopt;
+  return Vector2<double>(point_px.x() - *disparity, right_row);
+}
+
+/// Slopes of the disparity, and how a late right image shows them: as those of the difference of the columns.
+class SlopesInRight {
+ public:
+  SlopesInRight(const LateExposure& exposure, const StereoPoint& z) : is_late_(exposure.is_late()) {
+    if (!is_late_) return;
+    const Vector2<double> left_px = z.head<2>();
+    level_ =
+        Vector2<double>::UnitX() - exposure.warp(left_px, z.z(), Vector2<double>::Zero()).row(0).transpose();
+    const Vector2<double> unit = Vector2<double>::UnitX();
+    per_slope_ = 1.0 - exposure.warp(left_px, z.z(), unit)(0, 0) - level_.x();
+  }
+
+  /// As the images show these slopes of surfaces. Valid until the next call.
+  [[nodiscard]] std::span<const Vector2<double>> seen(std::span<const Vector2<double>> slopes) {
+    if (!is_late_) return slopes;
+    seen_.clear();
+    for (const auto& slope : slopes) seen_.emplace_back(level_ + per_slope_ * slope);
+    return seen_;
+  }
+  /// The slope of the surface that the images show so.
+  [[nodiscard]] Vector2<double> of_surface(const Vector2<double>& seen) const {
+    if (!is_late_) return seen;
+    return (seen - level_) / per_slope_;
+  }
+
+ private:
+  bool is_late_;
+  Vector2<double> level_ = Vector2<double>::Zero();
+  double per_slope_ = 1.0;
+  std::vector<Vector2<double>> seen_;
+};
+
 [[nodiscard]] std::optional<StereoMeasurement> match_point(const StereoView& view,
                                                            const Vector2<double>& point_px, double texture,
                                                            const StereoMatchingSettings& settings) {
   const cv::Mat& left = view.frame.left;
   const cv::Mat& right = view.frame.right;
-  const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
-  const double right_row = view.rectification.right_position(point_px, 0.0).y();
-  const auto disparity =
-      search_row(left, right, {rounded(point_px.x()), rounded(point_px.y())}, rounded(right_row), settings);
-  if (!disparity) return std::nullopt;
+  const auto start_px = search(view, point_px, settings);
+  if (!start_px) return std::nullopt;
   const auto patch = PatchTemplate::extract(left, point_px, {}, texture);
   if (!patch) return std::nullopt;
-  const auto found = patch->align(right, {point_px.x() - *disparity, right_row});
+  const auto found = patch->align(right, *start_px);
   if (!found || found->correlation < kMinCorrelation) return std::nullopt;
   const auto upright = view.rectification.measure(point_px, found->position_px);
   const LikelySlopes likely(upright.z, view.camera);
-  const auto slanted = refine_slanted(left, point_px, right, found->position_px, likely.all());
+  SlopesInRight slopes(view.rectification.exposure(), upright.z);
+  const auto slanted = refine_slanted(left, point_px, right, found->position_px, slopes.seen(likely.all()));
   auto measured = view.rectification.measure(point_px, slanted.right_px);
-  measured.disparity_slope = slanted.disparity_slope;
+  measured.disparity_slope = slopes.of_surface(slanted.disparity_slope);
   measured.correlation = std::max(found->correlation, slanted.correlation);
-  measured.on_common_surface = likely.contain(slanted.disparity_slope);
+  measured.on_common_surface = likely.contain(measured.disparity_slope);
   // The left position was not aligned. The noise of the left patch counts as much as that of the right one.
-  measured.covariance_px2 = stereo_patch_covariance(found->covariance_px2, found->covariance_px2);
+  measured.covariance_px2 =
+      measured.with_disparity(stereo_patch_covariance(found->covariance_px2, found->covariance_px2));
   if (std::abs(measured.row_error_px) > kMaxRowError_px) return std::nullopt;
   if (measured.z.z() < kMinDisparity_px) return std::nullopt;
   return measured;

@@ -54,6 +54,10 @@ class LocalMap {
   void add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
            const PoseGaussian& T_keyframe_camera, const StereoFrame& frame);
 
+  /// Converts the landmarks, all measured in the reference keyframe, from the geometry `before` to `after`,
+  /// and drops those whose disparity is then not positive.
+  void remeasure(const RectificationResidual& before, const RectificationResidual& after);
+
   /// Positions in the left image of the landmarks that were observed in this frame, px.
   [[nodiscard]] std::vector<Vector2<double>> observed_in(std::size_t frame) const;
 

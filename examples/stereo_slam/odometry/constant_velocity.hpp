@@ -35,6 +35,12 @@ class ConstantVelocity {
   /// Whether a motion was measured; before that the prediction is the identity.
   [[nodiscard]] bool known() const noexcept { return step_ns_ > 0.0; }
 
+  /// The last measured motion (rotation, translation), rad and m, and the time it took, ns.
+  [[nodiscard]] const Vector6<double>& per_step() const noexcept { return per_step_; }
+  [[nodiscard]] double step_ns() const noexcept { return step_ns_; }
+  /// Of the last frame.
+  [[nodiscard]] std::int64_t stamp_ns() const noexcept { return stamp_ns_; }
+
   /// Unmeasured steps before and since the last frame. The latter are never less than one: a frame with an
   /// unknown motion adds uncertainty however soon it comes.
   [[nodiscard]] UnseenSteps unseen_until(std::int64_t stamp_ns) const;

@@ -66,7 +66,7 @@ struct PointSearch {
   [[nodiscard]] std::optional<FoundPoint> find(const StereoPlane& point,
                                                const Vector2<double>& left_px) const {
     const auto seen = view_plane(point, T_previous_current, view.camera);
-    const auto warp = seen ? right_warp(seen->plane.disparity_slope) : std::nullopt;
+    const auto warp = seen ? right_warp(seen->plane, view.rectification.exposure()) : std::nullopt;
     const auto patch = warp ? PatchTemplate::extract(view.frame.left, left_px, *warp, texture) : std::nullopt;
     if (!patch) return std::nullopt;
     const auto start_px = search_around(view.frame.left, view.frame.right, left_px,
@@ -77,27 +77,39 @@ struct PointSearch {
   }
 };
 
+/// Some of the points, evenly chosen, and optical flow of them into the left image of `view`.
+struct FlowOfPoints {
+  std::vector<const StereoPlane*> points;
+  FlowResult flow;
+
+  FlowOfPoints(const std::vector<StereoPlane>& all, const ConsecutivePyramids& pyramids,
+               const StereoView& view, const Pose& T_previous_current, const OdometrySettings& settings) {
+    const std::size_t count = std::min(all.size(), kMostPoints);
+    std::vector<cv::Point2f> from, guess;
+    for (std::size_t i = 0; i < count; ++i) {
+      points.push_back(&all[i * all.size() / count]);
+      const StereoPoint& z = points.back()->z;
+      const auto moved = view.camera.project(T_previous_current.inverse() * view.camera.back_project(z));
+      from.push_back(to_cv(view.rectification.left_position(z)));
+      guess.push_back(to_cv(view.rectification.left_position(moved.value_or(z))));
+    }
+    flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
+                        {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
+  }
+};
+
 [[nodiscard]] std::vector<FoundPoint> find_points(const std::vector<StereoPlane>& all,
                                                   const ConsecutivePyramids& pyramids, const StereoView& view,
                                                   const Pose& T_previous_current,
                                                   const OdometrySettings& settings) {
-  const std::size_t count = std::min(all.size(), kMostPoints);
-  std::vector<const StereoPlane*> points;
-  std::vector<cv::Point2f> from, guess;
-  for (std::size_t i = 0; i < count; ++i) {
-    points.push_back(&all[i * all.size() / count]);
-    const StereoPoint& z = points.back()->z;
-    const auto moved = view.camera.project(T_previous_current.inverse() * view.camera.back_project(z));
-    from.push_back(to_cv(view.rectification.left_position(z)));
-    guess.push_back(to_cv(view.rectification.left_position(moved.value_or(z))));
-  }
-  const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
-                                 {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
+  const FlowOfPoints followed(all, pyramids, view, T_previous_current, settings);
+  const std::size_t count = followed.points.size();
   const PointSearch search{view, T_previous_current, min_texture(view.frame.left)};
   std::vector<std::optional<FoundPoint>> results(count);
   cv::parallel_for_(cv::Range(0, static_cast<int>(count)), [&](const cv::Range& range) {
     for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      if (flow.found[i]) results[i] = search.find(*points[i], to_eigen(flow.points[i]));
+      if (followed.flow.found[i])
+        results[i] = search.find(*followed.points[i], to_eigen(followed.flow.points[i]));
     }
   });
   std::vector<FoundPoint> found;
@@ -107,24 +119,19 @@ struct PointSearch {
   return found;
 }
 
-/// The motion that the positions in the left images show, and the points that agree with it.
-struct MotionInLeft {
+/// A motion, and which of the points agree with it.
+struct AgreedMotion {
   Pose T_previous_current;
-  std::vector<FoundPoint> points;
+  std::vector<int> agreeing;
 };
 
-[[nodiscard]] std::optional<MotionInLeft> motion_in_left(const std::vector<FoundPoint>& points,
+/// The motion between points of the previous frame and where the left image shows them now.
+[[nodiscard]] std::optional<AgreedMotion> motion_between(const std::vector<cv::Point3d>& previous,
+                                                         const std::vector<cv::Point2d>& current,
                                                          const StereoCamera& camera) {
   constexpr int kDraws = 200;
   constexpr float kMaxError_px = 2.0F;
   constexpr double kConfidence = 0.999;
-  std::vector<cv::Point3d> previous;
-  std::vector<cv::Point2d> current;
-  for (const auto& point : points) {
-    const Vector3<double> p = camera.back_project(point.previous);
-    previous.emplace_back(p.x(), p.y(), p.z());
-    current.emplace_back(point.current.z.x(), point.current.z.y());
-  }
   const cv::Matx33d K(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
   cv::Mat rotation, translation;
   std::vector<int> inliers;
@@ -133,8 +140,32 @@ struct MotionInLeft {
       !cv::checkRange(rotation) || !cv::checkRange(translation)) {
     return std::nullopt;
   }
-  MotionInLeft result{antipode::pose_from_cv<double>(rotation, translation).inverse(), {}};
-  for (const int i : inliers) result.points.push_back(points[static_cast<std::size_t>(i)]);
+  return AgreedMotion{antipode::pose_from_cv<double>(rotation, translation).inverse(), std::move(inliers)};
+}
+
+[[nodiscard]] cv::Point3d point_of(const StereoPoint& z, const StereoCamera& camera) {
+  const Vector3<double> p = camera.back_project(z);
+  return {p.x(), p.y(), p.z()};
+}
+
+/// The motion that the positions in the left images show, and the points that agree with it.
+struct MotionInLeft {
+  Pose T_previous_current;
+  std::vector<FoundPoint> points;
+};
+
+[[nodiscard]] std::optional<MotionInLeft> motion_of_found(const std::vector<FoundPoint>& points,
+                                                          const StereoCamera& camera) {
+  std::vector<cv::Point3d> previous;
+  std::vector<cv::Point2d> current;
+  for (const auto& point : points) {
+    previous.push_back(point_of(point.previous, camera));
+    current.emplace_back(point.current.z.x(), point.current.z.y());
+  }
+  const auto motion = motion_between(previous, current, camera);
+  if (!motion) return std::nullopt;
+  MotionInLeft result{motion->T_previous_current, {}};
+  for (const int i : motion->agreeing) result.points.push_back(points[static_cast<std::size_t>(i)]);
   return result;
 }
 
@@ -162,6 +193,26 @@ struct MotionInLeft {
 
 }  // namespace
 
+std::optional<Pose> motion_in_left(const std::vector<StereoPlane>& previous,
+                                   const ConsecutivePyramids& pyramids, const StereoView& view,
+                                   const Pose& expected_T_previous_current,
+                                   const OdometrySettings& settings) {
+  const FlowOfPoints followed(previous, pyramids, view, expected_T_previous_current, settings);
+  std::vector<cv::Point3d> before;
+  std::vector<cv::Point2d> now;
+  for (std::size_t i = 0; i < followed.points.size(); ++i) {
+    if (!followed.flow.found[i]) continue;
+    const Vector2<double> px = view.rectification.lens().corrected(to_eigen(followed.flow.points[i]));
+    before.push_back(point_of(followed.points[i]->z, view.camera));
+    now.emplace_back(px.x(), px.y());
+  }
+  if (before.size() < kFewestAgreeing) return std::nullopt;
+  const auto motion = motion_between(before, now, view.camera);
+  if (!motion || motion->agreeing.size() < kFewestAgreeing || 2 * motion->agreeing.size() < before.size())
+    return std::nullopt;
+  return motion->T_previous_current;
+}
+
 std::optional<DisplacementEstimate> search_displacement(const std::vector<StereoPlane>& previous,
                                                         const ConsecutivePyramids& pyramids,
                                                         const StereoView& view,
@@ -170,7 +221,7 @@ std::optional<DisplacementEstimate> search_displacement(const std::vector<Stereo
   constexpr int kLinearisations = 3;
   const auto points = find_points(previous, pyramids, view, expected_T_previous_current, settings);
   if (points.size() < kFewestAgreeing) return std::nullopt;
-  const auto in_left = motion_in_left(points, view.camera);
+  const auto in_left = motion_of_found(points, view.camera);
   if (!in_left) return std::nullopt;
   DisplacementPrior prior;
   prior.information.diagonal().setConstant(1.0 / (kPriorSigma_px * kPriorSigma_px));

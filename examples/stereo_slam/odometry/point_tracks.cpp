@@ -50,7 +50,7 @@ struct PointMeasurement {
     if (!before) return result;
     const auto left = before->align(view.frame.left, start_px);
     if (!left || left->correlation < kMinCorrelation) return result;
-    const auto warp = right_warp(expected.plane.disparity_slope);
+    const auto warp = right_warp(expected.plane, view.rectification.exposure());
     if (!warp) return result;
     const auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp, texture);
     if (!now) return result;
@@ -61,8 +61,9 @@ struct PointMeasurement {
     auto measured = view.rectification.measure(left->position_px, right->position_px);
     result.search.row_error_px = measured.row_error_px;
     if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) return result;
-    measured.covariance_px2 = stereo_patch_covariance(left->covariance_px2, right->covariance_px2) +
-                              stereo_pixel_covariance(kLeastSigma_px);
+    measured.covariance_px2 =
+        measured.with_disparity(stereo_patch_covariance(left->covariance_px2, right->covariance_px2) +
+                                stereo_pixel_covariance(kLeastSigma_px));
     result.measured = measured;
     return result;
   }

@@ -69,6 +69,9 @@ void write_learned_cameras(std::ostream& stream, const LearnedCameras& learned) 
              "camera: {{fx: {}, fy: {}, cx: {}, cy: {}, baseline_m: {}, width_px: {}, height_px: {}}}\n"
              "lens_error: {{k1: {:.6f}, k2: {:.6f}}}\n",
              kFormat, c.fx, c.fy, c.cx, c.cy, c.baseline_m, c.width_px, c.height_px, k[0], k[1]);
+  if (estimate.delay)
+    fmt::print(stream, "right_delay: {{ms: {}, sigma_ms: {}}}\n", 1e3 * estimate.delay->seconds,
+               1e3 * estimate.delay->sigma_s);
   write_gaussian<RectificationResidual::kTerms>(stream, "row_offset", estimate.row_information,
                                                 estimate.row_vector);
   write_gaussian<CameraErrors::kTerms>(stream, "disparity_offset_and_lenses", estimate.disparity_information,
@@ -93,7 +96,8 @@ LearnedCameras read_learned_cameras(const std::filesystem::path& path) {
     fail(path, "is not what a run learned of its cameras; give the cameras.yaml of a run's output");
   }
   const YamlMap file(path, node, "the file");
-  file.refuse_unknown_keys({"format", "camera", "lens_error", "row_offset", "disparity_offset_and_lenses"});
+  file.refuse_unknown_keys(
+      {"format", "camera", "lens_error", "right_delay", "row_offset", "disparity_offset_and_lenses"});
   if (file.number("format") != kFormat) {
     file.fail("the file has format {}, but this version reads format {}; run the recording again",
               file.text({"format"}), kFormat);
@@ -120,6 +124,11 @@ LearnedCameras read_learned_cameras(const std::filesystem::path& path) {
   estimate.coefficients.row(0) = mean.head<RectificationResidual::kTerms>().transpose();
   estimate.coefficients.row(1) = estimate.row_information.ldlt().solve(estimate.row_vector).transpose();
   estimate.lens = mean.tail<LensResidual::kTerms>();
+  if (node["right_delay"].IsDefined()) {
+    const YamlMap delay = file.map("right_delay");
+    estimate.delay = {1e-3 * delay.number("ms"), 1e-3 * delay.number("sigma_ms")};
+    if (!(estimate.delay->sigma_s > 0.0)) delay.fail("{} is not positive", "sigma_ms");
+  }
   try {
     check(as_map(learned));
   } catch (const std::invalid_argument& error) {

@@ -27,6 +27,7 @@ RunSummary summary_of(const RunRecord& record) {
   summary.weak_frames_by_reason = count_reasons(record, TrackingStatus::kWeak);
   summary.right_image_displacement_px = record.right_image_displacement_px;
   summary.lens_error = record.lens_error;
+  summary.right_delay = record.right_delay;
   summary.inertial = record.inertial;
   for (const auto& result : record.results) {
     if (result.inertial.phase == InertialPhase::kRunning) summary.last_inertial = result.inertial;

@@ -23,6 +23,7 @@ struct RunSummary {
   std::vector<std::size_t> right_camera_turns;   ///< frames in which a turn of the right camera was noticed
   double right_image_displacement_px = 0.0;      ///< that the rows do not show, at the end
   std::optional<LensEstimate> lens_error{};      ///< as learned at the end
+  std::optional<DelayEstimate> right_delay{};    ///< of the right images, likewise
   std::optional<InertialSummary> inertial{};     ///< nothing without an IMU
   std::optional<InertialEstimate> last_inertial{};  ///< of the last frame in which its filter ran
   bool refused_learned = false;                     ///< what --learned gave is of other cameras

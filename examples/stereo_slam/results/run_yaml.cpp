@@ -114,6 +114,13 @@ void emit_lens_error(YAML::Emitter& yaml, const LensEstimate& lens) {
   yaml << YAML::EndMap;
 }
 
+void emit_right_delay(YAML::Emitter& yaml, const DelayEstimate& delay) {
+  yaml << YAML::Key << "right_delay" << YAML::Value << YAML::Flow << YAML::BeginMap;
+  emit(yaml, "ms", fmt::format("{:.3f}", 1e3 * delay.seconds));
+  emit(yaml, "sigma_ms", fmt::format("{:.3f}", 1e3 * delay.sigma_s));
+  yaml << YAML::EndMap;
+}
+
 void emit_inertial(YAML::Emitter& yaml, const InertialSummary& inertial) {
   emit_map(yaml, "imu");
   emit(yaml, "phase", to_string(inertial.phase));
@@ -177,6 +184,7 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   emit_memory(yaml, header);
   if (header.state != "running") emit_reasons(yaml, header.weak_frames_by_reason);
   if (header.lens_error) emit_lens_error(yaml, *header.lens_error);
+  if (header.right_delay) emit_right_delay(yaml, *header.right_delay);
   if (header.inertial) emit_inertial(yaml, *header.inertial);
   emit_unreadable(yaml, header.unreadable);
   emit_dataset(yaml, sequence);

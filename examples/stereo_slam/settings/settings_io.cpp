@@ -186,12 +186,11 @@ class Overlay {
 
 /// Throws if the file of a run holds anything beside `settings:` that write_run_yaml does not write.
 void check_run_keys(const std::filesystem::path& file, const YAML::Node& document) {
-  constexpr std::array<std::string_view, 17> kRunKeys = {"settings",   "version",    "written",
-                                                         "state",      "error",      "frames_processed",
-                                                         "seconds",    "pose_frame", "frame_cost",
-                                                         "realtime",   "memory",     "unreadable_images",
-                                                         "dataset",    "host",       "weak_frames_by_reason",
-                                                         "lens_error", "imu"};
+  constexpr std::array<std::string_view, 18> kRunKeys = {
+      "settings",         "version",           "written",    "state",      "error",
+      "frames_processed", "seconds",           "pose_frame", "frame_cost", "realtime",
+      "memory",           "unreadable_images", "dataset",    "host",       "weak_frames_by_reason",
+      "lens_error",       "right_delay",       "imu"};
   for (const auto& entry : document) {
     const auto key = as_text(entry.first);
     if (std::ranges::find(kRunKeys, key) != kRunKeys.end()) continue;

@@ -15,6 +15,13 @@
 
 namespace stereo_slam {
 
+/// A right image with the displacement that was found in it, and what the uncertainty of that adds to the
+/// covariance of a motion.
+struct SearchedRightImage {
+  RightImageState image;
+  Matrix6<double> pose_covariance = Matrix6<double>::Zero();
+};
+
 /// What the images of a frame show, seen with one displacement of the right image. Nothing of the SLAM's
 /// state has changed yet, so that a frame can be measured with another one.
 struct FrameMeasurement {

@@ -16,6 +16,18 @@ PoseGaussian MotionModel::guessed_until(std::int64_t stamp_ns, const MotionSetti
   return guessed_motion(expected_until(stamp_ns), settings, unseen_until(stamp_ns));
 }
 
+std::optional<RigVelocity> MotionModel::velocity() const {
+  if (!velocity_.known()) return std::nullopt;
+  const double step_s = 1e-9 * velocity_.step_ns();
+  return RigVelocity{velocity_.per_step() / step_s, step_s};
+}
+
+std::optional<RigVelocity> MotionModel::velocity_by(const Pose& T_last_current, std::int64_t stamp_ns) const {
+  if (stamp_ns <= velocity_.stamp_ns()) return std::nullopt;
+  const double step_s = 1e-9 * static_cast<double>(stamp_ns - velocity_.stamp_ns());
+  return RigVelocity{T_last_current.log() / step_s, step_s};
+}
+
 void MotionModel::learn(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
                         const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
   if (!tracked.measured()) {

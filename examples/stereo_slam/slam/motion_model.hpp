@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/frontend/exposure_delay.hpp"
 #include "stereo_slam/inertial/inertial_filter.hpp"
 #include "stereo_slam/odometry/constant_velocity.hpp"
 #include "stereo_slam/odometry/expected_motion.hpp"
@@ -27,6 +29,13 @@ class MotionModel {
 
   /// That motion with the covariance of its noise, for a frame in which none was measured.
   [[nodiscard]] PoseGaussian guessed_until(std::int64_t stamp_ns, const MotionSettings& settings) const;
+
+  /// The velocity by the last measured motion; nothing before there is one.
+  [[nodiscard]] std::optional<RigVelocity> velocity() const;
+  /// The velocity if this is the motion from the last frame to one with this stamp; nothing if that is not
+  /// later.
+  [[nodiscard]] std::optional<RigVelocity> velocity_by(const Pose& T_last_current,
+                                                       std::int64_t stamp_ns) const;
 
   /// Time without a measured motion, see ConstantVelocity.
   [[nodiscard]] UnseenSteps unseen_until(std::int64_t stamp_ns) const {

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/right_camera.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "stereo_slam/core/corner_pairs.hpp"
+#include "stereo_slam/frontend/motion_evidence.hpp"
 #include "stereo_slam/tracking/rectification_constraints.hpp"
 
 namespace stereo_slam {
@@ -15,10 +19,93 @@ RightCamera RightCamera::resumed(const StereoCamera& camera, const OnlineRectifi
 
 void RightCamera::take(const RightImageState& image, const std::optional<DisplacementEstimate>& left) {
   image_ = image;
+  if (is_late()) return;  // displacements by the velocity tell nothing of the rig
   const bool vibrated = vibration_.present();
   if (!image.displacement.isZero(0.0) && !vibrated) vibration_.begin();
   if (left) vibration_.add(image.displacement + left->change);
   if (!vibrated && vibration_.present()) rectification_.forget_disparity_offset(image.displacement.norm());
+}
+
+RigVelocity RightCamera::velocity_at_exposure(const RigVelocity& measured) const {
+  if (!measured_velocity_) return measured;
+  const double delay_s = rectification_.delay().value_or(DelayEstimate{}).seconds;
+  const double ahead = 0.5 * (1.0 + delay_s / measured.frame_s);  // of the middle of the motion, in frames
+  RigVelocity result = measured;
+  result.change_per_s = measured.per_s - measured_velocity_->per_s;
+  result.per_s += ahead * result.change_per_s;
+  result.sigma_m_per_s = ahead * surprise2_.cwiseSqrt();
+  return result;
+}
+
+void RightCamera::move_with(const std::optional<RigVelocity>& measured) {
+  if (!is_late()) return;
+  if (measured) {
+    const RigVelocity now = velocity_at_exposure(*measured);
+    if (image_.velocity)
+      image_.velocity->per_s.tail<3>() = now.per_s.tail<3>();
+    else
+      image_.velocity = now;
+  }
+  if (measured && measured_velocity_) {
+    constexpr int kMemory = 10;  // frames
+    const Vector6<double> change_per_s = measured->per_s - measured_velocity_->per_s;
+    surprises_ = std::min(surprises_ + 1, kMemory);
+    surprise2_ += ((change_per_s - change_per_s_).tail<3>().cwiseAbs2() - surprise2_) / surprises_;
+    change_per_s_ = change_per_s;
+  }
+  measured_velocity_ = measured;
+}
+
+Matrix6<double> RightCamera::velocity_covariance(const std::vector<Match>& matches, const MapView& map,
+                                                 const Pose& T_keyframe_camera) const {
+  if (!is_late() || !image_.velocity || !keyframe_velocity_) return Matrix6<double>::Zero();
+  const double delay_s = rectification_.delay()->seconds;
+  const auto constraints = bias_constraints(matches, map, T_keyframe_camera);
+  const LateExposure first(camera_, keyframe_velocity_->motion_in(delay_s));
+  const LateExposure second(camera_, image_.velocity->motion_in(delay_s));
+  std::vector<Eigen::Matrix<double, 3, 6>> by_steps;
+  for (const auto& c : constraints) {
+    Eigen::Matrix<double, 3, 6> by_step = Eigen::Matrix<double, 3, 6>::Zero();
+    by_step.leftCols<3>() =
+        c.J_first.col(2) * first.disparity_by_step(c.first.head<2>(), c.first.z()).transpose();
+    by_step.bottomRightCorner<1, 3>() =
+        -second.disparity_by_step(c.second.head<2>(), c.second.z()).transpose();
+    by_steps.push_back(by_step);
+  }
+  const auto derivative = motion_by_parameters(constraints, by_steps);
+  if (!derivative) return Matrix6<double>::Zero();
+  Vector6<double> sigma_m;
+  sigma_m << keyframe_velocity_->sigma_m_per_s, image_.velocity->sigma_m_per_s;
+  const Matrix6<double> root = *derivative * (delay_s * sigma_m).asDiagonal();
+  return root * root.transpose();
+}
+
+/// Standard deviation of the displacement of a late right image by what is not known of its velocity: half of
+/// what that changed by since the frame before.
+ImageDisplacement::Coefficients RightCamera::sigma_by_velocity_px(const RightImageState& image) const {
+  constexpr double kShareUnknown = 0.5;
+  ImageDisplacement::Coefficients sigma_px = ImageDisplacement::Coefficients::Zero();
+  if (!rectification_.delay() || !image.velocity) return sigma_px;
+  const double delay_s = rectification_.delay()->seconds;
+  const Vector3<double> rotation_px =
+      std::abs(kShareUnknown * delay_s * camera_.fx) * image.velocity->change_per_s.head<3>();
+  sigma_px << rotation_px.y(), rotation_px.x(), rotation_px.z(), rotation_px.y(), rotation_px.x();
+  return sigma_px.cwiseAbs();
+}
+
+ImageDisplacement::Covariance RightCamera::displacement_information(const RightImageState& image) const {
+  constexpr double kLeastVariance_px2 = 0.02 * 0.02;
+  if (vibration_.present()) return vibration_.information(image.displacement);
+  // A jerk is seen in the displacement alone.
+  constexpr double kClear2 = 25.0;  // five sigma
+  constexpr int kSeen = 3;          // coefficients that a frame measures well
+  ImageDisplacement::Coefficients variance_px2 = sigma_by_velocity_px(image).cwiseAbs2();
+  for (int i = 0; i < kSeen; ++i) {
+    const double displacement2 = image.displacement[i] * image.displacement[i];
+    if (displacement2 > kClear2 * image.covariance(i, i))
+      variance_px2[i] = std::max(variance_px2[i], displacement2);
+  }
+  return (variance_px2.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
 }
 
 bool RightCamera::refuse_learned() {
@@ -39,20 +126,36 @@ bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
   return true;
 }
 
+/// The constraints on the errors of the cameras, with what a delay means for each.
+std::vector<BiasConstraint> RightCamera::constraints_of(const std::vector<Match>& matches, const MapView& map,
+                                                        const Pose& T_keyframe_camera) const {
+  auto constraints = bias_constraints(matches, map, T_keyframe_camera);
+  if (!is_late() || !image_.velocity || !keyframe_velocity_) return constraints;
+  const double delay_s = rectification_.delay()->seconds;
+  const DelayDerivatives first(rectification_.current(), *keyframe_velocity_, delay_s);
+  const DelayDerivatives second(rectification_.current(), *image_.velocity, delay_s);
+  for (auto& c : constraints) {
+    c.by_delay = c.J_first.col(2) * first.of(c.first).disparity_px_per_s;
+    c.by_delay.z() -= second.of(c.second).disparity_px_per_s;
+  }
+  return constraints;
+}
+
 RectificationEffect RightCamera::consider(const std::vector<Match>& matches, const MapView& map,
                                           const Pose& T_keyframe_camera) {
   came_to_rest_ = false;
   if (!settings_.enabled) return {};
-  return rectification_.consider_motion(bias_constraints(matches, map, T_keyframe_camera), T_keyframe_camera);
+  return rectification_.consider_motion(constraints_of(matches, map, T_keyframe_camera), T_keyframe_camera);
 }
 
 RectificationEffect RightCamera::refine(const std::vector<Match>& matches, const MapView& map,
                                         const Pose& T_keyframe_camera, const OdometryResult& odometry) {
   came_to_rest_ = false;
   if (!settings_.enabled) return {};
-  const auto constraints = bias_constraints(matches, map, T_keyframe_camera);
+  constexpr double kRigid_px2 = 0.05 * 0.05;  // variance of a displacement that is left out
+  const auto constraints = constraints_of(matches, map, T_keyframe_camera);
   RectificationEffect effect =
-      vibration_.present()
+      vibration_.present() || image_.covariance(0, 0) > kRigid_px2
           ? rectification_.add_motion_of_vibrating_rig(constraints, T_keyframe_camera, image_.covariance)
           : rectification_.add_motion(constraints, T_keyframe_camera);
   if (effect.derivative.isZero(0.0)) {

@@ -28,6 +28,7 @@ struct RightImageState {
   RightImageMonitor monitor;
   ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();  ///< px
   ImageDisplacement::Covariance covariance = ImageDisplacement::Covariance::Zero();        ///< of it, px^2
+  std::optional<RigVelocity> velocity{};  ///< when it was exposed; nothing if it is unknown
 
   /// Whether it is left out, judged by the points searched so far.
   [[nodiscard]] bool is_ignored() const { return monitor.judgement() == RightImage::kIgnored; }
@@ -56,7 +57,9 @@ class RightCamera {
   /// How the right image of the frame is seen with its displacement.
   [[nodiscard]] RectificationResidual geometry() const { return geometry(image_); }
   [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const {
-    return rectification_.current().displaced(image.displacement);
+    const RectificationResidual at_once = rectification_.current().displaced(image.displacement);
+    const auto& delay = rectification_.delay();
+    return delay && image.velocity ? at_once.late(image.velocity->motion_in(delay->seconds)) : at_once;
   }
   /// What measures points without right images.
   [[nodiscard]] LeftCamera left_camera() const {
@@ -71,9 +74,33 @@ class RightCamera {
 
   // Measurements of a frame.
 
+  /// The velocity when the right image of a frame was exposed, if the motion to this frame had the velocity
+  /// `measured`: the mean over that motion, and how it changed since the last one, until the exposure.
+  [[nodiscard]] RigVelocity velocity_at_exposure(const RigVelocity& measured) const;
+  /// Learns the velocity of the motion to the last frame; nothing if it is unknown. A late right image keeps
+  /// the rotation with which it was measured, to which its displacement belongs.
+  void move_with(const std::optional<RigVelocity>& measured);
+  /// Sets the velocity when the last frame was exposed.
+  void expose_with(const std::optional<RigVelocity>& velocity) { image_.velocity = velocity; }
+  /// What the uncertainty of the velocities of the last keyframe and of the last frame adds to the covariance
+  /// of a pose by these matches, if right images are late.
+  [[nodiscard]] Matrix6<double> velocity_covariance(const std::vector<Match>& matches, const MapView& map,
+                                                    const Pose& T_keyframe_camera) const;
+  /// Whether right images are late, so that their geometry depends on the velocity.
+  [[nodiscard]] bool is_late() const { return rectification_.delay().has_value(); }
+  /// Whether the right images of frames may be displaced: the rig vibrates, or they are late, and the
+  /// velocity at their exposure is not exactly known.
+  [[nodiscard]] bool may_be_displaced() const { return vibration_.present() || is_late(); }
+  /// Information of the displacement of such a frame besides what its landmarks show; its mean is zero.
+  [[nodiscard]] ImageDisplacement::Covariance displacement_information(const RightImageState& image) const;
+  /// Begins with a delay of the right images that is known from elsewhere.
+  void begin_with_delay(const DelayEstimate& known) {
+    if (settings_.enabled) rectification_.begin_with_delay(known);
+  }
+
   /// The right image of the next frame, about which nothing is known yet.
   [[nodiscard]] RightImageState next_image(bool has_right) const {
-    RightImageState next{image_.monitor};
+    RightImageState next{.monitor = image_.monitor, .velocity = image_.velocity};
     next.monitor.begin_frame(has_right);
     return next;
   }
@@ -85,9 +112,12 @@ class RightCamera {
     image_.displacement += left.change;
     image_.covariance = left.covariance;
   }
-  /// Adds stereo matches of a frame, measured as view_of() says: they observe the row offsets.
+  /// Adds stereo matches of a keyframe, measured as view_of() says: they observe the row offsets and a delay.
   void add_rows(std::span<const StereoMeasurement> matches) {
-    if (settings_.enabled) rectification_.add_rows(matches);
+    if (!settings_.enabled || (is_late() && !image_.velocity)) return;  // else they are in other rows
+    rectification_.add_rows(matches);
+    if (image_.velocity) rectification_.add_delay(matches, *image_.velocity);
+    keyframe_velocity_ = image_.velocity;
   }
   /// Forgets what an earlier run learned if the rows of the first frame contradict it. Returns whether they
   /// do.
@@ -126,6 +156,11 @@ class RightCamera {
   [[nodiscard]] bool learns() const noexcept { return settings_.enabled; }
 
  private:
+  [[nodiscard]] ImageDisplacement::Coefficients sigma_by_velocity_px(const RightImageState& image) const;
+  [[nodiscard]] std::vector<BiasConstraint> constraints_of(const std::vector<Match>& matches,
+                                                           const MapView& map,
+                                                           const Pose& T_keyframe_camera) const;
+
   static constexpr int kFirstRelearn = 2;      // frames in a row
   static constexpr int kRelearnInterval = 10;  // frames
 
@@ -135,8 +170,14 @@ class RightCamera {
   RectificationEstimator rectification_;
   RightImageState image_;  // of the last frame
   Vibration vibration_;
-  bool came_to_rest_ = false;  // at the last keyframe, after a displacement
-  int unmeasured_frames_ = 0;  // in a row
+  std::optional<RigVelocity> measured_velocity_;            // of the motion to the last frame
+  Vector6<double> change_per_s_ = Vector6<double>::Zero();  // of it, from the motion before
+  Vector3<double> surprise2_ =
+      Vector3<double>::Zero();  // mean square of what its translation was beside a constant change
+  int surprises_ = 0;
+  std::optional<RigVelocity> keyframe_velocity_;  // when the last keyframe was exposed
+  bool came_to_rest_ = false;                     // at the last keyframe, after a displacement
+  int unmeasured_frames_ = 0;                     // in a row
 };
 
 }  // namespace stereo_slam

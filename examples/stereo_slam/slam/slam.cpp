@@ -67,6 +67,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
 
 /// The pose of a frame: measurements, update; if it is lost, relocalisation.
 TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, StageClock& clock) {
+  find_first_velocity(images, clock);
   FrameMeasurement measured = measure(images, trace, clock);
   right_camera_.take(measured.right, measured.displacement_left);
   tracks_ = std::move(measured.tracks);
@@ -82,10 +83,33 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
   return tracked;
 }
 
+/// Finds the velocity with which the map began, if right images are late: the disparities of its landmarks
+/// depend on the velocity, and the motion from there on, which tells the velocity, depends on them.
+void Slam::find_first_velocity(const FrameImages& images, StageClock& clock) {
+  constexpr int kRounds = 4;  // lengths are up to a third wrong without it, and every round leaves a third
+  if (motion_.known() || !right_camera_.is_late()) return;
+  for (int i = 0; i < kRounds; ++i) {
+    const OdometryResult odometry = measure(images, nullptr, clock).odometry;
+    if (!odometry.valid) return;
+    const RectificationResidual before = right_camera_.geometry();
+    right_camera_.expose_with(motion_.velocity_by(odometry.T_previous_current.pose, images.frame.stamp_ns));
+    tracks_.remeasure(before, right_camera_.geometry());
+    local_map_.remeasure(before, right_camera_.geometry());
+  }
+}
+
+/// Learns the velocity of the motion to this frame, with which its late right image is seen from now on.
+void Slam::learn_velocity() {
+  if (!right_camera_.is_late()) return;
+  const RectificationResidual before = right_camera_.geometry();
+  right_camera_.move_with(motion_.velocity());
+  tracks_.remeasure(before, right_camera_.geometry());
+}
+
 /// Takes the displacement of the right image that the landmarks show, and returns the covariance that its
 /// uncertainty adds to a pose that they measure.
 Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
-  if (!measured.displacement_left || !right_camera_.vibration().present()) return Matrix6<double>::Zero();
+  if (!measured.displacement_left || !right_camera_.may_be_displaced()) return Matrix6<double>::Zero();
   const RectificationResidual before = right_camera_.geometry();
   right_camera_.displace(*measured.displacement_left);
   const RectificationResidual after = right_camera_.geometry();
@@ -153,6 +177,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   const Pose T_keyframe_previous = posterior_.pose;
   motion_.learn(tracked, noise_.as_seen(tracked.posterior), T_keyframe_previous, previous_.lost,
                 images.frame.stamp_ns);
+  learn_velocity();
   posterior_ = tracked.posterior;
   local_map_.record_observations(tracked.matches, {}, images.frame.index);
   note_static_points(tracked, T_keyframe_previous);
@@ -292,6 +317,8 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = measured_pose(tracked);
   const Vector3<double> error_m = reference_.scale_sigma * pose.pose.inverse().translation();
   pose.covariance.bottomRightCorner<3, 3>() += error_m * error_m.transpose();
+  if (fits_landmarks(tracked))
+    pose.covariance += right_camera_.velocity_covariance(tracked.matches, local_map_.view(), pose.pose);
   return pose;
 }
 

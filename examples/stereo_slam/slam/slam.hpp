@@ -67,6 +67,10 @@ class Slam final : public SlamSystem {
     return right_camera_.displacement_px();
   }
   [[nodiscard]] std::optional<LensEstimate> lens_error() const override;
+  [[nodiscard]] std::optional<DelayEstimate> right_image_delay() const override {
+    return right_camera_.rectification().delay();
+  }
+  void begin_with_delay(const DelayEstimate& known) override { right_camera_.begin_with_delay(known); }
   [[nodiscard]] std::optional<LearnedCameras> learned() const override;
   [[nodiscard]] bool refused_learned() const override { return right_camera_.refused_learned(); }
   [[nodiscard]] std::optional<InertialSummary> inertial() const override;
@@ -97,12 +101,16 @@ class Slam final : public SlamSystem {
   [[nodiscard]] TrackedPose track(const FrameImages& images, AssociationTrace* trace, StageClock& clock);
   [[nodiscard]] FrameMeasurement measure(const FrameImages& images, AssociationTrace* trace,
                                          StageClock& clock) const;
-  [[nodiscard]] FrameMeasurement measure(const FrameImages& images,
-                                         const std::optional<DisplacementEstimate>& displacement,
+  [[nodiscard]] FrameMeasurement measure(const FrameImages& images, const SearchedRightImage& searched,
                                          AssociationTrace* trace, StageClock& clock) const;
+  void learn_velocity();
+  void find_first_velocity(const FrameImages& images, StageClock& clock);
   [[nodiscard]] std::vector<StereoPlane> points_of_previous() const;
-  [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images) const;
+  [[nodiscard]] RightImageState next_right_image(const FrameImages& images) const;
+  [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images,
+                                                                    const RightImageState& right) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;
+  void see_with_velocity(const FrameImages& images, FrameMeasurement& measured) const;
   void predict(std::int64_t stamp_ns, FrameMeasurement& measured) const;
   [[nodiscard]] std::optional<FrameMeasurement> without_imu(const FrameMeasurement& measured) const;
   [[nodiscard]] PoseGaussian predicted_pose(const PoseGaussian& T_previous_current) const;

@@ -41,19 +41,47 @@ namespace {
   return !fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced);
 }
 
+/// The right image with a displacement, if one was found.
+[[nodiscard]] SearchedRightImage displaced(const RightImageState& image,
+                                           const std::optional<DisplacementEstimate>& displacement) {
+  SearchedRightImage result{image};
+  if (!displacement) return result;
+  result.image.displacement = displacement->change;
+  result.image.covariance = displacement->covariance;
+  result.pose_covariance = displacement->pose_covariance();
+  return result;
+}
+
 }  // namespace
 
-/// Measures a frame, with the displacement of its right image if the rig vibrates, or if a displacement
+/// Measures a frame, with the displacement of its right image if that is expected, or if a displacement
 /// explains a frame in which too little is found otherwise.
 FrameMeasurement Slam::measure(const FrameImages& images, AssociationTrace* trace, StageClock& clock) const {
-  if (right_camera_.vibration().present()) return measure(images, displacement_in(images), trace, clock);
-  FrameMeasurement undisplaced = measure(images, std::nullopt, trace, clock);
+  const RightImageState right = next_right_image(images);
+  if (right_camera_.may_be_displaced())
+    return measure(images, displaced(right, displacement_in(images, right)), trace, clock);
+  FrameMeasurement undisplaced = measure(images, SearchedRightImage{right}, trace, clock);
   if (!may_be_displaced(undisplaced, previous_.matches)) return undisplaced;
   constexpr int kEnoughToBegin = 30;  // fewer may agree by chance
-  const auto displacement = displacement_in(images);
+  const auto displacement = displacement_in(images, right);
   if (!displacement || displacement->agreeing < kEnoughToBegin) return undisplaced;
-  FrameMeasurement displaced = measure(images, displacement, trace, clock);
-  return is_better(displaced, undisplaced) ? displaced : undisplaced;
+  FrameMeasurement measured = measure(images, displaced(right, displacement), trace, clock);
+  return is_better(measured, undisplaced) ? measured : undisplaced;
+}
+
+/// The right image of a frame before it is measured. If it is late, the motion in the left images tells the
+/// velocity, without the geometry that depends on it.
+RightImageState Slam::next_right_image(const FrameImages& images) const {
+  RightImageState right = right_camera_.next_image(images.frame.has_right());
+  if (!right_camera_.is_late()) return right;
+  const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
+  const Pose expected = motion_.expected_until(images.frame.stamp_ns).T_previous_current;
+  const auto motion =
+      motion_in_left(points_of_previous(), pyramids, right_camera_.view_of(images.frame, right), expected,
+                     settings_.odometry);
+  const auto velocity = motion ? motion_.velocity_by(*motion, images.frame.stamp_ns) : std::nullopt;
+  if (velocity) right.velocity = right_camera_.velocity_at_exposure(*velocity);
+  return right;
 }
 
 /// The points of the odometry in the previous frame. If they are few, as after a frame without a right image,
@@ -73,30 +101,23 @@ std::vector<StereoPlane> Slam::points_of_previous() const {
 }
 
 /// The displacement of the right image, searched with the points of the previous frame.
-std::optional<DisplacementEstimate> Slam::displacement_in(const FrameImages& images) const {
+std::optional<DisplacementEstimate> Slam::displacement_in(const FrameImages& images,
+                                                          const RightImageState& right) const {
   if (!right_camera_.learns() || !images.frame.has_right()) return std::nullopt;
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
-  const StereoView view = right_camera_.view_of(images.frame, right_camera_.next_image(true));
+  const StereoView view = right_camera_.view_of(images.frame, right);
   const Pose expected = motion_.expected_until(images.frame.stamp_ns).T_previous_current;
   return search_displacement(points_of_previous(), pyramids, view, expected, settings_.odometry);
 }
 
-/// System input, prediction, and data association with a displacement of the right image.
-FrameMeasurement Slam::measure(const FrameImages& images,
-                               const std::optional<DisplacementEstimate>& displacement,
+/// System input, prediction, and data association with a right image.
+FrameMeasurement Slam::measure(const FrameImages& images, const SearchedRightImage& searched,
                                AssociationTrace* trace, StageClock& clock) const {
-  FrameMeasurement measured{.right = right_camera_.next_image(images.frame.has_right()),
-                            .tracks = tracks_,
-                            .odometry = {},
-                            .prior = posterior_,
-                            .matches = {}};
-  if (displacement) {
-    measured.right.displacement = displacement->change;
-    measured.right.covariance = displacement->covariance;
-  }
+  FrameMeasurement measured{
+      .right = searched.image, .tracks = tracks_, .odometry = {}, .prior = posterior_, .matches = {}};
   measure_motion(images, measured);  // u_k, eq. 11
-  if (displacement && measured.odometry.valid)
-    measured.odometry.T_previous_current.covariance += displacement->pose_covariance();
+  if (measured.odometry.valid) measured.odometry.T_previous_current.covariance += searched.pose_covariance;
+  see_with_velocity(images, measured);
   clock.lap("odometry");
   predict(images.frame.stamp_ns, measured);  // eqs. 5-7
   clock.lap("predict");
@@ -120,6 +141,17 @@ void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured)
   if (!measured.right.is_ignored()) return;
   measured.odometry = {};  // without disparities there is no length
   measured.odometry.T_previous_current.pose = expected.T_previous_current;
+}
+
+/// Sees a late right image with the velocity of the odometry, which is more exact than that of the left image
+/// alone.
+void Slam::see_with_velocity(const FrameImages& images, FrameMeasurement& measured) const {
+  if (!right_camera_.is_late() || !measured.odometry.valid || !measured.right.velocity) return;
+  const auto velocity = motion_.velocity_by(measured.odometry.T_previous_current.pose, images.frame.stamp_ns);
+  if (!velocity) return;
+  const RectificationResidual before = right_camera_.geometry(measured.right);
+  measured.right.velocity->per_s.tail<3>() = right_camera_.velocity_at_exposure(*velocity).per_s.tail<3>();
+  measured.tracks.remeasure(before, right_camera_.geometry(measured.right));
 }
 
 /// The prior: by the odometry, and by an IMU if one is used. A motion that contradicts the IMU is not that of
@@ -222,17 +254,17 @@ std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement
   constexpr double kUnknown_px = 10.0;
   const bool in_both = !measured.right.is_ignored() && reference_.has_stereo_depths();
   if (!right_camera_.learns() || !in_both || measured.matches.size() < kFewestMatches) return std::nullopt;
-  const bool vibrates = right_camera_.vibration().present();
+  const bool displaced = right_camera_.may_be_displaced();
   const PoseGaussian& prior = measured.prior;
   DisplacementPrior known{
       .pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity()),
       .mean = -measured.right.displacement,
       .information = ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px)};
-  if (vibrates) known.information = right_camera_.vibration().information(measured.right.displacement);
+  if (displaced) known.information = right_camera_.displacement_information(measured.right);
   const auto geometry = right_camera_.geometry(measured.right);
   return estimate_displacement(
       displacement_constraints(measured.matches, local_map_.view(), geometry, prior.pose,
-                               vibrates ? measured.matches.size() : kEnoughToNotice),
+                               displaced ? measured.matches.size() : kEnoughToNotice),
       known);
 }
 

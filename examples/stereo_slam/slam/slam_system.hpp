@@ -55,6 +55,14 @@ class SlamSystem {
   /// The distortion that is left in the rectified images; nothing where it is not learned.
   [[nodiscard]] virtual std::optional<LensEstimate> lens_error() const { return std::nullopt; }
 
+  /// The delay of the right images against the left ones; nothing if none was known at the start.
+  [[nodiscard]] virtual std::optional<DelayEstimate> right_image_delay() const { return std::nullopt; }
+
+  /// Begins with a delay of the right images, which is refined while driving. Call it before the first frame.
+  /// Throws std::invalid_argument if a value is not finite or the standard deviation not positive. Systems
+  /// that learn nothing of the cameras ignore it.
+  virtual void begin_with_delay(const DelayEstimate& /*known*/) {}
+
   /// What was learned of the cameras, for a later run; nothing where nothing is learned.
   [[nodiscard]] virtual std::optional<LearnedCameras> learned() const { return std::nullopt; }
 

@@ -59,17 +59,28 @@ struct PatchMeasurement {
       result.match = match(predicted, {z, left_px}, without_disparity(*left));
       return result;
     }
-    const auto right = align(landmark, seen->right, view.frame.right,
-                             view.rectification.right_position(left_px, predicted.z.z()));
+    const auto warp = right_patch(*seen);
+    if (!warp) return result;
+    const auto right =
+        align(landmark, *warp, view.frame.right, view.rectification.right_position(left_px, predicted.z.z()));
     if (!right) return result;
     const auto measured = view.rectification.measure(left_px, right->position_px);
     result.search.row_error_px = measured.row_error_px;
     if (std::abs(measured.row_error_px) > kMaxRowError_px || !(measured.z.z() > 0.0)) return result;
-    result.match = match(predicted, measured, covariance(*left, *right));
+    result.match = match(predicted, measured, measured.with_disparity(covariance(*left, *right)));
     return result;
   }
 
  private:
+  /// The warp from the right image to that of the keyframe.
+  [[nodiscard]] std::optional<PatchWarp> right_patch(const PlaneView& seen) const {
+    const LateExposure& exposure = view.rectification.exposure();
+    if (!exposure.is_late()) return seen.right;
+    const auto right = right_warp(seen.plane, exposure);
+    if (!right) return std::nullopt;
+    return PatchWarp{seen.left.linear * right->linear, seen.right.perspective};
+  }
+
   /// Alignment of the landmark's patch, warped by `warp`, in one of the images; nothing if it does not agree.
   [[nodiscard]] std::optional<PatchTemplate::Alignment> align(const Landmark& landmark, const PatchWarp& warp,
                                                               const cv::Mat& image,

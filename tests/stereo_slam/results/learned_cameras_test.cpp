@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/results/learned_cameras.hpp"
 
+#include <cmath>
 #include <sstream>
 #include <string>
 
@@ -49,6 +50,24 @@ TEST_CASE("What was learned of the cameras is read as it was written", "[stereo_
   const CameraErrors::Coefficients mean =
       learned.estimate.disparity_information.ldlt().solve(learned.estimate.disparity_vector);
   CHECK(same(read.estimate.lens, mean.tail<LensResidual::kTerms>()));
+}
+
+TEST_CASE("A delay of the right images is read as it was written, and none if there was none",
+          "[stereo_slam][results]") {
+  const TemporaryFolder folder;
+  LearnedCameras learned = learned_cameras();
+  write_text(folder / "cameras.yaml", text_of(learned));
+  CHECK_FALSE(read_learned_cameras(folder / "cameras.yaml").estimate.delay);
+  learned.estimate.delay = {.seconds = -0.02, .sigma_s = 1e-4};
+  const std::string text = text_of(learned);
+  write_text(folder / "cameras.yaml", text);
+  const auto delay = read_learned_cameras(folder / "cameras.yaml").estimate.delay;
+  REQUIRE(delay);
+  CHECK(std::abs(delay->seconds + 0.02) < 1e-15);
+  CHECK(std::abs(delay->sigma_s - 1e-4) < 1e-15);
+  write_text(folder / "cameras.yaml", replaced(text, "sigma_ms: 0", "sigma_ms: -0"));
+  CHECK_THAT(message_of([&] { (void)read_learned_cameras(folder / "cameras.yaml"); }),
+             Catch::Contains("sigma_ms is not positive"));
 }
 
 TEST_CASE("A file that is not what a run learned is refused, and the message names it",

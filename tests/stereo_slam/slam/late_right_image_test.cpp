@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/dataset/sequence.hpp"
+#include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/support/rendered_drive.hpp"
+#include "support/catch.hpp"
+
+// Right images that are exposed later than the left ones.
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kLate_s = 0.02;  // a fifth of the time between two frames
+
+[[nodiscard]] const test::RenderedDrive& late_drive() {
+  static const test::RenderedDrive drive = [] {
+    simulator::SimulationSettings settings;
+    settings.frames = 45;  // into the first bend
+    settings.camera = scaled(settings.camera, 0.5);
+    settings.disturbance.sync_error_s = kLate_s;
+    return test::RenderedDrive(settings);
+  }();
+  return drive;
+}
+
+/// Largest error of the position relative to the first frame, over the length of the path there.
+[[nodiscard]] double largest_error(Slam& slam) {
+  const test::RenderedDrive& drive = late_drive();
+  double largest = 0.0, path_m = 0.0;
+  for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i)
+    (void)slam.process(load_frame(drive.sequence, i));
+  slam.finish();
+  const auto poses = slam.trajectory();
+  const auto& truth = drive.truth;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Eigen::Isometry3d step = truth[i - 1].inverse() * truth[i];
+    const Eigen::Isometry3d from_first = truth.front().inverse() * truth[i];
+    path_m += step.translation().norm();
+    const Vector3<double> moved = (poses.front().pose.inverse() * poses[i].pose).translation();
+    constexpr double kEnough_m = 10.0;
+    if (path_m > kEnough_m) largest = std::max(largest, (moved - from_first.translation()).norm() / path_m);
+  }
+  return largest;
+}
+
+TEST_CASE(
+    "A delay of the right images that is known roughly is measured to a millisecond, and lengths are right",
+    "[stereo_slam][slam][rectification]") {
+  Slam unaware(late_drive().sequence.camera, Settings{});
+  const double error_unaware = largest_error(unaware);
+  CHECK_FALSE(unaware.right_image_delay());
+  Slam slam(late_drive().sequence.camera, Settings{});
+  slam.begin_with_delay({.seconds = 0.018, .sigma_s = 0.002});
+  const double error = largest_error(slam);
+  REQUIRE(slam.right_image_delay());
+  CAPTURE(slam.right_image_delay()->seconds, slam.right_image_delay()->sigma_s, error, error_unaware);
+  CHECK(std::abs(slam.right_image_delay()->seconds - kLate_s) < 0.001);
+  CHECK(error < 0.005);  // as a disparity that is wrong by a twentieth of a pixel at ten pixels
+  CHECK(5.0 * error < error_unaware);
+}
+
+}  // namespace
+}  // namespace stereo_slam
