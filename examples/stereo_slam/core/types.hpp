@@ -78,7 +78,8 @@ enum class TrackingStatus {
   kRelocalised,   ///< first frame after a loss whose place in the map is known again
 };
 
-/// Why the pose of a frame is less certain than its covariance says.
+/// Why the pose of a frame is less certain than its covariance says. Each makes the status kWeak, except that
+/// a segment that began after a short gap has a covariance that allows for the gap.
 struct WeakReasons {
   bool odometry_alone = false;         ///< no landmarks measured it
   bool imu_alone = false;              ///< no image measured it, but an IMU did

@@ -12,8 +12,8 @@ TrackingStatus judge(const FrameEvidence& evidence) {
   if (!evidence.begins_map && evidence.basis == PoseBasis::kNothing)
     return evidence.waits ? TrackingStatus::kWeak : TrackingStatus::kLost;
   if (evidence.segment_localised) return TrackingStatus::kRelocalised;
-  if (weak.right_image_unfit || weak.right_camera_turned || weak.segment_not_localised)
-    return TrackingStatus::kWeak;
+  const bool place_unknown = weak.segment_not_localised && !evidence.segment_predicted;
+  if (weak.right_image_unfit || weak.right_camera_turned || place_unknown) return TrackingStatus::kWeak;
   if (evidence.begins_map) return TrackingStatus::kInitializing;
   if (found_again(evidence.basis, evidence.after_loss)) return TrackingStatus::kRelocalised;
   const bool doubtful = weak.odometry_alone || weak.imu_alone || weak.imu_contradicted ||

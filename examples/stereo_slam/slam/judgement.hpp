@@ -12,6 +12,7 @@ struct FrameEvidence {
   bool begins_map = false;         ///< the first frame with a map
   bool waits = false;              ///< predicted, but only since the last frame: a repeated image
   bool after_loss = false;         ///< the previous frame that was measured in was lost
+  bool segment_predicted = false;  ///< the place of the map segment was predicted over a short gap
   bool segment_localised = false;  ///< the place of the map segment became known just before this frame
   WeakReasons weak{};
 };

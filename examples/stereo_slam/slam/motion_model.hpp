@@ -42,6 +42,14 @@ class MotionModel {
     return velocity_.unseen_until(stamp_ns);
   }
 
+  /// Whether the frames since the last measured one are so few that the covariance of a prediction over them
+  /// holds: ten, if the motion before them was measured.
+  [[nodiscard]] bool bridges_until(std::int64_t stamp_ns) const {
+    constexpr double kFew_steps = 11.0;  // ten frames between two that are measured
+    const UnseenSteps unseen = unseen_until(stamp_ns);
+    return known() && unseen.before + unseen.now <= kFew_steps;
+  }
+
   /// Whether a motion was measured.
   [[nodiscard]] bool known() const noexcept { return velocity_.known(); }
 

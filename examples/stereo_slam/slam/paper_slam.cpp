@@ -48,6 +48,7 @@ FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* tr
     evidence.begins_map = begun_;
   }
   evidence.weak = result.weak;
+  evidence.segment_predicted = path_.segment().predicted();
   result.status = judge(evidence);
   result.features = static_cast<int>(images.features.left.size());
   result.landmarks = static_cast<int>(map_.landmarks().size());
@@ -105,7 +106,8 @@ void PaperSlam::integrate(const Step& step, const FrameImages& images, FrameResu
   const TrackedPose& tracked = step.tracked;
   const bool by_odometry = tracked.basis == PoseBasis::kOdometry;
   if (by_odometry && previous_.lost)
-    path_.begin_segment();  // relative to a guess; no loop will tell its place
+    path_.begin_segment(
+        motion_.bridges_until(images.frame.stamp_ns));  // relative to a guess; no loop will tell its place
   result.weak = {.odometry_alone = by_odometry,
                  .few_landmarks = tracked.has_few_landmarks(),
                  .segment_not_localised = !path_.segment().localised()};

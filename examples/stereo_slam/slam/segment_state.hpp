@@ -22,9 +22,11 @@ class SegmentState {
     return state;
   }
 
-  /// Begins the next segment; its place is a guess.
-  void begin_next() {
+  /// Begins the next segment. Its place is a guess: a good one, with a covariance that holds, if it was
+  /// `predicted` over a short gap from a segment whose place was known.
+  void begin_next(bool predicted) {
     ++current_;
+    predicted_ = predicted && (localised_ || predicted_);
     localised_ = newly_localised_ = false;
   }
 
@@ -39,6 +41,8 @@ class SegmentState {
   /// Id of the current segment.
   [[nodiscard]] std::size_t current() const noexcept { return current_; }
   [[nodiscard]] bool localised() const noexcept { return localised_; }
+  /// Whether the place, if it is not known, is predicted well enough for the covariance to hold.
+  [[nodiscard]] bool predicted() const noexcept { return predicted_; }
   /// Whether any segment of the run is localised: then the loaded map and the run share one world.
   [[nodiscard]] bool any_localised() const noexcept { return any_localised_; }
   /// True once after the current segment was localised.
@@ -47,6 +51,7 @@ class SegmentState {
  private:
   std::size_t current_ = 0;
   bool localised_ = true;
+  bool predicted_ = false;
   bool newly_localised_ = false;
   bool any_localised_ = true;
 };

@@ -175,6 +175,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
     path_.continue_odometry(tracked.prior.pose, tracked.posterior.pose);
   }
   const Pose T_keyframe_previous = posterior_.pose;
+  const bool short_gap = motion_.bridges_until(images.frame.stamp_ns);
   motion_.learn(tracked, noise_.as_seen(tracked.posterior), T_keyframe_previous, previous_.lost,
                 images.frame.stamp_ns);
   learn_velocity();
@@ -190,7 +191,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   result.weak.imu_contradicted = motion_.inertial().given_up();
   path_.append(reported(tracked), tracked.basis != PoseBasis::kNothing, calibration_error(), result);
   tracked.report(result);
-  if (!tracked.measured() || !extend_map(tracked, images)) return;
+  if (!tracked.measured() || !extend_map(tracked, images, short_gap)) return;
   result.is_keyframe = true;
   result.weak.right_camera_turned = right_camera_.noticed_turn();
   path_.report_keyframe(result);
@@ -224,6 +225,7 @@ void Slam::complete(const FrameImages& images, FrameEvidence evidence, FrameResu
   SegmentState& segment = path_.segment();
   result.weak.segment_not_localised = !segment.localised();
   evidence.weak = result.weak;
+  evidence.segment_predicted = segment.predicted();
   const bool lost = judge(evidence) == TrackingStatus::kLost;
   evidence.segment_localised = !lost && segment.take_newly_localised();
   result.status = judge(evidence);

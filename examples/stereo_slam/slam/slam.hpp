@@ -140,13 +140,13 @@ class Slam final : public SlamSystem {
   [[nodiscard]] bool uses_right_image() const {
     return !right_camera_.is_ignored() && reference_.has_stereo_depths();
   }
-  bool extend_map(const TrackedPose& tracked, const FrameImages& images);
+  bool extend_map(const TrackedPose& tracked, const FrameImages& images, bool short_gap);
   bool extend_map_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool gains_landmarks_by_motion(std::size_t frame, std::size_t matches) const;
   void add_corners(const std::vector<Match>& matches, const FrameImages& images);
   void change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
-  void begin_segment(const FrameImages& images, const TrackedPose& tracked);
+  void begin_segment(const FrameImages& images, const TrackedPose& tracked, bool short_gap);
   void move_reference(std::size_t frame, PoseGaussian T_previous_keyframe, const RectificationEffect& effect);
   void change_keyframe(const FrameImages& images, const PoseGaussian& T_previous_keyframe,
                        const std::vector<Match>& matches, const OdometryResult& odometry);
