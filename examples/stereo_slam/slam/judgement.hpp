@@ -9,10 +9,11 @@ namespace stereo_slam {
 /// What is known of a frame once it was measured and the map extended.
 struct FrameEvidence {
   PoseBasis basis = PoseBasis::kNothing;
-  bool begins_map = false;         ///< the first frame with a map
-  bool waits = false;              ///< predicted, but only since the last frame: a repeated image
-  bool after_loss = false;         ///< the previous frame that was measured in was lost
-  bool segment_predicted = false;  ///< the place of the map segment was predicted over a short gap
+  bool begins_map = false;  ///< the first frame with a map
+  bool waits = false;       ///< predicted, but only since the last frame: a repeated image
+  bool after_loss = false;  ///< the previous frame that was measured in was lost
+  bool segment_predicted =
+      false;  ///< the place of the map segment was predicted over a short gap, some time ago
   bool segment_localised = false;  ///< the place of the map segment became known just before this frame
   WeakReasons weak{};
 };

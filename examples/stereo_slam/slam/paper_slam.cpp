@@ -48,7 +48,7 @@ FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* tr
     evidence.begins_map = begun_;
   }
   evidence.weak = result.weak;
-  evidence.segment_predicted = path_.segment().predicted();
+  evidence.segment_predicted = path_.segment().predicted(path_.frames());
   result.status = judge(evidence);
   result.features = static_cast<int>(images.features.left.size());
   result.landmarks = static_cast<int>(map_.landmarks().size());

@@ -57,7 +57,7 @@ class Path {
   void report_keyframe(FrameResult& result) const;
 
   /// Begins a map segment, because the pose of the last frame relative to the segment before is a guess.
-  void begin_segment(bool predicted) { segment_.begin_next(predicted); }
+  void begin_segment(bool predicted) { segment_.begin_next(frames(), predicted); }
 
   /// Replaces the pose of an earlier frame by one relative to the reference keyframe.
   void replace(std::size_t position, const PoseGaussian& T_keyframe_camera) {

@@ -225,7 +225,7 @@ void Slam::complete(const FrameImages& images, FrameEvidence evidence, FrameResu
   SegmentState& segment = path_.segment();
   result.weak.segment_not_localised = !segment.localised();
   evidence.weak = result.weak;
-  evidence.segment_predicted = segment.predicted();
+  evidence.segment_predicted = segment.predicted(path_.frames());
   const bool lost = judge(evidence) == TrackingStatus::kLost;
   evidence.segment_localised = !lost && segment.take_newly_localised();
   result.status = judge(evidence);
