@@ -155,7 +155,7 @@ struct LensEstimate {
 /// The time by which right images are exposed later than left ones, as learned while driving. Negative if
 /// they are earlier.
 struct DelayEstimate {
-  double seconds = 0.0;
+  double seconds = 0.0;  ///< right after left
   double sigma_s = 0.0;  ///< standard deviation
 };
 
