@@ -15,6 +15,7 @@
 #include "stereo_slam/dataset/right_delay.hpp"
 #include "stereo_slam/dataset/uniform_borders.hpp"
 #include "stereo_slam/settings/settings.hpp"
+#include "stereo_slam/stamps/stamp_units.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -81,20 +82,19 @@ std::vector<std::vector<MovedPoint>> sampled_motions(const StereoSequence& seque
 }
 
 /// Right images that were taken later or earlier than the left ones, by less than a frame.
-std::vector<Problem> delayed_right_images(const StereoSequence& sequence, const RightDelay& delay) {
-  if (!delay.is_clear()) return {};
-  return {Problem::warning(
+Problem late_right_images(const StereoSequence& sequence, const RightDelay& delay) {
+  return Problem::warning(
       sequence.folder,
       "the images of {} look taken {:.2f} of the time between two frames {} than those of {}, so that "
       "lengths are uncertain by several percent; trigger both cameras at the same time, or correct their "
       "stamps",
       sequence.right_name, std::abs(delay.frames), delay.frames > 0.0 ? "later" : "earlier",
-      sequence.left_name)};
+      sequence.left_name);
 }
 
 /// The delay that a run begins with: by the motion to the next frame if the right images are late, and to the
-/// previous one if they are early, because points do not move evenly. Nothing if stamps do not tell the time
-/// between frames.
+/// previous one if they are early, because points do not move evenly. A pause of the recording does not
+/// change it. Nothing if it is not likely, or stamps do not tell the time between frames.
 std::optional<DelayEstimate> delay_of_right_images(const StereoSequence& sequence, const RightDelay& delay) {
   constexpr double kSigma = 0.1;  // of a delay, relative: points move faster as they come nearer
   constexpr double kLeastSigma_frames = 0.01;
@@ -103,9 +103,9 @@ std::optional<DelayEstimate> delay_of_right_images(const StereoSequence& sequenc
   const auto direction = late ? Direction::kForward : Direction::kBackward;
   const auto measured = right_delay(sequence.camera, sampled_motions(sequence, 1, direction), 1);
   const double frames = !measured ? delay.frames : late ? measured->frames : -measured->frames;
-  const auto& last = sequence.frames.back();
-  const double frame_s = 1e-9 * static_cast<double>(last.stamp_ns - sequence.frames.front().stamp_ns) /
-                         static_cast<double>(sequence.frames.size() - 1);
+  std::vector<std::int64_t> stamps_ns;
+  for (const auto& frame : sequence.frames) stamps_ns.push_back(frame.stamp_ns);
+  const double frame_s = 1e-9 * static_cast<double>(usual_interval_ns(std::move(stamps_ns)));
   if (!(frame_s > 0.0)) return std::nullopt;
   return DelayEstimate{.seconds = frames * frame_s,
                        .sigma_s = std::hypot(kLeastSigma_frames, kSigma * frames) * frame_s};
@@ -251,14 +251,17 @@ RecordingFindings findings_of(const StereoAgreement& agreement, const StereoSequ
   auto problems = observed(agreement, sequence);
   if (frames.empty()) return {problems};
   const auto motions = sampled_motions(sequence, kGap);
-  if (const auto delay = right_delay(sequence.camera, motions, kGap); delay && delay->is_likely()) {
-    const auto clear = delayed_right_images(sequence, *delay);
-    return {clear.empty() ? problems : clear, delay_of_right_images(sequence, *delay)};
-  }
+  const auto delay = right_delay(sequence.camera, motions, kGap);
+  if (delay && delay->is_clear())
+    return {{late_right_images(sequence, *delay)}, delay_of_right_images(sequence, *delay)};
+  const bool nothing_observed = problems.empty();
   if (problems.empty()) problems = padded_images(sequence, frames);
   if (problems.empty()) problems = unsharp_images(agreement, sequence, frames.front());
   if (problems.empty()) problems = wrong_focal_length(sequence, motions);
-  return {problems.empty() ? far_scene(agreement, sequence) : problems};
+  // Such a problem may move points as a delay does.
+  const bool other_cause = nothing_observed && !problems.empty();
+  if (problems.empty()) problems = far_scene(agreement, sequence);
+  return {problems, delay && !other_cause ? delay_of_right_images(sequence, *delay) : std::nullopt};
 }
 
 }  // namespace stereo_slam

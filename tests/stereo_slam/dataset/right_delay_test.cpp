@@ -54,8 +54,8 @@ std::vector<std::vector<MovedPoint>> with_wrong_points(std::vector<std::vector<M
   return pairs;
 }
 
-/// What is said of a rendered drive with right images that are late.
-std::string text_of_late_by(double late_s) {
+/// What is found in a rendered drive of ten frames a second with right images that are late.
+RecordingFindings found_if_late_by(double late_s, double pause_s = 0.0) {
   const TemporaryFolder folder;
   simulator::SimulationSettings settings;
   settings.frames = 12;
@@ -64,11 +64,15 @@ std::string text_of_late_by(double late_s) {
   settings.camera = {496, 150, 287.5, 287.5, 242.9, 74.1};
   settings.disturbance.sync_error_s = late_s;
   simulator::simulate(settings, folder.path());
-  const StereoSequence sequence = open_sequence(folder.path(), "kitti");
+  StereoSequence sequence = open_sequence(folder.path(), "kitti");
+  sequence.frames.back().stamp_ns += std::llround(1e9 * pause_s);
   const std::vector<StereoFrame> frames{load_frame(sequence, 0), load_frame(sequence, 6)};
+  return findings_of(check_stereo_agreement(frames), sequence, frames);
+}
+
+std::string text_of_late_by(double late_s) {
   std::string text;
-  for (const auto& problem : problems_of(check_stereo_agreement(frames), sequence, frames))
-    text += problem.text;
+  for (const auto& problem : found_if_late_by(late_s).problems) text += problem.text;
   return text;
 }
 
@@ -110,4 +114,15 @@ TEST_CASE("Right images that are late or early by a part of a frame are noticed"
   CHECK(text_of_late_by(0.0).empty());
   CHECK_THAT(text_of_late_by(0.05), Catch::Contains("of the time between two frames later than"));
   CHECK_THAT(text_of_late_by(-0.05), Catch::Contains("of the time between two frames earlier than"));
+}
+
+TEST_CASE("A run begins with the delay in seconds, which a pause of the recording does not change",
+          "[motion]") {
+  CHECK_FALSE(found_if_late_by(0.0).right_delay);
+  for (const double pause_s : {0.0, 600.0}) {
+    const auto delay = found_if_late_by(0.02, pause_s).right_delay;
+    REQUIRE(delay);
+    CHECK(std::abs(delay->seconds - 0.02) < 3.0 * delay->sigma_s);
+    CHECK(delay->sigma_s < 0.004);
+  }
 }
