@@ -9,20 +9,26 @@
 #include <antipode/filters/robust_least_squares.hpp>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/core/robust_line.hpp"
 
 namespace stereo_slam {
 namespace {
 
 constexpr double kSigmaOfMedian = 1.4826;  // of normal errors: 1 / 0.6745
 
-/// What the rows of all pairs have in common: the delay, a plane over the image, and a radial distortion that
-/// is left in both images (k1, k2).
+/// What the rows of all pairs have in common: the delay, a parabola over the rows, and a radial distortion
+/// that is left in both images (k1, k2).
 using Common = antipode::Vector<double, 5>;
 
-/// What a point tells: its right row differs from the left one by coefficients . common + shift.
+/// What differs from pair to pair if the rig vibrates: a rotation of the right camera (pitch, roll, yaw), px.
+using OwnOfPair = Vector3<double>;
+
+/// What a point tells: its right row differs from the left one by coefficients . common + by_rotation . own
+/// of its pair.
 struct RowOfPoint {
   double differ_px = 0.0;
   Common coefficients;
+  OwnOfPair by_rotation;
 };
 
 /// The points of each pair of frames.
@@ -31,7 +37,11 @@ using Rows = std::vector<std::vector<RowOfPoint>>;
 /// By how much rows differ.
 struct RowDifferences {
   Common common = Common::Zero();
-  std::vector<double> shift_px;  ///< of the right image, for each pair
+  std::vector<OwnOfPair> own;  ///< of each pair
+
+  [[nodiscard]] double error_px(const RowOfPoint& row, std::size_t pair) const {
+    return row.differ_px - row.coefficients.dot(common) - row.by_rotation.dot(own[pair]);
+  }
 };
 
 Rows rows_of(const StereoCamera& camera, const std::vector<std::vector<MovedPoint>>& pairs, std::size_t gap) {
@@ -45,9 +55,12 @@ Rows rows_of(const StereoCamera& camera, const std::vector<std::vector<MovedPoin
       const double left2 = left.squaredNorm(), right2 = right.squaredNorm();
       RowOfPoint row;
       row.differ_px = point.rows_px;
-      row.coefficients << (point.second_px.y() - point.first_px.y()) / static_cast<double>(gap), left,
-          kFocal_px * left.y() * (right2 - left2), kFocal_px * left.y() * (right2 * right2 - left2 * left2);
-      const bool usable = std::isfinite(row.differ_px) && row.coefficients.allFinite();
+      row.coefficients << (point.second_px.y() - point.first_px.y()) / static_cast<double>(gap), left.y(),
+          left.y() * left.y(), kFocal_px * left.y() * (right2 - left2),
+          kFocal_px * left.y() * (right2 * right2 - left2 * left2);
+      row.by_rotation << 1.0, right.x(), right.x() * right.y();
+      const bool usable =
+          std::isfinite(row.differ_px) && row.coefficients.allFinite() && row.by_rotation.allFinite();
       if (usable) rows[k].push_back(row);  // not with a focal length of zero
     }
   }
@@ -57,80 +70,106 @@ Rows rows_of(const StereoCamera& camera, const std::vector<std::vector<MovedPoin
 double median_error(const Rows& rows, const RowDifferences& x) {
   std::vector<double> errors;
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    for (const auto& row : rows[k])
-      errors.push_back(std::abs(row.differ_px - row.coefficients.dot(x.common) - x.shift_px[k]));
+    for (const auto& row : rows[k]) errors.push_back(std::abs(x.error_px(row, k)));
   }
   return median(std::move(errors));
 }
 
-/// The shifts that belong to a delay, without a plane: medians, which wrong points do not change much.
+/// The pitch and roll that belong to a delay, without what else the pairs have in common.
 RowDifferences begin_with(double delay, const Rows& rows) {
+  constexpr double kLeastScale_px = 0.1;
   RowDifferences x;
   x.common[0] = delay;
   for (const auto& of_pair : rows) {
-    std::vector<double> rests;
-    rests.reserve(of_pair.size());
-    for (const auto& row : of_pair) rests.push_back(row.differ_px - row.coefficients.dot(x.common));
-    x.shift_px.push_back(rests.empty() ? 0.0 : median(std::move(rests)));
+    std::vector<Vector2<double>> rests;  // over the position along the row
+    std::vector<double> rests_px;
+    for (const auto& row : of_pair) {
+      rests_px.push_back(row.differ_px - row.coefficients.dot(x.common));
+      rests.emplace_back(row.by_rotation.y(), rests_px.back());
+    }
+    const double middle_px = rests_px.empty() ? 0.0 : median(std::move(rests_px));
+    const RobustLine line = fit_line(rests, {.offset = middle_px}, kLeastScale_px);
+    x.own.emplace_back(line.offset, line.slope, 0.0);
   }
   return x;
 }
 
-/// The best of some delays. Wrong points move by any number of rows, so that no least squares can begin.
-RowDifferences best_begin(const Rows& rows) {
-  std::optional<RowDifferences> best;
-  double least_px = 0.0;
-  for (const double delay : {0.0, -0.125, 0.125, -0.25, 0.25, -0.375, 0.375, -0.5, 0.5}) {
-    const RowDifferences x = begin_with(delay, rows);
-    const double rest_px = median_error(rows, x);
-    if (best && rest_px >= least_px) continue;
-    best = x;
-    least_px = rest_px;
-  }
-  return *best;
-}
-
-/// The points of one pair as the model of robust_least_squares(), for the shift.
+/// The points of one pair as the model of robust_least_squares().
 struct PairModel {
   const std::vector<RowOfPoint>& rows;
   const Common& common;
 
   template <class Sums>
-  void operator()(const antipode::Vector<double, 1>& shift_px, Sums& sums) const {
+  void operator()(const OwnOfPair& own, Sums& sums) const {
     const antipode::Matrix<double, 1> one = antipode::Matrix<double, 1>::Identity();
     for (const auto& row : rows) {
-      const antipode::Vector<double, 1> error(row.differ_px - row.coefficients.dot(common) - shift_px[0]);
-      sums.template add<1>(error, one, one, row.coefficients.transpose());
+      const antipode::Vector<double, 1> error(row.differ_px - row.coefficients.dot(common) -
+                                              row.by_rotation.dot(own));
+      sums.template add<1>(error, one, row.by_rotation.transpose(), row.coefficients.transpose());
     }
   }
 };
 
 /// Ten steps of least squares with Cauchy weights. Returns the variance of the delay for errors of one pixel.
 double improve(RowDifferences& x, const Rows& rows) {
-  using Shift = antipode::VectorChart<double, 1>;
+  using Own = antipode::VectorChart<double, 3>;
   using Evidence = antipode::GaussianInformation<double, 5>;
   constexpr int kSteps = 10;
   constexpr double kLeastScale_px = 0.05;
-  const Evidence wide{1e-9 * antipode::Matrix<double, 5>::Identity()};  // where nothing shows a coefficient
+  constexpr double kWide = 1e-9;  // information where nothing shows a coefficient
+  const Evidence wide{kWide * antipode::Matrix<double, 5>::Identity()};
+  const antipode::LeastSquaresPrior<Own, 5> wide_own{OwnOfPair::Zero(), kWide * Matrix3<double>::Identity()};
   Evidence evidence;
   for (int step = 0; step < kSteps; ++step) {
     const double scale_px = std::max(kLeastScale_px, 2.0 * kSigmaOfMedian * median_error(rows, x));
     evidence = wide;
-    std::vector<Common> shift_by_common;
+    std::vector<antipode::Matrix<double, 3, 5>> own_by_common;
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      const auto result = antipode::robust_least_squares<Shift, 5>(
-          antipode::Vector<double, 1>(x.shift_px[k]), PairModel{rows[k], x.common},
-          antipode::CauchyLoss<double>{scale_px}, {.check_modes = false});
-      x.shift_px[k] = result.state[0];
+      const auto result = antipode::robust_least_squares<Own, 5>(x.own[k], PairModel{rows[k], x.common},
+                                                                 antipode::CauchyLoss<double>{scale_px},
+                                                                 {.check_modes = false}, &wide_own);
+      x.own[k] = result.state;
       evidence = evidence + result.considered;
-      shift_by_common.emplace_back(result.sensitivity.transpose());
+      own_by_common.push_back(result.sensitivity);
     }
     const Common change = evidence.mean();
     if (!change.allFinite()) break;  // numbers that overflow
     x.common += change;
-    for (std::size_t k = 0; k < rows.size(); ++k) x.shift_px[k] += shift_by_common[k].dot(change);
+    for (std::size_t k = 0; k < rows.size(); ++k) x.own[k] += own_by_common[k] * change;
   }
   return evidence.covariance()(0, 0);
+}
+
+/// A cost that wrong points hardly change.
+double cost_of(const Rows& rows, const RowDifferences& x) {
+  constexpr double kScale_px = 0.1;  // twice what rows of good recordings differ by
+  const antipode::CauchyLoss<double> loss{kScale_px};
+  double cost = 0.0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (const auto& row : rows[k]) cost -= loss.log_density(std::pow(x.error_px(row, k), 2), 1);
+  }
+  return cost;
+}
+
+/// What fits best, and the variance of its delay for errors of one pixel.
+struct BestFit {
+  RowDifferences differences;
+  double variance = 0.0;
+};
+
+/// The best from several starts: wrong points move by any number of rows, and a vibrating rig moves them too.
+BestFit best_fit(const Rows& rows) {
+  std::optional<BestFit> best;
+  double least = 0.0;
+  for (const double delay : {0.0, -0.125, 0.125, -0.25, 0.25, -0.375, 0.375, -0.5, 0.5}) {
+    BestFit fit{begin_with(delay, rows)};
+    fit.variance = improve(fit.differences, rows);
+    const double cost = cost_of(rows, fit.differences);
+    if (best && !(cost < least)) continue;
+    best = std::move(fit);
+    least = cost;
+  }
+  return *best;
 }
 
 }  // namespace
@@ -158,8 +197,7 @@ std::optional<RightDelay> right_delay(const StereoCamera& camera,
     for (const auto& row : of_pair) moved_px.push_back(std::abs(row.coefficients[0]));
   }
   if (moved_px.size() < kLeastPoints) return std::nullopt;
-  RowDifferences x = best_begin(rows);
-  const double variance = improve(x, rows);
+  const auto [x, variance] = best_fit(rows);
   const double rest_px = median_error(rows, x);
   return RightDelay{.frames = x.common[0],
                     .sigma = kSigmaOfMedian * rest_px * std::sqrt(std::max(variance, 0.0)),

@@ -9,9 +9,9 @@
 /// @file
 /// Whether the right images were taken later than the left ones. A point lies in one row of both images of a
 /// rectified pair. If the right image is later by a part t of the time between two frames, and the row of the
-/// point changes by m from frame to frame, the rows differ by t m. Errors of the rectification change rows in
-/// other ways: by a displacement, which may differ from frame to frame, or in proportion to the position in
-/// the image. So does a radial distortion that both images still have.
+/// point changes by m from frame to frame, the rows differ by t m. A rotation of the right camera, which may
+/// differ from frame to frame if the rig vibrates, changes rows in other ways: by a constant, by x and by x
+/// y. So do other errors of the rectification, and a radial distortion that both images still have.
 namespace stereo_slam {
 
 /// A delay of the right images, in units of the time between two frames.

@@ -44,6 +44,22 @@ std::vector<std::vector<MovedPoint>> delayed_points(double delay, double speed) 
   return pairs;
 }
 
+/// The same on a rig that vibrates: the right camera has another rotation in each pair, px.
+std::vector<std::vector<MovedPoint>> vibrating_points(double delay) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> rotation_px(0.0, 3.0);
+  auto pairs = delayed_points(delay, 1.0);
+  for (auto& points : pairs) {
+    const Eigen::Vector3d pitch_roll_yaw_px(rotation_px(random), rotation_px(random), rotation_px(random));
+    for (auto& point : points) {
+      const double x = (point.first_px.x() - point.disparity_px - kMovingCamera.cx) / kMovingCamera.fx;
+      const double y = (point.first_px.y() - kMovingCamera.cy) / kMovingCamera.fy;
+      point.rows_px += pitch_roll_yaw_px.dot(Eigen::Vector3d(1.0 + y * y, x, x * y));
+    }
+  }
+  return pairs;
+}
+
 /// The same, but every tenth point is wrong.
 std::vector<std::vector<MovedPoint>> with_wrong_points(std::vector<std::vector<MovedPoint>> pairs) {
   std::mt19937 random(8);
@@ -93,6 +109,17 @@ TEST_CASE("Rows show a delay of the right images beside any misalignment", "[mot
     CHECK(std::abs(pulled->frames - delay->frames) < 0.1 * std::abs(frames) + 4.0 * delay->sigma);
     CHECK(pulled->is_clear() == (frames != 0.0));
   }
+}
+
+TEST_CASE("A rig that vibrates shows its delay, and none if it has none", "[motion]") {
+  const auto none = right_delay(kMovingCamera, vibrating_points(0.0), kDelayGap);
+  REQUIRE(none);
+  CHECK(std::abs(none->frames) < 4.0 * none->sigma);
+  CHECK_FALSE(none->is_likely());
+  const auto late = right_delay(kMovingCamera, vibrating_points(0.3), kDelayGap);
+  REQUIRE(late);
+  CHECK(std::abs(late->frames - 0.3) < 4.0 * late->sigma + 1e-3);
+  CHECK(late->is_clear());
 }
 
 TEST_CASE("A camera that stands, and few points, show no delay", "[motion]") {
