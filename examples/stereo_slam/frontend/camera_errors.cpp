@@ -144,6 +144,13 @@ void CameraErrors::shift(const Coefficients& change) {
   begin_again(now);
 }
 
+void CameraErrors::begin_with(const Coefficients& error, const Information& covariance) {
+  Evidence now = estimate();
+  now.vector += now.information * error;
+  begin_again(now);
+  diffuse(covariance);
+}
+
 void CameraErrors::diffuse(const Information& covariance) {
   const Coefficients mean = everything_.mean();
   const Information wider = everything_.information.ldlt().solve(Information::Identity()) + covariance;

@@ -78,6 +78,9 @@ class CameraErrors {
   /// The coefficients have changed by this, px: a large error, from then on.
   void shift(const Coefficients& change);
 
+  /// Begins with a large error, which is known with this covariance, px and px^2.
+  void begin_with(const Coefficients& error, const Information& covariance);
+
   /// Forgets a part: the coefficients have changed by an error with this covariance, px^2.
   void diffuse(const Information& covariance);
 

@@ -364,6 +364,15 @@ void RectificationEstimator::shift(const ImageDisplacement::Coefficients& displa
   rows_.vector += rows_.information * terms.rows * displacement;
 }
 
+void RectificationEstimator::begin_displaced(const Vector2<double>& displacement,
+                                             const Matrix2<double>& covariance) {
+  Eigen::Matrix<double, CameraErrors::kTerms, 2> terms;
+  const DisplacementTerms all(camera_);
+  terms << all.disparity.col(0), all.disparity.col(3);
+  disparity_.begin_with(terms * displacement, terms * covariance * terms.transpose());
+  advance();
+}
+
 void RectificationEstimator::advance() {
   advance_delay();
   coefficients_.row(1) = rows_.mean().transpose();

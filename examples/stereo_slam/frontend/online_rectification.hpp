@@ -186,6 +186,10 @@ class RectificationEstimator {
   /// Adds a displacement that the right image will keep.
   void shift(const ImageDisplacement::Coefficients& displacement);
 
+  /// Begins with a displacement of the right image, a and d of ImageDisplacement, that is known with this
+  /// covariance, px and px^2.
+  void begin_displaced(const Vector2<double>& displacement, const Matrix2<double>& covariance);
+
   /// Makes current() the mean of everything added so far. Earlier measurements used the former current() and
   /// have to be repeated.
   void advance();

@@ -6,20 +6,17 @@
 #include <vector>
 
 #include <Eigen/LU>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <antipode/geometry/quaternion.hpp>
-#include <antipode/opencv/pose.hpp>
 
 #include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
-#include "stereo_slam/frontend/plane_warp.hpp"
+#include "stereo_slam/odometry/motion_in_left.hpp"
 
 namespace stereo_slam {
 namespace {
 
-constexpr std::size_t kMostPoints = 120;  // more hardly improve the estimate
 constexpr std::size_t kFewestAgreeing = 15;
 constexpr int kHalfPatch_px = 5;   // of the patch that is searched
 const cv::Point kReach_px(14, 7);  // of the search: a vibration of 4 px reaches it once in 2000 frames
@@ -77,75 +74,22 @@ struct PointSearch {
   }
 };
 
-/// Some of the points, evenly chosen, and optical flow of them into the left image of `view`.
-struct FlowOfPoints {
-  std::vector<const StereoPlane*> points;
-  FlowResult flow;
-
-  FlowOfPoints(const std::vector<StereoPlane>& all, const ConsecutivePyramids& pyramids,
-               const StereoView& view, const Pose& T_previous_current, const OdometrySettings& settings) {
-    const std::size_t count = std::min(all.size(), kMostPoints);
-    std::vector<cv::Point2f> from, guess;
-    for (std::size_t i = 0; i < count; ++i) {
-      points.push_back(&all[i * all.size() / count]);
-      const StereoPoint& z = points.back()->z;
-      const auto moved = view.camera.project(T_previous_current.inverse() * view.camera.back_project(z));
-      from.push_back(to_cv(view.rectification.left_position(z)));
-      guess.push_back(to_cv(view.rectification.left_position(moved.value_or(z))));
-    }
-    flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
-                        {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
-  }
-};
-
 [[nodiscard]] std::vector<FoundPoint> find_points(const std::vector<StereoPlane>& all,
                                                   const ConsecutivePyramids& pyramids, const StereoView& view,
                                                   const Pose& T_previous_current,
                                                   const OdometrySettings& settings) {
-  const FlowOfPoints followed(all, pyramids, view, T_previous_current, settings);
-  const std::size_t count = followed.points.size();
+  const auto followed = follow_in_left(all, pyramids, view, T_previous_current, settings);
   const PointSearch search{view, T_previous_current, min_texture(view.frame.left)};
-  std::vector<std::optional<FoundPoint>> results(count);
-  cv::parallel_for_(cv::Range(0, static_cast<int>(count)), [&](const cv::Range& range) {
-    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      if (followed.flow.found[i])
-        results[i] = search.find(*followed.points[i], to_eigen(followed.flow.points[i]));
-    }
+  std::vector<std::optional<FoundPoint>> results(followed.size());
+  cv::parallel_for_(cv::Range(0, static_cast<int>(followed.size())), [&](const cv::Range& range) {
+    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i)
+      results[i] = search.find(followed[i].previous, followed[i].left_px);
   });
   std::vector<FoundPoint> found;
   for (const auto& result : results) {
     if (result) found.push_back(*result);
   }
   return found;
-}
-
-/// A motion, and which of the points agree with it.
-struct AgreedMotion {
-  Pose T_previous_current;
-  std::vector<int> agreeing;
-};
-
-/// The motion between points of the previous frame and where the left image shows them now.
-[[nodiscard]] std::optional<AgreedMotion> motion_between(const std::vector<cv::Point3d>& previous,
-                                                         const std::vector<cv::Point2d>& current,
-                                                         const StereoCamera& camera) {
-  constexpr int kDraws = 200;
-  constexpr float kMaxError_px = 2.0F;
-  constexpr double kConfidence = 0.999;
-  const cv::Matx33d K(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
-  cv::Mat rotation, translation;
-  std::vector<int> inliers;
-  if (!cv::solvePnPRansac(previous, current, K, cv::noArray(), rotation, translation, false, kDraws,
-                          kMaxError_px, kConfidence, inliers) ||
-      !cv::checkRange(rotation) || !cv::checkRange(translation)) {
-    return std::nullopt;
-  }
-  return AgreedMotion{antipode::pose_from_cv<double>(rotation, translation).inverse(), std::move(inliers)};
-}
-
-[[nodiscard]] cv::Point3d point_of(const StereoPoint& z, const StereoCamera& camera) {
-  const Vector3<double> p = camera.back_project(z);
-  return {p.x(), p.y(), p.z()};
 }
 
 /// The motion that the positions in the left images show, and the points that agree with it.
@@ -156,16 +100,16 @@ struct MotionInLeft {
 
 [[nodiscard]] std::optional<MotionInLeft> motion_of_found(const std::vector<FoundPoint>& points,
                                                           const StereoCamera& camera) {
-  std::vector<cv::Point3d> previous;
-  std::vector<cv::Point2d> current;
+  std::vector<StereoPoint> previous;
+  std::vector<Vector2<double>> current_px;
   for (const auto& point : points) {
-    previous.push_back(point_of(point.previous, camera));
-    current.emplace_back(point.current.z.x(), point.current.z.y());
+    previous.push_back(point.previous);
+    current_px.emplace_back(point.current.z.head<2>());
   }
-  const auto motion = motion_between(previous, current, camera);
+  const auto motion = motion_by_positions(previous, current_px, camera);
   if (!motion) return std::nullopt;
   MotionInLeft result{motion->T_previous_current, {}};
-  for (const int i : motion->agreeing) result.points.push_back(points[static_cast<std::size_t>(i)]);
+  for (const std::size_t i : motion->agreeing) result.points.push_back(points[i]);
   return result;
 }
 
@@ -192,26 +136,6 @@ struct MotionInLeft {
 }
 
 }  // namespace
-
-std::optional<Pose> motion_in_left(const std::vector<StereoPlane>& previous,
-                                   const ConsecutivePyramids& pyramids, const StereoView& view,
-                                   const Pose& expected_T_previous_current,
-                                   const OdometrySettings& settings) {
-  const FlowOfPoints followed(previous, pyramids, view, expected_T_previous_current, settings);
-  std::vector<cv::Point3d> before;
-  std::vector<cv::Point2d> now;
-  for (std::size_t i = 0; i < followed.points.size(); ++i) {
-    if (!followed.flow.found[i]) continue;
-    const Vector2<double> px = view.rectification.lens().corrected(to_eigen(followed.flow.points[i]));
-    before.push_back(point_of(followed.points[i]->z, view.camera));
-    now.emplace_back(px.x(), px.y());
-  }
-  if (before.size() < kFewestAgreeing) return std::nullopt;
-  const auto motion = motion_between(before, now, view.camera);
-  if (!motion || motion->agreeing.size() < kFewestAgreeing || 2 * motion->agreeing.size() < before.size())
-    return std::nullopt;
-  return motion->T_previous_current;
-}
 
 std::optional<DisplacementEstimate> search_displacement(const std::vector<StereoPlane>& previous,
                                                         const ConsecutivePyramids& pyramids,

@@ -12,20 +12,13 @@
 
 namespace stereo_slam {
 
-/// The motion between two frames that points known in the first one show in the left image of the second,
-/// `view`, by optical flow: rough, but independent of the right image. Nothing if fewer than 15 points agree,
-/// or fewer than half of those that were found.
-[[nodiscard]] std::optional<Pose> motion_in_left(const std::vector<StereoPlane>& previous,
-                                                 const ConsecutivePyramids& pyramids, const StereoView& view,
-                                                 const Pose& expected_T_previous_current,
-                                                 const OdometrySettings& settings);
-
 /// The displacement of the right image of a frame against that of `view`, from points that are known in the
 /// frame before, and the motion between the frames, relative to the expected one.
 ///
-/// Optical flow finds the points in the left image. Around where their disparities put them in the right one,
-/// a window of several pixels is searched for the patch of the left image; the best place is refined to a
-/// fraction of a pixel. Nothing if fewer than 15 points agree, or fewer than half of those that were found.
+/// Optical flow finds the points in the left image, see follow_in_left(). Around where their disparities put
+/// them in the right one, a window of several pixels is searched for the patch of the left image; the best
+/// place is refined to a fraction of a pixel. Nothing if fewer than 15 points agree, or fewer than half of
+/// those that were found.
 [[nodiscard]] std::optional<DisplacementEstimate> search_displacement(
     const std::vector<StereoPlane>& previous, const ConsecutivePyramids& pyramids, const StereoView& view,
     const Pose& expected_T_previous_current, const OdometrySettings& settings);

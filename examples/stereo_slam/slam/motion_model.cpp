@@ -21,6 +21,12 @@ PoseGaussian MotionModel::guessed_until(std::int64_t stamp_ns, const MotionSetti
   return guessed_motion(expected_until(stamp_ns), settings, unseen_until(stamp_ns));
 }
 
+PoseGaussian MotionModel::motion_before_first(const Pose& T_last_current, std::int64_t stamp_ns,
+                                              const MotionSettings& settings) const {
+  const double steps = unseen_until(stamp_ns).before;
+  return guessed_motion({Pose::exp(steps * T_last_current.log())}, settings, {.now = steps});
+}
+
 std::optional<RigVelocity> MotionModel::velocity() const {
   if (!velocity_.known()) return std::nullopt;
   const double step_s = 1e-9 * velocity_.step_ns();

@@ -14,6 +14,13 @@
 
 namespace stereo_slam {
 
+/// Frames without a measured motion.
+enum class Gap {
+  kStart,  ///< at most ten since the map began; the motion after them tells what it was before
+  kShort,  ///< at most ten after a measured motion: the covariance of a prediction over them holds
+  kLong,   ///< more: a prediction over them is a guess
+};
+
 /// The motion that is expected of the next frame, and how far it is believed: that of an IMU if one is used,
 /// otherwise one of constant velocity.
 class MotionModel {
@@ -37,17 +44,22 @@ class MotionModel {
   [[nodiscard]] std::optional<RigVelocity> velocity_by(const Pose& T_last_current,
                                                        std::int64_t stamp_ns) const;
 
+  /// The motion from the first keyframe to the last frame, if the motion since then, `T_last_current`, is the
+  /// first that was measured: as if it had been the same before.
+  [[nodiscard]] PoseGaussian motion_before_first(const Pose& T_last_current, std::int64_t stamp_ns,
+                                                 const MotionSettings& settings) const;
+
   /// Time without a measured motion, see ConstantVelocity.
   [[nodiscard]] UnseenSteps unseen_until(std::int64_t stamp_ns) const {
     return velocity_.unseen_until(stamp_ns);
   }
 
-  /// Whether the frames since the last measured one are so few that the covariance of a prediction over them
-  /// holds: ten, if the motion before them was measured.
-  [[nodiscard]] bool bridges_until(std::int64_t stamp_ns) const {
+  /// What is known of the motion over the frames since the last measured one.
+  [[nodiscard]] Gap gap_until(std::int64_t stamp_ns) const {
     constexpr double kFew_steps = 11.0;  // ten frames between two that are measured
     const UnseenSteps unseen = unseen_until(stamp_ns);
-    return known() && unseen.before + unseen.now <= kFew_steps;
+    if (unseen.before + unseen.now > kFew_steps) return Gap::kLong;
+    return known() ? Gap::kShort : Gap::kStart;
   }
 
   /// Whether a motion was measured.

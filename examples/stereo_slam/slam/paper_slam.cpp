@@ -106,8 +106,8 @@ void PaperSlam::integrate(const Step& step, const FrameImages& images, FrameResu
   const TrackedPose& tracked = step.tracked;
   const bool by_odometry = tracked.basis == PoseBasis::kOdometry;
   if (by_odometry && previous_.lost)
-    path_.begin_segment(
-        motion_.bridges_until(images.frame.stamp_ns));  // relative to a guess; no loop will tell its place
+    path_.begin_segment(motion_.gap_until(images.frame.stamp_ns) ==
+                        Gap::kShort);  // relative to a guess; no loop will tell its place
   result.weak = {.odometry_alone = by_odometry,
                  .few_landmarks = tracked.has_few_landmarks(),
                  .segment_not_localised = !path_.segment().localised()};

@@ -108,6 +108,14 @@ ImageDisplacement::Covariance RightCamera::displacement_information(const RightI
   return (variance_px2.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
 }
 
+bool RightCamera::test_disparities(const SharedDisparityError& shown) {
+  constexpr double kKnown_px2 = 1.0;
+  disparities_tested_ = shown.covariance_px2(0, 0) < kKnown_px2;
+  if (!shown.is_clear()) return false;
+  rectification_.begin_displaced(shown.displacement_px, shown.covariance_px2);
+  return true;
+}
+
 bool RightCamera::refuse_learned() {
   if (!rectification_.contradicts_learned()) return false;
   rectification_ = RectificationEstimator(camera_, settings_);

@@ -15,6 +15,7 @@
 #include "stereo_slam/local_map/match.hpp"
 #include "stereo_slam/odometry/displacement_estimation.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
+#include "stereo_slam/odometry/shared_disparity_error.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/right_image_monitor.hpp"
 #include "stereo_slam/slam/vibration.hpp"
@@ -98,6 +99,12 @@ class RightCamera {
     if (settings_.enabled) rectification_.begin_with_delay(known);
   }
 
+  /// Whether a motion has already shown whether the disparities have a large error.
+  [[nodiscard]] bool disparities_tested() const noexcept { return disparities_tested_; }
+  /// Tests the disparities by the error that a motion shows, and takes the error if it is clear. Returns
+  /// whether it is.
+  bool test_disparities(const SharedDisparityError& shown);
+
   /// The right image of the next frame, about which nothing is known yet.
   [[nodiscard]] RightImageState next_image(bool has_right) const {
     RightImageState next{.monitor = image_.monitor, .velocity = image_.velocity};
@@ -177,7 +184,8 @@ class RightCamera {
   int surprises_ = 0;
   std::optional<RigVelocity> keyframe_velocity_;  // when the last keyframe was exposed
   bool came_to_rest_ = false;                     // at the last keyframe, after a displacement
-  int unmeasured_frames_ = 0;                     // in a row
+  bool disparities_tested_ = false;
+  int unmeasured_frames_ = 0;  // in a row
 };
 
 }  // namespace stereo_slam

@@ -8,6 +8,8 @@
 
 #include "stereo_slam/frontend/equal_brightness.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
+#include "stereo_slam/odometry/motion_in_left.hpp"
+#include "stereo_slam/odometry/shared_disparity_error.hpp"
 #include "stereo_slam/tracking/predict.hpp"
 #include "stereo_slam/tracking/update.hpp"
 
@@ -68,6 +70,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
 /// The pose of a frame: measurements, update; if it is lost, relocalisation.
 TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, StageClock& clock) {
   find_first_velocity(images, clock);
+  find_first_displacement(images);
   FrameMeasurement measured = measure(images, trace, clock);
   right_camera_.take(measured.right, measured.displacement_left);
   tracks_ = std::move(measured.tracks);
@@ -96,6 +99,32 @@ void Slam::find_first_velocity(const FrameImages& images, StageClock& clock) {
     tracks_.remeasure(before, right_camera_.geometry());
     local_map_.remeasure(before, right_camera_.geometry());
   }
+}
+
+/// Finds by how much the right images are displaced with which the map began, by the first motion that the
+/// left images show. A small displacement is left to the motions to come.
+void Slam::find_first_displacement(const FrameImages& images) {
+  if (!right_camera_.learns() || right_camera_.is_late()) return;
+  if (motion_.known() && right_camera_.disparities_tested()) return;
+  constexpr double kTells = 0.1;  // baselines, in a frame: it moves a point by a tenth of its disparity
+  const StereoCamera& camera = right_camera_.camera();
+  const auto velocity = motion_.velocity();
+  if (velocity && velocity->per_s.tail<3>().norm() * velocity->frame_s < kTells * camera.baseline_m) return;
+  const RectificationResidual before = right_camera_.geometry();
+  std::vector<StereoPoint> previous;
+  std::vector<Vector2<double>> current_px;
+  for (const auto& point :
+       follow_in_left(points_of_previous(), {previous_.pyramids, images.flow_pyramids},
+                      right_camera_.view_of(images.frame),
+                      motion_.expected_until(images.frame.stamp_ns).T_previous_current, settings_.odometry)) {
+    previous.push_back(point.previous.z);
+    current_px.push_back(before.lens().corrected(point.left_px));
+  }
+  const auto error =
+      find_shared_disparity_error(previous, current_px, camera, settings_.odometry.pixel_sigma_px);
+  if (!error || !right_camera_.test_disparities(*error)) return;
+  tracks_.remeasure(before, right_camera_.geometry());
+  local_map_.remeasure(before, right_camera_.geometry());
 }
 
 /// Learns the velocity of the motion to this frame, with which its late right image is seen from now on.
@@ -175,7 +204,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
     path_.continue_odometry(tracked.prior.pose, tracked.posterior.pose);
   }
   const Pose T_keyframe_previous = posterior_.pose;
-  const bool short_gap = motion_.bridges_until(images.frame.stamp_ns);
+  const Gap gap = motion_.gap_until(images.frame.stamp_ns);
   motion_.learn(tracked, noise_.as_seen(tracked.posterior), T_keyframe_previous, previous_.lost,
                 images.frame.stamp_ns);
   learn_velocity();
@@ -191,7 +220,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   result.weak.imu_contradicted = motion_.inertial().given_up();
   path_.append(reported(tracked), tracked.basis != PoseBasis::kNothing, calibration_error(), result);
   tracked.report(result);
-  if (!tracked.measured() || !extend_map(tracked, images, short_gap)) return;
+  if (!tracked.measured() || !extend_map(tracked, images, gap)) return;
   result.is_keyframe = true;
   result.weak.right_camera_turned = right_camera_.noticed_turn();
   path_.report_keyframe(result);

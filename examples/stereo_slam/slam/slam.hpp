@@ -105,6 +105,7 @@ class Slam final : public SlamSystem {
                                          AssociationTrace* trace, StageClock& clock) const;
   void learn_velocity();
   void find_first_velocity(const FrameImages& images, StageClock& clock);
+  void find_first_displacement(const FrameImages& images);
   [[nodiscard]] std::vector<StereoPlane> points_of_previous() const;
   [[nodiscard]] RightImageState next_right_image(const FrameImages& images) const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images,
@@ -114,6 +115,8 @@ class Slam final : public SlamSystem {
   void predict(std::int64_t stamp_ns, FrameMeasurement& measured) const;
   [[nodiscard]] std::optional<FrameMeasurement> without_imu(const FrameMeasurement& measured) const;
   [[nodiscard]] PoseGaussian predicted_pose(const PoseGaussian& T_previous_current) const;
+  [[nodiscard]] PoseGaussian predicted_from_start(const PoseGaussian& T_previous_current,
+                                                  std::int64_t stamp_ns) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
   [[nodiscard]] RightImageFit searched_along_rows(const FrameImages& images, const RightImageState& right,
                                                   const std::vector<Match>& matches) const;
@@ -140,13 +143,13 @@ class Slam final : public SlamSystem {
   [[nodiscard]] bool uses_right_image() const {
     return !right_camera_.is_ignored() && reference_.has_stereo_depths();
   }
-  bool extend_map(const TrackedPose& tracked, const FrameImages& images, bool short_gap);
+  bool extend_map(const TrackedPose& tracked, const FrameImages& images, Gap gap);
   bool extend_map_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool gains_landmarks_by_motion(std::size_t frame, std::size_t matches) const;
   void add_corners(const std::vector<Match>& matches, const FrameImages& images);
   void change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
-  void begin_segment(const FrameImages& images, const TrackedPose& tracked, bool short_gap);
+  void begin_after_loss(const FrameImages& images, const TrackedPose& tracked, Gap gap);
   void move_reference(std::size_t frame, PoseGaussian T_previous_keyframe, const RectificationEffect& effect);
   void change_keyframe(const FrameImages& images, const PoseGaussian& T_previous_keyframe,
                        const std::vector<Match>& matches, const OdometryResult& odometry);

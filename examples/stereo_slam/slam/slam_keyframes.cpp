@@ -22,11 +22,11 @@ namespace {
 }  // namespace
 
 /// Takes a keyframe or begins a map segment if it is time to, and otherwise drops old landmarks. Returns
-/// whether the frame became a keyframe. `short_gap`: a prediction up to this frame can be believed.
-bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images, bool short_gap) {
+/// whether the frame became a keyframe. `gap` are the frames before this one without a measured motion.
+bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images, Gap gap) {
   if (right_camera_.is_ignored()) return extend_map_by_motion(tracked, images);
   if (tracked.basis == PoseBasis::kOdometry && previous_.lost) {
-    begin_segment(images, tracked, short_gap);
+    begin_after_loss(images, tracked, gap);
     return true;
   }
   const bool recognised = tracked.basis == PoseBasis::kKeyframe;
@@ -115,10 +115,11 @@ void Slam::move_reference(std::size_t frame, PoseGaussian T_previous_keyframe,
   local_map_.restart(path_.trajectory().reference());
 }
 
-/// Begins a map segment at this frame, whose pose relative to the last keyframe is a guess. The pose of the
-/// previous frame was a guess too; the odometry now measures it relative to this frame.
-void Slam::begin_segment(const FrameImages& images, const TrackedPose& tracked, bool short_gap) {
-  path_.begin_segment(short_gap);
+/// Begins anew at this frame, whose pose relative to the last keyframe is a guess: with a map segment, unless
+/// the first motion of the run tells what it was before. The pose of the previous frame was a guess too; the
+/// odometry now measures it relative to this frame.
+void Slam::begin_after_loss(const FrameImages& images, const TrackedPose& tracked, Gap gap) {
+  if (gap != Gap::kStart) path_.begin_segment(gap == Gap::kShort);
   reference_.scene = {};
   change_keyframe(images, reported(tracked), {}, {});
   path_.replace(previous_.position, antipode::inverse(tracked.odometry.T_previous_current));

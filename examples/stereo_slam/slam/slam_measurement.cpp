@@ -10,6 +10,7 @@
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/odometry/displacement_search.hpp"
+#include "stereo_slam/odometry/motion_in_left.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
 #include "stereo_slam/tracking/displacement_constraints.hpp"
@@ -162,6 +163,8 @@ void Slam::predict(std::int64_t stamp_ns, FrameMeasurement& measured) const {
   if (odometry.valid) motion = odometry.T_previous_current;
   if (!motion_.inertial().predicted()) {
     measured.prior = predicted_pose(motion ? *motion : motion_.guessed_until(stamp_ns, settings_.motion));
+    if (motion && motion_.gap_until(stamp_ns) == Gap::kStart)
+      measured.prior = predicted_from_start(*motion, stamp_ns);
     return;
   }
   measured.inertial = motion_.inertial().prior(motion);
@@ -183,6 +186,13 @@ std::optional<FrameMeasurement> Slam::without_imu(const FrameMeasurement& measur
 /// The prior by a motion since the last frame.
 PoseGaussian Slam::predicted_pose(const PoseGaussian& T_previous_current) const {
   return predict_pose(posterior_, noise_.in_assumed_units(T_previous_current));
+}
+
+/// The same by the first motion that was measured since the map began.
+PoseGaussian Slam::predicted_from_start(const PoseGaussian& T_previous_current, std::int64_t stamp_ns) const {
+  const PoseGaussian before =
+      motion_.motion_before_first(T_previous_current.pose, stamp_ns, settings_.motion);
+  return predict_pose(noise_.in_assumed_units(before), noise_.in_assumed_units(T_previous_current));
 }
 
 void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,

@@ -162,6 +162,34 @@ TEST_CASE("Black frames are reported lost, with growing uncertainty, and trackin
   for (const auto& pose : slam.trajectory()) CHECK(pose.pose.coeffs().allFinite());
 }
 
+TEST_CASE("A run that is lost before its first motion goes on in its first segment, with a wide gap",
+          "[stereo_slam][slam]") {
+  Slam slam(straight_recording().camera, Settings{});
+  std::vector<FrameResult> results;
+  for (auto frame : straight_recording().frames) {
+    if (frame.index == 0) {  // a scene that no later frame shows
+      cv::Mat left, right;
+      cv::flip(frame.right, left, 1);
+      cv::flip(frame.left, right, 1);
+      frame.left = left;
+      frame.right = right;
+    }
+    results.push_back(slam.process(frame));
+  }
+  CHECK(results[1].status == TrackingStatus::kLost);
+  CHECK(results[2].status == TrackingStatus::kWeak);
+  for (std::size_t i = 3; i < results.size(); ++i) {
+    CHECK(results[i].status == TrackingStatus::kOk);
+    CHECK(results[i].segment == 0);
+  }
+  // The motion before the first measured one is taken for the same, with the deviation of a changed velocity.
+  const PoseGaussian second = slam.trajectory()[2];
+  const auto step =
+      Pose::from_isometry(straight_recording().truth[1].inverse() * straight_recording().truth[2]);
+  CHECK((second.pose.translation() - 2.0 * step.translation()).norm() < 0.1);
+  CHECK(second.covariance(5, 5) > 0.2);
+}
+
 TEST_CASE("A frame that is blurred by motion has a larger covariance, and its error is inside",
           "[stereo_slam][slam]") {
   constexpr std::size_t kBlurred = 10;
