@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
 
 namespace stereo_slam {
 

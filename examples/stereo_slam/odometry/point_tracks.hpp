@@ -7,11 +7,11 @@
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/corners.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
-#include "stereo_slam/frontend/right_image_fit.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
+#include "stereo_slam/rig/right_image_fit.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

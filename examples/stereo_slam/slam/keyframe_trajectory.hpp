@@ -6,8 +6,8 @@
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
 
 namespace stereo_slam {
 

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/keyframes/keyframe_database.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/global_map.hpp"
 #include "stereo_slam/slam/keyframe_trajectory.hpp"

@@ -9,6 +9,7 @@
 #include "stereo_slam/frontend/equal_brightness.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/tracking/predict.hpp"
+#include "stereo_slam/tracking/rig_constraints.hpp"
 #include "stereo_slam/tracking/update.hpp"
 
 namespace stereo_slam {
@@ -319,8 +320,10 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = measured_pose(tracked);
   const Vector3<double> error_m = reference_.scale_sigma * pose.pose.inverse().translation();
   pose.covariance.bottomRightCorner<3, 3>() += error_m * error_m.transpose();
-  if (fits_landmarks(tracked))
-    pose.covariance += right_camera_.velocity_covariance(tracked.matches, local_map_.view(), pose.pose);
+  if (right_camera_.is_late() && fits_landmarks(tracked)) {
+    pose.covariance +=
+        right_camera_.velocity_covariance(seen_motion(tracked.matches, local_map_.view(), pose.pose));
+  }
   return pose;
 }
 

@@ -17,6 +17,7 @@
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
 #include "stereo_slam/odometry/point_tracks.hpp"
+#include "stereo_slam/rig/right_camera.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
 #include "stereo_slam/slam/frame_measurement.hpp"
@@ -25,7 +26,6 @@
 #include "stereo_slam/slam/noise_scale.hpp"
 #include "stereo_slam/slam/path.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
-#include "stereo_slam/slam/right_camera.hpp"
 #include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
 #include "stereo_slam/slam/tracked_pose.hpp"
@@ -117,7 +117,8 @@ class Slam final : public SlamSystem {
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
   [[nodiscard]] RightImageFit searched_along_rows(const FrameImages& images, const RightImageState& right,
                                                   const std::vector<Match>& matches) const;
-  [[nodiscard]] std::optional<DisplacementEstimate> displacement_of(const FrameMeasurement& measured) const;
+  [[nodiscard]] std::optional<DisplacementEstimate> displacement_of(const FrameImages& images,
+                                                                    const FrameMeasurement& measured) const;
   [[nodiscard]] Matrix6<double> correct_displacement(FrameMeasurement& measured);
   [[nodiscard]] TrackedPose update(FrameMeasurement measured, std::int64_t stamp_ns);
   [[nodiscard]] bool jumps(const Pose& predicted, const PoseGaussian& measured, std::int64_t stamp_ns) const;

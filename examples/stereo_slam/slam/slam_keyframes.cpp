@@ -8,6 +8,7 @@
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/tracking/rig_constraints.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -90,7 +91,7 @@ void Slam::add_corners(const std::vector<Match>& matches, const FrameImages& ima
 /// composed as if they were independent.
 void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images) {
   const RectificationEffect effect =
-      right_camera_.consider(tracked.matches, local_map_.view(), posterior_.pose);
+      right_camera_.consider(seen_motion(tracked.matches, local_map_.view(), posterior_.pose));
   const MeasuredMotion motion{measured_pose(tracked), effect.derivative.rightCols<LensResidual::kTerms>()};
   MotionStereo corners = std::move(reference_.motion_stereo);
   const auto seen = corners.measure(images.frame.left, tracked.matches, local_map_.view(), motion,
@@ -129,11 +130,13 @@ void Slam::begin_segment(const FrameImages& images, const TrackedPose& tracked, 
 void Slam::change_keyframe(const FrameImages& images, const PoseGaussian& T_previous_keyframe,
                            const std::vector<Match>& matches, const OdometryResult& odometry) {
   const RectificationResidual before = right_camera_.geometry();
+  const SeenMotion motion = seen_motion(matches, local_map_.view(), posterior_.pose);
   // Depths by motion teach nothing of the disparities.
   const RectificationEffect effect =
       reference_.scale_sigma > 0.0
-          ? right_camera_.consider(matches, local_map_.view(), posterior_.pose)
-          : right_camera_.refine(matches, local_map_.view(), posterior_.pose, odometry);
+          ? right_camera_.consider(motion)
+          : right_camera_.refine(motion, seen_motion(odometry.inliers, odometry.T_previous_current.pose,
+                                                     right_camera_.camera()));
   if (right_camera_.learns()) tracks_.remeasure(before, right_camera_.geometry());
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
   move_reference(images.frame.index, T_previous_keyframe, effect);

@@ -12,9 +12,9 @@
 #include "stereo_slam/odometry/displacement_search.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
-#include "stereo_slam/tracking/displacement_constraints.hpp"
 #include "stereo_slam/tracking/landmark_search.hpp"
 #include "stereo_slam/tracking/predict.hpp"
+#include "stereo_slam/tracking/rig_constraints.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -127,7 +127,7 @@ FrameMeasurement Slam::measure(const FrameImages& images, const SearchedRightIma
     find_landmarks(images, *by_odometry, nullptr);
     if (by_odometry->matches.size() > measured.matches.size()) measured = *std::move(by_odometry);
   }
-  measured.displacement_left = displacement_of(measured);
+  measured.displacement_left = displacement_of(images, measured);
   clock.lap("associate");
   return measured;
 }
@@ -248,7 +248,8 @@ RightImageFit Slam::searched_along_rows(const FrameImages& images, const RightIm
 
 /// What the landmarks show of the displacement of the right image besides that they were measured with. That
 /// of a rig that does not vibrate is not known beforehand; it is only looked at.
-std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement& measured) const {
+std::optional<DisplacementEstimate> Slam::displacement_of(const FrameImages& images,
+                                                          const FrameMeasurement& measured) const {
   constexpr std::size_t kFewestMatches = 30;
   constexpr std::size_t kEnoughToNotice = 40;  // they tell the displacement to .05 px
   constexpr double kUnknown_px = 10.0;
@@ -261,9 +262,9 @@ std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement
       .mean = -measured.right.displacement,
       .information = ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px)};
   if (displaced) known.information = right_camera_.displacement_information(measured.right);
-  const auto geometry = right_camera_.geometry(measured.right);
+  const StereoView view = right_camera_.view_of(images.frame, measured.right);
   return estimate_displacement(
-      displacement_constraints(measured.matches, local_map_.view(), geometry, prior.pose,
+      displacement_constraints(measured.matches, local_map_.view(), view, prior.pose,
                                displaced ? measured.matches.size() : kEnoughToNotice),
       known);
 }

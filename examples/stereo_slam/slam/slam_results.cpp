@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The part of the SLAM that reports trajectory, covariances, map and loops.
 #include "stereo_slam/local_map/landmark_tracks.hpp"
-#include "stereo_slam/slam/calibration_error.hpp"
+#include "stereo_slam/rig/calibration_error.hpp"
 #include "stereo_slam/slam/slam.hpp"
 
 namespace stereo_slam {

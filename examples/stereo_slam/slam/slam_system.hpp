@@ -11,9 +11,9 @@
 #include "stereo_slam/core/landmark_track.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/learned_cameras.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
+#include "stereo_slam/rig/learned_cameras.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

@@ -191,10 +191,10 @@ TEST_CASE("What was measured with another rectification is corrected to the pres
 }
 
 /// Points measured before and after a motion, without errors.
-std::vector<BiasConstraint> exact_constraints(const Pose& motion) {
+std::vector<TwoFramePoint> exact_constraints(const Pose& motion) {
   std::mt19937_64 random(1);
   const StereoCamera camera = test::kitti_camera();
-  std::vector<BiasConstraint> constraints;
+  std::vector<TwoFramePoint> constraints;
   while (constraints.size() < 200) {
     const StereoPoint z = test::random_measurement(random, camera, 6.0, 60.0);
     const Vector3<double> p = motion.inverse() * camera.back_project(z);
@@ -214,7 +214,7 @@ TEST_CASE("Covariances that share the last estimate of the rectification leave o
           "[stereo_slam][slam]") {
   RectificationEstimator estimator(test::kitti_camera(), {});
   PoseGaussian link = step(2.0);
-  const RectificationEffect effect = estimator.add_motion(exact_constraints(link.pose), link.pose);
+  const RectificationEffect effect = estimator.add_motion({link.pose, exact_constraints(link.pose)});
   const double scale_m = estimator.scale_sigma() * link.pose.translation().norm();
   REQUIRE(scale_m > 1e-3);
   link.covariance += effect.covariance;

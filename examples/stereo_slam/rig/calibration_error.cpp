@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/slam/calibration_error.hpp"
+#include "stereo_slam/rig/calibration_error.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/late_exposure.hpp"
+#include "stereo_slam/rig/late_exposure.hpp"
 
 #include <cstddef>
 #include <limits>
@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "stereo_slam/frontend/exposure_delay.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
-#include "stereo_slam/frontend/rectification_residual.hpp"
+#include "stereo_slam/rig/exposure_delay.hpp"
+#include "stereo_slam/rig/rectification_residual.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 

@@ -93,4 +93,11 @@ class LensResidual {
   double farthest2_ = 0.0;  // r^2 of the corner that is farthest from the principal point
 };
 
+/// What measures points without right images: the left camera with its lens.
+struct LeftCamera {
+  const StereoCamera& camera;
+  LensResidual lens;
+  Matrix2<double> lens_covariance_px2 = Matrix2<double>::Zero();  ///< of its coefficients
+};
+
 }  // namespace stereo_slam

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/lens_residual.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
 
-#include "stereo_slam/frontend/rectification_residual.hpp"
+#include "stereo_slam/rig/rectification_residual.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 

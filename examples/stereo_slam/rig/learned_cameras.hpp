@@ -2,7 +2,7 @@
 #pragma once
 
 #include "stereo_slam/core/stereo_camera.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
 
 namespace stereo_slam {
 

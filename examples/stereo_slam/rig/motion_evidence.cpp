@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/motion_evidence.hpp"
+#include "stereo_slam/rig/motion_evidence.hpp"
 
 #include <antipode/filters/robust_noise.hpp>
 #include <antipode/filters/weighted_sums.hpp>
 
 #include "stereo_slam/core/robust_loss.hpp"
-#include "stereo_slam/frontend/image_displacement.hpp"
+#include "stereo_slam/rig/image_displacement.hpp"
 
 namespace stereo_slam {
 namespace {
 
-constexpr int kPose = 6;
-constexpr int kDisplacement = ImageDisplacement::kTerms;
+constexpr int kMotion = 6;
+constexpr int kShift = ImageDisplacement::kTerms;
 constexpr int kField = RectificationResidual::kTerms;
 constexpr int kLens = LensResidual::kTerms;
 constexpr int kErrors = CameraErrors::kTerms;
@@ -34,25 +34,25 @@ static_assert(kField + kLens == kErrors);
 /// considered: those in both frames, then those of the field in the second frame alone, and a delay of the
 /// right images.
 template <bool Vibrates>
-[[nodiscard]] std::optional<MotionEvidence> evidence_of(std::span<const BiasConstraint> points,
+[[nodiscard]] std::optional<MotionEvidence> evidence_of(std::span<const TwoFramePoint> points,
                                                         const RectificationResidual& residual,
                                                         const StereoCamera& camera) {
-  constexpr int kState = Vibrates ? kPose + kDisplacement : kPose;
+  constexpr int kState = Vibrates ? kMotion + kShift : kMotion;
   constexpr int kConsidered = kErrors + kField + 1;
   using Sums = antipode::WeightedSums<double, kState, kConsidered, antipode::CauchyLoss<double>>;
   Sums sums(kOutlierLoss);
   if constexpr (Vibrates) {
     constexpr double kUnknown_px = 10.0;  // standard deviation of the displacement
     typename Sums::Square prior = Sums::Square::Zero();
-    prior.diagonal().template tail<kDisplacement>().setConstant(1.0 / (kUnknown_px * kUnknown_px));
+    prior.diagonal().template tail<kShift>().setConstant(1.0 / (kUnknown_px * kUnknown_px));
     sums.add_prior(prior, Sums::Tangent::Zero(), 0.0);
   }
   for (const auto& c : points) {
     antipode::Matrix<double, 3, kState> J = antipode::Matrix<double, 3, kState>::Zero();
-    J.template leftCols<kPose>() = c.J_pose;
+    J.template leftCols<kMotion>() = c.J_pose;
     if constexpr (Vibrates) {
       const Vector2<double> right_px(c.second.x() - c.second.z(), c.second.y());
-      J.row(2).template tail<kDisplacement>() = -ImageDisplacement::basis(right_px, camera).row(0);
+      J.row(2).template tail<kShift>() = -ImageDisplacement::basis(right_px, camera).row(0);
     }
     const antipode::Matrix<double, 3, kErrors> second = derivative_of(c.second, residual);
     antipode::Matrix<double, 3, kConsidered> K;
@@ -63,9 +63,9 @@ template <bool Vibrates>
   if (!root) return std::nullopt;
   const auto derivative = sums.sensitivity(*root);
   const auto evidence = sums.evidence(*root);
-  MotionEvidence result{.derivative = derivative.template topLeftCorner<kPose, kErrors>(),
+  MotionEvidence result{.derivative = derivative.template topLeftCorner<kMotion, kErrors>(),
                         .derivative_by_second = RectificationEffect::Derivative::Zero(),
-                        .derivative_by_delay = derivative.template topRightCorner<kPose, 1>(),
+                        .derivative_by_delay = derivative.template topRightCorner<kMotion, 1>(),
                         .evidence = {evidence.information.template topLeftCorner<kErrors, kErrors>(),
                                      evidence.vector.template head<kErrors>()},
                         .with_delay = {}};
@@ -74,13 +74,13 @@ template <bool Vibrates>
       evidence.information.template block<kErrors, 1>(0, kDelay),
       evidence.information.template block<1, kErrors>(kDelay, 0), evidence.information(kDelay, kDelay);
   result.with_delay.vector << result.evidence.vector, evidence.vector[kDelay];
-  result.derivative_by_second.leftCols<kField>() = derivative.template block<kPose, kField>(0, kErrors);
+  result.derivative_by_second.leftCols<kField>() = derivative.template block<kMotion, kField>(0, kErrors);
   return result;
 }
 
 }  // namespace
 
-std::optional<MotionEvidence> evidence_of_motion(std::span<const BiasConstraint> points,
+std::optional<MotionEvidence> evidence_of_motion(std::span<const TwoFramePoint> points,
                                                  const RectificationResidual& residual,
                                                  const CameraErrors::Coefficients& applied,
                                                  const StereoCamera& camera, bool vibrates) {
@@ -92,10 +92,10 @@ std::optional<MotionEvidence> evidence_of_motion(std::span<const BiasConstraint>
 }
 
 std::optional<Matrix6<double>> motion_by_parameters(
-    std::span<const BiasConstraint> points, std::span<const Eigen::Matrix<double, 3, 6>> by_parameters) {
-  antipode::WeightedSums<double, kPose, 6, antipode::CauchyLoss<double>> sums(kOutlierLoss);
+    std::span<const TwoFramePoint> points, std::span<const Eigen::Matrix<double, 3, 6>> by_parameters) {
+  antipode::WeightedSums<double, kMotion, 6, antipode::CauchyLoss<double>> sums(kOutlierLoss);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const antipode::Matrix<double, 3, kPose> J = points[i].J_pose;
+    const antipode::Matrix<double, 3, kMotion> J = points[i].J_pose;
     const antipode::Matrix<double, 3, 6> K = by_parameters[i];
     sums.template add<3>(points[i].innovation, points[i].S_inverse, J, K);
   }

@@ -4,21 +4,17 @@
 #include <cstddef>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
-#include "stereo_slam/frontend/stereo_points.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
-#include "stereo_slam/local_map/landmark.hpp"
-#include "stereo_slam/local_map/match.hpp"
-#include "stereo_slam/odometry/displacement_estimation.hpp"
-#include "stereo_slam/odometry/odometry.hpp"
+#include "stereo_slam/rig/displacement_estimation.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
+#include "stereo_slam/rig/right_image_monitor.hpp"
+#include "stereo_slam/rig/seen_motion.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
+#include "stereo_slam/rig/vibration.hpp"
 #include "stereo_slam/settings/settings.hpp"
-#include "stereo_slam/slam/right_image_monitor.hpp"
-#include "stereo_slam/slam/vibration.hpp"
-#include "stereo_slam/tracking/motion_stereo.hpp"
 
 namespace stereo_slam {
 
@@ -83,9 +79,8 @@ class RightCamera {
   /// Sets the velocity when the last frame was exposed.
   void expose_with(const std::optional<RigVelocity>& velocity) { image_.velocity = velocity; }
   /// What the uncertainty of the velocities of the last keyframe and of the last frame adds to the covariance
-  /// of a pose by these matches, if right images are late.
-  [[nodiscard]] Matrix6<double> velocity_covariance(const std::vector<Match>& matches, const MapView& map,
-                                                    const Pose& T_keyframe_camera) const;
+  /// of the motion between them, if right images are late.
+  [[nodiscard]] Matrix6<double> velocity_covariance(const SeenMotion& motion) const;
   /// Whether right images are late, so that their geometry depends on the velocity.
   [[nodiscard]] bool is_late() const { return rectification_.delay().has_value(); }
   /// Whether the right images of frames may be displaced: the rig vibrates, or they are late, and the
@@ -134,16 +129,13 @@ class RightCamera {
 
   // Learning, at keyframes.
 
-  /// Refines the rectification by the landmarks of the last keyframe that were matched in this frame, seen
-  /// from `T_keyframe_camera`. Returns how the frame's pose depends on the rectification. If the landmarks do
-  /// not tell this, the points of `odometry` do, which has some if it alone measured the motion; they are
-  /// followed over one frame only, and refine nothing.
-  RectificationEffect refine(const std::vector<Match>& matches, const MapView& map,
-                             const Pose& T_keyframe_camera, const OdometryResult& odometry);
-  /// How the frame's pose depends on the rectification, which is not refined: for matches without
+  /// Refines the rectification by the motion from the last keyframe, seen by its landmarks. Returns how the
+  /// frame's pose depends on the rectification. If the landmarks do not tell this, the points of the odometry
+  /// do, if it alone measured the motion; they are followed over one frame only, and refine nothing.
+  RectificationEffect refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry);
+  /// How the frame's pose depends on the rectification, which is not refined: for landmarks without
   /// disparities.
-  RectificationEffect consider(const std::vector<Match>& matches, const MapView& map,
-                               const Pose& T_keyframe_camera);
+  RectificationEffect consider(const SeenMotion& by_landmarks);
   /// Whether the last motion showed that the right camera has turned.
   [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
   /// Horizontal displacement of the right image at the principal point, which row offsets cannot reveal; zero
@@ -157,9 +149,7 @@ class RightCamera {
 
  private:
   [[nodiscard]] ImageDisplacement::Coefficients sigma_by_velocity_px(const RightImageState& image) const;
-  [[nodiscard]] std::vector<BiasConstraint> constraints_of(const std::vector<Match>& matches,
-                                                           const MapView& map,
-                                                           const Pose& T_keyframe_camera) const;
+  [[nodiscard]] SeenMotion with_delay(SeenMotion motion) const;
 
   static constexpr int kFirstRelearn = 2;      // frames in a row
   static constexpr int kRelearnInterval = 10;  // frames

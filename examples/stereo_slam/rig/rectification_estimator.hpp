@@ -10,28 +10,17 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/camera_errors.hpp"
-#include "stereo_slam/frontend/exposure_delay.hpp"
-#include "stereo_slam/frontend/image_displacement.hpp"
-#include "stereo_slam/frontend/rectification_residual.hpp"
-#include "stereo_slam/frontend/stereo_measurement.hpp"
+#include "stereo_slam/rig/camera_errors.hpp"
+#include "stereo_slam/rig/exposure_delay.hpp"
+#include "stereo_slam/rig/image_displacement.hpp"
+#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/seen_motion.hpp"
+#include "stereo_slam/rig/stereo_measurement.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
 
 struct MotionEvidence;
-
-/// A point measured in two stereo frames, linearised at the relative pose.
-struct BiasConstraint {
-  Vector3<double> innovation;          ///< second measurement minus its prediction from the first
-  Matrix3<double> S_inverse;           ///< information of the innovation
-  Eigen::Matrix<double, 3, 6> J_pose;  ///< d prediction / d relative pose
-  Matrix3<double> J_first;             ///< d prediction / d first measurement
-  StereoPoint first, second;           ///< most likely, given both: the noise of what was measured would be
-                                       ///< correlated with that of the innovation
-  /// Of a delay of the right images: d prediction minus d second measurement, px/s.
-  Vector3<double> by_delay = Vector3<double>::Zero();
-};
 
 /// How a measured motion depends on the disparity offset and the lenses. Motions are perturbed on the right,
 /// in rad and m.
@@ -119,23 +108,20 @@ class RectificationEstimator {
   /// stereo match is found: at the start, or after the cameras may have been moved.
   bool relearn_rows(std::span<const CornerPair> corners);
 
-  /// Points matched between two frames, all measured with current(), and the motion between them. Returns how
-  /// that motion depends on the disparity offset. Ignores the points and returns zero if they are fewer than
-  /// 30 or do not determine the motion.
-  RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second);
+  /// A motion whose points were all measured with current(). Returns how it depends on the disparity offset.
+  /// Ignores the points and returns zero if they are fewer than 30 or do not determine the motion.
+  RectificationEffect add_motion(const SeenMotion& motion);
 
   /// As add_motion() of a rig that vibrates: the right image of the second frame was displaced against that
   /// of the first by what the points show, up to `displacement_covariance`. The coefficients are from then on
   /// those of the second frame.
   RectificationEffect add_motion_of_vibrating_rig(
-      std::span<const BiasConstraint> constraints, const Pose& T_first_second,
-      const ImageDisplacement::Covariance& displacement_covariance);
+      const SeenMotion& motion, const ImageDisplacement::Covariance& displacement_covariance);
 
   /// As add_motion(), but the points teach nothing about the disparity offset: only what its uncertainty
   /// means for this motion and for the scale is counted. For points that are measured too roughly to teach,
   /// or too briefly.
-  RectificationEffect consider_motion(std::span<const BiasConstraint> constraints,
-                                      const Pose& T_first_second);
+  RectificationEffect consider_motion(const SeenMotion& motion);
 
   /// Best estimate so far.
   [[nodiscard]] RectificationResidual current() const {
@@ -194,8 +180,7 @@ class RectificationEstimator {
   using MotionDerivative = RectificationEffect::Derivative;
   using RowInformation = antipode::GaussianInformation<double, RectificationResidual::kTerms>;
 
-  RectificationEffect add_motion(std::span<const BiasConstraint> constraints, const Pose& T_first_second,
-                                 double confidence, bool vibrates = false);
+  RectificationEffect add_motion(const SeenMotion& motion, double confidence, bool vibrates = false);
   void note_delay_in(const MotionEvidence& shown, double confidence);
   [[nodiscard]] antipode::GaussianInformation<double, 1> delay_by_motions() const;
   void advance_delay();

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/slam/right_camera.hpp"
+#include "stereo_slam/rig/right_camera.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "stereo_slam/core/corner_pairs.hpp"
-#include "stereo_slam/frontend/motion_evidence.hpp"
-#include "stereo_slam/tracking/rectification_constraints.hpp"
+#include "stereo_slam/rig/motion_evidence.hpp"
 
 namespace stereo_slam {
 
@@ -56,15 +56,13 @@ void RightCamera::move_with(const std::optional<RigVelocity>& measured) {
   measured_velocity_ = measured;
 }
 
-Matrix6<double> RightCamera::velocity_covariance(const std::vector<Match>& matches, const MapView& map,
-                                                 const Pose& T_keyframe_camera) const {
+Matrix6<double> RightCamera::velocity_covariance(const SeenMotion& motion) const {
   if (!is_late() || !image_.velocity || !keyframe_velocity_) return Matrix6<double>::Zero();
   const double delay_s = rectification_.delay()->seconds;
-  const auto constraints = bias_constraints(matches, map, T_keyframe_camera);
   const LateExposure first(camera_, keyframe_velocity_->motion_in(delay_s));
   const LateExposure second(camera_, image_.velocity->motion_in(delay_s));
   std::vector<Eigen::Matrix<double, 3, 6>> by_steps;
-  for (const auto& c : constraints) {
+  for (const auto& c : motion.points) {
     Eigen::Matrix<double, 3, 6> by_step = Eigen::Matrix<double, 3, 6>::Zero();
     by_step.leftCols<3>() =
         c.J_first.col(2) * first.disparity_by_step(c.first.head<2>(), c.first.z()).transpose();
@@ -72,7 +70,7 @@ Matrix6<double> RightCamera::velocity_covariance(const std::vector<Match>& match
         -second.disparity_by_step(c.second.head<2>(), c.second.z()).transpose();
     by_steps.push_back(by_step);
   }
-  const auto derivative = motion_by_parameters(constraints, by_steps);
+  const auto derivative = motion_by_parameters(motion.points, by_steps);
   if (!derivative) return Matrix6<double>::Zero();
   Vector6<double> sigma_m;
   sigma_m << keyframe_velocity_->sigma_m_per_s, image_.velocity->sigma_m_per_s;
@@ -126,42 +124,35 @@ bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
   return true;
 }
 
-/// The constraints on the errors of the cameras, with what a delay means for each.
-std::vector<BiasConstraint> RightCamera::constraints_of(const std::vector<Match>& matches, const MapView& map,
-                                                        const Pose& T_keyframe_camera) const {
-  auto constraints = bias_constraints(matches, map, T_keyframe_camera);
-  if (!is_late() || !image_.velocity || !keyframe_velocity_) return constraints;
+/// The motion from the last keyframe, with what a delay means for each point.
+SeenMotion RightCamera::with_delay(SeenMotion motion) const {
+  if (!is_late() || !image_.velocity || !keyframe_velocity_) return motion;
   const double delay_s = rectification_.delay()->seconds;
   const DelayDerivatives first(rectification_.current(), *keyframe_velocity_, delay_s);
   const DelayDerivatives second(rectification_.current(), *image_.velocity, delay_s);
-  for (auto& c : constraints) {
+  for (auto& c : motion.points) {
     c.by_delay = c.J_first.col(2) * first.of(c.first).disparity_px_per_s;
     c.by_delay.z() -= second.of(c.second).disparity_px_per_s;
   }
-  return constraints;
+  return motion;
 }
 
-RectificationEffect RightCamera::consider(const std::vector<Match>& matches, const MapView& map,
-                                          const Pose& T_keyframe_camera) {
+RectificationEffect RightCamera::consider(const SeenMotion& by_landmarks) {
   came_to_rest_ = false;
   if (!settings_.enabled) return {};
-  return rectification_.consider_motion(constraints_of(matches, map, T_keyframe_camera), T_keyframe_camera);
+  return rectification_.consider_motion(with_delay(by_landmarks));
 }
 
-RectificationEffect RightCamera::refine(const std::vector<Match>& matches, const MapView& map,
-                                        const Pose& T_keyframe_camera, const OdometryResult& odometry) {
+RectificationEffect RightCamera::refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry) {
   came_to_rest_ = false;
   if (!settings_.enabled) return {};
   constexpr double kRigid_px2 = 0.05 * 0.05;  // variance of a displacement that is left out
-  const auto constraints = constraints_of(matches, map, T_keyframe_camera);
-  RectificationEffect effect =
-      vibration_.present() || image_.covariance(0, 0) > kRigid_px2
-          ? rectification_.add_motion_of_vibrating_rig(constraints, T_keyframe_camera, image_.covariance)
-          : rectification_.add_motion(constraints, T_keyframe_camera);
+  const SeenMotion motion = with_delay(by_landmarks);
+  RectificationEffect effect = vibration_.present() || image_.covariance(0, 0) > kRigid_px2
+                                   ? rectification_.add_motion_of_vibrating_rig(motion, image_.covariance)
+                                   : rectification_.add_motion(motion);
   if (effect.derivative.isZero(0.0)) {
-    const Pose& T_previous_current = odometry.T_previous_current.pose;
-    effect = rectification_.consider_motion(bias_constraints(odometry.inliers, T_previous_current, camera_),
-                                            T_previous_current);
+    effect = rectification_.consider_motion(by_odometry);
     effect.vibrates = vibration_.present();
   }
   if (const auto rest = vibration_.rest()) {

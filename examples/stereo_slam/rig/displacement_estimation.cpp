@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/odometry/displacement_estimation.hpp"
+#include "stereo_slam/rig/displacement_estimation.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/slam/right_image_monitor.hpp"
+#include "stereo_slam/rig/right_image_monitor.hpp"
 
 #include <cmath>
 #include <optional>

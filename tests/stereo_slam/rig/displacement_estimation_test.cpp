@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/odometry/displacement_estimation.hpp"
+#include "stereo_slam/rig/displacement_estimation.hpp"
 
 #include <cstddef>
 #include <random>
@@ -10,21 +10,20 @@
 #include <antipode/geometry/quaternion.hpp>
 
 #include "stereo_slam/core/stereo_camera.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
 namespace stereo_slam {
 namespace {
 
-using Coefficients = ImageDisplacement::Coefficients;
-
 constexpr double kNoise_px = 0.1;
 
 /// Points seen by a camera that has moved by `pose_change`, with a right image that is displaced. One in
 /// `outlier_every` moves by itself.
 std::vector<DisplacementConstraint> displaced_scene(std::mt19937_64& random, const Pose& pose_change,
-                                                    const Coefficients& displacement, int outlier_every) {
+                                                    const ImageDisplacement::Coefficients& displacement,
+                                                    int outlier_every) {
   const StereoCamera camera = test::kitti_camera();
   const RectificationResidual exact(camera);
   const RectificationResidual displaced = exact.displaced(displacement);
@@ -52,7 +51,7 @@ std::vector<DisplacementConstraint> displaced_scene(std::mt19937_64& random, con
 
 TEST_CASE("A displaced right image is measured as it was displaced", "[stereo_slam][rectification]") {
   const StereoCamera camera = test::kitti_camera();
-  Coefficients displacement;
+  ImageDisplacement::Coefficients displacement;
   displacement << 3.0, -1.0, 2.5, 3.0, -1.0;
   const RectificationResidual displaced = RectificationResidual(camera).displaced(displacement);
   std::mt19937_64 random(3);
@@ -68,7 +67,7 @@ TEST_CASE("Pose and displacement are told apart, also with outliers", "[stereo_s
   const int outlier_every = GENERATE(0, 20, 5);
   CAPTURE(outlier_every);
   std::mt19937_64 random(11);
-  Coefficients displacement;
+  ImageDisplacement::Coefficients displacement;
   displacement << -2.0, 0.7, 1.5, -2.0, 0.7;
   Vector6<double> change;
   change << 0.001, -0.002, 0.001, 0.01, -0.01, 0.03;
@@ -79,7 +78,7 @@ TEST_CASE("Pose and displacement are told apart, also with outliers", "[stereo_s
         displaced_scene(random, Pose::identity().boxplus(change), displacement, outlier_every);
     const auto estimate = estimate_displacement(points, {});
     REQUIRE(estimate);
-    const Coefficients error = estimate->change - displacement;
+    const ImageDisplacement::Coefficients error = estimate->change - displacement;
     CHECK(error.head<3>().cwiseAbs().maxCoeff() < 0.2);
     CHECK((estimate->pose_change - change).head<3>().norm() < 1e-3);
     sum += error.dot(estimate->covariance.inverse() * error);
@@ -93,8 +92,8 @@ TEST_CASE("A prior of a rigid rig leaves no displacement", "[stereo_slam][odomet
   std::mt19937_64 random(5);
   DisplacementPrior rigid;
   rigid.information = ImageDisplacement::Covariance::Identity() * 1e12;
-  const auto estimate =
-      estimate_displacement(displaced_scene(random, Pose::identity(), Coefficients::Zero(), 0), rigid);
+  const auto estimate = estimate_displacement(
+      displaced_scene(random, Pose::identity(), ImageDisplacement::Coefficients::Zero(), 0), rigid);
   REQUIRE(estimate);
   CHECK(estimate->change.norm() < 1e-4);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +10,12 @@
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/robust_line.hpp"
 #include "stereo_slam/core/robust_loss.hpp"
-#include "stereo_slam/frontend/motion_evidence.hpp"
+#include "stereo_slam/rig/motion_evidence.hpp"
 
 namespace stereo_slam {
 namespace {
 
-constexpr double kRowSigma_px = 0.3;
+constexpr double kMatchRowSigma_px = 0.3;
 constexpr double kConfidence =
     0.25;  // weight of a keyframe's information on the disparity offset: its errors are not independent
 
@@ -143,8 +143,9 @@ void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches
   for (const auto& match : matches) {
     const RectificationResidual::Basis terms = residual.basis(match.left_px);
     const double offset = terms.dot(residual.coefficients().row(1)) - match.row_error_px;
-    const double distance2 = match.row_error_px * match.row_error_px / (kRowSigma_px * kRowSigma_px);
-    const double weight = kOutlierLoss.weight(distance2, 1) / (kRowSigma_px * kRowSigma_px);
+    const double distance2 =
+        match.row_error_px * match.row_error_px / (kMatchRowSigma_px * kMatchRowSigma_px);
+    const double weight = kOutlierLoss.weight(distance2, 1) / (kMatchRowSigma_px * kMatchRowSigma_px);
     rows_.information += weight * terms * terms.transpose();
     rows_.vector += weight * offset * terms;
   }
@@ -176,32 +177,28 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
   return true;
 }
 
-RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
-                                                       const Pose& T_first_second) {
-  return add_motion(constraints, T_first_second, kConfidence);
+RectificationEffect RectificationEstimator::add_motion(const SeenMotion& motion) {
+  return add_motion(motion, kConfidence);
 }
 
 RectificationEffect RectificationEstimator::add_motion_of_vibrating_rig(
-    std::span<const BiasConstraint> constraints, const Pose& T_first_second,
-    const ImageDisplacement::Covariance& displacement_covariance) {
-  RectificationEffect effect = add_motion(constraints, T_first_second, kConfidence, true);
+    const SeenMotion& motion, const ImageDisplacement::Covariance& displacement_covariance) {
+  RectificationEffect effect = add_motion(motion, kConfidence, true);
   const auto terms = DisplacementTerms(camera_).disparity;
   disparity_.diffuse(terms * displacement_covariance * terms.transpose());
   return effect;
 }
 
-RectificationEffect RectificationEstimator::consider_motion(std::span<const BiasConstraint> constraints,
-                                                            const Pose& T_first_second) {
-  return add_motion(constraints, T_first_second, 0.0);
+RectificationEffect RectificationEstimator::consider_motion(const SeenMotion& motion) {
+  return add_motion(motion, 0.0);
 }
 
-RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConstraint> constraints,
-                                                       const Pose& T_first_second, double confidence,
+RectificationEffect RectificationEstimator::add_motion(const SeenMotion& motion, double confidence,
                                                        bool vibrates) {
   noticed_turn_ = false;
-  constexpr std::size_t kMinConstraints = 30;
-  if (constraints.size() < kMinConstraints) return {};
-  const auto shown = evidence_of_motion(constraints, current(), applied(), camera_, vibrates);
+  constexpr std::size_t kMinPoints = 30;
+  if (motion.points.size() < kMinPoints) return {};
+  const auto shown = evidence_of_motion(motion.points, current(), applied(), camera_, vibrates);
   if (!shown) return {};
   RectificationEffect effect{
       .applied = applied(),
@@ -216,7 +213,7 @@ RectificationEffect RectificationEstimator::add_motion(std::span<const BiasConst
   note_delay_in(*shown, confidence);
   noticed_turn_ = !vibrates && disparity_.add(effect.evidence);
   if (vibrates) disparity_.add_without_turn(effect.evidence);
-  const Vector3<double> path_m = T_first_second.inverse().translation();
+  const Vector3<double> path_m = motion.T_first_second.inverse().translation();
   length_derivative_m2_ -= effect.derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
   return effect;

@@ -10,7 +10,7 @@
 #include <antipode/distributions/gaussian_information.hpp>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/lens_residual.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
 
 namespace stereo_slam {
 

@@ -8,8 +8,8 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/rectification_residual.hpp"
-#include "stereo_slam/frontend/stereo_measurement.hpp"
+#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/stereo_measurement.hpp"
 
 namespace stereo_slam {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/image_displacement.hpp"
+#include "stereo_slam/rig/image_displacement.hpp"
 
 namespace stereo_slam {
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "stereo_slam/frontend/right_image_fit.hpp"
+#include "stereo_slam/rig/right_image_fit.hpp"
 
 namespace stereo_slam {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/rectification_residual.hpp"
+#include "stereo_slam/rig/rectification_residual.hpp"
 
 #include <array>
 #include <cmath>

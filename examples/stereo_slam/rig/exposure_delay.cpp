@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/exposure_delay.hpp"
+#include "stereo_slam/rig/exposure_delay.hpp"
 
 #include <cmath>
 #include <stdexcept>
@@ -10,7 +10,7 @@
 #include <antipode/filters/robust_least_squares.hpp>
 
 #include "stereo_slam/core/robust_loss.hpp"
-#include "stereo_slam/frontend/image_displacement.hpp"
+#include "stereo_slam/rig/image_displacement.hpp"
 
 namespace stereo_slam {
 namespace {

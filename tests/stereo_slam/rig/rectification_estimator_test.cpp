@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/online_rectification.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
 
 #include <Eigen/LU>
 
@@ -10,11 +10,9 @@
 namespace stereo_slam {
 namespace {
 
-using Coefficients = RectificationResidual::Coefficients;
-
 /// As large as those of public recordings.
-Coefficients planted() {
-  Coefficients c;
+RectificationResidual::Coefficients planted() {
+  RectificationResidual::Coefficients c;
   c << 0.2, -0.3, 0.1, 0.8, 0.0, -0.1, -0.4, 0.1, 0.2, 0.0,  //
       -0.2, 0.2, 0.1, -0.1, 1.4, 0.1, 0.1, -0.3, 0.1, 0.2;
   return c;
@@ -45,7 +43,7 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
                                        truth.right_position(z) + Vector2<double>(noise(), noise()));
   };
   std::vector<StereoMeasurement> rows;
-  std::vector<BiasConstraint> constraints;
+  std::vector<TwoFramePoint> constraints;
   while (constraints.size() < 200) {
     const StereoPoint z = test::random_measurement(random, camera, 6.0, 60.0);
     const auto z_later = camera.project(motion.inverse() * camera.back_project(z));
@@ -56,7 +54,7 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
     // Linearised at the point that is most likely given both measurements: at a noisy one, the derivatives
     // would be correlated with the errors.
     const Matrix3<double> R = stereo_pixel_covariance(sigma_px);
-    BiasConstraint c;
+    TwoFramePoint c;
     StereoPoint likely = first.z;
     for (int iteration = 0; iteration < 3; ++iteration) {
       const Vector3<double> p = motion.inverse() * camera.back_project(likely);
@@ -73,7 +71,7 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
   }
   estimator.add_rows(rows);
   RectificationEffect effect =
-      learns ? estimator.add_motion(constraints, motion) : estimator.consider_motion(constraints, motion);
+      learns ? estimator.add_motion({motion, constraints}) : estimator.consider_motion({motion, constraints});
   estimator.advance();
   return effect;
 }
@@ -148,7 +146,7 @@ TEST_CASE("A displacement of the right image that the rows do not show is learne
   const double column_px = GENERATE(-5.0, 0.5, 2.0);
   const double turn_px = GENERATE(0.0, 0.75);  // in proportion to x^2, as of a camera turned sideways
   CAPTURE(column_px, turn_px);
-  Coefficients planted = Coefficients::Zero();
+  RectificationResidual::Coefficients planted = RectificationResidual::Coefficients::Zero();
   planted(0, 0) = column_px;
   planted(0, 3) = column_px * turn_px;
   const RectificationResidual truth(test::kitti_camera(), planted);
@@ -172,7 +170,7 @@ TEST_CASE("Motions are corrected to the last estimate, unless they contradict it
     return px_per_keyframe == 0.0 ? 3.0 : px_per_keyframe * keyframe;
   };
   for (int keyframe = 0; keyframe < kKeyframes; ++keyframe) {
-    Coefficients planted = Coefficients::Zero();
+    RectificationResidual::Coefficients planted = RectificationResidual::Coefficients::Zero();
     planted(0, 0) = column_px(keyframe);
     effects.push_back(drive(estimator, random, RectificationResidual(camera, planted), 0.1));
   }
@@ -353,11 +351,11 @@ TEST_CASE("A motion that teaches nothing makes lengths as uncertain as one that 
 TEST_CASE("Without data the estimate is the prior, zero", "[stereo_slam][rectification]") {
   RectificationEstimator estimator(test::kitti_camera(), {});
   estimator.add_rows({});
-  CHECK(estimator.add_motion({}, Pose::identity()).covariance.isZero());
-  CHECK(estimator.consider_motion({}, Pose::identity()).covariance.isZero());
+  CHECK(estimator.add_motion({}).covariance.isZero());
+  CHECK(estimator.consider_motion({}).covariance.isZero());
   CHECK(estimator.scale_sigma() == 0.0);
   estimator.advance();
-  CHECK(estimator.current().coefficients() == Coefficients::Zero());
+  CHECK(estimator.current().coefficients() == RectificationResidual::Coefficients::Zero());
 }
 
 }  // namespace

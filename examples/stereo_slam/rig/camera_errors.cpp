@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/frontend/camera_errors.hpp"
+#include "stereo_slam/rig/camera_errors.hpp"
 
 #include <algorithm>
 #include <array>

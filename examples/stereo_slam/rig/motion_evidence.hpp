@@ -7,9 +7,10 @@
 #include <Eigen/Core>
 
 #include "stereo_slam/core/stereo_camera.hpp"
-#include "stereo_slam/frontend/camera_errors.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
-#include "stereo_slam/frontend/rectification_residual.hpp"
+#include "stereo_slam/rig/camera_errors.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
+#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/seen_motion.hpp"
 
 namespace stereo_slam {
 
@@ -26,7 +27,7 @@ struct MotionEvidence {
 /// The motion is eliminated, and so is a displacement of the second right image against the first if the rig
 /// vibrates. `applied` are the coefficients that the points were measured with. Nothing if the points do not
 /// determine the motion.
-[[nodiscard]] std::optional<MotionEvidence> evidence_of_motion(std::span<const BiasConstraint> points,
+[[nodiscard]] std::optional<MotionEvidence> evidence_of_motion(std::span<const TwoFramePoint> points,
                                                                const RectificationResidual& residual,
                                                                const CameraErrors::Coefficients& applied,
                                                                const StereoCamera& camera, bool vibrates);
@@ -34,6 +35,6 @@ struct MotionEvidence {
 /// d motion / d parameters, if `by_parameters` is d prediction minus d second measurement of each point by
 /// six parameters. Nothing if the points do not determine the motion.
 [[nodiscard]] std::optional<Matrix6<double>> motion_by_parameters(
-    std::span<const BiasConstraint> points, std::span<const Eigen::Matrix<double, 3, 6>> by_parameters);
+    std::span<const TwoFramePoint> points, std::span<const Eigen::Matrix<double, 3, 6>> by_parameters);
 
 }  // namespace stereo_slam

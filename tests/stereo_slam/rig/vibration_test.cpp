@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/slam/vibration.hpp"
+#include "stereo_slam/rig/vibration.hpp"
 
 #include <random>
 

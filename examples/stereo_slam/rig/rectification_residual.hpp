@@ -5,10 +5,10 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/image_displacement.hpp"
-#include "stereo_slam/frontend/late_exposure.hpp"
-#include "stereo_slam/frontend/lens_residual.hpp"
-#include "stereo_slam/frontend/stereo_measurement.hpp"
+#include "stereo_slam/rig/image_displacement.hpp"
+#include "stereo_slam/rig/late_exposure.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
+#include "stereo_slam/rig/stereo_measurement.hpp"
 
 namespace stereo_slam {
 
