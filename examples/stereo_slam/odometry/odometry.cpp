@@ -28,7 +28,7 @@ using Points = std::vector<cv::Point2f>;
                                                              const OdometrySettings& settings) {
   const auto& [previous, current] = pyramids;
   const StereoCamera& camera = view.camera;
-  const RectificationResidual& rectification = view.rectification;
+  const auto& rectification = view.rectification;
   const FlowOptions options{.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1};
   const Pose T_current_previous = T_previous_current.inverse();
   Points previous_left, previous_right, left_guess;

@@ -149,9 +149,8 @@ void PointTracks::compare_with(const std::optional<Pose>& T_previous_current, co
   }
 }
 
-void PointTracks::remeasure(const RectificationResidual& before, const RectificationResidual& after) {
-  for (auto& point : points_)
-    point.z = after.measure(point.left_px, before.right_position(point.left_px, point.z.z())).z;
+void PointTracks::remeasure(const Remeasurement& change) {
+  for (auto& point : points_) point.z = change.of(point.left_px, point.z);
   std::erase_if(points_, [](const TrackedPoint& point) { return !(point.z.z() > 0.0); });
 }
 

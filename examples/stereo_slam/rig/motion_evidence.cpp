@@ -63,17 +63,15 @@ template <bool Vibrates>
   if (!root) return std::nullopt;
   const auto derivative = sums.sensitivity(*root);
   const auto evidence = sums.evidence(*root);
-  MotionEvidence result{.derivative = derivative.template topLeftCorner<kMotion, kErrors>(),
-                        .derivative_by_second = RectificationEffect::Derivative::Zero(),
-                        .derivative_by_delay = derivative.template topRightCorner<kMotion, 1>(),
-                        .evidence = {evidence.information.template topLeftCorner<kErrors, kErrors>(),
-                                     evidence.vector.template head<kErrors>()},
-                        .with_delay = {}};
   constexpr int kDelay = kConsidered - 1;
-  result.with_delay.information << result.evidence.information,
-      evidence.information.template block<kErrors, 1>(0, kDelay),
-      evidence.information.template block<1, kErrors>(kDelay, 0), evidence.information(kDelay, kDelay);
-  result.with_delay.vector << result.evidence.vector, evidence.vector[kDelay];
+  MotionEvidence result;
+  result.derivative = derivative.template topLeftCorner<kMotion, kErrors>();
+  result.derivative_by_delay = derivative.template topRightCorner<kMotion, 1>();
+  result.evidence = {evidence.information.template topLeftCorner<kErrors, kErrors>(),
+                     evidence.vector.template head<kErrors>()};
+  result.delay_cross = evidence.information.template block<kErrors, 1>(0, kDelay);
+  result.delay.information(0, 0) = evidence.information(kDelay, kDelay);
+  result.delay.vector[0] = evidence.vector[kDelay];
   result.derivative_by_second.leftCols<kField>() = derivative.template block<kMotion, kField>(0, kErrors);
   return result;
 }
@@ -87,7 +85,10 @@ std::optional<MotionEvidence> evidence_of_motion(std::span<const TwoFramePoint> 
   auto result =
       vibrates ? evidence_of<true>(points, residual, camera) : evidence_of<false>(points, residual, camera);
   // The sums are about the coefficients applied, the evidence is on the coefficients themselves.
-  if (result) result->evidence.vector += result->evidence.information * applied;
+  if (!result) return std::nullopt;
+  result->evidence.vector += result->evidence.information * applied;
+  result->applied = applied;
+  result->vibrates = vibrates;
   return result;
 }
 

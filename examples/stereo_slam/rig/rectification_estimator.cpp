@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -10,7 +11,6 @@
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/robust_line.hpp"
 #include "stereo_slam/core/robust_loss.hpp"
-#include "stereo_slam/rig/motion_evidence.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -177,59 +177,50 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
   return true;
 }
 
-RectificationEffect RectificationEstimator::add_motion(const SeenMotion& motion) {
+MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion) {
   return add_motion(motion, kConfidence);
 }
 
-RectificationEffect RectificationEstimator::add_motion_of_vibrating_rig(
+MotionEvidence RectificationEstimator::add_motion_of_vibrating_rig(
     const SeenMotion& motion, const ImageDisplacement::Covariance& displacement_covariance) {
-  RectificationEffect effect = add_motion(motion, kConfidence, true);
+  MotionEvidence shown = add_motion(motion, kConfidence, true);
   const auto terms = DisplacementTerms(camera_).disparity;
   disparity_.diffuse(terms * displacement_covariance * terms.transpose());
-  return effect;
+  return shown;
 }
 
-RectificationEffect RectificationEstimator::consider_motion(const SeenMotion& motion) {
+MotionEvidence RectificationEstimator::consider_motion(const SeenMotion& motion) {
   return add_motion(motion, 0.0);
 }
 
-RectificationEffect RectificationEstimator::add_motion(const SeenMotion& motion, double confidence,
-                                                       bool vibrates) {
+MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion, double confidence,
+                                                  bool vibrates) {
   noticed_turn_ = false;
   constexpr std::size_t kMinPoints = 30;
   if (motion.points.size() < kMinPoints) return {};
-  const auto shown = evidence_of_motion(motion.points, current(), applied(), camera_, vibrates);
+  auto shown = evidence_of_motion(motion.points, current(), applied(), camera_, vibrates);
   if (!shown) return {};
-  RectificationEffect effect{
-      .applied = applied(),
-      .derivative = shown->derivative,
-      .derivative_by_second = shown->derivative_by_second,
-      .applied_delay_s = used_delay().seconds,
-      .derivative_by_delay = shown->derivative_by_delay,
-      .vibrates = vibrates,
-      .motion = motions_++,
-      .evidence = {confidence * shown->evidence.information, confidence * shown->evidence.vector}};
-  effect.covariance = covariance_of(effect);
+  shown->applied_delay_s = used_delay().seconds;
+  shown->motion = motions_++;
+  shown->evidence = {confidence * shown->evidence.information, confidence * shown->evidence.vector};
+  shown->covariance = covariance_of(*shown);
   note_delay_in(*shown, confidence);
-  noticed_turn_ = !vibrates && disparity_.add(effect.evidence);
-  if (vibrates) disparity_.add_without_turn(effect.evidence);
+  noticed_turn_ = !vibrates && disparity_.add(shown->evidence);
+  if (vibrates) disparity_.add_without_turn(shown->evidence);
   const Vector3<double> path_m = motion.T_first_second.inverse().translation();
-  length_derivative_m2_ -= effect.derivative.bottomRows<3>().transpose() * path_m;
+  length_derivative_m2_ -= shown->derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
-  return effect;
+  return *std::move(shown);
 }
 
 /// Adds what a motion tells of the delay together with the coefficients.
-void RectificationEstimator::note_delay_in(const MotionEvidence& shown, double confidence) {
+void RectificationEstimator::note_delay_in(const MotionEvidence& motion, double confidence) {
   if (!delay()) return;
-  constexpr int kTerms = CameraErrors::kTerms;
-  const auto& both = shown.with_delay;
-  const CameraErrors::Coefficients cross = both.information.topRightCorner<kTerms, 1>();
-  const double information = both.information(kTerms, kTerms);
-  delay_cross_ += confidence * cross;
+  const double information = motion.delay.information(0, 0);
+  delay_cross_ += confidence * motion.delay_cross;
   delay_evidence_.information(0, 0) += confidence * information;
-  delay_evidence_.vector[0] +=
-      confidence * (both.vector[kTerms] + cross.dot(applied()) + information * used_delay().seconds);
+  delay_evidence_.vector[0] += confidence * (motion.delay.vector[0] + motion.delay_cross.dot(applied()) +
+                                             information * used_delay().seconds);
 }
 
 /// What all motions tell of the delay, with the coefficients as unknown as they are.
@@ -256,10 +247,9 @@ void RectificationEstimator::advance_delay() {
 
 /// Best estimate of the coefficients between the turns of the right camera before and after the motion. Those
 /// of a vibrating rig held for the motion alone.
-CameraErrors::Coefficients RectificationEstimator::estimate_of_period(
-    const RectificationEffect& effect) const {
-  if (effect.vibrates) return effect.applied;
-  const auto* period = disparity_.period_of(effect.motion);
+CameraErrors::Coefficients RectificationEstimator::estimate_of_period(const MotionEvidence& motion) const {
+  if (motion.vibrates) return motion.applied;
+  const auto* period = disparity_.period_of(motion.motion);
   return period ? period->estimate.mean() : applied();
 }
 
@@ -270,56 +260,68 @@ CameraErrors::Coefficients RectificationEstimator::applied() const {
   return result;
 }
 
-CameraErrors::Coefficients RectificationEstimator::coefficients_during(
-    const RectificationEffect& effect) const {
+CameraErrors::Coefficients RectificationEstimator::coefficients_during(const MotionEvidence& motion) const {
   constexpr double kContradiction = 12.0;  // log of a likelihood ratio
-  const CameraErrors::Coefficients estimate = estimate_of_period(effect);
+  const CameraErrors::Coefficients estimate = estimate_of_period(motion);
   const bool contradicts =
-      is_large(estimate - effect.applied) &&
-      effect.evidence.log_density(effect.applied) > effect.evidence.log_density(estimate) + kContradiction;
-  return contradicts ? effect.applied : estimate;
+      is_large(estimate - motion.applied) &&
+      motion.evidence.log_density(motion.applied) > motion.evidence.log_density(estimate) + kContradiction;
+  return contradicts ? motion.applied : estimate;
 }
 
-Vector6<double> RectificationEstimator::change_of(const RectificationEffect& effect) const {
-  return effect.derivative * (coefficients_during(effect) - effect.applied) +
-         effect.derivative_by_delay * (used_delay().seconds - effect.applied_delay_s);
+/// Change of a motion if it is measured with the best estimate so far, to first order.
+Vector6<double> RectificationEstimator::change_of(const MotionEvidence& motion) const {
+  return motion.derivative * (coefficients_during(motion) - motion.applied) +
+         motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
 }
 
-Matrix6<double> RectificationEstimator::nonlinearity_of(const RectificationEffect& effect) const {
+/// Covariance of that change, as far as it is not of first order: zero unless the estimate has changed much.
+Matrix6<double> RectificationEstimator::nonlinearity_of(const MotionEvidence& motion) const {
   constexpr double kNotFirstOrder = 0.5;  // of the change, as seen when an offset of 1 to 5 px is learned
-  const CameraErrors::Coefficients change = estimate_of_period(effect) - effect.applied;
+  const CameraErrors::Coefficients change = estimate_of_period(motion) - motion.applied;
   if (!is_large(change)) return Matrix6<double>::Zero();
-  const Vector6<double> error = kNotFirstOrder * effect.derivative * change;
+  const Vector6<double> error = kNotFirstOrder * motion.derivative * change;
   return error * error.transpose();
 }
 
-Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect& effect) const {
-  return covariance_of(effect, effect.derivative);
+Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& motion) const {
+  return covariance_of(motion, motion.derivative);
 }
 
-Matrix6<double> RectificationEstimator::covariance_besides_scale(const RectificationEffect& effect,
+Matrix6<double> RectificationEstimator::covariance_besides_scale(const MotionEvidence& motion,
                                                                  const Pose& T_first_second) const {
-  if (disparity_.period_of(effect.motion)) return covariance_of(effect);
-  auto derivative = effect.derivative;
+  if (disparity_.period_of(motion.motion)) return covariance_of(motion);
+  auto derivative = motion.derivative;
   derivative.bottomRows<3>() += T_first_second.inverse().translation() * scale_derivative().transpose();
-  return covariance_of(effect, derivative);
+  return covariance_of(motion, derivative);
 }
 
 /// As covariance_of(), with another derivative of the motion with respect to the coefficients.
-Matrix6<double> RectificationEstimator::covariance_of(const RectificationEffect& effect,
-                                                      const MotionDerivative& derivative) const {
-  const auto* period = disparity_.period_of(effect.motion);
+Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& motion,
+                                                      const MotionEvidence::Derivative& derivative) const {
+  const auto* period = disparity_.period_of(motion.motion);
   const Eigen::LDLT<CameraErrors::Information> information(
       (period ? period->estimate : disparity_.estimate()).information);
-  const Vector6<double> by_delay = used_delay().sigma_s * effect.derivative_by_delay;
+  const Vector6<double> by_delay = used_delay().sigma_s * motion.derivative_by_delay;
   Matrix6<double> covariance =
       derivative * information.solve(derivative.transpose()) + by_delay * by_delay.transpose();
   for (const auto& before : disparity_.periods()) {
-    if (effect.motion + 1 != before.motions && effect.motion != before.motions) continue;
-    const Vector6<double> change = effect.derivative_by_second * before.turn_px;
+    if (motion.motion + 1 != before.motions && motion.motion != before.motions) continue;
+    const Vector6<double> change = motion.derivative_by_second * before.turn_px;
     covariance += change * change.transpose();
   }
   return covariance;
+}
+
+MotionChange RectificationEstimator::correct(MotionEvidence& motion, const Pose& T_first_second) const {
+  MotionChange result{.change = change_of(motion), .nonlinearity = nonlinearity_of(motion)};
+  if (motion.derivative.isZero(0.0) || motion.vibrates) return result;
+  result.is_corrected = true;
+  result.covariance_before = motion.covariance;
+  result.covariance = covariance_besides_scale(motion, result.of(T_first_second));
+  motion.covariance = result.covariance;
+  motion.applied = coefficients_during(motion);
+  return result;
 }
 
 double RectificationEstimator::scale_sigma() const {

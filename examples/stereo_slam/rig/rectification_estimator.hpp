@@ -13,33 +13,13 @@
 #include "stereo_slam/rig/camera_errors.hpp"
 #include "stereo_slam/rig/exposure_delay.hpp"
 #include "stereo_slam/rig/image_displacement.hpp"
+#include "stereo_slam/rig/motion_evidence.hpp"
 #include "stereo_slam/rig/rectification_residual.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
 #include "stereo_slam/rig/stereo_measurement.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
-
-struct MotionEvidence;
-
-/// How a measured motion depends on the disparity offset and the lenses. Motions are perturbed on the right,
-/// in rad and m.
-struct RectificationEffect {
-  using Coefficients = CameraErrors::Coefficients;
-  using Derivative = Eigen::Matrix<double, 6, CameraErrors::kTerms>;
-
-  Coefficients applied = Coefficients::Zero();  ///< when the motion was measured, px
-  Derivative derivative = Derivative::Zero();   ///< d motion / d coefficients
-  /// d motion / d coefficients of the second frame alone, if the right camera turns in between
-  Derivative derivative_by_second = Derivative::Zero();
-  double applied_delay_s = 0.0;                                   ///< of the right images, likewise
-  Vector6<double> derivative_by_delay = Vector6<double>::Zero();  ///< d motion / d delay, per s
-  bool vibrates = false;            ///< the right camera did: these coefficients held for this motion only
-  std::size_t motion = 0;           ///< how many were measured before
-  CameraErrors::Evidence evidence;  ///< what it shows of the coefficients
-  Matrix6<double> covariance =
-      Matrix6<double>::Zero();  ///< of the motion, due to the uncertainty of the coefficients
-};
 
 /// Complete state of a RectificationEstimator, from which another one can resume. The coefficients of rows
 /// and of disparities are Gaussian, in information form: mean = information^-1 vector.
@@ -110,18 +90,18 @@ class RectificationEstimator {
 
   /// A motion whose points were all measured with current(). Returns how it depends on the disparity offset.
   /// Ignores the points and returns zero if they are fewer than 30 or do not determine the motion.
-  RectificationEffect add_motion(const SeenMotion& motion);
+  MotionEvidence add_motion(const SeenMotion& motion);
 
   /// As add_motion() of a rig that vibrates: the right image of the second frame was displaced against that
   /// of the first by what the points show, up to `displacement_covariance`. The coefficients are from then on
   /// those of the second frame.
-  RectificationEffect add_motion_of_vibrating_rig(
-      const SeenMotion& motion, const ImageDisplacement::Covariance& displacement_covariance);
+  MotionEvidence add_motion_of_vibrating_rig(const SeenMotion& motion,
+                                             const ImageDisplacement::Covariance& displacement_covariance);
 
   /// As add_motion(), but the points teach nothing about the disparity offset: only what its uncertainty
   /// means for this motion and for the scale is counted. For points that are measured too roughly to teach,
   /// or too briefly.
-  RectificationEffect consider_motion(const SeenMotion& motion);
+  MotionEvidence consider_motion(const SeenMotion& motion);
 
   /// Best estimate so far.
   [[nodiscard]] RectificationResidual current() const {
@@ -142,24 +122,21 @@ class RectificationEstimator {
   /// Best estimate so far of the coefficients of the disparity offset when a motion was measured, px. It
   /// differs from that of current() if the right camera has turned since, and is the estimate of that time if
   /// the motion itself contradicts a large change.
-  [[nodiscard]] CameraErrors::Coefficients coefficients_during(const RectificationEffect& effect) const;
-
-  /// Change of a motion if it is measured with the best estimate so far, to first order.
-  [[nodiscard]] Vector6<double> change_of(const RectificationEffect& effect) const;
-
-  /// Covariance of that change, as far as it is not of first order: zero unless the estimate has changed
-  /// much.
-  [[nodiscard]] Matrix6<double> nonlinearity_of(const RectificationEffect& effect) const;
+  [[nodiscard]] CameraErrors::Coefficients coefficients_during(const MotionEvidence& motion) const;
 
   /// Covariance of a motion due to the present uncertainty of the disparity offset, and of a turn of the
   /// right camera during the motion.
-  [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect) const;
+  [[nodiscard]] Matrix6<double> covariance_of(const MotionEvidence& motion) const;
 
   /// covariance_of() without the error of the scale that all motions share, whose standard deviation is
-  /// scale_sigma(). For a motion that was changed to the best estimate so far (change_of()). A motion before
+  /// scale_sigma(). For a motion that was corrected to the best estimate so far. A motion before
   /// a turn of the right camera keeps all of it.
-  [[nodiscard]] Matrix6<double> covariance_besides_scale(const RectificationEffect& effect,
+  [[nodiscard]] Matrix6<double> covariance_besides_scale(const MotionEvidence& motion,
                                                          const Pose& T_first_second) const;
+
+  /// What was learned since a motion was measured. Afterwards the motion counts as measured with the best
+  /// estimate so far.
+  [[nodiscard]] MotionChange correct(MotionEvidence& motion, const Pose& T_first_second) const;
 
   /// Relative standard deviation of all lengths due to the present uncertainty of the disparity offset. Zero
   /// before the first motion.
@@ -177,21 +154,22 @@ class RectificationEstimator {
   void advance();
 
  private:
-  using MotionDerivative = RectificationEffect::Derivative;
   using RowInformation = antipode::GaussianInformation<double, RectificationResidual::kTerms>;
 
-  RectificationEffect add_motion(const SeenMotion& motion, double confidence, bool vibrates = false);
-  void note_delay_in(const MotionEvidence& shown, double confidence);
+  MotionEvidence add_motion(const SeenMotion& motion, double confidence, bool vibrates = false);
+  void note_delay_in(const MotionEvidence& motion, double confidence);
   [[nodiscard]] antipode::GaussianInformation<double, 1> delay_by_motions() const;
   void advance_delay();
   [[nodiscard]] double bent_rows_px() const;
   void expect_disparity_offset();
   [[nodiscard]] CameraErrors::Coefficients applied() const;
   [[nodiscard]] CameraErrors::Coefficients scale_derivative() const;
-  [[nodiscard]] Matrix6<double> covariance_of(const RectificationEffect& effect,
-                                              const MotionDerivative& derivative) const;
+  [[nodiscard]] Matrix6<double> covariance_of(const MotionEvidence& motion,
+                                              const MotionEvidence::Derivative& derivative) const;
+  [[nodiscard]] Vector6<double> change_of(const MotionEvidence& motion) const;
+  [[nodiscard]] Matrix6<double> nonlinearity_of(const MotionEvidence& motion) const;
   [[nodiscard]] DelayEstimate used_delay() const { return delay_.used().value_or(DelayEstimate{}); }
-  [[nodiscard]] CameraErrors::Coefficients estimate_of_period(const RectificationEffect& effect) const;
+  [[nodiscard]] CameraErrors::Coefficients estimate_of_period(const MotionEvidence& motion) const;
 
   StereoCamera camera_;
   double row_sigma_px_ = 1.0;  // prior standard deviation of a row coefficient

@@ -86,4 +86,14 @@ class RectificationResidual {
   bool is_displaced_ = false;
 };
 
+/// How a frame was seen, and how it is seen since something was learned of its right image.
+struct Remeasurement {
+  RectificationResidual before, after;
+
+  /// What a point that was measured as `z` at `left_px` is measured as now.
+  [[nodiscard]] StereoPoint of(const Vector2<double>& left_px, const StereoPoint& z) const {
+    return after.measure(left_px, before.right_position(left_px, z.z())).z;
+  }
+};
+
 }  // namespace stereo_slam

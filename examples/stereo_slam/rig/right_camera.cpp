@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stereo_slam/core/corner_pairs.hpp"
+#include "stereo_slam/rig/calibration_error.hpp"
 #include "stereo_slam/rig/motion_evidence.hpp"
 
 namespace stereo_slam {
@@ -15,6 +16,12 @@ RightCamera RightCamera::resumed(const StereoCamera& camera, const OnlineRectifi
   RightCamera right(camera, settings);
   right.rectification_ = RectificationEstimator::after_drift(camera, settings, learned);
   return right;
+}
+
+/// How a frame is seen whose right image is so.
+RectificationResidual RightCamera::geometry(const RightImageState& image) const {
+  const RectificationResidual at_once = rectification_.current().displaced(image.displacement);
+  return is_late() && image.velocity ? at_once.late(image.velocity->motion_in(delay_s())) : at_once;
 }
 
 void RightCamera::take(const RightImageState& image, const std::optional<DisplacementEstimate>& left) {
@@ -28,8 +35,7 @@ void RightCamera::take(const RightImageState& image, const std::optional<Displac
 
 RigVelocity RightCamera::velocity_at_exposure(const RigVelocity& measured) const {
   if (!measured_velocity_) return measured;
-  const double delay_s = rectification_.delay().value_or(DelayEstimate{}).seconds;
-  const double ahead = 0.5 * (1.0 + delay_s / measured.frame_s);  // of the middle of the motion, in frames
+  const double ahead = 0.5 * (1.0 + delay_s() / measured.frame_s);  // of the middle of the motion, in frames
   RigVelocity result = measured;
   result.change_per_s = measured.per_s - measured_velocity_->per_s;
   result.per_s += ahead * result.change_per_s;
@@ -37,15 +43,31 @@ RigVelocity RightCamera::velocity_at_exposure(const RigVelocity& measured) const
   return result;
 }
 
-void RightCamera::move_with(const std::optional<RigVelocity>& measured) {
-  if (!is_late()) return;
-  if (measured) {
-    const RigVelocity now = velocity_at_exposure(*measured);
-    if (image_.velocity)
-      image_.velocity->per_s.tail<3>() = now.per_s.tail<3>();
-    else
-      image_.velocity = now;
-  }
+Remeasurement RightCamera::expose_with(const std::optional<RigVelocity>& velocity) {
+  const RectificationResidual before = geometry(image_);
+  image_.velocity = velocity;
+  return {before, geometry(image_)};
+}
+
+Remeasurement RightCamera::move_with(const RigVelocity& measured, RightImageState& image) const {
+  const RectificationResidual before = geometry(image);
+  image.velocity->per_s.tail<3>() = velocity_at_exposure(measured).per_s.tail<3>();
+  return {before, geometry(image)};
+}
+
+Remeasurement RightCamera::displace(const DisplacementEstimate& left) {
+  const RectificationResidual before = geometry(image_);
+  image_.displacement += left.change;
+  image_.covariance = left.covariance;
+  return {before, geometry(image_)};
+}
+
+Remeasurement RightCamera::move_with(const std::optional<RigVelocity>& measured) {
+  const RectificationResidual before = geometry(image_);
+  if (measured && image_.velocity)
+    image_.velocity->per_s.tail<3>() = velocity_at_exposure(*measured).per_s.tail<3>();
+  else if (measured)
+    image_.velocity = velocity_at_exposure(*measured);
   if (measured && measured_velocity_) {
     constexpr int kMemory = 10;  // frames
     const Vector6<double> change_per_s = measured->per_s - measured_velocity_->per_s;
@@ -54,13 +76,13 @@ void RightCamera::move_with(const std::optional<RigVelocity>& measured) {
     change_per_s_ = change_per_s;
   }
   measured_velocity_ = measured;
+  return {before, geometry(image_)};
 }
 
 Matrix6<double> RightCamera::velocity_covariance(const SeenMotion& motion) const {
   if (!is_late() || !image_.velocity || !keyframe_velocity_) return Matrix6<double>::Zero();
-  const double delay_s = rectification_.delay()->seconds;
-  const LateExposure first(camera_, keyframe_velocity_->motion_in(delay_s));
-  const LateExposure second(camera_, image_.velocity->motion_in(delay_s));
+  const LateExposure first(camera_, keyframe_velocity_->motion_in(delay_s()));
+  const LateExposure second(camera_, image_.velocity->motion_in(delay_s()));
   std::vector<Eigen::Matrix<double, 3, 6>> by_steps;
   for (const auto& c : motion.points) {
     Eigen::Matrix<double, 3, 6> by_step = Eigen::Matrix<double, 3, 6>::Zero();
@@ -74,7 +96,7 @@ Matrix6<double> RightCamera::velocity_covariance(const SeenMotion& motion) const
   if (!derivative) return Matrix6<double>::Zero();
   Vector6<double> sigma_m;
   sigma_m << keyframe_velocity_->sigma_m_per_s, image_.velocity->sigma_m_per_s;
-  const Matrix6<double> root = *derivative * (delay_s * sigma_m).asDiagonal();
+  const Matrix6<double> root = *derivative * (delay_s() * sigma_m).asDiagonal();
   return root * root.transpose();
 }
 
@@ -83,10 +105,9 @@ Matrix6<double> RightCamera::velocity_covariance(const SeenMotion& motion) const
 ImageDisplacement::Coefficients RightCamera::sigma_by_velocity_px(const RightImageState& image) const {
   constexpr double kShareUnknown = 0.5;
   ImageDisplacement::Coefficients sigma_px = ImageDisplacement::Coefficients::Zero();
-  if (!rectification_.delay() || !image.velocity) return sigma_px;
-  const double delay_s = rectification_.delay()->seconds;
+  if (!is_late() || !image.velocity) return sigma_px;
   const Vector3<double> rotation_px =
-      std::abs(kShareUnknown * delay_s * camera_.fx) * image.velocity->change_per_s.head<3>();
+      std::abs(kShareUnknown * delay_s() * camera_.fx) * image.velocity->change_per_s.head<3>();
   sigma_px << rotation_px.y(), rotation_px.x(), rotation_px.z(), rotation_px.y(), rotation_px.x();
   return sigma_px.cwiseAbs();
 }
@@ -127,9 +148,8 @@ bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
 /// The motion from the last keyframe, with what a delay means for each point.
 SeenMotion RightCamera::with_delay(SeenMotion motion) const {
   if (!is_late() || !image_.velocity || !keyframe_velocity_) return motion;
-  const double delay_s = rectification_.delay()->seconds;
-  const DelayDerivatives first(rectification_.current(), *keyframe_velocity_, delay_s);
-  const DelayDerivatives second(rectification_.current(), *image_.velocity, delay_s);
+  const DelayDerivatives first(rectification_.current(), *keyframe_velocity_, delay_s());
+  const DelayDerivatives second(rectification_.current(), *image_.velocity, delay_s());
   for (auto& c : motion.points) {
     c.by_delay = c.J_first.col(2) * first.of(c.first).disparity_px_per_s;
     c.by_delay.z() -= second.of(c.second).disparity_px_per_s;
@@ -137,23 +157,30 @@ SeenMotion RightCamera::with_delay(SeenMotion motion) const {
   return motion;
 }
 
-RectificationEffect RightCamera::consider(const SeenMotion& by_landmarks) {
-  came_to_rest_ = false;
-  if (!settings_.enabled) return {};
-  return rectification_.consider_motion(with_delay(by_landmarks));
+/// Keeps how the motion to a keyframe depends on the rig, of which `before` is the geometry until then.
+KeyframeMotion RightCamera::keep(const MotionEvidence& motion, const RectificationResidual& before) {
+  motions_.push_back(motion);
+  return {motion.covariance, motion.derivative.rightCols<LensResidual::kTerms>(), {before, geometry(image_)}};
 }
 
-RectificationEffect RightCamera::refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry) {
+KeyframeMotion RightCamera::consider(const SeenMotion& by_landmarks) {
+  came_to_rest_ = false;
+  if (!settings_.enabled) return {};
+  return keep(rectification_.consider_motion(with_delay(by_landmarks)), geometry(image_));
+}
+
+KeyframeMotion RightCamera::refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry) {
   came_to_rest_ = false;
   if (!settings_.enabled) return {};
   constexpr double kRigid_px2 = 0.05 * 0.05;  // variance of a displacement that is left out
+  const RectificationResidual before = geometry(image_);
   const SeenMotion motion = with_delay(by_landmarks);
-  RectificationEffect effect = vibration_.present() || image_.covariance(0, 0) > kRigid_px2
-                                   ? rectification_.add_motion_of_vibrating_rig(motion, image_.covariance)
-                                   : rectification_.add_motion(motion);
-  if (effect.derivative.isZero(0.0)) {
-    effect = rectification_.consider_motion(by_odometry);
-    effect.vibrates = vibration_.present();
+  MotionEvidence shown = vibration_.present() || image_.covariance(0, 0) > kRigid_px2
+                             ? rectification_.add_motion_of_vibrating_rig(motion, image_.covariance)
+                             : rectification_.add_motion(motion);
+  if (shown.derivative.isZero(0.0)) {
+    shown = rectification_.consider_motion(by_odometry);
+    shown.vibrates = vibration_.present();
   }
   if (const auto rest = vibration_.rest()) {
     rectification_.shift(*rest);
@@ -163,7 +190,25 @@ RectificationEffect RightCamera::refine(const SeenMotion& by_landmarks, const Se
   }
   rectification_.advance();
   if (rectification_.noticed_turn()) image_.monitor.distrust();
-  return effect;
+  return keep(shown, before);
+}
+
+std::vector<MotionChange> RightCamera::correct(const std::vector<Pose>& motions) {
+  std::vector<MotionChange> changes;
+  if (!settings_.enabled) return changes;
+  for (std::size_t i = 0; i < motions.size(); ++i)
+    changes.push_back(rectification_.correct(motions_.at(i), motions[i]));
+  return changes;
+}
+
+std::optional<LensEstimate> RightCamera::lens_error() const {
+  if (!settings_.enabled) return std::nullopt;
+  return rectification_.lens_error();
+}
+
+CalibrationError RightCamera::calibration_error(const CalibrationSettings& allowed) const {
+  return allowed_calibration_error(allowed, camera_, rectification_.current().rms_offset_px().y(),
+                                   rectification_.scale_sigma());
 }
 
 }  // namespace stereo_slam

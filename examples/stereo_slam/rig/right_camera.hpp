@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/rig/displacement_estimation.hpp"
+#include "stereo_slam/rig/learned_cameras.hpp"
 #include "stereo_slam/rig/lens_residual.hpp"
 #include "stereo_slam/rig/rectification_estimator.hpp"
 #include "stereo_slam/rig/right_image_monitor.hpp"
@@ -30,6 +32,14 @@ struct RightImageState {
   [[nodiscard]] bool is_ignored() const { return monitor.judgement() == RightImage::kIgnored; }
 };
 
+/// What the motion to a keyframe has to do with the rig.
+struct KeyframeMotion {
+  Matrix6<double> covariance = Matrix6<double>::Zero();  ///< of it, due to what is not known of the rig
+  Eigen::Matrix<double, 6, LensResidual::kTerms> by_lens =
+      Eigen::Matrix<double, 6, LensResidual::kTerms>::Zero();  ///< d motion / d coefficients of the lens
+  Remeasurement remeasurement;                                 ///< of the keyframe, by what the motion taught
+};
+
 /// What is known of the right camera besides its calibration: the rectification error, which is learned while
 /// driving, and whether the right image of a frame fits the left one.
 class RightCamera {
@@ -45,22 +55,14 @@ class RightCamera {
   // Queries.
 
   [[nodiscard]] const StereoCamera& camera() const noexcept { return camera_; }
-  [[nodiscard]] const RectificationEstimator& rectification() const noexcept { return rectification_; }
   [[nodiscard]] StereoView view_of(const StereoFrame& frame) const { return view_of(frame, image_); }
   [[nodiscard]] StereoView view_of(const StereoFrame& frame, const RightImageState& image) const {
     return {frame, camera_, geometry(image), !image.is_ignored()};
   }
-  /// How the right image of the frame is seen with its displacement.
-  [[nodiscard]] RectificationResidual geometry() const { return geometry(image_); }
-  [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const {
-    const RectificationResidual at_once = rectification_.current().displaced(image.displacement);
-    const auto& delay = rectification_.delay();
-    return delay && image.velocity ? at_once.late(image.velocity->motion_in(delay->seconds)) : at_once;
-  }
+  /// What both lenses do to an image.
+  [[nodiscard]] LensResidual lens() const { return rectification_.current().lens(); }
   /// What measures points without right images.
-  [[nodiscard]] LeftCamera left_camera() const {
-    return {camera_, rectification_.current().lens(), rectification_.lens_covariance()};
-  }
+  [[nodiscard]] LeftCamera left_camera() const { return {camera_, lens(), rectification_.lens_covariance()}; }
   /// Whether the right image of the frame is left out, judged by the points searched so far.
   [[nodiscard]] bool is_ignored() const { return image_.is_ignored(); }
   /// Whether the points of the frame fit, or nothing is known: see RightImageMonitor.
@@ -75,14 +77,18 @@ class RightCamera {
   [[nodiscard]] RigVelocity velocity_at_exposure(const RigVelocity& measured) const;
   /// Learns the velocity of the motion to the last frame; nothing if it is unknown. A late right image keeps
   /// the rotation with which it was measured, to which its displacement belongs.
-  void move_with(const std::optional<RigVelocity>& measured);
+  Remeasurement move_with(const std::optional<RigVelocity>& measured);
   /// Sets the velocity when the last frame was exposed.
-  void expose_with(const std::optional<RigVelocity>& velocity) { image_.velocity = velocity; }
+  Remeasurement expose_with(const std::optional<RigVelocity>& velocity);
+  /// Sets the translation of a right image whose velocity is known to that of the motion to its frame.
+  [[nodiscard]] Remeasurement move_with(const RigVelocity& measured, RightImageState& image) const;
   /// What the uncertainty of the velocities of the last keyframe and of the last frame adds to the covariance
   /// of the motion between them, if right images are late.
   [[nodiscard]] Matrix6<double> velocity_covariance(const SeenMotion& motion) const;
   /// Whether right images are late, so that their geometry depends on the velocity.
-  [[nodiscard]] bool is_late() const { return rectification_.delay().has_value(); }
+  [[nodiscard]] bool is_late() const { return delay().has_value(); }
+  /// The delay of the right images in use; nothing if none was known at the start.
+  [[nodiscard]] const std::optional<DelayEstimate>& delay() const noexcept { return rectification_.delay(); }
   /// Whether the right images of frames may be displaced: the rig vibrates, or they are late, and the
   /// velocity at their exposure is not exactly known.
   [[nodiscard]] bool may_be_displaced() const { return vibration_.present() || is_late(); }
@@ -103,10 +109,7 @@ class RightCamera {
   /// vibrates; `left` is what the landmarks show of it besides.
   void take(const RightImageState& image, const std::optional<DisplacementEstimate>& left);
   /// Corrects the displacement of the frame by what the landmarks show.
-  void displace(const DisplacementEstimate& left) {
-    image_.displacement += left.change;
-    image_.covariance = left.covariance;
-  }
+  Remeasurement displace(const DisplacementEstimate& left);
   /// Adds stereo matches of a keyframe, measured as view_of() says: they observe the row offsets and a delay.
   void add_rows(std::span<const StereoMeasurement> matches) {
     if (!settings_.enabled || (is_late() && !image_.velocity)) return;  // else they are in other rows
@@ -129,13 +132,15 @@ class RightCamera {
 
   // Learning, at keyframes.
 
-  /// Refines the rectification by the motion from the last keyframe, seen by its landmarks. Returns how the
-  /// frame's pose depends on the rectification. If the landmarks do not tell this, the points of the odometry
-  /// do, if it alone measured the motion; they are followed over one frame only, and refine nothing.
-  RectificationEffect refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry);
-  /// How the frame's pose depends on the rectification, which is not refined: for landmarks without
-  /// disparities.
-  RectificationEffect consider(const SeenMotion& by_landmarks);
+  /// Refines the rectification by the motion from the last keyframe, seen by its landmarks. If the landmarks
+  /// do not tell how the motion depends on the rectification, the points of the odometry do, if it alone
+  /// measured the motion; they are followed over one frame only, and refine nothing.
+  KeyframeMotion refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry);
+  /// As refine(), but the rectification is not refined: for landmarks without disparities.
+  KeyframeMotion consider(const SeenMotion& by_landmarks);
+  /// At the end: what was learned of the rig since each of these motions was measured, which are those that
+  /// were refined or considered, in order. Nothing if the rig is not learned.
+  [[nodiscard]] std::vector<MotionChange> correct(const std::vector<Pose>& motions);
   /// Whether the last motion showed that the right camera has turned.
   [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
   /// Horizontal displacement of the right image at the principal point, which row offsets cannot reveal; zero
@@ -147,9 +152,19 @@ class RightCamera {
   }
   [[nodiscard]] bool learns() const noexcept { return settings_.enabled; }
 
+  /// What was learned of both lenses; nothing if the rig is not learned.
+  [[nodiscard]] std::optional<LensEstimate> lens_error() const;
+  /// What another run with the same cameras can begin with.
+  [[nodiscard]] LearnedCameras learned() const { return {camera_, rectification_.estimate()}; }
+  /// The errors that the calibration may have, given how large those are that the images show.
+  [[nodiscard]] CalibrationError calibration_error(const CalibrationSettings& allowed) const;
+
  private:
+  [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const;
+  [[nodiscard]] double delay_s() const { return delay().value_or(DelayEstimate{}).seconds; }
   [[nodiscard]] ImageDisplacement::Coefficients sigma_by_velocity_px(const RightImageState& image) const;
   [[nodiscard]] SeenMotion with_delay(SeenMotion motion) const;
+  KeyframeMotion keep(const MotionEvidence& motion, const RectificationResidual& before);
 
   static constexpr int kFirstRelearn = 2;      // frames in a row
   static constexpr int kRelearnInterval = 10;  // frames
@@ -158,7 +173,8 @@ class RightCamera {
   OnlineRectificationSettings settings_;
   bool refused_learned_ = false;
   RectificationEstimator rectification_;
-  RightImageState image_;  // of the last frame
+  std::vector<MotionEvidence> motions_;  // to the keyframes so far
+  RightImageState image_;                // of the last frame
   Vibration vibration_;
   std::optional<RigVelocity> measured_velocity_;            // of the motion to the last frame
   Vector6<double> change_per_s_ = Vector6<double>::Zero();  // of it, from the motion before

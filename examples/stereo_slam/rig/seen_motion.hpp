@@ -27,4 +27,18 @@ struct SeenMotion {
   std::vector<TwoFramePoint> points;
 };
 
+/// What was learned of the rig since a motion was measured: its change to first order.
+struct MotionChange {
+  Vector6<double> change = Vector6<double>::Zero();        ///< on the right, rad and m
+  Matrix6<double> nonlinearity = Matrix6<double>::Zero();  ///< covariance of what is not of first order
+  bool is_corrected = false;  ///< false if the motion stays: it does not depend on what was learned
+  /// Of the motion, due to what is not known of the rig: as it was measured, and once it is corrected.
+  Matrix6<double> covariance_before = Matrix6<double>::Zero(), covariance = Matrix6<double>::Zero();
+
+  /// The motion with a share of the change.
+  [[nodiscard]] Pose of(const Pose& motion, double share = 1.0) const {
+    return motion.boxplus(share * change).renormalized();
+  }
+};
+
 }  // namespace stereo_slam

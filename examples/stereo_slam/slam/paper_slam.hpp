@@ -50,7 +50,7 @@ class PaperSlam final : public SlamSystem {
 
  private:
   [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
-    return {frame, camera_, RectificationResidual(camera_)};
+    return StereoView::exact(frame, camera_);
   }
 
   // The boxes of Fig. 2.

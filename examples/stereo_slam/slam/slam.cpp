@@ -92,31 +92,25 @@ void Slam::find_first_velocity(const FrameImages& images, StageClock& clock) {
   for (int i = 0; i < kRounds; ++i) {
     const OdometryResult odometry = measure(images, nullptr, clock).odometry;
     if (!odometry.valid) return;
-    const RectificationResidual before = right_camera_.geometry();
-    right_camera_.expose_with(motion_.velocity_by(odometry.T_previous_current.pose, images.frame.stamp_ns));
-    tracks_.remeasure(before, right_camera_.geometry());
-    local_map_.remeasure(before, right_camera_.geometry());
+    const Remeasurement change = right_camera_.expose_with(
+        motion_.velocity_by(odometry.T_previous_current.pose, images.frame.stamp_ns));
+    tracks_.remeasure(change);
+    local_map_.remeasure(change);
   }
 }
 
 /// Learns the velocity of the motion to this frame, with which its late right image is seen from now on.
 void Slam::learn_velocity() {
-  if (!right_camera_.is_late()) return;
-  const RectificationResidual before = right_camera_.geometry();
-  right_camera_.move_with(motion_.velocity());
-  tracks_.remeasure(before, right_camera_.geometry());
+  if (right_camera_.is_late()) tracks_.remeasure(right_camera_.move_with(motion_.velocity()));
 }
 
 /// Takes the displacement of the right image that the landmarks show, and returns the covariance that its
 /// uncertainty adds to a pose that they measure.
 Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
   if (!measured.displacement_left || !right_camera_.may_be_displaced()) return Matrix6<double>::Zero();
-  const RectificationResidual before = right_camera_.geometry();
-  right_camera_.displace(*measured.displacement_left);
-  const RectificationResidual after = right_camera_.geometry();
-  tracks_.remeasure(before, after);
-  for (auto& match : measured.matches)
-    match.z = after.measure(match.left_px, before.right_position(match.left_px, match.z.z())).z;
+  const Remeasurement change = right_camera_.displace(*measured.displacement_left);
+  tracks_.remeasure(change);
+  for (auto& match : measured.matches) match.z = change.of(match.left_px, match.z);
   return measured.displacement_left->pose_covariance();
 }
 
@@ -160,7 +154,7 @@ std::optional<PoseGaussian> Slam::relocalise(const FrameImages& images) const {
   const auto points =
       measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
   Keyframe keyframe = reference_.keyframe;
-  describe(keyframe.points, reference_.left, right_camera_.geometry().lens());
+  describe(keyframe.points, reference_.left, right_camera_.lens());
   auto found =
       recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
   if (!found || previous_.lost) return found;
@@ -327,6 +321,6 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   return pose;
 }
 
-void Slam::finish() { path_.finish(right_camera_.learns() ? &right_camera_.rectification() : nullptr); }
+void Slam::finish() { path_.finish(right_camera_.correct(path_.trajectory().motions())); }
 
 }  // namespace stereo_slam

@@ -68,7 +68,7 @@ class Slam final : public SlamSystem {
   }
   [[nodiscard]] std::optional<LensEstimate> lens_error() const override;
   [[nodiscard]] std::optional<DelayEstimate> right_image_delay() const override {
-    return right_camera_.rectification().delay();
+    return right_camera_.delay();
   }
   void begin_with_delay(const DelayEstimate& known) override { right_camera_.begin_with_delay(known); }
   [[nodiscard]] std::optional<LearnedCameras> learned() const override;
@@ -148,7 +148,7 @@ class Slam final : public SlamSystem {
   void change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
   void begin_segment(const FrameImages& images, const TrackedPose& tracked, bool short_gap);
-  void move_reference(std::size_t frame, PoseGaussian T_previous_keyframe, const RectificationEffect& effect);
+  void move_reference(std::size_t frame, PoseGaussian T_previous_keyframe, const KeyframeMotion& learned);
   void change_keyframe(const FrameImages& images, const PoseGaussian& T_previous_keyframe,
                        const std::vector<Match>& matches, const OdometryResult& odometry);
   void begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points);

@@ -149,9 +149,7 @@ void Slam::see_with_velocity(const FrameImages& images, FrameMeasurement& measur
   if (!right_camera_.is_late() || !measured.odometry.valid || !measured.right.velocity) return;
   const auto velocity = motion_.velocity_by(measured.odometry.T_previous_current.pose, images.frame.stamp_ns);
   if (!velocity) return;
-  const RectificationResidual before = right_camera_.geometry(measured.right);
-  measured.right.velocity->per_s.tail<3>() = right_camera_.velocity_at_exposure(*velocity).per_s.tail<3>();
-  measured.tracks.remeasure(before, right_camera_.geometry(measured.right));
+  measured.tracks.remeasure(right_camera_.move_with(*velocity, measured.right));
 }
 
 /// The prior: by the odometry, and by an IMU if one is used. A motion that contradicts the IMU is not that of
@@ -191,8 +189,8 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   const MapView map = local_map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_keyframe_previous = posterior_.pose;
-  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous,
-                              right_camera_.geometry().lens(), settings_);
+  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous, right_camera_.lens(),
+                              settings_);
   ExpectedMotion motion;  // after a loss nothing is known
   if (!previous_.lost) motion = motion_.expected_until(images.frame.stamp_ns);
   const auto find = [&](bool in_right) {

@@ -33,8 +33,8 @@ const Pose kDriven = test::car_motion(2.5);
 
 /// One keyframe of the estimator's life: points measured at its beginning and at its end, with the planted
 /// offset. Returns the effect of the rectification on the motion.
-RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& random,
-                          const RectificationResidual& truth, double sigma_px, bool learns = true) {
+MotionEvidence drive(RectificationEstimator& estimator, std::mt19937_64& random,
+                     const RectificationResidual& truth, double sigma_px, bool learns = true) {
   const StereoCamera camera = test::kitti_camera();
   const Pose& motion = kDriven;
   const auto seen = [&](const StereoPoint& z) {
@@ -70,7 +70,7 @@ RectificationEffect drive(RectificationEstimator& estimator, std::mt19937_64& ra
     constraints.push_back(c);
   }
   estimator.add_rows(rows);
-  RectificationEffect effect =
+  MotionEvidence effect =
       learns ? estimator.add_motion({motion, constraints}) : estimator.consider_motion({motion, constraints});
   estimator.advance();
   return effect;
@@ -164,7 +164,7 @@ TEST_CASE("Motions are corrected to the last estimate, unless they contradict it
   CAPTURE(px_per_keyframe);
   std::mt19937_64 random(9);
   RectificationEstimator estimator(camera, {});
-  std::vector<RectificationEffect> effects;
+  std::vector<MotionEvidence> effects;
   constexpr int kKeyframes = 40;
   const auto column_px = [&](int keyframe) {
     return px_per_keyframe == 0.0 ? 3.0 : px_per_keyframe * keyframe;
@@ -259,7 +259,7 @@ TEST_CASE("The error of the scale that all motions share can be left out of thei
   std::mt19937_64 random(8);
   const RectificationResidual truth(test::kitti_camera(), planted());
   RectificationEstimator estimator(test::kitti_camera(), {});
-  RectificationEffect effect;
+  MotionEvidence effect;
   for (int keyframe = 0; keyframe < 10; ++keyframe) effect = drive(estimator, random, truth, 0.2);
   const Matrix6<double> all = estimator.covariance_of(effect);
   const Matrix6<double> rest = estimator.covariance_besides_scale(effect, kDriven);
@@ -267,12 +267,59 @@ TEST_CASE("The error of the scale that all motions share can be left out of thei
   CAPTURE(rest, all, scale_m);
   CHECK(rest(5, 5) < 0.05 * all(5, 5));
   CHECK(all(5, 5) == Approx(scale_m * scale_m).epsilon(0.2));
+  MotionEvidence corrected = effect;
+  CHECK(estimator.correct(corrected, kDriven).covariance(5, 5) < 0.05 * effect.covariance(5, 5));
   // A motion that does not depend on the offset as the others do has an error of its own.
   effect.derivative.setZero();
   const Vector6<double> longer = (Vector6<double>() << Vector3<double>::Zero(),
                                   kDriven.inverse().translation() * estimator.scale_sigma())
                                      .finished();
   CHECK((estimator.covariance_besides_scale(effect, kDriven) - longer * longer.transpose()).norm() < 1e-12);
+}
+
+/// An estimator that is certain of a disparity offset of `offset_px` everywhere.
+RectificationEstimator certain_of(double offset_px, double sigma_px) {
+  RectificationEstimate estimate;
+  estimate.coefficients(0, 0) = offset_px;
+  estimate.disparity_information /= sigma_px * sigma_px;
+  estimate.disparity_vector[0] = offset_px / (sigma_px * sigma_px);
+  return RectificationEstimator::resumed(test::kitti_camera(), {}, estimate);
+}
+
+TEST_CASE("A motion that was measured with another rectification is corrected to the present one, once",
+          "[stereo_slam][rectification]") {
+  MotionEvidence motion;  // measured without an offset: a pixel would make the motion 10 cm longer
+  motion.derivative(5, 0) = 0.1;
+  motion.covariance(5, 5) = 0.1 * 0.1 * 0.5 * 0.5;
+  const auto estimator = certain_of(0.3, 0.02);
+  const MotionChange change = estimator.correct(motion, kDriven);
+  CHECK(change.is_corrected);
+  Vector6<double> longer = Vector6<double>::Zero();
+  longer[5] = 0.1 * 0.3;
+  CHECK((change.change - longer).norm() < 1e-12);
+  CHECK(change.of(kDriven).is_approx(kDriven.boxplus(longer), 1e-12));
+  CHECK(change.covariance_before(5, 5) == 0.1 * 0.1 * 0.5 * 0.5);
+  CHECK(change.covariance(5, 5) < change.covariance_before(5, 5) / 100.0);
+  CHECK(change.covariance(5, 5) == Approx(estimator.covariance_of(motion)(5, 5)).epsilon(1e-9));
+  // Again, with the same estimate: nothing is left to correct.
+  const MotionChange again = estimator.correct(motion, change.of(kDriven));
+  CHECK(again.change.norm() < 1e-12);
+  CHECK(again.covariance_before == change.covariance);
+  CHECK(again.covariance.isApprox(change.covariance, 1e-12));
+}
+
+TEST_CASE("A motion that does not depend on the rectification, or was that of a vibrating rig, stays",
+          "[stereo_slam][rectification]") {
+  const auto estimator = certain_of(0.3, 0.02);
+  MotionEvidence independent, vibrating;
+  vibrating.derivative(5, 0) = 0.1;
+  vibrating.vibrates = true;
+  for (MotionEvidence* motion : {&independent, &vibrating}) {
+    const MotionChange change = estimator.correct(*motion, kDriven);
+    CHECK(!change.is_corrected);
+    CHECK(change.change.isZero());
+    CHECK(change.nonlinearity.isZero());
+  }
 }
 
 TEST_CASE("What was learned of the same cameras is kept, and of others it is dropped",
@@ -331,7 +378,7 @@ TEST_CASE("A motion that teaches nothing makes lengths as uncertain as one that 
   std::mt19937_64 same_random = random;
   RectificationEstimator taught(test::kitti_camera(), {});
   RectificationEstimator told(test::kitti_camera(), {});
-  RectificationEffect effect, considered;
+  MotionEvidence effect, considered;
   for (int keyframe = 0; keyframe < 20; ++keyframe) {
     effect = drive(taught, random, exact, 0.1);
     considered = drive(told, same_random, exact, 0.1, /*learns=*/false);
