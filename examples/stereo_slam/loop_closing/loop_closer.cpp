@@ -30,20 +30,18 @@ LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, con
       consistency_(settings.loop_verification) {
   if (loaded.keyframes.empty()) return;
   graph_.load(loaded, use);
-  for (const auto& keyframe : graph_.keyframes().all()) candidates_.add(keyframe);
+  for (const auto& keyframe : graph_.keyframes()) candidates_.add(keyframe);
 }
 
 void LoopCloser::save(SavedMap& map) const {
-  map.keyframes = graph_.keyframes().all();
+  map.keyframes = graph_.keyframes();
   map.loops = graph_.loops();
   for (auto& keyframe : map.keyframes) {
     for (auto& point : keyframe.points) point.landmark = identity_(point.landmark);
   }
 }
 
-std::size_t LoopCloser::memory_bytes() const {
-  return graph_.keyframes().memory_bytes() + candidates_.memory_bytes();
-}
+std::size_t LoopCloser::memory_bytes() const { return graph_.memory_bytes() + candidates_.memory_bytes(); }
 
 std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
   const Keyframe& added = add_keyframe(std::move(keyframe));

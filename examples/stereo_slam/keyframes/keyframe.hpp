@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
@@ -22,7 +21,7 @@ struct KeyframePoint {
 /// A keyframe without its image: points to recognise the place and to measure the pose of another frame
 /// relative to it, and a node of the pose graph.
 struct Keyframe {
-  std::size_t id = 0;  ///< index in the database
+  std::size_t id = 0;  ///< index in the graph
   std::size_t frame = 0;
   std::int64_t stamp_ns = 0;
   std::size_t segment = 0;  ///< of the map; a loss begins a new one
@@ -44,40 +43,6 @@ struct KeyframeLink {
 
 /// Computes the descriptors of the points from the left image of their keyframe.
 void describe(std::vector<KeyframePoint>& points, const cv::Mat& left, const LensResidual& lens);
-
-/// All keyframes of a run, in order. A keyframe's memory is bounded by the number of its points.
-class KeyframeDatabase {
- public:
-  explicit KeyframeDatabase(std::size_t max_points) : max_points_(max_points) {}
-
-  /// Appends a keyframe and returns its id. Only its first `max_points` points are kept. Its id,
-  /// T_world_keyframe and path length are computed here, from the keyframe before. Throws
-  /// std::invalid_argument if its frame is not later than the frame of the keyframe before.
-  std::size_t add(Keyframe keyframe);
-
-  [[nodiscard]] std::size_t size() const noexcept { return keyframes_.size(); }
-  [[nodiscard]] const Keyframe& operator[](std::size_t id) const { return keyframes_[id]; }
-  [[nodiscard]] const Keyframe& back() const { return keyframes_.back(); }
-  [[nodiscard]] const std::vector<Keyframe>& all() const noexcept { return keyframes_; }
-
-  /// Sets the poses of the first keyframes; later ones keep their poses relative to the last of them. Throws
-  /// std::invalid_argument for more poses than keyframes.
-  void correct(const std::vector<PoseGaussian>& T_world_keyframe);
-
-  /// Replaces the poses of keyframes relative to the keyframes before them. Poses in the world stay the same
-  /// until correct() is called.
-  /// Throws std::out_of_range if there is no such keyframe.
-  void replace(std::span<const KeyframeLink> links);
-
-  /// Memory of all keyframes, bytes.
-  [[nodiscard]] std::size_t memory_bytes() const;
-  /// Upper bound of the memory of one keyframe, bytes.
-  [[nodiscard]] std::size_t max_bytes_per_keyframe() const;
-
- private:
-  std::size_t max_points_;
-  std::vector<Keyframe> keyframes_;
-};
 
 /// Number of landmarks that both keyframes observe: the weight of their edge in the covisibility graph.
 [[nodiscard]] std::size_t shared_landmarks(const Keyframe& a, const Keyframe& b);
